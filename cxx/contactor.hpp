@@ -1,0 +1,28 @@
+// The shapes that detect, each carried by a body.
+#pragma once
+#include "field.hpp"
+
+namespace cairn {
+
+enum class Shape : std::int16_t {
+#define CAIRN_SHAPE(name, dimension, bounded) name,
+#include "../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+
+struct Contactors {
+  explicit Contactors(int dim);
+  int dim;
+  std::int64_t count = 0;
+
+#define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
+#include "fields.def"
+
+  template <class F>
+  void for_each_field(F&& f) {
+#define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) f(name);
+#include "fields.def"
+  }
+};
+
+} // namespace cairn
