@@ -1,0 +1,2 @@
+set(CAIRN_CXX_SOURCES
+)
