@@ -1,0 +1,140 @@
+// Contacts of a step: assembled from candidates into batches, solved, committed; what the next step inherits follows the contact's key.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "body.hpp"
+#include "candidates.hpp"
+#include "cell.hpp"
+#include "contactor.hpp"
+
+namespace cairn {
+
+// Rows of laws.def, in its order.
+enum class Law : std::int16_t {
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, ...) name,
+#include "../core_f90/contact_laws/laws.def"
+#undef CAIRN_LAW
+};
+
+// What a row of laws.def declares, read once.
+struct LawParameter {
+  std::string name;
+  bool required = false; // no default
+  double standard = 0, smallest = 0, largest = 0;
+};
+struct LawInfo {
+  std::string name, python_name;
+  int components2 = 0, components3 = 0;
+  std::vector<LawParameter> parameters;
+  std::vector<std::string> state;
+  bool has_prepare = false, has_solve = false, has_commit = false;
+  int components(int dim) const { return dim == 2 ? components2 : components3; }
+};
+const std::vector<LawInfo>& law_infos();
+
+// Which law, with which parameters, rules a pair of materials (or groups).
+class LawTable {
+public:
+  static constexpr int max_parameters = 4;
+  struct Entry {
+    Law law;
+    double params[max_parameters];
+  };
+  LawTable() = default;
+  explicit LawTable(std::vector<std::string> material_names); // numbered as contactors.material
+  int materials() const { return int(names_.size()); }
+  // Both orders of the pair. Throws std::invalid_argument naming parameter, value and range.
+  void set(int material_a, int material_b, Law law, std::span<const double> params);
+  void set_default(Law law, std::span<const double> params); // for pairs that have none of their own
+  // -1 if the pair has no law
+  int find(int material_a, int material_b) const { return table_[std::size_t(material_a) * names_.size() + material_b]; }
+  const Entry& entry(int i) const { return entries_[i]; }
+  int entries() const { return int(entries_.size()); }
+  const std::string& name(int material) const { return names_[material]; }
+
+private:
+  int add(Law law, std::span<const double> params);
+  std::vector<std::string> names_;
+  std::vector<std::int16_t> table_;
+  std::vector<Entry> entries_;
+};
+
+struct SolverOptions {
+  double tolerance; // on the true error (DESIGN, section 5)
+  int min_iterations;
+  int max_iterations;
+  int threads; // 0: as OpenMP decides
+};
+
+enum class SolveStatus { converged, iteration_limit, diverged };
+
+struct SolveReport {
+  SolveStatus status = SolveStatus::converged;
+  std::int64_t contacts = 0; // candidates that were solved
+  int iterations = 0;
+  int checks = 0;               // evaluations of the error
+  double error = 0;             // natural map, energy norm, relative
+  double worst_error = 0;       // of one contact, on its own scale
+  std::int64_t worst_contact = -1; // its place in the candidates
+  double penetration = 0;       // deepest overlap / size of the smaller body
+  double cone_distance = 0;     // distance of impulses outside the cone / impulse
+  double energy_created = 0;    // energy that contacts made from nothing / energy in play
+  std::string hint;             // empty when converged
+};
+
+// Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.
+struct ContactEnergy {
+  double normal = 0, tangential = 0; // rotation components of bonds count as tangential
+};
+
+// What a restart needs to go on to the same bits.
+struct ContactMemory {
+  double h = 0;                      // step that the impulses belong to [s]; 0 before the first
+  std::int64_t contactors_seen = 0;  // contactor ids below this one can no longer bond on first sight
+  int impulse_components = 0, state_components = 0;
+  std::vector<ContactKey> keys;      // contacts with an impulse or a state
+  std::vector<double> impulses;      // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
+  std::vector<double> states;        // (state_components, keys)
+};
+
+class Interactions {
+public:
+  explicit Interactions(int dim);
+  ~Interactions();
+  Interactions(Interactions&&) noexcept;
+  Interactions& operator=(Interactions&&) noexcept;
+
+  // The candidates stay the caller's and must not change until commit. bodies.velocity is that at the start of the step,
+  // positions are those of detection. Throws std::invalid_argument if a pair of materials has no law (names both).
+  void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h, double theta);
+  // Reads bodies.velocity_free; leaves bodies unchanged.
+  SolveReport solve(const Bodies&, const SolverOptions&);
+  // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts' energy.
+  void update_velocity(Bodies&);
+  // State of laws, then impulses and keys become the memory of the next step.
+  ContactEnergy commit();
+
+  // Views of the present step, in the order of the candidates; out arrays are the caller's.
+  std::int64_t count() const;
+  void impulse_local(double* out) const;     // (c, count), c = dim: n, t [, s] [N s]
+  void impulse_space(double* out) const;     // (dim, count), on A [N s]
+  void moment_space(double* out) const;      // (1 or 3, count), on A, of bonds; zero elsewhere [N m s]
+  void relative_velocity(double* out) const; // (dim, count), at the end of the step, local; after update_velocity [m/s]
+  void status(std::int32_t* out) const;      // (count), see cairn_contact_status
+  void dissipated(double* out) const;        // (count), after update_velocity [J]
+  std::vector<ContactKey> bonds() const;     // contacts that detection must keep although they leave its margin
+
+  const ContactMemory& memory() const;       // after commit: what the next assemble will inherit
+  void restore(ContactMemory);               // throws std::invalid_argument if sizes do not agree
+  std::int64_t bytes() const;                // of all arrays held
+
+private:
+  struct State;
+  std::unique_ptr<State> s_;
+};
+
+} // namespace cairn
