@@ -1,5 +1,8 @@
 // Contacts that detection found within the margin, in its canonical order: what the interaction handler hands to the interactions.
 #pragma once
+#include <compare>
+#include <functional>
+
 #include "field.hpp"
 
 namespace cairn {
@@ -10,6 +13,7 @@ struct ContactKey {
   std::int32_t feature;                  // which contact of the pair
   std::int32_t image;                    // periodic image of b seen from a: (ix+512) + 1024*((iy+512) + 1024*(iz+512))
   bool operator==(const ContactKey&) const = default;
+  auto operator<=>(const ContactKey&) const = default;
 };
 
 struct Candidates {
@@ -23,3 +27,15 @@ struct Candidates {
 };
 
 } // namespace cairn
+
+template <>
+struct std::hash<cairn::ContactKey> {
+  std::size_t operator()(const cairn::ContactKey& key) const noexcept {
+    std::uint64_t h = 0;
+    for (std::uint64_t part : {std::uint64_t(key.contactor_a), std::uint64_t(key.contactor_b), std::uint64_t(std::uint32_t(key.feature)) << 32 | std::uint32_t(key.image)}) {
+      h = (h ^ part) * 0x9e3779b97f4a7c15u; // Fibonacci hashing (Knuth 1973)
+      h ^= h >> 29;
+    }
+    return h;
+  }
+};

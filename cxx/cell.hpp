@@ -1,5 +1,6 @@
 // Periodic cell, possibly sheared (Lees & Edwards 1972).
 #pragma once
+#include <cstdint>
 
 namespace cairn {
 
@@ -11,5 +12,37 @@ struct Cell {
   double velocity_gradient[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}; // rate of the cell vectors per cell vector; an image moves with it
   bool any() const { return periodic[0] || periodic[1] || periodic[2]; }
 };
+
+// A periodic image as one number: which lattice point B is moved by, seen from A; each index in -511..511.
+constexpr std::int32_t encode_image(int ix, int iy, int iz) {
+  return (ix + 512) + 1024 * ((iy + 512) + 1024 * (iz + 512));
+}
+constexpr std::int32_t own_image = encode_image(0, 0, 0); // B where it is
+constexpr void decode_image(std::int32_t image, int index[3]) {
+  for (int k = 0; k < 3; ++k) index[k] = ((image >> (10 * k)) & 1023) - 512;
+}
+// The same contact seen from B.
+constexpr std::int32_t opposite_image(std::int32_t image) { return 2 * own_image - image; }
+
+// What is added to the position of B [m]: the cell vectors times the indices of the image.
+constexpr void image_shift(const Cell& cell, std::int32_t image, double shift[3]) {
+  int index[3] = {0, 0, 0};
+  decode_image(image, index);
+  for (int i = 0; i < 3; ++i) {
+    shift[i] = 0;
+    for (int k = 0; k < 3; ++k)
+      if (index[k] != 0) shift[i] += cell.vectors[i + 3 * k] * index[k];
+  }
+}
+
+// What is added to the velocity of B [m/s], since its image moves with the cell.
+constexpr void image_velocity(const Cell& cell, std::int32_t image, double jump[3]) {
+  double shift[3] = {0, 0, 0};
+  image_shift(cell, image, shift);
+  for (int i = 0; i < 3; ++i) {
+    jump[i] = 0;
+    for (int k = 0; k < 3; ++k) jump[i] += cell.velocity_gradient[i + 3 * k] * shift[k];
+  }
+}
 
 } // namespace cairn
