@@ -1,0 +1,98 @@
+"""Refusals shared by the generators: each names the field, the index, the value and what would be right."""
+
+from __future__ import annotations
+
+import math
+import operator
+
+import numpy as np
+
+
+def generator(rng) -> np.random.Generator:
+    """A numpy Generator from itself or from a whole seed; nothing is drawn from a hidden seed."""
+    if isinstance(rng, np.random.Generator):
+        return rng
+    if isinstance(rng, (int, np.integer)) and not isinstance(rng, bool) and rng >= 0:
+        return np.random.default_rng(int(rng))
+    raise ValueError(f"rng is {rng!r}: give numpy.random.default_rng(seed) or a seed >= 0, so that a scene can be made again")
+
+
+def count(name: str, value, smallest: int = 0) -> int:
+    """A whole number not below `smallest`."""
+    try:
+        whole = operator.index(value)
+    except TypeError:
+        raise ValueError(f"{name} is {value!r}: give a whole number >= {smallest}") from None
+    if isinstance(value, (bool, np.bool_)) or whole < smallest:
+        raise ValueError(f"{name} is {value!r}: give a whole number >= {smallest}")
+    return whole
+
+
+def dimension(value) -> int:
+    """2 or 3."""
+    if value not in (2, 3):
+        raise ValueError(f"dim is {value!r}: give 2 (disks) or 3 (spheres)")
+    return int(value)
+
+
+def number(name: str, value) -> float:
+    """A finite number."""
+    try:
+        real = float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {value!r}: give a finite number") from None
+    if not math.isfinite(real):
+        raise ValueError(f"{name} is {value!r}: give a finite number")
+    return real
+
+
+def positive(name: str, value) -> float:
+    """A finite number above zero."""
+    real = number(name, value)
+    if real <= 0.0:
+        raise ValueError(f"{name} is {value!r}: give a number > 0")
+    return real
+
+
+def interval(low_name: str, low, high_name: str, high) -> tuple[float, float]:
+    """Two positive numbers in order; they may be equal."""
+    low, high = positive(low_name, low), positive(high_name, high)
+    if low > high:
+        raise ValueError(f"{low_name} is {low!r}, above {high_name} = {high!r}: exchange them")
+    return low, high
+
+
+def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A contiguous array of finite doubles of the given shape; None stands for any length."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "fiu":
+            raise TypeError
+        array = np.ascontiguousarray(array, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is not an array of real numbers: give numbers of shape {shape_text(shape)}") from None
+    fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape))
+    if not fits:
+        raise ValueError(f"{name} has shape {array.shape}: give shape {shape_text(shape)}")
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        index = tuple(int(i) for i in bad[0])
+        raise ValueError(f"{name}[{', '.join(map(str, index))}] is {array[index]}: give finite numbers "
+                         f"({len(bad)} of {array.size} are not)")
+    return array
+
+
+def positive_array(name: str, values) -> np.ndarray:
+    """A (n,) array of finite doubles above zero."""
+    array = real_array(name, values, (None,))
+    bad = np.flatnonzero(array <= 0.0)
+    if len(bad):
+        raise ValueError(f"{name}[{bad[0]}] is {array[bad[0]]}: give numbers > 0 ({len(bad)} of {array.size} are not)")
+    return array
+
+
+def shape_text(shape: tuple[int | None, ...]) -> str:
+    """(None, 2) -> "(n, 2)"."""
+    names = iter("nmkl")
+    words = [next(names) if s is None else str(s) for s in shape]
+    return f"({words[0]},)" if len(words) == 1 else f"({', '.join(words)})"
