@@ -1,0 +1,65 @@
+# What a build can choose, and the flags that follow from it.
+option(BUILD_SHARED_LIBS "Build libcairn as a shared library" OFF)
+option(CAIRN_PYTHON "Build the Python module cairn._core" ON)
+option(CAIRN_TESTS "Build the C++ tests" ${PROJECT_IS_TOP_LEVEL})
+option(CAIRN_BENCHMARKS "Build the benchmark programs" ${PROJECT_IS_TOP_LEVEL})
+option(CAIRN_WERROR "Treat warnings as errors" OFF)
+option(CAIRN_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointers), NaN in what is not set" OFF)
+set(CAIRN_MARCH "native" CACHE STRING "native, portable (x86-64-v2 on Intel and AMD) or a value of -march")
+set(CAIRN_SKIP "" CACHE STRING "Regular expression of source, test and benchmark files to leave out while they are being written")
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Kind of build" FORCE)
+endif()
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_C_STANDARD 11)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_COLOR_DIAGNOSTICS ON)
+foreach(language C CXX Fortran)
+  set(CMAKE_${language}_FLAGS_RELEASE "-O3")
+endforeach()
+
+find_package(OpenMP REQUIRED COMPONENTS CXX Fortran)
+
+# Flags of Cairn's own code, not of what it includes; not handed on to who links with it.
+add_library(cairn_flags INTERFACE)
+target_link_libraries(cairn_flags INTERFACE OpenMP::OpenMP_CXX OpenMP::OpenMP_Fortran)
+
+if(CAIRN_MARCH STREQUAL "native")
+  set(march -march=native)
+elseif(NOT CAIRN_MARCH STREQUAL "portable")
+  set(march -march=${CAIRN_MARCH})
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+  set(march -march=x86-64-v2)
+else()
+  set(march "")
+endif()
+# A fused multiply-add commutes with powers of two, so contraction keeps the bits of a rescaled scene. Nothing here lets the
+# compiler reorder a sum.
+target_compile_options(cairn_flags INTERFACE ${march} -ffp-contract=fast)
+
+set(cxx_warnings -Wall -Wextra)
+# A law or a pair answers to one signature, whether it needs every argument or not.
+set(fortran_warnings -Wall -Wextra -Wno-unused-dummy-argument -fimplicit-none -std=f2018 -ffree-line-length-132)
+if(CAIRN_WERROR)
+  list(APPEND cxx_warnings -Werror)
+  list(APPEND fortran_warnings -Werror)
+endif()
+target_compile_options(cairn_flags INTERFACE
+  "$<$<COMPILE_LANGUAGE:C,CXX>:${cxx_warnings}>"
+  "$<$<COMPILE_LANGUAGE:CXX>:-fno-math-errno>"
+  "$<$<COMPILE_LANGUAGE:Fortran>:${fortran_warnings}>")
+
+if(CAIRN_FCHECK)
+  target_compile_options(cairn_flags INTERFACE
+    "$<$<COMPILE_LANGUAGE:Fortran>:-fcheck=all;-finit-real=snan;-finit-integer=-99999999;-fbacktrace>")
+endif()
+if(CAIRN_SANITIZE)
+  target_compile_options(cairn_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(cairn_flags INTERFACE -fsanitize=address,undefined)
+endif()

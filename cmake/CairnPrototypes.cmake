@@ -1,0 +1,25 @@
+# Every kernel's own prototype (gfortran -fc-prototypes) is compiled together with core.h: a header that says something else
+# than the Fortran is a build error.
+function(cairn_check_prototypes target)
+  set(header ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/core.h)
+  set(script ${PROJECT_SOURCE_DIR}/cmake/check_prototypes.cmake)
+  set(folder ${CMAKE_CURRENT_BINARY_DIR}/prototypes)
+  file(MAKE_DIRECTORY ${folder})
+  set(stamps)
+  foreach(source IN LISTS ARGN)
+    cmake_path(ABSOLUTE_PATH source OUTPUT_VARIABLE path)
+    cmake_path(GET source STEM name)
+    add_custom_command(
+      OUTPUT ${folder}/${name}.stamp
+      COMMAND ${CMAKE_COMMAND} -DFORTRAN=${CMAKE_Fortran_COMPILER} -DC=${CMAKE_C_COMPILER} -DSOURCE=${path} -DHEADER=${header}
+              -DMODULES=${PROJECT_BINARY_DIR}/modules -DOUTPUT=${folder}/${name} -P ${script}
+      # the objects, because their modules are what a source may use
+      DEPENDS ${path} ${header} ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
+              ${PROJECT_SOURCE_DIR}/core_f90/kinematics/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
+              ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def
+      COMMENT "Prototypes of ${source} against core.h"
+      VERBATIM)
+    list(APPEND stamps ${folder}/${name}.stamp)
+  endforeach()
+  add_custom_target(cairn_prototypes ALL DEPENDS ${stamps})
+endfunction()
