@@ -89,6 +89,7 @@ struct SolveReport {
 // Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.
 struct ContactEnergy {
   double normal = 0, tangential = 0; // rotation components of bonds count as tangential
+  double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
 };
 
 // What a restart needs to go on to the same bits.

@@ -28,12 +28,83 @@ typedef struct cairn_law_context {
  * bias (n, c) [m/s] is added to the relative velocity; compliance (n, c) [1/kg] to the diagonal of W; mu (n) is the friction of the cone. */
 typedef void cairn_law_prepare(int32_t n, const cairn_law_context* context, const double* gap, const double* u_begin,
                                const double* params, double* state, double* bias, double* compliance, double* mu);
-/* w is (n, c, c), u_free (n, c), bias (n, c), params (n, p), state (n, s); r (n, c) out; status (n) out: see cairn_contact_status. */
+/* w is (n, c, c), or W_NN and W_TT (n, 2) where the batch says so; u_free (n, c) with the bias in it, bias (n, c), params (n, p),
+ * state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. */
 typedef void cairn_law_solve(int32_t n, const double* w, const double* u_free, const double* bias, const double* params,
                              const double* state, double* r, int32_t* status);
 typedef void cairn_law_commit(int32_t n, const cairn_law_context* context, const double* gap, const double* u, const double* r,
                               const double* params, double* state);
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
+
+/* ------------------------------------------------------------------ integrators */
+void cairn_theta_free_velocity(int32_t dim, int32_t nd, int64_t nb, double h, double theta, const double* gravity,
+                               const double* mass, const double* inertia, const double* velocity, double* velocity_free,
+                               double* inverse_mass, const double* force, const double* damping, const int8_t* driven,
+                               const double* driven_velocity);
+void cairn_energy_terms(int32_t dim, int32_t nd, int64_t nb, double h, double theta, const double* gravity,
+                        const double* mass, const double* inertia, const double* velocity_begin, const double* velocity,
+                        double* terms, const double* force, const double* damping, const int8_t* driven, double* reaction,
+                        const double* momentum_begin, const double* angular_momentum);
+void cairn_theta_advance(int32_t dim, int32_t nd, int64_t nb, double time, const double* velocity, double* position,
+                         double* angle);
+void cairn_rotate(int64_t nb, double time, const double* inertia, const double* velocity, double* rotation,
+                  const double* angular_momentum, const int8_t* driven, int64_t* unsolved);
+void cairn_inverse_inertia(int64_t nb, const double* inertia, const double* rotation, const double* inverse_mass,
+                           double* inverse_inertia, const int8_t* driven);
+void cairn_free_spin(int64_t nb, double h, double theta, const double* inertia, const double* angular_momentum,
+                     double* inverse_inertia, double* velocity, double* velocity_free, const double* force,
+                     const double* damping, const int8_t* driven);
+void cairn_momentum_update(int64_t nb, int32_t mode, const double* inertia, const double* rotation,
+                           const double* velocity_begin, double* velocity, double* angular_momentum, const int8_t* driven);
+
+/* ------------------------------------------------------------------ batches of contacts and the sides they rest on */
+/* Mutually independent contacts of one law on one pair of kinds of side. A field with c components is a block (count, c): each
+ * component contiguous. count is a multiple of 8; past `contacts` stand dummies on the spare record, which never act. */
+typedef struct cairn_batch {
+  int32_t count, contacts; /* with and without dummies */
+  int32_t components;      /* unknowns of a contact */
+  int32_t block;           /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
+  int32_t side_a, side_b;  /* rows of sides.def */
+  int32_t moves_a, moves_b; /* 0: no finite inverse mass on that side, read only */
+  int32_t hub;             /* 1: all contacts share body B, which moves; each sees its velocity at the start */
+  int32_t group;           /* by which the inverse mass of the hub is multiplied in delassus */
+  int32_t law;             /* row of laws.def */
+  int32_t first;           /* place of its first contact in the order of batches */
+  const int32_t *body_a, *body_b; /* (n) places of velocity records */
+  const double* frame;     /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
+  const double *lever_a, *lever_b; /* (n, lever of the side) [m] */
+  const double* delassus;  /* [1/kg] */
+  const double* bias;      /* (n, c) [m/s] */
+  const double* params;    /* (n, p) of the law, or mu (n) of the cone */
+  double* r;               /* (n, c) impulse [N s] */
+  const double* rho;       /* (n) 1 / true W_NN [kg] */
+  double* scale;           /* (n) |F(0)|^2 / rho [J] */
+  const double* state;     /* (n, s) of the law */
+  int32_t* status;         /* (n) see cairn_contact_status */
+  cairn_law_solve* solve;
+} cairn_batch;
+
+/* A kind of side. Velocity records: 8 numbers a body, 2D: velocity (2), spin, inverse mass (2), inverse inertia, 0, 0;
+ * 3D: velocity (3), spin (3), inverse mass along x, inverse inertia (isotropic). A side of width 16 reads 8 more, 3D: inverse
+ * mass along y and z, inverse inertia xx yy zz xy xz yz. Records come as columns v (n, width); sign is +1 on A, -1 on B. */
+typedef void cairn_side_gather(int32_t n, int32_t c, int32_t width, double sign, const double* v, const double* frame,
+                               const double* lever, double* u); /* u (n, c) += sign H'v */
+typedef void cairn_side_scatter(int32_t n, int32_t c, int32_t width, double sign, const double* dr, const double* frame,
+                                const double* lever, double* v); /* v += sign A^-1 H dr */
+typedef void cairn_side_delassus(int32_t n, int32_t c, int32_t width, double factor, const double* v, const double* frame,
+                                 const double* lever, double* w); /* w (n, c, c) += factor H' A^-1 H */
+typedef struct cairn_side {
+  cairn_side_gather* gather;
+  cairn_side_scatter* scatter;
+  cairn_side_delassus* delassus;
+  int32_t lever; /* numbers of the lever */
+  int32_t width; /* numbers of a record: 8 or 16 */
+} cairn_side;
+
+cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3;
+void cairn_nlgs_sweep(int32_t sweeps, int32_t stages, const int32_t* first, const int32_t* serial, const cairn_batch* batches,
+                      const cairn_side* sides, double* record, const double* general, int32_t threads, double* work,
+                      double* change);
 
 #ifdef __cplusplus
 }

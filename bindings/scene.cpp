@@ -1,0 +1,149 @@
+#include "arrays.hpp"
+#include "scene.hpp"
+
+using cairn::Scene;
+using Doubles = std::optional<Input<double>>;
+
+namespace {
+
+const char* const shape_names[] = {
+#define CAIRN_SHAPE(name, dimension, bounded) #name,
+#include "../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+
+cairn::Shape shape_named(const std::string& name) {
+  for (std::size_t i = 0; i < std::size(shape_names); ++i)
+    if (name == shape_names[i]) return cairn::Shape(i);
+  throw cairn::Error("there is no shape " + name);
+}
+
+std::int64_t add_bodies(Scene& s, std::int64_t count, const Doubles& position, const Doubles& rotation,
+                        const Doubles& velocity, const Doubles& mass, const Doubles& inertia) {
+  return s.add_bodies({count, span_of(position), span_of(rotation), span_of(velocity), span_of(mass), span_of(inertia)});
+}
+
+std::int64_t add_contactors(Scene& s, const std::string& shape, const Input<std::int64_t>& body,
+                            const Input<std::int32_t>& material, const Doubles& radius, const Doubles& offset,
+                            const Doubles& direction) {
+  return s.add_contactors({body.size(),
+                           shape_named(shape),
+                           {body.data(), std::size_t(body.size())},
+                           {material.data(), std::size_t(material.size())},
+                           span_of(radius),
+                           span_of(offset),
+                           span_of(direction)});
+}
+
+void assign_body(Scene& s, const std::string& name, const py::array& values) {
+  bool found = false;
+  s.bodies.for_each_field([&](auto& field) {
+    if (field.name != name) return;
+    found = true;
+    s.activate(field.need);
+    assign(field, values, s.insertion_order());
+  });
+  if (!found) throw py::key_error("there is no body field " + name);
+}
+
+void set_cell(Scene& s, const std::array<bool, 3>& periodic, const Input<double>& vectors, const Input<double>& corner,
+              const Input<double>& gradient) {
+  if (vectors.size() != 9 || corner.size() != 3 || gradient.size() != 9)
+    throw cairn::Error("a cell needs 3 x 3 vectors, 3 coordinates of its corner and a 3 x 3 velocity gradient");
+  for (int i = 0; i < 3; ++i) {
+    s.cell.periodic[i] = periodic[i];
+    s.cell.corner[i] = corner.data()[i];
+    for (int k = 0; k < 3; ++k) { // rows of the input are cell vectors; columns are stored
+      s.cell.vectors[i + 3 * k] = vectors.data()[3 * k + i];
+      s.cell.velocity_gradient[i + 3 * k] = gradient.data()[3 * i + k];
+    }
+  }
+}
+
+py::dict get_cell(const Scene& s) {
+  py::array_t<double> vectors({3, 3}), corner(3), gradient({3, 3});
+  for (int i = 0; i < 3; ++i) {
+    corner.mutable_at(i) = s.cell.corner[i];
+    for (int k = 0; k < 3; ++k) {
+      vectors.mutable_at(k, i) = s.cell.vectors[i + 3 * k];
+      gradient.mutable_at(i, k) = s.cell.velocity_gradient[i + 3 * k];
+    }
+  }
+  py::dict out;
+  out["periodic"] = py::make_tuple(s.cell.periodic[0], s.cell.periodic[1], s.cell.periodic[2]);
+  out["vectors"] = vectors;
+  out["corner"] = corner;
+  out["velocity_gradient"] = gradient;
+  return out;
+}
+
+// Every field in internal order, for a checkpoint.
+py::dict get_state(Scene& s) {
+  py::dict bodies, contactors;
+  s.bodies.for_each_field([&](auto& f) {
+    if (f.active) bodies[py::str(f.name)] = py::array(live(f, s.bodies.count, py::none())).attr("copy")();
+  });
+  s.contactors.for_each_field([&](auto& f) {
+    if (f.active) contactors[py::str(f.name)] = py::array(live(f, s.contactors.count, py::none())).attr("copy")();
+  });
+  py::dict out;
+  out["bodies"] = bodies;
+  out["contactors"] = contactors;
+  out["next_body_id"] = s.next_body_id;
+  out["next_contactor_id"] = s.next_contactor_id;
+  out["cell"] = get_cell(s);
+  return out;
+}
+
+template <class Field>
+void restore_field(Field& f, const py::dict& arrays) {
+  using T = typename Field::value_type;
+  f.active = arrays.contains(py::str(f.name));
+  if (!f.active) return;
+  const Input<T> in = py::cast<Input<T>>(arrays[py::str(f.name)]);
+  f.values.assign(in.data(), in.data() + in.size());
+}
+
+void set_state(Scene& s, const py::dict& state) {
+  const py::dict bodies = state["bodies"], contactors = state["contactors"], cell = state["cell"];
+  s.bodies.for_each_field([&](auto& f) { restore_field(f, bodies); });
+  s.contactors.for_each_field([&](auto& f) { restore_field(f, contactors); });
+  s.next_body_id = py::cast<std::int64_t>(state["next_body_id"]);
+  s.next_contactor_id = py::cast<std::int64_t>(state["next_contactor_id"]);
+  s.fields_restored();
+  set_cell(s, py::cast<std::array<bool, 3>>(cell["periodic"]), py::cast<Input<double>>(cell["vectors"]),
+           py::cast<Input<double>>(cell["corner"]), py::cast<Input<double>>(cell["velocity_gradient"]));
+}
+
+} // namespace
+
+void bind_scene(py::module_& m) {
+  m.def("shapes", [] { return std::vector<std::string>(std::begin(shape_names), std::end(shape_names)); });
+  py::class_<Scene>(m, "Scene")
+      .def(py::init<int>())
+      .def_readonly("dim", &Scene::dim)
+      .def_readwrite("gravity", &Scene::gravity)
+      .def_readwrite("origin", &Scene::origin)
+      .def("add_bodies", &add_bodies)
+      .def("add_contactors", &add_contactors)
+      .def("remove_bodies",
+           [](Scene& s, const Input<std::int64_t>& ids) { s.remove_bodies({ids.data(), std::size_t(ids.size())}); })
+      .def("drive", [](Scene& s, const Input<std::int64_t>& ids, int mask,
+                       const Doubles& velocity) { s.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask), span_of(velocity)); })
+      .def("set_cell", &set_cell)
+      .def("get_cell", &get_cell)
+      .def("renumber", &Scene::renumber)
+      .def_property_readonly("body_count", [](const Scene& s) { return s.bodies.count; })
+      .def_property_readonly("contactor_count", [](const Scene& s) { return s.contactors.count; })
+      .def("internal", &Scene::internal)
+      .def("body", [](Scene& s, const std::string& name) { return get_ordered(s.bodies, name, s.insertion_order()); })
+      .def("contactor",
+           [](Scene& s, const std::string& name) { return get_ordered(s.contactors, name, s.contactor_insertion_order()); })
+      .def("assign_body", &assign_body)
+      .def("raw_body",
+           [](py::object self, const std::string& name) { return get_live(self.cast<Scene&>().bodies, name, self); })
+      .def("body_fields", [](Scene& s) { return describe(s.bodies); })
+      .def("contactor_fields", [](Scene& s) { return describe(s.contactors); })
+      .def("get_state", &get_state)
+      .def("set_state", &set_state);
+}

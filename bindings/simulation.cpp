@@ -1,0 +1,218 @@
+#include "simulation.hpp"
+
+#include "arrays.hpp"
+
+using cairn::Simulation;
+
+namespace {
+
+cairn::Nscd nscd_of(const py::dict& d) {
+  cairn::Nscd n;
+  n.theta = py::cast<double>(d["theta"]);
+  n.margin = py::cast<double>(d["margin"]);
+  n.project_positions = py::cast<bool>(d["project_positions"]);
+  n.warm_start = py::cast<bool>(d["warm_start"]);
+  n.renumber_every = py::cast<int>(d["renumber_every"]);
+  n.solver.tolerance = py::cast<double>(d["tol"]);
+  n.solver.min_iterations = py::cast<int>(d["min_iter"]);
+  n.solver.max_iterations = py::cast<int>(d["max_iter"]);
+  n.solver.threads = py::cast<int>(d["threads"]);
+  return n;
+}
+
+const char* name_of(cairn::SolveStatus status) {
+  switch (status) {
+    case cairn::SolveStatus::converged: return "converged";
+    case cairn::SolveStatus::iteration_limit: return "iteration_limit";
+    default: return "diverged";
+  }
+}
+
+#define CAIRN_ENERGY_TERMS(X)                                                                                       \
+  X(kinetic) X(potential) X(work_driven) X(work_external) X(dissipated_friction) X(dissipated_normal)               \
+  X(dissipated_bulk) X(dissipated_theta) X(work_projection) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
+
+py::dict energy_of(const cairn::Energy& e) {
+  py::dict out;
+#define X(term) out[#term] = e.term;
+  CAIRN_ENERGY_TERMS(X)
+#undef X
+  return out;
+}
+
+void restore_energy(cairn::Energy& e, const py::dict& in) {
+#define X(term) e.term = py::cast<double>(in[#term]);
+  CAIRN_ENERGY_TERMS(X)
+#undef X
+}
+
+py::dict report_of(const cairn::StepReport& r) {
+  py::dict out;
+  out["step"] = r.step;
+  out["time"] = r.time;
+  out["time_detection"] = r.time_detection;
+  out["dt"] = r.h;
+  out["contacts"] = r.contacts;
+  out["unresolved_rotations"] = r.unresolved_rotations;
+  out["status"] = name_of(r.solve.status);
+  out["iterations"] = r.solve.iterations;
+  out["error"] = r.solve.error;
+  out["worst_error"] = r.solve.worst_error;
+  out["worst_contact"] = r.solve.worst_contact;
+  out["penetration"] = r.solve.penetration;
+  out["cone_distance"] = r.solve.cone_distance;
+  out["energy_created"] = r.solve.energy_created;
+  out["hint"] = r.solve.hint;
+  out["projected_overlap"] = r.projected_overlap;
+  return out;
+}
+
+// Body ids of both sides of every candidate: what a person calls the pair.
+py::array_t<std::int64_t> contact_bodies(Simulation& s) {
+  py::array_t<std::int64_t> out({py::ssize_t(s.candidates.count), py::ssize_t(2)});
+  std::int64_t* to = out.mutable_data();
+  for (std::int64_t k = 0; k < s.candidates.count; ++k) {
+    *to++ = *s.scene.bodies.id[*s.scene.contactors.body[s.candidates.contactor_a[k]]];
+    *to++ = *s.scene.bodies.id[*s.scene.contactors.body[s.candidates.contactor_b[k]]];
+  }
+  return out;
+}
+
+template <class F>
+py::array_t<double> filled(std::int64_t items, int components, F&& fill) {
+  py::array_t<double> out(shape_of(items, components));
+  fill(out.mutable_data());
+  return out;
+}
+
+py::object contact_field(Simulation& s, const std::string& name) {
+  const std::int64_t n = s.candidates.count;
+  const int dim = s.scene.dim;
+  auto copied = [&](const cairn::Array<double>& from, int components) {
+    return filled(n, components, [&](double* to) { std::copy_n(from.data(), n * components, to); });
+  };
+  if (name == "bodies") return contact_bodies(s);
+  if (name == "gap") return copied(s.candidates.gap, 1);
+  if (name == "normal") return copied(s.candidates.normal, dim);
+  if (name == "point") {
+    py::array_t<double> out = copied(s.candidates.point, dim);
+    for (std::int64_t i = 0; i < n * dim; ++i) out.mutable_data()[i] += s.scene.origin[i % dim];
+    return out;
+  }
+  auto& c = s.interactions;
+  if (name == "impulse") return filled(n, dim, [&](double* to) { c.impulse_space(to); });
+  if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.impulse_local(to); });
+  if (name == "moment") return filled(n, dim == 2 ? 1 : 3, [&](double* to) { c.moment_space(to); });
+  if (name == "relative_velocity") return filled(n, dim, [&](double* to) { c.relative_velocity(to); });
+  if (name == "dissipated") return filled(n, 1, [&](double* to) { c.dissipated(to); });
+  if (name == "status") {
+    py::array_t<std::int32_t> out(n);
+    c.status(out.mutable_data());
+    return out;
+  }
+  throw py::key_error("there is no contact field " + name);
+}
+
+template <class T>
+py::array_t<T> array_of(const std::vector<T>& v) {
+  return py::array_t<T>(py::ssize_t(v.size()), v.data());
+}
+
+py::dict memory_of(const cairn::ContactMemory& m) {
+  py::dict out;
+  py::array_t<std::int64_t> keys({py::ssize_t(m.keys.size()), py::ssize_t(4)});
+  std::int64_t* to = keys.mutable_data();
+  for (const cairn::ContactKey& k : m.keys) {
+    *to++ = k.contactor_a;
+    *to++ = k.contactor_b;
+    *to++ = k.feature;
+    *to++ = k.image;
+  }
+  out["h"] = m.h;
+  out["contactors_seen"] = m.contactors_seen;
+  out["impulse_components"] = m.impulse_components;
+  out["state_components"] = m.state_components;
+  out["keys"] = keys;
+  out["impulses"] = array_of(m.impulses);
+  out["states"] = array_of(m.states);
+  return out;
+}
+
+cairn::ContactMemory memory_from(const py::dict& d) {
+  cairn::ContactMemory m;
+  m.h = py::cast<double>(d["h"]);
+  m.contactors_seen = py::cast<std::int64_t>(d["contactors_seen"]);
+  m.impulse_components = py::cast<int>(d["impulse_components"]);
+  m.state_components = py::cast<int>(d["state_components"]);
+  const Input<std::int64_t> keys = py::cast<Input<std::int64_t>>(d["keys"]);
+  for (py::ssize_t i = 0; i + 3 < keys.size(); i += 4) {
+    const std::int64_t* k = keys.data() + i;
+    m.keys.push_back({k[0], k[1], std::int32_t(k[2]), std::int32_t(k[3])});
+  }
+  const Input<double> impulses = py::cast<Input<double>>(d["impulses"]), states = py::cast<Input<double>>(d["states"]);
+  m.impulses.assign(impulses.data(), impulses.data() + impulses.size());
+  m.states.assign(states.data(), states.data() + states.size());
+  return m;
+}
+
+py::dict get_state(py::object self) {
+  Simulation& s = self.cast<Simulation&>();
+  py::dict out;
+  out["scene"] = self.attr("scene").attr("get_state")();
+  out["memory"] = memory_of(s.interactions.memory());
+  out["energy"] = energy_of(s.energy);
+  out["steps"] = s.steps;
+  out["time"] = s.time;
+  return out;
+}
+
+void set_state(py::object self, const py::dict& state) {
+  Simulation& s = self.cast<Simulation&>();
+  self.attr("scene").attr("set_state")(state["scene"]);
+  s.interactions.restore(memory_from(state["memory"]));
+  restore_energy(s.energy, state["energy"]);
+  s.steps = py::cast<std::int64_t>(state["steps"]);
+  s.time = py::cast<double>(state["time"]);
+}
+
+} // namespace
+
+void bind_simulation(py::module_& m) {
+  py::class_<Simulation>(m, "Simulation")
+      .def(py::init([](const cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
+        return new Simulation(scene, laws, nscd_of(strategy));
+      }))
+      .def_property_readonly(
+          "scene", [](Simulation& s) -> cairn::Scene& { return s.scene; }, py::return_value_policy::reference_internal)
+      .def("set_laws", [](Simulation& s, const cairn::LawTable& laws) { s.laws = laws; })
+      .def("set_strategy", [](Simulation& s, const py::dict& d) { s.strategy = nscd_of(d); })
+      .def("set_filter", [](Simulation& s, int materials,
+                            std::vector<std::uint8_t> allowed) { s.handler.set_filter(materials, std::move(allowed)); })
+      .def("step", [](Simulation& s, double h) {
+        {
+          py::gil_scoped_release release;
+          s.step(h);
+        }
+        return report_of(s.report);
+      })
+      .def("begin_step", &Simulation::begin_step)
+      .def("predict_configuration", &Simulation::predict_configuration)
+      .def("compute_free_velocity", &Simulation::compute_free_velocity)
+      .def("detect_contacts", &Simulation::detect_contacts)
+      .def("prepare_contacts", &Simulation::prepare_contacts)
+      .def("solve_contacts", &Simulation::solve_contacts)
+      .def("update_velocity", &Simulation::update_velocity)
+      .def("commit_contacts", &Simulation::commit_contacts)
+      .def("update_configuration", &Simulation::update_configuration)
+      .def("undo_step", &Simulation::undo_step)
+      .def("report", [](Simulation& s) { return report_of(s.report); })
+      .def("energy", [](Simulation& s) { return energy_of(s.energy); })
+      .def("contact", &contact_field)
+      .def_property_readonly("contact_count", [](Simulation& s) { return s.candidates.count; })
+      .def_readonly("steps", &Simulation::steps)
+      .def_readonly("time", &Simulation::time)
+      .def("stage_seconds", &Simulation::stage_seconds)
+      .def("bytes", &Simulation::bytes)
+      .def("get_state", &get_state)
+      .def("set_state", &set_state);
+}

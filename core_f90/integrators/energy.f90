@@ -1,0 +1,109 @@
+!> Energy that bodies gain and lose over a step of the theta-method, term by term.
+!> With a mean velocity v = (v- + v+)/2 the change of kinetic energy is M (v+ - v-).v exactly, whatever theta: potential and
+!> external work follow the displacement h (theta v+ + (1 - theta) v-), and what lies between the two is D_theta.
+module energy
+   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
+   implicit none
+   private
+   public :: cairn_energy_terms
+
+   integer(c_int64_t), parameter :: chunk = 1024 !< partial sums of a fixed length: the order of addition never changes
+
+contains
+
+   !> Sums over the bodies. reaction: in, impulse of the contacts on each dof; out, impulse of the drive on driven dofs.
+   subroutine cairn_energy_terms(dim, nd, nb, h, theta, gravity, mass, inertia, velocity_begin, velocity, terms, &
+                                      force, damping, driven, reaction, momentum_begin, angular_momentum) bind(c)
+      integer(c_int32_t), value :: dim !< 2 or 3
+      integer(c_int32_t), value :: nd !< 3 or 6
+      integer(c_int64_t), value :: nb !< bodies
+      real(c_double), value :: h !< step [s]
+      real(c_double), value :: theta !< in [1/2, 1]
+      real(c_double), intent(in) :: gravity(dim) !< [m/s2]
+      real(c_double), intent(in) :: mass(0:nb - 1) !< [kg]
+      real(c_double), intent(in) :: inertia(2*dim - 3, 0:nb - 1) !< principal moments [kg m2]
+      real(c_double), intent(in) :: velocity_begin(nd, 0:nb - 1) !< [m/s, rad/s]
+      real(c_double), intent(in) :: velocity(nd, 0:nb - 1) !< at the end, as the contacts see it [m/s, rad/s]
+      real(c_double), intent(out) :: terms(7) !< T at the end, dT, dU, W_external, W_driven, D_bulk, D_theta [J]
+      real(c_double), intent(in), optional :: force(nd, 0:nb - 1) !< [N, N m]
+      real(c_double), intent(in), optional :: damping(0:nb - 1) !< [1/s]
+      integer(c_int8_t), intent(in), optional :: driven(0:nb - 1) !< bit j: dof j is driven
+      real(c_double), intent(inout), optional :: reaction(nd, 0:nb - 1) !< [N s, N m s]
+      real(c_double), intent(in), optional :: momentum_begin(3, 0:nb - 1) !< angular momentum before the kick [N m s]
+      real(c_double), intent(in), optional :: angular_momentum(3, 0:nb - 1) !< and after it [N m s]
+      integer(c_int64_t) :: first, i
+      real(c_double) :: part(7)
+
+      terms = 0
+      do first = 0, nb - 1, chunk
+         part = 0
+         do i = first, min(first + chunk, nb) - 1
+            call add_body(i)
+         end do
+         terms = terms + part
+      end do
+
+   contains
+
+      subroutine add_body(i)
+         integer(c_int64_t), intent(in) :: i
+         real(c_double) :: inertial, pull, push, change, end_momentum, mean, moved, contact, drag
+         logical :: held, turning
+         integer :: j, axis
+
+         do j = 1, nd
+            held = .false.
+            if (present(driven)) held = btest(driven(i), j - 1)
+            contact = 0
+            if (present(reaction)) contact = reaction(j, i)
+            if (present(reaction)) reaction(j, i) = 0
+            mean = (velocity_begin(j, i) + velocity(j, i))/2
+            inertial = mass(i)
+            if (j > dim) inertial = inertia(1, i)
+            if (.not. inertial <= huge(inertial)) then
+               if (held .and. present(reaction)) reaction(j, i) = -contact
+               if (held) part(5) = part(5) - contact*mean
+               cycle
+            end if
+            change = inertial*(velocity(j, i) - velocity_begin(j, i))
+            end_momentum = inertial*velocity(j, i)
+            turning = j > 3 .and. present(momentum_begin) .and. present(angular_momentum)
+            if (turning) turning = minval(inertia(:, i)) < maxval(inertia(:, i)) ! a sphere stores no angular momentum
+            axis = max(j - 3, 1)
+            if (turning) change = angular_momentum(axis, i) - momentum_begin(axis, i)
+            if (turning) end_momentum = angular_momentum(axis, i)
+            moved = h*(theta*velocity(j, i) + (1 - theta)*velocity_begin(j, i))
+            pull = 0
+            push = 0
+            drag = 0
+            if (j <= dim) pull = inertial*gravity(j)
+            if (present(force)) push = force(j, i)
+            if (present(damping)) drag = damping(i)*dragged_momentum(axis, i, inertial, turning, moved)
+            part(1) = part(1) + end_momentum*velocity(j, i)/2
+            part(2) = part(2) + change*mean
+            part(3) = part(3) - pull*moved
+            part(4) = part(4) + push*moved
+            part(6) = part(6) + drag*mean
+            part(7) = part(7) + (theta - 0.5_c_double)*h*(pull + push)*(velocity(j, i) - velocity_begin(j, i))
+            if (held) then
+               contact = change - h*(pull + push) + drag - contact
+               part(5) = part(5) + contact*mean
+               if (present(reaction)) reaction(j, i) = contact
+            end if
+         end do
+      end subroutine
+
+      !> Momentum that drag acts on, times the step: M h (theta v+ + (1 - theta) v-).
+      function dragged_momentum(axis, i, inertial, turning, moved) result(momentum)
+         integer, intent(in) :: axis
+         integer(c_int64_t), intent(in) :: i
+         real(c_double), intent(in) :: inertial, moved
+         logical, intent(in) :: turning
+         real(c_double) :: momentum
+         momentum = inertial*moved
+         if (turning) momentum = h*(theta*angular_momentum(axis, i) + (1 - theta)*momentum_begin(axis, i))
+      end function
+
+   end subroutine
+
+end module

@@ -1,0 +1,96 @@
+// A scene, the strategy that moves it, and what the last step did. step() is in step.cpp, one page; each stage can be called alone.
+#pragma once
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "interaction.hpp"
+#include "interaction_handler.hpp"
+#include "scene.hpp"
+
+namespace cairn {
+
+// Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
+struct Nscd {
+  double theta = 0.5;
+  SolverOptions solver{};
+  double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
+  bool project_positions = false;
+  bool warm_start = true;
+  int renumber_every = 200; // steps between renumberings along the space-filling curve
+};
+
+// Terms of d(T + U) = W_driven + W_external - D_friction - D_normal - D_bulk - D_theta + closure [J], since the start.
+struct Energy {
+  double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
+  double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_theta = 0;
+  double work_projection = 0; // potential energy that project_positions gave
+  double closure = 0;
+  double largest_kinetic = 0, turned_over = 0;
+  double in_play = 0; // their sum: the scale of closure
+};
+
+struct StepReport {
+  std::int64_t step = 0;
+  double time = 0, time_detection = 0, h = 0;
+  std::int64_t contacts = 0;
+  std::int64_t unresolved_rotations = 0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
+  SolveReport solve;
+  double projected_overlap = 0; // deepest overlap / size that project_positions left
+  Energy energy;
+};
+
+class Simulation {
+ public:
+  Simulation(Scene scene, LawTable laws, Nscd strategy);
+
+  Scene scene;
+  LawTable laws;
+  Nscd strategy;
+  InteractionHandler handler;
+  Interactions interactions;
+  Candidates candidates;
+  Energy energy;
+  StepReport report;
+  std::int64_t steps = 0;
+  double time = 0;
+
+  // One step of length h. Throws Error and leaves bodies, contacts and time as they were when the step cannot be made.
+  const StepReport& step(double h);
+
+  // The stages of step(), in its order.
+  void begin_step(double h);
+  void predict_configuration();
+  void compute_free_velocity();
+  void detect_contacts();
+  void prepare_contacts();
+  void solve_contacts();
+  void update_velocity();
+  void update_configuration();
+  void commit_contacts();
+  void project_positions();
+  void undo_step();
+
+  // Seconds of wall clock spent in each stage since the start, in the order of the stages.
+  const std::vector<std::pair<std::string, double>>& stage_seconds() const { return stage_seconds_; }
+  // Bytes held for bodies (with contactors and the solver's records) and for contacts.
+  std::pair<std::int64_t, std::int64_t> bytes();
+
+ private:
+  template <class Stage>
+  void timed(const char* name, Stage&& stage);
+  void save_begin();
+  void wrap_into_cell();
+  void advance_cell(double time);
+  void measure_margins();
+  void account(const ContactEnergy& contacts);
+
+  double h_ = 0;
+  bool begun_ = false;
+  Cell cell_begin_;
+  Array<double> margins_;
+  std::vector<std::pair<std::string, double>> stage_seconds_;
+};
+
+} // namespace cairn

@@ -1,0 +1,42 @@
+// The step of Non-Smooth Contact Dynamics on one page (Moreau 1988, Jean 1999).
+#include <chrono>
+
+#include "call.hpp"
+#include "simulation.hpp"
+
+namespace cairn {
+
+template <class Stage>
+void Simulation::timed(const char* name, Stage&& stage) {
+  const auto start = std::chrono::steady_clock::now();
+  stage();
+  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+  for (auto& [known, seconds] : stage_seconds_)
+    if (known == name) {
+      seconds += spent.count();
+      return;
+    }
+  stage_seconds_.emplace_back(name, spent.count());
+}
+
+const StepReport& Simulation::step(double h) {
+  begin_step(h);
+  try {
+    // The configuration is predicted first: the free spin of a body depends on how it then stands.
+    timed("predict_configuration", [&] { predict_configuration(); });
+    timed("compute_free_velocity", [&] { compute_free_velocity(); });
+    timed("detect_contacts", [&] { detect_contacts(); });
+    timed("prepare_contacts", [&] { prepare_contacts(); });
+    timed("solve_contacts", [&] { solve_contacts(); });
+  } catch (...) {
+    undo_step();
+    throw;
+  }
+  timed("update_velocity", [&] { update_velocity(); });
+  timed("commit_contacts", [&] { commit_contacts(); });
+  timed("update_configuration", [&] { update_configuration(); });
+  if (strategy.project_positions) timed("project_positions", [&] { project_positions(); });
+  return report;
+}
+
+} // namespace cairn
