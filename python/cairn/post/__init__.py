@@ -1,0 +1,7 @@
+"""Read, measure and draw what a simulation wrote."""
+
+from .errors import FileError
+from .load import Run, load
+from .writer import RunWriter
+
+__all__ = ["FileError", "Run", "RunWriter", "load"]
