@@ -4,16 +4,12 @@
 #ifndef CAIRN_CORE_H
 #define CAIRN_CORE_H
 #include <stdint.h>
+
+#include "cairn/error.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* What a kernel reports when it was called wrongly; owned by the caller, code 0 is success. */
-typedef struct cairn_error {
-  int32_t code;
-  int64_t item;
-  char message[256];
-} cairn_error;
 
 /* ------------------------------------------------------------------ contact laws */
 /* What a law may ask about the step beside its own contact. Fields are added at the end only. */
@@ -105,6 +101,80 @@ cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3;
 void cairn_nlgs_sweep(int32_t sweeps, int32_t stages, const int32_t* first, const int32_t* serial, const cairn_batch* batches,
                       const cairn_side* sides, double* record, const double* general, int32_t threads, double* work,
                       double* change);
+
+/* ------------------------------------------------------------------ detection */
+void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,
+                             int32_t has_offset, const double* offset, int32_t has_rotation, const double* rotation,
+                             double* centre, int64_t* not_finite);
+void cairn_contactor_directions(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* direction,
+                                int32_t has_rotation, const double* rotation, double* turned);
+void cairn_contactor_reach(int32_t dim, int64_t first, int64_t last, const int16_t* shape, int32_t elongated,
+                           const double* radius, const double* direction, double share, const double* margin,
+                           double* reach, int64_t* wrong);
+void cairn_periodic_items(int32_t dim, int64_t n, const int32_t* listed, const double* centre, const double* reach,
+                          const int32_t* periodic, const double* vectors, const double* corner, double* x,
+                          double* x_reach, int32_t* lattice);
+void cairn_periodic_ghosts(int32_t dim, int64_t first, int64_t last, const double* x, const double* reach,
+                           const int32_t* lattice, const int32_t* periodic, const double* vectors, const double* corner,
+                           int64_t capacity, int32_t* ghost_of, double* ghost_x, double* ghost_reach,
+                           int32_t* ghost_lattice, int64_t* found);
+void cairn_grid_classes(int64_t n, const double* reach, int64_t* items, double* widest, double* smallest, double* largest);
+void cairn_grid_level(int64_t first, int64_t last, const double* reach, double unit, int32_t lowest, int32_t highest,
+                      int32_t* level, int64_t* items);
+void cairn_grid_box(int32_t dim, int64_t first, int64_t last, const double* x, const int32_t* level, int32_t lowest,
+                    int32_t highest, double* low, double* high);
+void cairn_grid_keys(int32_t dim, int64_t first, int64_t last, const double* x, const int32_t* level, int32_t lowest,
+                     int32_t highest, const double* inverse_cell, const int64_t* origin, const int64_t* stride,
+                     const int64_t* first_key, const int64_t* table_first, const int64_t* table_size,
+                     const int64_t* table, const int64_t* table_place, int64_t* key);
+void cairn_sort_keys(int64_t n, int64_t largest, int64_t* key, int32_t* order, int64_t* key_work, int32_t* order_work);
+void cairn_grid_cells(int64_t n, const int64_t* key, int64_t* cell_key, int32_t* cell_start, int64_t* cells);
+void cairn_grid_gather(int32_t dim, int64_t n, int64_t first, int64_t last, const int32_t* order, const double* x,
+                       const double* reach, double* sorted);
+void cairn_grid_search(int32_t dim, int64_t n, const double* sorted, int64_t cells, int64_t first, int64_t last,
+                       const int64_t* cell_key, const int32_t* cell_start, int32_t levels, const int64_t* level_cell,
+                       const double* inverse_cell, const int64_t* origin, const int64_t* extent, const int64_t* stride,
+                       const int64_t* first_key, const int64_t* table_first, const int64_t* table_size,
+                       const int64_t* table, const int64_t* table_place, int64_t capacity, int32_t* hits,
+                       int64_t* found);
+void cairn_plane_search(int32_t dim, int64_t n, const int32_t* listed, const double* centre, const double* reach,
+                        const double* origin, const double* normal, double margin, int64_t capacity, int32_t* near,
+                        int64_t* found);
+void cairn_tube_search(int64_t n, const int32_t* listed, const double* centre, const double* reach, const double* origin,
+                       const double* axis, double radius, double margin, int64_t capacity, int32_t* near, int64_t* found);
+void cairn_pairs_of_hits(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int32_t* a, int32_t* b,
+                         int32_t* image);
+void cairn_pairs_of_ghosts(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int64_t nb_real,
+                           const int32_t* lattice, const double* reach, int32_t* a, int32_t* b, int32_t* image,
+                           int64_t* kept);
+void cairn_pair_admit(int32_t dofs, int64_t n, int32_t* a, int32_t* b, int32_t* image, int32_t shapes,
+                      const int32_t* kind_of, const int32_t* turn_of, const int32_t* body, const int16_t* shape,
+                      const int64_t* id, const double* inverse_mass, int32_t materials, const int8_t* allowed,
+                      const int16_t* material, int32_t* kind, int64_t* kept);
+void cairn_pair_count(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind, const int32_t* a,
+                      int32_t* count);
+void cairn_pair_starts(int64_t slots, int32_t* place);
+void cairn_pair_scatter(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind, const int32_t* a,
+                        const int32_t* b, const int32_t* image, int32_t* place, int32_t* a_out, int32_t* b_out,
+                        int32_t* image_out);
+void cairn_pair_tidy(int64_t first, int64_t last, const int32_t* place, int32_t* b, int32_t* image);
+void cairn_pair_gather(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* image,
+                       const double* centre, const double* radius, int32_t has_direction, const double* direction,
+                       int32_t periodic, const double* vectors, double* between, double* radius_a, double* radius_b,
+                       double* direction_b);
+void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* image,
+                      const double* centre, const double* gap, const double* normal, const double* point,
+                      const int32_t* status, double constant, const double* margin, double* gap_out, double* normal_out,
+                      double* point_out, int8_t* keep, int32_t* kept);
+/* The narrow phase of a pair of shapes, on n pairs, each component contiguous: between (n, dim) is centre of A - centre of B,
+ * direction_b (n, dim + 1); out: gap (n), normal (n, dim), point (n, dim) from the centre of A, status (n) see below. */
+typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
+                                const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
+enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
+#define CAIRN_PAIR(name, a, b, most) cairn_pair_contact cairn_pair_##name;
+#include "../../detection/pairs.def"
+#undef CAIRN_PAIR
+void cairn_hilbert_keys(int32_t dim, int64_t n, const double* position, const double* low, const double* width, int64_t* key);
 
 #ifdef __cplusplus
 }
