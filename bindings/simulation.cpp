@@ -184,6 +184,13 @@ void bind_simulation(py::module_& m) {
       }))
       .def_property_readonly(
           "scene", [](Simulation& s) -> cairn::Scene& { return s.scene; }, py::return_value_policy::reference_internal)
+      .def("set_gravity", [](Simulation& s, const std::array<double, 3>& gravity) { s.scene.gravity = gravity; })
+      .def("assign_body",
+           [](py::object self, const std::string& name, const py::array& values) {
+             self.attr("scene").attr("assign_body")(name, values);
+             if (name != "force" && name != "damping") self.cast<Simulation&>().scene.state_assigned();
+           })
+      .def_property_readonly("order_version", [](Simulation& s) { return s.scene.order_version(); })
       .def("set_laws", [](Simulation& s, const cairn::LawTable& laws) { s.laws = laws; })
       .def("set_strategy", [](Simulation& s, const py::dict& d) { s.strategy = nscd_of(d); })
       .def("set_filter", [](Simulation& s, int materials,

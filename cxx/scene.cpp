@@ -228,7 +228,15 @@ void Scene::reorder(const std::vector<std::int32_t>& body_order) {
   refresh_orders();
 }
 
+void Scene::state_assigned() {
+  if (bodies.angular_momentum.active)
+    cairn_momentum_update(bodies.count, 2, bodies.inertia.values.data(), bodies.rotation.values.data(),
+                          bodies.velocity.values.data(), bodies.velocity.values.data(),
+                          bodies.angular_momentum.values.data(), nullptr);
+}
+
 void Scene::refresh_orders() {
+  ++order_version_;
   auto by_id = [](std::vector<std::int32_t>& order, const Field<std::int64_t>& id, std::int64_t count) {
     order.resize(count);
     std::iota(order.begin(), order.end(), 0);

@@ -56,6 +56,8 @@ class Scene {
   std::int32_t internal(std::int64_t body_id) const;               // throws Error for an id that is not there
   const std::vector<std::int32_t>& insertion_order() const { return insertion_order_; } // internal numbers by rising id
   const std::vector<std::int32_t>& contactor_insertion_order() const { return contactor_insertion_order_; }
+  std::int64_t order_version() const { return order_version_; }   // changes when internal numbers do
+  void state_assigned();                                           // after velocity or rotation was written from outside
   void activate(Need need);                                        // makes the arrays of a need exist
   bool has(Need need) const;
 
@@ -66,6 +68,7 @@ class Scene {
  private:
   void reorder(const std::vector<std::int32_t>& body_order);
   void refresh_orders();
+  std::int64_t order_version_ = 0;
   std::vector<std::int32_t> insertion_order_, contactor_insertion_order_;
 };
 

@@ -51,8 +51,8 @@ def superblock(root, end):
     return body + struct.pack("<I", checksum(body))
 
 
-def datatype(dtype):
-    """Datatype message of a numpy dtype: integers, floats, fixed strings."""
+def datatype(dtype, ascii=False):
+    """Datatype message of a numpy dtype: integers, floats, fixed strings (UTF-8, or marked as ASCII)."""
     dtype, size = np.dtype(dtype), np.dtype(dtype).itemsize
     if dtype.kind in "iu":
         return struct.pack("<BBBBIHH", 0x10, 8 if dtype.kind == "i" else 0, 0, 0, size, 0, 8 * size)
@@ -61,7 +61,7 @@ def datatype(dtype):
         return struct.pack("<BBBBIHHBBBBI", 0x11, 0x20, 8 * size - 1, 0, size, 0, 8 * size,
                            mantissa, exponent, 0, mantissa, bias)
     if dtype.kind == "S":
-        return struct.pack("<BBBBI", 0x13, 0x11, 0, 0, size)  # null-padded, UTF-8
+        return struct.pack("<BBBBI", 0x13, 1 if ascii else 0x11, 0, 0, size)  # null-padded
     raise TypeError(f"an array of {dtype} cannot be stored; use integers, float32, float64 or strings")
 
 
@@ -75,7 +75,8 @@ def dataspace(shape, extendable=False):
 
 def attribute(name, value):
     """Attribute message; `value` an array that `storable` has passed."""
-    label, kind, space = name.encode() + b"\0", datatype(value.dtype), dataspace(value.shape)
+    label, space = name.encode() + b"\0", dataspace(value.shape)
+    kind = datatype(value.dtype, ascii=value.tobytes().isascii())  # VTK before 9.5 refuses UTF-8
     return struct.pack("<BBHHHB", 3, 0, len(label), len(kind), len(space), 1) + label + kind + space + value.tobytes()
 
 

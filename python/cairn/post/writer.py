@@ -13,7 +13,8 @@ Layout, version 1.0 (see `FORMAT_VERSION`):
       bodies, contacts     soft links into /VTKHDF
 
 A field that did not change since the output before it (radius, material ...) is not written again: its offset is
-repeated. In 2D z is 0. VTK 9.3 and later read the blocks over time.
+repeated. In 2D z is 0. VTK 9.4 and later (ParaView 5.13) read
+the blocks over time.
 """
 
 import hashlib
@@ -263,14 +264,17 @@ class RunWriter:
         root = self._file.root.group("VTKHDF")
         root.set_attribute("Version", np.array([2, 1]))
         root.set_attribute("Type", np.bytes_(b"MultiBlockDataSet"))
+        # VTK forgets the steps of the blocks when it is asked twice, unless the root has steps too; 9.4 wants every
+        # member of the root to have a type, and looks for the times in the last one, so this is the first
+        self._root_steps = root.group("Steps")
+        self._root_steps.set_attribute("Version", np.array([2, 1]))
+        self._root_steps.set_attribute("Type", np.bytes_(b"ImageData"))
+        self._times = self._root_steps.series("Values", "f8", rows_per_chunk=256, unit="s")
         self._blocks = (_Block(root.group("bodies"), "position", fields, self.dim, n),
                         _Block(root.group("contacts"), "point", contact_fields, self.dim, 2 * n))
         root["bodies"].set_attribute("Index", np.int64(0))
         root["contacts"].set_attribute("Index", np.int64(1))
         assembly = root.group("Assembly")
-        # VTK 9.7 forgets the steps of the blocks when it is asked twice, unless the root has steps too
-        self._root_steps = root.group("Steps")
-        self._times = self._root_steps.series("Values", "f8", rows_per_chunk=256, unit="s")
         for name in ("bodies", "contacts"):
             assembly.soft_link(name, f"/VTKHDF/{name}")
             self._own.soft_link(name, f"/VTKHDF/{name}")

@@ -1,0 +1,55 @@
+"""Words about a simulation: what runs, what it stores, what was chosen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def explain(simulation):
+    """Text on stages, arrays, bytes, settings and scales."""
+    core, strategy = simulation._core, simulation.strategy
+    lines = [f"{len(simulation.bodies)} bodies, {core.scene.contactor_count} contactors, {simulation.scene.dim}D"]
+    stages = ["predict_configuration", "compute_free_velocity", "detect_contacts", "prepare_contacts", "solve_contacts",
+              "update_velocity", "commit_contacts", "update_configuration"]
+    stages += ["project_positions"] if strategy.project_positions else []
+    lines += ["", "Stages of a step: " + ", ".join(stages)]
+    margin = "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
+    solver = strategy.solver
+    lines += [
+        f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
+        f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
+        f"{'warm' if strategy.warm_start else 'cold'} start",
+    ]
+    for title, fields, count in (("body", core.scene.body_fields(), len(simulation.bodies)),
+                                 ("contactor", core.scene.contactor_fields(), core.scene.contactor_count)):
+        active = [f for f in fields if f["active"]]
+        lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
+        lines += [f"  {f['name']:<18}{f['components']} x [{f['unit']}]  {f['meaning']} ({f['stage']})" for f in active]
+        absent = [f["name"] for f in fields if not f["active"]]
+        if absent:
+            lines.append(f"  not stored, since nothing needs them: {', '.join(absent)}")
+    bodies, contacts = core.bytes()
+    lines += ["", f"In all, with workspace: {bodies / max(1, len(simulation.bodies)):.0f} bytes a body"]
+    if core.contact_count:
+        lines.append(f"and {contacts / core.contact_count:.0f} bytes a contact ({core.contact_count} contacts)")
+    lines += ["", *_scales(simulation)]
+    return "\n".join(lines)
+
+
+def _scales(simulation):
+    mass = simulation.bodies.mass
+    finite = np.isfinite(mass)
+    radius = simulation.radii()
+    out = []
+    if np.any(radius > 0):
+        r = radius[radius > 0]
+        out.append(f"Scales: radius {r.min():g} to {r.max():g} m (ratio {r.max() / r.min():.3g})")
+    if np.any(finite):
+        m = mass[finite]
+        out.append(f"mass {m.min():g} to {m.max():g} kg (ratio {m.max() / m.min():.3g})")
+    gravity = simulation.scene.gravity
+    if not callable(gravity) and np.any(gravity) and np.any(radius > 0):
+        g = np.linalg.norm(gravity)
+        fall = np.sqrt(2 * np.median(r) / g)
+        out.append(f"time to fall one radius {fall:.3g} s = {fall / simulation.dt:.3g} steps")
+    return out

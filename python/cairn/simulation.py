@@ -1,0 +1,300 @@
+"""The time loop: a scene, a strategy, a step; files, progress, restart."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from . import _core, views
+from .pre import checks
+from .scene import Scene, insert
+from .strategies import NSCD
+
+
+class OverlapWarning(UserWarning):
+    """Bodies overlap at the start by more than the share that was allowed."""
+
+
+class Simulation:
+    """A scene on the move.
+
+    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...). overlap: what to do when bodies overlap
+    at the start by more than overlap_share of the smaller radius: "warn", "error" or "ignore".
+
+    Raises ValueError (or cairn.Error, which is one) naming field, index, value and remedy; nothing half-built stays.
+    """
+
+    def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
+        if not isinstance(scene, Scene):
+            raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
+        self.strategy = NSCD() if strategy is None else strategy
+        if not isinstance(self.strategy, NSCD):
+            raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...)")
+        self._dt = checks.positive("dt", dt)
+        self.scene = scene
+        scene.check_names()
+        self._species = scene.species()
+        core = _core.Scene(scene.dim)
+        core.origin = _three(scene.origin)
+        if scene.periodic is not None:
+            core.set_cell(*scene.periodic.arrays(scene.dim))
+        sets = [s.with_(ids=insert(core, s, self._species)) for s in scene.sets]
+        table, allowed = scene.law_table(self._species)
+        self._core = _core.Simulation(core, table, self.strategy.settings())
+        self._core.set_filter(len(self._species), allowed.ravel())
+        self._sets, self._radii, self._info = sets, None, {}
+        self._start_functions()
+        self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
+        if overlap not in ("warn", "error", "ignore"):
+            raise ValueError(f"overlap is {overlap!r}: give 'warn', 'error' or 'ignore'")
+        if overlap != "ignore" and len(self.bodies):
+            self._check_overlap(overlap, checks.number("overlap_share", overlap_share))
+
+    # ------------------------------------------------------------------ state
+
+    @property
+    def dt(self):
+        """Step [s]."""
+        return self._dt
+
+    @dt.setter
+    def dt(self, value):
+        self._dt = checks.positive("dt", value)
+
+    @property
+    def time(self):
+        """Time reached [s]."""
+        return self._core.time
+
+    @property
+    def steps(self):
+        """Steps taken since the start."""
+        return self._core.steps
+
+    @property
+    def info(self):
+        """The last step: status, error, iterations, contacts, penetration, energy, seconds of each stage, ..."""
+        return {**self._info, "energy": self.energy, "seconds": dict(self._core.stage_seconds())}
+
+    @property
+    def energy(self):
+        """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
+        return self._core.energy()
+
+    @property
+    def raw(self):
+        """Live arrays in internal order, until the next renumbering."""
+        return views.RawView(self)
+
+    def radii(self):
+        """Radius of each body about its centre of mass, (n,) [m]: 0 for walls."""
+        if self._radii is None:
+            core = self._core.scene
+            ids = core.body("id")
+            reach = core.contactor("radius")
+            offset = core.contactor("offset")
+            if len(offset):
+                reach = reach + np.linalg.norm(offset, axis=1)
+            shapes = np.array(_core.shapes())[core.contactor("shape")]
+            round_ = np.isin(shapes, ("disk", "sphere"))
+            self._radii = np.zeros(len(ids))
+            internal = core.raw_body("id")
+            owners = np.searchsorted(ids, internal[core.contactor("body")])
+            np.maximum.at(self._radii, owners[round_], reach[round_])
+        return self._radii.copy()
+
+    # ------------------------------------------------------------------ stepping
+
+    def step(self, dt=None):
+        """One step; returns its report (see info). Raises and leaves everything as it was if the step cannot be made."""
+        h = self._dt if dt is None else checks.positive("dt", dt)
+        self._apply_functions(h)
+        self._info = self._core.step(h)
+        return self._info
+
+    def run(self, steps=None, *, until=None, while_=None, output=None, every=1, checkpoint_every=None, callback=None,
+            probes=None, progress=True, overwrite=False):
+        """Steps until a number of steps is taken, a time reached, or a condition `while_(sim)` is false.
+
+        output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
+        the output. callback(sim) after each step; returning False ends the run. probes: {name: function(sim) -> number},
+        recorded each step in the history. Ctrl-C and SIGTERM end the run after the step at hand and close the file.
+        Returns the number of steps taken.
+        """
+        from .run import run
+
+        return run(self, steps=steps, until=until, while_=while_, output=output, every=every, callback=callback,
+                   checkpoint_every=checkpoint_every, probes=probes, progress=progress, overwrite=overwrite)
+
+    # ------------------------------------------------------------------ changes between steps
+
+    def add(self, s):
+        """Inserts a set of bodies between steps and returns their ids. All or nothing."""
+        from .bodies import replace
+
+        species = dict(self._species)
+        insert(_core.Scene(self.scene.dim), s, dict(species))
+        grown = Scene(self.scene.dim)
+        for c in s.contactors:
+            species.setdefault((c.material.name, s.group or ""), len(species))
+        grown.rules = self.scene.rules
+        table, allowed = grown.law_table(species)
+        ids = insert(self._core.scene, s, species)
+        self._core.set_laws(table)
+        self._core.set_filter(len(species), allowed.ravel())
+        self._species, self._radii = species, None
+        self._sets.append(replace(s, ids=ids))
+        self._start_functions()
+        return ids
+
+    def remove(self, ids):
+        """Removes bodies by their ids between steps. All or nothing."""
+        ids = np.atleast_1d(np.asarray(ids, np.int64))
+        self._core.scene.remove_bodies(ids)
+        self._radii = None
+        self._start_functions()
+
+    def drive(self, ids, dofs, velocity):
+        """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
+        from . import bodies as b
+
+        ids = np.atleast_1d(np.asarray(ids, np.int64))
+        carrier = b.BodySet(self.scene.dim, np.zeros((len(ids), self.scene.dim)), None, None, [], driven=dofs, drive=velocity)
+        b.checked(carrier)
+        carrier.ids = ids
+        for s in self._sets:
+            if s.drive is not None and s.ids is not None and np.all(np.isin(s.ids, ids)):
+                s.drive, s.driven = None, ()
+        self._sets.append(carrier)
+        self._core.scene.drive(ids, carrier.mask, None)
+        self._start_functions()
+
+    # ------------------------------------------------------------------ restart
+
+    def checkpoint(self, path):
+        """Writes all that the future depends on; replaced atomically, restored by `restore` to the same bits."""
+        from .post.checkpoint import save
+
+        save(path, {"kind": "checkpoint", "dim": self.scene.dim, "dt": self._dt, "state": self._core.get_state(),
+                    "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()}})
+
+    def restore(self, path):
+        """Goes back to a checkpoint of the same scene. Raises FileError when the file is no checkpoint of this scene."""
+        from .post.checkpoint import load
+        from .post.errors import FileError
+
+        content = load(path)
+        if content.get("kind") != "checkpoint":
+            raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
+        names = [(d["material"], d["group"]) for _, d in sorted(content["species"].items())]
+        if int(content["dim"]) != self.scene.dim or names[: len(self._species)] != list(self._species):
+            raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
+        self._core.set_state(content["state"])
+        self._dt, self._radii = float(content["dt"]), None
+        self._start_functions()
+
+    # ------------------------------------------------------------------ words
+
+    def explain(self):
+        """What will run: stages, arrays, bytes for each body and contact, the settings chosen, scales of the scene."""
+        from .explain import explain
+
+        return explain(self)
+
+    # ------------------------------------------------------------------ values that change with time
+
+    def _start_functions(self):
+        """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
+        present = self._core.scene.body("id")
+        self._driven, self._forced = [], []
+        for s in self._sets:
+            alive = np.isin(s.ids, present)
+            if not np.any(alive):
+                continue
+            ids = s.ids[alive]
+            if s.drive is not None:
+                self._driven.append((ids, s.mask, alive, s.drive))
+                if not callable(s.drive):
+                    self._core.scene.drive(ids, s.mask, np.ascontiguousarray(s.drive[alive]))
+            if s.force is not None:
+                self._forced.append((np.searchsorted(present, ids), alive, s.force))
+            if s.damping is not None:
+                damping = self._field("damping", (len(present),))
+                damping[np.searchsorted(present, ids)] = s.damping[alive]
+                self._core.assign_body("damping", damping)
+        self._constant_force_set = False
+
+    def _field(self, name, shape):
+        values = self._core.scene.body(name)
+        return values if values.shape == shape else np.zeros(shape)
+
+    def _apply_functions(self, h):
+        t, end = self.time, self.time + h
+        theta = self.strategy.theta
+        gravity = self.scene.gravity
+        if callable(gravity):
+            gravity = theta * np.asarray(gravity(end), float) + (1 - theta) * np.asarray(gravity(t), float)
+            gravity = checks.real_array("gravity", gravity, (self.scene.dim,))
+        self._core.set_gravity(_three(gravity))
+        for ids, mask, alive, drive in self._driven:
+            if callable(drive):
+                self._core.scene.drive(ids, mask, self._rows("drive", drive(end), alive))
+        moving = any(callable(force) for _, _, force in self._forced)
+        if self._forced and (moving or not self._constant_force_set):
+            forces = np.zeros((len(self.bodies), 3 if self.scene.dim == 2 else 6))
+            for rows, alive, force in self._forced:
+                if callable(force):
+                    late = self._rows("force", self._call(force, end), alive)
+                    early = self._rows("force", self._call(force, t), alive)
+                    forces[rows] += theta * late + (1 - theta) * early
+                else:
+                    forces[rows] += force[alive]
+            self._core.assign_body("force", forces)
+            self._constant_force_set = True
+
+    def _call(self, function, t):
+        """A function of time, or one of time and the simulation (a servo)."""
+        return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
+
+    def _rows(self, name, value, alive):
+        from .bodies import _spread
+
+        return np.ascontiguousarray(_spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive])
+
+    # ------------------------------------------------------------------ overlaps at the start
+
+    def _check_overlap(self, action, share):
+        """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
+        core = self._core
+        core.begin_step(self._dt)
+        try:
+            core.compute_free_velocity()
+            core.detect_contacts()
+            gap, pairs = core.contact("gap"), core.contact("bodies")
+        finally:
+            core.undo_step()
+        deep = np.flatnonzero(gap < 0)
+        if not len(deep):
+            return
+        ids = core.scene.body("id")
+        radius = np.where(self.radii() > 0, self.radii(), np.inf)
+        size = np.minimum(*(radius[np.searchsorted(ids, pairs[deep, side])] for side in (0, 1)))
+        relative = -gap[deep] / size
+        bad = np.flatnonzero(relative > share)
+        if not len(bad):
+            return
+        worst = bad[np.argsort(-relative[bad])][:3]
+        listed = "; ".join(f"bodies {pairs[deep[k], 0]} and {pairs[deep[k], 1]} by {relative[k]:.3g} of a radius" for k in worst)
+        text = (f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
+                "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)")
+        if action == "error":
+            raise ValueError(text)
+        warnings.warn(text, OverlapWarning, stacklevel=4)
+
+
+def _three(values):
+    """(3,) from (2,) or (3,)."""
+    out = np.zeros(3)
+    out[: len(values)] = values
+    return out

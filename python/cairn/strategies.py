@@ -1,0 +1,66 @@
+"""How a scene moves: the strategy and its contact solver, with defaults that a scene explains (Simulation.explain)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from .pre import checks
+
+
+@dataclass(frozen=True)
+class NLGS:
+    """Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999).
+
+    tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
+    """
+
+    tol: float = 1e-4
+    min_iter: int = 1
+    max_iter: int = 1000
+
+    def __post_init__(self):
+        if not 0 < checks.number("tol", self.tol) < 1:
+            raise ValueError(f"tol is {self.tol}: give a number between 0 and 1; 1e-4 is usual, 1e-8 is exact")
+        checks.count("min_iter", self.min_iter)
+        checks.count("max_iter", self.max_iter, 1)
+        if self.min_iter > self.max_iter:
+            raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
+
+
+@dataclass(frozen=True)
+class NSCD:
+    """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
+
+    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. margin: gap below which a pair is a candidate [m]; None: from sizes
+    and speeds. project_positions: remove overlap after each step without changing a velocity (Acary 2013).
+    warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
+    renumber_every: steps between renumberings of the bodies along a space-filling curve.
+    """
+
+    theta: float = 0.5
+    solver: NLGS = field(default_factory=NLGS)
+    margin: float | None = None
+    project_positions: bool = False
+    warm_start: bool = True
+    threads: int = 0
+    renumber_every: int = 200
+
+    def __post_init__(self):
+        if not 0.5 <= checks.number("theta", self.theta) <= 1:
+            raise ValueError(f"theta is {self.theta}: give a value in [1/2, 1]; below 1/2 the method is unstable")
+        if self.margin is not None and checks.number("margin", self.margin) < 0:
+            raise ValueError(f"margin is {self.margin}: give a length >= 0 [m], or None")
+        checks.count("threads", self.threads)
+        checks.count("renumber_every", self.renumber_every, 1)
+        if not isinstance(self.solver, NLGS):
+            raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...)")
+
+    def settings(self):
+        """What the core reads."""
+        return {
+            "theta": float(self.theta), "margin": math.nan if self.margin is None else float(self.margin),
+            "project_positions": bool(self.project_positions), "warm_start": bool(self.warm_start),
+            "renumber_every": int(self.renumber_every), "threads": int(self.threads), "tol": float(self.solver.tol),
+            "min_iter": int(self.solver.min_iter), "max_iter": int(self.solver.max_iter),
+        }
