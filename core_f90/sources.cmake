@@ -1,4 +1,14 @@
 set(CAIRN_CORE_SOURCES
+  detection/contactor_places.f90
+  detection/grid_levels.f90
+  detection/grid_search.f90
+  detection/hilbert_keys.f90
+  detection/key_sort.f90
+  detection/pair_geometry.f90
+  detection/pair_lists.f90
+  detection/periodic_items.f90
+  detection/separation.f90
+  detection/wall_search.f90
   integrators/energy.f90
   integrators/rotation.f90
   integrators/theta.f90

@@ -1,6 +1,8 @@
 set(CAIRN_CXX_SOURCES
   body.cpp
   contactor.cpp
+  detection_grid.cpp
+  interaction_handler.cpp
   periodic.cpp
   scene.cpp
   step.cpp

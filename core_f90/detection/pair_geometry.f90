@@ -1,0 +1,101 @@
+!> Between the lists of pairs and the narrow phase: brings a batch's geometry together, and puts its contacts in place.
+module pair_geometry
+  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int8_t
+  implicit none
+  private
+  public :: cairn_pair_gather, cairn_pair_store
+
+  integer(c_int32_t), parameter :: image_bits = 2**30 - 1
+
+contains
+
+  !> Relative places, radii and directions of a batch of pairs, each component contiguous.
+  pure subroutine cairn_pair_gather(dim, n, a, b, image, centre, radius, has_direction, direction, periodic, vectors, &
+                                    between, radius_a, radius_b, direction_b) bind(c)
+    integer(c_int32_t), value :: dim                    !< 2 or 3
+    integer(c_int32_t), value :: n                      !< pairs
+    integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
+    integer(c_int32_t), intent(in) :: image(n)          !< of b seen from a; read if periodic
+    real(c_double), intent(in) :: centre(dim, 0:*)      !< of the contactors [m]
+    real(c_double), intent(in) :: radius(0:*)           !< [m]
+    integer(c_int32_t), value :: has_direction          !< 0: direction_b is not made
+    real(c_double), intent(in) :: direction(dim + 1, 0:*) !< in space, then half length [m]
+    integer(c_int32_t), value :: periodic               !< 0: image and vectors are not read
+    real(c_double), intent(in) :: vectors(3, 3)         !< of the cell, in columns [m]
+    real(c_double), intent(out) :: between(n, dim)      !< centre of a - centre of b [m]
+    real(c_double), intent(out) :: radius_a(n), radius_b(n) !< [m]
+    real(c_double), intent(inout) :: direction_b(n, dim + 1) !< of b
+    integer(c_int32_t) :: i, k, j, lattice
+
+    if (dim == 2) then
+      do i = 1, n
+        between(i, 1) = centre(1, a(i)) - centre(1, b(i))
+        between(i, 2) = centre(2, a(i)) - centre(2, b(i))
+        radius_a(i) = radius(a(i))
+        radius_b(i) = radius(b(i))
+      end do
+    else
+      do i = 1, n
+        between(i, 1) = centre(1, a(i)) - centre(1, b(i))
+        between(i, 2) = centre(2, a(i)) - centre(2, b(i))
+        between(i, 3) = centre(3, a(i)) - centre(3, b(i))
+        radius_a(i) = radius(a(i))
+        radius_b(i) = radius(b(i))
+      end do
+    end if
+    if (periodic /= 0) then
+      do k = 1, dim
+        do i = 1, n
+          lattice = iand(shiftr(image(i), 10*(k - 1)), 1023) - 512
+          if (lattice == 0) cycle
+          do j = 1, k
+            between(i, j) = between(i, j) - lattice*vectors(j, k)
+          end do
+        end do
+      end do
+    end if
+    if (has_direction == 0) return
+    do k = 1, dim + 1
+      do i = 1, n
+        direction_b(i, k) = direction(k, b(i))
+      end do
+    end do
+  end subroutine cairn_pair_gather
+
+  !> Puts a batch of contacts where they belong, and marks which of them count: gap within the margin, or declared.
+  pure subroutine cairn_pair_store(dim, n, a, b, image, centre, gap, normal, point, status, constant, margin, gap_out, &
+                                   normal_out, point_out, keep, kept) bind(c)
+    integer(c_int32_t), value :: dim                    !< 2 or 3
+    integer(c_int32_t), value :: n                      !< pairs
+    integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
+    integer(c_int32_t), intent(in) :: image(n)          !< bit 30 set: declared
+    real(c_double), intent(in) :: centre(dim, 0:*)      !< of the contactors [m]
+    real(c_double), intent(in) :: gap(n)                !< [m]
+    real(c_double), intent(in) :: normal(n, dim)        !< unit
+    real(c_double), intent(in) :: point(n, dim)         !< from the centre of a [m]
+    integer(c_int32_t), intent(in) :: status(n)         !< 1: does not touch
+    real(c_double), value :: constant                   !< margin of every pair [m]; negative: margin is read instead
+    real(c_double), intent(in) :: margin(0:*)           !< of the contactors [m]
+    real(c_double), intent(out) :: gap_out(n)           !< [m]
+    real(c_double), intent(out) :: normal_out(dim, n)
+    real(c_double), intent(out) :: point_out(dim, n)    !< [m]
+    integer(c_int8_t), intent(out) :: keep(n)           !< 1: counts; 2: counts, though the narrow phase refuses the pair
+    integer(c_int32_t), intent(out) :: kept             !< how many count
+    integer(c_int32_t) :: i
+    real(c_double) :: limit
+
+    kept = 0
+    do i = 1, n
+      gap_out(i) = gap(i)
+      normal_out(:, i) = normal(i, :)
+      point_out(:, i) = centre(:, a(i)) + point(i, :)
+      limit = constant
+      if (limit < 0) limit = margin(a(i)) + margin(b(i))
+      keep(i) = 0
+      if ((gap(i) <= limit .and. status(i) /= 1) .or. image(i) > image_bits) keep(i) = 1
+      if (keep(i) == 1 .and. status(i) == 2) keep(i) = 2
+      kept = kept + merge(1, 0, keep(i) > 0)
+    end do
+  end subroutine cairn_pair_store
+
+end module pair_geometry

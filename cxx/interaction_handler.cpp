@@ -1,0 +1,560 @@
+#include "interaction_handler.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <unordered_map>
+
+#include "cairn/core.h"
+#include "call.hpp"
+#include "detection_grid.hpp"
+
+namespace cairn {
+
+namespace {
+
+struct PairKind {
+  const char* name;
+  Shape a, b;
+  cairn_pair_contact* contact;
+};
+const PairKind pair_kinds[] = {
+#define CAIRN_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, cairn_pair_##name},
+#include "../core_f90/detection/pairs.def"
+#undef CAIRN_PAIR
+};
+constexpr int kinds = int(std::size(pair_kinds));
+const char* const shape_names[] = {
+#define CAIRN_SHAPE(name, dimension, bounded) #name,
+#include "../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+constexpr bool shape_bounded[] = {
+#define CAIRN_SHAPE(name, dimension, bounded) bounded != 0,
+#include "../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+constexpr int shapes = int(std::size(shape_bounded));
+constexpr bool directed(Shape shape) { return shape != Shape::disk && shape != Shape::sphere; }
+
+constexpr std::int32_t declared_bit = 1 << 30; // beside an image
+constexpr std::int32_t image_bits = declared_bit - 1;
+constexpr int batch = 256;               // pairs of a call of the narrow phase
+constexpr std::int64_t cells_at_once = 2048;
+
+// Which kind two shapes make, and how they are turned to be A and B: 0 as they come, 1 the other way, 2 by id.
+struct KindTable {
+  std::int32_t kind[shapes * shapes], turn[shapes * shapes];
+  KindTable() {
+    std::fill(std::begin(kind), std::end(kind), -1);
+    std::fill(std::begin(turn), std::end(turn), 0);
+    for (int k = 0; k < kinds; ++k) {
+      const int a = int(pair_kinds[k].a), b = int(pair_kinds[k].b);
+      kind[a + shapes * b] = kind[b + shapes * a] = k;
+      turn[b + shapes * a] = 1;
+      if (a == b) turn[a + shapes * a] = 2;
+    }
+  }
+};
+const KindTable kind_table;
+
+// Grows, never shrinks, and does not keep what was there.
+template <class T>
+void make_room(Array<T>& array, std::int64_t n) {
+  if (std::int64_t(array.size()) < n) Array<T>(n + n / 8).swap(array);
+}
+template <class T>
+std::size_t bytes_of(const Array<T>& array) {
+  return array.capacity() * sizeof(T);
+}
+
+// Pairs that one thread found, before they are ordered.
+struct alignas(128) PairList {
+  std::int64_t count = 0;
+  Array<std::int32_t> a, b, image, kind, hits;
+  void reserve(std::int64_t n) {
+    if (std::int64_t(a.size()) < n)
+      for (auto* array : {&a, &b, &image, &kind}) array->resize(n + n / 4);
+  }
+};
+
+std::string name_of(const Contactors& contactors, const Bodies& bodies, std::int64_t i) {
+  return std::string(shape_names[std::size_t(contactors.shape.values[i])]) + " (contactor " +
+         std::to_string(contactors.id.values[i]) + ") of body " +
+         std::to_string(bodies.id.values[contactors.body.values[i]]);
+}
+
+} // namespace
+
+struct InteractionHandler::Workspace {
+  // options
+  std::int32_t materials = 0;
+  Array<std::int8_t> allowed;
+  std::vector<DeclaredPair> declared;
+
+  // the scene of this call
+  const Bodies* bodies = nullptr;
+  const Contactors* contactors = nullptr;
+  const Cell* cell = nullptr;
+  const Margin* margin = nullptr;
+  const double *position = nullptr, *rotation = nullptr;
+  int dim = 2;
+  std::int32_t periodic[3] = {0, 0, 0};
+  bool any_periodic = false;
+
+  // per contactor
+  Array<double> centre, direction, reach;
+  std::vector<std::int32_t> walls;
+  Array<std::int32_t> bounded;
+  // per item: a bounded contactor, or a ghost of one
+  std::int64_t items = 0, real_items = 0;
+  Array<double> item_x, item_reach;
+  Array<std::int32_t> item_contactor, item_lattice, ghost_of;
+  DetectionGrid grid;
+  std::vector<PairList> lists;
+  // ordering and narrow phase
+  Array<std::int32_t> place;
+  Array<std::int8_t> keep;
+  std::int32_t slot_of_kind[kinds] = {};
+  std::int64_t kind_end[kinds] = {};
+
+  double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
+  void check() const;
+  void check_cell() const;
+  void place_contactors();
+  void make_items();
+  void search_grid();
+  void search_walls();
+  void add_declared();
+  std::int32_t nearest_image(std::int64_t a, std::int64_t b) const;
+  void order_pairs(Candidates& out);
+  void narrow(Candidates& out);
+  std::int64_t narrow_batch(int kind, std::int64_t first, std::int64_t last, Candidates& out);
+  void drop_what_does_not_count(Candidates& out);
+  void admit(PairList& list, std::int64_t added) const;
+};
+
+InteractionHandler::InteractionHandler() : work(std::make_unique<Workspace>()) {}
+InteractionHandler::~InteractionHandler() = default;
+InteractionHandler::InteractionHandler(InteractionHandler&&) noexcept = default;
+InteractionHandler& InteractionHandler::operator=(InteractionHandler&&) noexcept = default;
+
+void InteractionHandler::set_filter(std::int32_t materials, std::vector<std::uint8_t> allowed) {
+  if (allowed.empty()) {
+    work->materials = 0;
+    return;
+  }
+  if (std::int64_t(allowed.size()) != std::int64_t(materials) * materials)
+    throw Error("filter: " + std::to_string(allowed.size()) + " values for " + std::to_string(materials) +
+                " materials; give the square of that number");
+  work->materials = materials;
+  work->allowed.assign(allowed.begin(), allowed.end());
+}
+
+void InteractionHandler::set_declared(std::vector<DeclaredPair> pairs) { work->declared = std::move(pairs); }
+
+void InteractionHandler::detect(const Bodies& bodies, const Contactors& contactors, const Cell& cell,
+                                const Margin& margin, Candidates& out, const Configuration& configuration) {
+  Workspace& w = *work;
+  out.count = 0;
+  w.bodies = &bodies;
+  w.contactors = &contactors;
+  w.cell = &cell;
+  w.margin = &margin;
+  w.dim = bodies.dim;
+  w.position = configuration.position ? configuration.position : bodies.position.values.data();
+  w.rotation = configuration.rotation ? configuration.rotation
+               : bodies.rotation.active ? bodies.rotation.values.data()
+                                        : nullptr;
+  for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
+  w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];
+  w.check();
+  w.place_contactors();
+  w.make_items();
+  w.lists.resize(std::max<std::size_t>(w.lists.size(), omp_get_max_threads()));
+  for (PairList& list : w.lists) list.count = 0;
+  w.search_grid();
+  w.search_walls();
+  w.add_declared();
+  w.order_pairs(out);
+  w.narrow(out);
+  w.drop_what_does_not_count(out);
+}
+
+void InteractionHandler::Workspace::check() const {
+  if (contactors->dim != dim) throw Error("detection: bodies and contactors differ in dimension");
+  if (!margin->per_contactor && !(margin->constant >= 0 && std::isfinite(margin->constant)))
+    throw Error("margin: " + std::to_string(margin->constant) + " m; give a finite length, not negative");
+  if (contactors->count > std::numeric_limits<std::int32_t>::max() / kinds)
+    throw Error("detection: " + std::to_string(contactors->count) + " contactors are more than one process can number");
+  if (any_periodic) check_cell();
+  if (contactors->direction.active) return;
+  for (std::int64_t i = 0; i < contactors->count; ++i)
+    if (directed(Shape(contactors->shape.values[i])))
+      throw Error("direction: " + name_of(*contactors, *bodies, i) + " has none; activate the field and give a unit vector");
+}
+
+void InteractionHandler::Workspace::check_cell() const {
+  for (int k = 0; k < dim; ++k) {
+    if (!periodic[k]) continue;
+    const double* v = cell->vectors + 3 * k;
+    const char* axis[] = {"x", "y", "z"};
+    if (!(v[k] > 0) || !std::isfinite(v[0]) || !std::isfinite(v[1]) || !std::isfinite(v[2]) || !std::isfinite(v[k]))
+      throw Error(std::string("cell: the vector of periodic axis ") + axis[k] + " has length " + std::to_string(v[k]) +
+                  " along it; give a finite length above 0");
+    for (int i = k + 1; i < 3; ++i)
+      if (v[i] != 0)
+        throw Error(std::string("cell: the vector of axis ") + axis[k] + " leans along " + axis[i] +
+                    "; turn the cell so that its vectors are upper triangular");
+  }
+}
+
+void InteractionHandler::Workspace::place_contactors() {
+  const std::int64_t n = contactors->count;
+  make_room(centre, n * dim);
+  make_room(reach, n);
+  if (contactors->direction.active) make_room(direction, n * (dim + 1));
+  std::int64_t bad_centre = n, bad_reach = n;
+  const double* offset = contactors->offset.active ? contactors->offset.values.data() : nullptr;
+  const double* turned_from = contactors->direction.active ? contactors->direction.values.data() : nullptr;
+  in_slices(n, [&](std::int64_t first, std::int64_t last) {
+    std::int64_t at_centre = -1, at_reach = -1;
+    cairn_contactor_centres(dim, first, last, contactors->body.values.data(), position, offset != nullptr, offset,
+                            rotation != nullptr, rotation, centre.data(), &at_centre);
+    if (turned_from)
+      cairn_contactor_directions(dim, first, last, contactors->body.values.data(), turned_from, rotation != nullptr,
+                                 rotation, direction.data());
+    cairn_contactor_reach(dim, first, last, contactors->shape.values.data(), int(Shape::segment),
+                          contactors->radius.values.data(), turned_from, margin->per_contactor ? -1 : margin->constant / 2,
+                          margin->per_contactor, reach.data(), &at_reach);
+#pragma omp critical(cairn_place_contactors)
+    {
+      if (at_centre >= 0) bad_centre = std::min(bad_centre, at_centre);
+      if (at_reach >= 0) bad_reach = std::min(bad_reach, at_reach);
+    }
+  });
+  if (bad_centre < n) {
+    std::string where;
+    for (int k = 0; k < dim; ++k) where += (k ? ", " : "") + std::to_string(centre[bad_centre * dim + k]);
+    throw Error("position: " + name_of(*contactors, *bodies, bad_centre) + " stands at (" + where +
+                ") m, which is no place; check its velocity, force and the step before");
+  }
+  if (bad_reach < n)
+    throw Error("radius or margin: " + name_of(*contactors, *bodies, bad_reach) + " has radius + margin " +
+                std::to_string(reach[bad_reach]) + " m; give finite lengths, not negative");
+}
+
+// Walls are kept apart; all else is an item of the grid, and in a periodic cell so are its ghosts.
+void InteractionHandler::Workspace::make_items() {
+  const std::int64_t n = contactors->count;
+  make_room(bounded, n);
+  walls.clear();
+  std::int64_t nb = 0;
+  const std::int16_t* shape = contactors->shape.values.data();
+  for (std::int64_t i = 0; i < n; ++i) {
+    if (shape_bounded[shape[i]]) bounded[nb++] = std::int32_t(i);
+    else walls.push_back(std::int32_t(i));
+  }
+  items = real_items = nb;
+  if (!any_periodic) {
+    if (nb == n) return; // the contactors themselves are the items
+    make_room(item_x, nb * dim);
+    make_room(item_reach, nb);
+    in_slices(nb, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t i = first; i < last; ++i) {
+        for (int k = 0; k < dim; ++k) item_x[i * dim + k] = centre[std::int64_t(bounded[i]) * dim + k];
+        item_reach[i] = reach[bounded[i]];
+      }
+    });
+    return;
+  }
+  std::int64_t ghosts = 0, capacity = std::max<std::int64_t>(std::int64_t(item_reach.size()) - nb, 0);
+  for (;;) {
+    make_room(item_x, (nb + capacity) * dim);
+    make_room(item_reach, nb + capacity);
+    make_room(item_lattice, (nb + capacity) * 3);
+    make_room(item_contactor, nb + capacity);
+    make_room(ghost_of, capacity);
+    cairn_periodic_items(dim, nb, bounded.data(), centre.data(), reach.data(), periodic, cell->vectors, cell->corner,
+                         item_x.data(), item_reach.data(), item_lattice.data());
+    cairn_periodic_ghosts(dim, 0, nb, item_x.data(), item_reach.data(), item_lattice.data(), periodic, cell->vectors,
+                          cell->corner, capacity, ghost_of.data(), item_x.data() + nb * dim, item_reach.data() + nb,
+                          item_lattice.data() + 3 * nb, &ghosts);
+    if (ghosts <= capacity) break;
+    capacity = ghosts + ghosts / 4;
+    if (nb + capacity > std::numeric_limits<std::int32_t>::max())
+      throw Error("cell: it is so small beside the contactors that " + std::to_string(ghosts) +
+                  " periodic images may meet; enlarge the cell");
+  }
+  items = nb + ghosts;
+  std::copy_n(bounded.begin(), nb, item_contactor.begin());
+  for (std::int64_t g = 0; g < ghosts; ++g) item_contactor[nb + g] = bounded[ghost_of[g]];
+}
+
+// Keeps what may be a contact of the `added` pairs at the end of a list.
+void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) const {
+  std::int64_t kept = 0;
+  const std::int64_t at = list.count;
+  cairn_pair_admit(bodies->dofs(), added, list.a.data() + at, list.b.data() + at, list.image.data() + at, shapes,
+                   kind_table.kind, kind_table.turn, contactors->body.values.data(), contactors->shape.values.data(),
+                   contactors->id.values.data(), bodies->inverse_mass.values.data(), materials, allowed.data(),
+                   contactors->material.values.data(), list.kind.data() + at, &kept);
+  list.count += kept;
+}
+
+void InteractionHandler::Workspace::search_grid() {
+  const bool direct = !any_periodic && items == contactors->count;
+  grid.build(dim, items, direct ? centre.data() : item_x.data(), direct ? reach.data() : item_reach.data());
+  const std::int64_t chunks = (grid.cells() + cells_at_once - 1) / cells_at_once;
+#pragma omp parallel for schedule(dynamic)
+  for (std::int64_t c = 0; c < chunks; ++c) {
+    PairList& list = lists[omp_get_thread_num()];
+    const std::int64_t last = std::min((c + 1) * cells_at_once, grid.cells());
+    std::int64_t found = grid.search(c * cells_at_once, last, list.hits);
+    list.reserve(list.count + found);
+    std::int32_t *a = list.a.data() + list.count, *b = list.b.data() + list.count, *image = list.image.data() + list.count;
+    if (any_periodic)
+      cairn_pairs_of_ghosts(found, list.hits.data(), grid.order(), item_contactor.data(), real_items, item_lattice.data(),
+                            item_reach.data(), a, b, image, &found);
+    else
+      cairn_pairs_of_hits(found, list.hits.data(), grid.order(), bounded.data(), a, b, image);
+    admit(list, found);
+  }
+}
+
+void InteractionHandler::Workspace::search_walls() {
+  if (walls.empty() || real_items == 0) return;
+  for (std::int32_t wall : walls) {
+    const double* axis = &direction[std::int64_t(wall) * (dim + 1)];
+    const double* origin = &centre[std::int64_t(wall) * dim];
+    const bool tube = contactors->shape.values[wall] == std::int16_t(Shape::tube);
+    in_slices(real_items, [&](std::int64_t first, std::int64_t last) {
+      PairList& list = lists[omp_get_thread_num()];
+      list.reserve(list.count + (last - first));
+      std::int32_t* near = list.a.data() + list.count;
+      std::int64_t found = 0;
+      if (tube)
+        cairn_tube_search(last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
+                          contactors->radius.values[wall], share(wall), last - first, near, &found);
+      else
+        cairn_plane_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
+                           share(wall), last - first, near, &found);
+      std::fill_n(list.b.data() + list.count, found, wall);
+      std::fill_n(list.image.data() + list.count, found, own_image);
+      admit(list, found);
+    });
+  }
+}
+
+std::int32_t InteractionHandler::Workspace::nearest_image(std::int64_t a, std::int64_t b) const {
+  if (!any_periodic || !shape_bounded[contactors->shape.values[a]] || !shape_bounded[contactors->shape.values[b]])
+    return own_image;
+  double d[3] = {0, 0, 0};
+  for (int k = 0; k < dim; ++k) d[k] = centre[a * dim + k] - centre[b * dim + k];
+  double base[3] = {0, 0, 0};
+  for (int k = dim - 1; k >= 0; --k) {
+    if (!periodic[k]) continue;
+    base[k] = std::round(d[k] / cell->vectors[4 * k]);
+    for (int i = 0; i <= k; ++i) d[i] -= base[k] * cell->vectors[i + 3 * k];
+  }
+  // a cell that leans by less than its width has the nearest image among the neighbours of this one
+  double nearest = std::numeric_limits<double>::infinity();
+  std::int32_t image = -1;
+  for (int mz = -periodic[2]; mz <= periodic[2]; ++mz)
+    for (int my = -periodic[1]; my <= periodic[1]; ++my)
+      for (int mx = -periodic[0]; mx <= periodic[0]; ++mx) {
+        const double m[3] = {base[0] + mx, base[1] + my, base[2] + mz};
+        double distance = 0;
+        for (int i = 0; i < 3; ++i) {
+          double e = d[i];
+          for (int k = 0; k < 3; ++k) e -= (m[k] - base[k]) * cell->vectors[i + 3 * k];
+          distance += e * e;
+        }
+        if (distance >= nearest) continue;
+        nearest = distance;
+        const bool encodable = std::max({std::abs(m[0]), std::abs(m[1]), std::abs(m[2])}) <= 511;
+        image = encodable ? encode_image(int(m[0]), int(m[1]), int(m[2])) : -1;
+      }
+  return image;
+}
+
+void InteractionHandler::Workspace::add_declared() {
+  if (declared.empty()) return;
+  std::unordered_map<std::int64_t, std::int32_t> number;
+  number.reserve(contactors->count);
+  for (std::int64_t i = 0; i < contactors->count; ++i) number.emplace(contactors->id.values[i], std::int32_t(i));
+  PairList& list = lists[0];
+  list.reserve(list.count + std::int64_t(declared.size()));
+  for (const auto& [first, second] : declared) {
+    const auto p = number.find(std::min(first, second)), q = number.find(std::max(first, second));
+    if (p == number.end() || q == number.end()) continue;
+    std::int32_t a = p->second, b = q->second;
+    const int at = contactors->shape.values[a] + shapes * contactors->shape.values[b];
+    if (kind_table.kind[at] < 0)
+      throw Error("declared pair: " + name_of(*contactors, *bodies, a) + " and " + name_of(*contactors, *bodies, b) +
+                  " have shapes between which no contact is defined");
+    if (contactors->body.values[a] == contactors->body.values[b])
+      throw Error("declared pair: " + name_of(*contactors, *bodies, a) + " and " + name_of(*contactors, *bodies, b) +
+                  " are the same body; declare pairs of different bodies");
+    if (kind_table.turn[at] == 1) std::swap(a, b);
+    const std::int64_t i = list.count++;
+    list.a[i] = a;
+    list.b[i] = b;
+    list.kind[i] = kind_table.kind[at];
+    list.image[i] = nearest_image(a, b);
+    if (list.image[i] >= 0) list.image[i] |= declared_bit;
+  }
+}
+
+// Counting sort by (kind, a), then each candidate's few pairs by b and image.
+void InteractionHandler::Workspace::order_pairs(Candidates& out) {
+  const std::int64_t n = contactors->count;
+  std::int64_t pairs = 0;
+  bool present[kinds] = {};
+  for (const PairList& list : lists) {
+    pairs += list.count;
+    for (std::int64_t i = 0; i < list.count; ++i) {
+      present[list.kind[i]] = true;
+      if (list.image[i] < 0)
+        throw Error("position: " + name_of(*contactors, *bodies, list.a[i]) + " and " +
+                    name_of(*contactors, *bodies, list.b[i]) +
+                    " are more than 511 cells apart; bring the bodies back into the periodic cell");
+    }
+  }
+  if (pairs > std::numeric_limits<std::int32_t>::max())
+    throw Error("detection: " + std::to_string(pairs) + " pairs are within reach, more than one process can number; " +
+                "lower the margin or check radii and positions");
+  std::int32_t slots = 0;
+  for (int k = 0; k < kinds; ++k) slot_of_kind[k] = present[k] ? slots++ : slots;
+  make_room(place, n * slots + 1);
+  std::fill_n(place.begin(), n * slots, 0);
+  for (const PairList& list : lists)
+    cairn_pair_count(list.count, n, slot_of_kind, list.kind.data(), list.a.data(), place.data());
+  cairn_pair_starts(n * slots, place.data());
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) array->resize(pairs);
+  for (const PairList& list : lists)
+    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind.data(), list.a.data(), list.b.data(), list.image.data(),
+                       place.data(), out.contactor_a.data(), out.contactor_b.data(), out.image.data());
+  in_slices(n * slots, [&](std::int64_t first, std::int64_t last) {
+    cairn_pair_tidy(first, last, place.data(), out.contactor_b.data(), out.image.data());
+  });
+  for (int k = 0; k < kinds; ++k) {
+    const std::int64_t end = (slot_of_kind[k] + (present[k] ? 1 : 0)) * n;
+    kind_end[k] = end == 0 ? 0 : place[end - 1];
+  }
+  out.count = pairs;
+}
+
+void InteractionHandler::Workspace::narrow(Candidates& out) {
+  const std::int64_t pairs = out.count;
+  out.gap.resize(pairs);
+  out.normal.resize(pairs * dim);
+  out.point.resize(pairs * dim);
+  out.feature.resize(pairs);
+  std::fill_n(out.feature.begin(), pairs, 0);
+  make_room(keep, pairs);
+  std::int64_t kept = 0, begin = 0;
+  for (int k = 0; k < kinds; ++k) {
+    const std::int64_t batches = (kind_end[k] - begin + batch - 1) / batch;
+#pragma omp parallel for schedule(static) reduction(+ : kept) if (batches > 8)
+    for (std::int64_t i = 0; i < batches; ++i)
+      kept += narrow_batch(k, begin + i * batch, std::min(begin + (i + 1) * batch, kind_end[k]), out);
+    begin = kind_end[k];
+  }
+  out.count = kept;
+}
+
+std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t first, std::int64_t last, Candidates& out) {
+  alignas(64) double between[3 * batch], radius_a[batch], radius_b[batch], direction_b[4 * batch];
+  alignas(64) double gap[batch], normal[3 * batch], point[3 * batch];
+  alignas(64) std::int32_t status[batch];
+  const std::int32_t n = std::int32_t(last - first);
+  const std::int32_t *a = out.contactor_a.data() + first, *b = out.contactor_b.data() + first,
+                     *image = out.image.data() + first;
+  cairn_pair_gather(dim, n, a, b, image, centre.data(), contactors->radius.values.data(), directed(pair_kinds[kind].b), direction.data(),
+                    any_periodic, cell->vectors, between, radius_a, radius_b, direction_b);
+  pair_kinds[kind].contact(n, between, radius_a, radius_b, direction_b, gap, normal, point, status);
+  std::int32_t kept = 0;
+  cairn_pair_store(dim, n, a, b, image, centre.data(), gap, normal, point, status,
+                   margin->per_contactor ? -1 : margin->constant, margin->per_contactor, out.gap.data() + first,
+                   out.normal.data() + first * dim, out.point.data() + first * dim, keep.data() + first, &kept);
+  return kept;
+}
+
+// Closes the ranks; what was both declared and found stands twice in a row.
+void InteractionHandler::Workspace::drop_what_does_not_count(Candidates& out) {
+  const std::int64_t pairs = std::int64_t(out.gap.size());
+  if (out.count < pairs || !declared.empty()) {
+    std::int64_t to = 0;
+    for (std::int64_t i = 0; i < pairs; ++i) {
+      if (!keep[i]) continue;
+      const std::int32_t image = out.image[i] & image_bits;
+      if (to > 0 && out.contactor_a[i] == out.contactor_a[to - 1] && out.contactor_b[i] == out.contactor_b[to - 1] &&
+          image == out.image[to - 1])
+        continue;
+      out.contactor_a[to] = out.contactor_a[i];
+      out.contactor_b[to] = out.contactor_b[i];
+      out.image[to] = image;
+      out.gap[to] = out.gap[i];
+      for (int k = 0; k < dim; ++k) {
+        out.normal[to * dim + k] = out.normal[i * dim + k];
+        out.point[to * dim + k] = out.point[i * dim + k];
+      }
+      keep[to++] = keep[i];
+    }
+    out.count = to;
+  }
+  const auto refused = std::find(keep.begin(), keep.begin() + out.count, std::int8_t(2));
+  const std::int64_t at = refused - keep.begin();
+  const std::int64_t count = out.count;
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->resize(count);
+  out.gap.resize(count);
+  out.normal.resize(count * dim);
+  out.point.resize(count * dim);
+  if (at == count) return;
+  out.count = 0;
+  throw Error("radius: " + name_of(*contactors, *bodies, out.contactor_a[at]) + " (" +
+              std::to_string(contactors->radius.values[out.contactor_a[at]]) + " m) is wider than " +
+              name_of(*contactors, *bodies, out.contactor_b[at]) + " (" +
+              std::to_string(contactors->radius.values[out.contactor_b[at]]) + " m) and cannot be inside it");
+}
+
+std::size_t InteractionHandler::bytes() const {
+  const Workspace& w = *work;
+  std::size_t total = w.grid.bytes();
+  for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach}) total += bytes_of(*array);
+  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place}) total += bytes_of(*array);
+  for (const PairList& list : w.lists)
+    for (const auto* array : {&list.a, &list.b, &list.image, &list.kind, &list.hits}) total += bytes_of(*array);
+  return total + bytes_of(w.keep);
+}
+
+// The box holds all but the outermost hundredth on each side of each axis, so that what is far away does not coarsen the
+// rest; quantiles move with the points, so that a change of unit by a power of two changes no bit of the quotients.
+std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const double* position) {
+  std::vector<std::int32_t> order(count);
+  if (count == 0) return order;
+  double low[3] = {0, 0, 0}, width[3] = {1, 1, 1}, widest = 0;
+  std::vector<double> x(count);
+  for (int k = 0; k < dim; ++k) {
+    for (std::int64_t i = 0; i < count; ++i) x[i] = position[k + dim * i];
+    const std::int64_t edge = count / 100;
+    std::nth_element(x.begin(), x.begin() + edge, x.end());
+    low[k] = x[edge];
+    std::nth_element(x.begin(), x.end() - 1 - edge, x.end());
+    const double size = x[count - 1 - edge] - low[k];
+    low[k] -= size / 16;
+    widest = std::max(widest, size * 1.125);
+  }
+  for (double& w : width) w = widest > 0 ? widest : 1; // one scale for all axes, or steps along the curve would be long ones
+  std::vector<std::int64_t> key(count), key_work(count);
+  std::vector<std::int32_t> order_work(count);
+  cairn_hilbert_keys(dim, count, position, low, width, key.data());
+  cairn_sort_keys(count, (std::int64_t(1) << 62) - 1, key.data(), order.data(), key_work.data(), order_work.data());
+  return order;
+}
+
+} // namespace cairn
