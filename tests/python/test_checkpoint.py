@@ -32,8 +32,8 @@ STATE = {
 
 def test_round_trip(tmp_path):
     path = tmp_path / "a.checkpoint.h5"
-    cp.save_checkpoint(path, STATE)
-    assert same(STATE, cp.load_checkpoint(path))
+    cp.save(path, STATE)
+    assert same(STATE, cp.load(path))
     assert os.listdir(tmp_path) == ["a.checkpoint.h5"]  # nothing else stays
 
 
@@ -42,8 +42,8 @@ def test_round_trip(tmp_path):
     st.sampled_from(["f8", "f4", "i8", "i4", "u1", "?"]), hnp.array_shapes(min_dims=0, min_side=0, max_side=4))))
 def test_any_arrays_come_back(tmp_path_factory, state):
     path = tmp_path_factory.mktemp("h") / "a.h5"
-    cp.save_checkpoint(path, state)
-    assert same(state, cp.load_checkpoint(path))
+    cp.save(path, state)
+    assert same(state, cp.load(path))
 
 
 def test_path_beside_the_run():
@@ -53,44 +53,44 @@ def test_path_beside_the_run():
 
 def test_a_failed_write_leaves_the_old_one(tmp_path, monkeypatch):
     path = tmp_path / "a.h5"
-    cp.save_checkpoint(path, {"a": 1})
+    cp.save(path, {"a": 1})
     for broken in ("fsync", "replace"):
         with monkeypatch.context() as patch:
             def fail(*_):
                 raise OSError(28, "No space left on device")
             patch.setattr(cp.os, broken, fail)
             with pytest.raises(FileError, match="disk is full"):
-                cp.save_checkpoint(path, {"a": 2})
-        assert cp.load_checkpoint(path) == {"a": 1}
+                cp.save(path, {"a": 2})
+        assert cp.load(path) == {"a": 1}
     with pytest.raises(TypeError, match=r"/b/c is a complex"):
-        cp.save_checkpoint(path, {"b": {"c": 1j}})
+        cp.save(path, {"b": {"c": 1j}})
     with pytest.raises(FileError, match="no such file or folder"):
-        cp.save_checkpoint(tmp_path / "none" / "a.h5", {})
+        cp.save(tmp_path / "none" / "a.h5", {})
     assert os.listdir(tmp_path) == ["a.h5"]
 
 
 def test_refusals(tmp_path):
     path = tmp_path / "a.h5"
     with pytest.raises(FileError, match="no such file"):
-        cp.load_checkpoint(path)
+        cp.load(path)
     path.write_text("hello")
     with pytest.raises(FileError, match="not a checkpoint"):
-        cp.load_checkpoint(path)
-    cp.save_checkpoint(path, {"x": np.arange(1000.0)})
+        cp.load(path)
+    cp.save(path, {"x": np.arange(1000.0)})
     whole = path.read_bytes()
     path.write_bytes(whole[:-1000])
     with pytest.raises(FileError, match="truncated or damaged"):
-        cp.load_checkpoint(path)
+        cp.load(path)
     at = whole.index(np.float64(500.0).tobytes())
     path.write_bytes(whole[:at] + b"\1" + whole[at + 1:])
     with pytest.raises(FileError, match="checksum does not match.*earlier checkpoint"):
-        cp.load_checkpoint(path)
+        cp.load(path)
     path.write_bytes(whole)
     with h5py.File(path, "r+") as file:
         file.attrs["version"] = (2, 0)
     with pytest.raises(FileError, match="format version 2.0.*newer Cairn"):
-        cp.load_checkpoint(path)
+        cp.load(path)
     with h5py.File(path, "w") as file:
         file["x"] = 1
     with pytest.raises(FileError, match="not a checkpoint"):
-        cp.load_checkpoint(path)
+        cp.load(path)

@@ -24,7 +24,7 @@ def checkpoint_path(run_path):
     return (stem if extension == ".vtkhdf" else os.fspath(run_path)) + ".checkpoint.h5"
 
 
-def save_checkpoint(path, state):
+def save(path, state):
     """Write `state`, a nested dict of arrays, numbers, text, None and lists of these, to `path`.
 
     The file is written under another name, brought to the disk, then renamed: at every instant `path` is the old
@@ -62,8 +62,8 @@ def save_checkpoint(path, state):
             os.unlink(made)
 
 
-def load_checkpoint(path):
-    """The state that `save_checkpoint` wrote, bit for bit.
+def load(path):
+    """The state that `save` wrote, bit for bit.
 
     Raises FileError if there is no such file, it is truncated, damaged, something else or of a later format.
     """
