@@ -64,7 +64,7 @@ typedef struct cairn_nscd {
   int32_t threads;           /* 0: as OpenMP decides */
   int32_t warm_start;        /* 0 or 1: impulses of the last step are the first guess */
   int32_t project_positions; /* 0 or 1: overlap is removed without changing a velocity */
-  double margin;             /* gap up to which a pair is a candidate [m]; NaN: from sizes and speeds */
+  double margin;             /* gap up to which a pair is a candidate [m]; negative: from sizes and speeds */
 } cairn_nscd;
 
 typedef struct cairn_report {

@@ -1,0 +1,32 @@
+# What other programs need: library, headers, Fortran module, find_package(Cairn), pkg-config. The headers keep the layout of the
+# sources below include/cairn, because they include each other by it: C cairn/cairn.h, C++ cairn/cxx/simulation.hpp.
+include(CMakePackageConfigHelpers)
+
+add_library(cairn_fortran INTERFACE)
+set_target_properties(cairn_fortran PROPERTIES EXPORT_NAME fortran)
+add_library(Cairn::fortran ALIAS cairn_fortran)
+target_link_libraries(cairn_fortran INTERFACE cairn)
+# a module file is read only by the compiler that wrote it
+set(modules ${CMAKE_INSTALL_LIBDIR}/cairn/fortran)
+target_include_directories(cairn_fortran INTERFACE
+  $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/fortran> $<INSTALL_INTERFACE:${modules}>)
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Cairn)
+set(headers ${CMAKE_INSTALL_INCLUDEDIR}/cairn)
+install(TARGETS cairn cairn_fortran EXPORT CairnTargets)
+install(EXPORT CairnTargets NAMESPACE Cairn:: DESTINATION ${package})
+install(FILES ${PROJECT_BINARY_DIR}/fortran/cairn.mod DESTINATION ${modules})
+install(FILES fortran/cairn.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
+install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
+        FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY cxx DESTINATION ${headers} FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def" PATTERN "include" EXCLUDE)
+install(DIRECTORY core_f90 DESTINATION ${headers} FILES_MATCHING PATTERN "*.def" PATTERN "include" EXCLUDE)
+
+configure_package_config_file(cmake/CairnConfig.cmake.in ${PROJECT_BINARY_DIR}/CairnConfig.cmake INSTALL_DESTINATION ${package})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/CairnConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/CairnConfig.cmake ${PROJECT_BINARY_DIR}/CairnConfigVersion.cmake DESTINATION ${package})
+
+list(TRANSFORM fortran_runtime_of_cairn PREPEND -l)
+list(JOIN fortran_runtime_of_cairn " " runtime)
+configure_file(cmake/cairn.pc.in ${PROJECT_BINARY_DIR}/cairn.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/cairn.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
