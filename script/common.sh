@@ -5,7 +5,7 @@ root=$PWD
 venv=$root/.venv
 export PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_INPUT=1 PIP_RETRIES=8
 
-say() { printf '\033[1m%s\033[0m\n' "$*" >&2; }
+say() { printf '== %s\n' "$*" >&2; }
 fail() {
   printf 'error: %s\n' "$*" >&2
   exit 1
@@ -21,7 +21,6 @@ quietly() {
   fi
   rm -f "$log"
 }
-# At most two at a time on small machines, else one per processor; the Fortran modules want memory.
 jobs() { nproc; }
 # Hash of the files given by git (tracked, or new and not ignored), or of all files where there is no git.
 hash_of() {
