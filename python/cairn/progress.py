@@ -44,12 +44,19 @@ class Progress:
 
     def _rich_bar(self):
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-        from rich.progress import TimeRemainingColumn
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        return Progress(TextColumn("step"), MofNCompleteColumn(), BarColumn(bar_width=24), TimeElapsedColumn(),
-                        TextColumn("left"), TimeRemainingColumn(), TextColumn("{task.fields[figures]}"),
-                        console=Console(file=self._stream, force_terminal=True), auto_refresh=False)
+        return Progress(
+            TextColumn("step"),
+            MofNCompleteColumn(),
+            BarColumn(bar_width=24),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            TextColumn("{task.fields[figures]}"),
+            console=Console(file=self._stream, force_terminal=True),
+            auto_refresh=False,
+        )
 
     def update(self, contacts=None, iterations=None, residual=None, steps=1):
         """One more step is done (or `steps` of them)."""

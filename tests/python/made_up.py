@@ -6,9 +6,12 @@ import numpy as np
 def bodies(k, n=20, dim=2):
     rng = np.random.default_rng(k)
     return {
-        "position": rng.random((n, dim)), "velocity": rng.standard_normal((n, 3 * dim - 3)),
-        "rotation": rng.random(n) if dim == 2 else rng.random((n, 4)), "radius": np.linspace(0.01, 0.05, n),
-        "material": np.arange(n) % 3, "id": np.arange(n)[::-1] * 2,
+        "position": rng.random((n, dim)),
+        "velocity": rng.standard_normal((n, 3 * dim - 3)),
+        "rotation": rng.random(n) if dim == 2 else rng.random((n, 4)),
+        "radius": np.linspace(0.01, 0.05, n),
+        "material": np.arange(n) % 3,
+        "id": np.arange(n)[::-1] * 2,
     }
 
 
@@ -17,15 +20,24 @@ def contacts(k, m=None, n=20, dim=2):
     m = (k * 7) % 11 if m is None else m
     normal = rng.standard_normal((m, dim))
     return {
-        "point": rng.random((m, dim)), "normal": normal / np.linalg.norm(normal, axis=1, keepdims=True),
-        "gap": rng.standard_normal(m), "impulse": rng.standard_normal((m, dim)), "status": rng.integers(0, 3, m),
-        "body_a": rng.integers(0, n, m) * 2, "body_b": rng.integers(0, n, m) * 2,
+        "point": rng.random((m, dim)),
+        "normal": normal / np.linalg.norm(normal, axis=1, keepdims=True),
+        "gap": rng.standard_normal(m),
+        "impulse": rng.standard_normal((m, dim)),
+        "status": rng.integers(0, 3, m),
+        "body_a": rng.integers(0, n, m) * 2,
+        "body_b": rng.integers(0, n, m) * 2,
     }
 
 
 def info(k):
-    return {"contacts": (k * 7) % 11, "iterations": 10 + k, "error": 2.0 ** -k, "status": "converged",
-            "energy": {"kinetic": 1.0 / (k + 1), "potential": float(k)}}
+    return {
+        "contacts": (k * 7) % 11,
+        "iterations": 10 + k,
+        "error": 2.0**-k,
+        "status": "converged",
+        "energy": {"kinetic": 1.0 / (k + 1), "potential": float(k)},
+    }
 
 
 def write(path, outputs, dim=2, flush=True, after=None, **options):

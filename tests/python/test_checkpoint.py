@@ -5,12 +5,11 @@ import os
 import h5py
 import numpy as np
 import pytest
+from cairn.post import FileError
+from cairn.post import checkpoint as cp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-
-from cairn.post import FileError
-from cairn.post import checkpoint as cp
 
 
 def same(a, b):
@@ -23,10 +22,21 @@ def same(a, b):
 
 STATE = {
     "bodies": {"position": np.array([[1.0, -0.0], [5e-324, np.inf]]), "id": np.arange(4), "empty": np.empty((0, 3))},
-    "flags": np.array([True, False]), "driven": np.array([3], np.uint8), "small": np.float32(0.1),
-    "nan": np.array([0x7FF8DEADBEEF0001], np.uint64).view(np.float64), "time": 0.1, "nothing": None, "yes": True,
-    "steps": 12345678901234567890, "words": ["a", "ü"], "name": "Größe", "raw": b"\0\1", "inf": float("inf"),
-    "names": np.array(["rock", "sand"]), "nested": {"deep": {"er": [1, [2.5, "x"]]}, "none": {}}, "scalar": np.array(2.5),
+    "flags": np.array([True, False]),
+    "driven": np.array([3], np.uint8),
+    "small": np.float32(0.1),
+    "nan": np.array([0x7FF8DEADBEEF0001], np.uint64).view(np.float64),
+    "time": 0.1,
+    "nothing": None,
+    "yes": True,
+    "steps": 12345678901234567890,
+    "words": ["a", "ü"],
+    "name": "Größe",
+    "raw": b"\0\1",
+    "inf": float("inf"),
+    "names": np.array(["rock", "sand"]),
+    "nested": {"deep": {"er": [1, [2.5, "x"]]}, "none": {}},
+    "scalar": np.array(2.5),
 }
 
 
@@ -38,8 +48,12 @@ def test_round_trip(tmp_path):
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.dictionaries(st.sampled_from("abcdef"), hnp.arrays(
-    st.sampled_from(["f8", "f4", "i8", "i4", "u1", "?"]), hnp.array_shapes(min_dims=0, min_side=0, max_side=4))))
+@given(
+    st.dictionaries(
+        st.sampled_from("abcdef"),
+        hnp.arrays(st.sampled_from(["f8", "f4", "i8", "i4", "u1", "?"]), hnp.array_shapes(min_dims=0, min_side=0, max_side=4)),
+    )
+)
 def test_any_arrays_come_back(tmp_path_factory, state):
     path = tmp_path_factory.mktemp("h") / "a.h5"
     cp.save(path, state)
@@ -56,8 +70,10 @@ def test_a_failed_write_leaves_the_old_one(tmp_path, monkeypatch):
     cp.save(path, {"a": 1})
     for broken in ("fsync", "replace"):
         with monkeypatch.context() as patch:
+
             def fail(*_):
                 raise OSError(28, "No space left on device")
+
             patch.setattr(cp.os, broken, fail)
             with pytest.raises(FileError, match="disk is full"):
                 cp.save(path, {"a": 2})
@@ -82,7 +98,7 @@ def test_refusals(tmp_path):
     with pytest.raises(FileError, match="truncated or damaged"):
         cp.load(path)
     at = whole.index(np.float64(500.0).tobytes())
-    path.write_bytes(whole[:at] + b"\1" + whole[at + 1:])
+    path.write_bytes(whole[:at] + b"\1" + whole[at + 1 :])
     with pytest.raises(FileError, match="checksum does not match.*earlier checkpoint"):
         cp.load(path)
     path.write_bytes(whole)

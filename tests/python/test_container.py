@@ -8,7 +8,6 @@ import sys
 import h5py
 import numpy as np
 import pytest
-
 from cairn.post import FileError
 from cairn.post import format as h5
 from cairn.post.container import GrowingFile
@@ -23,10 +22,18 @@ def test_checksum_is_jenkins_lookup3():
 def test_arrays_of_many_types_come_back(tmp_path):
     path = tmp_path / "a.h5"
     kinds = {f"{sign}{size}": np.arange(5, dtype=f"{sign}{size}") for sign in "iu" for size in (1, 2, 4, 8)}
-    kinds |= {"f4": np.array([1.5, np.nan, -0.0], "f4"), "f8": np.array([[1e-308, np.inf], [-0.0, np.pi]]),
-              "big_endian": np.arange(3, dtype=">i4"), "text": "Größe", "texts": ["rock", "sand", "größer"],
-              "flags": np.array([True, False]), "empty": np.zeros((0, 3)), "number": 3, "long": "x" * 100000,
-              "columns": np.arange(6.0).reshape(2, 3).T}
+    kinds |= {
+        "f4": np.array([1.5, np.nan, -0.0], "f4"),
+        "f8": np.array([[1e-308, np.inf], [-0.0, np.pi]]),
+        "big_endian": np.arange(3, dtype=">i4"),
+        "text": "Größe",
+        "texts": ["rock", "sand", "größer"],
+        "flags": np.array([True, False]),
+        "empty": np.zeros((0, 3)),
+        "number": 3,
+        "long": "x" * 100000,
+        "columns": np.arange(6.0).reshape(2, 3).T,
+    }
     file = GrowingFile(path)
     group = file.root.group("group")
     for name, value in kinds.items():
@@ -66,7 +73,7 @@ def test_series_grow_over_several_levels_of_the_index(tmp_path):
             with h5py.File(path, "r") as read:
                 for name in shapes:
                     assert np.array_equal(read[name][()], np.concatenate(made[name]))
-    assert series["matrices"].rows > 64 ** 2
+    assert series["matrices"].rows > 64**2
     file.close()
     with h5py.File(path, "r+") as file:  # the library can go on with it
         n = len(file["scalars"])
@@ -131,13 +138,18 @@ try:
 except FileError as error:
     print("error:", error)
 """
-    out = subprocess.run([sys.executable, "-c", script], env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
-                         capture_output=True, text=True, check=True)
+    out = subprocess.run(
+        [sys.executable, "-c", script],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     *flushed, message = out.stdout.splitlines()
     assert message.startswith(f"error: {path}: the file may not grow any further; raise the limit")
+    from cairn.post import load
     from made_up import check_step
 
-    from cairn.post import load
     with load(path) as run:
         assert len(run) == int(flushed[-1]) + 1 > 3
         for k in range(len(run)):

@@ -8,9 +8,8 @@ import time
 import h5py
 import numpy as np
 import pytest
-from made_up import bodies, check_step, contacts, write
-
 from cairn.post import container, load
+from made_up import bodies, check_step, contacts, write
 
 FULL = bool(os.environ.get("CAIRN_FULL"))
 KILLS, OUTPUTS = (200, 12) if FULL else (20, 3)
@@ -88,7 +87,7 @@ def test_killed_between_any_two_writes_and_within_each(tmp_path, monkeypatch):
     replayed = tmp_path / "replayed.vtkhdf"
     with open(replayed, "w+b") as file:
         for i, (address, data) in enumerate(log):
-            for part in (data[:len(data) // 2], data) if address else (data,):  # 48 bytes at 0 are written as one
+            for part in (data[: len(data) // 2], data) if address else (data,):  # 48 bytes at 0 are written as one
                 if address == 0:  # the file is given its full length before the superblock says so
                     file.truncate(max(os.fstat(file.fileno()).st_size, int.from_bytes(data[28:36], "little")))
                 os.pwrite(file.fileno(), part, address)

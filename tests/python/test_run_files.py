@@ -6,9 +6,8 @@ import time
 import h5py
 import numpy as np
 import pytest
-from made_up import bodies, check_step, contacts, info, write
-
 from cairn.post import FileError, RunWriter, load
+from made_up import bodies, check_step, contacts, info, write
 
 
 @pytest.fixture(params=[2, 3])
@@ -70,7 +69,7 @@ def test_vtk_reads_both_blocks_over_time(run_file):
             assert np.array_equal(vtk_to_numpy(grid.GetPoints().GetData())[:, :dim], made[name])
             for field in set(made) - {name, "velocity"}:
                 value = vtk_to_numpy(grid.GetPointData().GetArray(field))
-                assert np.array_equal(value if made[field].ndim == 1 else value[:, :made[field].shape[1]], made[field])
+                assert np.array_equal(value if made[field].ndim == 1 else value[:, : made[field].shape[1]], made[field])
 
 
 def test_pyvista_opens_it(run_file):
@@ -121,8 +120,12 @@ def test_history_of_every_step(tmp_path):
     """The history has a row per step taken, columns may come late."""
     writer = RunWriter(tmp_path / "a.vtkhdf", dim=2)
     for k in range(10):
-        writer.write_history(0.1 * k, k, {"contacts": 0 if k < 3 else k + 0.5, **({"late": k} if k > 6 else {})}
-                             | {"status": "limit" if k == 4 else "converged"})
+        writer.write_history(
+            0.1 * k,
+            k,
+            {"contacts": 0 if k < 3 else k + 0.5, **({"late": k} if k > 6 else {})}
+            | {"status": "limit" if k == 4 else "converged"},
+        )
         if k % 5 == 0:
             writer.write_step(0.1 * k, 0.1 * k, k, bodies(k), info={"contacts": -1})
         if k == 5:
@@ -167,7 +170,7 @@ def test_files_that_cannot_be_read(tmp_path):
     write(path, 3).close()
     whole = path.read_bytes()
     for share in (0.1, 0.5, 0.99):
-        path.write_bytes(whole[:int(len(whole) * share)])
+        path.write_bytes(whole[: int(len(whole) * share)])
         with pytest.raises(FileError, match="truncated.*copy it again"):
             load(path)
     path.write_bytes(whole)

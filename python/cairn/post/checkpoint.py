@@ -95,8 +95,11 @@ def _check_format(path, file):
         raise FileError(path, "this HDF5 file is not a checkpoint", "give a .checkpoint.h5 file that Cairn wrote")
     version = tuple(int(n) for n in file.attrs["version"])
     if version[0] > FORMAT_VERSION[0]:
-        raise FileError(path, f"the checkpoint has format version {version[0]}.{version[1]}, this Cairn reads up to "
-                              f"{FORMAT_VERSION[0]}", "use a newer Cairn")
+        raise FileError(
+            path,
+            f"the checkpoint has format version {version[0]}.{version[1]}, this Cairn reads up to {FORMAT_VERSION[0]}",
+            "use a newer Cairn",
+        )
 
 
 def _sync_folder(folder):
@@ -144,8 +147,10 @@ def _encode(here, value):
     try:
         return "json", np.frombuffer(json.dumps(value, allow_nan=False).encode(), np.uint8)
     except (TypeError, ValueError) as error:
-        raise TypeError(f"checkpoint: {here} is a {type(value).__name__} that cannot be stored ({error}); "
-                        "use arrays, numbers, text, lists or dicts") from None
+        raise TypeError(
+            f"checkpoint: {here} is a {type(value).__name__} that cannot be stored ({error}); "
+            "use arrays, numbers, text, lists or dicts"
+        ) from None
 
 
 def _read(group, digest, place):

@@ -75,8 +75,7 @@ class Group:
         targets = {name: m if isinstance(m, str) else m._place() for name, m in self._links.items()}
         if self._changed or targets != self._targets:
             self._targets, self._changed = targets, False
-            self._address, self._size = self._file._replace(
-                self._address, self._size, h5.group_header(targets, self._attrs))
+            self._address, self._size = self._file._replace(self._address, self._size, h5.group_header(targets, self._attrs))
         return self._address
 
 
@@ -120,7 +119,7 @@ class Series:
             if inside == 0:
                 self._levels[0].append(self._file._allocate(self._per_chunk * self._row_bytes))
             take = min(self._per_chunk - inside, n - done)
-            self._file._write(self._levels[0][-1] + inside * self._row_bytes, values[done:done + take])
+            self._file._write(self._levels[0][-1] + inside * self._row_bytes, values[done : done + take])
             done, self.rows = done + take, self.rows + take
         self._changed |= n > 0
         return first
@@ -130,8 +129,13 @@ class Series:
             self._changed = False
             root = self._index()
             chunk = (self._per_chunk, *self.row_shape)
-            header = h5.dataset_header(self.dtype, (self.rows, *self.row_shape),
-                                       h5.chunked(root, chunk, self.dtype.itemsize), self._attrs, extendable=True)
+            header = h5.dataset_header(
+                self.dtype,
+                (self.rows, *self.row_shape),
+                h5.chunked(root, chunk, self.dtype.itemsize),
+                self._attrs,
+                extendable=True,
+            )
             self._address, self._size = self._file._replace(self._address, self._size, header)
         return self._address
 
@@ -151,13 +155,19 @@ class Series:
             nodes = self._levels[level + 1]
             first_node = first // h5.CHILDREN
             for k in range(first_node, -(-len(children) // h5.CHILDREN)):
-                part = children[k * h5.CHILDREN:(k + 1) * h5.CHILDREN]
-                node = h5.tree_node(level, part, k * h5.CHILDREN * span, span, len(chunks) * self._per_chunk
-                                    if (k + 1) * h5.CHILDREN >= len(children) else (k + 1) * h5.CHILDREN * span,
-                                    rank, self._per_chunk * self._row_bytes)
+                part = children[k * h5.CHILDREN : (k + 1) * h5.CHILDREN]
+                node = h5.tree_node(
+                    level,
+                    part,
+                    k * h5.CHILDREN * span,
+                    span,
+                    len(chunks) * self._per_chunk if (k + 1) * h5.CHILDREN >= len(children) else (k + 1) * h5.CHILDREN * span,
+                    rank,
+                    self._per_chunk * self._row_bytes,
+                )
                 old = nodes[k] if k < len(nodes) else h5.UNDEFINED
                 address, _ = self._file._replace(old, len(node), node)
-                nodes[k:k + 1] = [address]
+                nodes[k : k + 1] = [address]
             first, level, span = first_node, level + 1, span * h5.CHILDREN
         self._indexed = len(chunks)
         return self._levels[level][0]
@@ -174,8 +184,11 @@ class GrowingFile:
         self.path = os.fspath(path)
         self._made = self.path + ".part"
         if os.path.lexists(self.path) and not overwrite:
-            raise FileError(path, "this file exists already",
-                            "choose another name, or ask for it to be overwritten (overwrite=True, --overwrite)")
+            raise FileError(
+                path,
+                "this file exists already",
+                "choose another name, or ask for it to be overwritten (overwrite=True, --overwrite)",
+            )
         if os.path.isdir(self.path):
             raise FileError(path, "this is a folder", "give the name of a file")
         try:
@@ -280,8 +293,12 @@ def restore_superblock(path):
             spare = file.read(h5.SUPERBLOCK_SIZE)
             size = file.seek(0, os.SEEK_END)
             end = int.from_bytes(spare[28:36], "little")
-            if len(spare) < h5.SUPERBLOCK_SIZE or spare[:8] != first[:8] or end > size \
-                    or h5.checksum(spare[:-4]) != int.from_bytes(spare[-4:], "little"):
+            if (
+                len(spare) < h5.SUPERBLOCK_SIZE
+                or spare[:8] != first[:8]
+                or end > size
+                or h5.checksum(spare[:-4]) != int.from_bytes(spare[-4:], "little")
+            ):
                 raise FileError(path, "there is no earlier state in this file to go back to", "use a copy of it")
             if spare == first:
                 return False

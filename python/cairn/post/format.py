@@ -58,8 +58,7 @@ def datatype(dtype, ascii=False):
         return struct.pack("<BBBBIHH", 0x10, 8 if dtype.kind == "i" else 0, 0, 0, size, 0, 8 * size)
     if dtype.kind == "f" and size in (4, 8):
         exponent, mantissa, bias = {4: (8, 23, 127), 8: (11, 52, 1023)}[size]
-        return struct.pack("<BBBBIHHBBBBI", 0x11, 0x20, 8 * size - 1, 0, size, 0, 8 * size,
-                           mantissa, exponent, 0, mantissa, bias)
+        return struct.pack("<BBBBIHHBBBBI", 0x11, 0x20, 8 * size - 1, 0, size, 0, 8 * size, mantissa, exponent, 0, mantissa, bias)
     if dtype.kind == "S":
         return struct.pack("<BBBBI", 0x13, 1 if ascii else 0x11, 0, 0, size)  # null-padded
     raise TypeError(f"an array of {dtype} cannot be stored; use integers, float32, float64 or strings")
@@ -96,7 +95,7 @@ def storable(value):
 
 def _header(messages):
     body = b"".join(struct.pack("<BHB", kind, len(data), 0) + data for kind, data in messages)
-    for kind, data in messages:
+    for _, data in messages:
         if len(data) > 0xFFFF:
             raise ValueError(f"a header message of {len(data)} bytes is too long; store it as a dataset")
     whole = b"OHDR" + struct.pack("<BBI", 2, 2, len(body)) + body
@@ -112,8 +111,10 @@ def group_header(links, attrs):
 
     The order of creation is kept, because VTK reads the blocks of an assembly in that order.
     """
-    messages = [(_LINK_INFO, struct.pack("<BBQQQQ", 0, 3, len(links), UNDEFINED, UNDEFINED, UNDEFINED)),
-                (_GROUP_INFO, struct.pack("<BB", 0, 0))]
+    messages = [
+        (_LINK_INFO, struct.pack("<BBQQQQ", 0, 3, len(links), UNDEFINED, UNDEFINED, UNDEFINED)),
+        (_GROUP_INFO, struct.pack("<BB", 0, 0)),
+    ]
     for order, (name, target) in enumerate(links.items()):
         label = name.encode()
         soft = isinstance(target, str)
@@ -126,8 +127,15 @@ def group_header(links, attrs):
 
 def dataset_header(dtype, shape, layout, attrs, extendable=False):
     """Object header of a dataset; `layout` from `contiguous` or `chunked`."""
-    return _header([(_DATASPACE, dataspace(shape, extendable)), (_DATATYPE, datatype(dtype)),
-                    (_FILL_VALUE, struct.pack("<BB", 3, 0x0A)), (_LAYOUT, layout), *_attributes(attrs)])
+    return _header(
+        [
+            (_DATASPACE, dataspace(shape, extendable)),
+            (_DATATYPE, datatype(dtype)),
+            (_FILL_VALUE, struct.pack("<BB", 3, 0x0A)),
+            (_LAYOUT, layout),
+            *_attributes(attrs),
+        ]
+    )
 
 
 def contiguous(address, size):

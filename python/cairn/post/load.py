@@ -53,14 +53,14 @@ def check_format(path, file, group, name, version):
         raise FileError(path, f"this HDF5 file is not a {name} file", "give a file that Cairn wrote for this purpose")
     theirs = tuple(int(n) for n in attrs["version"])
     if theirs[0] > version[0]:
-        raise FileError(path, f"the file has format version {theirs[0]}.{theirs[1]}, this Cairn reads up to "
-                              f"{version[0]}", "use a newer Cairn")
+        raise FileError(
+            path, f"the file has format version {theirs[0]}.{theirs[1]}, this Cairn reads up to {version[0]}", "use a newer Cairn"
+        )
 
 
 def read_tree(group):
     """A group as a nested dict: what `writer.write_tree` stored."""
-    return {name: read_tree(member) if isinstance(member, h5py.Group) else _value(member)
-            for name, member in group.items()}
+    return {name: read_tree(member) if isinstance(member, h5py.Group) else _value(member) for name, member in group.items()}
 
 
 def _value(dataset):
@@ -115,14 +115,14 @@ class Fields:
 
     def _read(self, name):
         if name == self._points_name:
-            return self._block["Points"][self._first:self._first + self._count, :self._dim]
+            return self._block["Points"][self._first : self._first + self._count, : self._dim]
         first = int(self._block["Steps/PointDataOffsets"][name][self._step])
-        value = self._block["PointData"][name][first:first + self._count]
+        value = self._block["PointData"][name][first : first + self._count]
         if name in _VECTORS:
-            return value[:, :self._dim]
+            return value[:, : self._dim]
         if name == "velocity":
             spin = self["spin"]
-            return np.concatenate([value[:, :self._dim], spin[:, None] if spin.ndim == 1 else spin], axis=1)
+            return np.concatenate([value[:, : self._dim], spin[:, None] if spin.ndim == 1 else spin], axis=1)
         return value
 
 
@@ -137,10 +137,12 @@ class Step:
         steps = {name: run._steps[name][index] for name in run._steps}
         self.dim, self.index, self.run = run.dim, index, run
         self.time, self.time_detection, self.step = steps["time"], steps["time_detection"], int(steps["step"])
-        self.bodies = Fields(run._file["cairn/bodies"], "position", index,
-                             int(steps["first_body"]), int(steps["bodies"]), run.dim)
-        self.contacts = Fields(run._file["cairn/contacts"], "point", index,
-                               int(steps["first_contact"]), int(steps["contacts"]), run.dim)
+        self.bodies = Fields(
+            run._file["cairn/bodies"], "position", index, int(steps["first_body"]), int(steps["bodies"]), run.dim
+        )
+        self.contacts = Fields(
+            run._file["cairn/contacts"], "point", index, int(steps["first_contact"]), int(steps["contacts"]), run.dim
+        )
 
     def rows_of(self, ids):
         """Rows of the bodies with these ids in the arrays of this step."""

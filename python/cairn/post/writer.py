@@ -29,8 +29,20 @@ FORMAT_NAME = "cairn-run"
 FORMAT_VERSION = (1, 0)  # the first number changes when older programs can no longer read the file
 
 UNITS = {
-    "position": "m", "point": "m", "gap": "m", "radius": "m", "velocity": "m/s", "spin": "rad/s", "impulse": "N s",
-    "couple": "N m s", "mass": "kg", "time": "s", "time_detection": "s", "dt": "s", "normal": "-", "status": "-",
+    "position": "m",
+    "point": "m",
+    "gap": "m",
+    "radius": "m",
+    "velocity": "m/s",
+    "spin": "rad/s",
+    "impulse": "N s",
+    "couple": "N m s",
+    "mass": "kg",
+    "time": "s",
+    "time_detection": "s",
+    "dt": "s",
+    "normal": "-",
+    "status": "-",
 }
 STEADY = ("radius", "material", "id", "group", "layer", "mass", "inertia", "shape", "body")  # seldom change
 EMPTY_CONTACTS = {"gap": "f8", "status": "i4", "body_a": "i8", "body_b": "i8"}
@@ -44,8 +56,9 @@ def write_tree(group, tree):
             write_tree(group.group(name), value)
         elif isinstance(value, (str, bytes)):
             group.array(name, value)
-        elif value is None or (isinstance(value, (list, tuple)) and np.asarray(value, dtype=object).dtype == object
-                               and not _numeric(value)):
+        elif value is None or (
+            isinstance(value, (list, tuple)) and np.asarray(value, dtype=object).dtype == object and not _numeric(value)
+        ):
             group.array(name, json.dumps(value, default=str), encoding="json")
         else:
             array = np.asarray(value)
@@ -71,8 +84,10 @@ class _Block:
         self.rows = min(rows, 8192)
         group.set_attribute("Version", np.array([2, 1]))
         group.set_attribute("Type", np.bytes_(b"UnstructuredGrid"))
-        few = {name: group.series(name, "i8", rows_per_chunk=256)
-               for name in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")}
+        few = {
+            name: group.series(name, "i8", rows_per_chunk=256)
+            for name in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
+        }
         self.parts = few
         self.points = group.series("Points", "f8", (3,), self.rows, unit="m")
         self.connectivity = group.series("Connectivity", "i8", rows_per_chunk=self.rows)
@@ -83,10 +98,10 @@ class _Block:
         for name, value in fields.items():
             unit = {"unit": UNITS[name]} if name in UNITS else {}
             self.data[name] = data.series(name, value.dtype, value.shape[1:], self.rows, **unit)
-        self.steps = {name: steps.series(name, "i8", rows_per_chunk=256)
-                      for name in ("PartOffsets", "NumberOfParts", "PointOffsets")}
-        self.steps.update({name: steps.series(name, "i8", (1,), 256)
-                           for name in ("CellOffsets", "ConnectivityIdOffsets")})
+        self.steps = {
+            name: steps.series(name, "i8", rows_per_chunk=256) for name in ("PartOffsets", "NumberOfParts", "PointOffsets")
+        }
+        self.steps.update({name: steps.series(name, "i8", (1,), 256) for name in ("CellOffsets", "ConnectivityIdOffsets")})
         self.values = steps.series("Values", "f8", rows_per_chunk=256, unit="s")
         offsets = steps.group("PointDataOffsets")
         self.data_offsets = {name: offsets.series(name, "i8", rows_per_chunk=256) for name in fields}
@@ -160,9 +175,18 @@ class RunWriter:
         if periodic is not None:
             write_tree(own.group("periodic"), periodic)
         steps = own.group("steps")
-        self._steps = {name: steps.series(name, kind, rows_per_chunk=256) for name, kind in (
-            ("time", "f8"), ("time_detection", "f8"), ("step", "i8"), ("first_body", "i8"), ("bodies", "i8"),
-            ("first_contact", "i8"), ("contacts", "i8"))}
+        self._steps = {
+            name: steps.series(name, kind, rows_per_chunk=256)
+            for name, kind in (
+                ("time", "f8"),
+                ("time_detection", "f8"),
+                ("step", "i8"),
+                ("first_body", "i8"),
+                ("bodies", "i8"),
+                ("first_contact", "i8"),
+                ("contacts", "i8"),
+            )
+        }
         self._history, self._rows, self._pending, self._last_history = own.group("history"), 0, [], None
         self._texts = {}
         self._file.commit()
@@ -236,7 +260,7 @@ class RunWriter:
             velocity = fields.pop("velocity")
             if velocity.shape[1:] != (3 * self.dim - 3,):
                 raise ValueError(f"bodies velocity has shape {velocity.shape}; it must be (n, {3 * self.dim - 3})")
-            fields["velocity"] = self._in_space("velocity", velocity[:, :self.dim])
+            fields["velocity"] = self._in_space("velocity", velocity[:, : self.dim])
             fields["spin"] = velocity[:, 2] if self.dim == 2 else velocity[:, 3:]
         return points, fields
 
@@ -245,8 +269,7 @@ class RunWriter:
         if contacts is None:
             contacts = {name: np.empty((0, self.dim)) for name in vectors}
             contacts |= {name: np.empty(0, kind) for name, kind in EMPTY_CONTACTS.items()}
-        fields = {name: self._in_space(name, value) if name in vectors else np.asarray(value)
-                  for name, value in contacts.items()}
+        fields = {name: self._in_space(name, value) if name in vectors else np.asarray(value) for name, value in contacts.items()}
         return fields.pop("point"), fields
 
     def _in_space(self, name, value):
@@ -270,8 +293,10 @@ class RunWriter:
         self._root_steps.set_attribute("Version", np.array([2, 1]))
         self._root_steps.set_attribute("Type", np.bytes_(b"ImageData"))
         self._times = self._root_steps.series("Values", "f8", rows_per_chunk=256, unit="s")
-        self._blocks = (_Block(root.group("bodies"), "position", fields, self.dim, n),
-                        _Block(root.group("contacts"), "point", contact_fields, self.dim, 2 * n))
+        self._blocks = (
+            _Block(root.group("bodies"), "position", fields, self.dim, n),
+            _Block(root.group("contacts"), "point", contact_fields, self.dim, 2 * n),
+        )
         root["bodies"].set_attribute("Index", np.int64(0))
         root["contacts"].set_attribute("Index", np.int64(1))
         assembly = root.group("Assembly")
@@ -282,8 +307,10 @@ class RunWriter:
     def _check(self, which, what, fields, n):
         data = self._blocks[which].data
         if set(fields) != set(data):
-            raise ValueError(f"the {what} have fields {sorted(fields)}, those of the first output {sorted(data)}; "
-                             "give the same at every output")
+            raise ValueError(
+                f"the {what} have fields {sorted(fields)}, those of the first output {sorted(data)}; "
+                "give the same at every output"
+            )
         for name, value in fields.items():
             if value.shape != (n, *data[name].row_shape):
                 raise ValueError(f"{what} {name} has shape {value.shape}; it must be {(n, *data[name].row_shape)}")

@@ -1,0 +1,82 @@
+"""Where the contactors of a step are, from the places of the bodies that carry them."""
+
+import numpy as np
+
+
+class Contactors:
+    """Contactors of a step in space.
+
+    `body` rows of the bodies in the arrays of the step (m,), `center` (m, dim) [m], `radius` (m,) [m], `shape` (m,)
+    names, `direction` (m, dim) unit vectors in space and `half` half lengths (m,) [m], zero where there are none.
+    """
+
+    def __init__(self, body, shape, center, radius, direction, half):
+        self.body, self.shape, self.center, self.radius = body, shape, center, radius
+        self.direction, self.half = direction, half
+
+    def __len__(self):
+        return len(self.body)
+
+    def select(self, *shapes):
+        """Those of the given shapes."""
+        keep = np.isin(self.shape, shapes)
+        return Contactors(*(a[keep] for a in (self.body, self.shape, self.center, self.radius, self.direction, self.half)))
+
+
+def turn(rotation, vectors, dim):
+    """Vectors (m, dim) turned by angles (m,) in 2D, by quaternions (w, x, y, z), body to space, (m, 4) in 3D."""
+    if dim == 2:
+        c, s = np.cos(rotation), np.sin(rotation)
+        return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=1)
+    w, axis = rotation[:, :1], rotation[:, 1:]
+    t = 2.0 * np.cross(axis, vectors)
+    return vectors + w * t + np.cross(axis, t)
+
+
+def contactors_of(step):
+    """The contactors of a step: those of /cairn/scene whose body is still there, and for bodies that came later a disk
+    or sphere of their radius, if they have one."""
+    table, dim = step.run.scene.get("contactors") or {}, step.dim
+    bodies, position = step.bodies, step.bodies["position"]
+    n = len(bodies)
+    ids = np.asarray(bodies["id"]) if "id" in bodies else np.arange(n)
+    owner = np.atleast_1d(np.asarray(table.get("body", []), dtype=np.int64))
+    names = _shape_names(table, step.run.scene, len(owner))
+    order = np.argsort(ids, kind="stable")
+    at = np.minimum(np.searchsorted(ids, owner, sorter=order), max(n - 1, 0))
+    there = ids[order[at]] == owner if n else np.zeros(len(owner), bool)
+    row = order[at[there]] if n else np.empty(0, np.int64)
+
+    def column(name, width):
+        value = np.asarray(table.get(name, ()), dtype=float)
+        return value[there] if len(value) == len(owner) and len(owner) else np.zeros((len(row), width))
+
+    offset, direction = column("offset", dim), column("direction", dim + 1)
+    if "rotation" in bodies:
+        rotation = bodies["rotation"][row]
+        offset = turn(rotation, offset, dim)
+        direction = np.concatenate([turn(rotation, direction[:, :dim], dim), direction[:, dim:]], axis=1)
+    length = np.linalg.norm(direction[:, :dim], axis=1, keepdims=True)
+    direction[:, :dim] /= np.where(length > 0, length, 1.0)
+    radius = np.asarray(table.get("radius", np.zeros(len(owner))), dtype=float)
+    made = [row, names[there], position[row] + offset, radius[there], direction[:, :dim], direction[:, dim]]
+    new = np.setdiff1d(np.arange(n), row)
+    if len(new) and "radius" in bodies:
+        new = new[bodies["radius"][new] > 0]
+        extra = [
+            new,
+            np.full(len(new), "disk" if dim == 2 else "sphere"),
+            position[new],
+            bodies["radius"][new],
+            np.zeros((len(new), dim)),
+            np.zeros(len(new)),
+        ]
+        made = [np.concatenate([a, b]) for a, b in zip(made, extra, strict=True)]
+    return Contactors(*made)
+
+
+def _shape_names(table, scene, count):
+    if "shape_number" in table and "shapes" in scene:
+        return np.asarray(scene["shapes"])[np.asarray(table["shape_number"], dtype=np.int64)]
+    shape = np.asarray(table.get("shape", []))
+    return shape if len(np.atleast_1d(shape)) == count and shape.ndim else np.full(count, "disk")

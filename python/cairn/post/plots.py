@@ -1,0 +1,371 @@
+"""Pictures of runs, with matplotlib; spheres with PyVista where it is there. Every function returns matplotlib Axes."""
+
+import numpy as np
+
+from .errors import FileError
+from .geometry import contactors_of
+
+COMPRESSION, TENSION, WALL, PALE = "#8c1515", "#1f4e9c", "#3b3b3b", "#d9d4c7"
+# one colour per layer or material: told apart also by those who do not see red and green
+CLASSES = ("#c8a165", "#7a4b2a", "#e3cfa0", "#4f6d7a", "#a9bcc4", "#93432e", "#6b7a4f", "#d8b4a0", "#2e4756", "#b8860b")
+CATEGORIES = ("material", "layer", "group", "shape")
+LABELS = {
+    "velocity": "speed [m/s]",
+    "rotation": "rotation [rad]",
+    "spin": "spin [rad/s]",
+    "radius": "radius [m]",
+    "mass": "mass [kg]",
+}
+
+
+def _pyplot():
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ImportError("pictures need matplotlib: pip install matplotlib") from error
+    return plt
+
+
+def _axes(ax, figsize=(8.0, 5.0), view=None):
+    """Axes to draw in; a new figure has the proportions of the view."""
+    if ax is not None:
+        return ax
+    if view is not None:
+        (x0, x1), (y0, y1) = view
+        figsize = (9.0, float(np.clip(7.5 * (y1 - y0) / (x1 - x0) + 0.9, 2.2, 9.0)))
+    return _pyplot().subplots(figsize=figsize, layout="constrained")[1]
+
+
+def field_values(step, what):
+    """(values, label) of a field of the bodies as one number each: a vector gives its length, velocity the speed.
+
+    what : name of a field, or an array (n,) of one's own.
+    """
+    if not isinstance(what, str):
+        values = np.asarray(what, dtype=float)
+        if values.shape != (len(step.bodies),):
+            raise ValueError(f"what has shape {values.shape}; it must be ({len(step.bodies)},), a number per body")
+        return values, ""
+    values = step.bodies["velocity" if what == "speed" else what]
+    if what in ("velocity", "speed"):
+        return np.linalg.norm(values[:, : step.dim], axis=1), LABELS["velocity"]
+    if what == "rotation" and step.dim == 3:
+        # atan2 keeps its digits at small angles; w and -w are the same rotation
+        return 2.0 * np.arctan2(np.linalg.norm(values[:, 1:], axis=1), np.abs(values[:, 0])), LABELS["rotation"]
+    if values.ndim == 2:
+        values = np.linalg.norm(values, axis=1)
+    return values, LABELS.get(what, what)
+
+
+def title_of(step):
+    """Time and number of a step, in words."""
+    return f"t = {step.time:.4g} s   step {step.step:,}   {len(step.bodies):,} bodies"
+
+
+def plot_step(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, walls=True, title=None, view=None):
+    """Draw the bodies of one output, coloured by a field.
+
+    what : "velocity", "rotation", "material", any field of the bodies, or an array (n,).
+    limits : smallest and largest value of the colours. view : ((x0, x1), (y0, y1)) [m].
+    3D scenes are rendered by PyVista if it is there, else drawn as points. Returns the Axes.
+    """
+    if step.dim == 3:
+        from .plots3d import plot_step_3d
+
+        return plot_step_3d(step, what, ax=ax, cmap=cmap, limits=limits, colorbar=colorbar, title=title)
+    values, label = field_values(step, what)
+    contactors = contactors_of(step)
+    disks = contactors.select("disk")
+    view = _view(disks, contactors.select("segment")) if view is None else view
+    ax = _axes(ax, view=view)
+    painted = draw_disks(ax, disks.center, disks.radius)
+    paint(ax, painted, values[disks.body], what, label, step.run.scene, cmap, limits, colorbar)
+    _frame(ax, view)
+    if walls:
+        draw_walls(ax, contactors)
+    ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
+    return ax
+
+
+def draw_disks(ax, centers, radii, **style):
+    """All disks as one collection: 43,000 take about a second. centers (n, 2), radii (n,) [m]."""
+    from matplotlib.collections import EllipseCollection
+
+    disks = EllipseCollection(
+        2 * radii,
+        2 * radii,
+        np.zeros(len(radii)),
+        units="xy",
+        offsets=centers,
+        offset_transform=ax.transData,
+        linewidths=0,
+        **style,
+    )
+    ax.add_collection(disks, autolim=False)
+    return disks
+
+
+def paint(ax, collection, values, what, label, scene, cmap, limits, colorbar):
+    """Colours by number, or one colour per class with a legend."""
+    from matplotlib.colors import ListedColormap
+    from matplotlib.lines import Line2D
+
+    what = what if isinstance(what, str) else ""
+    if what in CATEGORIES and cmap is None:
+        kinds = np.unique(values).astype(int)
+        palette = ListedColormap([CLASSES[k % len(CLASSES)] for k in kinds] or [PALE])
+        collection.set(array=np.searchsorted(kinds, values), cmap=palette, clim=(-0.5, max(len(kinds), 1) - 0.5))
+        if colorbar and 1 < len(kinds) <= 12:
+            names = list(scene.get("materials", [])) if what == "material" else []
+            marks = [
+                Line2D([], [], marker="o", ls="", color=palette(i), label=names[k] if 0 <= k < len(names) else f"{what} {k}")
+                for i, k in enumerate(kinds)
+            ]
+            ax.legend(handles=marks, fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        return
+    if limits is None:
+        limits = value_limits(values, what)
+    collection.set(array=values, cmap=cmap or ("twilight" if what == "rotation" else "viridis"), clim=limits)
+    if colorbar:
+        ax.figure.colorbar(collection, ax=ax, label=label, shrink=0.8, pad=0.02)
+
+
+def value_limits(values, what=None):
+    """Range of the colours: a full turn for rotations, else from the smallest to the 99.5 % quantile."""
+    if isinstance(what, str) and what == "rotation":
+        return -np.pi, np.pi
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return 0.0, 1.0
+    low, high = float(values.min()), float(np.quantile(values, 0.995))
+    return (low, high) if high > low else (low, float(values.max()) if values.max() > low else low + (abs(low) or 1.0))
+
+
+def _view(disks, segments):
+    """Limits (2, 2) around all that is bounded, with some room."""
+    points = [disks.center - disks.radius[:, None], disks.center + disks.radius[:, None]]
+    reach = segments.direction * segments.half[:, None]
+    points = np.concatenate([*points, segments.center - reach, segments.center + reach])
+    low, high = (points.min(0), points.max(0)) if len(points) else (np.zeros(2), np.ones(2))
+    room = 0.03 * (high - low).max() or 1.0
+    return np.stack([low - room, high + room], axis=1)
+
+
+def _frame(ax, view):
+    """The view at equal scales, with units."""
+    ax.set(xlim=view[0], ylim=view[1], xlabel="x [m]", ylabel="y [m]")
+    ax.set_aspect("equal")
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+
+
+def draw_walls(ax, contactors):
+    """Segments as lines with their round ends, half-planes as lines with the solid side shaded."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    segments = contactors.select("segment")
+    reach = segments.direction * segments.half[:, None]
+    thick = segments.radius > 0
+    ends = np.stack([segments.center - reach, segments.center + reach], axis=1)
+    ax.add_collection(LineCollection(ends[~thick], colors=WALL, linewidths=1.5), autolim=False)
+    if thick.any():
+        outlines = _capsules(segments.center[thick], segments.direction[thick], segments.half[thick], segments.radius[thick])
+        ax.add_collection(PolyCollection(outlines, facecolors=WALL, linewidths=0), autolim=False)
+    planes = contactors.select("half_plane")
+    if len(planes):
+        view = np.array([ax.get_xlim(), ax.get_ylim()])
+        middle, size = view.mean(1), np.hypot(*np.diff(view, axis=1).ravel())
+        along = np.stack([-planes.direction[:, 1], planes.direction[:, 0]], axis=1)
+        gap = np.sum((middle - planes.center) * planes.direction, axis=1)[:, None]
+        foot = middle - gap * planes.direction
+        line = np.stack([foot - size * along, foot + size * along], axis=1)
+        solid = np.concatenate([line, line[:, ::-1] - size * planes.direction[:, None]], axis=1)
+        ax.add_collection(PolyCollection(solid, facecolors=PALE, linewidths=0, alpha=0.5, zorder=0), autolim=False)
+        ax.add_collection(LineCollection(line, colors=WALL, linewidths=1.5), autolim=False)
+
+
+def _capsules(center, axis, half, radius):
+    """Outlines (m, 34, 2) of segments with round ends."""
+    angle = np.linspace(-np.pi / 2, np.pi / 2, 17)
+    across = np.stack([-axis[:, 1], axis[:, 0]], axis=1)[:, None]
+    axis, center = axis[:, None], center[:, None]
+    cap = np.cos(angle)[None, :, None] * axis + np.sin(angle)[None, :, None] * across
+    reach = half[:, None, None] * axis
+    front = center + reach + radius[:, None, None] * cap
+    return np.concatenate([front, 2 * center - front], axis=1)
+
+
+def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=None, view=None):
+    """Draw each contact that carries an impulse as a line between its bodies, as thick as the normal force.
+
+    dt : step [s] that turns impulses into forces; the run's own if None. width : thickness [points] of the mean force;
+    a fifth of a body if None. Compression red, tension blue. Returns the Axes. 2D only.
+    """
+    from matplotlib.collections import LineCollection
+
+    if step.dim == 3:
+        raise ValueError("force chains are drawn in 2D; for 3D open the file in ParaView and glyph the block contacts")
+    contactors = contactors_of(step)
+    disks = contactors.select("disk")
+    view = _view(disks, contactors.select("segment")) if view is None else view
+    ax = _axes(ax, view=view)
+    if bodies:
+        draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
+    _frame(ax, view)
+    draw_walls(ax, contactors)
+    contacts, dt = step.contacts, step_size(step) if dt is None else dt
+    force = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt
+    lines = contact_lines(step)
+    loaded = force != 0
+    force, lines = force[loaded], lines[loaded]
+    if len(force):
+        mean = np.abs(force).mean()
+        if width is None:
+            points_per_metre = 72.0 * ax.figure.get_size_inches()[0] * 0.9 / (view[0][1] - view[0][0])
+            diameter = 2 * points_per_metre * float(np.median(disks.radius)) if len(disks) else 5.0
+            width = float(np.clip(0.2 * diameter, 0.1, 4.0))
+        order = np.argsort(np.abs(force))  # strong chains on top
+        ax.add_collection(
+            LineCollection(
+                lines[order],
+                linewidths=np.clip(width * np.abs(force) / mean, 0.03, 5 * width)[order],
+                colors=np.where(force > 0, COMPRESSION, TENSION)[order],
+                capstyle="round",
+            ),
+            autolim=False,
+        )
+        ax.text(1.0, 1.0, f"mean normal force {mean:.3g} N", transform=ax.transAxes, ha="right", va="bottom", fontsize=8)
+    ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
+    return ax
+
+
+def step_size(step):
+    """Length [s] of the time step that led to an output: from the history, else from the scene, else 1 (impulses)."""
+    history = step.run.history
+    if "dt" in history and len(history["step"]):
+        at = np.flatnonzero(history["step"] == step.step)
+        if len(at):
+            return float(history["dt"][at[0]])
+    return float(step.run.scene.get("dt", 1.0))
+
+
+def contact_lines(step):
+    """Ends (m, 2, dim) of a line through each contact point: to the centres of round bodies, to the point on a wall.
+
+    Across a periodic boundary, where the centre is not near, it goes by the radius along the normal.
+    """
+    contacts, position = step.contacts, step.bodies["position"]
+    radius = step.bodies["radius"] if "radius" in step.bodies else np.zeros(len(position))
+    point, ends = contacts["point"], []
+    for name, sign in (("body_a", 1.0), ("body_b", -1.0)):
+        row = step.rows_of(contacts[name])
+        own, centre = radius[row][:, None], position[row]
+        far = np.linalg.norm(centre - point, axis=1, keepdims=True) > 1.5 * own
+        ends.append(np.where(far, point + sign * own * contacts["normal"], centre))
+    return np.stack(ends, axis=1)
+
+
+def plot_energy(history, ax=None, title="Energy"):
+    """Draw the energy terms over time, with the closure of the balance below. history : `run.history`."""
+    terms = {name.removeprefix("energy_"): value for name, value in history.items() if name.startswith("energy_")}
+    terms.pop("created", None)  # of the contacts of one step, not a term of the balance
+    closure, scale = terms.pop("closure", None), terms.pop("in_play", None)
+    for name in ("largest_kinetic", "turned_over"):
+        terms.pop(name, None)
+    ax = _axes(ax)
+    for name, value in terms.items():
+        if np.any(value != 0):
+            ax.plot(history["time"], value, lw=1.3, label=name.replace("_", " "))
+    ax.set(xlabel="time [s]", ylabel="energy [J]")
+    if terms:
+        ax.legend(fontsize=8, frameon=False)
+    if closure is not None and len(closure):
+        share = f", {abs(closure[-1]) / scale[-1]:.1e} of the energy in play" if scale is not None and scale[-1] > 0 else ""
+        title = f"{title}: the balance closes to {abs(closure[-1]):.1e} J{share}"
+    ax.set_title(title, fontsize=10, loc="left")
+    _plain(ax)
+    return ax
+
+
+def plot_residual(history, ax=None, title="Solver"):
+    """Draw the error at the end of each step (logarithmic) and the iterations it took. history : `run.history`."""
+    ax = _axes(ax)
+    time, error = history["time"], np.asarray(history.get("error", np.full(len(history["time"]), np.nan)))
+    positive = error > 0
+    ax.semilogy(time[positive], error[positive], lw=0.8, color=COMPRESSION)
+    if "status" in history:
+        bad = positive & ~np.isin(history["status"], ("converged", "no_contacts", ""))
+        if bad.any():
+            ax.semilogy(time[bad], error[bad], ".", ms=4, color="black", label="not converged")
+            ax.legend(fontsize=8, frameon=False)
+    ax.set(xlabel="time [s]", ylabel="error [-]")
+    ax.yaxis.label.set_color(COMPRESSION)
+    if "iterations" in history:
+        other = ax.twinx()
+        other.plot(time, history["iterations"], lw=0.8, color=TENSION, alpha=0.7)
+        other.set_ylabel("iterations", color=TENSION)
+        other.set_ylim(bottom=0)
+        other.spines["top"].set_visible(False)
+    ax.set_title(title, fontsize=10, loc="left")
+    ax.spines["top"].set_visible(False)
+    return ax
+
+
+def _plain(ax):
+    ax.grid(alpha=0.25)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+
+
+def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, limits=None, view=None, **options):
+    """Write all outputs of a run (each `every`-th) as a .gif, or as an .mp4 if ffmpeg is there.
+
+    what : a field as for `plot_step`, or "forces" for force chains. Colours and view are those of the whole run.
+    """
+    from matplotlib import animation
+
+    path, plt = str(path), _pyplot()
+    extension = path.rpartition(".")[2].lower()
+    if extension not in ("gif", "mp4"):
+        raise FileError(path, "an animation is a .gif or an .mp4", "choose one of these")
+    if extension == "mp4" and not animation.FFMpegWriter.isAvailable():
+        raise FileError(path, "an .mp4 needs the program ffmpeg, which is not there", "install it, or write a .gif")
+    steps = range(0, len(run), every)
+    if not len(steps):
+        raise FileError(run.path, "this run holds no output yet", "run the simulation first")
+    if run.dim == 2 and view is None:
+        view = _view_of_run(run, steps)
+    if limits is None and not (isinstance(what, str) and what in (*CATEGORIES, "forces")):
+        sample = [field_values(run[k], what)[0] for k in _few(steps)]
+        limits = value_limits(np.concatenate(sample), what)
+    figure = _axes(None, view=view).figure if figsize is None else plt.figure(figsize=figsize, layout="constrained")
+    writer = animation.PillowWriter(fps=fps) if extension == "gif" else animation.FFMpegWriter(fps=fps)
+    try:
+        with writer.saving(figure, path, dpi):
+            for k in steps:
+                figure.clear()
+                ax = figure.add_subplot()
+                if what == "forces":
+                    plot_force_chains(run[k], ax=ax, view=view, **options)
+                else:
+                    extra = {"view": view} if run.dim == 2 else {}
+                    plot_step(run[k], what, ax=ax, limits=limits, **extra, **options)
+                writer.grab_frame()
+    finally:
+        plt.close(figure)
+    return path
+
+
+def _few(steps, most=12):
+    """At most a dozen of the steps, evenly spread, with the last."""
+    return [steps[i] for i in np.unique(np.linspace(0, len(steps) - 1, most).astype(int))]
+
+
+def _view_of_run(run, steps):
+    """Limits that hold all disks of the run."""
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    for k in _few(steps):
+        contactors = contactors_of(run[k])
+        seen = _view(contactors.select("disk"), contactors.select("segment"))
+        low, high = np.minimum(low, seen[:, 0]), np.maximum(high, seen[:, 1])
+    return np.stack([low, high], axis=1)

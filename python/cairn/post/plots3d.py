@@ -1,0 +1,97 @@
+"""Pictures of spheres: rendered by PyVista off-screen, or as points by matplotlib where PyVista is not there."""
+
+import numpy as np
+
+from .geometry import contactors_of
+from .plots import CATEGORIES, CLASSES, WALL, _axes, _pyplot, field_values, title_of, value_limits
+
+
+def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=(1200, 900)):
+    """Draw the spheres of one output, coloured by a field. Returns matplotlib Axes."""
+    values, label = field_values(step, what)
+    spheres = contactors_of(step).select("sphere")
+    values = values[spheres.body]
+    classes = isinstance(what, str) and what in CATEGORIES and cmap is None
+    if classes:
+        limits = (-0.5, len(CLASSES) - 0.5)
+        values = values % len(CLASSES)
+    elif limits is None:
+        limits = (0.0, np.pi) if isinstance(what, str) and what == "rotation" else value_limits(values)
+    palette = _palette(classes, cmap)
+    try:
+        image = render_spheres(spheres.center, spheres.radius, values, palette, limits, window)
+    except ImportError:
+        return _scatter(step, spheres, values, palette, limits, ax, label if colorbar and not classes else None, title)
+    ax = _axes(ax, (8.0, 6.0))
+    ax.imshow(image)
+    ax.set_axis_off()
+    _finish(ax, step, palette, limits, label if colorbar and not classes else None, title)
+    return ax
+
+
+def _palette(classes, cmap):
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(CLASSES) if classes else _pyplot().get_cmap(cmap or "viridis")
+
+
+def _finish(ax, step, palette, limits, label, title):
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    if label is not None:
+        ax.figure.colorbar(ScalarMappable(Normalize(*limits), palette), ax=ax, label=label, shrink=0.7, pad=0.02)
+    ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
+
+
+def render_spheres(center, radius, values, palette, limits, window):
+    """An image (height, width, 3) of spheres. Raises ImportError without PyVista."""
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
+    plotter.set_background("white")
+    add_spheres(plotter, center, radius, values, palette, limits)
+    plotter.camera_position = [(1.0, -1.6, 0.8), (0, 0, 0), (0, 0, 1)]
+    plotter.reset_camera()
+    with pyvista.vtk_verbosity("error"):  # without a display VTK warns, then draws in memory
+        image = plotter.screenshot(return_img=True)
+    plotter.close()
+    return image
+
+
+def add_spheres(plotter, center, radius, values, palette, limits):
+    """Spheres as glyphs; coarser when there are many."""
+    import pyvista
+
+    if not len(center):
+        return
+    cloud = pyvista.PolyData(np.ascontiguousarray(center, dtype=float))
+    cloud["diameter"], cloud["value"] = 2 * radius, values.astype(float)
+    fine = 24 if len(center) < 2000 else 12 if len(center) < 20000 else 8
+    ball = pyvista.Sphere(radius=0.5, theta_resolution=fine, phi_resolution=fine)
+    plotter.add_mesh(
+        cloud.glyph(scale="diameter", orient=False, geom=ball),
+        scalars="value",
+        cmap=palette,
+        clim=limits,
+        show_scalar_bar=False,
+        smooth_shading=True,
+        specular=0.2,
+    )
+    plotter.add_mesh(pyvista.Box(cloud.bounds).outline(), color=WALL, line_width=1)
+
+
+def _scatter(step, spheres, values, palette, limits, ax, label, title):
+    if ax is None or not hasattr(ax, "get_zlim"):
+        figure = _pyplot().figure(figsize=(8.0, 6.0)) if ax is None else ax.figure
+        if ax is not None:
+            ax.remove()
+        ax = figure.add_subplot(projection="3d")
+    x = spheres.center
+    extent = np.ptp(x, axis=0).max() if len(x) else 1.0
+    points = 2 * spheres.radius / (extent or 1.0) * 4.0 * 72.0  # the box is about four inches wide
+    ax.scatter(*x.T, s=points**2, c=values, cmap=palette, vmin=limits[0], vmax=limits[1], linewidths=0)
+    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+    ax.set_aspect("equal")
+    _finish(ax, step, palette, limits, label, title)
+    return ax

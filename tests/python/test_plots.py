@@ -1,0 +1,158 @@
+"""Pictures are made, and show what they should: numbers read off the collections, not pixels."""
+
+import numpy as np
+import pytest
+from made_up import info
+
+from cairn.post import FileError, RunWriter, load
+
+matplotlib = pytest.importorskip("matplotlib")
+matplotlib.use("Agg")
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Two disks of radius 0.5 on a floor, between a wall with round ends and a thin one; the second disk came late."""
+    writer = RunWriter(
+        tmp_path / "run.vtkhdf",
+        {
+            "dt": 0.5,
+            "materials": ["rock", "steel"],
+            "contactors": {
+                "shape": ["disk", "half_plane", "segment", "segment"],
+                "body": np.array([10, 11, 12, 13]),
+                "radius": np.array([0.5, 0, 0.1, 0]),
+                "offset": np.array([[0.1, 0], [0, 0], [0, 0], [0, 0]]),
+                "direction": np.array([[0, 0, 0], [0, 1, 0], [0, 2, 1], [0, 1, 1]]),
+            },
+        },
+        dim=2,
+    )
+    for k in range(3):
+        n = 5 if k else 4
+        position = np.array([[0, 0.5], [0, 0], [-1, 1], [2, 1], [1 + k, 0.5]])[:n]
+        bodies = {
+            "position": position,
+            "velocity": np.array([[3, 4, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 1, 0]])[:n].astype(float),
+            "rotation": np.array([np.pi / 2, 0, 0, 0, 0])[:n],
+            "radius": np.array([0.5, 0, 0, 0, 0.25])[:n],
+            "material": np.array([0, 1, 1, 1, 0])[:n],
+            "id": np.array([10, 11, 12, 13, 20])[:n],
+        }
+        contacts = {
+            "point": np.array([[0.0, 0.0], [0.5, 0.5]]),
+            "normal": np.array([[0.0, 1.0], [-1.0, 0.0]]),
+            "gap": np.zeros(2),
+            "impulse": np.array([[0.5, 2.0], [1.0, 0.0]]),
+            "status": np.array([1, 3]),
+            "body_a": np.array([10, 10]),
+            "body_b": np.array([11, 20 if k else 13]),
+        }
+        writer.write_step(float(k), k - 0.25, k, bodies, contacts, info(k))
+    writer.close()
+    yield load(writer.path)
+    matplotlib.pyplot.close("all")
+
+
+def disks_in(ax):
+    from matplotlib.collections import EllipseCollection
+
+    return next(c for c in ax.collections if isinstance(c, EllipseCollection))
+
+
+def test_disks_stand_where_their_contactors_are(run):
+    ax = run.plot(1)
+    disks = disks_in(ax)
+    # the first sits 0.1 off its centre of mass and its body is turned by a right angle
+    assert np.allclose(disks.get_offsets(), [[0, 0.6], [2, 0.5]], atol=1e-15)
+    assert np.allclose(disks.get_array(), [5, 1])
+    assert ax.get_title(loc="left").startswith("t = 1 s")
+    assert ax.get_xlabel() == "x [m]"
+    assert len(disks_in(run.plot(0)).get_offsets()) == 1
+
+
+def test_fields_and_classes(run):
+    assert np.array_equal(disks_in(run.plot(1, "material")).get_array(), [0, 0])
+    assert np.allclose(disks_in(run.plot(1, "rotation")).get_array(), [np.pi / 2, 0])
+    assert np.allclose(disks_in(run.plot(1, np.arange(5.0))).get_array(), [0, 4])
+    with pytest.raises(KeyError, match="no field 'colour'; there are position"):
+        run.plot(1, "colour")
+    with pytest.raises(ValueError, match=r"must be \(5,\)"):
+        run.plot(1, np.arange(3.0))
+
+
+def test_walls_are_drawn(run):
+    from matplotlib.collections import PolyCollection
+
+    ax = run.plot(1)
+    outlines = [p.vertices for c in ax.collections if isinstance(c, PolyCollection) for p in c.get_paths()]
+    capsule = next(v for v in outlines if len(v) > 30)
+    assert np.allclose([capsule.min(0), capsule.max(0)], [[-1.1, -0.1], [-0.9, 2.1]], atol=1e-12)
+
+
+def test_force_chains(run):
+    from matplotlib.collections import LineCollection
+
+    ax = run.plot_force_chains(1)
+    lines = [c for c in ax.collections if isinstance(c, LineCollection)][-1]
+    ends = {tuple(np.round(s.ravel(), 12)) for s in lines.get_segments()}
+    assert ends == {(0, 0.5, 0, 0), (0, 0.5, 0.25, 0.5)} or (0.0, 0.5, 0.0, 0.0) in ends
+    widths = np.sort(lines.get_linewidths())
+    assert widths[1] == pytest.approx(2 * widths[0])
+    assert "mean normal force 3 N" in [t.get_text() for t in ax.texts]  # (2 + 1) N s / 2 / 0.5 s
+
+
+def test_histories(run):
+    ax = run.plot_energy()
+    assert [line.get_label() for line in ax.lines] == ["kinetic", "potential"]
+    assert run.plot_residual().get_yscale() == "log"
+
+
+def test_animation(run, tmp_path):
+    from PIL import Image
+
+    for what in ("velocity", "forces"):
+        path = run.animate(tmp_path / f"{what}.gif", what, dpi=40)
+        with Image.open(path) as image:
+            assert image.n_frames == 3
+    with pytest.raises(FileError, match="a .gif or an .mp4"):
+        run.animate(tmp_path / "a.avi")
+
+
+@pytest.mark.parametrize("with_pyvista", [True, False])
+def test_spheres(tmp_path, monkeypatch, with_pyvista):
+    if with_pyvista:
+        pytest.importorskip("pyvista")
+    else:
+        monkeypatch.setitem(__import__("sys").modules, "pyvista", None)
+    rng = np.random.default_rng(0)
+    writer = RunWriter(tmp_path / "run.vtkhdf", dim=3)
+    writer.write_step(0, 0, 0, {"position": rng.random((20, 3)), "radius": np.full(20, 0.1), "velocity": rng.random((20, 6))})
+    writer.close()
+    with load(writer.path) as run:
+        ax = run.plot()
+        if with_pyvista:
+            image = ax.images[0].get_array()
+            assert (image < 250).any(axis=2).mean() > 0.05  # something was drawn
+        else:
+            assert np.allclose(
+                np.sort(ax.collections[0].get_array()), np.sort(np.linalg.norm(run[0].bodies.velocity[:, :3], axis=1))
+            )
+        with pytest.raises(ValueError, match="in 2D"):
+            run.plot_force_chains()
+    matplotlib.pyplot.close("all")
+
+
+def test_many_disks_are_quick(tmp_path):
+    """43,000 disks within a few seconds."""
+    import time
+
+    from cairn.post.plots import draw_disks
+
+    figure, ax = matplotlib.pyplot.subplots()
+    rng = np.random.default_rng(0)
+    start = time.perf_counter()
+    draw_disks(ax, rng.random((43_000, 2)), np.full(43_000, 0.002))
+    figure.savefig(tmp_path / "a.png")
+    assert time.perf_counter() - start < 10.0
+    matplotlib.pyplot.close("all")
