@@ -63,7 +63,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["cone_distance"] = r.solve.cone_distance;
   out["energy_created"] = r.solve.energy_created;
   out["hint"] = r.solve.hint;
-  out["projected_overlap"] = r.projected_overlap;
+  out["projection_error"] = r.projection_error;
   return out;
 }
 
@@ -211,6 +211,7 @@ void bind_simulation(py::module_& m) {
       .def("update_velocity", &Simulation::update_velocity)
       .def("commit_contacts", &Simulation::commit_contacts)
       .def("update_configuration", &Simulation::update_configuration)
+      .def("project_positions", &Simulation::project_positions)
       .def("undo_step", &Simulation::undo_step)
       .def("report", [](Simulation& s) { return report_of(s.report); })
       .def("energy", [](Simulation& s) { return energy_of(s.energy); })

@@ -1,6 +1,7 @@
 // A scene, the strategy that moves it, and what the last step did. step() is in step.cpp, one page; each stage can be called alone.
 #pragma once
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,7 +38,7 @@ struct StepReport {
   std::int64_t contacts = 0;
   std::int64_t unresolved_rotations = 0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
   SolveReport solve;
-  double projected_overlap = 0; // deepest overlap / size that project_positions left
+  double projection_error = 0; // true error of the problem that project_positions solved
   Energy energy;
 };
 
@@ -85,11 +86,14 @@ class Simulation {
   void advance_cell(double time);
   void measure_margins();
   void account(const ContactEnergy& contacts);
+  LawTable projection_laws() const;
 
   double h_ = 0;
   bool begun_ = false;
   Cell cell_begin_;
   Array<double> margins_;
+  std::optional<Interactions> projector_; // of project_positions, with a memory of its own
+  Candidates projection_candidates_;
   std::vector<std::pair<std::string, double>> stage_seconds_;
 };
 

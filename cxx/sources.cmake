@@ -5,6 +5,7 @@ set(CAIRN_CXX_SOURCES
   detection_grid.cpp
   interaction_handler.cpp
   periodic.cpp
+  projection.cpp
   scene.cpp
   step.cpp
   strategy.cpp

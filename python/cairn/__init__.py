@@ -1,13 +1,13 @@
 """Cairn: mechanics of divided media, by Non-Smooth Contact Dynamics.
 
-    import cairn as cn
+import cairn as cn
 
-    rock = cn.Material("rock", density=2800.0)
-    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
-    scene.add(cn.disks(centers, radii, rock), cn.wall(point=(0, 0), normal=(0, 1), material=rock))
-    scene.interact(rock, rock, cn.Coulomb(mu=0.4))
-    sim = cn.Simulation(scene, dt=1e-3)
-    sim.run(steps=2000, output="pile.vtkhdf", every=20)
+rock = cn.Material("rock", density=2800.0)
+scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+scene.add(cn.disks(centers, radii, rock), cn.wall(point=(0, 0), normal=(0, 1), material=rock))
+scene.interact(rock, rock, cn.Coulomb(mu=0.4))
+sim = cn.Simulation(scene, dt=1e-3)
+sim.run(steps=2000, output="pile.vtkhdf", every=20)
 """
 
 from . import _core, laws, pre
@@ -27,7 +27,29 @@ globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row
 
 __version__ = _core.build_info()["version"]
 __all__ = [
-    "NLGS", "NSCD", "BodySet", "ContactorSet", "Error", "FileError", "Harmonic", "Law", "Material", "OverlapWarning",
-    "Periodic", "Scene", "Servo", "Simulation", "Table", "box", "clumps", "disks", "load", "pre", "segment", "spheres", "tube",
-    "wall", *laws.LAWS,
+    "NLGS",
+    "NSCD",
+    "BodySet",
+    "ContactorSet",
+    "Error",
+    "FileError",
+    "Harmonic",
+    "Law",
+    "Material",
+    "OverlapWarning",
+    "Periodic",
+    "Scene",
+    "Servo",
+    "Simulation",
+    "Table",
+    "box",
+    "clumps",
+    "disks",
+    "load",
+    "pre",
+    "segment",
+    "spheres",
+    "tube",
+    "wall",
+    *laws.LAWS,
 ]

@@ -92,8 +92,10 @@ def _spread(name, value, n, components, dim):
     if array.ndim == 1:
         array = np.broadcast_to(array, (n, components)) if array.shape == (components,) else array
     if array.shape != (n, components):
-        raise ValueError(f"{name} has shape {np.shape(value)}: give ({components},) or ({n}, {components}), "
-                         f"or translations only, ({dim},) or ({n}, {dim})")
+        raise ValueError(
+            f"{name} has shape {np.shape(value)}: give ({components},) or ({n}, {components}), "
+            f"or translations only, ({dim},) or ({n}, {dim})"
+        )
     return checks.real_array(name, np.ascontiguousarray(array), (n, components))
 
 
@@ -154,8 +156,13 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     n, m = len(positions), len(radii)
     masses = np.broadcast_to(np.asarray(mass, float), (n,)).copy()
     moments = np.broadcast_to(np.atleast_1d(np.asarray(inertia, float)), (n, 1 if dim == 2 else 3)).copy()
-    parts = ContactorSet("disk" if dim == 2 else "sphere", material, np.repeat(np.arange(n), m), np.tile(radii, n),
-                         np.tile(offsets, (n, 1)))
+    parts = ContactorSet(
+        "disk" if dim == 2 else "sphere",
+        material,
+        np.repeat(np.arange(n), m),
+        np.tile(radii, n),
+        np.tile(offsets, (n, 1)),
+    )
     return checked(BodySet(dim, positions, masses, moments, [parts], **options))
 
 
@@ -174,8 +181,19 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
     moment = np.inf if infinite or inertia is None else inertia
     moments = np.broadcast_to(np.atleast_1d(np.asarray(moment, float)), (1 if dim == 2 else 3,))[None].copy()
     drive = np.zeros(len(names)) if velocity is None else velocity
-    return checked(BodySet(dim, np.asarray(position, float)[None], masses, moments, [contactor], driven=held, drive=drive,
-                           force=force, **options))
+    return checked(
+        BodySet(
+            dim,
+            np.asarray(position, float)[None],
+            masses,
+            moments,
+            [contactor],
+            driven=held,
+            drive=drive,
+            force=force,
+            **options,
+        )
+    )
 
 
 def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
@@ -191,13 +209,20 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
     normal = checks.real_array("normal", np.asarray(normal, float), (dim,))
     if not np.any(normal):
         raise ValueError(f"normal is {normal}: give a vector of non-zero length, pointing out of the solid")
-    contactor = ContactorSet("half_plane" if dim == 2 else "plane", material, np.zeros(1, int), np.zeros(1), None,
-                             np.append(normal / np.max(np.abs(normal)), 0.0)[None])
+    contactor = ContactorSet(
+        "half_plane" if dim == 2 else "plane",
+        material,
+        np.zeros(1, int),
+        np.zeros(1),
+        None,
+        np.append(normal / np.max(np.abs(normal)), 0.0)[None],
+    )
     return _boundary(dim, point, contactor, mass, inertia, free, velocity, force, options)
 
 
-def segment(start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None,
-            **options) -> BodySet:
+def segment(
+    start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None, **options
+) -> BodySet:
     """A straight bar in 2D with round ends of the given radius [m], from start to end (2,) [m]."""
     start, end = (checks.real_array(n, np.asarray(v, float), (2,)) for n, v in (("start", start), ("end", end)))
     half = (end - start) / 2
@@ -205,20 +230,39 @@ def segment(start, end, material, *, radius=0.0, velocity=None, mass=None, inert
         raise ValueError(f"end is {end}, the same as start: give two different points")
     size = np.max(np.abs(half))
     length = size * np.sqrt(np.sum((half / size) ** 2))
-    contactor = ContactorSet("segment", material, np.zeros(1, int), np.array([float(radius)]), None,
-                             np.append(half / size, length)[None])
+    contactor = ContactorSet(
+        "segment", material, np.zeros(1, int), np.array([float(radius)]), None, np.append(half / size, length)[None]
+    )
     return _boundary(2, (start + end) / 2, contactor, mass, inertia, free, velocity, force, options)
 
 
-def tube(point, axis, radius, material, *, half_length=0.0, velocity=None, mass=None, inertia=None, free=(), force=None,
-         **options) -> BodySet:
+def tube(
+    point,
+    axis,
+    radius,
+    material,
+    *,
+    half_length=0.0,
+    velocity=None,
+    mass=None,
+    inertia=None,
+    free=(),
+    force=None,
+    **options,
+) -> BodySet:
     """A cylinder seen from inside, in 3D: a drum, a silo. Without half_length it has no end."""
     point = checks.real_array("point", np.asarray(point, float), (3,))
     axis = checks.real_array("axis", np.asarray(axis, float), (3,))
     if not np.any(axis):
         raise ValueError(f"axis is {axis}: give a vector of non-zero length")
-    contactor = ContactorSet("tube", material, np.zeros(1, int), np.array([checks.positive("radius", radius)]), None,
-                             np.append(axis / np.max(np.abs(axis)), half_length or np.inf)[None])
+    contactor = ContactorSet(
+        "tube",
+        material,
+        np.zeros(1, int),
+        np.array([checks.positive("radius", radius)]),
+        None,
+        np.append(axis / np.max(np.abs(axis)), half_length or np.inf)[None],
+    )
     return _boundary(3, point, contactor, mass, inertia, free, velocity, force, options)
 
 

@@ -9,19 +9,31 @@ def explain(simulation):
     """Text on stages, arrays, bytes, settings and scales."""
     core, strategy = simulation._core, simulation.strategy
     lines = [f"{len(simulation.bodies)} bodies, {core.scene.contactor_count} contactors, {simulation.scene.dim}D"]
-    stages = ["predict_configuration", "compute_free_velocity", "detect_contacts", "prepare_contacts", "solve_contacts",
-              "update_velocity", "commit_contacts", "update_configuration"]
+    stages = [
+        "predict_configuration",
+        "compute_free_velocity",
+        "detect_contacts",
+        "prepare_contacts",
+        "solve_contacts",
+        "update_velocity",
+        "commit_contacts",
+        "update_configuration",
+    ]
     stages += ["project_positions"] if strategy.project_positions else []
     lines += ["", "Stages of a step: " + ", ".join(stages)]
-    margin = "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
+    margin = (
+        "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
+    )
     solver = strategy.solver
     lines += [
         f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
         f"{'warm' if strategy.warm_start else 'cold'} start",
     ]
-    for title, fields, count in (("body", core.scene.body_fields(), len(simulation.bodies)),
-                                 ("contactor", core.scene.contactor_fields(), core.scene.contactor_count)):
+    for title, fields, count in (
+        ("body", core.scene.body_fields(), len(simulation.bodies)),
+        ("contactor", core.scene.contactor_fields(), core.scene.contactor_count),
+    ):
         active = [f for f in fields if f["active"]]
         lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
         lines += [f"  {f['name']:<18}{f['components']} x [{f['unit']}]  {f['meaning']} ({f['stage']})" for f in active]

@@ -38,7 +38,9 @@ def _law_class(row, description):
     def __init__(self, **given):
         unknown = sorted(set(given) - set(names))
         if unknown:
-            raise TypeError(f"{type(self).__name__} has no parameter {unknown[0]!r}; it has {', '.join(names) or 'none'}")
+            raise TypeError(
+                f"{type(self).__name__} has no parameter {unknown[0]!r}; it has {', '.join(names) or 'none'}"
+            )
         values = []
         for name, default, smallest, largest in parameters:
             value = given.get(name, default)
@@ -46,7 +48,9 @@ def _law_class(row, description):
                 raise TypeError(f"{type(self).__name__} needs {name}, from {smallest:g} to {largest:g}")
             value = float(value)
             if math.isnan(value) or not smallest <= value <= largest:
-                raise ValueError(f"{name} of {type(self).__name__} is {value:g}: give a value from {smallest:g} to {largest:g}")
+                raise ValueError(
+                    f"{name} of {type(self).__name__} is {value:g}: give a value from {smallest:g} to {largest:g}"
+                )
             values.append(value)
         Law.__init__(self, values)
 

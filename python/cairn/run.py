@@ -16,16 +16,26 @@ def scene_info(simulation):
     core = simulation._core.scene
     internal = core.raw_body("id")
     names = np.array(_core.shapes())
-    contactors = {"shape": list(names[core.contactor("shape")]) if core.contactor_count < 100_000 else "",
-                  "shape_number": core.contactor("shape"), "body": internal[core.contactor("body")],
-                  "radius": core.contactor("radius")}
+    contactors = {
+        "shape": list(names[core.contactor("shape")]) if core.contactor_count < 100_000 else "",
+        "shape_number": core.contactor("shape"),
+        "body": internal[core.contactor("body")],
+        "radius": core.contactor("radius"),
+    }
     for name in ("offset", "direction"):
         values = core.contactor(name)
         if len(values):
             contactors[name] = values
     species = [f"{m} ({g})" if g else m for m, g in simulation._species]
-    return {"materials": species, "contactors": contactors, "shapes": list(names), "gravity": _plain(simulation.scene.gravity),
-            "dt": simulation.dt, "strategy": repr(simulation.strategy), "rules": [repr(r) for r in simulation.scene.rules]}
+    return {
+        "materials": species,
+        "contactors": contactors,
+        "shapes": list(names),
+        "gravity": _plain(simulation.scene.gravity),
+        "dt": simulation.dt,
+        "strategy": repr(simulation.strategy),
+        "rules": [repr(r) for r in simulation.scene.rules],
+    }
 
 
 def _plain(value):
@@ -38,22 +48,41 @@ def provenance():
     text = ""
     if script is not None and script.suffix == ".py" and script.is_file():
         text = script.read_text(errors="replace")
-    return {**_core.build_info(), "python": sys.version.split()[0], "numpy": np.__version__,
-            "script": script.name if script else "", "script_text": text, "arguments": " ".join(sys.argv[1:]),
-            "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")}
+    return {
+        **_core.build_info(),
+        "python": sys.version.split()[0],
+        "numpy": np.__version__,
+        "script": script.name if script else "",
+        "script_text": text,
+        "arguments": " ".join(sys.argv[1:]),
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
 
 
 def snapshot(simulation):
     """Arrays of bodies and of contacts for one output."""
     bodies, contacts = simulation.bodies, simulation.contacts
     core = simulation._core.scene
-    out = {"position": bodies.position, "velocity": bodies.velocity, "radius": simulation.radii(), "id": bodies.id,
-           "mass": bodies.mass, "material": _material(simulation)}
+    out = {
+        "position": bodies.position,
+        "velocity": bodies.velocity,
+        "radius": simulation.radii(),
+        "id": bodies.id,
+        "mass": bodies.mass,
+        "material": _material(simulation),
+    }
     if len(core.body("rotation")):
         out["rotation"] = core.body("rotation")
     pairs = contacts.bodies
-    return out, {"point": contacts.point, "normal": contacts.normal, "gap": contacts.gap, "impulse": contacts.impulse,
-                 "status": contacts.status, "body_a": pairs[:, 0], "body_b": pairs[:, 1]}
+    return out, {
+        "point": contacts.point,
+        "normal": contacts.normal,
+        "gap": contacts.gap,
+        "impulse": contacts.impulse,
+        "status": contacts.status,
+        "body_a": pairs[:, 0],
+        "body_b": pairs[:, 1],
+    }
 
 
 def _material(simulation):
@@ -77,7 +106,9 @@ class _Recorder:
 
             output = Path(output)
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
-            self.writer = RunWriter(output, scene_info(simulation), provenance(), dim=simulation.scene.dim, overwrite=overwrite)
+            self.writer = RunWriter(
+                output, scene_info(simulation), provenance(), dim=simulation.scene.dim, overwrite=overwrite
+            )
             self.write()
 
     def write(self):

@@ -29,7 +29,9 @@ class Periodic:
         """periodic (3,), vectors (3, 3) by rows, corner (3,), velocity gradient (3, 3)."""
         lengths = np.asarray(self.lengths, float)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
-            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic")
+            raise ValueError(
+                f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic"
+            )
         periodic = np.zeros(3, bool)
         periodic[:dim] = np.isfinite(lengths) & (lengths > 0)
         vectors, corner, gradient = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))
@@ -58,7 +60,9 @@ class Scene:
         self.gravity = np.zeros(dim) if gravity is None else gravity
         if not callable(self.gravity):
             self.gravity = checks.real_array("gravity", np.asarray(self.gravity, float), (dim,))
-        self.origin = checks.real_array("origin", np.zeros(dim) if origin is None else np.asarray(origin, float), (dim,))
+        self.origin = checks.real_array(
+            "origin", np.zeros(dim) if origin is None else np.asarray(origin, float), (dim,)
+        )
         self.depth = checks.positive("depth", depth)
         self.periodic = periodic
         if periodic is not None:
@@ -113,8 +117,10 @@ class Scene:
         for a, b, _ in self.rules:
             for word in (a, b):
                 if word not in names:
-                    raise ValueError(f"an interaction names {word!r}, which is no material and no group of the scene; "
-                                     f"there are {', '.join(sorted(names - {'*'})) or 'none yet'}")
+                    raise ValueError(
+                        f"an interaction names {word!r}, which is no material and no group of the scene; "
+                        f"there are {', '.join(sorted(names - {'*'})) or 'none yet'}"
+                    )
 
     def law_table(self, species):
         """The core's table of laws, and allowed (m, m) uint8, 0 where a pair passes through each other."""
@@ -142,26 +148,46 @@ class Scene:
 
         sets = {}
         for k, s in enumerate(self.sets):
-            d = {n: getattr(s, n) for n in ("position", "mass", "inertia", "velocity", "rotation", "damping")
-                 if getattr(s, n) is not None}
+            d = {
+                n: getattr(s, n)
+                for n in ("position", "mass", "inertia", "velocity", "rotation", "damping")
+                if getattr(s, n) is not None
+            }
             d |= {"group": s.group or "", "driven": ",".join(s.driven)}
             for name in ("drive", "force"):
                 if getattr(s, name) is not None:
                     d[name] = time_functions.to_dict(name, getattr(s, name))
             d["contactors"] = {}
             for j, c in enumerate(s.contactors):
-                entry = {n: getattr(c, n) for n in ("shape", "body", "radius", "offset", "direction") if getattr(c, n) is not None}
+                entry = {
+                    n: getattr(c, n)
+                    for n in ("shape", "body", "radius", "offset", "direction")
+                    if getattr(c, n) is not None
+                }
                 entry |= {"material": c.material.name, "density": c.material.density or np.nan}
                 d["contactors"][f"{j:06d}"] = entry
             sets[f"{k:06d}"] = d
-        rules = {f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else ())}
-                 for k, (a, b, law) in enumerate(self.rules)}
-        content = {"kind": "scene", "dim": self.dim, "origin": self.origin, "depth": self.depth, "sets": sets, "rules": rules,
-                   "gravity": time_functions.to_dict("gravity", self.gravity)}
+        rules = {
+            f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else ())}
+            for k, (a, b, law) in enumerate(self.rules)
+        }
+        content = {
+            "kind": "scene",
+            "dim": self.dim,
+            "origin": self.origin,
+            "depth": self.depth,
+            "sets": sets,
+            "rules": rules,
+            "gravity": time_functions.to_dict("gravity", self.gravity),
+        }
         if self.periodic is not None:
             p = self.periodic
-            content["periodic"] = {"lengths": np.asarray(p.lengths, float), "lean": p.lean, "shear_rate": p.shear_rate,
-                                   "corner": np.asarray(p.corner if p.corner is not None else np.zeros(self.dim), float)}
+            content["periodic"] = {
+                "lengths": np.asarray(p.lengths, float),
+                "lean": p.lean,
+                "shear_rate": p.shear_rate,
+                "corner": np.asarray(p.corner if p.corner is not None else np.zeros(self.dim), float),
+            }
         save(path, content)
 
     @classmethod
@@ -175,10 +201,19 @@ class Scene:
             raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
         periodic = content.get("periodic")
         if periodic is not None:
-            periodic = Periodic(tuple(periodic["lengths"]), tuple(periodic["corner"]), float(periodic["lean"]),
-                                float(periodic["shear_rate"]))
-        scene = cls(int(content["dim"]), time_functions.from_dict(content["gravity"]), origin=content["origin"],
-                    depth=float(content["depth"]), periodic=periodic)
+            periodic = Periodic(
+                tuple(periodic["lengths"]),
+                tuple(periodic["corner"]),
+                float(periodic["lean"]),
+                float(periodic["shear_rate"]),
+            )
+        scene = cls(
+            int(content["dim"]),
+            time_functions.from_dict(content["gravity"]),
+            origin=content["origin"],
+            depth=float(content["depth"]),
+            periodic=periodic,
+        )
         for _, d in sorted(content["sets"].items()):
             scene.add(_set_from(scene.dim, d))
         for _, r in sorted(content["rules"].items()):
@@ -191,20 +226,27 @@ def _set_from(dim, d):
     for _, c in sorted(d["contactors"].items()):
         density = float(c["density"])
         material = Material(c["material"], None if np.isnan(density) else density)
-        contactors.append(bodies.ContactorSet(c["shape"], material, c["body"], c["radius"], c.get("offset"), c.get("direction")))
+        contactors.append(
+            bodies.ContactorSet(c["shape"], material, c["body"], c["radius"], c.get("offset"), c.get("direction"))
+        )
     options = {n: d[n] for n in ("velocity", "rotation", "damping") if n in d}
     for name in ("drive", "force"):
         if name in d:
             options[name] = time_functions.from_dict(d[name])
     driven = tuple(n for n in d["driven"].split(",") if n)
-    return bodies.checked(bodies.BodySet(dim, d["position"], d["mass"], d["inertia"], contactors, group=d["group"] or None,
-                                         driven=driven, **options))
+    return bodies.checked(
+        bodies.BodySet(
+            dim, d["position"], d["mass"], d["inertia"], contactors, group=d["group"] or None, driven=driven, **options
+        )
+    )
 
 
 def _word(what, given):
     word = given.name if isinstance(given, Material) else given
     if not isinstance(word, str) or not word:
-        raise ValueError(f"{what} of an interaction is {given!r}: give a Material, the name of one or of a group, or '*'")
+        raise ValueError(
+            f"{what} of an interaction is {given!r}: give a Material, the name of one or of a group, or '*'"
+        )
     return word
 
 

@@ -113,8 +113,20 @@ class Simulation:
         self._info = self._core.step(h)
         return self._info
 
-    def run(self, steps=None, *, until=None, while_=None, output=None, every=1, checkpoint_every=None, callback=None,
-            probes=None, progress=True, overwrite=False):
+    def run(
+        self,
+        steps=None,
+        *,
+        until=None,
+        while_=None,
+        output=None,
+        every=1,
+        checkpoint_every=None,
+        callback=None,
+        probes=None,
+        progress=True,
+        overwrite=False,
+    ):
         """Steps until a number of steps is taken, a time reached, or a condition `while_(sim)` is false.
 
         output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
@@ -124,8 +136,19 @@ class Simulation:
         """
         from .run import run
 
-        return run(self, steps=steps, until=until, while_=while_, output=output, every=every, callback=callback,
-                   checkpoint_every=checkpoint_every, probes=probes, progress=progress, overwrite=overwrite)
+        return run(
+            self,
+            steps=steps,
+            until=until,
+            while_=while_,
+            output=output,
+            every=every,
+            callback=callback,
+            checkpoint_every=checkpoint_every,
+            probes=probes,
+            progress=progress,
+            overwrite=overwrite,
+        )
 
     # ------------------------------------------------------------------ changes between steps
 
@@ -160,7 +183,9 @@ class Simulation:
         from . import bodies as b
 
         ids = np.atleast_1d(np.asarray(ids, np.int64))
-        carrier = b.BodySet(self.scene.dim, np.zeros((len(ids), self.scene.dim)), None, None, [], driven=dofs, drive=velocity)
+        carrier = b.BodySet(
+            self.scene.dim, np.zeros((len(ids), self.scene.dim)), None, None, [], driven=dofs, drive=velocity
+        )
         b.checked(carrier)
         carrier.ids = ids
         for s in self._sets:
@@ -176,8 +201,16 @@ class Simulation:
         """Writes all that the future depends on; replaced atomically, restored by `restore` to the same bits."""
         from .post.checkpoint import save
 
-        save(path, {"kind": "checkpoint", "dim": self.scene.dim, "dt": self._dt, "state": self._core.get_state(),
-                    "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()}})
+        save(
+            path,
+            {
+                "kind": "checkpoint",
+                "dim": self.scene.dim,
+                "dt": self._dt,
+                "state": self._core.get_state(),
+                "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
+            },
+        )
 
     def restore(self, path):
         """Goes back to a checkpoint of the same scene. Raises FileError when the file is no checkpoint of this scene."""
@@ -260,7 +293,9 @@ class Simulation:
     def _rows(self, name, value, alive):
         from .bodies import _spread
 
-        return np.ascontiguousarray(_spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive])
+        return np.ascontiguousarray(
+            _spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive]
+        )
 
     # ------------------------------------------------------------------ overlaps at the start
 
@@ -285,9 +320,13 @@ class Simulation:
         if not len(bad):
             return
         worst = bad[np.argsort(-relative[bad])][:3]
-        listed = "; ".join(f"bodies {pairs[deep[k], 0]} and {pairs[deep[k], 1]} by {relative[k]:.3g} of a radius" for k in worst)
-        text = (f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
-                "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)")
+        listed = "; ".join(
+            f"bodies {pairs[deep[k], 0]} and {pairs[deep[k], 1]} by {relative[k]:.3g} of a radius" for k in worst
+        )
+        text = (
+            f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
+            "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"
+        )
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)

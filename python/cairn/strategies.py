@@ -59,8 +59,13 @@ class NSCD:
     def settings(self):
         """What the core reads."""
         return {
-            "theta": float(self.theta), "margin": math.nan if self.margin is None else float(self.margin),
-            "project_positions": bool(self.project_positions), "warm_start": bool(self.warm_start),
-            "renumber_every": int(self.renumber_every), "threads": int(self.threads), "tol": float(self.solver.tol),
-            "min_iter": int(self.solver.min_iter), "max_iter": int(self.solver.max_iter),
+            "theta": float(self.theta),
+            "margin": math.nan if self.margin is None else float(self.margin),
+            "project_positions": bool(self.project_positions),
+            "warm_start": bool(self.warm_start),
+            "renumber_every": int(self.renumber_every),
+            "threads": int(self.threads),
+            "tol": float(self.solver.tol),
+            "min_iter": int(self.solver.min_iter),
+            "max_iter": int(self.solver.max_iter),
         }

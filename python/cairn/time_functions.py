@@ -59,8 +59,13 @@ class Harmonic:
         return float(value) if value.ndim == 0 else value
 
     def to_dict(self):
-        return {"kind": "harmonic", "amplitude": np.asarray(self.amplitude, float), "frequency": float(self.frequency),
-                "mean": np.asarray(self.mean, float), "phase": float(self.phase)}
+        return {
+            "kind": "harmonic",
+            "amplitude": np.asarray(self.amplitude, float),
+            "frequency": float(self.frequency),
+            "mean": np.asarray(self.mean, float),
+            "phase": float(self.phase),
+        }
 
 
 def value_at(given, t):

@@ -60,8 +60,18 @@ class ContactView:
     """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
     impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids."""
 
-    _names = ("bodies", "gap", "normal", "point", "impulse", "impulse_local", "moment", "relative_velocity", "dissipated",
-              "status")
+    _names = (
+        "bodies",
+        "gap",
+        "normal",
+        "point",
+        "impulse",
+        "impulse_local",
+        "moment",
+        "relative_velocity",
+        "dissipated",
+        "status",
+    )
 
     def __init__(self, simulation):
         self._simulation = simulation
