@@ -1,4 +1,6 @@
 set(CAIRN_CORE_SOURCES
+  contact_laws/coulomb_cone.f90
+  contact_laws/law_context.f90
   detection/contactor_places.f90
   detection/grid_levels.f90
   detection/grid_search.f90
@@ -12,4 +14,11 @@ set(CAIRN_CORE_SOURCES
   integrators/energy.f90
   integrators/rotation.f90
   integrators/theta.f90
+  kinematics/batch_kinematics.f90
+  kinematics/contact_batch.f90
+  kinematics/contact_schedule.f90
+  kinematics/velocity_records.f90
+  reference/detection_pairs.f90
+  solvers/contact_error.f90
+  solvers/contact_passes.f90
 )

@@ -24,6 +24,22 @@ constexpr void decode_image(std::int32_t image, int index[3]) {
 // The same contact seen from B.
 constexpr std::int32_t opposite_image(std::int32_t image) { return 2 * own_image - image; }
 
+// The same contact after A and B were moved by whole cell vectors (position += vectors * moved), as when bodies that left the
+// cell are brought back.
+constexpr std::int32_t image_after_move(std::int32_t image, const int moved_a[3], const int moved_b[3]) {
+  int index[3] = {0, 0, 0};
+  decode_image(image, index);
+  return encode_image(index[0] + moved_a[0] - moved_b[0], index[1] + moved_a[1] - moved_b[1],
+                      index[2] + moved_a[2] - moved_b[2]);
+}
+// The same contact after cell vector k lost `cells` times vector i, i < k: the same lattice, leaning less.
+constexpr std::int32_t image_after_lean(std::int32_t image, int k, int i, int cells) {
+  int index[3] = {0, 0, 0};
+  decode_image(image, index);
+  index[i] += cells * index[k];
+  return encode_image(index[0], index[1], index[2]);
+}
+
 // What is added to the position of B [m]: the cell vectors times the indices of the image.
 constexpr void image_shift(const Cell& cell, std::int32_t image, double shift[3]) {
   int index[3] = {0, 0, 0};

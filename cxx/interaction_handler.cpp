@@ -271,6 +271,8 @@ void InteractionHandler::Workspace::make_items() {
     });
     return;
   }
+  // Which lattice points are in reach does not depend on where the cell begins.
+  const double no_corner[3] = {0, 0, 0};
   std::int64_t ghosts = 0, capacity = std::max<std::int64_t>(std::int64_t(item_reach.size()) - nb, 0);
   for (;;) {
     make_room(item_x, (nb + capacity) * dim);
@@ -278,10 +280,10 @@ void InteractionHandler::Workspace::make_items() {
     make_room(item_lattice, (nb + capacity) * 3);
     make_room(item_contactor, nb + capacity);
     make_room(ghost_of, capacity);
-    cairn_periodic_items(dim, nb, bounded.data(), centre.data(), reach.data(), periodic, cell->vectors, cell->corner,
+    cairn_periodic_items(dim, nb, bounded.data(), centre.data(), reach.data(), periodic, cell->vectors, no_corner,
                          item_x.data(), item_reach.data(), item_lattice.data());
     cairn_periodic_ghosts(dim, 0, nb, item_x.data(), item_reach.data(), item_lattice.data(), periodic, cell->vectors,
-                          cell->corner, capacity, ghost_of.data(), item_x.data() + nb * dim, item_reach.data() + nb,
+                          no_corner, capacity, ghost_of.data(), item_x.data() + nb * dim, item_reach.data() + nb,
                           item_lattice.data() + 3 * nb, &ghosts);
     if (ghosts <= capacity) break;
     capacity = ghosts + ghosts / 4;

@@ -24,7 +24,7 @@ contains
     real(c_double), intent(inout) :: x(dim, 0:n - 1)    !< [m]
     real(c_double), intent(inout) :: x_reach(0:n - 1)   !< [m]
     integer(c_int32_t), intent(inout) :: lattice(3, 0:n - 1)
-    real(c_double) :: p(3), f, size
+    real(c_double) :: p(3), rest(3), f, size
     integer(c_int64_t) :: i
     integer(c_int32_t) :: k
 
@@ -32,12 +32,17 @@ contains
       p = 0
       p(1:dim) = centre(:, listed(i))
       size = sum(abs(p)) + sum(abs(corner(1:dim)))
+      rest = p
+      rest(1:dim) = rest(1:dim) - corner(1:dim)
       lattice(:, i) = 0
       do k = dim, 1, -1
         if (periodic(k) == 0) cycle
-        f = floor_of((p(k) - corner(k))/vectors(k, k))
+        f = rest(k)/vectors(k, k)
+        rest(1:k) = rest(1:k) - f*vectors(1:k, k)
+        f = floor_of(f)
         p(1:k) = p(1:k) - f*vectors(1:k, k)
         lattice(k, i) = -int(f, c_int32_t)
+        size = size + abs(f)*sum(abs(vectors(1:k, k)))
       end do
       x(:, i) = p(1:dim)
       x_reach(i) = reach(listed(i)) + slack*size

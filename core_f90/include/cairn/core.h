@@ -174,6 +174,12 @@ enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit 
 #define CAIRN_PAIR(name, a, b, most) cairn_pair_contact cairn_pair_##name;
 #include "../../detection/pairs.def"
 #undef CAIRN_PAIR
+/* The plain way, to check against: see core_f90/reference. */
+void cairn_reference_detection(int32_t dim, int32_t n, const int32_t* form, const int32_t* body, const int64_t* id,
+                               const int32_t* immovable, const double* centre, const double* radius,
+                               const double* direction, const double* margin, const double* vectors, const int32_t* span,
+                               int64_t capacity, int32_t* a, int32_t* b, int32_t* lattice, double* gap, double* normal,
+                               double* point, int64_t* found);
 void cairn_hilbert_keys(int32_t dim, int64_t n, const double* position, const double* low, const double* width, int64_t* key);
 
 #ifdef __cplusplus
