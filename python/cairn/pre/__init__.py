@@ -1,5 +1,19 @@
 """Making scenes: grain sizes, dense deposits, lattices, walls and clumps, as plain numpy arrays."""
 
-from . import grains
+from . import clumps, grains, lattices
+from .clumps import clump
+from .deposits import deposit_disks, deposit_spheres, layers, solid_fraction
+from .lattices import box_walls, lattice
 
-__all__ = ["grains"]
+__all__ = [
+    "box_walls",
+    "clump",
+    "clumps",
+    "deposit_disks",
+    "deposit_spheres",
+    "grains",
+    "lattice",
+    "lattices",
+    "layers",
+    "solid_fraction",
+]

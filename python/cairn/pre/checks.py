@@ -68,7 +68,7 @@ def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
         array = np.asarray(values)
         if array.dtype.kind not in "fiu":
             raise TypeError
-        array = np.ascontiguousarray(array, dtype=np.float64)
+        array = np.asarray(array, dtype=np.float64, order="C")
     except (TypeError, ValueError):
         raise ValueError(f"{name} is not an array of real numbers: give numbers of shape {shape_text(shape)}") from None
     fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape))
