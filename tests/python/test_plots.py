@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from made_up import info
-
 from cairn.post import FileError, RunWriter, load
+from made_up import info
 
 matplotlib = pytest.importorskip("matplotlib")
 matplotlib.use("Agg")

@@ -80,3 +80,23 @@ def _shape_names(table, scene, count):
         return np.asarray(scene["shapes"])[np.asarray(table["shape_number"], dtype=np.int64)]
     shape = np.asarray(table.get("shape", []))
     return shape if len(np.atleast_1d(shape)) == count and shape.ndim else np.full(count, "disk")
+
+
+def lever_arms(step):
+    """From the centres of both bodies to each contact point: rows (m,) of A and B, arms (m, dim) [m] of A and B.
+
+    Across a periodic boundary, where the centre is not near the point, the arm of a round body is its radius and half the
+    gap along the normal, which is exact.
+    """
+    contacts, position = step.contacts, step.bodies["position"]
+    radius = step.bodies["radius"] if "radius" in step.bodies else np.zeros(len(position))
+    rows, arms = [], []
+    for name, sign in (("body_a", -1.0), ("body_b", 1.0)):
+        row = step.rows_of(contacts[name])
+        arm = contacts["point"] - position[row]
+        reach = radius[row] + contacts["gap"] / 2
+        far = (radius[row] > 0) & (np.linalg.norm(arm, axis=1) > 1.5 * radius[row] + np.abs(contacts["gap"]))
+        arm[far] = sign * reach[far, None] * contacts["normal"][far]
+        rows.append(row)
+        arms.append(arm)
+    return (*rows, *arms)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .errors import FileError
-from .geometry import contactors_of
+from .geometry import contactors_of, lever_arms
 
 COMPRESSION, TENSION, WALL, PALE = "#8c1515", "#1f4e9c", "#3b3b3b", "#d9d4c7"
 # one colour per layer or material: told apart also by those who do not see red and green
@@ -250,18 +250,11 @@ def step_size(step):
 
 
 def contact_lines(step):
-    """Ends (m, 2, dim) of a line through each contact point: to the centres of round bodies, to the point on a wall.
-
-    Across a periodic boundary, where the centre is not near, it goes by the radius along the normal.
-    """
-    contacts, position = step.contacts, step.bodies["position"]
-    radius = step.bodies["radius"] if "radius" in step.bodies else np.zeros(len(position))
-    point, ends = contacts["point"], []
-    for name, sign in (("body_a", 1.0), ("body_b", -1.0)):
-        row = step.rows_of(contacts[name])
-        own, centre = radius[row][:, None], position[row]
-        far = np.linalg.norm(centre - point, axis=1, keepdims=True) > 1.5 * own
-        ends.append(np.where(far, point + sign * own * contacts["normal"], centre))
+    """Ends (m, 2, dim) of a line through each contact point: to the centres of round bodies, to the point on a wall."""
+    point = step.contacts["point"]
+    row_a, row_b, arm_a, arm_b = lever_arms(step)
+    radius = step.bodies["radius"] if "radius" in step.bodies else np.zeros(len(step.bodies))
+    ends = [np.where(radius[row, None] > 0, point - arm, point) for row, arm in ((row_a, arm_a), (row_b, arm_b))]
     return np.stack(ends, axis=1)
 
 

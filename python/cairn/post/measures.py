@@ -1,0 +1,185 @@
+"""What granular physics measures: coordination, solid fraction, fabric, stress, distribution of forces.
+
+Functions of arrays; `measure` applies them to an output of a run. Stress is positive in tension; forces are impulses over
+the step h; contact quantities act on the first body (A), the normal points from B to A.
+"""
+
+import numpy as np
+
+from .geometry import contactors_of, lever_arms
+from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
+
+
+def contact_counts(n, body_a, body_b):
+    """Contacts of each of n bodies, shape (n,); body_a, body_b (m,) rows of the bodies of each contact."""
+    return np.bincount(body_a, minlength=n) + np.bincount(body_b, minlength=n)
+
+
+def rattlers(n, body_a, body_b, least=2, counted=None):
+    """Bodies that carry nothing: with fewer than `least` contacts once the other rattlers are taken away; (n,) of bool.
+
+    counted : (n,) of bool, bodies that may be rattlers (walls may not); all if None.
+    """
+    counted = np.ones(n, bool) if counted is None else np.asarray(counted, bool)
+    loose = np.zeros(n, bool)
+    body_a, body_b = np.asarray(body_a), np.asarray(body_b)
+    while True:
+        kept = ~(loose[body_a] | loose[body_b])
+        now = counted & (contact_counts(n, body_a[kept], body_b[kept]) < least)
+        if np.array_equal(now | loose, loose):
+            return loose
+        loose |= now
+
+
+def coordination_number(n, body_a, body_b, without_rattlers=False, least=2, counted=None):
+    """Mean number of contacts of a body: 2 Nc / N, a contact with a wall counted once. NaN if no body counts.
+
+    body_a, body_b : (m,) rows of the bodies of each contact that counts (the loaded ones, say).
+    counted : (n,) of bool, bodies over which the mean is taken (not walls); all if None.
+    without_rattlers : leave out bodies with fewer than `least` contacts, again until none is left.
+    """
+    counted = np.ones(n, bool) if counted is None else np.asarray(counted, bool)
+    body_a, body_b = np.asarray(body_a, dtype=np.int64), np.asarray(body_b, dtype=np.int64)
+    if without_rattlers:
+        loose = rattlers(n, body_a, body_b, least, counted)
+        kept = ~(loose[body_a] | loose[body_b])
+        body_a, body_b, counted = body_a[kept], body_b[kept], counted & ~loose
+    if not counted.any():
+        return float("nan")
+    return float(contact_counts(n, body_a, body_b)[counted].mean())
+
+
+def solid_fraction(centers, radii, low=None, high=None, polygon=None):
+    """Share of a region that disks (2D) or spheres (3D) fill, those cut by its border in part.
+
+    centers (n, dim), radii (n,) [m]; the region is the box from low to high (dim,) [m], or in 2D a polygon (k, 2) [m].
+    Where bodies overlap each other, the overlap counts twice.
+    """
+    centers, radii = np.asarray(centers, dtype=float), np.asarray(radii, dtype=float)
+    if polygon is not None:
+        return float(disk_polygon_area(centers, radii, polygon).sum() / _area(polygon))
+    if low is None or high is None:
+        raise ValueError("a region is needed: give low and high, or in 2D a polygon")
+    size = np.asarray(high, dtype=float) - np.asarray(low, dtype=float)
+    if size.shape != (centers.shape[1],) or not np.all(size > 0):
+        raise ValueError(f"the box from {low} to {high} is empty or not of {centers.shape[1]} dimensions")
+    if centers.shape[1] == 2:
+        return float(disk_polygon_area(centers, radii, box_vertices(low, high)).sum() / np.prod(size))
+    return float(sphere_box_volume(centers, radii, low, high).sum() / np.prod(size))
+
+
+def fabric_tensor(normals, weights=None):
+    """Fabric tensor <n n>, shape (dim, dim), of trace 1 (Satake 1982). normals (m, dim); weights (m,) or None."""
+    normals = np.asarray(normals, dtype=float)
+    if len(normals) == 0:
+        return np.full((normals.shape[1],) * 2, np.nan)
+    weights = np.ones(len(normals)) if weights is None else np.asarray(weights, dtype=float)
+    return np.einsum("k,ki,kj->ij", weights, normals, normals) / weights.sum()
+
+
+def body_moments(n, body_a, body_b, forces, arm_a, arm_b):
+    """Internal moment of each body, sum over its contacts of force x arm [N m], shape (n, dim, dim) (Moreau 1997).
+
+    forces (m, dim) [N] on A; arm_a, arm_b (m, dim) [m] from the centres to the contact point.
+    """
+    dim = forces.shape[1]
+    result = np.zeros((n, dim, dim))
+    for i in range(dim):
+        for j in range(dim):
+            result[:, i, j] = np.bincount(body_a, forces[:, i] * arm_a[:, j], n) - np.bincount(
+                body_b, forces[:, i] * arm_b[:, j], n
+            )
+    return result
+
+
+def stress_tensor(forces, branches, volume):
+    """Mean stress -1/V sum f l of a packing, tension positive [Pa], shape (dim, dim) (Love 1927, Weber 1966).
+
+    forces (m, dim) [N] on A; branches (m, dim) [m] from the centre of B to that of A, or for a contact with a wall from the
+    contact point to the centre of A; volume [m3], in 2D area times depth.
+    """
+    return -np.einsum("ki,kj->ij", np.asarray(forces, dtype=float), np.asarray(branches, dtype=float)) / volume
+
+
+def pressure_and_deviator(stress):
+    """Mean pressure p (positive in compression) and deviator q: in 2D half the difference of the principal stresses, in 3D
+    von Mises' sqrt(3/2 s:s) [Pa]."""
+    stress = 0.5 * (stress + np.swapaxes(stress, -1, -2))
+    dim = stress.shape[-1]
+    p = -np.trace(stress, axis1=-2, axis2=-1) / dim
+    s = stress + p[..., None, None] * np.eye(dim)
+    return p, np.sqrt((0.5 if dim == 2 else 1.5) * np.sum(s * s, axis=(-2, -1)))
+
+
+def force_distribution(forces, bins=50, largest=6.0):
+    """Probability density of forces over their mean, loaded contacts only (Radjai et al. 1996).
+
+    forces (m,) [N], normal forces say. Returns (centres of the bins, density), each (bins,); forces beyond `largest` times
+    the mean count for the norm and are not shown.
+    """
+    forces = np.asarray(forces, dtype=float)
+    forces = forces[forces > 0]
+    edges = np.linspace(0.0, largest, bins + 1)
+    if len(forces) == 0:
+        return 0.5 * (edges[1:] + edges[:-1]), np.zeros(bins)
+    counts, _ = np.histogram(forces / forces.mean(), edges)
+    return 0.5 * (edges[1:] + edges[:-1]), counts / (len(forces) * np.diff(edges))
+
+
+def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
+    """All measures of one output: a dict.
+
+    Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks or spheres. dt : step
+    [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene [m].
+
+    coordination, coordination_without_rattlers, rattlers (their share), solid_fraction, contacts (loaded), fabric
+    (dim, dim), stress (dim, dim) [Pa] of the bodies whose centre is in the region, pressure, deviator [Pa].
+    """
+    from .plots import step_size
+
+    contactors, dim = contactors_of(step).select("disk", "sphere"), step.dim
+    n = len(step.bodies)
+    counted = np.zeros(n, bool)
+    counted[contactors.body] = True
+    loaded = np.any(step.contacts["impulse"] != 0, axis=1)
+    row_a, row_b, arm_a, arm_b = (x[loaded] for x in lever_arms(step))
+    forces = step.contacts["impulse"][loaded] / (step_size(step) if dt is None else dt)
+    if polygon is None and low is None:
+        low = (contactors.center - contactors.radius[:, None]).min(0)
+        high = (contactors.center + contactors.radius[:, None]).max(0)
+    volume = depth * _area(polygon) if polygon is not None else np.prod(np.subtract(high, low)) * (depth if dim == 2 else 1.0)
+    inside = counted & _inside(step.bodies["position"], low, high, polygon)
+    moments = body_moments(n, row_a, row_b, forces, arm_a, arm_b)
+    stress = moments[inside].sum(0) / volume
+    pressure, deviator = pressure_and_deviator(stress)
+    loose = rattlers(n, row_a, row_b, 2, counted)
+    return {
+        "contacts": int(loaded.sum()),
+        "coordination": coordination_number(n, row_a, row_b, counted=counted),
+        "coordination_without_rattlers": coordination_number(n, row_a, row_b, True, counted=counted),
+        "rattlers": float(loose[counted].mean()) if counted.any() else float("nan"),
+        "solid_fraction": solid_fraction(contactors.center, contactors.radius, low, high, polygon),
+        "fabric": fabric_tensor(step.contacts["normal"][loaded]),
+        "stress": stress,
+        "pressure": float(pressure),
+        "deviator": float(deviator),
+    }
+
+
+def _area(polygon):
+    polygon = np.asarray(polygon, dtype=float)
+    x, y = (polygon - polygon.mean(0)).T  # far from zero, too
+    return 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+
+
+def _inside(points, low, high, polygon):
+    """Points in the region, (n,) of bool; in a polygon by the number of edges that a ray crosses."""
+    if polygon is None:
+        return np.all((points >= low) & (points <= high), axis=1)
+    polygon, result = np.asarray(polygon, dtype=float), np.zeros(len(points), bool)
+    for (x0, y0), (x1, y1) in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
+        between = (y0 > points[:, 1]) != (y1 > points[:, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0)
+        result ^= between & (points[:, 0] < crossing)
+    return result

@@ -1,0 +1,186 @@
+"""Measures against closed forms."""
+
+import numpy as np
+import pytest
+from cairn.post import RunWriter, load
+from cairn.post import measures as me
+from cairn.post.overlap import box_vertices, disk_polygon_area, sphere_box_volume
+
+
+def test_disk_in_rectangle():
+    box = box_vertices((0, 0), (4, 3))
+    centers = np.array([[2, 1.5], [0, 1.5], [0, 0], [-1, 1.5], [-3, 1], [2, 1.5], [2, 0.25]])
+    radii = np.array([1, 1, 1, 1, 1, 10, 0.5])
+    half = 0.5**2
+    segment = half * np.arccos(-0.5) - (-0.25) * np.sqrt(half - 0.0625)  # a chord 0.25 below the centre
+    expected = [np.pi, np.pi / 2, np.pi / 4, 0, 0, 12, segment]
+    assert np.allclose(disk_polygon_area(centers, radii, box), expected, rtol=1e-14, atol=1e-14)
+    assert np.allclose(disk_polygon_area(centers, radii, box[::-1]), expected, rtol=1e-14, atol=1e-14)
+
+
+def test_disk_in_polygon_against_the_whole():
+    """Pieces of a tiling add up to the disk; a polygon that is not convex too."""
+    rng = np.random.default_rng(1)
+    centers, radii = rng.uniform(-1, 1, (200, 2)), rng.uniform(0.01, 1.5, 200)
+    xs = np.array([-5, -0.7, 0.1, 0.4, 5])
+    total = sum(
+        disk_polygon_area(centers, radii, box_vertices((a, c), (b, d)))
+        for a, b in zip(xs[:-1], xs[1:])
+        for c, d in zip(xs[:-1], xs[1:])
+    )
+    assert np.allclose(total, np.pi * radii**2, rtol=1e-13)
+    arrow = np.array([[-2, -2], [0, 2], [2, -2], [0, -1]])
+    left, right = arrow[[0, 1, 3]], arrow[[1, 2, 3]]
+    assert np.allclose(
+        disk_polygon_area(centers, radii, arrow),
+        disk_polygon_area(centers, radii, left) + disk_polygon_area(centers, radii, right),
+        atol=1e-13,
+    )
+
+
+def test_sphere_in_box():
+    low, high = np.zeros(3), np.full(3, 4.0)
+    sphere = 4 / 3 * np.pi
+    centers = np.array([[2, 2, 2], [0, 2, 2], [0, 0, 2], [0, 0, 0], [-1, 2, 2], [2, 2, 2], [0.5, 2, 2]])
+    radii = np.array([1, 1, 1, 1, 1, 10, 1])
+    cap = np.pi * 1.5**2 * (3 - 1.5) / 3
+    expected = [sphere, sphere / 2, sphere / 4, sphere / 8, 0, 64, cap]
+    assert np.allclose(sphere_box_volume(centers, radii, low, high), expected, rtol=1e-12, atol=1e-13)
+
+
+def test_spheres_in_a_tiling_of_boxes():
+    rng = np.random.default_rng(2)
+    centers, radii = rng.uniform(-1, 1, (20, 3)), rng.uniform(0.1, 1.5, 20)
+    cuts = np.array([-5, -0.3, 0.2, 5])
+    cells = [(a, b) for a, b in zip(cuts[:-1], cuts[1:])]
+    total = sum(
+        sphere_box_volume(centers, radii, (x[0], y[0], z[0]), (x[1], y[1], z[1])) for x in cells for y in cells for z in cells
+    )
+    assert np.allclose(total, 4 / 3 * np.pi * radii**3, rtol=1e-11)
+
+
+def test_solid_fraction_of_lattices():
+    square = np.stack(np.meshgrid(np.arange(-2, 7), np.arange(-2, 7)), -1).reshape(-1, 2).astype(float)
+    assert me.solid_fraction(square, np.full(81, 0.5), (0.3, 0.1), (4.3, 3.1)) == pytest.approx(np.pi / 4, rel=1e-14)
+    hexagonal = square * [1, np.sqrt(3) / 2] + [[0.5, 0]] * (np.round(square[:, 1:]) % 2)
+    cell = (0.2, 0.1), (3.2, 0.1 + 2 * np.sqrt(3))
+    assert me.solid_fraction(hexagonal, np.full(81, 0.5), *cell) == pytest.approx(np.pi / np.sqrt(12), rel=1e-14)
+    assert me.solid_fraction(hexagonal, np.full(81, 0.5), polygon=box_vertices(*cell)) == pytest.approx(
+        np.pi / np.sqrt(12), rel=1e-14
+    )
+    cubic = np.stack(np.meshgrid(*[np.arange(-1, 4)] * 3), -1).reshape(-1, 3).astype(float)
+    assert me.solid_fraction(cubic, np.full(125, 0.5), (0.3, 0.2, 0.6), (2.3, 1.2, 2.6)) == pytest.approx(np.pi / 6, rel=1e-12)
+    with pytest.raises(ValueError, match="empty"):
+        me.solid_fraction(square, np.full(81, 0.5), (1, 1), (0, 2))
+    with pytest.raises(ValueError, match="region is needed"):
+        me.solid_fraction(square, np.full(81, 0.5))
+
+
+def test_coordination():
+    # a triangle of three bodies, a chain 3-4-5 that hangs on body 2, a body 6 alone, a wall 7 under 0
+    a, b = np.array([0, 1, 2, 2, 3, 4, 0]), np.array([1, 2, 0, 3, 4, 5, 7])
+    counted = np.arange(8) < 7
+    assert me.coordination_number(8, a, b, counted=counted) == pytest.approx((3 + 2 + 3 + 2 + 2 + 1 + 0) / 7)
+    assert list(np.flatnonzero(me.rattlers(8, a, b, 2, counted))) == [3, 4, 5, 6]  # the chain goes from its end
+    assert me.coordination_number(8, a, b, True, counted=counted) == pytest.approx((3 + 2 + 2) / 3)
+    none = np.empty(0, int)
+    assert me.coordination_number(3, none, none) == 0.0
+    assert np.isnan(me.coordination_number(3, none, none, without_rattlers=True))
+
+
+def test_fabric():
+    angle = np.arange(6) * np.pi / 3
+    hexagon = np.stack([np.cos(angle), np.sin(angle)], 1)
+    assert np.allclose(me.fabric_tensor(hexagon), np.eye(2) / 2)
+    assert np.allclose(me.fabric_tensor(np.tile([[0.6, 0.8]], (5, 1))), [[0.36, 0.48], [0.48, 0.64]])
+    assert np.allclose(me.fabric_tensor(np.eye(3), [1, 2, 1]), np.diag([0.25, 0.5, 0.25]))
+    assert np.isnan(me.fabric_tensor(np.empty((0, 2)))).all()
+
+
+def test_stress_of_a_column():
+    """A lattice under p: each contact along y carries p d, so that the stress is -p along y."""
+    p, d = 3.0, 0.5
+    count = 4 * 6
+    forces, branches = np.tile([0, p * d], (count, 1)), np.tile([0, d], (count, 1))
+    stress = me.stress_tensor(forces, branches, volume=count * d * d)
+    assert np.allclose(stress, [[0, 0], [0, -p]])
+    pressure, deviator = me.pressure_and_deviator(stress)
+    assert pressure == pytest.approx(p / 2) and deviator == pytest.approx(p / 2)
+    assert me.pressure_and_deviator(-np.eye(3) * 2)[0] == pytest.approx(2)
+    assert me.pressure_and_deviator(np.diag([0, 0, -6.0]))[1] == pytest.approx(6)
+
+
+def test_stress_by_bodies_is_stress_by_branches():
+    rng = np.random.default_rng(0)
+    x, n, m = rng.random((10, 3)), 10, 40
+    a, b = rng.integers(0, 5, m), rng.integers(5, 10, m)
+    point, forces = rng.random((m, 3)), rng.standard_normal((m, 3))
+    moments = me.body_moments(n, a, b, forces, point - x[a], point - x[b])
+    assert np.allclose(moments.sum(0), me.stress_tensor(forces, x[a] - x[b], 1.0))
+
+
+def test_force_distribution():
+    forces = np.random.default_rng(0).exponential(7.0, 400_000)
+    x, density = me.force_distribution(np.concatenate([forces, np.zeros(1000)]))
+    assert np.allclose(density, np.exp(-x), atol=0.01)
+    assert me.force_distribution(np.zeros(3))[1].sum() == 0
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_measure_of_an_output(tmp_path, periodic):
+    """Disks on a square lattice pressed along y between two walls, or round a periodic boundary."""
+    nx, ny, d, force, dt = 4, 5, 1.0, 2.0, 0.1
+    centers = np.stack(np.meshgrid(np.arange(nx) + 0.5, np.arange(ny) + 0.5), -1).reshape(-1, 2)
+    n = len(centers)
+    below = np.arange(n - nx)
+    a, b, point = [below + nx], [below], [centers[below] + [0, d / 2]]
+    first, last = np.arange(nx), np.arange(n - nx, n)
+    if periodic:
+        a, b, point = [*a, first], [*b, last], [*point, centers[first] - [0, d / 2]]
+    else:
+        a, b, point = (
+            [*a, first, last],
+            [*b, np.full(nx, n), np.full(nx, n + 1)],
+            [*point, centers[first] - [0, 0.5], centers[last] + [0, 0.5]],
+        )
+    a, b, point = np.concatenate(a), np.concatenate(b), np.concatenate(point)
+    normal = np.tile([0.0, 1.0], (len(a), 1))
+    if not periodic:
+        normal[-nx:] = [0, -1]
+    position = np.concatenate([centers, [[0, 0], [0, ny]]])
+    writer = RunWriter(
+        tmp_path / "a.vtkhdf",
+        {
+            "dt": dt,
+            "contactors": {
+                "shape": ["disk"] * n + ["half_plane"] * 2,
+                "body": np.arange(n + 2),
+                "radius": np.append(np.full(n, d / 2), [0, 0]),
+            },
+        },
+        dim=2,
+    )
+    writer.write_step(
+        0.0,
+        0.0,
+        0,
+        {"position": position, "radius": np.append(np.full(n, d / 2), [0, 0]), "id": np.arange(n + 2)},
+        {
+            "point": point,
+            "normal": normal,
+            "gap": np.zeros(len(a)),
+            "impulse": force * dt * normal,
+            "status": np.ones(len(a), int),
+            "body_a": a,
+            "body_b": b,
+        },
+    )
+    writer.close()
+    with load(writer.path) as run:
+        result = me.measure(run[0])
+    assert result["coordination"] == pytest.approx(2.0)
+    assert result["rattlers"] == 0 and result["contacts"] == len(a)
+    assert result["solid_fraction"] == pytest.approx(np.pi / 4, rel=1e-13)
+    assert np.allclose(result["stress"], [[0, 0], [0, -force / d]], atol=1e-14)
+    assert np.allclose(result["fabric"], [[0, 0], [0, 1]])
+    assert result["pressure"] == pytest.approx(force / 2)
