@@ -95,3 +95,37 @@ def _scatter(step, spheres, values, palette, limits, ax, label, title):
     ax.set_aspect("equal")
     _finish(ax, step, palette, limits, label, title)
     return ax
+
+
+def view(run, what="velocity", off_screen=False):
+    """Show a run in a window, with a slider over its outputs. Needs PyVista and a display. Returns the plotter when closed."""
+    try:
+        import pyvista
+    except ImportError as error:
+        raise ImportError("a window needs PyVista: pip install pyvista") from error
+    if len(run) == 0:
+        raise ValueError(f"{run.path} holds no output yet")
+    classes = isinstance(what, str) and what in CATEGORIES
+    few = np.concatenate([field_values(run[k], what)[0] for k in {0, len(run) // 2, len(run) - 1}])
+    limits, palette = (-0.5, len(CLASSES) - 0.5) if classes else value_limits(few, what), _palette(classes, None)
+    plotter = pyvista.Plotter(off_screen=off_screen)
+    plotter.set_background("white")
+
+    def show(i):
+        step = run[round(i)]
+        values, _ = field_values(step, what)
+        bodies = contactors_of(step).select("disk", "sphere")
+        center = np.zeros((len(bodies), 3))
+        center[:, : run.dim] = bodies.center
+        values = values[bodies.body]
+        plotter.clear_actors()
+        add_spheres(plotter, center, bodies.radius, values % len(CLASSES) if classes else values, palette, limits)
+        plotter.add_text(title_of(step), font_size=9, color="black")
+
+    show(len(run) - 1)
+    if len(run) > 1:
+        plotter.add_slider_widget(show, (0, len(run) - 1), value=len(run) - 1, title="output", fmt="%.0f", color="black")
+    if run.dim == 2:
+        plotter.view_xy()
+    plotter.show()
+    return plotter

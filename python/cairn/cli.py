@@ -1,0 +1,293 @@
+"""The command `cairn`: run, look at, draw and convert, from the shell."""
+
+import argparse
+import os
+import sys
+
+EXAMPLES = """\
+examples:
+  cairn run pile.py                            run a Python script
+  cairn run pile.scene.h5 --dt 1e-3 --steps 2000 --output pile.vtkhdf --every 20
+                                               run a scene that Scene.save wrote
+  cairn info pile.vtkhdf                       what is in a file, and how the solver did
+  cairn plot pile.vtkhdf -o pile.png           the last output, coloured by speed
+  cairn plot pile.vtkhdf --what forces -o chains.png
+  cairn plot pile.vtkhdf --what material -o pile.gif
+                                               an animation of all outputs
+  cairn convert pile.vtkhdf pile.csv           for a spreadsheet; .npz for numpy, .vtu or .vtp for older readers
+  cairn view pile.vtkhdf                       turn it round in a window
+
+'cairn COMMAND --help' tells more of each. ParaView opens .vtkhdf files as they are (5.13 or later).
+"""
+
+
+def build_parser():
+    """The parser of all commands."""
+    parser = argparse.ArgumentParser(
+        prog="cairn",
+        description="Mechanics of divided media: many bodies in dry-frictional contact.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="store_true", help="show the version and how it was built")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    _run_parser(commands)
+    _info_parser(commands)
+    _plot_parser(commands)
+    _convert_parser(commands)
+    view = _add(commands, "view", "turn a run round in a window (needs pyvista)", "cairn view pile.vtkhdf --what material")
+    view.add_argument("file", help="a .vtkhdf file")
+    view.add_argument("--what", default="velocity", help="field that colours the bodies (default: velocity)")
+    return parser
+
+
+def _add(commands, name, summary, examples):
+    return commands.add_parser(
+        name,
+        help=summary,
+        description=summary[0].upper() + summary[1:] + ".",
+        epilog="examples:\n  " + examples.replace("\n", "\n  "),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def _run_parser(commands):
+    run = _add(
+        commands,
+        "run",
+        "run a Python script, or a scene that Scene.save wrote",
+        "cairn run pile.py                     what follows the script is for the script\n"
+        "cairn run pile.scene.h5 --dt 1e-3 --until 2.0 --output pile.vtkhdf --every 20\n"
+        "cairn run pile.scene.h5 --dt 1e-3 --steps 500 --restart pile.checkpoint.h5 --output more.vtkhdf",
+    )
+    run.add_argument("what", metavar="SCRIPT_OR_SCENE", help="a .py script, or a scene file")
+    run.add_argument("--dt", type=float, help="time step [s]")
+    run.add_argument("--steps", type=int, help="steps to take")
+    run.add_argument("--until", type=float, help="time to reach [s]")
+    run.add_argument("--output", "-o", help="the .vtkhdf file to write (default: beside the scene)")
+    run.add_argument("--every", type=int, default=20, help="steps between outputs (default: 20)")
+    run.add_argument("--checkpoint-every", type=int, help="steps between checkpoints, written beside the output")
+    run.add_argument("--restart", metavar="CHECKPOINT", help="go on from this checkpoint")
+    run.add_argument("--overwrite", action="store_true", help="replace the output file if it is there")
+    run.add_argument("--quiet", "-q", action="store_true", help="no progress bar, no figures")
+
+
+def _info_parser(commands):
+    info = _add(
+        commands,
+        "info",
+        "what is in a file, and how the solver did",
+        "cairn info pile.vtkhdf\ncairn info pile.vtkhdf --json\ncairn info pile.vtkhdf --script     the script that made it",
+    )
+    info.add_argument("file", help="a run, a scene or a checkpoint")
+    info.add_argument("--json", action="store_true", help="for programs")
+    info.add_argument("--script", action="store_true", help="print the script that made the run")
+    info.add_argument("--repair", action="store_true", help="after a loss of power: go back to the last state on the disk")
+
+
+def _plot_parser(commands):
+    plot = _add(
+        commands,
+        "plot",
+        "draw a run",
+        "cairn plot pile.vtkhdf -o pile.png\n"
+        "cairn plot pile.vtkhdf --time 0.5 --what rotation -o turned.png\n"
+        "cairn plot pile.vtkhdf --what forces -o chains.pdf\n"
+        "cairn plot pile.vtkhdf --what energy -o energy.png\n"
+        "cairn plot pile.vtkhdf --what material --every 2 -o pile.gif",
+    )
+    plot.add_argument("file", help="a .vtkhdf file")
+    plot.add_argument(
+        "--what",
+        default="velocity",
+        help="velocity, rotation, material, any field of the bodies, forces, energy or residual (default: velocity)",
+    )
+    plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")
+    plot.add_argument("--time", type=float, help="draw the output nearest to this time [s] instead")
+    plot.add_argument("--every", type=int, default=1, help="of an animation: each so many outputs")
+    plot.add_argument("--dpi", type=int, default=150, help="dots an inch (default: 150)")
+    plot.add_argument("-o", "--output", help="picture (.png, .pdf, .svg) or animation (.gif, .mp4); default: beside the file")
+
+
+def _convert_parser(commands):
+    convert = _add(
+        commands,
+        "convert",
+        "write a run in another format, chosen by the name",
+        "cairn convert pile.vtkhdf pile.csv                    bodies of all outputs, a row each\n"
+        "cairn convert pile.vtkhdf touch.csv --what contacts\n"
+        "cairn convert pile.vtkhdf solver.csv --what history\n"
+        "cairn convert pile.vtkhdf pile.npz                    numpy arrays, named 00000/bodies/position ...\n"
+        "cairn convert pile.vtkhdf pile.vtu                    pile_bodies_0000.vtu ... with a .pvd for the times\n"
+        "cairn convert pile.vtkhdf pile.h5                     plain HDF5, a group per output",
+    )
+    convert.add_argument("file", help="a .vtkhdf file")
+    convert.add_argument("out", help="file to write: .csv, .npz, .h5, .vtp or .vtu")
+    convert.add_argument("--what", choices=("bodies", "contacts", "history"), default="bodies", help="of a .csv: which table")
+    convert.add_argument("--step", type=int, metavar="I", help="only this output")
+    convert.add_argument("--overwrite", action="store_true", help="replace the file if it is there")
+
+
+def main(arguments=None):
+    """Run the command; returns the exit status: 0 done, 1 an error, 2 a wrong call, 130 interrupted."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    parser = build_parser()
+    passed_on = []
+    if arguments[:1] == ["run"] and len(arguments) > 1 and arguments[1].endswith(".py"):
+        arguments, passed_on = arguments[:2], arguments[2:]  # a script has options of its own
+    options = parser.parse_args(arguments)
+    if options.version:
+        print(version())
+        return 0
+    if options.command is None:
+        parser.print_help()
+        return 2
+    try:
+        if options.command == "run":
+            return run(options, passed_on)
+        from . import post  # noqa: F401  a message of its own if h5py is missing
+
+        return {"info": info, "plot": plot, "convert": convert, "view": view}[options.command](options)
+    except KeyboardInterrupt:
+        print("cairn: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader of our output left, as 'head' does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (OSError, ValueError, LookupError, TypeError, ImportError) as error:
+        if options.command == "run" and passed_on is not None and options.what.endswith(".py"):
+            raise  # the script's own trouble: show where
+        text = error.args[0] if isinstance(error, LookupError) and error.args else error
+        print(f"cairn: error: {text}", file=sys.stderr)
+        return 1
+
+
+def version():
+    """Version, and how it was built."""
+    try:
+        from . import _core
+    except ImportError:
+        return "cairn (the compiled part is not installed)"
+    build = dict(_core.build_info())
+    lines = [f"cairn {build.pop('version')}"]
+    return "\n".join(lines + [f"  {name}: {value}" for name, value in build.items()])
+
+
+def run(options, passed_on):
+    """`cairn run`."""
+    if options.what.endswith(".py"):
+        import runpy
+
+        if not os.path.isfile(options.what):
+            raise SystemExit(f"cairn: error: {options.what}: no such script")
+        sys.argv = [options.what, *passed_on]
+        sys.path.insert(0, os.path.dirname(os.path.abspath(options.what)))
+        runpy.run_path(options.what, run_name="__main__")
+        return 0
+    from .scene import Scene
+    from .simulation import Simulation
+
+    if options.dt is None:
+        raise ValueError("a scene has no time step of its own: give one, --dt 1e-3 [s] say")
+    if options.steps is None and options.until is None:
+        raise ValueError("say how long to run: --steps 1000, or --until 2.0 [s]")
+    simulation = Simulation(Scene.load(options.what), dt=options.dt)
+    if options.restart:
+        simulation.restore(options.restart)
+        simulation.dt = options.dt
+    stem = options.what
+    for ending in (".h5", ".scene"):
+        stem = stem.removesuffix(ending)
+    output = options.output or stem + ".vtkhdf"
+    taken = simulation.run(
+        steps=options.steps,
+        until=options.until,
+        output=output,
+        every=options.every,
+        checkpoint_every=options.checkpoint_every,
+        progress=not options.quiet,
+        overwrite=options.overwrite,
+    )
+    if not options.quiet:
+        print(f"{taken} steps, t = {simulation.time:g} s, written to {output}")
+    wanted = options.steps if options.steps is not None else taken
+    return 130 if taken < wanted else 0
+
+
+def info(options):
+    """`cairn info`."""
+    from .post.container import restore_superblock
+    from .post.summary import describe, render
+
+    if options.repair:
+        changed = restore_superblock(options.file)
+        print("went back to the last state that was on the disk" if changed else "nothing to repair")
+    if options.script:
+        from .post.load import load
+
+        with load(options.file) as run:
+            print(run.provenance.get("script_text") or run.provenance.get("script") or "no script is stored")
+        return 0
+    facts = describe(options.file)
+    if options.json:
+        import json
+
+        print(json.dumps(facts, indent=2, default=str))
+    else:
+        print(render(facts))
+    return 0
+
+
+def plot(options):
+    """`cairn plot`."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from .post.load import load
+
+    stem = os.path.splitext(options.file)[0]
+    out = options.output or f"{stem}_{options.what}.png"
+    with load(options.file) as run:
+        if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
+            run.animate(out, options.what, every=options.every, dpi=options.dpi)
+        elif options.what in ("energy", "residual"):
+            _save(run.plot_energy() if options.what == "energy" else run.plot_residual(), out, options.dpi)
+        else:
+            if len(run) == 0:
+                raise ValueError(f"{options.file} holds no output yet")
+            i = options.step if options.time is None else run.at(options.time).index
+            _save(run.plot_force_chains(i) if options.what == "forces" else run.plot(i, options.what), out, options.dpi)
+    print(out)
+    return 0
+
+
+def _save(ax, path, dpi):
+    from .post.errors import as_file_error
+
+    try:
+        ax.figure.savefig(path, dpi=dpi)
+    except OSError as error:
+        raise as_file_error(path, error) from error
+
+
+def convert(options):
+    """`cairn convert`."""
+    from .post.convert import convert as write
+
+    for path in write(options.file, options.out, what=options.what, step=options.step, overwrite=options.overwrite):
+        print(path)
+    return 0
+
+
+def view(options):
+    """`cairn view`."""
+    from .post.load import load
+    from .post.plots3d import view as show
+
+    with load(options.file) as run:
+        show(run, options.what)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,157 @@
+"""Writes a run in other formats: .csv, .npz, plain .h5, series of .vtp or .vtu."""
+
+import csv
+import os
+from xml.sax.saxutils import quoteattr
+
+import h5py
+import numpy as np
+
+from .errors import FileError, as_file_error
+from .load import load
+
+AXES = "xyz"
+
+
+def convert(source, target, what="bodies", step=None, overwrite=False):
+    """Write the run `source` to `target`; its extension chooses the format. Returns the paths written.
+
+    what : of a .csv, "bodies", "contacts" or "history". step : only this output, all if None. Raises FileError.
+    """
+    target = os.fspath(target)
+    kind = os.path.splitext(target)[1].lower()
+    writers = {".csv": _csv, ".npz": _npz, ".h5": _hdf5, ".vtp": _vtk, ".vtu": _vtk}
+    if kind not in writers:
+        raise FileError(target, f"the format {kind or '(none)'} is not known", f"choose one of {', '.join(writers)}")
+    if os.path.exists(target) and not overwrite:
+        raise FileError(target, "this file exists already", "choose another name, or ask to overwrite it (--overwrite)")
+    with load(source) as run:
+        steps = [run[step]] if step is not None else list(run)
+        if what == "history" and kind != ".csv":
+            raise FileError(target, "the history alone is written as .csv", "choose a name that ends in .csv")
+        try:
+            return writers[kind](run, steps, target, what)
+        except OSError as error:
+            raise as_file_error(target, error) from error
+
+
+def columns(fields):
+    """Fields as named columns: vectors as name_x, name_y ..., velocity as vx, vy, w, other rows by number."""
+    result = {}
+    for name in fields.names:
+        value = fields[name]
+        if value.ndim == 1:
+            result[name] = value
+            continue
+        parts = value.shape[1]
+        if name == "position":
+            labels = AXES[:parts]
+        elif name == "velocity":
+            labels = ("vx", "vy", "w") if parts == 3 else ("vx", "vy", "vz", "wx", "wy", "wz")
+        elif name == "rotation":
+            labels = [f"rotation_{c}" for c in "wxyz"]
+        else:
+            labels = [f"{name}_{AXES[k] if parts <= 3 else k}" for k in range(parts)]
+        result |= {label: value[:, k] for k, label in enumerate(labels)}
+    return result
+
+
+def _csv(run, steps, target, what):
+    with open(target, "w", newline="") as out:
+        table = csv.writer(out)
+        if what == "history":
+            history = run.history
+            table.writerow(history)
+            table.writerows(zip(*(v.tolist() for v in history.values()), strict=True))
+            return [target]
+        for i, step in enumerate(steps):
+            fields = getattr(step, what)
+            named = columns(fields)
+            if i == 0:
+                table.writerow(["step", "time", *named])
+            time = step.time if what == "bodies" else step.time_detection
+            # repr of a float gives back the same bits
+            rows = zip(*(v.tolist() for v in named.values()), strict=True)
+            table.writerows([step.step, float(time), *row] for row in rows)
+    return [target]
+
+
+def _each(run, steps):
+    """(name, array) of all that a run holds."""
+    for name in ("time", "time_detection", "step"):
+        yield name, np.array([getattr(step, name) for step in steps])
+    for name, value in run.history.items():
+        yield f"history/{name}", value
+    for step in steps:
+        for what in ("bodies", "contacts"):
+            fields = getattr(step, what)
+            for name in fields.names:
+                yield f"{step.index:05d}/{what}/{name}", fields[name]
+
+
+def _npz(run, steps, target, what):
+    np.savez_compressed(target, **dict(_each(run, steps)))
+    return [target]
+
+
+def _hdf5(run, steps, target, what):
+    with h5py.File(target, "w") as out:
+        for name, value in _each(run, steps):
+            out[name] = np.char.encode(value, "utf-8") if value.dtype.kind == "U" else value
+    return [target]
+
+
+def _vtk(run, steps, target, what):
+    """A file per output and block, and a .pvd per block that gives their times."""
+    try:
+        from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+        from vtkmodules.vtkCommonCore import vtkPoints
+        from vtkmodules.vtkCommonDataModel import VTK_VERTEX, vtkCellArray, vtkPolyData, vtkUnstructuredGrid
+        from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+    except ImportError as error:
+        raise FileError(target, "the package vtk is needed for this format", "pip install vtk") from error
+    stem, kind = os.path.splitext(target)
+    paths, entries = [], {"bodies": [], "contacts": []}
+    for step in steps:
+        for name, listed in entries.items():
+            fields = getattr(step, name)
+            values = {f: fields[f] for f in fields.names}
+            place = values.pop("position" if name == "bodies" else "point")
+            points, cells = vtkPoints(), vtkCellArray()
+            points.SetData(numpy_to_vtk(_three(place), deep=True))
+            cells.SetData(1, numpy_to_vtkIdTypeArray(np.arange(len(place), dtype=np.int64), deep=True))
+            grid = vtkPolyData() if kind == ".vtp" else vtkUnstructuredGrid()
+            grid.SetPoints(points)
+            grid.SetVerts(cells) if kind == ".vtp" else grid.SetCells(VTK_VERTEX, cells)
+            if "velocity" in values:
+                velocity = values.pop("velocity")
+                values |= {"velocity": velocity[:, : run.dim], "spin": velocity[:, run.dim :]}
+            for f, value in values.items():
+                vector = value.ndim == 2 and value.shape[1] == run.dim
+                array = numpy_to_vtk(np.ascontiguousarray(_three(value) if vector else value), deep=True)
+                array.SetName(f)
+                grid.GetPointData().AddArray(array)
+            path = f"{stem}_{name}_{step.index:04d}{kind}"
+            writer = vtkXMLPolyDataWriter() if kind == ".vtp" else vtkXMLUnstructuredGridWriter()
+            writer.SetFileName(path)
+            writer.SetInputData(grid)
+            if not writer.Write():
+                raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
+            listed.append((step.time if name == "bodies" else step.time_detection, path))
+            paths.append(path)
+    return paths + [_pvd(f"{stem}_{name}.pvd", listed) for name, listed in entries.items()]
+
+
+def _three(vectors):
+    result = np.zeros((len(vectors), 3))
+    result[:, : vectors.shape[1]] = vectors
+    return result
+
+
+def _pvd(path, listed):
+    with open(path, "w") as out:
+        out.write('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n<Collection>\n')
+        for time, file in listed:
+            out.write(f'<DataSet timestep="{float(time)!r}" file={quoteattr(os.path.basename(file))}/>\n')
+        out.write("</Collection>\n</VTKFile>\n")
+    return path

@@ -1,0 +1,167 @@
+"""The command line, on made-up runs; what needs the compiled part is tested with it."""
+
+import csv
+import json
+
+import h5py
+import numpy as np
+import pytest
+from cairn import cli
+from made_up import bodies, contacts, write
+
+
+@pytest.fixture
+def run_file(tmp_path):
+    path = tmp_path / "run.vtkhdf"
+    write(path, 4).close()
+    return path
+
+
+def call(capsys, *arguments):
+    status = cli.main([str(a) for a in arguments])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_help_teaches(capsys):
+    status, out, _ = call(capsys)
+    assert status == 2 and "cairn run pile.py" in out and "cairn convert pile.vtkhdf pile.csv" in out
+    for command in ("run", "info", "plot", "convert", "view"):
+        with pytest.raises(SystemExit) as exit_:
+            cli.main([command, "--help"])
+        assert exit_.value.code == 0
+        assert f"cairn {command} " in capsys.readouterr().out.partition("examples:")[2]
+    assert call(capsys, "--version")[1].startswith("cairn ")
+    with pytest.raises(SystemExit) as exit_:
+        cli.main(["dance"])
+    assert exit_.value.code == 2
+
+
+def test_info(run_file, capsys):
+    status, out, _ = call(capsys, "info", run_file)
+    assert status == 0
+    for words in ("run, 2D", "0 to 0.3 s", "converged 4", "rock, sand, clay"):
+        assert words in out
+    facts = json.loads(call(capsys, "info", run_file, "--json")[1])
+    assert facts["outputs"]["count"] == 4 and facts["outputs"]["bodies"] == 20
+    assert facts["solver"]["error, largest"] == "1"
+    assert call(capsys, "info", run_file, "--repair")[1].startswith("nothing to repair")
+
+
+def test_info_of_a_checkpoint(tmp_path, capsys):
+    from cairn.post.checkpoint import save
+
+    save(tmp_path / "a.checkpoint.h5", {"kind": "checkpoint", "dim": 2, "state": {"x": np.arange(3)}})
+    out = call(capsys, "info", tmp_path / "a.checkpoint.h5")[1]
+    assert "checkpoint" in out and "1 entries" in out
+
+
+def test_errors_are_one_line(tmp_path, capsys):
+    bad = tmp_path / "bad.vtkhdf"
+    bad.write_text("hello")
+    for arguments, words in (
+        (("info", tmp_path / "none"), "no such file or folder; check the path"),
+        (("info", bad), "this is not an HDF5 file; give a .vtkhdf file"),
+        (("plot", bad), "not an HDF5 file"),
+        (("convert", bad, tmp_path / "a.csv"), "not an HDF5 file"),
+    ):
+        status, out, err = call(capsys, *arguments)
+        assert status == 1 and out == ""
+        assert err.startswith("cairn: error: ") and words in err and err.count("\n") == 1
+
+
+def test_plot(run_file, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    for what, name in (
+        ("velocity", "a.png"),
+        ("forces", "b.pdf"),
+        ("energy", "c.svg"),
+        ("residual", "d.png"),
+        ("material", "e.gif"),
+    ):
+        status, out, _ = call(capsys, "plot", run_file, "--what", what, "-o", tmp_path / name, "--dpi", 50)
+        assert status == 0 and out.strip() == str(tmp_path / name) and (tmp_path / name).stat().st_size > 1000
+    assert call(capsys, "plot", run_file, "--time", 0.1)[1].strip() == str(tmp_path / "run_velocity.png")
+    status, _, err = call(capsys, "plot", run_file, "--what", "colour")
+    assert status == 1 and "no field 'colour'; there are position" in err
+    status, _, err = call(capsys, "plot", run_file, "--step", 9)
+    assert status == 1 and "output 9 was asked for" in err
+
+
+def test_convert_to_csv(run_file, tmp_path, capsys):
+    out = tmp_path / "a.csv"
+    assert call(capsys, "convert", run_file, out)[0] == 0
+    with open(out) as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 80 and {"step", "time", "x", "y", "vx", "vy", "w", "radius"} <= set(rows[0])
+    assert np.array_equal([float(r["vx"]) for r in rows[60:]], bodies(3)["velocity"][:, 0])  # to the bit
+    status, _, err = call(capsys, "convert", run_file, out)
+    assert status == 1 and "exists already" in err
+    assert call(capsys, "convert", run_file, out, "--overwrite", "--what", "contacts", "--step", 1)[0] == 0
+    with open(out) as file:
+        rows = list(csv.DictReader(file))
+    assert np.array_equal([float(r["impulse_y"]) for r in rows], contacts(1)["impulse"][:, 1])
+    assert call(capsys, "convert", run_file, out, "--overwrite", "--what", "history")[0] == 0
+    assert "energy_kinetic" in out.read_text().splitlines()[0]
+    status, _, err = call(capsys, "convert", run_file, tmp_path / "a.stl")
+    assert status == 1 and "choose one of .csv" in err
+
+
+def test_convert_to_numpy_and_hdf5(run_file, tmp_path, capsys):
+    assert call(capsys, "convert", run_file, tmp_path / "a.npz")[0] == 0
+    with np.load(tmp_path / "a.npz") as data:
+        assert np.array_equal(data["00002/bodies/velocity"], bodies(2)["velocity"])
+        assert np.array_equal(data["step"], np.arange(4))
+    assert call(capsys, "convert", run_file, tmp_path / "a.h5", "--step", 2)[0] == 0
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert np.array_equal(file["00002/contacts/normal"], contacts(2)["normal"])
+        assert set(file) == {"00002", "history", "step", "time", "time_detection"}
+
+
+@pytest.mark.parametrize("kind", ["vtp", "vtu"])
+def test_convert_to_vtk(run_file, tmp_path, capsys, kind):
+    pytest.importorskip("vtk")
+    pyvista = pytest.importorskip("pyvista")
+    assert call(capsys, "convert", run_file, tmp_path / f"a.{kind}")[0] == 0
+    grid = pyvista.read(tmp_path / f"a_bodies_0003.{kind}")
+    assert np.array_equal(grid.points[:, :2], bodies(3)["position"])
+    assert np.array_equal(grid["spin"].ravel(), bodies(3)["velocity"][:, 2])
+    assert pyvista.read(tmp_path / f"a_contacts_0000.{kind}").n_points == 0
+    assert pyvista.get_reader(tmp_path / "a_bodies.pvd").time_values == [0.0, 0.1, 0.2, 0.1 * 3]
+
+
+def test_run_a_script(tmp_path, capsys):
+    script = tmp_path / "hello.py"
+    script.write_text("import sys, beside\nprint(__name__, sys.argv[1:], beside.x)\n")
+    (tmp_path / "beside.py").write_text("x = 3\n")
+    assert call(capsys, "run", script, "--steps", "5")[1] == "__main__ ['--steps', '5'] 3\n"
+    with pytest.raises(SystemExit, match="no such script"):
+        cli.main(["run", str(tmp_path / "none.py")])
+
+
+def test_run_a_scene(tmp_path, capsys):
+    cn = pytest.importorskip("cairn")
+    if not hasattr(cn, "Simulation"):
+        pytest.skip("the compiled part is not there")
+    rock = cn.Material("rock", density=2000.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks([[0, 0.6], [0.2, 1.7]], 0.5, rock), cn.wall(point=(0, 0), normal=(0, 1), material=rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    path, out = tmp_path / "pile.scene.h5", tmp_path / "pile.vtkhdf"
+    scene.save(path)
+    status, _, err = call(capsys, "run", path, "--steps", 5)
+    assert status == 1 and "give one, --dt" in err
+    status, text, _ = call(capsys, "run", path, "--dt", 1e-2, "--steps", 100, "--every", 10, "--checkpoint-every", 50)
+    assert status == 0 and "100 steps, t = 1 s" in text
+    with cn.load(out) as run:
+        assert len(run) == 11 and run.history["contacts"].max() >= 2
+        assert run[-1].bodies.position[0, 1] == pytest.approx(0.5, abs=0.01)
+        run.plot(what="material"), run.plot_force_chains(), run.plot_energy()
+    status, _, err = call(capsys, "run", path, "--dt", 1e-2, "--steps", 5)
+    assert status == 1 and "exists already" in err
+    restart = tmp_path / "pile.checkpoint.h5"
+    assert call(capsys, "run", path, "--dt", 1e-2, "--steps", 5, "--restart", restart, "-o", tmp_path / "b.vtkhdf")[0] == 0
+    with cn.load(tmp_path / "b.vtkhdf") as run:
+        assert run[-1].step == 105
+    assert "pile" in call(capsys, "info", out)[1]
+    assert "checkpoint" in call(capsys, "info", restart)[1] and "scene" in call(capsys, "info", path)[1]
