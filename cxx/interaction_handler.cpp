@@ -273,7 +273,7 @@ void InteractionHandler::Workspace::make_items() {
   }
   // Which lattice points are in reach does not depend on where the cell begins.
   const double no_corner[3] = {0, 0, 0};
-  std::int64_t ghosts = 0, capacity = std::max<std::int64_t>(std::int64_t(item_reach.size()) - nb, 0);
+  std::int64_t ghosts = 0, too_wide = -1, capacity = std::max<std::int64_t>(std::int64_t(item_reach.size()) - nb, 0);
   for (;;) {
     make_room(item_x, (nb + capacity) * dim);
     make_room(item_reach, nb + capacity);
@@ -284,7 +284,10 @@ void InteractionHandler::Workspace::make_items() {
                          item_x.data(), item_reach.data(), item_lattice.data());
     cairn_periodic_ghosts(dim, 0, nb, item_x.data(), item_reach.data(), item_lattice.data(), periodic, cell->vectors,
                           no_corner, capacity, ghost_of.data(), item_x.data() + nb * dim, item_reach.data() + nb,
-                          item_lattice.data() + 3 * nb, &ghosts);
+                          item_lattice.data() + 3 * nb, &ghosts, &too_wide);
+    if (too_wide >= 0)
+      throw Error("cell: " + name_of(*contactors, *bodies, bounded[too_wide]) +
+                  " is more than 511 cells wide; enlarge the cell or lower the margin");
     if (ghosts <= capacity) break;
     capacity = ghosts + ghosts / 4;
     if (nb + capacity > std::numeric_limits<std::int32_t>::max())

@@ -7,6 +7,7 @@ module periodic_items
 
   ! what a fraction of the cell may be off by, in units of its size
   real(c_double), parameter :: slack = 64*epsilon(1.0_c_double)
+  integer(c_int32_t), parameter :: farthest_image = 511
 
 contains
 
@@ -52,7 +53,7 @@ contains
   !> Ghosts of items first to last-1: their images that are nearer to the cell than twice their own reach, which is as far as
   !> an item of no larger reach can be met. `found` is their number, the first `capacity` are given.
   pure subroutine cairn_periodic_ghosts(dim, first, last, x, reach, lattice, periodic, vectors, corner, capacity, ghost_of, &
-                                        ghost_x, ghost_reach, ghost_lattice, found) bind(c)
+                                        ghost_x, ghost_reach, ghost_lattice, found, too_wide) bind(c)
     integer(c_int32_t), value :: dim                    !< 2 or 3
     integer(c_int64_t), value :: first, last            !< items to treat
     real(c_double), intent(in) :: x(dim, 0:last - 1)    !< within the cell [m]
@@ -67,12 +68,14 @@ contains
     real(c_double), intent(inout) :: ghost_reach(0:capacity - 1) !< [m]
     integer(c_int32_t), intent(inout) :: ghost_lattice(3, 0:capacity - 1)
     integer(c_int64_t), intent(out) :: found
+    integer(c_int64_t), intent(out) :: too_wide         !< an item that meets images farther than can be numbered, else -1
     real(c_double) :: depth(3), f(3), p(3), s
     integer(c_int64_t) :: i
     integer(c_int32_t) :: k, low(3), high(3), m1, m2, m3
 
     depth = depth_of_cell(periodic, vectors)
     found = 0
+    too_wide = -1
     do i = first, last - 1
       p = 0
       p(1:dim) = x(:, i) - corner(1:dim)
@@ -87,6 +90,10 @@ contains
         low(k) = int(-floor_of(f(k) + s), c_int32_t)
         high(k) = int(floor_of(1 + s - f(k)), c_int32_t)
       end do
+      if (max(maxval(-low), maxval(high)) > farthest_image) then
+        too_wide = i
+        return
+      end if
       do m3 = low(3), high(3)
         do m2 = low(2), high(2)
           do m1 = low(1), high(1)

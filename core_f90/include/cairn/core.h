@@ -117,7 +117,7 @@ void cairn_periodic_items(int32_t dim, int64_t n, const int32_t* listed, const d
 void cairn_periodic_ghosts(int32_t dim, int64_t first, int64_t last, const double* x, const double* reach,
                            const int32_t* lattice, const int32_t* periodic, const double* vectors, const double* corner,
                            int64_t capacity, int32_t* ghost_of, double* ghost_x, double* ghost_reach,
-                           int32_t* ghost_lattice, int64_t* found);
+                           int32_t* ghost_lattice, int64_t* found, int64_t* too_wide);
 void cairn_grid_classes(int64_t n, const double* reach, int64_t* items, double* widest, double* smallest, double* largest);
 void cairn_grid_level(int64_t first, int64_t last, const double* reach, double unit, int32_t lowest, int32_t highest,
                       int32_t* level, int64_t* items);
