@@ -71,32 +71,41 @@ class Front:
         a, run = self.radii[k] + r, x - self.x[k]
         return (x, self.y[k] + sqrt((a - run) * (a + run))) if a >= abs(run) else None
 
-    def blocker(self, i: int, j: int, x: float, y: float, r: float) -> int:
-        """A member of the chain, a wall or the floor that a disk at (x, y) resting on i and j overlaps; -1 for none."""
+    def blocker(self, i: int, j: int, x: float, y: float, r: float) -> tuple[int, int]:
+        """What a disk at (x, y) resting on i and j overlaps, a member of the chain, a wall or the floor, and -1 if that
+        stands left of i on the chain, 1 if right of j, 0 if between; (-1, 0) if it overlaps nothing."""
         reach = r + self.largest
-        for link, start in ((self.previous, i), (self.following, j)):
+        for link, start, side in ((self.previous, i, -1), (self.following, j, 1)):
             k = link[start]
             while 0 <= k < self.left and abs(self.x[k] - x) < reach:
                 if self.overlaps(k, x, y, r):
-                    return k
+                    return k, side
                 k = link[k]
         k = self.following[i]
         while k != j:
-            if k < self.left and self.overlaps(k, x, y, r):
-                return k
+            if k < self.left and (self.overlaps(k, x, y, r) or self.covers(k, i, j, x, y)):
+                return k, 0
             k = self.following[k]
         if x < r * self.touch and i != self.left:
-            return self.left
+            return self.left, -1
         if x + r > self.width + r * (1.0 - self.touch) and j != self.right:
-            return self.right
+            return self.right, 1
         if y < r * self.touch and j != self.floor and self.previous[self.right] == self.floor:
-            return self.floor
-        return -1
+            return self.floor, 1
+        return -1, 0
 
     def overlaps(self, k: int, x: float, y: float, r: float) -> bool:
         """Whether a disk at (x, y) overlaps member k beyond rounding."""
         dx, dy, a = self.x[k] - x, self.y[k] - y, self.radii[k] + r
         return dx * dx + dy * dy < a * a * self.touch
+
+    def covers(self, k: int, i: int, j: int, x: float, y: float) -> bool:
+        """Whether member k stands above the line i - (x, y) - j: the place is then in a hole under the surface."""
+        s = i if self.x[k] < x else j
+        if s >= self.left:
+            return self.y[k] > y
+        turn = (self.x[s] - x) * (self.y[k] - y) - (self.y[s] - y) * (self.x[k] - x)
+        return turn < 0.0 if s == i else turn > 0.0
 
     def settle(self, i: int, j: int, r: float) -> tuple[int, int, float, float]:
         """Where a disk of radius r dropped into the pit (i, j) comes to rest: the two supports and the centre."""
@@ -106,10 +115,11 @@ class Front:
             if place is None:
                 break
             x, y = place
-            k = self.blocker(i, j, x, y, r)
+            k, side = self.blocker(i, j, x, y, r)
             if k >= 0:
-                side = self.side(i, j, k)
-                if side == 0:  # k stands up between the supports: it carries the disk with the one that came last
+                if k == self.floor:  # the floor lies open to the right of the last disk
+                    j = k
+                elif side == 0:  # k stands up between the supports: it carries the disk with the one that came last
                     i, j = (i, k) if from_left else (k, j)
                 else:
                     from_left = side < 0
@@ -135,7 +145,7 @@ class Front:
                         continue
                     x, y = place
                     stable = not (first < self.left and x < self.x[first]) and not (second < self.left and x > self.x[second])
-                    if stable and self.blocker(first, second, x, y, r) < 0:
+                    if stable and self.blocker(first, second, x, y, r)[0] < 0:
                         best = first, second, x, y
             if best is not None:
                 return best
@@ -155,17 +165,6 @@ class Front:
         while members[-1] != end:
             members.append(self.following[members[-1]])
         return members
-
-    def side(self, i: int, j: int, k: int) -> int:
-        """-1 if k stands left of i on the chain, 1 if right of j, 0 if between."""
-        if k >= self.left:
-            return -1 if k == self.left else 1
-        member = self.following[i]
-        while member != j:
-            if member == k:
-                return 0
-            member = self.following[member]
-        return -1 if j >= self.left or (i < self.left and self.x[k] < self.x[i]) else 1
 
     def place(self, k: int) -> None:
         """Put disk k in the lowest pit and bury what is under it."""
