@@ -15,7 +15,7 @@ namespace cairn {
 
 // Rows of laws.def, in its order.
 enum class Law : std::int16_t {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, ...) name,
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit) name,
 #include "../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
 };

@@ -3,10 +3,16 @@ set(CAIRN_CXX_SOURCES
   c_api.cpp
   contactor.cpp
   detection_grid.cpp
+  interaction.cpp
+  interaction_fill.cpp
   interaction_handler.cpp
+  interaction_plan.cpp
+  law_table.cpp
   periodic.cpp
   projection.cpp
   scene.cpp
+  solvers/contact_system.cpp
+  solvers/nlgs.cpp
   step.cpp
   strategy.cpp
 )

@@ -22,13 +22,13 @@ typedef struct cairn_law_context {
 
 /* c = local components of the law in this dimension, p = parameters, s = state variables.
  * bias (n, c) [m/s] is added to the relative velocity; compliance (n, c) [1/kg] to the diagonal of W; mu (n) is the friction of the cone. */
-typedef void cairn_law_prepare(int32_t n, const cairn_law_context* context, const double* gap, const double* u_begin,
+typedef void cairn_law_prepare(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u_begin,
                                const double* params, double* state, double* bias, double* compliance, double* mu);
 /* w is (n, c, c), or W_NN and W_TT (n, 2) where the batch says so; u_free (n, c) with the bias in it, bias (n, c), params (n, p),
  * state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. */
-typedef void cairn_law_solve(int32_t n, const double* w, const double* u_free, const double* bias, const double* params,
+typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double* u_free, const double* bias, const double* params,
                              const double* state, double* r, int32_t* status);
-typedef void cairn_law_commit(int32_t n, const cairn_law_context* context, const double* gap, const double* u, const double* r,
+typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u, const double* r,
                               const double* params, double* state);
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
 
@@ -62,20 +62,22 @@ typedef struct cairn_batch {
   int32_t block;           /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
   int32_t side_a, side_b;  /* rows of sides.def */
   int32_t moves_a, moves_b; /* 0: no finite inverse mass on that side, read only */
-  int32_t hub;             /* 1: all contacts share body B, which moves; each sees its velocity at the start */
+  int32_t hub;             /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
   int32_t group;           /* by which the inverse mass of the hub is multiplied in delassus */
   int32_t law;             /* row of laws.def */
   int32_t first;           /* place of its first contact in the order of batches */
-  const int32_t *body_a, *body_b; /* (n) places of velocity records */
-  const double* frame;     /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
-  const double *lever_a, *lever_b; /* (n, lever of the side) [m] */
-  const double* delassus;  /* [1/kg] */
-  const double* bias;      /* (n, c) [m/s] */
-  const double* params;    /* (n, p) of the law, or mu (n) of the cone */
+  int32_t velocities;      /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
+  int32_t unused;
+  int32_t *body_a, *body_b; /* (n) places of velocity records */
+  double* frame;     /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
+  double *lever_a, *lever_b; /* (n, lever of the side) [m] */
+  double* delassus;  /* [1/kg] */
+  double* bias;      /* (n, c) [m/s] */
+  double* params;    /* (n, p) of the law, or mu (n) of the cone */
   double* r;               /* (n, c) impulse [N s] */
-  const double* rho;       /* (n) 1 / true W_NN [kg] */
+  double* rho;       /* (n) 1 / true W_NN [kg] */
   double* scale;           /* (n) |F(0)|^2 / rho [J] */
-  const double* state;     /* (n, s) of the law */
+  double* state;     /* (n, s) of the law */
   int32_t* status;         /* (n) see cairn_contact_status */
   cairn_law_solve* solve;
 } cairn_batch;
@@ -97,10 +99,48 @@ typedef struct cairn_side {
   int32_t width; /* numbers of a record: 8 or 16 */
 } cairn_side;
 
-cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3;
-void cairn_nlgs_sweep(int32_t sweeps, int32_t stages, const int32_t* first, const int32_t* serial, const cairn_batch* batches,
-                      const cairn_side* sides, double* record, const double* general, int32_t threads, double* work,
-                      double* change);
+typedef struct cairn_record {
+  double x[8];
+} cairn_record;
+#define CAIRN_SIDE(name, dimension, lever, width) \
+  cairn_side_gather cairn_side_##name##_gather;   \
+  cairn_side_scatter cairn_side_##name##_scatter; \
+  cairn_side_delassus cairn_side_##name##_delassus;
+#include "../../kinematics/sides.def"
+#undef CAIRN_SIDE
+
+/* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit) \
+  cairn_law_prepare cairn_law_##name##_prepare;                 \
+  cairn_law_solve cairn_law_##name##_solve;                     \
+  cairn_law_commit cairn_law_##name##_commit;
+#include "../../contact_laws/laws.def"
+#undef CAIRN_LAW
+cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
+
+/* ------------------------------------------------------------------ sweeps and passes over batches
+ * A stage is a range of tasks that share no body that moves; a task is a range of batches, done in order. */
+typedef struct cairn_schedule {
+  int32_t stages;
+  int32_t batches;
+  int32_t threads;
+  int32_t unused;
+  const int32_t* first_task;  /* (stages + 1) */
+  const int32_t* first_batch; /* (tasks + 1) */
+  const cairn_batch* batch;   /* (batches) */
+  const cairn_side* side;     /* rows of sides.def */
+  cairn_record* record;       /* (bodies + 1) velocity records; the last is the spare one */
+  cairn_record* general;      /* (bodies + 1), or any address if no side is wide */
+  double* work;               /* (cairn_batch_workspace, threads) */
+} cairn_schedule;
+enum { cairn_batch_workspace = 128 * 80 };
+void cairn_nlgs_sweep(int32_t sweeps, const cairn_schedule* schedule, double* change);
+void cairn_add_impulses(const cairn_schedule* schedule);
+void cairn_relative_velocities(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* u);
+void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true, double* u);
+void cairn_contact_work(const cairn_schedule* schedule, int32_t begin, double* sums);
+void cairn_contact_scale(const cairn_schedule* schedule, double* sums);
+void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double* sums);
 
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,

@@ -1,0 +1,133 @@
+!> What every solver does with a batch: read the relative velocity of its contacts, give their bodies a change of impulse.
+module batch_kinematics
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
+  use contact_batch, only: cairn_record, cairn_batch, cairn_side, side_gather, side_scatter, side_delassus, record_size, max_batch
+  use velocity_records, only: load_records, store_records, add_to_hub
+  implicit none
+  private
+  public :: open_batch, load_bodies, relative_velocity, bare_velocity, add_impulse, delassus_block, batch_view
+
+  !> A batch with its blocks as Fortran arrays (component c of contact i at (c-1) n + i).
+  type :: batch_view
+    integer(c_int32_t) :: n = 0, c = 0, width_a = 0, width_b = 0
+    integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null()
+    real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
+    real(c_double), pointer, contiguous :: bias(:) => null(), r(:) => null()
+    procedure(side_gather), pointer, nopass :: gather_a => null(), gather_b => null()
+    procedure(side_scatter), pointer, nopass :: scatter_a => null(), scatter_b => null()
+  end type batch_view
+contains
+
+  subroutine open_batch(batch, sides, view)
+    type(cairn_batch), intent(in) :: batch     !< see cairn/core.h
+    type(cairn_side), intent(in)  :: sides(0:*) !< rows of sides.def
+    type(batch_view), intent(out) :: view
+    integer(c_int32_t) :: n
+    n = batch%count
+    view%n = n
+    view%c = batch%components
+    view%width_a = sides(batch%side_a)%width
+    view%width_b = sides(batch%side_b)%width
+    call c_f_pointer(batch%body_a, view%body_a, [n])
+    call c_f_pointer(batch%body_b, view%body_b, [n])
+    call c_f_pointer(batch%frame, view%frame, [6*n])
+    call c_f_pointer(batch%lever_a, view%lever_a, [n*sides(batch%side_a)%lever])
+    call c_f_pointer(batch%lever_b, view%lever_b, [n*sides(batch%side_b)%lever])
+    call c_f_pointer(batch%bias, view%bias, [n*view%c])
+    call c_f_pointer(batch%r, view%r, [n*view%c])
+    call c_f_procpointer(sides(batch%side_a)%gather, view%gather_a)
+    call c_f_procpointer(sides(batch%side_b)%gather, view%gather_b)
+    call c_f_procpointer(sides(batch%side_a)%scatter, view%scatter_a)
+    call c_f_procpointer(sides(batch%side_b)%scatter, view%scatter_b)
+  end subroutine open_batch
+
+  !> Records of both sides of every contact, as columns.
+  subroutine load_bodies(view, record, general, va, vb)
+    type(batch_view), intent(in)    :: view
+    type(cairn_record), intent(in)  :: record(0:*)              !< velocity records of bodies
+    type(cairn_record), intent(in)  :: general(0:*)             !< further inertia of bodies, read by wide sides alone
+    real(c_double), intent(out)     :: va(view%n, view%width_a) !< columns of side A
+    real(c_double), intent(out)     :: vb(view%n, view%width_b) !< columns of side B
+    type(cairn_record) :: line(max_batch)
+    call load_records(view%n, view%body_a, record, line, va)
+    if (view%width_a > record_size) call load_records(view%n, view%body_a, general, line, va(1, record_size + 1))
+    call load_records(view%n, view%body_b, record, line, vb)
+    if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
+  end subroutine load_bodies
+
+  !> u = v_A - v_B in local axes, the law's bias added.
+  subroutine relative_velocity(view, va, vb, u)
+    type(batch_view), intent(in) :: view
+    real(c_double), intent(in)   :: va(view%n, view%width_a) !< columns of side A
+    real(c_double), intent(in)   :: vb(view%n, view%width_b) !< columns of side B
+    real(c_double), intent(out)  :: u(view%n*view%c)         !< relative velocity and bias [m/s]
+    integer :: i
+    do i = 1, view%n*view%c
+      u(i) = view%bias(i)
+    end do
+    call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
+    call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
+  end subroutine relative_velocity
+
+  !> u = v_A - v_B in local axes.
+  subroutine bare_velocity(view, va, vb, u)
+    type(batch_view), intent(in) :: view
+    real(c_double), intent(in)   :: va(view%n, view%width_a) !< columns of side A
+    real(c_double), intent(in)   :: vb(view%n, view%width_b) !< columns of side B
+    real(c_double), intent(out)  :: u(view%n*view%c)         !< relative velocity [m/s]
+    u = 0
+    call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
+    call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
+  end subroutine bare_velocity
+
+  !> Bodies take a change of impulse. va and vb are the records as loaded; lost afterwards.
+  subroutine add_impulse(batch, view, dr, va, vb, record)
+    type(cairn_batch), intent(in)     :: batch
+    type(batch_view), intent(in)      :: view
+    real(c_double), intent(in)        :: dr(view%n, view%c)       !< change of impulse [N s]
+    real(c_double), intent(inout)     :: va(view%n, view%width_a) !< columns of side A
+    real(c_double), intent(inout)     :: vb(view%n, view%width_b) !< columns of side B
+    type(cairn_record), intent(inout) :: record(0:*)              !< velocity records of bodies
+    type(cairn_record) :: line(max_batch)
+    integer :: k
+    k = batch%velocities
+    if (batch%moves_a /= 0) then
+      if (batch%hub == 1) va(:, 1:k) = 0
+      call view%scatter_a(view%n, view%c, view%width_a, 1.0_c_double, dr, view%frame, view%lever_a, va)
+      if (batch%hub == 1) then
+        call add_to_hub(view%n, k, va, record(view%body_a(1))%x)
+      else
+        call store_records(view%n, batch%contacts, view%body_a, va, line, record)
+      end if
+    end if
+    if (batch%moves_b /= 0) then
+      if (batch%hub == 2) vb(:, 1:k) = 0
+      call view%scatter_b(view%n, view%c, view%width_b, -1.0_c_double, dr, view%frame, view%lever_b, vb)
+      if (batch%hub == 2) then
+        call add_to_hub(view%n, k, vb, record(view%body_b(1))%x)
+      else
+        call store_records(view%n, batch%contacts, view%body_b, vb, line, record)
+      end if
+    end if
+  end subroutine add_impulse
+
+  !> w = H' A^-1 H of each contact; the side that is a hub is counted `factor` times.
+  subroutine delassus_block(batch, sides, view, factor, va, vb, w)
+    type(cairn_batch), intent(in) :: batch
+    type(cairn_side), intent(in)  :: sides(0:*)
+    type(batch_view), intent(in)  :: view
+    real(c_double), value         :: factor                   !< 1, or the size of the group that shares a hub
+    real(c_double), intent(in)    :: va(view%n, view%width_a) !< columns of side A
+    real(c_double), intent(in)    :: vb(view%n, view%width_b) !< columns of side B
+    real(c_double), intent(out)   :: w(view%n, view%c, view%c) !< full blocks [1/kg]
+    procedure(side_delassus), pointer :: delassus_a, delassus_b
+    real(c_double) :: times_a, times_b
+    call c_f_procpointer(sides(batch%side_a)%delassus, delassus_a)
+    call c_f_procpointer(sides(batch%side_b)%delassus, delassus_b)
+    times_a = merge(factor, 1.0_c_double, batch%hub == 1)
+    times_b = merge(factor, 1.0_c_double, batch%hub == 2)
+    w = 0
+    if (batch%moves_a /= 0) call delassus_a(view%n, view%c, view%width_a, times_a, va, view%frame, view%lever_a, w)
+    if (batch%moves_b /= 0) call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
+  end subroutine delassus_block
+end module batch_kinematics

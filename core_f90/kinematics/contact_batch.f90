@@ -1,0 +1,107 @@
+!> What a solver sweeps over: batches of mutually independent contacts, and the kinds of side they rest on.
+!> The C twins of these types, with the meaning of every member, stand in cairn/core.h.
+module contact_batch
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_ptr, c_funptr
+  implicit none
+  private
+  public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, side_gather, side_scatter, side_delassus, law_solve
+  public :: record_size, max_batch, max_components, batch_workspace
+
+  integer, parameter :: record_size = 8     !< numbers of a body's velocity record: one cache line
+  integer, parameter :: max_batch = 128     !< contacts of a batch, at most
+  integer, parameter :: max_components = 6  !< unknowns of a contact, at most
+
+  integer, parameter :: batch_workspace = 80*max_batch !< numbers of workspace a thread
+
+  !> Copied whole: as one object, the compiler moves the line at once.
+  type, bind(c) :: cairn_record
+    real(c_double) :: x(record_size)
+  end type cairn_record
+
+  type, bind(c) :: cairn_batch
+    integer(c_int32_t) :: count
+    integer(c_int32_t) :: contacts
+    integer(c_int32_t) :: components
+    integer(c_int32_t) :: block
+    integer(c_int32_t) :: side_a
+    integer(c_int32_t) :: side_b
+    integer(c_int32_t) :: moves_a
+    integer(c_int32_t) :: moves_b
+    integer(c_int32_t) :: hub
+    integer(c_int32_t) :: group
+    integer(c_int32_t) :: law
+    integer(c_int32_t) :: first
+    integer(c_int32_t) :: velocities
+    integer(c_int32_t) :: unused
+    type(c_ptr) :: body_a
+    type(c_ptr) :: body_b
+    type(c_ptr) :: frame
+    type(c_ptr) :: lever_a
+    type(c_ptr) :: lever_b
+    type(c_ptr) :: delassus
+    type(c_ptr) :: bias
+    type(c_ptr) :: params
+    type(c_ptr) :: r
+    type(c_ptr) :: rho
+    type(c_ptr) :: scale
+    type(c_ptr) :: state
+    type(c_ptr) :: status
+    type(c_funptr) :: solve
+  end type cairn_batch
+
+  type, bind(c) :: cairn_side
+    type(c_funptr) :: gather
+    type(c_funptr) :: scatter
+    type(c_funptr) :: delassus
+    integer(c_int32_t) :: lever
+    integer(c_int32_t) :: width
+  end type cairn_side
+
+  type, bind(c) :: cairn_schedule
+    integer(c_int32_t) :: stages
+    integer(c_int32_t) :: batches
+    integer(c_int32_t) :: threads
+    integer(c_int32_t) :: unused
+    type(c_ptr) :: first_task
+    type(c_ptr) :: first_batch
+    type(c_ptr) :: batch
+    type(c_ptr) :: side
+    type(c_ptr) :: record
+    type(c_ptr) :: general
+    type(c_ptr) :: work
+  end type cairn_schedule
+
+  abstract interface
+    !> u = u + sign H'v
+    subroutine side_gather(n, c, width, sign, v, frame, lever, u) bind(c)
+      import :: c_int32_t, c_double
+      integer(c_int32_t), value :: n, c, width
+      real(c_double), value :: sign
+      real(c_double), intent(in) :: v(n, width), frame(n, *), lever(n, *)
+      real(c_double), intent(inout) :: u(n, c)
+    end subroutine side_gather
+    !> v = v + sign A^-1 H dr
+    subroutine side_scatter(n, c, width, sign, dr, frame, lever, v) bind(c)
+      import :: c_int32_t, c_double
+      integer(c_int32_t), value :: n, c, width
+      real(c_double), value :: sign
+      real(c_double), intent(in) :: dr(n, c), frame(n, *), lever(n, *)
+      real(c_double), intent(inout) :: v(n, width)
+    end subroutine side_scatter
+    !> w = w + factor H' A^-1 H
+    subroutine side_delassus(n, c, width, factor, v, frame, lever, w) bind(c)
+      import :: c_int32_t, c_double
+      integer(c_int32_t), value :: n, c, width
+      real(c_double), value :: factor
+      real(c_double), intent(in) :: v(n, width), frame(n, *), lever(n, *)
+      real(c_double), intent(inout) :: w(n, c, c)
+    end subroutine side_delassus
+    subroutine law_solve(n, c, w, u_free, bias, params, state, r, status) bind(c)
+      import :: c_int32_t, c_double
+      integer(c_int32_t), value :: n, c
+      real(c_double), intent(in) :: w(n, *), u_free(n, *), bias(n, *), params(n, *), state(n, *)
+      real(c_double), intent(inout) :: r(n, *)
+      integer(c_int32_t), intent(out), optional :: status(n)
+    end subroutine law_solve
+  end interface
+end module contact_batch

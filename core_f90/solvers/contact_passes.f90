@@ -1,0 +1,140 @@
+!> Passes over batches that every solver needs before and after it iterates.
+module contact_passes
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace
+  use contact_schedule, only: schedule_view, open_schedule
+  use batch_kinematics, only: batch_view, open_batch, load_bodies, bare_velocity, add_impulse, delassus_block
+  !$ use omp_lib, only: omp_get_thread_num
+  implicit none
+  private
+  public :: cairn_add_impulses, cairn_relative_velocities, cairn_delassus, cairn_contact_work
+contains
+
+  !> Gives all impulses to the bodies: record = record + A^-1 H r.
+  subroutine cairn_add_impulses(schedule) bind(c)
+    type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h
+    type(schedule_view) :: s
+    type(batch_view) :: view
+    integer :: stage, task, b, me, vb
+    call open_schedule(schedule, s)
+    me = 1
+    !$omp parallel num_threads(s%threads) if (s%threads > 1) default(shared) private(stage, task, b, view, vb) firstprivate(me)
+    !$ me = omp_get_thread_num() + 1
+    do stage = 1, s%stages
+      !$omp do schedule(dynamic, 1)
+      do task = s%first_task(stage) + 1, s%first_task(stage + 1)
+        do b = s%first_batch(task) + 1, s%first_batch(task + 1)
+          call open_batch(s%batch(b), s%side, view)
+          vb = 1 + view%width_a*view%n
+          call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
+          call add_impulse(s%batch(b), view, view%r, s%work(:, me), s%work(vb:, me), s%record)
+        end do
+      end do
+      !$omp end do
+    end do
+    !$omp end parallel
+  end subroutine cairn_add_impulses
+
+  !> Relative velocity of the contacts of one batch, without bias.
+  subroutine cairn_relative_velocities(schedule, batch, thread, u) bind(c)
+    type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h
+    integer(c_int32_t), value        :: batch    !< which, from 0
+    integer(c_int32_t), value        :: thread   !< whose workspace, from 0
+    real(c_double), intent(out)      :: u(*)     !< (n, c) [m/s]
+    type(schedule_view) :: s
+    type(batch_view) :: view
+    integer :: vb, me
+    me = thread + 1
+    call open_schedule(schedule, s)
+    call open_batch(s%batch(batch + 1), s%side, view)
+    vb = 1 + view%width_a*view%n
+    call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
+    call bare_velocity(view, s%work(:, me), s%work(vb:, me), u)
+  end subroutine cairn_relative_velocities
+
+  !> Delassus blocks and relative velocity of the contacts of one batch.
+  subroutine cairn_delassus(schedule, batch, thread, w, w_true, u) bind(c)
+    type(cairn_schedule), intent(in) :: schedule  !< see cairn/core.h
+    integer(c_int32_t), value        :: batch     !< which, from 0
+    integer(c_int32_t), value        :: thread    !< whose workspace, from 0
+    real(c_double), intent(out)      :: w(*)      !< (n, c, c) with the hub's inverse mass times its group [1/kg]
+    real(c_double), intent(out)      :: w_true(*) !< (n, c, c), of hubs only: with the inverse mass as it is [1/kg]
+    real(c_double), intent(out)      :: u(*)      !< (n, c) relative velocity, without bias [m/s]
+    type(schedule_view) :: s
+    type(batch_view) :: view
+    integer :: vb, me
+    me = thread + 1
+    call open_schedule(schedule, s)
+    associate (this => s%batch(batch + 1))
+      call open_batch(this, s%side, view)
+      vb = 1 + view%width_a*view%n
+      call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
+      call bare_velocity(view, s%work(:, me), s%work(vb:, me), u)
+      call delassus_block(this, s%side, view, real(this%group, c_double), s%work(:, me), s%work(vb:, me), w)
+      if (this%hub /= 0) call delassus_block(this, s%side, view, 1.0_c_double, s%work(:, me), s%work(vb:, me), w_true)
+    end associate
+  end subroutine cairn_delassus
+
+  !> Adds r.u of the records' velocity to each contact's work (kept where the scale was) and to the sums of each batch.
+  subroutine cairn_contact_work(schedule, begin, sums) bind(c)
+    type(cairn_schedule), intent(in) :: schedule   !< see cairn/core.h
+    integer(c_int32_t), value        :: begin      !< 1: works and sums start from zero
+    real(c_double), intent(inout)    :: sums(2, *) !< per batch: normal, tangential and rotations [J]
+    type(schedule_view) :: s
+    integer :: b, me
+    call open_schedule(schedule, s)
+    me = 1
+    !$omp parallel num_threads(s%threads) if (s%threads > 1) default(shared) private(b) firstprivate(me)
+    !$ me = omp_get_thread_num() + 1
+    !$omp do schedule(static)
+    do b = 1, s%batches
+      call work_of_batch(s%batch(b), s%side, s%record, s%general, begin /= 0, s%work(:, me), sums(:, b))
+    end do
+    !$omp end do
+    !$omp end parallel
+  end subroutine cairn_contact_work
+
+  subroutine work_of_batch(batch, sides, record, general, begin, work, sums)
+    type(cairn_batch), intent(in)  :: batch
+    type(cairn_side), intent(in)   :: sides(*)
+    type(cairn_record), intent(in) :: record(*), general(*)
+    logical, value                 :: begin
+    real(c_double), intent(inout)  :: work(batch_workspace)
+    real(c_double), intent(inout)  :: sums(2)
+    type(batch_view) :: view
+    real(c_double), pointer, contiguous :: kept(:)
+    integer :: n, vb, u
+    call open_batch(batch, sides, view)
+    n = view%n
+    vb = 1 + view%width_a*n
+    u = vb + view%width_b*n
+    call c_f_pointer(batch%scale, kept, [n])
+    call load_bodies(view, record, general, work(1), work(vb))
+    call bare_velocity(view, work(1), work(vb), work(u))
+    if (begin) then
+      kept = 0
+      sums = 0
+    end if
+    call add_work(n, view%c, view%r, work(u), kept, sums)
+  end subroutine work_of_batch
+
+  subroutine add_work(n, c, r, u, kept, sums)
+    integer, value                :: n       !< contacts
+    integer, value                :: c       !< components
+    real(c_double), intent(in)    :: r(n, c) !< impulse [N s]
+    real(c_double), intent(in)    :: u(n, c) !< relative velocity [m/s]
+    real(c_double), intent(inout) :: kept(n) !< r.u of each contact [J]
+    real(c_double), intent(inout) :: sums(2) !< normal, rest [J]
+    real(c_double) :: total
+    integer :: i, k
+    do k = 1, c
+      total = 0
+      !$omp simd reduction(+:total)
+      do i = 1, n
+        kept(i) = kept(i) + r(i, k)*u(i, k)
+        total = total + r(i, k)*u(i, k)
+      end do
+      sums(min(k, 2)) = sums(min(k, 2)) + total
+    end do
+  end subroutine add_work
+end module contact_passes

@@ -1,0 +1,162 @@
+!> Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999): each contact in turn is solved exactly for its own impulse, with the
+!> velocities that the others leave it. Contacts of a batch share no body that moves, so they are solved at once; tasks of a
+!> stage share none either, so that threads take them in any order with the same bits.
+module nlgs
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
+  use contact_batch, only: cairn_schedule, cairn_record, cairn_batch, cairn_side, law_solve, batch_workspace
+  use contact_schedule, only: schedule_view, open_schedule
+  use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
+  !$ use omp_lib, only: omp_get_thread_num
+  implicit none
+  private
+  public :: cairn_nlgs_sweep
+contains
+
+  !> Sweeps over all contacts.
+  subroutine cairn_nlgs_sweep(sweeps, schedule, change) bind(c)
+    integer(c_int32_t), value        :: sweeps      !< how many
+    type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h
+    real(c_double), intent(inout)    :: change(*)   !< per batch: sum of dr.W dr in the last sweep [J]
+    type(schedule_view) :: s
+    integer :: sweep, stage, task, b, me
+    call open_schedule(schedule, s)
+    me = 1
+    !$omp parallel num_threads(s%threads) if (s%threads > 1) default(shared) private(sweep, stage, task, b) firstprivate(me)
+    !$ me = omp_get_thread_num() + 1
+    do sweep = 1, sweeps
+      do stage = 1, s%stages
+        !$omp do schedule(dynamic, 1)
+        do task = s%first_task(stage) + 1, s%first_task(stage + 1)
+          do b = s%first_batch(task) + 1, s%first_batch(task + 1)
+            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%work(:, me), change(b))
+          end do
+        end do
+        !$omp end do
+      end do
+    end do
+    !$omp end parallel
+  end subroutine cairn_nlgs_sweep
+
+  subroutine sweep_batch(batch, sides, record, general, work, change)
+    type(cairn_batch), intent(in)     :: batch
+    type(cairn_side), intent(in)      :: sides(*)
+    type(cairn_record), intent(inout) :: record(*)
+    type(cairn_record), intent(in)    :: general(*)
+    real(c_double), intent(inout)     :: work(batch_workspace)
+    real(c_double), intent(out)       :: change
+    type(batch_view) :: view
+    real(c_double), pointer, contiguous :: delassus(:), params(:), state(:)
+    procedure(law_solve), pointer :: solve
+    integer :: n, c, va, vb, u, dr
+    call open_batch(batch, sides, view)
+    n = view%n
+    c = view%c
+    va = 1
+    vb = va + view%width_a*n
+    u = vb + view%width_b*n
+    dr = u + c*n
+    call c_f_pointer(batch%delassus, delassus, [c*c*n])
+    call c_f_pointer(batch%params, params, [n])
+    call c_f_pointer(batch%state, state, [n])
+    call c_f_procpointer(batch%solve, solve)
+    call load_bodies(view, record, general, work(va), work(vb))
+    call relative_velocity(view, work(va), work(vb), work(u))
+    if (batch%block == 0) then
+      call leave_isotropic(n, c, delassus, view%r, work(u), work(dr))
+      call solve(n, c, delassus, work(u), view%bias, params, state, view%r)
+      call change_isotropic(n, c, delassus, view%r, work(dr), change)
+    else
+      call leave_full(n, c, delassus, view%r, work(u), work(dr))
+      call solve(n, c, delassus, work(u), view%bias, params, state, view%r)
+      call change_full(n, c, delassus, view%r, work(dr), change)
+    end if
+    call add_impulse(batch, view, work(dr), work(va), work(vb), record)
+  end subroutine sweep_batch
+
+  !> What is left of u without the contact's own impulse, which is kept aside.
+  subroutine leave_isotropic(n, c, w, r, u, old)
+    integer, value                :: n        !< contacts
+    integer, value                :: c        !< components
+    real(c_double), intent(in)    :: w(n, 2)  !< W_NN, W_TT [1/kg]
+    real(c_double), intent(in)    :: r(n, c)  !< impulse [N s]
+    real(c_double), intent(inout) :: u(n, c)  !< relative velocity, then without r [m/s]
+    real(c_double), intent(out)   :: old(n, c) !< r [N s]
+    integer :: i, k
+    do k = 1, c
+      !$omp simd
+      do i = 1, n
+        u(i, k) = u(i, k) - w(i, min(k, 2))*r(i, k)
+        old(i, k) = r(i, k)
+      end do
+    end do
+  end subroutine leave_isotropic
+
+  subroutine change_isotropic(n, c, w, r, dr, change)
+    integer, value                :: n        !< contacts
+    integer, value                :: c        !< components
+    real(c_double), intent(in)    :: w(n, 2)  !< W_NN, W_TT [1/kg]
+    real(c_double), intent(in)    :: r(n, c)  !< new impulse [N s]
+    real(c_double), intent(inout) :: dr(n, c) !< old impulse, then the change [N s]
+    real(c_double), intent(out)   :: change   !< sum of dr.W dr [J]
+    real(c_double) :: total
+    integer :: i, k
+    total = 0
+    do k = 1, c
+      !$omp simd reduction(+:total)
+      do i = 1, n
+        dr(i, k) = r(i, k) - dr(i, k)
+        total = total + w(i, min(k, 2))*dr(i, k)**2
+      end do
+    end do
+    change = total
+  end subroutine change_isotropic
+
+  subroutine leave_full(n, c, w, r, u, old)
+    integer, value                :: n          !< contacts
+    integer, value                :: c          !< components
+    real(c_double), intent(in)    :: w(n, c, c) !< Delassus blocks [1/kg]
+    real(c_double), intent(in)    :: r(n, c)    !< impulse [N s]
+    real(c_double), intent(inout) :: u(n, c)    !< relative velocity, then without r [m/s]
+    real(c_double), intent(out)   :: old(n, c)  !< r [N s]
+    integer :: i, k, l
+    do k = 1, c
+      do l = 1, c
+        !$omp simd
+        do i = 1, n
+          u(i, k) = u(i, k) - w(i, k, l)*r(i, l)
+        end do
+      end do
+      !$omp simd
+      do i = 1, n
+        old(i, k) = r(i, k)
+      end do
+    end do
+  end subroutine leave_full
+
+  subroutine change_full(n, c, w, r, dr, change)
+    integer, value                :: n          !< contacts
+    integer, value                :: c          !< components
+    real(c_double), intent(in)    :: w(n, c, c) !< Delassus blocks [1/kg]
+    real(c_double), intent(in)    :: r(n, c)    !< new impulse [N s]
+    real(c_double), intent(inout) :: dr(n, c)   !< old impulse, then the change [N s]
+    real(c_double), intent(out)   :: change     !< sum of dr.W dr [J]
+    real(c_double) :: total
+    integer :: i, k, l
+    do k = 1, c
+      !$omp simd
+      do i = 1, n
+        dr(i, k) = r(i, k) - dr(i, k)
+      end do
+    end do
+    total = 0
+    do l = 1, c
+      do k = 1, c
+        !$omp simd reduction(+:total)
+        do i = 1, n
+          total = total + w(i, k, l)*dr(i, k)*dr(i, l)
+        end do
+      end do
+    end do
+    change = total
+  end subroutine change_full
+end module nlgs

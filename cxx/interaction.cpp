@@ -1,0 +1,265 @@
+#include "interaction.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "interaction_state.hpp"
+#include "solvers/nlgs.hpp"
+
+namespace cairn {
+
+Interactions::Interactions(int dim) : s_(std::make_unique<State>(dim)) {
+  if (dim != 2 && dim != 3) throw std::invalid_argument("interactions: dim is " + std::to_string(dim) + ", not 2 or 3");
+}
+Interactions::~Interactions() = default;
+Interactions::Interactions(Interactions&&) noexcept = default;
+Interactions& Interactions::operator=(Interactions&&) noexcept = default;
+
+void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
+                            const LawTable& laws, const Cell& cell, double h, double theta) {
+  State& s = *s_;
+  if (!(h > 0) || !std::isfinite(h))
+    throw std::invalid_argument("interactions: step h is " + std::to_string(h) + " s, must be positive and finite");
+  s.bodies = &bodies;
+  s.contactors = &contactors;
+  s.candidates = &candidates;
+  s.laws = &laws;
+  s.cell = &cell;
+  s.h = h;
+  s.theta = theta;
+  s.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
+                                        [](double g) { return g < 0 || g > 0; });
+  s.load_bodies();
+  s.classify();
+  s.plan();
+  s.fill();
+}
+
+SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
+  return solve_nlgs(s_->system, bodies.velocity_free, options);
+}
+
+void Interactions::update_velocity(Bodies& bodies) {
+  State& s = *s_;
+  ContactSystem& system = s.system;
+  s.energy = {};
+  if (!system.batches.empty()) {
+    const cairn_schedule schedule = system.schedule(omp_get_max_threads());
+    s.work_sums.resize(std::max(s.work_sums.size(), 2 * system.batches.size()));
+    system.load(bodies.velocity_begin);
+    cairn_contact_work(&schedule, 1, s.work_sums.data());
+    // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
+    system.load(bodies.velocity_free);
+    cairn_add_impulses(&schedule);
+    cairn_contact_work(&schedule, 0, s.work_sums.data());
+    for (std::size_t b = 0; b < system.batches.size(); ++b) {
+      s.energy.normal -= 0.5 * s.work_sums[2 * b];
+      s.energy.tangential -= 0.5 * s.work_sums[2 * b + 1];
+    }
+    if (s.sheared) s.count_cell_work();
+  }
+  const int n = system.velocities();
+  for (std::int64_t b = 0; b < system.bodies; ++b) std::copy_n(system.record[b].x, n, bodies.velocity[b]);
+  if (bodies.reaction.active) s.add_reactions(bodies);
+}
+
+// The image of B moves with the cell: relative velocities of contacts see it, bodies do not.
+void Interactions::State::count_cell_work() {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      double jump[3 * 128];
+      const int n = b.count;
+      for (int k = 0; k < dim(); ++k) jump[k * n + lane] = 0;
+      add_image_jump(b, lane, 1, jump);
+      double normal = b.r[lane] * jump[lane], tangential = 0;
+      for (int k = 1; k < dim(); ++k) tangential += b.r[k * n + lane] * jump[k * n + lane];
+      energy.normal -= normal;
+      energy.tangential -= tangential;
+      energy.cell_work -= normal + tangential;
+      b.scale[lane] += 2 * (normal + tangential);
+    }
+}
+
+// Impulse and moment of a contact on A in space axes; m is of 3 components, in 2D its last.
+void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const {
+  const int n = b.count, d = dim(), c = b.components;
+  const double *f = b.frame + lane, *r = b.r + lane;
+  std::fill(p, p + 3, 0.0);
+  std::fill(m, m + 3, 0.0);
+  if (d == 2) {
+    p[0] = f[0] * r[0] - f[n] * r[n];
+    p[1] = f[n] * r[0] + f[0] * r[n];
+    if (c > 2) m[2] = r[2 * n];
+    return;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+    const double s = f[k1 * n] * f[(3 + k2) * n] - f[k2 * n] * f[(3 + k1) * n];
+    p[k] = f[k * n] * r[0] + f[(3 + k) * n] * r[n] + s * r[2 * n];
+    if (c > 3) m[k] = f[k * n] * r[3 * n] + f[(3 + k) * n] * r[4 * n] + s * r[5 * n];
+  }
+}
+
+void Interactions::State::add_reactions(Bodies& bodies) const {
+  const int d = dim();
+  const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, const double* lever, double sign,
+                       const double p[3], const double m[3]) {
+    if (bodies.driven.active && !*bodies.driven[who]) return;
+    const int n = b.count;
+    double l[3] = {0, 0, 0};
+    const bool radial = side == radial2 || side == radial3;
+    for (int k = 0; k < d; ++k) l[k] = radial ? lever[lane] * b.frame[k * n + lane] : lever[k * n + lane];
+    double* to = bodies.reaction[who];
+    for (int k = 0; k < d; ++k) to[k] += sign * p[k];
+    if (d == 2) to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
+    else
+      for (int k = 0; k < 3; ++k)
+        to[3 + k] += sign * (l[(k + 1) % 3] * p[(k + 2) % 3] - l[(k + 2) % 3] * p[(k + 1) % 3] + m[k]);
+  };
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      double p[3], m[3];
+      space_impulse(b, lane, p, m);
+      add(b, lane, b.body_a[lane], b.side_a, b.lever_a, 1, p, m);
+      add(b, lane, b.body_b[lane], b.side_b, b.lever_b, -1, p, m);
+    }
+}
+
+ContactEnergy Interactions::commit() {
+  State& s = *s_;
+  ContactMemory& m = s.memory;
+  m.h = s.h;
+  m.impulse_components = s.impulse_components;
+  m.state_components = s.state_components;
+  m.keys.clear();
+  m.impulses.clear();
+  m.states.clear();
+  const int d = s.dim();
+  for (const cairn_batch& b : s.system.batches) {
+    const int n = b.count, states = int(law_infos()[b.law].state.size());
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      bool empty = states == 0;
+      for (int k = 0; k < b.components && empty; ++k) empty = !(b.r[k * n + lane] != 0);
+      if (empty) continue;
+      m.keys.push_back(s.key(s.system.candidate[b.first + lane]));
+      double p[6] = {};
+      if (d == 2) {
+        for (int k = 0; k < b.components; ++k) p[k] = b.r[k * n + lane];
+      } else {
+        s.space_impulse(b, lane, p, p + 3);
+      }
+      m.impulses.insert(m.impulses.end(), p, p + m.impulse_components);
+      for (int k = 0; k < m.state_components; ++k)
+        m.states.push_back(k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max());
+    }
+  }
+  for (std::int64_t c = 0; c < s.contactors->count; ++c)
+    m.contactors_seen = std::max(m.contactors_seen, *s.contactors->id[c] + 1);
+  return s.energy;
+}
+
+std::int64_t Interactions::count() const { return s_->candidates ? s_->candidates->count : 0; }
+
+template <class F>
+void Interactions::State::each(F&& f) const {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) f(b, lane, std::int64_t(system.candidate[b.first + lane]));
+}
+
+void Interactions::impulse_local(double* out) const {
+  const int d = s_->dim();
+  std::fill(out, out + d * count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    for (int k = 0; k < d; ++k) out[d * i + k] = b.r[k * b.count + lane];
+  });
+}
+
+void Interactions::impulse_space(double* out) const {
+  const int d = s_->dim();
+  std::fill(out, out + d * count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    double p[3], m[3];
+    s_->space_impulse(b, lane, p, m);
+    std::copy_n(p, d, out + d * i);
+  });
+}
+
+void Interactions::moment_space(double* out) const {
+  const int d = s_->dim() == 2 ? 1 : 3;
+  std::fill(out, out + d * count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    double p[3], m[3];
+    s_->space_impulse(b, lane, p, m);
+    std::copy_n(m + 3 - d, d, out + d * i);
+  });
+}
+
+void Interactions::relative_velocity(double* out) const {
+  const int d = s_->dim();
+  std::fill(out, out + d * count(), 0.0);
+  const cairn_schedule schedule = s_->system.schedule(1);
+  for (std::size_t k = 0; k < s_->system.batches.size(); ++k) {
+    const cairn_batch& b = s_->system.batches[k];
+    double u[6 * 128];
+    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      if (s_->sheared) s_->add_image_jump(b, lane, 1, u);
+      for (int c = 0; c < d; ++c) out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
+    }
+  }
+}
+
+void Interactions::status(std::int32_t* out) const {
+  std::fill(out, out + count(), std::int32_t(cairn_open));
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = b.status[lane]; });
+}
+
+void Interactions::dissipated(double* out) const {
+  std::fill(out, out + count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = -0.5 * b.scale[lane]; });
+}
+
+std::vector<ContactKey> Interactions::bonds() const {
+  std::vector<ContactKey> all;
+  const ContactMemory& m = s_->memory;
+  for (std::size_t k = 0; k < m.keys.size() && m.state_components > 0; ++k)
+    if (m.states[k * m.state_components] < std::numeric_limits<double>::max()) all.push_back(m.keys[k]);
+  std::sort(all.begin(), all.end(), [](const ContactKey& a, const ContactKey& b) {
+    if (a.contactor_a != b.contactor_a) return a.contactor_a < b.contactor_a;
+    if (a.contactor_b != b.contactor_b) return a.contactor_b < b.contactor_b;
+    return a.feature != b.feature ? a.feature < b.feature : a.image < b.image;
+  });
+  return all;
+}
+
+const ContactMemory& Interactions::memory() const { return s_->memory; }
+
+void Interactions::restore(ContactMemory m) {
+  const auto wrong = [](const char* what, std::size_t have, std::size_t want) {
+    throw std::invalid_argument("contact memory: " + std::string(what) + " has " + std::to_string(have) +
+                                " numbers, its keys ask for " + std::to_string(want));
+  };
+  if (m.impulses.size() != m.keys.size() * m.impulse_components)
+    wrong("impulses", m.impulses.size(), m.keys.size() * m.impulse_components);
+  if (m.states.size() != m.keys.size() * m.state_components)
+    wrong("states", m.states.size(), m.keys.size() * m.state_components);
+  s_->memory = std::move(m);
+}
+
+std::int64_t Interactions::bytes() const {
+  const State& s = *s_;
+  const auto of = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
+  const ContactSystem& c = s.system;
+  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.record) + of(c.general) + of(c.work) + of(c.arena) +
+         of(c.body_a) + of(c.body_b) + of(c.status) + of(c.candidate) + of(c.sums) + of(c.change) + of(s.memory.keys) +
+         of(s.memory.impulses) + of(s.memory.states) + s.index.bytes() + of(s.work_sums) + of(s.kind) + of(s.entry) +
+         of(s.contact_class) + of(s.degree) + of(s.colours) + of(s.tile_colours) + of(s.order) + of(s.order_start) +
+         of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.key_of_order) + of(s.order_count) +
+         of(s.sorted);
+}
+
+} // namespace cairn

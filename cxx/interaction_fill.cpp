@@ -1,0 +1,257 @@
+// The numbers of batches: frames, levers, blocks, biases, and the impulses that the last step left.
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+namespace {
+
+struct LawKernels {
+  cairn_law_prepare* prepare;
+  cairn_law_solve* solve;
+  cairn_law_commit* commit;
+};
+
+#define CAIRN_SLOT_YES(kernel) kernel
+#define CAIRN_SLOT_NO(kernel) nullptr
+const LawKernels law_kernels[] = {
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit) \
+  {CAIRN_SLOT_##has_prepare(cairn_law_##name##_prepare), CAIRN_SLOT_##has_solve(cairn_law_##name##_solve), \
+   CAIRN_SLOT_##has_commit(cairn_law_##name##_commit)},
+#include "../core_f90/contact_laws/laws.def"
+#undef CAIRN_LAW
+};
+
+cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
+  if (law_kernels[b.law].solve) return law_kernels[b.law].solve;
+  if (b.block) return dim == 2 ? cairn_cone_full2 : cairn_cone_full3;
+  return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
+}
+
+// A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
+void tangent_of(const double n[3], double t[3]) {
+  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  t[0] = 1 + sign * n[0] * n[0] * a;
+  t[1] = sign * b;
+  t[2] = -sign * n[0];
+}
+
+} // namespace
+
+void KeyIndex::build(const std::vector<ContactKey>& keys) {
+  std::uint64_t size = 16;
+  while (size < 2 * keys.size()) size *= 2;
+  mask_ = size - 1;
+  slots_.assign(size, -1);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    std::uint64_t s = hash(keys[i]) & mask_;
+    while (slots_[s] >= 0) s = (s + 1) & mask_;
+    slots_[s] = std::int32_t(i);
+  }
+}
+
+std::int32_t KeyIndex::find(const ContactKey& key, const std::vector<ContactKey>& keys) const {
+  if (keys.empty()) return -1;
+  for (std::uint64_t s = hash(key) & mask_; slots_[s] >= 0; s = (s + 1) & mask_)
+    if (keys[slots_[s]] == key) return slots_[s];
+  return -1;
+}
+
+std::uint64_t KeyIndex::hash(const ContactKey& k) {
+  std::uint64_t x = std::uint64_t(k.contactor_a) * 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 29) ^ std::uint64_t(k.contactor_b)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 32) ^ std::uint64_t(std::uint32_t(k.image)) ^ (std::uint64_t(std::uint32_t(k.feature)) << 32)) *
+      0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+ContactKey Interactions::State::key(std::int64_t i) const {
+  return {*contactors->id[candidates->contactor_a[i]], *contactors->id[candidates->contactor_b[i]],
+          candidates->feature[i], candidates->image[i]};
+}
+
+void Interactions::State::fill() {
+  index.build(memory.keys);
+  const int threads = omp_get_max_threads(), n = int(system.batches.size());
+  const cairn_schedule unused = system.schedule(threads); // makes the workspace
+  (void)unused;
+  double deepest = 0;
+#pragma omp parallel for num_threads(threads) schedule(static) reduction(max : deepest) if (threads > 1)
+  for (int b = 0; b < n; ++b) fill_batch(b, omp_get_thread_num(), deepest);
+  system.penetration = deepest;
+}
+
+void Interactions::State::fill_batch(int b, int thread, double& deepest) {
+  cairn_batch& batch = system.batches[b];
+  fill_geometry(batch, deepest);
+  fill_impulses(batch);
+  fill_law(b, thread);
+}
+
+void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
+  const Candidates& c = *candidates;
+  const int n = b.count, d = dim();
+  const bool image = cell->any();
+  const auto lever = [&](double* out, bool radial, std::int64_t i, std::int32_t contactor, double side, int lane) {
+    if (radial) {
+      out[lane] = side * (*contactors->radius[contactor] + 0.5 * c.gap[i]);
+      return;
+    }
+    double shift[3] = {0, 0, 0};
+    if (image && side > 0) image_shift(*cell, c.image[i], shift);
+    const double *x = bodies->position[body(contactor)], *p = &c.point[d * i];
+    for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]);
+  };
+  const bool radial_a = b.side_a == radial2 || b.side_a == radial3, radial_b = b.side_b == radial2 || b.side_b == radial3;
+  const std::int32_t* who = &system.candidate[b.first];
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int64_t i = who[lane];
+    const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
+    b.body_a[lane] = body(ca);
+    b.body_b[lane] = body(cb);
+    const double* normal = &c.normal[d * i];
+    for (int k = 0; k < d; ++k) b.frame[k * n + lane] = normal[k];
+    if (d == 3) {
+      double t[3];
+      tangent_of(normal, t);
+      for (int k = 0; k < 3; ++k) b.frame[(3 + k) * n + lane] = t[k];
+    }
+    lever(b.lever_a, radial_a, i, ca, -1, lane);
+    lever(b.lever_b, radial_b, i, cb, 1, lane);
+    if (c.gap[i] < 0) {
+      const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
+      const double size = ra > 0 && rb > 0 ? std::min(ra, rb) : std::max(ra, rb);
+      if (size > 0) deepest = std::max(deepest, -c.gap[i] / size);
+    }
+  }
+  // dummies rest on the spare record and touch nothing
+  const auto pad = [&](double* column, int columns, double value) {
+    for (int k = 0; k < columns; ++k) std::fill(column + k * n + b.contacts, column + (k + 1) * n, value);
+  };
+  pad(b.frame, d == 2 ? 2 : 6, 0);
+  pad(b.lever_a, sides()[b.side_a].lever, 0);
+  pad(b.lever_b, sides()[b.side_b].lever, 0);
+  const auto spare = std::int32_t(system.bodies);
+  std::fill(b.body_a + b.contacts, b.body_a + n, spare);
+  std::fill(b.body_b + b.contacts, b.body_b + n, spare);
+}
+
+void Interactions::State::fill_impulses(cairn_batch& b) {
+  const int n = b.count, d = dim(), kept = memory.impulse_components, rotations = b.components - d;
+  const int states = int(law_infos()[b.law].state.size());
+  std::fill(b.r, b.r + std::size_t(n) * b.components, 0.0);
+  const double scale = memory.h > 0 ? h / memory.h : 1;
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int64_t i = system.candidate[b.first + lane];
+    const ContactKey k = key(i);
+    const std::int32_t place = index.find(k, memory.keys);
+    for (int s = 0; s < states; ++s) {
+      const bool fresh = k.contactor_a >= memory.contactors_seen || k.contactor_b >= memory.contactors_seen;
+      b.state[s * n + lane] =
+          fresh ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::max();
+      if (place >= 0 && s < memory.state_components)
+        b.state[s * n + lane] = memory.states[std::size_t(place) * memory.state_components + s];
+    }
+    if (place < 0) continue;
+    const double* p = &memory.impulses[std::size_t(place) * kept];
+    if (d == 2) {
+      for (int c = 0; c < std::min(kept, b.components); ++c) b.r[c * n + lane] = scale * p[c];
+      continue;
+    }
+    double axes[3][3];
+    for (int c = 0; c < 3; ++c) {
+      axes[0][c] = b.frame[c * n + lane];
+      axes[1][c] = b.frame[(3 + c) * n + lane];
+    }
+    for (int c = 0; c < 3; ++c)
+      axes[2][c] = axes[0][(c + 1) % 3] * axes[1][(c + 2) % 3] - axes[0][(c + 2) % 3] * axes[1][(c + 1) % 3];
+    for (int c = 0; c < 3; ++c) {
+      b.r[c * n + lane] = scale * (axes[c][0] * p[0] + axes[c][1] * p[1] + axes[c][2] * p[2]);
+      if (rotations && kept == 6)
+        b.r[(3 + c) * n + lane] = scale * (axes[c][0] * p[3] + axes[c][1] * p[4] + axes[c][2] * p[5]);
+    }
+  }
+}
+
+// u += factor * relative velocity that the image of B lends to its contact
+void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double factor, double* u) const {
+  double v[3];
+  image_velocity(*cell, candidates->image[system.candidate[b.first + lane]], v);
+  const int n = b.count;
+  const double* f = b.frame + lane;
+  if (dim() == 2) {
+    u[lane] -= factor * (f[0] * v[0] + f[n] * v[1]);
+    u[n + lane] -= factor * (f[0] * v[1] - f[n] * v[0]);
+    return;
+  }
+  const double nx = f[0], ny = f[n], nz = f[2 * n], tx = f[3 * n], ty = f[4 * n], tz = f[5 * n];
+  u[lane] -= factor * (nx * v[0] + ny * v[1] + nz * v[2]);
+  u[n + lane] -= factor * (tx * v[0] + ty * v[1] + tz * v[2]);
+  u[2 * n + lane] -=
+      factor * ((ny * tz - nz * ty) * v[0] + (nz * tx - nx * tz) * v[1] + (nx * ty - ny * tx) * v[2]);
+}
+
+void Interactions::State::fill_law(int which, int thread) {
+  cairn_batch& b = system.batches[which];
+  const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
+  alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[LawTable::max_parameters * 128];
+  alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128];
+  b.solve = solver_of(b, dim());
+  const cairn_schedule schedule{0,
+                                std::int32_t(system.batches.size()),
+                                std::int32_t(system.work.size() / cairn_batch_workspace),
+                                0,
+                                system.first_task.data(),
+                                system.first_batch.data(),
+                                system.batches.data(),
+                                sides(),
+                                system.record.data(),
+                                system.general.empty() ? system.record.data() : system.general.data(),
+                                system.work.data()};
+  cairn_delassus(&schedule, which, thread, w, w_true, u);
+  if (sheared)
+    for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, u);
+  for (int lane = 0; lane < n; ++lane) {
+    const bool real = lane < b.contacts;
+    const std::int64_t i = real ? system.candidate[b.first + lane] : 0;
+    gap[lane] = real ? candidates->gap[i] : 0;
+    const LawTable::Entry& e = laws->entry(entry[i]);
+    for (int k = 0; k < parameters; ++k) params[k * n + lane] = real ? e.params[k] : 0;
+    if (!real) std::fill(u + lane, u + lane, 0.0);
+    const double ra = real ? *contactors->radius[candidates->contactor_a[i]] : 1;
+    const double rb = real ? *contactors->radius[candidates->contactor_b[i]] : 1;
+    geometry[lane] = 0;
+    geometry[n + lane] = ra > 0 && rb > 0 ? ra * rb / (ra + rb) : std::max(ra, rb);
+    geometry[2 * n + lane] = 1 / w[lane];
+  }
+  const cairn_law_context context{h, theta, geometry, nullptr};
+  law_kernels[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
+  const double* exact = b.hub ? w_true : w;
+  for (int lane = 0; lane < n; ++lane) {
+    const bool real = lane < b.contacts;
+    const int nn = lane, tt = n * (c + 1) + lane;
+    b.rho[lane] = real ? 1 / (exact[nn] + compliance[lane]) : 1;
+    for (int k = 0; k < c; ++k) {
+      w[n * (k * c + k) + lane] += compliance[k * n + lane];
+      if (!real) w[n * (k * c + k) + lane] = 1;
+    }
+    if (b.block == 0) {
+      b.delassus[lane] = w[nn];
+      b.delassus[n + lane] = w[tt];
+    }
+    if (!real)
+      for (int k = 0; k < c; ++k) b.bias[k * n + lane] = 0;
+  }
+  if (b.block) std::copy_n(w, std::size_t(n) * c * c, b.delassus);
+  if (law_infos()[b.law].has_solve) std::copy_n(params, std::size_t(n) * parameters, b.params);
+  else std::copy_n(mu, n, b.params);
+  if (sheared)
+    for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
+}
+
+} // namespace cairn

@@ -1,0 +1,310 @@
+// Which contact stands in which batch. It depends on the candidates and their order alone.
+#include <algorithm>
+#include <bit>
+#include <stdexcept>
+
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+void Interactions::State::load_bodies() {
+  const Bodies& b = *bodies;
+  const std::int64_t n = b.count;
+  system.bodies = n;
+  system.record.resize(n + 1);
+  const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
+  const bool wide = space && (anisotropic || contactors->offset.active || contactors->direction.active || b.driven.active);
+  system.general.resize(wide ? n + 1 : 0);
+  Array<std::uint8_t>& radial = kind; // per body for the moment, then per contactor
+  degree.resize(std::max<std::int64_t>(n, 1));
+  system.record[n] = cairn_record{};
+  if (wide) system.general[n] = cairn_record{};
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double *v = b.velocity[i], *m = b.inverse_mass[i];
+    cairn_record& r = system.record[i];
+    bool isotropic, moves;
+    if (!space) {
+      r = cairn_record{{v[0], v[1], v[2], m[0], m[1], m[2], 0, 0}};
+      isotropic = m[0] == m[1];
+      moves = m[0] > 0 || m[1] > 0 || m[2] > 0;
+    } else {
+      r = cairn_record{{v[0], v[1], v[2], v[3], v[4], v[5], m[0], m[3]}};
+      isotropic = m[0] == m[1] && m[0] == m[2] && m[3] == m[4] && m[3] == m[5];
+      moves = m[0] > 0 || m[1] > 0 || m[2] > 0 || m[3] > 0 || m[4] > 0 || m[5] > 0;
+      double inertia[6] = {m[3], m[4], m[5], 0, 0, 0};
+      if (anisotropic) {
+        const double* j = b.inverse_inertia[i];
+        for (int k = 0; k < 6; ++k) {
+          isotropic = isotropic && j[k] == inertia[k];
+          inertia[k] = j[k];
+        }
+      }
+      if (wide)
+        system.general[i] =
+            cairn_record{{m[1], m[2], inertia[0], inertia[1], inertia[2], inertia[3], inertia[4], inertia[5]}};
+    }
+    degree[i] = (isotropic ? 1 : 0) + (moves ? 2 : 0);
+  }
+  radial.resize(contactors->count);
+  for (std::int64_t c = 0; c < contactors->count; ++c) {
+    const auto shape = Shape(*contactors->shape[c]);
+    bool centred = shape == Shape::disk || shape == Shape::sphere;
+    if (centred && contactors->offset.active)
+      for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
+    const int of_body = degree[body(std::int32_t(c))];
+    radial[c] = std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
+    if (space && !wide && !(radial[c] & 1) && (of_body & 2))
+      throw std::invalid_argument("contacts: a body that moves has a contactor without direction that is no sphere");
+  }
+}
+
+void Interactions::State::classify() {
+  const Candidates& c = *candidates;
+  const std::int64_t n = c.count;
+  entry.resize(n);
+  contact_class.resize(n);
+  std::fill(degree.begin(), degree.end(), 0);
+  bool used[32768 / 64] = {};
+  impulse_components = dim();
+  state_components = 0;
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    const int ma = *contactors->material[a], mb = *contactors->material[b];
+    const int e = laws->find(ma, mb);
+    if (e < 0)
+      throw std::invalid_argument("no law for contacts between materials '" + laws->name(ma) + "' and '" +
+                                  laws->name(mb) + "': declare one for this pair, or a default");
+    const int law = int(laws->entry(e).law);
+    entry[i] = std::int16_t(e);
+    contact_class[i] = std::uint16_t(law * 16 + kind[a] * 4 + kind[b]);
+    if (law < 512) used[law] = true;
+    if (kind[a] & 2) ++degree[body(a)];
+    if (kind[b] & 2) ++degree[body(b)];
+  }
+  for (std::size_t law = 0; law < law_infos().size(); ++law)
+    if (used[law]) {
+      impulse_components = std::max(impulse_components, law_infos()[law].components(dim()));
+      state_components = std::max(state_components, int(law_infos()[law].state.size()));
+    }
+}
+
+void Interactions::State::plan() {
+  order.clear();
+  system.batches.clear();
+  system.first_task.assign(1, 0);
+  system.first_batch.assign(1, 0);
+  system.candidate.clear();
+  hub_contacts.clear();
+  late_contacts.clear();
+  plan_tiles();
+  plan_hubs();
+  plan_late();
+  lay_out();
+}
+
+// Contacts in runs of the candidates' order: tiles. Tiles that share no body that moves make a stage; within a tile contacts are
+// coloured, and swept colour by colour while its bodies stay in the cache.
+void Interactions::State::plan_tiles() {
+  const Candidates& c = *candidates;
+  colours.assign(system.bodies + 1, 0);
+  tile_colours.assign(system.bodies + 1, 0);
+  order_start.assign(1, 0);
+  tile_stage.clear();
+  const auto simple = [&](std::int64_t i) {
+    const int k = contact_class[i] & 15;
+    if (!(k & 10)) return false; // nothing moves
+    return !(((k & 8) && degree[body(c.contactor_a[i])] > hub_degree) ||
+             ((k & 2) && degree[body(c.contactor_b[i])] > hub_degree));
+  };
+  const bool hubs = std::any_of(degree.begin(), degree.end(), [](std::int32_t d) { return d > hub_degree; });
+  for (std::int64_t i = 0; i < c.count;) {
+    const auto start = order.size();
+    std::uint64_t taken = 0;
+    for (; i < c.count && order.size() - start < tile_size; ++i) {
+      if (hubs ? !simple(i) : !(contact_class[i] & 10)) {
+        if (contact_class[i] & 10) hub_contacts.push_back(std::int32_t(i));
+        continue;
+      }
+      order.push_back(std::int32_t(i));
+      if (contact_class[i] & 8) taken |= tile_colours[body(c.contactor_a[i])];
+      if (contact_class[i] & 2) taken |= tile_colours[body(c.contactor_b[i])];
+    }
+    if (order.size() == start) continue;
+    const int stage = std::countr_one(taken);
+    tile_stage.push_back(stage);
+    order_start.push_back(std::int32_t(order.size()));
+    const std::uint64_t bit = stage < 64 ? std::uint64_t(1) << stage : 0;
+    for (auto k = start; k < order.size(); ++k) {
+      if (contact_class[order[k]] & 8) tile_colours[body(c.contactor_a[order[k]])] |= bit;
+      if (contact_class[order[k]] & 2) tile_colours[body(c.contactor_b[order[k]])] |= bit;
+    }
+  }
+  const int stages = tile_stage.empty() ? 0 : 1 + *std::max_element(tile_stage.begin(), tile_stage.end());
+  std::vector<std::int32_t>& tile = late_contacts; // scratch
+  for (int stage = 0; stage < stages; ++stage) {
+    for (std::size_t t = 0; t < tile_stage.size(); ++t) {
+      if (tile_stage[t] != stage) continue;
+      tile.assign(order.begin() + order_start[t], order.begin() + order_start[t + 1]);
+      emit_sorted(tile, batch_size, 0);
+      system.first_batch.push_back(std::int32_t(system.batches.size()));
+      // tiles for which no stage was left stand alone
+      if (stage == 64) system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
+    }
+    if (stage < 64) system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
+  }
+  tile.clear();
+}
+
+// Colours contacts so that those of one colour share no body but the hub, sorts them by colour and class, cuts them into batches.
+void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub) {
+  const Candidates& c = *candidates;
+  for (std::int32_t i : contacts) colours[body(c.contactor_a[i])] = colours[body(c.contactor_b[i])] = 0;
+  const int n = int(contacts.size());
+  key_of_order.resize(std::max(key_of_order.size(), std::size_t(n)));
+  const std::size_t rows = law_infos().size() * 16;
+  std::vector<std::int32_t>& count = order_count;
+  if (count.size() < 64 * rows + 1) count.assign(64 * rows + 1, 0);
+  int most = 0;
+  for (int k = 0; k < n; ++k) {
+    const std::int32_t i = contacts[k];
+    const int cls = contact_class[i];
+    const std::int32_t a = body(c.contactor_a[i]), b = body(c.contactor_b[i]);
+    std::uint64_t taken = 0;
+    if ((cls & 8) && hub != 1) taken |= colours[a];
+    if ((cls & 2) && hub != 2) taken |= colours[b];
+    const int colour = std::min(std::countr_one(taken), 63);
+    const std::uint64_t bit = std::uint64_t(1) << colour;
+    if (cls & 8) colours[a] |= bit;
+    if (cls & 2) colours[b] |= bit;
+    most = std::max(most, colour);
+    key_of_order[k] = std::uint16_t(colour * rows + cls);
+    ++count[key_of_order[k] + 1];
+  }
+  const std::size_t keys = std::size_t(most + 1) * rows;
+  for (std::size_t k = 0; k < keys; ++k) count[k + 1] += count[k];
+  sorted.resize(std::max(sorted.size(), std::size_t(n)));
+  for (int k = 0; k < n; ++k) sorted[count[key_of_order[k]]++] = contacts[k];
+  std::int32_t start = 0;
+  for (std::size_t k = 0; k < keys; ++k) {
+    const std::int32_t end = count[k];
+    for (; start < end; start += largest) emit(&sorted[start], std::min(largest, end - start), hub);
+    start = end;
+  }
+  std::fill(count.begin(), count.begin() + keys + 1, 0);
+}
+
+void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
+  cairn_batch b{};
+  const int cls = contact_class[contacts[0]];
+  b.contacts = n;
+  b.count = (n + 7) / 8 * 8;
+  b.law = cls / 16;
+  const LawInfo& law = law_infos()[b.law];
+  b.components = law.components(dim());
+  const bool radial_a = cls & 4, radial_b = cls & 1;
+  b.side_a = dim() == 2 ? (radial_a ? radial2 : rigid2) : (radial_a ? radial3 : rigid3);
+  b.side_b = dim() == 2 ? (radial_b ? radial2 : rigid2) : (radial_b ? radial3 : rigid3);
+  b.moves_a = (cls & 8) != 0;
+  b.moves_b = (cls & 2) != 0;
+  const bool diagonal = (radial_a || !b.moves_a) && (radial_b || !b.moves_b);
+  b.block = law.has_solve || !diagonal;
+  b.hub = hub;
+  b.group = hub ? n : 1;
+  b.velocities = system.velocities();
+  b.first = std::int32_t(system.candidate.size());
+  system.candidate.insert(system.candidate.end(), contacts, contacts + n);
+  system.candidate.resize(b.first + b.count, -1);
+  system.batches.push_back(b);
+}
+
+// Contacts of a body that has too many of them. They come hub by hub; each batch sees the hub as it stands, with its inverse mass
+// times the number of contacts of the batch (mass splitting: the fixed point stays, the iteration cannot overshoot). A batch is as
+// long as that leaves the block of the other side the greater part, and no longer than a batch.
+void Interactions::State::plan_hubs() {
+  if (hub_contacts.empty()) return;
+  const Candidates& c = *candidates;
+  const auto is_hub = [&](std::int32_t contactor) {
+    return (kind[contactor] & 2) && degree[body(contactor)] > hub_degree;
+  };
+  std::vector<std::pair<std::int64_t, std::int32_t>> by_hub; // 2 body + side, candidate
+  for (std::int32_t i : hub_contacts) {
+    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    if (is_hub(a) && is_hub(b))
+      late_contacts.push_back(i);
+    else
+      by_hub.emplace_back(is_hub(a) ? 2 * std::int64_t(body(a)) : 2 * std::int64_t(body(b)) + 1, i);
+  }
+  std::sort(by_hub.begin(), by_hub.end());
+  const auto largest_inverse = [&](std::int32_t b) {
+    const double* m = bodies->inverse_mass[b];
+    return *std::max_element(m, m + dim());
+  };
+  std::vector<std::int32_t> mine;
+  for (std::size_t k = 0; k < by_hub.size();) {
+    const std::int64_t hub = by_hub[k].first;
+    mine.clear();
+    double lightest = 0;
+    for (; k < by_hub.size() && by_hub[k].first == hub; ++k) {
+      const std::int32_t i = by_hub[k].second;
+      const std::int32_t other = body(hub % 2 ? c.contactor_a[i] : c.contactor_b[i]);
+      lightest = std::max(lightest, largest_inverse(other));
+      mine.push_back(i);
+    }
+    const double mine_inverse = largest_inverse(std::int32_t(hub / 2));
+    const double ratio = mine_inverse > 0 ? lightest / mine_inverse : batch_size;
+    emit_sorted(mine, int(std::clamp(ratio, 8.0, double(batch_size))), hub % 2 ? 2 : 1);
+  }
+  system.first_batch.push_back(std::int32_t(system.batches.size()));
+  system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
+}
+
+// Contacts between hubs, one at a time.
+void Interactions::State::plan_late() {
+  if (late_contacts.empty()) return;
+  for (const std::int32_t& i : late_contacts) emit(&i, 1, 0);
+  system.first_batch.push_back(std::int32_t(system.batches.size()));
+  system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
+}
+
+// Blocks of numbers in the order in which a sweep reads them.
+void Interactions::State::lay_out() {
+  const std::size_t places = system.candidate.size();
+  system.body_a.resize(places);
+  system.body_b.resize(places);
+  system.status.resize(places);
+  std::size_t doubles = 0;
+  const auto block = [](const cairn_batch& b) { return b.block ? b.components * b.components : 2; };
+  const auto params = [](const cairn_batch& b) {
+    const LawInfo& law = law_infos()[b.law];
+    return law.has_solve ? std::max<int>(1, int(law.parameters.size())) : 1;
+  };
+  const auto states = [](const cairn_batch& b) { return int(law_infos()[b.law].state.size()); };
+  const int frame = dim() == 2 ? 2 : 6;
+  for (const cairn_batch& b : system.batches)
+    doubles += std::size_t(b.count) * (frame + sides()[b.side_a].lever + sides()[b.side_b].lever + block(b) +
+                                       2 * b.components + params(b) + states(b) + 2);
+  system.arena.resize(doubles);
+  double* next = system.arena.data();
+  for (cairn_batch& b : system.batches) {
+    const auto take = [&](int components) {
+      double* here = next;
+      next += std::size_t(components) * b.count;
+      return here;
+    };
+    b.frame = take(frame);
+    b.lever_a = take(sides()[b.side_a].lever);
+    b.lever_b = take(sides()[b.side_b].lever);
+    b.bias = take(b.components);
+    b.delassus = take(block(b));
+    b.r = take(b.components);
+    b.params = take(params(b));
+    b.state = states(b) ? take(states(b)) : nullptr;
+    b.rho = take(1);
+    b.scale = take(1);
+    b.body_a = system.body_a.data() + b.first;
+    b.body_b = system.body_b.data() + b.first;
+    b.status = system.status.data() + b.first;
+  }
+}
+
+} // namespace cairn

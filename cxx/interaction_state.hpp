@@ -1,0 +1,92 @@
+// What Interactions holds, and the stages of its assembly.
+#pragma once
+#include "interaction.hpp"
+#include "solvers/contact_system.hpp"
+
+namespace cairn {
+
+// Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same lines of it.
+inline constexpr int batch_size = 104;
+// Contacts of a task: their bodies share the second cache.
+inline constexpr int tile_size = 2000;
+// A body that moves with more contacts than this is a hub.
+inline constexpr int hub_degree = 32;
+
+// Where a key stands in the memory of the last step.
+class KeyIndex {
+public:
+  void build(const std::vector<ContactKey>& keys);
+  // -1 if it is not there
+  std::int32_t find(const ContactKey& key, const std::vector<ContactKey>& keys) const;
+  std::int64_t bytes() const { return std::int64_t(slots_.capacity() * sizeof(std::int32_t)); }
+
+private:
+  static std::uint64_t hash(const ContactKey& key);
+  Array<std::int32_t> slots_;
+  std::uint64_t mask_ = 0;
+};
+
+struct Interactions::State {
+  explicit State(int dim) { system.dim = dim; }
+
+  ContactSystem system;
+  ContactMemory memory;
+  KeyIndex index;
+  ContactEnergy energy;
+  // of the step being assembled, the caller's
+  const Bodies* bodies = nullptr;
+  const Contactors* contactors = nullptr;
+  const Candidates* candidates = nullptr;
+  const LawTable* laws = nullptr;
+  const Cell* cell = nullptr;
+  double h = 0, theta = 0;
+  bool sheared = false;
+  int impulse_components = 0, state_components = 0; // of this step's laws
+  Array<double> work_sums;                          // (2, batches)
+
+  // per contactor: its kind of side (1 radial) + 2 if its body moves
+  Array<std::uint8_t> kind;
+  // per candidate
+  Array<std::int16_t> entry;
+  Array<std::uint16_t> contact_class; // law * 16 + kind of A * 4 + kind of B
+  // per body
+  Array<std::int32_t> degree;
+  Array<std::uint64_t> colours, tile_colours;
+  // order in which candidates are batched
+  std::vector<std::int32_t> tile_stage, order, order_start;
+  std::vector<std::int32_t> hub_contacts, late_contacts;
+  std::vector<std::uint16_t> key_of_order;
+  std::vector<std::int32_t> order_count, sorted;
+
+  int dim() const { return system.dim; }
+  std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; }
+  bool moves_a(std::int64_t i) const { return contact_class[i] & 8; }
+  bool moves_b(std::int64_t i) const { return contact_class[i] & 2; }
+
+  void load_bodies();
+  void classify();
+  void plan();  // batches: which contact stands where
+  void fill();  // batches: their numbers
+  ContactKey key(std::int64_t candidate) const;
+  void count_cell_work();
+  void add_reactions(Bodies& bodies) const;
+  void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
+  // f(batch, lane, candidate) for every contact that is batched
+  template <class F>
+  void each(F&& f) const;
+  void add_image_jump(const cairn_batch& b, int lane, double factor, double* u) const;
+
+private:
+  void plan_tiles();
+  void plan_hubs();
+  void plan_late();
+  void emit(const std::int32_t* contacts, int n, int hub);
+  void emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub);
+  void lay_out();
+  void fill_batch(int b, int thread, double& deepest);
+  void fill_geometry(cairn_batch& b, double& deepest);
+  void fill_impulses(cairn_batch& b);
+  void fill_law(int b, int thread);
+};
+
+} // namespace cairn

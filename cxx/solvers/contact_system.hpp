@@ -1,0 +1,32 @@
+// The contacts of a step as solvers see them: batches in the order of stages and tasks, and velocity records of bodies.
+#pragma once
+#include <vector>
+
+#include "../field.hpp"
+#include "cairn/core.h"
+
+namespace cairn {
+
+struct ContactSystem {
+  int dim = 2;
+  std::int64_t bodies = 0;
+  std::vector<cairn_batch> batches;
+  std::vector<std::int32_t> first_task, first_batch; // of each stage, of each task
+  Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
+  Array<double> work, arena;
+  Array<std::int32_t> body_a, body_b, status, candidate; // (places of contacts, dummies included); candidate -1: dummy
+  Array<double> sums, change;                            // (6, batches), (batches)
+  double penetration = 0;                                // deepest overlap / size of the smaller body
+
+  int velocities() const { return dim == 2 ? 3 : 6; }
+  std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
+  cairn_schedule schedule(int threads);
+  // velocities of bodies into the records; inverse masses stay
+  void load(const Field<double>& velocity);
+};
+
+// row k: side k of sides.def
+const cairn_side* sides();
+enum Side : std::int32_t { radial2, rigid2, radial3, rigid3 };
+
+} // namespace cairn

@@ -1,0 +1,107 @@
+#include "nlgs.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace cairn {
+
+namespace {
+
+// In the order of batches, whatever thread did them.
+double total(const Array<double>& values, std::size_t n, std::size_t stride, std::size_t offset) {
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) sum += values[stride * i + offset];
+  return sum;
+}
+
+// Squares, relative to the sum of free energies.
+struct Error {
+  double square = 0;
+  bool finite = true;
+};
+
+Error measure(ContactSystem& system, const cairn_schedule& schedule, double free_scale, bool last, SolveReport& report) {
+  cairn_contact_error(&schedule, last, system.sums.data());
+  ++report.checks;
+  const std::size_t n = system.batches.size();
+  const double residual = total(system.sums, n, 6, 0), size = total(system.sums, n, 6, 1);
+  double worst = 0, outside = 0;
+  for (std::size_t b = 0; b < n; ++b) {
+    const double* s = &system.sums[6 * b];
+    if (s[2] > worst) {
+      worst = s[2];
+      report.worst_contact = system.candidate[system.batches[b].first + std::int64_t(s[3]) - 1];
+    }
+    outside = std::max(outside, s[4]);
+  }
+  const double scale = std::max(size, free_scale);
+  Error e{scale > 0 ? residual / scale : 0, std::isfinite(residual) && std::isfinite(size)};
+  report.error = std::sqrt(e.square);
+  report.worst_error = std::sqrt(worst);
+  report.cone_distance = std::sqrt(outside);
+  return e;
+}
+
+std::string hint_of(const SolveReport& r, const SolverOptions& options) {
+  char text[256];
+  if (r.status == SolveStatus::diverged)
+    std::snprintf(text, sizeof text,
+                  "impulses are not finite after %d iterations: look for velocities, masses or gaps of absurd size near "
+                  "contact %lld, or lower dt",
+                  r.iterations, static_cast<long long>(r.worst_contact));
+  else
+    std::snprintf(text, sizeof text,
+                  "error %.2e after %d iterations, tol is %.2e: allow more iterations, a larger tol or a smaller dt; the "
+                  "worst contact is %lld",
+                  r.error, r.iterations, options.tolerance, static_cast<long long>(r.worst_contact));
+  return text;
+}
+
+} // namespace
+
+SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options) {
+  SolveReport report;
+  report.penetration = system.penetration;
+  for (const cairn_batch& b : system.batches) report.contacts += b.contacts;
+  system.load(velocity_free);
+  if (system.batches.empty()) return report;
+  const cairn_schedule schedule = system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads());
+  cairn_contact_scale(&schedule, system.sums.data());
+  const double free_scale = total(system.sums, system.batches.size(), 6, 0);
+  cairn_add_impulses(&schedule);
+
+  // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the same
+  // ratio to the change, which tells when the next error is worth its cost.
+  const double wanted = options.tolerance * options.tolerance;
+  double ratio = 0; // error^2 per change
+  int next_check = std::max(options.min_iterations, 1);
+  report.status = SolveStatus::iteration_limit;
+  while (report.iterations < options.max_iterations) {
+    const int sweeps = std::min(options.max_iterations - report.iterations,
+                                std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
+    cairn_nlgs_sweep(sweeps, &schedule, system.change.data());
+    report.iterations += sweeps;
+    const double change = total(system.change, system.batches.size(), 1, 0);
+    const bool promising = ratio > 0 && change * ratio <= wanted;
+    if (std::isfinite(change) && !promising && report.iterations < next_check) continue;
+    const Error error = measure(system, schedule, free_scale, false, report);
+    if (!error.finite || !std::isfinite(change)) {
+      report.status = SolveStatus::diverged;
+      break;
+    }
+    if (error.square <= wanted && report.iterations >= options.min_iterations) {
+      report.status = SolveStatus::converged;
+      break;
+    }
+    ratio = change > 0 ? error.square / change : 0;
+    next_check = report.iterations + std::max(8, report.iterations / 4);
+  }
+  measure(system, schedule, free_scale, true, report);
+  if (report.status != SolveStatus::converged) report.hint = hint_of(report, options);
+  return report;
+}
+
+} // namespace cairn
