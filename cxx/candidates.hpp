@@ -1,4 +1,5 @@
-// Contacts that detection found within the margin, in its canonical order: what the interaction handler hands to the interactions.
+// Contacts that detection found within the margin, in its canonical order: what the interaction handler hands to the
+// interactions.
 #pragma once
 #include <compare>
 #include <functional>
@@ -18,7 +19,8 @@ struct ContactKey {
 
 struct Candidates {
   std::int64_t count = 0;
-  // per contact; n points from antagonist B to candidate A; point is the middle of the gap, relative to the origin of the scene, on A's image
+  // per contact; n points from antagonist B to candidate A; point is the middle of the gap, relative to the origin of
+  // the scene, on A's image
   Array<std::int32_t> contactor_a, contactor_b; // internal numbers
   Array<std::int32_t> feature, image;
   Array<double> gap;    // (count) [m], negative when overlapping
@@ -32,7 +34,8 @@ template <>
 struct std::hash<cairn::ContactKey> {
   std::size_t operator()(const cairn::ContactKey& key) const noexcept {
     std::uint64_t h = 0;
-    for (std::uint64_t part : {std::uint64_t(key.contactor_a), std::uint64_t(key.contactor_b), std::uint64_t(std::uint32_t(key.feature)) << 32 | std::uint32_t(key.image)}) {
+    for (std::uint64_t part : {std::uint64_t(key.contactor_a), std::uint64_t(key.contactor_b),
+                               std::uint64_t(std::uint32_t(key.feature)) << 32 | std::uint32_t(key.image)}) {
       h = (h ^ part) * 0x9e3779b97f4a7c15u; // Fibonacci hashing (Knuth 1973)
       h ^= h >> 29;
     }

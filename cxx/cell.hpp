@@ -9,7 +9,8 @@ struct Cell {
   // columns are the cell vectors, upper triangular: x, then y (may lean along x), then z
   double vectors[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0};
   double corner[3] = {0, 0, 0};
-  double velocity_gradient[9] = {0, 0, 0, 0, 0, 0, 0, 0, 0}; // rate of the cell vectors per cell vector; an image moves with it
+  double velocity_gradient[9] = {0, 0, 0, 0, 0,
+                                 0, 0, 0, 0}; // rate of the cell vectors per cell vector; an image moves with it
   bool any() const { return periodic[0] || periodic[1] || periodic[2]; }
 };
 
@@ -24,8 +25,8 @@ constexpr void decode_image(std::int32_t image, int index[3]) {
 // The same contact seen from B.
 constexpr std::int32_t opposite_image(std::int32_t image) { return 2 * own_image - image; }
 
-// The same contact after A and B were moved by whole cell vectors (position += vectors * moved), as when bodies that left the
-// cell are brought back.
+// The same contact after A and B were moved by whole cell vectors (position += vectors * moved), as when bodies that
+// left the cell are brought back.
 constexpr std::int32_t image_after_move(std::int32_t image, const int moved_a[3], const int moved_b[3]) {
   int index[3] = {0, 0, 0};
   decode_image(image, index);

@@ -95,7 +95,8 @@ void DetectionGrid::assign_levels(const double* x, const double* reach) {
   levels_.high.assign(3 * count, -std::numeric_limits<double>::infinity());
   level_.resize(n_);
   cairn_grid_level(0, n_, reach, unit_, levels_.lowest, levels_.highest, level_.data(), levels_.items.data());
-  cairn_grid_box(dim_, 0, n_, x, level_.data(), levels_.lowest, levels_.highest, levels_.low.data(), levels_.high.data());
+  cairn_grid_box(dim_, 0, n_, x, level_.data(), levels_.lowest, levels_.highest, levels_.low.data(),
+                 levels_.high.data());
 }
 
 bool DetectionGrid::lay_out(const double* x) {
@@ -163,15 +164,16 @@ std::int64_t DetectionGrid::search(std::int64_t first, std::int64_t last, Array<
     cairn_grid_search(dim_, n_, sorted_.data(), cells_, first, last, cell_key_.data(), cell_start_.data(),
                       std::int32_t(levels_.count()), levels_.first_cell.data(), levels_.inverse_cell.data(),
                       levels_.origin.data(), levels_.extent.data(), levels_.stride.data(), levels_.first_key.data(),
-                      levels_.table_first.data(), levels_.table_size.data(), table_.data(), table_place_.data(), capacity,
-                      hits.data(), &found, &needed);
+                      levels_.table_first.data(), levels_.table_size.data(), table_.data(), table_place_.data(),
+                      capacity, hits.data(), &found, &needed);
     if (needed <= capacity) return found;
     hits.resize(2 * (needed + needed / 4 + 1024));
   }
 }
 
 std::size_t DetectionGrid::bytes() const {
-  return sizeof(std::int32_t) * (level_.capacity() + order_.capacity() + order_work_.capacity() + cell_start_.capacity()) +
+  return sizeof(std::int32_t) *
+             (level_.capacity() + order_.capacity() + order_work_.capacity() + cell_start_.capacity()) +
          sizeof(std::int64_t) * (key_.capacity() + key_work_.capacity() + cell_key_.capacity() + table_.capacity() +
                                  table_place_.capacity() + sorted_.capacity());
 }

@@ -42,7 +42,7 @@ constexpr bool directed(Shape shape) { return shape != Shape::disk && shape != S
 
 constexpr std::int32_t declared_bit = 1 << 30; // beside an image
 constexpr std::int32_t image_bits = declared_bit - 1;
-constexpr int batch = 256;               // pairs of a call of the narrow phase
+constexpr int batch = 256; // pairs of a call of the narrow phase
 constexpr std::int64_t cells_at_once = 2048;
 
 // Which kind two shapes make, and how they are turned to be A and B: 0 as they come, 1 the other way, 2 by id.
@@ -166,7 +166,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.margin = &margin;
   w.dim = bodies.dim;
   w.position = configuration.position ? configuration.position : bodies.position.values.data();
-  w.rotation = configuration.rotation ? configuration.rotation
+  w.rotation = configuration.rotation   ? configuration.rotation
                : bodies.rotation.active ? bodies.rotation.values.data()
                                         : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
@@ -194,7 +194,8 @@ void InteractionHandler::Workspace::check() const {
   if (contactors->direction.active) return;
   for (std::int64_t i = 0; i < contactors->count; ++i)
     if (directed(Shape(contactors->shape.values[i])))
-      throw Error("direction: " + name_of(*contactors, *bodies, i) + " has none; activate the field and give a unit vector");
+      throw Error("direction: " + name_of(*contactors, *bodies, i) +
+                  " has none; activate the field and give a unit vector");
 }
 
 void InteractionHandler::Workspace::check_cell() const {
@@ -227,9 +228,9 @@ void InteractionHandler::Workspace::place_contactors() {
     if (turned_from)
       cairn_contactor_directions(dim, first, last, contactors->body.values.data(), turned_from, rotation != nullptr,
                                  rotation, direction.data());
-    cairn_contactor_reach(dim, first, last, contactors->shape.values.data(), int(Shape::segment),
-                          contactors->radius.values.data(), turned_from, margin->per_contactor ? -1 : margin->constant / 2,
-                          margin->per_contactor, reach.data(), &at_reach);
+    cairn_contactor_reach(
+        dim, first, last, contactors->shape.values.data(), int(Shape::segment), contactors->radius.values.data(),
+        turned_from, margin->per_contactor ? -1 : margin->constant / 2, margin->per_contactor, reach.data(), &at_reach);
 #pragma omp critical(cairn_place_contactors)
     {
       if (at_centre >= 0) bad_centre = std::min(bad_centre, at_centre);
@@ -255,8 +256,10 @@ void InteractionHandler::Workspace::make_items() {
   std::int64_t nb = 0;
   const std::int16_t* shape = contactors->shape.values.data();
   for (std::int64_t i = 0; i < n; ++i) {
-    if (shape_bounded[shape[i]]) bounded[nb++] = std::int32_t(i);
-    else walls.push_back(std::int32_t(i));
+    if (shape_bounded[shape[i]])
+      bounded[nb++] = std::int32_t(i);
+    else
+      walls.push_back(std::int32_t(i));
   }
   items = real_items = nb;
   if (!any_periodic) {
@@ -320,10 +323,11 @@ void InteractionHandler::Workspace::search_grid() {
     const std::int64_t last = std::min((c + 1) * cells_at_once, grid.cells());
     std::int64_t found = grid.search(c * cells_at_once, last, list.hits);
     list.reserve(list.count + found);
-    std::int32_t *a = list.a.data() + list.count, *b = list.b.data() + list.count, *image = list.image.data() + list.count;
+    std::int32_t *a = list.a.data() + list.count, *b = list.b.data() + list.count,
+                 *image = list.image.data() + list.count;
     if (any_periodic)
-      cairn_pairs_of_ghosts(found, list.hits.data(), grid.order(), item_contactor.data(), real_items, item_lattice.data(),
-                            item_reach.data(), a, b, image, &found);
+      cairn_pairs_of_ghosts(found, list.hits.data(), grid.order(), item_contactor.data(), real_items,
+                            item_lattice.data(), item_reach.data(), a, b, image, &found);
     else
       cairn_pairs_of_hits(found, list.hits.data(), grid.order(), bounded.data(), a, b, image);
     admit(list, found);
@@ -472,15 +476,16 @@ void InteractionHandler::Workspace::narrow(Candidates& out) {
   out.count = kept;
 }
 
-std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t first, std::int64_t last, Candidates& out) {
+std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t first, std::int64_t last,
+                                                         Candidates& out) {
   alignas(64) double between[3 * batch], radius_a[batch], radius_b[batch], direction_b[4 * batch];
   alignas(64) double gap[batch], normal[3 * batch], point[3 * batch];
   alignas(64) std::int32_t status[batch];
   const std::int32_t n = std::int32_t(last - first);
   const std::int32_t *a = out.contactor_a.data() + first, *b = out.contactor_b.data() + first,
                      *image = out.image.data() + first;
-  cairn_pair_gather(dim, n, a, b, image, centre.data(), contactors->radius.values.data(), directed(pair_kinds[kind].b), direction.data(),
-                    any_periodic, cell->vectors, between, radius_a, radius_b, direction_b);
+  cairn_pair_gather(dim, n, a, b, image, centre.data(), contactors->radius.values.data(), directed(pair_kinds[kind].b),
+                    direction.data(), any_periodic, cell->vectors, between, radius_a, radius_b, direction_b);
   pair_kinds[kind].contact(n, between, radius_a, radius_b, direction_b, gap, normal, point, status);
   std::int32_t kept = 0;
   cairn_pair_store(dim, n, a, b, image, centre.data(), gap, normal, point, status,
@@ -531,14 +536,15 @@ std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
   std::size_t total = w.grid.bytes();
   for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach}) total += bytes_of(*array);
-  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place}) total += bytes_of(*array);
+  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place})
+    total += bytes_of(*array);
   for (const PairList& list : w.lists)
     for (const auto* array : {&list.a, &list.b, &list.image, &list.kind, &list.hits}) total += bytes_of(*array);
   return total + bytes_of(w.keep);
 }
 
-// The box holds all but the outermost hundredth on each side of each axis, so that what is far away does not coarsen the
-// rest; quantiles move with the points, so that a change of unit by a power of two changes no bit of the quotients.
+// The box holds all but the outermost hundredth on each side of each axis, so that what is far away does not coarsen
+// the rest; quantiles move with the points, so that a change of unit by a power of two changes no bit of the quotients.
 std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const double* position) {
   std::vector<std::int32_t> order(count);
   if (count == 0) return order;
@@ -554,7 +560,8 @@ std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const
     low[k] -= size / 16;
     widest = std::max(widest, size * 1.125);
   }
-  for (double& w : width) w = widest > 0 ? widest : 1; // one scale for all axes, or steps along the curve would be long ones
+  for (double& w : width)
+    w = widest > 0 ? widest : 1; // one scale for all axes, or steps along the curve would be long ones
   std::vector<std::int64_t> key(count), key_work(count);
   std::vector<std::int32_t> order_work(count);
   cairn_hilbert_keys(dim, count, position, low, width, key.data());

@@ -13,8 +13,9 @@ namespace cairn {
 
 // How far apart a pair may be and still be a candidate ("alert distance"). It depends on the configuration alone.
 struct Margin {
-  double constant = 0;                   // [m] of every pair, used when per_contactor is null
-  const double* per_contactor = nullptr; // (contactors) [m], in internal order; the margin of a pair is the sum of its two
+  double constant = 0; // [m] of every pair, used when per_contactor is null
+  const double* per_contactor =
+      nullptr; // (contactors) [m], in internal order; the margin of a pair is the sum of its two
 };
 
 // Where the bodies stand when contacts are sought; null stands for the bodies' own arrays.
@@ -34,14 +35,15 @@ public:
   InteractionHandler(InteractionHandler&&) noexcept;
   InteractionHandler& operator=(InteractionHandler&&) noexcept;
 
-  // All pairs of contactors of different bodies, not both immovable (inverse_mass 0 in every dof), that a row of pairs.def
-  // serves and the filter allows, with gap <= margin, and the declared pairs. Order: row of pairs.def, then internal number
-  // of A, of B, image. It depends on nothing but the arguments: not on earlier calls, not on the number of threads.
-  // Of like shapes A is the one with the smaller id; otherwise as in pairs.def.
-  // Throws std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
+  // All pairs of contactors of different bodies, not both immovable (inverse_mass 0 in every dof), that a row of
+  // pairs.def serves and the filter allows, with gap <= margin, and the declared pairs. Order: row of pairs.def, then
+  // internal number of A, of B, image. It depends on nothing but the arguments: not on earlier calls, not on the number
+  // of threads. Of like shapes A is the one with the smaller id; otherwise as in pairs.def. Throws
+  // std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
   void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {});
 
-  // allowed(materials, materials), symmetric, 0: contactors of these two materials ignore each other. Empty: all may meet.
+  // allowed(materials, materials), symmetric, 0: contactors of these two materials ignore each other. Empty: all may
+  // meet.
   void set_filter(std::int32_t materials, std::vector<std::uint8_t> allowed);
 
   // Replaces the list of declared pairs. A pair whose contactors no longer exist is passed over.
@@ -55,7 +57,8 @@ private:
 };
 
 // Numbering of points along a Hilbert curve (Hilbert 1891; Skilling 2004): item i of the new order is point result[i].
-// position: (dim, count) [m]. The same for positions rescaled by a power of two; a few points far away do not coarsen it.
+// position: (dim, count) [m]. The same for positions rescaled by a power of two; a few points far away do not coarsen
+// it.
 std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const double* position);
 
 } // namespace cairn

@@ -44,10 +44,12 @@ contains
     integer(c_int64_t), intent(inout) :: key_sorted(n)
     integer(c_int32_t), intent(inout) :: order_sorted(n)
     integer(c_int32_t) :: place(0:2**widest_digit - 1), i, d, here, count
+    integer(c_int64_t) :: mask
 
+    mask = 2_c_int64_t**digit - 1
     place(0:2**digit - 1) = 0
     do i = 1, int(n, c_int32_t)
-      d = int(ibits(key(i), shift, digit), c_int32_t)
+      d = int(iand(shiftr(key(i), shift), mask), c_int32_t)
       place(d) = place(d) + 1
     end do
     here = 1
@@ -57,7 +59,7 @@ contains
       here = here + count
     end do
     do i = 1, int(n, c_int32_t)
-      d = int(ibits(key(i), shift, digit), c_int32_t)
+      d = int(iand(shiftr(key(i), shift), mask), c_int32_t)
       here = place(d)
       place(d) = here + 1
       key_sorted(here) = key(i)

@@ -18,7 +18,7 @@ contains
     real(c_double), intent(out) :: length(n)
     real(c_double), intent(out) :: normal(n, dim)     !< unit
     integer(c_int32_t) :: i
-    real(c_double) :: low, high
+    real(c_double) :: low, high, one(3), unit(3)
 
     low = longest
     high = shortest
@@ -42,7 +42,10 @@ contains
     end do
     if (low >= shortest .and. high <= longest) return
     do i = 1, n
-      if (length(i) < shortest .or. length(i) > longest) call separate_scaled(dim, v(i, :), length(i), normal(i, :))
+      if (length(i) >= shortest .and. length(i) <= longest) cycle
+      one(1:dim) = v(i, :)
+      call separate_scaled(dim, one, length(i), unit)
+      normal(i, :) = unit(1:dim)
     end do
   end subroutine separate
 

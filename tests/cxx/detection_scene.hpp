@@ -100,8 +100,7 @@ struct DetectionScene {
       for (int i = 0; i < 3; ++i) y[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
     }
     std::array<double, 4> result{0, 0, 0, 0};
-    for (int k = 0; k < dim; ++k)
-      result[k] = double(direction ? y[k] : y[k] + (long double)bodies.position[body][k]);
+    for (int k = 0; k < dim; ++k) result[k] = double(direction ? y[k] : y[k] + (long double)bodies.position[body][k]);
     if (direction) result[dim] = v[dim];
     return result;
   }
@@ -139,7 +138,10 @@ inline ContactMap plain_answer(const DetectionScene& scene, const std::array<std
   }
   for (std::int64_t i = 0; i < n; ++i) {
     const Shape shape = Shape(scene.contactors.shape.values[i]);
-    form[i] = shape == Shape::segment ? 1 : shape == Shape::half_plane || shape == Shape::plane ? 2 : shape == Shape::tube ? 3 : 0;
+    form[i] = shape == Shape::segment                               ? 1
+              : shape == Shape::half_plane || shape == Shape::plane ? 2
+              : shape == Shape::tube                                ? 3
+                                                                    : 0;
     const auto c = scene.placed(i, false), d = scene.placed(i, true);
     std::copy_n(c.begin(), dim, &centre[i * dim]);
     std::copy_n(d.begin(), dim + 1, &direction[i * (dim + 1)]);

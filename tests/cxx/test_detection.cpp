@@ -13,14 +13,17 @@ using namespace cairn::test;
 
 namespace {
 
-// Same keys, but for contacts that lie on the edge of the margin; same gaps, normals and points to `tolerance` times `size`.
+// Same keys, but for contacts that lie on the edge of the margin; same gaps, normals and points to `tolerance` times
+// `size`.
 void expect_plain_answer(const DetectionScene& scene, const Candidates& found, const std::array<std::int32_t, 3>& span,
                          double size, double tolerance = 1e-14) {
   const ContactMap got = by_key(scene, found);
   ASSERT_EQ(std::int64_t(got.size()), found.count) << "a contact stands twice";
-  const ContactMap most = plain_answer(scene, span, tolerance * size), least = plain_answer(scene, span, -tolerance * size);
+  const ContactMap most = plain_answer(scene, span, tolerance * size),
+                   least = plain_answer(scene, span, -tolerance * size);
   for (const auto& [key, contact] : least)
-    ASSERT_TRUE(got.count(key)) << key.contactor_a << " " << key.contactor_b << " " << key.image << " gap " << contact.gap;
+    ASSERT_TRUE(got.count(key)) << key.contactor_a << " " << key.contactor_b << " " << key.image << " gap "
+                                << contact.gap;
   for (const auto& [key, contact] : got) {
     const auto plain = most.find(key);
     ASSERT_NE(plain, most.end()) << key.contactor_a << " " << key.contactor_b << " " << key.image << " " << contact.gap;
@@ -85,7 +88,8 @@ TEST(Detection, finds_all_images_in_a_periodic_cell) {
   InteractionHandler handler;
   for (int dim : {2, 3})
     for (int repeat = 0; repeat < 16; ++repeat) {
-      auto scene = random_scene(dim, dim == 2 || repeat < 12 ? 40 : 20, 0.1 + 0.05 * (repeat % 4), repeat % 2 ? 100 : 1.2, random, false);
+      auto scene = random_scene(dim, dim == 2 || repeat < 12 ? 40 : 20, 0.1 + 0.05 * (repeat % 4),
+                                repeat % 2 ? 100 : 1.2, random, false);
       const double side = repeat < 12 ? 1.0 : 0.45; // in a small cell one contactor meets several images of another
       for (int k = 0; k < dim; ++k) {
         scene.cell.periodic[k] = (repeat + 1) & (1 << k) || k == repeat % dim;

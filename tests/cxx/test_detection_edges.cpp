@@ -1,4 +1,5 @@
-// Detection where it is easy to get wrong: exact touch, coincident centres, extremes of size and place, bonds, bad input.
+// Detection where it is easy to get wrong: exact touch, coincident centres, extremes of size and place, bonds, bad
+// input.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,9 +30,7 @@ DetectionScene two(Shape a, Shape b, double radius_a, double radius_b, std::vect
 std::string complaint(const DetectionScene& scene) {
   try {
     scene.detect();
-  } catch (const Error& error) {
-    return error.what();
-  }
+  } catch (const Error& error) { return error.what(); }
   return "";
 }
 
@@ -87,8 +86,8 @@ TEST(DetectionEdges, a_finite_tube_is_felt_from_inside_and_at_its_rim) {
   EXPECT_EQ(count(0.5, {1.0, 0, 0}, 3), 0);
   EXPECT_EQ(count(0.5, {1.6, 0, 3.2}, 3), 1); // leans on the rim
   EXPECT_EQ(count(0.5, {1.6, 0, 3.6}, 3), 0);
-  EXPECT_EQ(count(0.5, {2.6, 0, 0}, 3), 0);   // clear of its outer side
-  EXPECT_EQ(count(0.5, {9, 0, 0}, inf), 1);   // outside an endless tube there is nowhere to be
+  EXPECT_EQ(count(0.5, {2.6, 0, 0}, 3), 0); // clear of its outer side
+  EXPECT_EQ(count(0.5, {9, 0, 0}, inf), 1); // outside an endless tube there is nowhere to be
   const std::string message = complaint(two(Shape::sphere, Shape::tube, 2.5, 2, {0, 0, 0}, {0, 0, 1, inf}));
   EXPECT_TRUE(says(message, "wider") && says(message, "body 100") && says(message, "body 101")) << message;
 }
@@ -115,7 +114,8 @@ TEST(DetectionEdges, one_body_far_away_costs_neither_memory_nor_time) {
     }
 }
 
-// Sizes from 1e-9 to 1e6 in clusters 1e9 apart: cells of the finest are counted to 1e18, and the rows of the grid leave 62 bits.
+// Sizes from 1e-9 to 1e6 in clusters 1e9 apart: cells of the finest are counted to 1e18, and the rows of the grid leave
+// 62 bits.
 TEST(DetectionEdges, copes_with_all_sizes_and_places_at_once) {
   std::mt19937_64 random(4);
   std::uniform_real_distribution<double> u(-1, 1);
