@@ -110,6 +110,11 @@ cairn::LawTable table_of(const cairn_scene& s) {
 }
 
 cairn::Nscd strategy_of(const cairn_nscd& options) {
+  if (!(options.tolerance > 0))
+    throw Error("tolerance is " + std::to_string(options.tolerance) + "; it must be above 0");
+  if (options.min_iterations < 0 || options.max_iterations < std::max(options.min_iterations, 1))
+    throw Error("iterations are " + std::to_string(options.min_iterations) + " to " +
+                std::to_string(options.max_iterations) + "; at least 0 and 1, and in this order");
   cairn::Nscd strategy;
   strategy.theta = options.theta;
   strategy.solver = {options.tolerance, options.min_iterations, options.max_iterations, options.threads};
@@ -316,8 +321,8 @@ int32_t cairn_simulation_body_field(cairn_simulation* simulation, const char* na
       found = true;
       const std::int64_t numbers = field.active ? scene.bodies.count * field.components : 0;
       if (count) *count = numbers;
-      if (numbers > capacity) return;
-      if (numbers > 0) require(values, "values");
+      if (numbers == 0 || numbers > capacity) return;
+      require(values, "values");
       copy_field(scene, field, values);
     });
     if (!found) throw Error(std::string("bodies have no field '") + name + "'; see fields.def");

@@ -22,7 +22,8 @@ program pile
   call set_gravity(scene, [0.0_dp, -9.81_dp])
   call add_material(scene, "rock", rock)
   call set_law(scene, rock, rock, "Coulomb", [0.5_dp])
-  call add_bodies(scene, reshape([0.0_dp, 0.0_dp], [2, 1]), [infinite], reshape([infinite], [1, 1]), floor_id)
+  call add_bodies(scene, reshape([0.0_dp, 0.0_dp], [2, 1]), [infinite], reshape([infinite], [1, 1]), floor_id, &
+                  velocity=reshape([0.0_dp, speed, 0.0_dp], [3, 1]))
   call add_contactors(scene, "half_plane", [floor_id], [rock], direction=reshape([0.0_dp, 1.0_dp, 0.0_dp], [3, 1]))
   call drive_bodies(scene, [floor_id], [.true., .true., .true.], reshape([0.0_dp, speed, 0.0_dp], [3, 1]))
 
