@@ -565,7 +565,8 @@ std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const
   std::vector<std::int64_t> key(count), key_work(count);
   std::vector<std::int32_t> order_work(count);
   cairn_hilbert_keys(dim, count, position, low, width, key.data());
-  cairn_sort_keys(count, (std::int64_t(1) << 62) - 1, key.data(), order.data(), key_work.data(), order_work.data());
+  cairn_sort_keys(count, (std::int64_t(1) << (dim == 2 ? 42 : 60)) - 1, key.data(), order.data(), key_work.data(),
+                  order_work.data());
   return order;
 }
 

@@ -13,12 +13,12 @@ contains
     integer(c_int64_t), value :: n                     !< points
     real(c_double), intent(in) :: position(dim, n)     !< [m]
     real(c_double), intent(in) :: low(dim), width(dim) !< corner and sides of the box [m]; width positive
-    integer(c_int64_t), intent(out) :: key(n)          !< 31 bits an axis in 2D, 20 in 3D
+    integer(c_int64_t), intent(out) :: key(n)          !< 21 bits an axis in 2D, 20 in 3D
     integer(c_int32_t) :: bits, k
     integer(c_int64_t) :: i, x(dim)
     real(c_double) :: f
 
-    bits = merge(31, 20, dim == 2)
+    bits = merge(21, 20, dim == 2)
     do i = 1, n
       do k = 1, dim
         f = (position(k, i) - low(k))/width(k)

@@ -84,11 +84,26 @@ contains
     integer(c_int32_t) :: i
     real(c_double) :: limit
 
+    if (dim == 2) then
+      do i = 1, n
+        normal_out(1, i) = normal(i, 1)
+        normal_out(2, i) = normal(i, 2)
+        point_out(1, i) = centre(1, a(i)) + point(i, 1)
+        point_out(2, i) = centre(2, a(i)) + point(i, 2)
+      end do
+    else
+      do i = 1, n
+        normal_out(1, i) = normal(i, 1)
+        normal_out(2, i) = normal(i, 2)
+        normal_out(3, i) = normal(i, 3)
+        point_out(1, i) = centre(1, a(i)) + point(i, 1)
+        point_out(2, i) = centre(2, a(i)) + point(i, 2)
+        point_out(3, i) = centre(3, a(i)) + point(i, 3)
+      end do
+    end if
     kept = 0
     do i = 1, n
       gap_out(i) = gap(i)
-      normal_out(:, i) = normal(i, :)
-      point_out(:, i) = centre(:, a(i)) + point(i, :)
       limit = constant
       if (limit < 0) limit = margin(a(i)) + margin(b(i))
       keep(i) = 0

@@ -105,7 +105,9 @@ contains
       if (body(i) == body(j)) cycle
       row = kind_of(shape(i), shape(j))
       if (row < 0) cycle
-      if (.not. (any(abs(inverse_mass(:, body(i))) > 0) .or. any(abs(inverse_mass(:, body(j))) > 0))) cycle
+      if (.not. inverse_mass(1, body(i)) > 0) then
+        if (.not. (any(inverse_mass(:, body(i)) > 0) .or. any(inverse_mass(:, body(j)) > 0))) cycle
+      end if
       if (materials > 0) then
         if (allowed(material(i) + materials*material(j)) == 0) cycle
       end if
@@ -196,7 +198,7 @@ contains
   elemental function rank_of(b, image) result(rank)
     integer(c_int32_t), intent(in) :: b, image
     integer(c_int64_t) :: rank
-    rank = ior(shiftl(int(b, c_int64_t), 32), int(ieor(ishftc(image, 1, 31), 1), c_int64_t))
+    rank = shiftl(int(b, c_int64_t), 32) + 2*iand(int(image, c_int64_t), 2_c_int64_t**30 - 1) + merge(0, 1, btest(image, 30))
   end function rank_of
 
   pure subroutine insertion_sort(n, b, image)
