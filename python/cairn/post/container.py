@@ -103,7 +103,8 @@ class Series:
         if self._row_bytes == 0:
             raise ValueError("a row of a series must hold something")
         self._per_chunk, self.rows = int(rows_per_chunk), 0
-        self._attrs = {name: h5.storable(v) for name, v in attrs.items()}
+        attrs = {name: h5.storable(v) for name, v in attrs.items()}
+        self._header = h5.GrowingHeader(self.dtype, self.row_shape, self._per_chunk, attrs)
         self._levels = [[]]  # addresses: of the chunks, of the nodes over them, of the nodes over those ...
         self._indexed = 0  # chunks that the nodes know
         self._address, self._size, self._changed = h5.UNDEFINED, 0, True
@@ -128,14 +129,7 @@ class Series:
         if self._changed:
             self._changed = False
             root = self._index()
-            chunk = (self._per_chunk, *self.row_shape)
-            header = h5.dataset_header(
-                self.dtype,
-                (self.rows, *self.row_shape),
-                h5.chunked(root, chunk, self.dtype.itemsize),
-                self._attrs,
-                extendable=True,
-            )
+            header = self._header.bytes(self.rows, root)
             self._address, self._size = self._file._replace(self._address, self._size, header)
         return self._address
 

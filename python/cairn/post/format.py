@@ -16,14 +16,34 @@ _DATASPACE, _LINK_INFO, _DATATYPE, _FILL_VALUE, _LINK, _LAYOUT, _GROUP_INFO, _AT
 _MASK = 0xFFFFFFFF
 
 
-def checksum(data):
-    """Jenkins' lookup3 hash of bytes, initial value 0 (Jenkins 2006): the checksum of HDF5 metadata."""
-    a = b = c = (0xDEADBEEF + len(data)) & _MASK
+def checksum(data, state=None):
+    """Jenkins' lookup3 hash of bytes, initial value 0 (Jenkins 2006): the checksum of HDF5 metadata.
+
+    state : what `checksum_state` gave for the beginning of data, to hash the rest alone.
+    """
+    done, a, b, c = state or (0, *([(0xDEADBEEF + len(data)) & _MASK] * 3))
     if not data:
         return c
     padded = data + bytes(-len(data) % 12)
-    words = struct.unpack(f"<{len(padded) // 4}I", padded)
-    for i in range(0, len(words) - 3, 3):
+    words = struct.unpack_from(f"<{(len(padded) - done) // 4}I", padded, done)
+    a, b, c = _mix(words[:-3], a, b, c)
+    a, b, c = (a + words[-3]) & _MASK, (b + words[-2]) & _MASK, (c + words[-1]) & _MASK
+    for x in (14, 11, 25, 16, 4, 14, 24):
+        # the final mix turns the roles round: c, a, b, c, a, b, c
+        c = ((c ^ b) - (b << x & _MASK | b >> (32 - x))) & _MASK
+        a, b, c = b, c, a
+    return b
+
+
+def checksum_state(beginning, length):
+    """State of the hash after the whole blocks of `beginning`, which is to be followed by more, to `length` bytes."""
+    done = len(beginning) // 12 * 12
+    start = (0xDEADBEEF + length) & _MASK
+    return done, *_mix(struct.unpack_from(f"<{done // 4}I", beginning), start, start, start)
+
+
+def _mix(words, a, b, c):
+    for i in range(0, len(words), 3):
         a, b, c = (a + words[i]) & _MASK, (b + words[i + 1]) & _MASK, (c + words[i + 2]) & _MASK
         a = (a - c) & _MASK ^ (c << 4 & _MASK | c >> 28)
         c = (c + b) & _MASK
@@ -37,12 +57,7 @@ def checksum(data):
         a = (a + c) & _MASK
         c = (c - b) & _MASK ^ (b << 4 & _MASK | b >> 28)
         b = (b + a) & _MASK
-    a, b, c = (a + words[-3]) & _MASK, (b + words[-2]) & _MASK, (c + words[-1]) & _MASK
-    for x in (14, 11, 25, 16, 4, 14, 24):
-        # the final mix turns the roles round: c, a, b, c, a, b, c
-        c = ((c ^ b) - (b << x & _MASK | b >> (32 - x))) & _MASK
-        a, b, c = b, c, a
-    return b
+    return a, b, c
 
 
 def superblock(root, end):
@@ -93,8 +108,12 @@ def storable(value):
     return array if array.flags.c_contiguous else np.ascontiguousarray(array)
 
 
+def _messages(messages):
+    return b"".join(struct.pack("<BHB", kind, len(data), 0) + data for kind, data in messages)
+
+
 def _header(messages):
-    body = b"".join(struct.pack("<BHB", kind, len(data), 0) + data for kind, data in messages)
+    body = _messages(messages)
     for _, data in messages:
         if len(data) > 0xFFFF:
             raise ValueError(f"a header message of {len(data)} bytes is too long; store it as a dataset")
@@ -125,17 +144,32 @@ def group_header(links, attrs):
     return _header(messages + _attributes(attrs))
 
 
-def dataset_header(dtype, shape, layout, attrs, extendable=False):
-    """Object header of a dataset; `layout` from `contiguous` or `chunked`."""
-    return _header(
-        [
-            (_DATASPACE, dataspace(shape, extendable)),
-            (_DATATYPE, datatype(dtype)),
-            (_FILL_VALUE, struct.pack("<BB", 3, 0x0A)),
-            (_LAYOUT, layout),
-            *_attributes(attrs),
-        ]
-    )
+def dataset_header(dtype, shape, layout, attrs):
+    """Object header of a dataset that does not grow; `layout` from `contiguous`."""
+    return _header([*_fixed_messages(dtype, attrs), (_DATASPACE, dataspace(shape)), (_LAYOUT, layout)])
+
+
+def _fixed_messages(dtype, attrs):
+    return [(_DATATYPE, datatype(dtype)), (_FILL_VALUE, struct.pack("<BB", 3, 0x0A)), *_attributes(attrs)]
+
+
+class GrowingHeader:
+    """Object header of a dataset that grows along its first axis, made again and again: what changes stands last."""
+
+    def __init__(self, dtype, row_shape, rows_per_chunk, attrs):
+        self._row_shape, self._chunk, self._item = tuple(row_shape), (rows_per_chunk, *row_shape), np.dtype(dtype).itemsize
+        whole = _header([*_fixed_messages(dtype, attrs), *self._changing(0, UNDEFINED)])
+        changing = sum(4 + len(data) for _, data in self._changing(0, UNDEFINED)) + 4
+        self._beginning = whole[:-changing]
+        self._state = checksum_state(self._beginning, len(whole) - 4)
+
+    def _changing(self, rows, index):
+        return [(_DATASPACE, dataspace((rows, *self._row_shape), True)), (_LAYOUT, chunked(index, self._chunk, self._item))]
+
+    def bytes(self, rows, index):
+        """The header of `rows` rows, whose chunks the B-tree at `index` finds."""
+        whole = self._beginning + _messages(self._changing(rows, index))
+        return whole + struct.pack("<I", checksum(whole, self._state))
 
 
 def contiguous(address, size):

@@ -19,6 +19,7 @@ the blocks over time.
 
 import hashlib
 import json
+import time
 
 import numpy as np
 
@@ -80,8 +81,8 @@ class _Block:
 
     def __init__(self, group, points, fields, dim, expected):
         self.group, self.dim, self.points_name, self.names = group, dim, points, tuple(fields)
-        rows = 1 << max(6, int(expected - 1).bit_length() if expected > 1 else 0)
-        self.rows = min(rows, 8192)
+        # some outputs to a chunk, so that not every flush adds to the index, and not more than some 200 kB
+        self.rows = min(1 << max(6, int(4 * expected).bit_length()), 8192)
         group.set_attribute("Version", np.array([2, 1]))
         group.set_attribute("Type", np.bytes_(b"UnstructuredGrid"))
         few = {
@@ -188,7 +189,7 @@ class RunWriter:
             )
         }
         self._history, self._rows, self._pending, self._last_history = own.group("history"), 0, [], None
-        self._texts = {}
+        self._texts, self._flushed_at = {}, -np.inf
         self._file.commit()
 
     def write_step(self, time, time_detection, step, bodies, contacts=None, info=None):
@@ -230,11 +231,18 @@ class RunWriter:
         self._pending.append(row)
         self._last_history = step
 
-    def flush(self, sync=None):
-        """Make the steps written so far part of the file; `sync` as in GrowingFile.commit."""
+    def flush(self, sync=None, pace=0.0):
+        """Make the steps written so far part of the file; `sync` as in GrowingFile.commit.
+
+        pace : do nothing if the last flush is less than so many seconds ago; a flush costs a few milliseconds, which the
+            steps of a small scene do not.
+        """
+        if pace and time.monotonic() - self._flushed_at < pace:
+            return
         if self._pending:
             self._store_history()
         self._file.commit(sync=sync)
+        self._flushed_at = time.monotonic()
 
     def close(self):
         """Flush and close; calling it again does nothing."""
