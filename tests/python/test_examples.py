@@ -1,0 +1,50 @@
+"""Every example runs at a tiny size, prints its figures, leaves its file and its pictures, and makes mechanical sense."""
+
+import importlib.util
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+matplotlib.use("Agg")
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name):
+    """The module examples/NAME/NAME.py."""
+    specification = importlib.util.spec_from_file_location(name, EXAMPLES / name / f"{name}.py")
+    module = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(module)
+    return module
+
+
+def ran(name, folder, *arguments):
+    """Figures of an example run in a folder, once its pictures are seen to be there: name -> value."""
+    figures = example(name).main(["--output", str(folder), *arguments])
+    for ending in (".vtkhdf", ".png", ".gif"):
+        assert (folder / f"{name}{ending}").stat().st_size > 1000
+    return {key: value for key, (value, _) in figures.items()}
+
+
+def test_every_example_is_tested():
+    names = {path.name for path in EXAMPLES.iterdir() if path.is_dir() and not path.name.startswith((".", "_"))}
+    assert names == {name.removeprefix("test_") for name in globals() if name.startswith("test_") and name[5:] in names}
+
+
+def test_forced_fold(tmp_path, capsys):
+    size = ["--disks", "150", "--steps", "265", "--shortening", "0.2", "--frames", "3"]
+    figures = ran("forced_fold", tmp_path, *size)
+    assert figures["disks"] == 150 and figures["steps"] == 265
+    assert figures["shortening"] == pytest.approx(0.2, rel=1e-6)
+    assert figures["height of the fold"] > 0.3
+    assert figures["closure of the balance"] < 1e-12
+    assert 0 < figures["  lifted"] < 1 and 0 < figures["  lost in friction"] < 1
+    assert "height of the fold" in capsys.readouterr().out
+    # from the last checkpoint on: the same end, to the bit
+    again = example("forced_fold").main(
+        ["--output", str(tmp_path), *size, "--restart", str(tmp_path / "forced_fold.checkpoint.h5")]
+    )
+    assert again["height of the fold"][0] == figures["height of the fold"]
+    with pytest.raises(ValueError, match="disks"):
+        example("forced_fold").main(["--output", str(tmp_path), "--disks", "-5"])
