@@ -177,7 +177,7 @@ def test_measure_of_an_output(tmp_path, periodic):
     )
     writer.close()
     with load(writer.path) as run:
-        result = me.measure(run[0])
+        result = run.measure(0)
     assert result["coordination"] == pytest.approx(2.0)
     assert result["rattlers"] == 0 and result["contacts"] == len(a)
     assert result["solid_fraction"] == pytest.approx(np.pi / 4, rel=1e-13)

@@ -253,6 +253,12 @@ class Run:
         edges = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
         return edges[np.any(contacts["impulse"] != 0, axis=1)] if loaded else edges
 
+    def measure(self, i=-1, **options):
+        """Coordination, solid fraction, fabric, stress ... of output i: a dict. See `measures.measure`."""
+        from .measures import measure
+
+        return measure(self[i], **options)
+
     def plot(self, i=-1, what="velocity", **options):
         """Draw output i coloured by a field of the bodies; returns a matplotlib Axes. See `plots.plot_step`."""
         from .plots import plot_step

@@ -286,6 +286,8 @@ def plot_residual(history, ax=None, title="Solver"):
     time, error = history["time"], np.asarray(history.get("error", np.full(len(history["time"]), np.nan)))
     positive = error > 0
     ax.semilogy(time[positive], error[positive], lw=0.8, color=COMPRESSION)
+    if positive.any():  # steps of a few contacts are solved to rounding; they shall not flatten the rest
+        ax.set_ylim(max(error[positive].min(), 1e-3 * np.median(error[positive])) / 2, 2 * error[positive].max())
     if "status" in history:
         bad = positive & ~np.isin(history["status"], ("converged", "no_contacts", ""))
         if bad.any():
