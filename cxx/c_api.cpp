@@ -1,4 +1,5 @@
-// The public C API (cairn/cairn.h) over Scene and Simulation: checks pointers, turns exceptions into codes, decides nothing else.
+// The public C API (cairn/cairn.h) over Scene and Simulation: checks pointers, turns exceptions into codes, decides
+// nothing else.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -51,9 +52,7 @@ int32_t guarded(cairn_error* error, Body&& body) {
     return failed(error, cairn_wrong_input, e.what());
   } catch (const std::invalid_argument& e) {
     return failed(error, cairn_wrong_input, e.what());
-  } catch (const std::exception& e) {
-    return failed(error, cairn_internal_error, e.what());
-  } catch (...) {
+  } catch (const std::exception& e) { return failed(error, cairn_internal_error, e.what()); } catch (...) {
     return failed(error, cairn_internal_error, "an exception of unknown type");
   }
   if (error) *error = cairn_error{};
@@ -241,9 +240,9 @@ int32_t cairn_scene_add_contactors(cairn_scene* scene, const char* shape, int64_
         throw Error("material[" + std::to_string(i) + "] is " + std::to_string(material[i]) + "; there are " +
                     std::to_string(known) + ", counted from 0");
     const int dim = scene->scene.dim;
-    const auto id = scene->scene.add_contactors({n, shape_named(shape), span_of(body, n), span_of(material, n),
-                                                 span_of(radius, n), span_of(offset, n * dim),
-                                                 span_of(direction, n * (dim + 1))});
+    const auto id =
+        scene->scene.add_contactors({n, shape_named(shape), span_of(body, n), span_of(material, n), span_of(radius, n),
+                                     span_of(offset, n * dim), span_of(direction, n * (dim + 1))});
     if (first) *first = id;
   });
 }
@@ -279,17 +278,9 @@ int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_repo
     require(simulation, "simulation");
     const cairn::StepReport& r = simulation->simulation.step(h);
     if (!report) return;
-    *report = {r.step,
-               r.contacts,
-               int32_t(r.solve.status),
-               r.solve.iterations,
-               r.time,
-               r.solve.error,
-               r.solve.worst_error,
-               r.solve.penetration,
-               r.energy.kinetic,
-               r.energy.closure,
-               r.energy.in_play};
+    *report = {r.step,           r.contacts,       int32_t(r.solve.status), r.solve.iterations,
+               r.time,           r.solve.error,    r.solve.worst_error,     r.solve.penetration,
+               r.energy.kinetic, r.energy.closure, r.energy.in_play};
   });
 }
 

@@ -41,22 +41,23 @@ struct Pile : testing::Test {
     ASSERT_EQ(cairn_scene_set_law(scene, -1, -1, "signorini_coulomb", 1, mu, &error), 0) << error.message;
     int64_t first = -1;
     ASSERT_EQ(cairn_scene_add_bodies(scene, 1, floor_at, nullptr, nullptr, mass, mass, &first, &error), 0);
-    ASSERT_EQ(cairn_scene_add_contactors(scene, "half_plane", 1, &first, &rock, nullptr, nullptr, up, nullptr, &error), 0)
+    ASSERT_EQ(cairn_scene_add_contactors(scene, "half_plane", 1, &first, &rock, nullptr, nullptr, up, nullptr, &error),
+              0)
         << error.message;
     std::vector<double> position, masses(disks, 2.0), inertia(disks, 0.25), radius(disks, 0.5);
     std::vector<int64_t> ids(disks);
     for (int64_t i = 0; i < disks; ++i) position.insert(position.end(), {origin[0] + 2.0 * i, origin[1] + 0.5});
     ASSERT_EQ(cairn_scene_add_bodies(scene, disks, position.data(), nullptr, nullptr, masses.data(), inertia.data(),
-                                     &first, &error), 0);
+                                     &first, &error),
+              0);
     for (int64_t i = 0; i < disks; ++i) ids[i] = first + i;
     const std::vector<int32_t> material(disks, rock);
     ASSERT_EQ(cairn_scene_add_contactors(scene, "disk", disks, ids.data(), material.data(), radius.data(), nullptr,
-                                         nullptr, nullptr, &error), 0);
+                                         nullptr, nullptr, &error),
+              0);
   }
 
-  void start() {
-    ASSERT_EQ(cairn_simulation_create(scene, nullptr, &simulation, &error), 0) << error.message;
-  }
+  void start() { ASSERT_EQ(cairn_simulation_create(scene, nullptr, &simulation, &error), 0) << error.message; }
 
   std::vector<double> field(const char* name) {
     int64_t count = -1;
@@ -67,9 +68,9 @@ struct Pile : testing::Test {
   }
 };
 
-#define EXPECT_REFUSED(call, word)                                       \
-  EXPECT_EQ(call, cairn_wrong_input);                                    \
-  EXPECT_EQ(error.code, cairn_wrong_input);                              \
+#define EXPECT_REFUSED(call, word)                                                                                     \
+  EXPECT_EQ(call, cairn_wrong_input);                                                                                  \
+  EXPECT_EQ(error.code, cairn_wrong_input);                                                                            \
   EXPECT_NE(std::string(error.message).find(word), std::string::npos) << error.message
 
 TEST(CApi, headers_are_c_and_tell_their_version) {
@@ -104,7 +105,8 @@ TEST_F(Pile, carries_its_weight) {
   std::vector<int64_t> bodies(2 * disks);
   ASSERT_EQ(cairn_simulation_contacts(simulation), disks);
   ASSERT_EQ(cairn_simulation_contact_arrays(simulation, bodies.data(), gap.data(), normal.data(), point.data(),
-                                            impulse.data(), &error), 0);
+                                            impulse.data(), &error),
+            0);
   for (int64_t i = 0; i < disks; ++i) {
     EXPECT_NEAR(impulse[2 * i + 1], 2 * 9.81 * 1e-3, 1e-14);
     EXPECT_EQ(bodies[2 * i + 1], 0);
@@ -155,8 +157,10 @@ TEST_F(Pile, wrong_calls_are_refused_by_name) {
   EXPECT_REFUSED(cairn_scene_add_bodies(scene, 1, position, nullptr, nullptr, zero, mass, nullptr, &error), "mass");
   EXPECT_REFUSED(cairn_scene_add_bodies(scene, 1, lost, nullptr, nullptr, mass, mass, nullptr, &error), "position");
   EXPECT_REFUSED(cairn_scene_add_bodies(scene, -1, position, nullptr, nullptr, mass, mass, nullptr, &error), "-1");
-  EXPECT_REFUSED(cairn_scene_add_contactors(scene, "cube", 1, &floor_id, &rock, mass, nullptr, nullptr, nullptr, &error), "cube");
-  EXPECT_REFUSED(cairn_scene_add_contactors(scene, "disk", 1, &nobody, &rock, mass, nullptr, nullptr, nullptr, &error), "99");
+  EXPECT_REFUSED(
+      cairn_scene_add_contactors(scene, "cube", 1, &floor_id, &rock, mass, nullptr, nullptr, nullptr, &error), "cube");
+  EXPECT_REFUSED(cairn_scene_add_contactors(scene, "disk", 1, &nobody, &rock, mass, nullptr, nullptr, nullptr, &error),
+                 "99");
   EXPECT_REFUSED(cairn_scene_drive(scene, 1, &nobody, 7, nullptr, &error), "99");
   // nothing of it stays
   start();

@@ -4,10 +4,10 @@
 #include <stdio.h>
 #include <string.h>
 
-#define CHECK(condition)                                                                                    \
-  if (!(condition)) {                                                                                       \
-    fprintf(stderr, "line %d: %s: %s\n", __LINE__, #condition, error.message);                              \
-    return 1;                                                                                               \
+#define CHECK(condition)                                                                                               \
+  if (!(condition)) {                                                                                                  \
+    fprintf(stderr, "line %d: %s: %s\n", __LINE__, #condition, error.message);                                         \
+    return 1;                                                                                                          \
   }
 
 int main(void) {
@@ -30,7 +30,8 @@ int main(void) {
   CHECK(cairn_scene_add_bodies(scene, 2, position, NULL, NULL, no_mass, inertia, &first, &error) == cairn_wrong_input)
   CHECK(cairn_scene_add_bodies(scene, 2, position, NULL, NULL, mass, inertia, &first, &error) == cairn_ok)
   const int64_t floor_id = first, ball = first + 1;
-  CHECK(cairn_scene_add_contactors(scene, "cube", 1, &ball, &rock, radius, NULL, NULL, NULL, &error) == cairn_wrong_input)
+  CHECK(cairn_scene_add_contactors(scene, "cube", 1, &ball, &rock, radius, NULL, NULL, NULL, &error) ==
+        cairn_wrong_input)
   CHECK(cairn_scene_add_contactors(scene, "plane", 1, &floor_id, &rock, NULL, NULL, up, NULL, &error) == cairn_ok)
   CHECK(cairn_scene_add_contactors(scene, "sphere", 1, &ball, &rock, radius, NULL, NULL, NULL, &error) == cairn_ok)
 
