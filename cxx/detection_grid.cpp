@@ -11,7 +11,7 @@ namespace cairn {
 namespace {
 
 constexpr int most_levels = 40;
-constexpr double largest_product = 0x1p61; // keys of a level
+constexpr double largest_product = 0x1p57; // keys in all
 constexpr double farthest = 0x1p61;        // as in grid_levels.f90
 
 std::int64_t cell_coordinate(double x, double inverse_cell) {

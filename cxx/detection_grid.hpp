@@ -28,7 +28,7 @@ private:
   };
   void choose_unit(const double* x, const double* reach);
   void assign_levels(const double* x, const double* reach);
-  bool lay_out(const double* x); // false: the keys do not fit 62 bits
+  bool lay_out(const double* x); // false: the keys do not fit their bits
   void pack_axis(std::size_t level, int axis, const double* x);
 
   int dim_ = 2;

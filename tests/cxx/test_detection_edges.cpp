@@ -147,7 +147,7 @@ TEST(DetectionEdges, merges_cells_when_the_keys_would_not_fit) {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> u(0, 1e12);
   DetectionScene scene(3);
-  const std::int64_t n = 150000;
+  const std::int64_t n = 290000;
   scene.bodies.count = scene.contactors.count = n;
   scene.bodies.for_each_field([&](auto& field) { field.resize(n); });
   scene.contactors.for_each_field([&](auto& field) { field.resize(n); });
@@ -162,6 +162,84 @@ TEST(DetectionEdges, merges_cells_when_the_keys_would_not_fit) {
     scene.contactors.radius.values[i] = 1;
   }
   EXPECT_EQ(scene.detect().count, n / 2);
+}
+
+// Where a position has few digits left below the size of a cell, which cell it is in must still be told exactly.
+TEST(DetectionEdges, finds_neighbours_where_positions_have_few_digits) {
+  std::mt19937_64 random(6);
+  for (int dim : {2, 3})
+    for (int power = 36; power <= 53; ++power) {
+      DetectionScene scene(dim);
+      const double origin = std::ldexp(1.95, power), step = std::max(std::ldexp(1.0, power - 52), 1e-3);
+      std::uniform_int_distribution<int> u(0, int(12 / step));
+      for (int i = 0; i < 150; ++i) {
+        std::vector<double> x(dim);
+        for (double& c : x) c = 1.9 * (u(random) % 3); // rows that touch
+        x[0] = origin + step * u(random);
+        scene.add(scene.add_body(x), dim == 2 ? Shape::disk : Shape::sphere, 0.95, 0);
+      }
+      const ContactMap found = by_key(scene, scene.detect()), plain = plain_answer(scene, {0, 0, 0});
+      EXPECT_EQ(found.size(), plain.size());
+      for (const auto& [key, contact] : plain) ASSERT_TRUE(found.count(key)) << power << " " << contact.gap;
+    }
+}
+
+TEST(DetectionEdges, clusters_far_apart_cost_no_more_than_one) {
+  const int side = 45;
+  DetectionScene scene(3);
+  for (int cluster = 0; cluster < 2; ++cluster)
+    for (int i = 0; i < side * side * side; ++i) {
+      const double x[3] = {double(i % side), double(i / side % side), double(i / side / side)};
+      const double away = 1e12 * cluster;
+      scene.add(scene.add_body({x[0] + away, x[1] - away, x[2] + 2 * away}), Shape::sphere, 0.5, 1e-3);
+    }
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(scene.detect().count, 2 * 3 * side * side * (side - 1));
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 2);
+}
+
+TEST(DetectionEdges, equal_bodies_meet_once_across_each_boundary) {
+  for (double offset : {0.0, 0.5, -7.25}) { // on the boundary, and off it
+    DetectionScene scene(3);
+    for (int i = 0; i < 64; ++i)
+      scene.add(scene.add_body({i % 4 + offset, i / 4 % 4 + offset, i / 16 + offset}), Shape::sphere, 0.5, 0);
+    for (int k = 0; k < 3; ++k) {
+      scene.cell.periodic[k] = true;
+      scene.cell.vectors[4 * k] = 4;
+    }
+    EXPECT_EQ(scene.detect().count, 3 * 64);
+    scene.cell.vectors[3] = scene.cell.vectors[7] = 4; // the same lattice, told with a strong lean
+    EXPECT_EQ(scene.detect().count, 3 * 64);
+    scene.cell.vectors[6] = 4;
+    EXPECT_EQ(scene.detect().count, 3 * 64);
+  }
+  DetectionScene corner(2); // as far from the boundaries, so that nothing but their numbers tells the two apart
+  corner.add(corner.add_body({0.5, 3.5}), Shape::disk, 0.75, 0);
+  corner.add(corner.add_body({3.5, 0.5}), Shape::disk, 0.75, 0);
+  for (int k = 0; k < 2; ++k) {
+    corner.cell.periodic[k] = true;
+    corner.cell.vectors[4 * k] = 4;
+  }
+  EXPECT_EQ(corner.detect().count, 1);
+}
+
+TEST(DetectionEdges, a_cell_may_lean_strongly) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> u(0, 4);
+  for (const auto& lean : {std::array{4., 4., 0.}, {-4., 4., 4.}, {7., -3., 2.}, {4., 4., 4.}}) {
+    DetectionScene scene(3);
+    for (int i = 0; i < 60; ++i) scene.add(scene.add_body({u(random), u(random), u(random)}), Shape::sphere, 0.6, 0);
+    for (int k = 0; k < 3; ++k) {
+      scene.cell.periodic[k] = true;
+      scene.cell.vectors[4 * k] = 4;
+    }
+    scene.cell.vectors[3] = lean[0]; // of y along x
+    scene.cell.vectors[7] = lean[1]; // of z along y
+    scene.cell.vectors[6] = lean[2];
+    const ContactMap found = by_key(scene, scene.detect()), plain = plain_answer(scene, {9, 5, 3});
+    EXPECT_EQ(found.size(), plain.size());
+    for (const auto& [key, contact] : plain) ASSERT_TRUE(found.count(key)) << contact.gap;
+  }
 }
 
 TEST(DetectionEdges, a_huge_body_and_its_thousands_of_neighbours_come_in_order) {
