@@ -31,7 +31,7 @@ void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double
   cells_ = 0;
   if (n == 0) return;
   coarsening_ = 0;
-  choose_unit(x, reach);
+  choose_unit(reach);
   assign_levels(x, reach);
   while (!lay_out(x)) {
     ++coarsening_; // wider cells hold more than they need, and still all they must
@@ -61,7 +61,7 @@ void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double
 }
 
 // The unit of length whose doublings give cells that fit most items best: no effect on what is found, much on the time.
-void DetectionGrid::choose_unit(const double* x, const double* reach) {
+void DetectionGrid::choose_unit(const double* reach) {
   std::int64_t items[16];
   double widest[16], smallest = 0, largest = 0;
   cairn_grid_classes(n_, reach, items, widest, &smallest, &largest);
@@ -76,19 +76,11 @@ void DetectionGrid::choose_unit(const double* x, const double* reach) {
       unit_ = widest[b] * (1 + 0x1p-20);
     }
   }
-  levels_.lowest = level_of(smallest, unit_);
   levels_.highest = level_of(largest, unit_);
-  levels_.lowest = std::max(levels_.lowest, levels_.highest - most_levels + 1);
-  // Far from the origin in units of the cell, only products with a power of two are exact enough to tell cells apart.
-  double far = 0;
-  for (std::int64_t i = 0; i < n_ * dim_; ++i) far = std::max(far, std::abs(x[i]));
-  if (far > std::ldexp(0x1p38, levels_.lowest)) unit_ = 2;
+  levels_.lowest = std::max(level_of(smallest, unit_), levels_.highest - most_levels + 1);
 }
 
 void DetectionGrid::assign_levels(const double* x, const double* reach) {
-  const auto [least, most] = std::minmax_element(reach, reach + n_);
-  levels_.highest = level_of(*most, unit_);
-  levels_.lowest = std::max(level_of(*least, unit_), levels_.highest - most_levels + 1);
   const std::size_t count = levels_.count();
   levels_.items.assign(count, 0);
   levels_.low.assign(3 * count, std::numeric_limits<double>::infinity());

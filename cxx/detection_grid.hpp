@@ -26,7 +26,7 @@ private:
     std::vector<std::int64_t> items, origin, extent, stride, first_key, table_first, table_size, first_cell;
     std::size_t count() const { return std::size_t(highest - lowest + 1); }
   };
-  void choose_unit(const double* x, const double* reach);
+  void choose_unit(const double* reach);
   void assign_levels(const double* x, const double* reach);
   bool lay_out(const double* x); // false: the keys do not fit their bits
   void pack_axis(std::size_t level, int axis, const double* x);
