@@ -22,15 +22,16 @@ cairn::Nscd nscd_of(const py::dict& d) {
 
 const char* name_of(cairn::SolveStatus status) {
   switch (status) {
-    case cairn::SolveStatus::converged: return "converged";
-    case cairn::SolveStatus::iteration_limit: return "iteration_limit";
-    default: return "diverged";
+  case cairn::SolveStatus::converged: return "converged";
+  case cairn::SolveStatus::iteration_limit: return "iteration_limit";
+  default: return "diverged";
   }
 }
 
-#define CAIRN_ENERGY_TERMS(X)                                                                                       \
-  X(kinetic) X(potential) X(work_driven) X(work_external) X(dissipated_friction) X(dissipated_normal)               \
-  X(dissipated_bulk) X(dissipated_theta) X(work_projection) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
+#define CAIRN_ENERGY_TERMS(X)                                                                                          \
+  X(kinetic)                                                                                                           \
+  X(potential) X(work_driven) X(work_external) X(dissipated_friction) X(dissipated_normal) X(dissipated_bulk)          \
+      X(dissipated_theta) X(work_projection) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
 
 py::dict energy_of(const cairn::Energy& e) {
   py::dict out;
@@ -78,6 +79,11 @@ py::array_t<std::int64_t> contact_bodies(Simulation& s) {
   return out;
 }
 
+template <class T>
+py::array_t<T> array_of(const std::vector<T>& v) {
+  return py::array_t<T>(py::ssize_t(v.size()), v.data());
+}
+
 template <class F>
 py::array_t<double> filled(std::int64_t items, int components, F&& fill) {
   py::array_t<double> out(shape_of(items, components));
@@ -100,6 +106,11 @@ py::object contact_field(Simulation& s, const std::string& name) {
     return out;
   }
   auto& c = s.interactions;
+  if (!s.contacts_known()) { // detected, not yet solved
+    if (name == "status") return array_of(std::vector<std::int32_t>(n, 0));
+    const bool scalar = name == "dissipated" || (name == "moment" && dim == 2);
+    return filled(n, scalar ? 1 : dim, [&](double* to) { std::fill_n(to, n * (scalar ? 1 : dim), 0.0); });
+  }
   if (name == "impulse") return filled(n, dim, [&](double* to) { c.impulse_space(to); });
   if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.impulse_local(to); });
   if (name == "moment") return filled(n, dim == 2 ? 1 : 3, [&](double* to) { c.moment_space(to); });
@@ -111,11 +122,6 @@ py::object contact_field(Simulation& s, const std::string& name) {
     return out;
   }
   throw py::key_error("there is no contact field " + name);
-}
-
-template <class T>
-py::array_t<T> array_of(const std::vector<T>& v) {
-  return py::array_t<T>(py::ssize_t(v.size()), v.data());
 }
 
 py::dict memory_of(const cairn::ContactMemory& m) {
@@ -160,6 +166,7 @@ py::dict get_state(py::object self) {
   py::dict out;
   out["scene"] = self.attr("scene").attr("get_state")();
   out["memory"] = memory_of(s.interactions.memory());
+  out["projection_memory"] = memory_of(s.projection_memory());
   out["energy"] = energy_of(s.energy);
   out["steps"] = s.steps;
   out["time"] = s.time;
@@ -170,6 +177,8 @@ void set_state(py::object self, const py::dict& state) {
   Simulation& s = self.cast<Simulation&>();
   self.attr("scene").attr("set_state")(state["scene"]);
   s.interactions.restore(memory_from(state["memory"]));
+  s.restore_projection(memory_from(state["projection_memory"]));
+  s.forget_contacts();
   restore_energy(s.energy, state["energy"]);
   s.steps = py::cast<std::int64_t>(state["steps"]);
   s.time = py::cast<double>(state["time"]);
@@ -184,6 +193,11 @@ void bind_simulation(py::module_& m) {
       }))
       .def_property_readonly(
           "scene", [](Simulation& s) -> cairn::Scene& { return s.scene; }, py::return_value_policy::reference_internal)
+      .def("remove_bodies",
+           [](Simulation& s, const Input<std::int64_t>& ids) {
+             s.scene.remove_bodies({ids.data(), std::size_t(ids.size())});
+             s.forget_contacts();
+           })
       .def("set_gravity", [](Simulation& s, const std::array<double, 3>& gravity) { s.scene.gravity = gravity; })
       .def("assign_body",
            [](py::object self, const std::string& name, const py::array& values) {
@@ -195,13 +209,14 @@ void bind_simulation(py::module_& m) {
       .def("set_strategy", [](Simulation& s, const py::dict& d) { s.strategy = nscd_of(d); })
       .def("set_filter", [](Simulation& s, int materials,
                             std::vector<std::uint8_t> allowed) { s.handler.set_filter(materials, std::move(allowed)); })
-      .def("step", [](Simulation& s, double h) {
-        {
-          py::gil_scoped_release release;
-          s.step(h);
-        }
-        return report_of(s.report);
-      })
+      .def("step",
+           [](Simulation& s, double h) {
+             {
+               py::gil_scoped_release release;
+               s.step(h);
+             }
+             return report_of(s.report);
+           })
       .def("begin_step", &Simulation::begin_step)
       .def("predict_configuration", &Simulation::predict_configuration)
       .def("compute_free_velocity", &Simulation::compute_free_velocity)

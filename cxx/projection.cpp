@@ -1,5 +1,5 @@
-// Overlap removed without changing a velocity (Acary 2013): the smallest displacement in the metric of mass that opens every gap,
-// found by the contact solver itself, with displacement / h in the place of velocity.
+// Overlap removed without changing a velocity (Acary 2013): the smallest displacement in the metric of mass that opens
+// every gap, found by the contact solver itself, with displacement / h in the place of velocity.
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +7,13 @@
 #include "simulation.hpp"
 
 namespace cairn {
+
+ContactMemory Simulation::projection_memory() const { return projector_ ? projector_->memory() : ContactMemory{}; }
+
+void Simulation::restore_projection(ContactMemory memory) {
+  if (!projector_) projector_.emplace(scene.dim);
+  projector_->restore(std::move(memory));
+}
 
 // A condition on the gap at the end, without friction: overlap is pushed back.
 LawTable Simulation::projection_laws() const {
@@ -35,8 +42,10 @@ void Simulation::project_positions() {
   if (!projector_) projector_.emplace(dim);
   Margin margin{};
   margin.per_contactor = margins_.data();
-  if (std::isnan(strategy.margin)) measure_margins();
-  else margin = {strategy.margin, nullptr};
+  if (std::isnan(strategy.margin))
+    measure_margins();
+  else
+    margin = {strategy.margin, nullptr};
   handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_);
   projector_->assemble(b, scene.contactors, projection_candidates_, projection_laws(), scene.cell, h_, strategy.theta);
   const SolveReport solved = projector_->solve(b, strategy.solver);
@@ -52,8 +61,8 @@ void Simulation::project_positions() {
                       dim == 2 && b.rotation.active ? b.rotation.values.data() : nullptr);
   if (dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(b.count, h_, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(), nullptr, driven,
-                 &unsolved);
+    cairn_rotate(b.count, h_, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(), nullptr,
+                 driven, &unsolved);
   }
   b.velocity_begin.values.swap(b.velocity.values);
   b.reaction.values = std::move(forces);

@@ -1,5 +1,7 @@
-// A scene, the strategy that moves it, and what the last step did. step() is in step.cpp, one page; each stage can be called alone.
+// A scene, the strategy that moves it, and what the last step did. step() is in step.cpp, one page; each stage can be
+// called alone.
 #pragma once
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -36,14 +38,15 @@ struct StepReport {
   std::int64_t step = 0;
   double time = 0, time_detection = 0, h = 0;
   std::int64_t contacts = 0;
-  std::int64_t unresolved_rotations = 0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
+  std::int64_t unresolved_rotations =
+      0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
   SolveReport solve;
   double projection_error = 0; // true error of the problem that project_positions solved
   Energy energy;
 };
 
 class Simulation {
- public:
+public:
   Simulation(Scene scene, LawTable laws, Nscd strategy);
 
   Scene scene;
@@ -57,7 +60,8 @@ class Simulation {
   std::int64_t steps = 0;
   double time = 0;
 
-  // One step of length h. Throws Error and leaves bodies, contacts and time as they were when the step cannot be made.
+  // One step of length h. When it cannot be made, throws and leaves bodies, time and what contacts remember as they
+  // were; the contacts of the last step can no longer be read.
   const StepReport& step(double h);
 
   // The stages of step(), in its order.
@@ -73,23 +77,35 @@ class Simulation {
   void project_positions();
   void undo_step();
 
+  // Contacts can be read until bodies go, numbers change or a step is undone.
+  bool contacts_known() const { return contacts_known_; }
+  // To be called after bodies were removed or fields restored.
+  void forget_contacts();
+  // What project_positions remembers between steps, for a checkpoint.
+  ContactMemory projection_memory() const;
+  void restore_projection(ContactMemory memory);
+
   // Seconds of wall clock spent in each stage since the start, in the order of the stages.
   const std::vector<std::pair<std::string, double>>& stage_seconds() const { return stage_seconds_; }
   // Bytes held for bodies (with contactors and the solver's records) and for contacts.
   std::pair<std::int64_t, std::int64_t> bytes();
 
- private:
+private:
   template <class Stage>
   void timed(const char* name, Stage&& stage);
   void save_begin();
   void wrap_into_cell();
+  void move_images(const std::vector<std::array<int, 3>>& moved);
+  void lean_images(int k, int i, int cells);
+  void reduce_lean();
+  std::int32_t contactor(std::int64_t id) const;
   void advance_cell(double time);
   void measure_margins();
   void account(const ContactEnergy& contacts);
   LawTable projection_laws() const;
 
   double h_ = 0;
-  bool begun_ = false;
+  bool begun_ = false, contacts_known_ = false;
   Cell cell_begin_;
   Array<double> margins_;
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own

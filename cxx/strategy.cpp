@@ -13,16 +13,15 @@ auto pointer(Field<T>& field) {
   return field.active ? field.values.data() : nullptr;
 }
 
-const std::int8_t* bits(Field<std::uint8_t>& field) {
-  return reinterpret_cast<const std::int8_t*>(pointer(field));
-}
+const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
 
 } // namespace
 
 Simulation::Simulation(Scene s, LawTable l, Nscd n)
     : scene(std::move(s)), laws(std::move(l)), strategy(n), interactions(scene.dim) {
   if (!(strategy.theta >= 0.5 && strategy.theta <= 1))
-    throw Error("theta is " + std::to_string(strategy.theta) + "; give a value in [1/2, 1], below 1/2 the method is unstable");
+    throw Error("theta is " + std::to_string(strategy.theta) +
+                "; give a value in [1/2, 1], below 1/2 the method is unstable");
   scene.renumber();
 }
 
@@ -31,7 +30,7 @@ void Simulation::begin_step(double h) {
   h_ = h;
   // Order is state, and changes with the number of the step alone.
   if (steps > 0 && steps % strategy.renumber_every == 0) scene.renumber();
-  if (scene.cell.any()) wrap_into_cell();
+  if (scene.cell.any()) wrap_into_cell(); // what was put outside; the images of contacts follow
   save_begin();
   begun_ = true;
 }
@@ -51,9 +50,20 @@ void Simulation::undo_step() {
   b.position.values = b.position_begin.values;
   b.velocity.values = b.velocity_begin.values;
   if (b.rotation.active) b.rotation.values = b.rotation_begin.values;
-  if (b.angular_momentum.active) b.angular_momentum.values = b.momentum_begin.values;
+  if (b.angular_momentum.active) {
+    b.angular_momentum.values = b.momentum_begin.values;
+    // of bodies whose spin is driven it followed their orientation
+    cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity.values.data(),
+                          b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
+  }
   scene.cell = cell_begin_;
   begun_ = false;
+  forget_contacts();
+}
+
+void Simulation::forget_contacts() {
+  candidates.count = 0;
+  contacts_known_ = false;
 }
 
 // q_m = q + h (1 - theta) v
@@ -78,20 +88,20 @@ void Simulation::predict_configuration() {
 
 void Simulation::compute_free_velocity() {
   Bodies& b = scene.bodies;
-  cairn_theta_free_velocity(scene.dim, b.dofs(), b.count, h_, strategy.theta, scene.gravity.data(), b.mass.values.data(),
-                            b.inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
-                            b.inverse_mass.values.data(), pointer(b.force), pointer(b.damping), bits(b.driven),
-                            pointer(b.driven_velocity));
+  cairn_theta_free_velocity(scene.dim, b.dofs(), b.count, h_, strategy.theta, scene.gravity.data(),
+                            b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
+                            b.velocity_free.values.data(), b.inverse_mass.values.data(), pointer(b.force),
+                            pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
   if (!b.angular_momentum.active) return;
   cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
                         b.inverse_inertia.values.data(), bits(b.driven));
   cairn_free_spin(b.count, h_, strategy.theta, b.inertia.values.data(), b.angular_momentum.values.data(),
-                  b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(), pointer(b.force),
-                  pointer(b.damping), bits(b.driven));
+                  b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
+                  pointer(b.force), pointer(b.damping), bits(b.driven));
 }
 
-// A pair is a candidate if it could close within the step at the speeds at hand, and a little beyond: five hundredths of a
-// radius each, for what collisions may add to the speeds.
+// A pair is a candidate if it could close within the step at the speeds at hand, and a little beyond: five hundredths
+// of a radius each, for what collisions may add to the speeds.
 void Simulation::measure_margins() {
   const Bodies& b = scene.bodies;
   const Contactors& c = scene.contactors;
@@ -122,6 +132,7 @@ void Simulation::detect_contacts() {
   std::vector<DeclaredPair> declared;
   for (const ContactKey& key : interactions.bonds()) declared.push_back({key.contactor_a, key.contactor_b});
   handler.set_declared(std::move(declared));
+  contacts_known_ = false;
   handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates);
 }
 
@@ -132,11 +143,10 @@ void Simulation::prepare_contacts() {
     interactions.restore(std::move(cold));
   }
   interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta);
+  contacts_known_ = true;
 }
 
-void Simulation::solve_contacts() {
-  report.solve = interactions.solve(scene.bodies, strategy.solver);
-}
+void Simulation::solve_contacts() { report.solve = interactions.solve(scene.bodies, strategy.solver); }
 
 void Simulation::update_velocity() {
   Bodies& b = scene.bodies;
@@ -159,8 +169,8 @@ void Simulation::account(const ContactEnergy& contacts) {
   double terms[7];
   cairn_energy_terms(scene.dim, b.dofs(), b.count, h_, strategy.theta, scene.gravity.data(), b.mass.values.data(),
                      b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms,
-                     pointer(b.force), pointer(b.damping), bits(b.driven), pointer(b.reaction), pointer(b.momentum_begin),
-                     pointer(b.angular_momentum));
+                     pointer(b.force), pointer(b.damping), bits(b.driven), pointer(b.reaction),
+                     pointer(b.momentum_begin), pointer(b.angular_momentum));
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta] = terms;
   energy.kinetic = kinetic;
   energy.potential += d_potential;
@@ -170,8 +180,8 @@ void Simulation::account(const ContactEnergy& contacts) {
   energy.dissipated_friction += contacts.tangential;
   energy.dissipated_bulk += bulk;
   energy.dissipated_theta += by_theta;
-  energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work + contacts.normal + contacts.tangential +
-                    bulk + by_theta;
+  energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work + contacts.normal +
+                    contacts.tangential + bulk + by_theta;
   energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
                         std::abs(contacts.tangential) + std::abs(bulk);
   energy.largest_kinetic = std::max({energy.largest_kinetic, kinetic, kinetic - d_kinetic});
@@ -194,6 +204,7 @@ void Simulation::update_configuration() {
     cairn_momentum_update(b.count, 0, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
                           b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
   advance_cell(ahead);
+  if (scene.cell.any()) wrap_into_cell();
   report.step = ++steps;
   report.h = h_;
   report.time_detection = time + h_ * (1 - strategy.theta);
@@ -211,8 +222,8 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   bodies += margins_.capacity() * sizeof(double) + handler.bytes();
   bodies += 4 * (scene.insertion_order().capacity() + scene.contactor_insertion_order().capacity());
   std::int64_t contacts = interactions.bytes();
-  contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() + candidates.feature.capacity() +
-                   candidates.image.capacity());
+  contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() +
+                   candidates.feature.capacity() + candidates.image.capacity());
   contacts += 8 * (candidates.gap.capacity() + candidates.normal.capacity() + candidates.point.capacity());
   return {bodies, contacts};
 }

@@ -130,7 +130,7 @@ contains
     call given(0.0_c_double, w, q, v, p, mu, r, f, slope)
     if (f <= 0) return
     low = 0
-    high = norm2(p)/min(mu, 1.0_c_double)/r_n(w, q)
+    high = length(p)/min(mu, 1.0_c_double)/r_n(w, q)
     do i = 1, 2000
       call given(high, w, q, v, p, mu, r, f, slope)
       if (f <= 0) exit
@@ -181,7 +181,7 @@ contains
     d(1) = -(m(2, 2)*r(2) - m(1, 2)*r(3))/determinant
     d(2) = -(m(1, 1)*r(3) - m(2, 1)*r(2))/determinant
     r(1) = -(q(1) + w(1, 2)*r(2) + w(1, 3)*r(3))/w(1, 1)
-    size = norm2(r(2:3))
+    size = length(r(2:3))
     slope = 0
     if (size <= mu*r(1)) then
       f = min(0.0_c_double, size/(mu*r(1)) - 1)
@@ -202,7 +202,7 @@ contains
     real(c_double), intent(in)    :: mu      !< friction [-]
     real(c_double), intent(inout) :: r(3)    !< impulse [N s]
     real(c_double) :: size, e(2), across
-    size = norm2(r(2:3))
+    size = length(r(2:3))
     if (size <= 0) return
     e = r(2:3)/size
     across = w(1, 2)*e(1) + w(1, 3)*e(2)
@@ -215,4 +215,11 @@ contains
       r(2:3) = size*e
     end if
   end subroutine on_cone
+
+  !> Length of a vector, every bit of it the same in units 2^k times as large; norm2 of some compilers takes 1 for a scale.
+  pure real(c_double) function length(x)
+    real(c_double), intent(in) :: x(2) !< any unit
+    length = maxval(abs(x))
+    if (length > 0) length = length*sqrt(sum((x/length)**2))
+  end function length
 end module coulomb_cone

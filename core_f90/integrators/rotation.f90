@@ -153,20 +153,20 @@ contains
       real(c_double) :: p(4)
       p(1) = q(1) - dot_product(q(2:4), half)
       p(2:4) = q(2:4) + q(1)*half + cross(q(2:4), half)
-      q = p/norm2(p)
+      q = p/length(p)
    end subroutine
 
    pure subroutine rotate_with_spin(time, spin, q)
       real(c_double), intent(in) :: time, spin(3)
       real(c_double), intent(inout) :: q(4)
       real(c_double) :: angle, rate, p(4), half(3)
-      rate = norm2(spin)
+      rate = length(spin)
       if (.not. rate > 0) return
       angle = time*rate/2
       half = spin/rate*sin(angle)
       p(1) = q(1)*cos(angle) - dot_product(half, q(2:4)) ! the spin is in space axes: it stands on the left
       p(2:4) = q(2:4)*cos(angle) + q(1)*half + cross(half, q(2:4))
-      q = p/norm2(p)
+      q = p/length(p)
    end subroutine
 
    pure subroutine rotate_with_momentum(time, inertia, momentum, rotation, solved)
@@ -177,7 +177,7 @@ contains
       integer :: substeps, k
 
       q = rotation
-      angle = abs(time)*norm2(momentum)/minval(inertia)
+      angle = abs(time)*length(momentum)/minval(inertia)
       solved = ieee_is_finite(angle)
       if (.not. solved) return
       substeps = int(min(real(most_substeps, c_double), max(1.0_c_double, 2*angle)))
@@ -201,7 +201,7 @@ contains
       integer :: k
 
       mean = spin
-      size = norm2(spin)
+      size = length(spin)
       solved = .true.
       do k = 1, 30
          js = inertia*mean
@@ -214,9 +214,9 @@ contains
          jacobian(3, 3) = jacobian(3, 3) + inertia(3)
          step = solve3(jacobian, residual)
          mean = mean - step
-         if (norm2(step) <= 4*epsilon(size)*size) return
+         if (length(step) <= 4*epsilon(size)*size) return
       end do
-      solved = norm2(step) <= sqrt(epsilon(size))*size
+      solved = length(step) <= sqrt(epsilon(size))*size
    end subroutine
 
    pure function solve3(a, b) result(x)
@@ -259,6 +259,13 @@ contains
       real(c_double), intent(in) :: a(6), x(3)
       real(c_double) :: y(3)
       y = [a(1)*x(1) + a(4)*x(2) + a(5)*x(3), a(4)*x(1) + a(2)*x(2) + a(6)*x(3), a(5)*x(1) + a(6)*x(2) + a(3)*x(3)]
+   end function
+
+   !> Length of a vector, every bit of it the same in units 2^k times as large; norm2 of some compilers takes 1 for a scale.
+   pure real(c_double) function length(x)
+      real(c_double), intent(in) :: x(:) !< any unit
+      length = maxval(abs(x))
+      if (length > 0) length = length*sqrt(sum((x/length)**2))
    end function
 
    pure function cross(a, b) result(c)

@@ -70,6 +70,12 @@ def checked(s: BodySet) -> BodySet:
             raise ValueError(f"driven names {name!r}: the dofs of a body are {', '.join(names)}")
     if s.group is not None and (not isinstance(s.group, str) or not s.group or s.group == "*"):
         raise ValueError(f"group is {s.group!r}: give a non-empty string other than '*'")
+    if s.rotation is not None:
+        shape = (len(s),) if s.dim == 2 else (len(s), 4)
+        s.rotation = checks.real_array("rotation", s.rotation, shape)
+        short = np.flatnonzero(~np.any(s.rotation.reshape(len(s), -1), axis=1)) if s.dim == 3 else ()
+        if len(short):
+            raise ValueError(f"rotation[{short[0]}] is {s.rotation[short[0]]}: give a quaternion (w, x, y, z) of unit length")
     if s.velocity is not None:
         s.velocity = _spread("velocity", s.velocity, len(s), len(names), s.dim)
     for name in ("drive", "force"):
@@ -77,16 +83,25 @@ def checked(s: BodySet) -> BodySet:
         if value is not None and not callable(value):
             setattr(s, name, _spread(name, value, len(s), len(names), s.dim))
     if s.damping is not None:
-        damping = np.broadcast_to(np.asarray(s.damping, float), (len(s),))
+        damping = _per_body("damping", s.damping, (len(s),))
         if not np.all((damping >= 0) & np.isfinite(damping)):
-            raise ValueError(f"damping is {s.damping!r}: give finite numbers >= 0 [1/s]")
-        s.damping = damping.copy()
+            at = int(np.argmin((damping >= 0) & np.isfinite(damping)))
+            raise ValueError(f"damping[{at}] is {damping[at]}: give finite numbers >= 0 [1/s]")
+        s.damping = damping
     return s
+
+
+def rows(name, value, n, dim):
+    """(n, dofs) from what a user gave for n bodies."""
+    return _spread(name, value, n, len(DOFS[dim]), dim)
 
 
 def _spread(name, value, n, components, dim):
     """(n, components) from one row or n rows; translations alone get zero rotations."""
-    array = np.asarray(value, float)
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is not an array of real numbers: give ({components},) or ({n}, {components})") from None
     if array.shape[-1:] == (dim,) and array.ndim in (1, 2):
         array = np.concatenate([array, np.zeros(array.shape[:-1] + (components - dim,))], axis=-1)
     if array.ndim == 1:
@@ -97,6 +112,19 @@ def _spread(name, value, n, components, dim):
             f"or translations only, ({dim},) or ({n}, {dim})"
         )
     return checks.real_array(name, np.ascontiguousarray(array), (n, components))
+
+
+def _per_body(name, value, shape):
+    """An array of the shape from one number, one row or all of it."""
+    try:
+        array = np.asarray(value, float)
+        if array.shape == shape[:1] and len(shape) == 2 and shape[1] == 1:
+            array = array[:, None]
+        return np.broadcast_to(array, shape).copy()
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"{name} has shape {np.shape(value)}: give a number or an array of shape {checks.shape_text(shape)}"
+        ) from None
 
 
 def _density(material, density):
@@ -126,7 +154,7 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
     2
     """
     centers, radii = _points(centers, radii, 2)
-    mass = _density(material, density) * np.pi * radii**2 * depth
+    mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
     contactors = [ContactorSet("disk", material, np.arange(len(radii)), radii)]
     return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, **options))
 
@@ -147,15 +175,15 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
     axes of the body [m]; radii (m,) [m]; mass [kg]; inertia: a number (2D) or three principal moments (3D) [kg m2].
     See cairn.pre for mass, centre and inertia of a clump from its parts.
     """
-    offsets = np.asarray(offsets, float)
-    dim = offsets.shape[-1] if offsets.ndim == 2 else 0
+    shape = np.shape(offsets)
+    dim = shape[-1] if len(shape) == 2 else 0
     if dim not in (2, 3):
-        raise ValueError(f"offsets has shape {offsets.shape}: give (m, 2) or (m, 3)")
+        raise ValueError(f"offsets has shape {shape}: give (m, 2) or (m, 3)")
     offsets, radii = _points(offsets, radii, dim)
     positions = checks.real_array("positions", positions, (None, dim))
     n, m = len(positions), len(radii)
-    masses = np.broadcast_to(np.asarray(mass, float), (n,)).copy()
-    moments = np.broadcast_to(np.atleast_1d(np.asarray(inertia, float)), (n, 1 if dim == 2 else 3)).copy()
+    masses = _per_body("mass", mass, (n,))
+    moments = _per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
     parts = ContactorSet(
         "disk" if dim == 2 else "sphere",
         material,
@@ -179,7 +207,7 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
     infinite = mass is None
     masses = np.array([np.inf if infinite else checks.positive("mass", mass)])
     moment = np.inf if infinite or inertia is None else inertia
-    moments = np.broadcast_to(np.atleast_1d(np.asarray(moment, float)), (1 if dim == 2 else 3,))[None].copy()
+    moments = _per_body("inertia", moment, (1, 1 if dim == 2 else 3))
     drive = np.zeros(len(names)) if velocity is None else velocity
     return checked(
         BodySet(
@@ -202,11 +230,11 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
     point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given.
     mass, free, force: a wall pushed by a force instead, e.g. `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
     """
-    point = checks.real_array("point", np.asarray(point, float), (None,))
+    point = checks.real_array("point", point, (None,))
     dim = len(point)
     if dim not in (2, 3):
         raise ValueError(f"point has shape {point.shape}: give (2,) or (3,)")
-    normal = checks.real_array("normal", np.asarray(normal, float), (dim,))
+    normal = checks.real_array("normal", normal, (dim,))
     if not np.any(normal):
         raise ValueError(f"normal is {normal}: give a vector of non-zero length, pointing out of the solid")
     contactor = ContactorSet(
@@ -224,14 +252,17 @@ def segment(
     start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None, **options
 ) -> BodySet:
     """A straight bar in 2D with round ends of the given radius [m], from start to end (2,) [m]."""
-    start, end = (checks.real_array(n, np.asarray(v, float), (2,)) for n, v in (("start", start), ("end", end)))
+    start, end = (checks.real_array(n, v, (2,)) for n, v in (("start", start), ("end", end)))
     half = (end - start) / 2
     if not np.any(half):
         raise ValueError(f"end is {end}, the same as start: give two different points")
+    radius = checks.number("radius", radius)
+    if radius < 0:
+        raise ValueError(f"radius is {radius}: give a length >= 0 [m]")
     size = np.max(np.abs(half))
     length = size * np.sqrt(np.sum((half / size) ** 2))
     contactor = ContactorSet(
-        "segment", material, np.zeros(1, int), np.array([float(radius)]), None, np.append(half / size, length)[None]
+        "segment", material, np.zeros(1, int), np.array([radius]), None, np.append(half / size, length)[None]
     )
     return _boundary(2, (start + end) / 2, contactor, mass, inertia, free, velocity, force, options)
 
@@ -251,10 +282,13 @@ def tube(
     **options,
 ) -> BodySet:
     """A cylinder seen from inside, in 3D: a drum, a silo. Without half_length it has no end."""
-    point = checks.real_array("point", np.asarray(point, float), (3,))
-    axis = checks.real_array("axis", np.asarray(axis, float), (3,))
+    point = checks.real_array("point", point, (3,))
+    axis = checks.real_array("axis", axis, (3,))
     if not np.any(axis):
         raise ValueError(f"axis is {axis}: give a vector of non-zero length")
+    half_length = checks.number("half_length", half_length)
+    if half_length < 0:
+        raise ValueError(f"half_length is {half_length}: give a length > 0 [m], or 0 for no end")
     contactor = ContactorSet(
         "tube",
         material,
@@ -268,7 +302,7 @@ def tube(
 
 def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
     """Walls round the inside of a box, low and high (dim,) [m]: for each axis the wall at its low and at its high end."""
-    low, high = np.asarray(low, float), np.asarray(high, float)
+    low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))
     if low.shape != high.shape or low.shape not in ((2,), (3,)) or not np.all(low < high):
         raise ValueError(f"low is {low} and high {high}: give two corners (dim,), low below high in each coordinate")
     walls = []

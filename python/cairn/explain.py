@@ -30,10 +30,7 @@ def explain(simulation):
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
         f"{'warm' if strategy.warm_start else 'cold'} start",
     ]
-    for title, fields, count in (
-        ("body", core.scene.body_fields(), len(simulation.bodies)),
-        ("contactor", core.scene.contactor_fields(), core.scene.contactor_count),
-    ):
+    for title, fields in (("body", core.scene.body_fields()), ("contactor", core.scene.contactor_fields())):
         active = [f for f in fields if f["active"]]
         lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
         lines += [f"  {f['name']:<18}{f['components']} x [{f['unit']}]  {f['meaning']} ({f['stage']})" for f in active]

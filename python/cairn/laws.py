@@ -46,7 +46,10 @@ def _law_class(row, description):
             value = given.get(name, default)
             if value is None:
                 raise TypeError(f"{type(self).__name__} needs {name}, from {smallest:g} to {largest:g}")
-            value = float(value)
+            try:
+                value = float(value)
+            except (TypeError, ValueError):
+                raise ValueError(f"{name} of {type(self).__name__} is {value!r}: give a number") from None
             if math.isnan(value) or not smallest <= value <= largest:
                 raise ValueError(
                     f"{name} of {type(self).__name__} is {value:g}: give a value from {smallest:g} to {largest:g}"

@@ -34,7 +34,7 @@ def scene_info(simulation):
         "gravity": _plain(simulation.scene.gravity),
         "dt": simulation.dt,
         "strategy": repr(simulation.strategy),
-        "rules": [repr(r) for r in simulation.scene.rules],
+        "rules": [repr(r) for r in simulation._rules],
     }
 
 
@@ -148,6 +148,12 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
     if steps is not None:
         checks.count("steps", steps)
     checks.count("every", every, 1)
+    if until is not None:
+        checks.number("until", until)
+    if checkpoint_every is not None:
+        checks.count("checkpoint_every", checkpoint_every, 1)
+        if output is None:
+            raise ValueError("checkpoint_every needs output=: checkpoints stand beside the output file")
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
     recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite)

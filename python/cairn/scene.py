@@ -1,4 +1,4 @@
-"""What is simulated: bodies, gravity, which law rules which pair, a periodic cell. Plain data, until a Simulation is made of it."""
+"""What is simulated: bodies, gravity, which law rules which pair, a periodic cell. Plain data."""
 
 from __future__ import annotations
 
@@ -75,15 +75,7 @@ class Scene:
 
     def add(self, *sets):
         """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice."""
-        flat = [s for given in sets for s in (given if isinstance(given, (list, tuple)) else [given])]
-        for s in flat:
-            if not isinstance(s, bodies.BodySet):
-                raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
-            if s.dim != self.dim:
-                raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {self.dim}: they must agree")
-        probe = _core.Scene(self.dim)
-        for s in flat:
-            insert(probe, s, {})
+        flat = checked_sets(self.dim, sets)
         first = self.count
         for s in flat:
             s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s)))
@@ -97,9 +89,7 @@ class Scene:
         law None: they pass through each other. A rule that names groups goes before one that names materials, that before "*";
         among equals the later one counts.
         """
-        if law is not None and not isinstance(law, Law):
-            raise ValueError(f"law is {law!r}: give a law such as cairn.Coulomb(mu=0.4), or None for no contact")
-        self.rules.append((_word("first side", a), _word("second side", b), law))
+        self.rules.append(rule(a, b, law))
 
     # ------------------------------------------------------------------ what the core needs
 
@@ -111,10 +101,10 @@ class Scene:
                 found.setdefault((c.material.name, s.group or ""), len(found))
         return found
 
-    def check_names(self):
+    def check_names(self, species=None, rules=None):
         """Refuses rules that name no material and no group of the scene."""
-        names = {"*"} | {n for pair in self.species() for n in pair if n}
-        for a, b, _ in self.rules:
+        names = {"*"} | {n for pair in (self.species() if species is None else species) for n in pair if n}
+        for a, b, _ in self.rules if rules is None else rules:
             for word in (a, b):
                 if word not in names:
                     raise ValueError(
@@ -122,15 +112,19 @@ class Scene:
                         f"there are {', '.join(sorted(names - {'*'})) or 'none yet'}"
                     )
 
-    def law_table(self, species):
-        """The core's table of laws, and allowed (m, m) uint8, 0 where a pair passes through each other."""
+    def law_table(self, species, rules=None):
+        """The core's table of laws, and allowed (m, m) uint8, 0 where a pair passes through each other.
+
+        rules: those of the scene unless others are given.
+        """
+        rules = self.rules if rules is None else rules
         table = _core.LawTable([f"{m} ({g})" if g else m for m, g in species])
         pairs = list(species)
         allowed = np.ones((len(pairs), len(pairs)), np.uint8)
         for i, first in enumerate(pairs):
             for j, second in enumerate(pairs[: i + 1]):
                 best, chosen, ruled = -1, None, False
-                for a, b, law in self.rules:
+                for a, b, law in rules:
                     weight = max(_weight(a, first, b, second), _weight(b, first, a, second))
                     if weight >= best and weight >= 0:
                         best, chosen, ruled = weight, law, True
@@ -167,17 +161,13 @@ class Scene:
                 entry |= {"material": c.material.name, "density": c.material.density or np.nan}
                 d["contactors"][f"{j:06d}"] = entry
             sets[f"{k:06d}"] = d
-        rules = {
-            f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else ())}
-            for k, (a, b, law) in enumerate(self.rules)
-        }
         content = {
             "kind": "scene",
             "dim": self.dim,
             "origin": self.origin,
             "depth": self.depth,
             "sets": sets,
-            "rules": rules,
+            "rules": rules_to_dict(self.rules),
             "gravity": time_functions.to_dict("gravity", self.gravity),
         }
         if self.periodic is not None:
@@ -216,9 +206,21 @@ class Scene:
         )
         for _, d in sorted(content["sets"].items()):
             scene.add(_set_from(scene.dim, d))
-        for _, r in sorted(content["rules"].items()):
-            scene.rules.append((r["a"], r["b"], law_from(r["law"], r["values"]) if r["law"] else None))
+        scene.rules = rules_from_dict(content["rules"])
         return scene
+
+
+def rules_to_dict(rules):
+    """Rules as a file holds them."""
+    return {
+        f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else (), float)}
+        for k, (a, b, law) in enumerate(rules)
+    }
+
+
+def rules_from_dict(d):
+    """The inverse of rules_to_dict."""
+    return [(r["a"], r["b"], law_from(r["law"], r["values"]) if r["law"] else None) for _, r in sorted(d.items())]
 
 
 def _set_from(dim, d):
@@ -239,6 +241,13 @@ def _set_from(dim, d):
             dim, d["position"], d["mass"], d["inertia"], contactors, group=d["group"] or None, driven=driven, **options
         )
     )
+
+
+def rule(a, b, law):
+    """A law between two sides, checked; see Scene.interact."""
+    if law is not None and not isinstance(law, Law):
+        raise ValueError(f"law is {law!r}: give a law such as cairn.Coulomb(mu=0.4), or None for no contact")
+    return _word("first side", a), _word("second side", b), law
 
 
 def _word(what, given):
@@ -265,9 +274,35 @@ def _weight(a, first, b, second):
     return total
 
 
-def insert(core, s, species):
+def checked_sets(dim, given):
+    """Sets, or lists of sets, as one list; refused when one of them is wrong, before anything is changed."""
+    flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
+    for s in flat:
+        if not isinstance(s, bodies.BodySet):
+            raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
+        if s.dim != dim:
+            raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree")
+    probe = _core.Scene(dim)
+    for s in flat:
+        insert(probe, s, {})
+    return flat
+
+
+def _velocity_at(s, time):
+    """Velocities of a set when it comes in: driven dofs have what drives them, so that the first step moves them exactly."""
+    if s.drive is None or not s.mask:
+        return s.velocity
+    drive = bodies.rows("drive", s.drive(time) if callable(s.drive) else s.drive, len(s), s.dim)
+    velocity = np.zeros(drive.shape) if s.velocity is None else s.velocity.copy()
+    for k, name in enumerate(bodies.DOFS[s.dim]):
+        if name in s.driven:
+            velocity[:, k] = drive[:, k]
+    return velocity
+
+
+def insert(core, s, species, time=0.0):
     """Puts a set into a core scene and returns its ids. species: numbers of (material, group); filled where missing."""
-    first = core.add_bodies(len(s), s.position, s.rotation, s.velocity, s.mass, s.inertia)
+    first = core.add_bodies(len(s), s.position, s.rotation, _velocity_at(s, time), s.mass, s.inertia)
     ids = np.arange(first, first + len(s))
     for c in s.contactors:
         number = species.setdefault((c.material.name, s.group or ""), len(species))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import warnings
 
 import numpy as np
 
-from . import _core, views
+from . import _core, time_functions, views
 from .pre import checks
-from .scene import Scene, insert
+from .scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
 from .strategies import NSCD
 
 
@@ -34,6 +35,7 @@ class Simulation:
         self._dt = checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
+        self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
         self._species = scene.species()
         core = _core.Scene(scene.dim)
         core.origin = _three(scene.origin)
@@ -109,6 +111,7 @@ class Simulation:
     def step(self, dt=None):
         """One step; returns its report (see info). Raises and leaves everything as it was if the step cannot be made."""
         h = self._dt if dt is None else checks.positive("dt", dt)
+        self._follow_scene()
         self._apply_functions(h)
         self._info = self._core.step(h)
         return self._info
@@ -152,29 +155,56 @@ class Simulation:
 
     # ------------------------------------------------------------------ changes between steps
 
-    def add(self, s):
-        """Inserts a set of bodies between steps and returns their ids. All or nothing."""
-        from .bodies import replace
+    def interact(self, a, b, law):
+        """The law between two materials or groups from now on, as Scene.interact."""
+        rules = [*self._rules, rule(a, b, law)]
+        self.scene.check_names(self._species, rules)
+        self._use_laws(self._species, rules)
 
-        species = dict(self._species)
-        insert(_core.Scene(self.scene.dim), s, dict(species))
-        grown = Scene(self.scene.dim)
-        for c in s.contactors:
-            species.setdefault((c.material.name, s.group or ""), len(species))
-        grown.rules = self.scene.rules
-        table, allowed = grown.law_table(species)
-        ids = insert(self._core.scene, s, species)
+    def _use_laws(self, species, rules):
+        table, allowed = self.scene.law_table(species, rules)
         self._core.set_laws(table)
         self._core.set_filter(len(species), allowed.ravel())
-        self._species, self._radii = species, None
-        self._sets.append(replace(s, ids=ids))
+        self._species, self._rules = species, rules
+
+    def _follow_scene(self):
+        """Rules that the scene got meanwhile count; bodies have to come in through this simulation."""
+        if len(self.scene.sets) != self._sets_seen:
+            raise ValueError("bodies were added to the scene after the simulation was made of it: add them by Simulation.add")
+        if len(self.scene.rules) != self._rules_seen:
+            rules = self._rules + self.scene.rules[self._rules_seen :]
+            self.scene.check_names(self._species, rules)
+            self._use_laws(self._species, rules)
+            self._rules_seen = len(self.scene.rules)
+
+    def add(self, *sets):
+        """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
+        from .bodies import replace
+
+        sets = checked_sets(self.scene.dim, sets)
+        species = dict(self._species)
+        for s in sets:
+            for c in s.contactors:
+                species.setdefault((c.material.name, s.group or ""), len(species))
+        self._use_laws(species, self._rules)
+        ids = []
+        for s in sets:
+            ids.append(insert(self._core.scene, s, species, self.time))
+            self._sets.append(replace(s, ids=ids[-1]))
+        self._radii = None
         self._start_functions()
-        return ids
+        return np.concatenate(ids) if ids else np.zeros(0, np.int64)
+
+    def _ids(self, ids):
+        array = np.atleast_1d(np.asarray(ids))
+        if array.ndim != 1 or (array.dtype.kind not in "iu" and array.size):
+            raise ValueError(f"ids is {ids!r}: give whole numbers (n,), as Scene.add and Simulation.add return them")
+        return array.astype(np.int64)
 
     def remove(self, ids):
         """Removes bodies by their ids between steps. All or nothing."""
-        ids = np.atleast_1d(np.asarray(ids, np.int64))
-        self._core.scene.remove_bodies(ids)
+        ids = self._ids(ids)
+        self._core.remove_bodies(ids)
         self._radii = None
         self._start_functions()
 
@@ -182,17 +212,11 @@ class Simulation:
         """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
         from . import bodies as b
 
-        ids = np.atleast_1d(np.asarray(ids, np.int64))
-        carrier = b.BodySet(
-            self.scene.dim, np.zeros((len(ids), self.scene.dim)), None, None, [], driven=dofs, drive=velocity
-        )
-        b.checked(carrier)
-        carrier.ids = ids
-        for s in self._sets:
-            if s.drive is not None and s.ids is not None and np.all(np.isin(s.ids, ids)):
-                s.drive, s.driven = None, ()
-        self._sets.append(carrier)
+        ids = self._ids(ids)
+        dim = self.scene.dim
+        carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
         self._core.scene.drive(ids, carrier.mask, None)
+        self._sets.append(carrier)
         self._start_functions()
 
     # ------------------------------------------------------------------ restart
@@ -209,11 +233,26 @@ class Simulation:
                 "dt": self._dt,
                 "state": self._core.get_state(),
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
+                "rules": rules_to_dict(self._rules),
+                "scene": self._fingerprint(),
+                "later": {f"{k:06d}": _later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
 
+    def _fingerprint(self):
+        """Tells scenes apart: bodies and contactors that it was made of."""
+        digest = hashlib.blake2b(digest_size=16)
+        for s in self._sets[: self._sets_seen]:
+            for array in (s.position, s.mass, s.inertia, *(a for c in s.contactors for a in (c.body, c.radius))):
+                digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()
+
     def restore(self, path):
-        """Goes back to a checkpoint of the same scene. Raises FileError when the file is no checkpoint of this scene."""
+        """Goes back, or on, to a checkpoint of the same scene: to the same bits.
+
+        Bodies added since the start come from the file with what drives them; where that is a Python function, add the same sets
+        first. Raises FileError when the file is no checkpoint of this scene.
+        """
         from .post.checkpoint import load
         from .post.errors import FileError
 
@@ -221,10 +260,17 @@ class Simulation:
         if content.get("kind") != "checkpoint":
             raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
         names = [(d["material"], d["group"]) for _, d in sorted(content["species"].items())]
-        if int(content["dim"]) != self.scene.dim or names[: len(self._species)] != list(self._species):
+        if int(content["dim"]) != self.scene.dim or content["scene"] != self._fingerprint():
             raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
+        known, start = self._sets, self._sets_seen
+        later = [
+            _later_from_dict(path, self.scene.dim, d, known[start + k] if start + k < len(known) else None)
+            for k, (_, d) in enumerate(sorted(content["later"].items()))
+        ]
         self._core.set_state(content["state"])
-        self._dt, self._radii = float(content["dt"]), None
+        self._use_laws({pair: k for k, pair in enumerate(names)}, rules_from_dict(content["rules"]))
+        self._sets = [*known[:start], *later]
+        self._dt, self._radii, self._info = float(content["dt"]), None, {}
         self._start_functions()
 
     # ------------------------------------------------------------------ words
@@ -241,15 +287,20 @@ class Simulation:
         """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
         present = self._core.scene.body("id")
         self._driven, self._forced = [], []
+        free = present  # bodies that no later set drives: the last word on a body counts
+        for s in reversed(self._sets):
+            mine = np.isin(s.ids, free)
+            if np.any(mine) and (s.drive is not None or s.mass is None):
+                free = np.setdiff1d(free, s.ids)
+                drive = np.zeros((len(s), 3 * self.scene.dim - 3)) if s.drive is None else s.drive
+                self._driven.append((s.ids[mine], s.mask, mine, drive))
+                if not callable(drive):
+                    self._core.scene.drive(s.ids[mine], s.mask, np.ascontiguousarray(drive[mine]))
         for s in self._sets:
             alive = np.isin(s.ids, present)
             if not np.any(alive):
                 continue
             ids = s.ids[alive]
-            if s.drive is not None:
-                self._driven.append((ids, s.mask, alive, s.drive))
-                if not callable(s.drive):
-                    self._core.scene.drive(ids, s.mask, np.ascontiguousarray(s.drive[alive]))
             if s.force is not None:
                 self._forced.append((np.searchsorted(present, ids), alive, s.force))
             if s.damping is not None:
@@ -267,8 +318,8 @@ class Simulation:
         theta = self.strategy.theta
         gravity = self.scene.gravity
         if callable(gravity):
-            gravity = theta * np.asarray(gravity(end), float) + (1 - theta) * np.asarray(gravity(t), float)
-            gravity = checks.real_array("gravity", gravity, (self.scene.dim,))
+            late, early = (checks.real_array("gravity", gravity(at), (self.scene.dim,)) for at in (end, t))
+            gravity = theta * late + (1 - theta) * early
         self._core.set_gravity(_three(gravity))
         for ids, mask, alive, drive in self._driven:
             if callable(drive):
@@ -330,6 +381,38 @@ class Simulation:
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)
+
+
+def _later_to_dict(s):
+    """What a checkpoint says of bodies that came in, or were driven, after the start."""
+    out = {"ids": s.ids, "driven": ",".join(s.driven), "carrier": s.mass is None}
+    for name in ("drive", "force", "damping"):
+        value = getattr(s, name)
+        if value is not None:
+            function = callable(value) and not hasattr(value, "to_dict")
+            out[name] = {"kind": "python"} if function else time_functions.to_dict(name, value)
+    return out
+
+
+def _later_from_dict(path, dim, d, known):
+    """The set again; `known` is the one at the same place in the simulation that reads, for its Python functions."""
+    from .bodies import BodySet
+    from .post.errors import FileError
+
+    n, values = len(d["ids"]), {}
+    for name in ("drive", "force", "damping"):
+        if name not in d:
+            continue
+        if d[name]["kind"] == "python":
+            if known is None or not callable(getattr(known, name)) or len(known) != n:
+                remedy = "add the same bodies by Simulation.add before restore, or use cairn.Table or cairn.Harmonic"
+                raise FileError(path, f"{name} of bodies that came in later is a Python function, which no file holds", remedy)
+            values[name] = getattr(known, name)
+        else:
+            values[name] = time_functions.from_dict(d[name])
+    mass = None if d["carrier"] else np.ones(n)
+    driven = tuple(name for name in d["driven"].split(",") if name)
+    return BodySet(dim, np.zeros((n, dim)), mass, None, [], driven=driven, ids=np.asarray(d["ids"], np.int64), **values)
 
 
 def _three(values):

@@ -24,14 +24,12 @@ class Table:
 
     def __post_init__(self):
         times = checks.real_array("times", self.times, (None,))
-        values = np.asarray(self.values, float)
+        values = checks.real_array("values", self.values, (None,) * max(1, min(2, np.ndim(self.values))))
         if len(times) == 0 or values.shape[:1] != times.shape:
             raise ValueError(f"values has shape {values.shape}: give one row for each of the {len(times)} times")
         if np.any(np.diff(times) <= 0):
             at = int(np.argmax(np.diff(times) <= 0)) + 1
             raise ValueError(f"times[{at}] is {times[at]:g}, not after {times[at - 1]:g}: give rising times")
-        if not np.all(np.isfinite(values)):
-            raise ValueError("values holds numbers that are not finite: give finite numbers")
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
 
@@ -52,6 +50,16 @@ class Harmonic:
     frequency: float
     mean: float | tuple = 0.0
     phase: float = 0.0
+
+    def __post_init__(self):
+        for name in ("amplitude", "mean"):
+            given = getattr(self, name)
+            if np.ndim(given):
+                checks.real_array(name, given, (None,))
+            else:
+                checks.number(name, given)
+        checks.number("frequency", self.frequency)
+        checks.number("phase", self.phase)
 
     def __call__(self, t):
         wave = np.cos(2 * np.pi * self.frequency * t + self.phase)
@@ -88,4 +96,10 @@ def from_dict(d):
         return Table(d["times"], d["values"])
     if d["kind"] == "harmonic":
         return Harmonic(d["amplitude"], float(d["frequency"]), d["mean"], float(d["phase"]))
+    if d["kind"] == "servo":
+        from .servo import Servo
+
+        area = None if np.isnan(d["area"]) else float(d["area"])
+        stress = from_dict(d["stress"])
+        return Servo(stress if callable(stress) else float(stress), d["normal"], area)
     return np.asarray(d["value"], float)

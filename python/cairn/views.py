@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .pre import checks
+
 
 class BodyView:
     """Bodies in the order of insertion: position (n, dim), rotation, velocity (n, 3 | 6), mass, inertia, ... and id (n,).
@@ -40,19 +42,20 @@ class BodyView:
 
     def set(self, **arrays):
         """Replaces whole arrays: set(velocity=v). Only position, velocity and rotation can be set."""
-        simulation = self._simulation
+        simulation, ready = self._simulation, {}
         for name, values in arrays.items():
             if name not in ("position", "velocity", "rotation"):
                 raise ValueError(f"{name} of bodies cannot be set: position, velocity and rotation can")
-            values = np.ascontiguousarray(values, float)
-            current = getattr(self, name)
-            if values.shape != current.shape:
-                raise ValueError(f"{name} has shape {values.shape}: give {current.shape}")
-            if not np.all(np.isfinite(values)):
-                row = tuple(int(i) for i in np.argwhere(~np.isfinite(values))[0])
-                raise ValueError(f"{name}{list(row)} is {values[row]}: give finite numbers")
+            values = checks.real_array(name, values, getattr(self, name).shape)
             if name == "position":
                 values = values - simulation.scene.origin
+            if name == "rotation" and values.ndim == 2:
+                size = np.linalg.norm(values, axis=1, keepdims=True)
+                if not np.all(size > 0):
+                    raise ValueError(f"rotation[{np.argmin(size)}] is zero: give quaternions (w, x, y, z) of unit length")
+                values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
+            ready[name] = np.ascontiguousarray(values)
+        for name, values in ready.items():
             simulation._core.assign_body(name, values)
 
 

@@ -38,6 +38,8 @@ def dimension(value) -> int:
 def number(name: str, value) -> float:
     """A finite number."""
     try:
+        if isinstance(value, (str, bytes)):
+            raise TypeError
         real = float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{name} is {value!r}: give a finite number") from None
