@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "interaction_state.hpp"
+#include "singular_blocks.hpp"
 
 namespace cairn {
 
@@ -221,7 +222,9 @@ void Interactions::State::fill_law(int which, int thread) {
     const std::int64_t i = real ? system.candidate[b.first + lane] : 0;
     gap[lane] = real ? candidates->gap[i] : 0;
     const LawTable::Entry& e = laws->entry(entry[i]);
-    for (int k = 0; k < parameters; ++k) params[k * n + lane] = real ? e.params[k] : 0;
+    // an infinite friction times no impulse shall be none
+    for (int k = 0; k < parameters; ++k)
+      params[k * n + lane] = real ? std::min(e.params[k], std::numeric_limits<double>::max()) : 0;
     if (!real) std::fill(u + lane, u + lane, 0.0);
     const double ra = real ? *contactors->radius[candidates->contactor_a[i]] : 1;
     const double rb = real ? *contactors->radius[candidates->contactor_b[i]] : 1;
@@ -234,20 +237,18 @@ void Interactions::State::fill_law(int which, int thread) {
   const double* exact = b.hub ? w_true : w;
   for (int lane = 0; lane < n; ++lane) {
     const bool real = lane < b.contacts;
-    const int nn = lane, tt = n * (c + 1) + lane;
-    b.rho[lane] = real ? 1 / (exact[nn] + compliance[lane]) : 1;
+    b.rho[lane] = real ? 1 / (exact[lane] + compliance[lane]) : 1;
     for (int k = 0; k < c; ++k) {
       w[n * (k * c + k) + lane] += compliance[k * n + lane];
       if (!real) w[n * (k * c + k) + lane] = 1;
     }
-    if (b.block == 0) {
-      b.delassus[lane] = w[nn];
-      b.delassus[n + lane] = w[tt];
-    }
     if (!real)
       for (int k = 0; k < c; ++k) b.bias[k * n + lane] = 0;
   }
+  settle_singular_blocks(b, dim(), w);
   if (b.block) std::copy_n(w, std::size_t(n) * c * c, b.delassus);
+  else
+    for (int lane = 0; lane < n; ++lane) b.delassus[lane] = w[lane], b.delassus[n + lane] = w[n * (c + 1) + lane];
   if (law_infos()[b.law].has_solve) std::copy_n(params, std::size_t(n) * parameters, b.params);
   else std::copy_n(mu, n, b.params);
   if (sheared)

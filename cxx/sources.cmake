@@ -11,6 +11,7 @@ set(CAIRN_CXX_SOURCES
   periodic.cpp
   projection.cpp
   scene.cpp
+  singular_blocks.cpp
   solvers/contact_system.cpp
   solvers/nlgs.cpp
   step.cpp

@@ -1,0 +1,46 @@
+#include "singular_blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cairn {
+
+namespace {
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+// Smallest eigenvalue of the tangential block that is left when the normal is eliminated.
+double least_tangential(const double* w, int n, int c, int dim, int lane) {
+  const auto at = [&](int p, int q) { return w[n * (q * c + p) + lane]; };
+  const auto left = [&](int p, int q) { return at(p, q) - at(p, 0) * (at(0, q) / at(0, 0)); };
+  const double tt = left(1, 1);
+  if (dim == 2) return tt;
+  const double ss = left(2, 2), ts = 0.5 * (left(1, 2) + left(2, 1)), half = 0.5 * (tt - ss);
+  return 0.5 * (tt + ss) - std::sqrt(half * half + ts * ts);
+}
+
+} // namespace
+
+void settle_singular_blocks(const cairn_batch& batch, int dim, double* w) {
+  const int n = batch.count, c = batch.components;
+  for (int lane = 0; lane < batch.contacts; ++lane) {
+    if (batch.state && batch.state[lane] < std::numeric_limits<double>::max()) continue;
+    double sum = 0;
+    for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
+    // the normal of a contact is known to some epsilons, and enters its block squared
+    if (!(w[lane] > 256 * epsilon * epsilon * sum)) {
+      const double unit = sum > 0 ? sum : 1;
+      for (int k = 0; k < c; ++k)
+        for (int l = 0; l < c; ++l) w[n * (l * c + k) + lane] = k == l ? unit : 0;
+      for (int k = 0; k < c; ++k) batch.bias[k * n + lane] = k ? 0 : std::sqrt(std::numeric_limits<double>::max());
+      batch.rho[lane] = 1 / unit;
+      continue;
+    }
+    const double little = std::sqrt(epsilon) * sum;
+    if (least_tangential(w, n, c, dim, lane) <= little)
+      for (int k = 1; k < dim; ++k) w[n * (k * c + k) + lane] += little;
+  }
+}
+
+} // namespace cairn
