@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <unordered_map>
 
 #include "cairn/core.h"
 #include "call.hpp"
@@ -71,6 +70,34 @@ std::size_t bytes_of(const Array<T>& array) {
   return array.capacity() * sizeof(T);
 }
 
+// Internal number by id: a table where ids are about as many as their range, as they are; a sorted list where they are
+// not.
+class IdIndex {
+public:
+  IdIndex(const std::int64_t* id, std::int64_t n, Array<std::int32_t>& storage) : id_(id), number_(storage) {
+    for (std::int64_t i = 0; i < n; ++i) {
+      low_ = i == 0 ? id[i] : std::min(low_, id[i]);
+      high_ = i == 0 ? id[i] : std::max(high_, id[i]);
+    }
+    dense_ = n > 0 && std::uint64_t(high_) - std::uint64_t(low_) < std::uint64_t(8 * n + 1024);
+    number_.assign(dense_ ? high_ - low_ + 1 : n, -1);
+    for (std::int64_t i = 0; i < n; ++i) number_[dense_ ? id[i] - low_ : i] = std::int32_t(i);
+    if (!dense_) std::sort(number_.begin(), number_.end(), [&](auto i, auto j) { return id[i] < id[j]; });
+  }
+  // -1: nobody has this id
+  std::int32_t operator()(std::int64_t id) const {
+    if (dense_) return id < low_ || id > high_ ? -1 : number_[id - low_];
+    const auto at = std::lower_bound(number_.begin(), number_.end(), id, [&](auto i, auto v) { return id_[i] < v; });
+    return at == number_.end() || id_[*at] != id ? -1 : *at;
+  }
+
+private:
+  const std::int64_t* id_;
+  Array<std::int32_t>& number_;
+  std::int64_t low_ = 0, high_ = 0;
+  bool dense_ = false;
+};
+
 // Pairs that one thread found, before they are ordered.
 struct alignas(128) PairList {
   std::int64_t count = 0;
@@ -116,7 +143,7 @@ struct InteractionHandler::Workspace {
   DetectionGrid grid;
   std::vector<PairList> lists;
   // ordering and narrow phase
-  Array<std::int32_t> place;
+  Array<std::int32_t> place, number_of_id;
   Array<std::int8_t> keep;
   std::int32_t slot_of_kind[kinds] = {};
   std::int64_t kind_end[kinds] = {};
@@ -330,6 +357,9 @@ void InteractionHandler::Workspace::search_grid() {
                             item_lattice.data(), item_reach.data(), a, b, image, &found);
     else
       cairn_pairs_of_hits(found, list.hits.data(), grid.order(), bounded.data(), a, b, image);
+    if (dim == 2 && contactors->direction.active)
+      cairn_bar_search(found, a, b, image, int(Shape::segment), contactors->shape.values.data(), centre.data(),
+                       direction.data(), reach.data(), cell->vectors, &found);
     admit(list, found);
   }
 }
@@ -392,15 +422,12 @@ std::int32_t InteractionHandler::Workspace::nearest_image(std::int64_t a, std::i
 
 void InteractionHandler::Workspace::add_declared() {
   if (declared.empty()) return;
-  std::unordered_map<std::int64_t, std::int32_t> number;
-  number.reserve(contactors->count);
-  for (std::int64_t i = 0; i < contactors->count; ++i) number.emplace(contactors->id.values[i], std::int32_t(i));
+  const IdIndex number(contactors->id.values.data(), contactors->count, number_of_id);
   PairList& list = lists[0];
   list.reserve(list.count + std::int64_t(declared.size()));
   for (const auto& [first, second] : declared) {
-    const auto p = number.find(std::min(first, second)), q = number.find(std::max(first, second));
-    if (p == number.end() || q == number.end()) continue;
-    std::int32_t a = p->second, b = q->second;
+    std::int32_t a = number(std::min(first, second)), b = number(std::max(first, second));
+    if (a < 0 || b < 0) continue;
     const int at = contactors->shape.values[a] + shapes * contactors->shape.values[b];
     if (kind_table.kind[at] < 0)
       throw Error("declared pair: " + name_of(*contactors, *bodies, a) + " and " + name_of(*contactors, *bodies, b) +
@@ -536,38 +563,11 @@ std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
   std::size_t total = w.grid.bytes();
   for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach}) total += bytes_of(*array);
-  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place})
+  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place, &w.number_of_id})
     total += bytes_of(*array);
   for (const PairList& list : w.lists)
     for (const auto* array : {&list.a, &list.b, &list.image, &list.kind, &list.hits}) total += bytes_of(*array);
   return total + bytes_of(w.keep);
-}
-
-// The box holds all but the outermost hundredth on each side of each axis, so that what is far away does not coarsen
-// the rest; quantiles move with the points, so that a change of unit by a power of two changes no bit of the quotients.
-std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const double* position) {
-  std::vector<std::int32_t> order(count);
-  if (count == 0) return order;
-  double low[3] = {0, 0, 0}, width[3] = {1, 1, 1}, widest = 0;
-  std::vector<double> x(count);
-  for (int k = 0; k < dim; ++k) {
-    for (std::int64_t i = 0; i < count; ++i) x[i] = position[k + dim * i];
-    const std::int64_t edge = count / 100;
-    std::nth_element(x.begin(), x.begin() + edge, x.end());
-    low[k] = x[edge];
-    std::nth_element(x.begin(), x.end() - 1 - edge, x.end());
-    const double size = x[count - 1 - edge] - low[k];
-    low[k] -= size / 16;
-    widest = std::max(widest, size * 1.125);
-  }
-  for (double& w : width)
-    w = widest > 0 ? widest : 1; // one scale for all axes, or steps along the curve would be long ones
-  std::vector<std::int64_t> key(count), key_work(count);
-  std::vector<std::int32_t> order_work(count);
-  cairn_hilbert_keys(dim, count, position, low, width, key.data());
-  cairn_sort_keys(count, (std::int64_t(1) << (dim == 2 ? 42 : 60)) - 1, key.data(), order.data(), key_work.data(),
-                  order_work.data());
-  return order;
 }
 
 } // namespace cairn

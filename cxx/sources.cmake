@@ -14,6 +14,7 @@ set(CAIRN_CXX_SOURCES
   singular_blocks.cpp
   solvers/contact_system.cpp
   solvers/nlgs.cpp
+  space_filling_order.cpp
   step.cpp
   strategy.cpp
 )

@@ -101,17 +101,7 @@ contains
     rows = merge(1, 4, dim == 2)
     row = 0
     do c = first, last - 1
-      do while (c >= level_end) ! a new level, of the list or of the grid
-        level = level + 1
-        level_end = level_cell(level + 1)
-        if (c >= level_end) cycle
-        row(1) = stride(2, level)
-        if (dim == 3) row(1:4) = [stride(2, level), stride(3, level) - stride(2, level), stride(3, level), &
-                                  stride(3, level) + stride(2, level)]
-        do r = 1, rows
-          pointer(r) = lower_bound(cells, cell_key, c, level_end, cell_key(c) + row(r) - 1)
-        end do
-      end do
+      if (c >= level_end) call enter_level()
       ! the rows after this one
       stretches = 0
       do r = 1, rows
@@ -142,6 +132,19 @@ contains
     end do
 
   contains
+
+    !> The level that cell c belongs to, and where the rows after its own begin.
+    subroutine enter_level()
+      do while (c >= level_end)
+        level = level + 1
+        level_end = level_cell(level + 1)
+      end do
+      row(1) = stride(2, level)
+      if (dim == 3) row(2:4) = stride(3, level) + [-stride(2, level), 0_c_int64_t, stride(2, level)]
+      do r = 1, rows
+        pointer(r) = lower_bound(cells, cell_key, c, level_end, cell_key(c) + row(r) - 1)
+      end do
+    end subroutine enter_level
 
     !> Stretches of the three or nine rows of level m around the cell c, kept while its ancestor stays the same.
     subroutine stretches_above(m)

@@ -1,12 +1,13 @@
-!> Which bounded contactors come near an unbounded one: all are asked.
+!> Which contactors come near an unbounded one, where all are asked, or near a long one, which the search took for a disk.
 module wall_search
-  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
+  use, intrinsic :: iso_c_binding, only: c_double, c_int16_t, c_int32_t, c_int64_t
   implicit none
   private
-  public :: cairn_plane_search, cairn_tube_search
+  public :: cairn_plane_search, cairn_tube_search, cairn_bar_search
 
   ! Rounding of a projection, in units of the vector projected: what is found is checked again by the narrow phase.
   real(c_double), parameter :: slack = 16*epsilon(1.0_c_double)
+  integer(c_int32_t), parameter :: own_image = 512 + 1024*(512 + 1024*512)
 
 contains
 
@@ -64,5 +65,42 @@ contains
       if (found <= capacity) near(found) = listed(k)
     end do
   end subroutine cairn_tube_search
+
+  !> Of pairs of a bar and another contactor, keeps those where the other reaches the bar. Works in place.
+  pure subroutine cairn_bar_search(n, a, b, image, bar, shape, centre, direction, reach, vectors, kept) bind(c)
+    integer(c_int64_t), value :: n                    !< pairs
+    integer(c_int32_t), intent(inout) :: a(n), b(n)   !< contactors
+    integer(c_int32_t), intent(inout) :: image(n)     !< of b seen from a
+    integer(c_int32_t), value :: bar                  !< the shape of bars
+    integer(c_int16_t), intent(in) :: shape(0:*)      !< of the contactors
+    real(c_double), intent(in) :: centre(2, 0:*)      !< of the contactors [m]
+    real(c_double), intent(in) :: direction(3, 0:*)   !< axis in space, then half length [m]
+    real(c_double), intent(in) :: reach(0:*)          !< of the contactors, with half length and margin [m]
+    real(c_double), intent(in) :: vectors(3, 3)       !< of the cell, in columns [m]
+    integer(c_int64_t), intent(out) :: kept
+    integer(c_int64_t) :: k
+    integer(c_int32_t) :: j
+    real(c_double) :: d(2), axis(2), along, across, limit
+
+    kept = 0
+    do k = 1, n
+      if (shape(a(k)) == bar .neqv. shape(b(k)) == bar) then
+        d = centre(:, a(k)) - centre(:, b(k))
+        if (image(k) /= own_image .and. image(k) >= 0) then
+          d = d - (iand(image(k), 1023) - 512)*vectors(1:2, 1) - (iand(shiftr(image(k), 10), 1023) - 512)*vectors(1:2, 2)
+        end if
+        j = merge(a(k), b(k), shape(a(k)) == bar)
+        axis = direction(1:2, j)
+        along = max(0.0_c_double, abs(dot_product(d, axis)) - direction(3, j))
+        across = d(1)*axis(2) - d(2)*axis(1)
+        limit = reach(a(k)) + reach(b(k)) - direction(3, j) + slack*(sum(abs(d)) + direction(3, j))
+        if (along > limit .or. abs(across) > limit) cycle
+      end if
+      kept = kept + 1
+      a(kept) = a(k)
+      b(kept) = b(k)
+      image(kept) = image(k)
+    end do
+  end subroutine cairn_bar_search
 
 end module wall_search

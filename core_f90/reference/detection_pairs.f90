@@ -1,6 +1,6 @@
 !> Contacts found the plain way: every contactor against every other and all its images, in quadruple precision, by formulas
 !> that share nothing with the kernels of detection.
-module reference_detection_pairs
+module detection_pairs
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use, intrinsic :: iso_fortran_env, only: real128
   implicit none
@@ -119,4 +119,4 @@ contains
     end select
   end subroutine measure
 
-end module reference_detection_pairs
+end module detection_pairs

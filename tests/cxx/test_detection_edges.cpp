@@ -260,6 +260,17 @@ TEST(DetectionEdges, a_huge_body_and_its_thousands_of_neighbours_come_in_order) 
   }
 }
 
+TEST(DetectionEdges, long_bars_do_not_list_what_they_do_not_touch) {
+  std::mt19937_64 random(13);
+  DetectionScene scene = random_scene(2, 30000, 0.003, 1.4, random, false);
+  InteractionHandler without, with;
+  scene.detect(without);
+  for (int i = 0; i < 40; ++i)
+    scene.add(scene.add_body({0.5, i / 40.}, false), Shape::segment, 1e-3, 0, {}, {0.6, 0.8, 0.5});
+  scene.detect(with);
+  EXPECT_LT(with.bytes(), 2 * without.bytes());
+}
+
 TEST(DetectionEdges, margin_is_one_constant_or_the_sum_of_two) {
   auto scene = two(Shape::disk, Shape::disk, 1, 1, {2.5, 0});
   InteractionHandler handler;
@@ -331,7 +342,11 @@ TEST(DetectionEdges, declared_pairs_are_there_whatever_their_gap_and_once) {
   EXPECT_NEAR(images.at({0, 2, 0, encode_image(2, 0, 0)}).gap, -1, 1e-14);
   EXPECT_NEAR(images.at({0, 1, 0, encode_image(3, 0, 0)}).gap, 0, 1e-14);
 
-  handler.set_declared({{3, 3}});
+  for (auto& id : scene.contactors.id.values) id *= std::int64_t(1) << 50; // sparse ids
+  handler.set_declared({{0, std::int64_t(2) << 50}, {5, 0}});
+  EXPECT_EQ(by_key(scene, scene.detect(handler)).count({0, std::int64_t(2) << 50, 0, encode_image(2, 0, 0)}), 1u);
+
+  handler.set_declared({{std::int64_t(3) << 50, std::int64_t(3) << 50}});
   EXPECT_THROW(scene.detect(handler), Error);
 }
 

@@ -182,6 +182,9 @@ void cairn_plane_search(int32_t dim, int64_t n, const int32_t* listed, const dou
                         int64_t* found);
 void cairn_tube_search(int64_t n, const int32_t* listed, const double* centre, const double* reach, const double* origin,
                        const double* axis, double radius, double margin, int64_t capacity, int32_t* near, int64_t* found);
+void cairn_bar_search(int64_t n, int32_t* a, int32_t* b, int32_t* image, int32_t bar, const int16_t* shape,
+                      const double* centre, const double* direction, const double* reach, const double* vectors,
+                      int64_t* kept);
 void cairn_pairs_of_hits(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int32_t* a, int32_t* b,
                          int32_t* image);
 void cairn_pairs_of_ghosts(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int64_t nb_real,
