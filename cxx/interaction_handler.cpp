@@ -344,7 +344,7 @@ void InteractionHandler::Workspace::search_grid() {
   const bool direct = !any_periodic && items == contactors->count;
   grid.build(dim, items, direct ? centre.data() : item_x.data(), direct ? reach.data() : item_reach.data());
   const std::int64_t chunks = (grid.cells() + cells_at_once - 1) / cells_at_once;
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (chunks > 1)
   for (std::int64_t c = 0; c < chunks; ++c) {
     PairList& list = lists[omp_get_thread_num()];
     const std::int64_t last = std::min((c + 1) * cells_at_once, grid.cells());
