@@ -52,7 +52,7 @@ def options_from(arguments):
     parser.add_argument("--full", action="store_true", help="the size of the paper: 43,000 disks, 20,000 steps")
     parser.add_argument("--disks", type=int, help="number of disks (2,000; full 43,000)")
     parser.add_argument("--steps", type=int, help="number of steps (2,500; full 20,000)")
-    parser.add_argument("--iterations", type=int, nargs=2, metavar=("LEAST", "MOST"), help="a step (20 100; full 100 150)")
+    parser.add_argument("--iterations", type=int, nargs=2, metavar=("LEAST", "MOST"), help="a step (20 100; full 100 100)")
     parser.add_argument("--tolerance", type=float, default=1e-4, help="of the solver's true error (1e-4)")
     parser.add_argument("--shortening", type=float, default=0.35, help="share of the length (0.35)")
     parser.add_argument("--base-friction", type=float, default=FRICTION, help="of the floor (0.4)")
@@ -63,7 +63,7 @@ def options_from(arguments):
     parser.add_argument("--restart", type=Path, metavar="CHECKPOINT", help="go on from this checkpoint of the same scene")
     options = parser.parse_args(arguments)
     usual = {"disks": 2_000, "steps": 2_500, "iterations": (20, 100)}
-    paper = {"disks": 43_000, "steps": 20_000, "iterations": (100, 150)}
+    paper = {"disks": 43_000, "steps": 20_000, "iterations": (100, 100)}
     for name, value in (paper if options.full else usual).items():
         if getattr(options, name) is None:
             setattr(options, name, value)

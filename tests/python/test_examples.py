@@ -48,3 +48,27 @@ def test_forced_fold(tmp_path, capsys):
     assert again["height of the fold"][0] == figures["height of the fold"]
     with pytest.raises(ValueError, match="disks"):
         example("forced_fold").main(["--output", str(tmp_path), "--disks", "-5"])
+
+
+def test_hopper(tmp_path):
+    figures = ran("hopper", tmp_path, "--disks", "200", "--steps", "900", "--frames", "3")
+    assert figures["mass gone"] > 0
+    assert 0.5 < figures["C of Beverloo's law"] < 1.5
+
+
+def test_biaxial(tmp_path):
+    size = ["--disks", "80", "--strain", "0.04", "--inertial", "0.01", "--frames", "3"]
+    figures = ran("biaxial", tmp_path, *size)
+    assert figures["stresses before"] == pytest.approx(1.0, rel=0.05)
+    assert figures["lateral stress, mean"] == pytest.approx(1.0, rel=0.05)
+    assert figures["axial strain"] == pytest.approx(0.04, rel=0.05)
+    assert figures["friction angle, peak"] > figures["friction angle, plateau"] > 5.0
+    assert figures["volumetric strain"] > 0.0  # a dense sample swells
+
+
+def test_shear_cell(tmp_path):
+    figures = ran("shear_cell", tmp_path, "--disks", "100", "--inertial", "0.05", "--strain", "2", "--frames", "3")
+    assert figures["inertial"] == pytest.approx(0.05, rel=0.1)
+    assert figures["pressure"] == pytest.approx(1.0, rel=0.05)
+    assert 0.2 < figures["friction"] < 0.5
+    assert 0.7 < figures["solid"] < 0.84
