@@ -19,6 +19,8 @@ set(CAIRN_CORE_SOURCES
   kinematics/contact_schedule.f90
   kinematics/velocity_records.f90
   reference/detection_pairs.f90
+  reference/plain_sweep.f90
   solvers/contact_error.f90
   solvers/contact_passes.f90
+  solvers/radial_sweep.f90
 )

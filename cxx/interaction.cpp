@@ -86,33 +86,31 @@ void Interactions::State::count_cell_work() {
 
 // Impulse and moment of a contact on A in space axes; m is of 3 components, in 2D its last.
 void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const {
-  const int n = b.count, d = dim(), c = b.components;
-  const double *f = b.frame + lane, *r = b.r + lane;
+  const int d = dim();
+  double axes[3][3];
+  axes_of(b, d, lane, axes);
   std::fill(p, p + 3, 0.0);
   std::fill(m, m + 3, 0.0);
-  if (d == 2) {
-    p[0] = f[0] * r[0] - f[n] * r[n];
-    p[1] = f[n] * r[0] + f[0] * r[n];
-    if (c > 2) m[2] = r[2 * n];
-    return;
+  for (int c = 0; c < d; ++c) {
+    const double r = at(b, b.r, lane, c);
+    for (int k = 0; k < d; ++k) p[k] += axes[c][k] * r;
   }
-  for (int k = 0; k < 3; ++k) {
-    const int k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-    const double s = f[k1 * n] * f[(3 + k2) * n] - f[k2 * n] * f[(3 + k1) * n];
-    p[k] = f[k * n] * r[0] + f[(3 + k) * n] * r[n] + s * r[2 * n];
-    if (c > 3) m[k] = f[k * n] * r[3 * n] + f[(3 + k) * n] * r[4 * n] + s * r[5 * n];
+  for (int c = d; c < b.components; ++c) {
+    const double r = at(b, b.r, lane, c);
+    if (d == 2) m[2] = r;
+    else
+      for (int k = 0; k < 3; ++k) m[k] += axes[c - 3][k] * r;
   }
 }
 
 void Interactions::State::add_reactions(Bodies& bodies) const {
   const int d = dim();
-  const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, const double* lever, double sign,
+  const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, double* lever, double sign,
                        const double p[3], const double m[3]) {
     if (bodies.driven.active && !*bodies.driven[who]) return;
-    const int n = b.count;
     double l[3] = {0, 0, 0};
     const bool radial = side == radial2 || side == radial3;
-    for (int k = 0; k < d; ++k) l[k] = radial ? lever[lane] * b.frame[k * n + lane] : lever[k * n + lane];
+    for (int k = 0; k < d; ++k) l[k] = radial ? at(b, lever, lane, 0) * at(b, b.frame, lane, k) : at(b, lever, lane, k);
     double* to = bodies.reaction[who];
     for (int k = 0; k < d; ++k) to[k] += sign * p[k];
     if (d == 2) to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
@@ -143,12 +141,12 @@ ContactEnergy Interactions::commit() {
     const int n = b.count, states = int(law_infos()[b.law].state.size());
     for (int lane = 0; lane < b.contacts; ++lane) {
       bool empty = states == 0;
-      for (int k = 0; k < b.components && empty; ++k) empty = !(b.r[k * n + lane] != 0);
+      for (int k = 0; k < b.components && empty; ++k) empty = !(at(b, b.r, lane, k) != 0);
       if (empty) continue;
       m.keys.push_back(s.key(s.system.candidate[b.first + lane]));
       double p[6] = {};
       if (d == 2) {
-        for (int k = 0; k < b.components; ++k) p[k] = b.r[k * n + lane];
+        for (int k = 0; k < b.components; ++k) p[k] = at(b, b.r, lane, k);
       } else {
         s.space_impulse(b, lane, p, p + 3);
       }
@@ -174,7 +172,7 @@ void Interactions::impulse_local(double* out) const {
   const int d = s_->dim();
   std::fill(out, out + d * count(), 0.0);
   s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
-    for (int k = 0; k < d; ++k) out[d * i + k] = b.r[k * b.count + lane];
+    for (int k = 0; k < d; ++k) out[d * i + k] = at(b, b.r, lane, k);
   });
 }
 
@@ -235,6 +233,8 @@ std::vector<ContactKey> Interactions::bonds() const {
   });
   return all;
 }
+
+ContactSystem& Interactions::system() { return s_->system; }
 
 const ContactMemory& Interactions::memory() const { return s_->memory; }
 

@@ -13,9 +13,11 @@
 
 namespace cairn {
 
+struct ContactSystem;
+
 // Rows of laws.def, in its order.
 enum class Law : std::int16_t {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit) name,
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) name,
 #include "../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
 };
@@ -32,6 +34,7 @@ struct LawInfo {
   std::vector<LawParameter> parameters;
   std::vector<std::string> state;
   bool has_prepare = false, has_solve = false, has_commit = false;
+  bool normal_bias = false; // no bias of tangential velocities
   int components(int dim) const { return dim == 2 ? components2 : components3; }
 };
 const std::vector<LawInfo>& law_infos();
@@ -132,6 +135,7 @@ public:
   const ContactMemory& memory() const;       // after commit: what the next assemble will inherit
   void restore(ContactMemory);               // throws std::invalid_argument if sizes do not agree
   std::int64_t bytes() const;                // of all arrays held
+  ContactSystem& system();                   // as solvers see it: batches, schedule, velocity records
 
 private:
   struct State;

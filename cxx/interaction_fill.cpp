@@ -21,7 +21,7 @@ struct LawKernels {
 #define CAIRN_SLOT_YES(kernel) kernel
 #define CAIRN_SLOT_NO(kernel) nullptr
 const LawKernels law_kernels[] = {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit) \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) \
   {CAIRN_SLOT_##has_prepare(cairn_law_##name##_prepare), CAIRN_SLOT_##has_solve(cairn_law_##name##_solve), \
    CAIRN_SLOT_##has_commit(cairn_law_##name##_commit)},
 #include "../core_f90/contact_laws/laws.def"
@@ -34,7 +34,8 @@ cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
   return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
 }
 
-// A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
+} // namespace
+
 void tangent_of(const double n[3], double t[3]) {
   const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
   t[0] = 1 + sign * n[0] * n[0] * a;
@@ -42,7 +43,19 @@ void tangent_of(const double n[3], double t[3]) {
   t[2] = -sign * n[0];
 }
 
-} // namespace
+void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
+  for (int k = 0; k < dim; ++k) axes[0][k] = at(b, b.frame, lane, k);
+  if (dim == 2) {
+    axes[1][0] = -axes[0][1];
+    axes[1][1] = axes[0][0];
+    return;
+  }
+  if (b.pack) tangent_of(axes[0], axes[1]);
+  else
+    for (int k = 0; k < 3; ++k) axes[1][k] = at(b, b.frame, lane, 3 + k);
+  for (int k = 0; k < 3; ++k)
+    axes[2][k] = axes[0][(k + 1) % 3] * axes[1][(k + 2) % 3] - axes[0][(k + 2) % 3] * axes[1][(k + 1) % 3];
+}
 
 void KeyIndex::build(const std::vector<ContactKey>& keys) {
   std::uint64_t size = 16;
@@ -87,11 +100,49 @@ void Interactions::State::fill() {
   system.penetration = deepest;
 }
 
-void Interactions::State::fill_batch(int b, int thread, double& deepest) {
-  cairn_batch& batch = system.batches[b];
-  fill_geometry(batch, deepest);
-  fill_impulses(batch);
-  fill_law(b, thread);
+void Interactions::State::fill_batch(int which, int thread, double& deepest) {
+  cairn_batch& batch = system.batches[which];
+  cairn_batch columns = batch; // a packed batch is made as columns first
+  alignas(64) double own[20 * 128];
+  if (batch.pack) {
+    const int n = batch.count;
+    columns.pack = 0;
+    columns.frame = own;
+    columns.lever_a = own + 6 * n;
+    columns.lever_b = own + 7 * n;
+    columns.delassus = own + 8 * n;
+    columns.bias = own + 10 * n;
+    columns.params = own + 13 * n;
+    columns.r = own + 14 * n;
+  }
+  cairn_schedule schedule{};
+  schedule.batches = 1;
+  schedule.threads = thread + 1;
+  schedule.first_task = system.first_task.data();
+  schedule.first_batch = system.first_batch.data();
+  schedule.batch = &columns;
+  schedule.side = sides();
+  schedule.record = system.record.data();
+  schedule.general = system.general.empty() ? system.record.data() : system.general.data();
+  schedule.work = system.work.data();
+  fill_geometry(columns, deepest);
+  fill_impulses(columns);
+  fill_law(schedule, columns, thread);
+  batch.solve = columns.solve;
+  if (batch.pack) pack(columns, batch);
+}
+
+void Interactions::State::pack(const cairn_batch& c, cairn_batch& b) const {
+  const int n = b.count, d = dim();
+  const double* lines[10];
+  for (int k = 0; k < d; ++k) lines[k] = c.frame + k * n, lines[d + 4 + k] = c.r + k * n;
+  lines[d] = c.lever_a;
+  lines[d + 1] = c.lever_b;
+  lines[d + 2] = c.bias;
+  lines[d + 3] = c.params;
+  double* to = b.frame;
+  for (int i = 0; i < n; i += 8)
+    for (int k = 0; k < b.pack; ++k, to += 8) std::copy_n(lines[k] + i, 8, to);
 }
 
 void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
@@ -197,24 +248,12 @@ void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double 
       factor * ((ny * tz - nz * ty) * v[0] + (nz * tx - nx * tz) * v[1] + (nx * ty - ny * tx) * v[2]);
 }
 
-void Interactions::State::fill_law(int which, int thread) {
-  cairn_batch& b = system.batches[which];
+void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[LawTable::max_parameters * 128];
   alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128];
   b.solve = solver_of(b, dim());
-  const cairn_schedule schedule{0,
-                                std::int32_t(system.batches.size()),
-                                std::int32_t(system.work.size() / cairn_batch_workspace),
-                                0,
-                                system.first_task.data(),
-                                system.first_batch.data(),
-                                system.batches.data(),
-                                sides(),
-                                system.record.data(),
-                                system.general.empty() ? system.record.data() : system.general.data(),
-                                system.work.data()};
-  cairn_delassus(&schedule, which, thread, w, w_true, u);
+  cairn_delassus(&schedule, 0, thread, w, w_true, u);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, u);
   for (int lane = 0; lane < n; ++lane) {

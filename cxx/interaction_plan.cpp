@@ -25,11 +25,11 @@ void Interactions::State::load_bodies() {
     bool isotropic, moves;
     if (!space) {
       r = cairn_record{{v[0], v[1], v[2], m[0], m[1], m[2], 0, 0}};
-      isotropic = m[0] == m[1];
+      isotropic = m[0] == m[1] && (m[0] > 0 || !(m[2] > 0));
       moves = m[0] > 0 || m[1] > 0 || m[2] > 0;
     } else {
       r = cairn_record{{v[0], v[1], v[2], v[3], v[4], v[5], m[0], m[3]}};
-      isotropic = m[0] == m[1] && m[0] == m[2] && m[3] == m[4] && m[3] == m[5];
+      isotropic = m[0] == m[1] && m[0] == m[2] && m[3] == m[4] && m[3] == m[5] && (m[0] > 0 || !(m[3] > 0));
       moves = m[0] > 0 || m[1] > 0 || m[2] > 0 || m[3] > 0 || m[4] > 0 || m[5] > 0;
       double inertia[6] = {m[3], m[4], m[5], 0, 0, 0};
       if (anisotropic) {
@@ -209,6 +209,9 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   const bool diagonal = (radial_a || !b.moves_a) && (radial_b || !b.moves_b);
   b.block = law.has_solve || !diagonal;
   b.hub = hub;
+  b.relaxes = !law.has_solve;
+  const bool plain = b.block == 0 && radial_a && radial_b && b.moves_a && b.moves_b && hub == 0;
+  b.pack = plain && law.normal_bias && !sheared ? (dim() == 2 ? 8 : 10) : 0;
   b.group = hub ? n : 1;
   b.velocities = system.velocities();
   b.first = std::int32_t(system.candidate.size());
@@ -281,16 +284,36 @@ void Interactions::State::lay_out() {
   const auto states = [](const cairn_batch& b) { return int(law_infos()[b.law].state.size()); };
   const int frame = dim() == 2 ? 2 : 6;
   for (const cairn_batch& b : system.batches)
-    doubles += std::size_t(b.count) * (frame + sides()[b.side_a].lever + sides()[b.side_b].lever + block(b) +
-                                       2 * b.components + params(b) + states(b) + 2);
+    doubles += std::size_t(b.count) * (2 + (b.pack ? b.pack
+                                                   : frame + sides()[b.side_a].lever + sides()[b.side_b].lever +
+                                                         block(b) + 2 * b.components + params(b) + states(b)));
   system.arena.resize(doubles);
   double* next = system.arena.data();
+  // what a sweep does not read stands apart
+  double* apart = next + doubles - 2 * places;
   for (cairn_batch& b : system.batches) {
+    b.rho = apart;
+    b.scale = apart + b.count;
+    apart += 2 * b.count;
+    b.body_a = system.body_a.data() + b.first;
+    b.body_b = system.body_b.data() + b.first;
+    b.status = system.status.data() + b.first;
     const auto take = [&](int components) {
       double* here = next;
       next += std::size_t(components) * b.count;
       return here;
     };
+    if (b.pack) {
+      const int d = dim();
+      double* pack = take(b.pack);
+      b.frame = pack;
+      b.lever_a = pack + 8 * d;
+      b.lever_b = pack + 8 * (d + 1);
+      b.bias = pack + 8 * (d + 2);
+      b.params = pack + 8 * (d + 3);
+      b.r = pack + 8 * (d + 4);
+      continue;
+    }
     b.frame = take(frame);
     b.lever_a = take(sides()[b.side_a].lever);
     b.lever_b = take(sides()[b.side_b].lever);
@@ -299,11 +322,6 @@ void Interactions::State::lay_out() {
     b.r = take(b.components);
     b.params = take(params(b));
     b.state = states(b) ? take(states(b)) : nullptr;
-    b.rho = take(1);
-    b.scale = take(1);
-    b.body_a = system.body_a.data() + b.first;
-    b.body_b = system.body_b.data() + b.first;
-    b.status = system.status.data() + b.first;
   }
 }
 

@@ -26,6 +26,15 @@ private:
   std::uint64_t mask_ = 0;
 };
 
+// Component k of a field of a batch, packed or not (see cairn/core.h).
+inline double& at(const cairn_batch& b, double* field, int lane, int k) {
+  return b.pack ? field[lane / 8 * 8 * b.pack + 8 * k + lane % 8] : field[k * b.count + lane];
+}
+// A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
+void tangent_of(const double n[3], double t[3]);
+// Rows n, t and, in 3D, s of a contact.
+void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);
+
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
 
@@ -86,7 +95,8 @@ private:
   void fill_batch(int b, int thread, double& deepest);
   void fill_geometry(cairn_batch& b, double& deepest);
   void fill_impulses(cairn_batch& b);
-  void fill_law(int b, int thread);
+  void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
+  void pack(const cairn_batch& columns, cairn_batch& b) const;
 };
 
 } // namespace cairn

@@ -1,5 +1,6 @@
 set(CAIRN_CXX_SOURCES
   body.cpp
+  bonds.cpp
   c_api.cpp
   contactor.cpp
   detection_grid.cpp

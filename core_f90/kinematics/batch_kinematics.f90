@@ -1,7 +1,8 @@
 !> What every solver does with a batch: read the relative velocity of its contacts, give their bodies a change of impulse.
 module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
-  use contact_batch, only: cairn_record, cairn_batch, cairn_side, side_gather, side_scatter, side_delassus, record_size, max_batch
+  use contact_batch, only: cairn_record, cairn_batch, cairn_side, side_gather, side_scatter, side_delassus, &
+    record_size, max_batch, batch_workspace
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
@@ -12,34 +13,83 @@ module batch_kinematics
     integer(c_int32_t) :: n = 0, c = 0, width_a = 0, width_b = 0
     integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null()
     real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
-    real(c_double), pointer, contiguous :: bias(:) => null(), r(:) => null()
+    real(c_double), pointer, contiguous :: bias(:) => null(), params(:) => null(), r(:) => null()
     procedure(side_gather), pointer, nopass :: gather_a => null(), gather_b => null()
     procedure(side_scatter), pointer, nopass :: scatter_a => null(), scatter_b => null()
   end type batch_view
 contains
 
-  subroutine open_batch(batch, sides, view)
-    type(cairn_batch), intent(in) :: batch     !< see cairn/core.h
+  !> A packed batch is unpacked into the end of the workspace: what is changed there does not come back.
+  subroutine open_batch(batch, sides, work, view)
+    type(cairn_batch), intent(in) :: batch      !< see cairn/core.h
     type(cairn_side), intent(in)  :: sides(0:*) !< rows of sides.def
+    real(c_double), intent(inout), target, contiguous :: work(:) !< workspace of the thread
     type(batch_view), intent(out) :: view
-    integer(c_int32_t) :: n
+    real(c_double), pointer, contiguous :: packed(:)
+    integer :: n, c
     n = batch%count
+    c = batch%components
     view%n = n
-    view%c = batch%components
+    view%c = c
     view%width_a = sides(batch%side_a)%width
     view%width_b = sides(batch%side_b)%width
     call c_f_pointer(batch%body_a, view%body_a, [n])
     call c_f_pointer(batch%body_b, view%body_b, [n])
-    call c_f_pointer(batch%frame, view%frame, [6*n])
-    call c_f_pointer(batch%lever_a, view%lever_a, [n*sides(batch%side_a)%lever])
-    call c_f_pointer(batch%lever_b, view%lever_b, [n*sides(batch%side_b)%lever])
-    call c_f_pointer(batch%bias, view%bias, [n*view%c])
-    call c_f_pointer(batch%r, view%r, [n*view%c])
     call c_f_procpointer(sides(batch%side_a)%gather, view%gather_a)
     call c_f_procpointer(sides(batch%side_b)%gather, view%gather_b)
     call c_f_procpointer(sides(batch%side_a)%scatter, view%scatter_a)
     call c_f_procpointer(sides(batch%side_b)%scatter, view%scatter_b)
+    if (batch%pack > 0) then
+      call c_f_pointer(batch%frame, packed, [batch%pack*n])
+      associate (own => work(batch_workspace - 16*max_batch + 1:))
+        view%frame => own(1:6*n)
+        view%lever_a => own(6*n + 1:7*n)
+        view%lever_b => own(7*n + 1:8*n)
+        view%bias => own(8*n + 1:11*n)
+        view%params => own(11*n + 1:12*n)
+        view%r => own(12*n + 1:15*n)
+      end associate
+      call unpack_batch(n/8, c, batch%pack, packed, view%frame, view%lever_a, view%lever_b, view%bias, view%params, view%r)
+    else
+      call c_f_pointer(batch%frame, view%frame, [6*n])
+      call c_f_pointer(batch%lever_a, view%lever_a, [n*sides(batch%side_a)%lever])
+      call c_f_pointer(batch%lever_b, view%lever_b, [n*sides(batch%side_b)%lever])
+      call c_f_pointer(batch%bias, view%bias, [n*c])
+      call c_f_pointer(batch%params, view%params, [n])
+      call c_f_pointer(batch%r, view%r, [n*c])
+    end if
   end subroutine open_batch
+
+  subroutine unpack_batch(packs, c, lines, packed, frame, lever_a, lever_b, bias, mu, r)
+    integer, value              :: packs                   !< eights of contacts
+    integer, value              :: c                       !< components, 2 or 3
+    integer, value              :: lines                   !< of a pack
+    real(c_double), intent(in)  :: packed(8, lines, packs) !< see cairn/core.h
+    real(c_double), intent(out) :: frame(8, packs, *)      !< normal, in 3D first tangent [-]
+    real(c_double), intent(out) :: lever_a(8, packs), lever_b(8, packs) !< [m]
+    real(c_double), intent(out) :: bias(8, packs, c)       !< [m/s]
+    real(c_double), intent(out) :: mu(8, packs)            !< [-]
+    real(c_double), intent(out) :: r(8, packs, c)          !< [N s]
+    real(c_double) :: s, a
+    integer :: i, k
+    do k = 1, packs
+      frame(:, k, 1:c) = packed(:, 1:c, k)
+      lever_a(:, k) = packed(:, c + 1, k)
+      lever_b(:, k) = packed(:, c + 2, k)
+      bias(:, k, 1) = packed(:, c + 3, k)
+      bias(:, k, 2:c) = 0
+      mu(:, k) = packed(:, c + 4, k)
+      r(:, k, :) = packed(:, c + 5:2*c + 4, k)
+      if (c == 2) cycle
+      do i = 1, 8
+        s = sign(1.0_c_double, packed(i, 3, k))
+        a = -1/(s + packed(i, 3, k))
+        frame(i, k, 4) = 1 + s*packed(i, 1, k)**2*a
+        frame(i, k, 5) = s*packed(i, 1, k)*packed(i, 2, k)*a
+        frame(i, k, 6) = -s*packed(i, 1, k)
+      end do
+    end do
+  end subroutine unpack_batch
 
   !> Records of both sides of every contact, as columns.
   subroutine load_bodies(view, record, general, va, vb)

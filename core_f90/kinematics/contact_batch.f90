@@ -32,6 +32,8 @@ module contact_batch
     integer(c_int32_t) :: law
     integer(c_int32_t) :: first
     integer(c_int32_t) :: velocities
+    integer(c_int32_t) :: pack
+    integer(c_int32_t) :: relaxes
     integer(c_int32_t) :: unused
     type(c_ptr) :: body_a
     type(c_ptr) :: body_b
@@ -62,6 +64,7 @@ module contact_batch
     integer(c_int32_t) :: batches
     integer(c_int32_t) :: threads
     integer(c_int32_t) :: unused
+    real(c_double) :: relaxation
     type(c_ptr) :: first_task
     type(c_ptr) :: first_batch
     type(c_ptr) :: batch

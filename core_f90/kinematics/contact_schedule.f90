@@ -9,6 +9,7 @@ module contact_schedule
   !> Lists count from 0 in C, from 1 here: batch b of the lists is batch(b + 1).
   type :: schedule_view
     integer :: stages = 0, batches = 0, threads = 1
+    real(c_double) :: relaxation = 1
     integer(c_int32_t), pointer, contiguous :: first_task(:) => null(), first_batch(:) => null()
     type(cairn_batch), pointer, contiguous :: batch(:) => null()
     type(cairn_side), pointer, contiguous :: side(:) => null()
@@ -25,6 +26,7 @@ contains
     view%stages = schedule%stages
     view%batches = schedule%batches
     view%threads = schedule%threads
+    view%relaxation = schedule%relaxation
     call c_f_pointer(schedule%first_task, view%first_task, [view%stages + 1])
     call c_f_pointer(schedule%first_batch, view%first_batch, [view%first_task(view%stages + 1) + 1])
     call c_f_pointer(schedule%batch, view%batch, [view%batches])

@@ -54,13 +54,13 @@ contains
     type(cairn_side), intent(in)   :: sides(*)
     type(cairn_record), intent(in) :: record(*), general(*)
     integer, value                 :: what
-    real(c_double), intent(inout)  :: work(batch_workspace)
+    real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)    :: sums(sums_size)
     type(batch_view) :: view
     real(c_double), pointer, contiguous :: mu(:), rho(:), scale(:), delassus(:), state(:)
     integer(c_int32_t), pointer, contiguous :: status(:)
     integer :: n, c, vb, u, f, weight, axes
-    call open_batch(batch, sides, view)
+    call open_batch(batch, sides, work, view)
     n = view%n
     c = view%c
     axes = merge(2, 3, batch%velocities == 3)
@@ -68,7 +68,7 @@ contains
     u = vb + view%width_b*n
     f = u + c*n
     weight = f + c*n
-    call c_f_pointer(batch%params, mu, [n])
+    mu => view%params
     call c_f_pointer(batch%rho, rho, [n])
     call c_f_pointer(batch%scale, scale, [n])
     nullify (state)

@@ -24,7 +24,7 @@ contains
       !$omp do schedule(dynamic, 1)
       do task = s%first_task(stage) + 1, s%first_task(stage + 1)
         do b = s%first_batch(task) + 1, s%first_batch(task + 1)
-          call open_batch(s%batch(b), s%side, view)
+          call open_batch(s%batch(b), s%side, s%work(:, me), view)
           vb = 1 + view%width_a*view%n
           call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
           call add_impulse(s%batch(b), view, view%r, s%work(:, me), s%work(vb:, me), s%record)
@@ -46,7 +46,7 @@ contains
     integer :: vb, me
     me = thread + 1
     call open_schedule(schedule, s)
-    call open_batch(s%batch(batch + 1), s%side, view)
+    call open_batch(s%batch(batch + 1), s%side, s%work(:, me), view)
     vb = 1 + view%width_a*view%n
     call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
     call bare_velocity(view, s%work(:, me), s%work(vb:, me), u)
@@ -66,7 +66,7 @@ contains
     me = thread + 1
     call open_schedule(schedule, s)
     associate (this => s%batch(batch + 1))
-      call open_batch(this, s%side, view)
+      call open_batch(this, s%side, s%work(:, me), view)
       vb = 1 + view%width_a*view%n
       call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
       call bare_velocity(view, s%work(:, me), s%work(vb:, me), u)
@@ -99,12 +99,12 @@ contains
     type(cairn_side), intent(in)   :: sides(*)
     type(cairn_record), intent(in) :: record(*), general(*)
     logical, value                 :: begin
-    real(c_double), intent(inout)  :: work(batch_workspace)
+    real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(inout)  :: sums(2)
     type(batch_view) :: view
     real(c_double), pointer, contiguous :: kept(:)
     integer :: n, vb, u
-    call open_batch(batch, sides, view)
+    call open_batch(batch, sides, work, view)
     n = view%n
     vb = 1 + view%width_a*n
     u = vb + view%width_b*n

@@ -5,6 +5,7 @@ module nlgs
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_schedule, cairn_record, cairn_batch, cairn_side, law_solve, batch_workspace
   use contact_schedule, only: schedule_view, open_schedule
+  use radial_sweep, only: sweep_radial2, sweep_radial3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
@@ -28,7 +29,7 @@ contains
         !$omp do schedule(dynamic, 1)
         do task = s%first_task(stage) + 1, s%first_task(stage + 1)
           do b = s%first_batch(task) + 1, s%first_batch(task + 1)
-            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%work(:, me), change(b))
+            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%work(:, me), change(b))
           end do
         end do
         !$omp end do
@@ -37,37 +38,55 @@ contains
     !$omp end parallel
   end subroutine cairn_nlgs_sweep
 
-  subroutine sweep_batch(batch, sides, record, general, work, change)
+  subroutine sweep_batch(batch, sides, record, general, relaxation, work, change)
     type(cairn_batch), intent(in)     :: batch
     type(cairn_side), intent(in)      :: sides(*)
     type(cairn_record), intent(inout) :: record(*)
     type(cairn_record), intent(in)    :: general(*)
-    real(c_double), intent(inout)     :: work(batch_workspace)
+    real(c_double), value             :: relaxation
+    real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)       :: change
     type(batch_view) :: view
-    real(c_double), pointer, contiguous :: delassus(:), params(:), state(:)
+    real(c_double), pointer, contiguous :: delassus(:), state(:), packed(:)
+    integer(c_int32_t), pointer, contiguous :: body_a(:), body_b(:)
     procedure(law_solve), pointer :: solve
-    integer :: n, c, va, vb, u, dr
-    call open_batch(batch, sides, view)
+    integer :: n, c, va, vb, u, dr, w, columns
+    if (batch%pack > 0) then
+      n = batch%count
+      call c_f_pointer(batch%frame, packed, [batch%pack*n])
+      call c_f_pointer(batch%body_a, body_a, [n])
+      call c_f_pointer(batch%body_b, body_b, [n])
+      if (batch%components == 2) &
+        call sweep_radial2(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+      if (batch%components == 3) &
+        call sweep_radial3(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+      return
+    end if
+    call open_batch(batch, sides, work, view)
     n = view%n
     c = view%c
     va = 1
     vb = va + view%width_a*n
     u = vb + view%width_b*n
     dr = u + c*n
-    call c_f_pointer(batch%delassus, delassus, [c*c*n])
-    call c_f_pointer(batch%params, params, [n])
+    w = dr + c*n
+    columns = merge(2, c*c, batch%block == 0)
+    call c_f_pointer(batch%delassus, delassus, [columns*n])
+    if (batch%relaxes /= 0) then
+      work(w:w + columns*n - 1) = delassus*(1/relaxation)
+      delassus => work(w:w + columns*n - 1)
+    end if
     call c_f_pointer(batch%state, state, [n])
     call c_f_procpointer(batch%solve, solve)
     call load_bodies(view, record, general, work(va), work(vb))
     call relative_velocity(view, work(va), work(vb), work(u))
     if (batch%block == 0) then
       call leave_isotropic(n, c, delassus, view%r, work(u), work(dr))
-      call solve(n, c, delassus, work(u), view%bias, params, state, view%r)
+      call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
       call change_isotropic(n, c, delassus, view%r, work(dr), change)
     else
       call leave_full(n, c, delassus, view%r, work(u), work(dr))
-      call solve(n, c, delassus, work(u), view%bias, params, state, view%r)
+      call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
       call change_full(n, c, delassus, view%r, work(dr), change)
     end if
     call add_impulse(batch, view, work(dr), work(va), work(vb), record)

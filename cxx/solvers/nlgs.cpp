@@ -73,7 +73,7 @@ public:
   }
 
 private:
-  static constexpr double decrement = 0.125, least_fall = 0.98;
+  static constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
   double& factor_;
   double best_ = std::numeric_limits<double>::infinity();
 };

@@ -54,7 +54,10 @@ void cairn_momentum_update(int64_t nb, int32_t mode, const double* inertia, cons
                            const double* velocity_begin, double* velocity, double* angular_momentum, const int8_t* driven);
 
 /* ------------------------------------------------------------------ batches of contacts and the sides they rest on */
-/* Mutually independent contacts of one law on one pair of kinds of side. A field with c components is a block (count, c): each
+/* Mutually independent contacts of one law on one pair of kinds of side.
+ * Most contacts rest on two round bodies that move and obey Coulomb's cone with a bias of the normal velocity alone. They are swept
+ * in one loop, and stored for it: contacts by eights, one line of eight numbers after the other, normal (2 or 3), lever of A, of B,
+ * bias, mu, r (2 or 3); `frame`, `lever_a` and so on then point to the first of their lines, and their blocks do not exist. A field with c components is a block (count, c): each
  * component contiguous. count is a multiple of 8; past `contacts` stand dummies on the spare record, which never act. */
 typedef struct cairn_batch {
   int32_t count, contacts; /* with and without dummies */
@@ -67,6 +70,8 @@ typedef struct cairn_batch {
   int32_t law;             /* row of laws.def */
   int32_t first;           /* place of its first contact in the order of batches */
   int32_t velocities;      /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
+  int32_t pack;            /* 0, or the lines of a pack: see above */
+  int32_t relaxes;         /* 1: over-relaxation applies */
   int32_t unused;
   int32_t *body_a, *body_b; /* (n) places of velocity records */
   double* frame;     /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
@@ -110,7 +115,7 @@ typedef struct cairn_record {
 #undef CAIRN_SIDE
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit) \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) \
   cairn_law_prepare cairn_law_##name##_prepare;                 \
   cairn_law_solve cairn_law_##name##_solve;                     \
   cairn_law_commit cairn_law_##name##_commit;
@@ -125,6 +130,7 @@ typedef struct cairn_schedule {
   int32_t batches;
   int32_t threads;
   int32_t unused;
+  double relaxation;          /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
   const int32_t* first_task;  /* (stages + 1) */
   const int32_t* first_batch; /* (tasks + 1) */
   const cairn_batch* batch;   /* (batches) */
@@ -141,6 +147,12 @@ void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t threa
 void cairn_contact_work(const cairn_schedule* schedule, int32_t begin, double* sums);
 void cairn_contact_scale(const cairn_schedule* schedule, double* sums);
 void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double* sums);
+
+/* The textbook's sweep, one contact after the other: what batches are checked against and timed by. */
+void cairn_plain_sweep2(int64_t n, const int32_t* body, const double* normal, const double* lever, const double* mu,
+                        const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v, double* r);
+void cairn_plain_sweep3(int64_t n, const int32_t* body, const double* frame, const double* lever, const double* mu,
+                        const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v, double* r);
 
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,
