@@ -1,6 +1,7 @@
 """Sphinx configuration: MyST pages, docstrings by autodoc."""
 
 import re
+import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -14,3 +15,11 @@ autosummary_generate = True
 autodoc_typehints = "description"
 html_theme = "furo"
 exclude_patterns = ["_build"]
+
+# warnings of pages that only users of other tools see
+suppress_warnings = ["myst.xref_missing"]
+
+sys.path.insert(0, str(ROOT / "docs"))
+import tables  # noqa: E402
+
+tables.write(ROOT / "docs" / "api")

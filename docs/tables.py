@@ -1,0 +1,46 @@
+"""Tables of what the lists (.def) declare, written as a page before Sphinx reads the others."""
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+LISTS = [
+    ("Contact laws", "core_f90/contact_laws/laws.def", "CAIRN_LAW",
+     ("file", "in Python", "unknowns in 2D", "in 3D", "parameters name:default:smallest:largest", "state")),
+    ("Pairs of shapes", "core_f90/detection/pairs.def", "CAIRN_PAIR", ("file", "candidate", "antagonist", "most contacts")),
+    ("Kinds of side", "core_f90/kinematics/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
+    ("Contact solvers", "core_f90/solvers/solvers.def", "CAIRN_SOLVER", ("file", "in Python", "what it is")),
+    ("Arrays of bodies", "cxx/fields.def", "CAIRN_BODY_FIELD",
+     ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
+    ("Arrays of contactors", "cxx/fields.def", "CAIRN_CONTACTOR_FIELD",
+     ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
+]
+FIELD = re.compile(r'"([^"]*)"|([^,"]+)')
+
+
+def rows(name, macro):
+    """Fields of every row macro(...) of a list, texts without their quotes."""
+    text = (ROOT / name).read_text(encoding="utf-8")
+    for row in re.findall(rf"^{macro}\((.*)\)$", text, re.M):
+        yield [(quoted or bare).strip() for quoted, bare in FIELD.findall(row) if quoted or bare.strip() or not bare]
+
+
+def page():
+    """The tables as one MyST page."""
+    parts = ["# What there is\n\nWritten from the lists that the build itself reads."]
+    for title, name, macro, columns in LISTS:
+        lines = [f"## {title}", f"`{name}`", "", "| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+        for row in rows(name, macro):
+            cells = [cell.replace("|", "\\|") for cell in row[: len(columns)]]
+            lines.append("| " + " | ".join(cells) + " |")
+        parts.append("\n".join(lines))
+    return "\n\n".join(parts) + "\n"
+
+
+def write(folder):
+    """Writes tables.md into folder; only when it changed, so that Sphinx does not build it anew."""
+    target = Path(folder) / "tables.md"
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if not target.exists() or target.read_text(encoding="utf-8") != page():
+        target.write_text(page(), encoding="utf-8")
