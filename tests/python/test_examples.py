@@ -72,3 +72,22 @@ def test_shear_cell(tmp_path):
     assert figures["pressure"] == pytest.approx(1.0, rel=0.05)
     assert 0.2 < figures["friction"] < 0.5
     assert 0.7 < figures["solid"] < 0.84
+
+
+def test_drum(tmp_path):
+    figures = ran("drum", tmp_path, "--spheres", "150", "--turns", "0.2", "--froude", "0.01", "--frames", "3")
+    assert 10.0 < figures["angle of the surface"] < 50.0
+
+
+def test_clump_collapse(tmp_path):
+    figures = ran("clump_collapse", tmp_path, "--grains", "80", "--steps", "900", "--frames", "3")
+    assert figures["run-out, disks"] > 0.1
+    assert figures["run-out, clumps"] < figures["run-out, disks"]
+
+
+def test_spheres_in_a_box(tmp_path):
+    figures = ran("spheres_in_a_box", tmp_path, "--spheres", "150", "--steps", "200", "--frames", "3")
+    assert figures["weight carried"] == pytest.approx(1.0, abs=0.02)
+    assert 0.3 < figures["  by the floor"] < 1.0
+    assert 3.0 < figures["coordination number"] < 7.0
+    assert figures["depth of the ball"] > 0.1
