@@ -2,7 +2,7 @@
 !> velocities that the others leave it. Contacts of a batch share no body that moves, so they are solved at once; tasks of a
 !> stage share none either, so that threads take them in any order with the same bits.
 module nlgs
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_schedule, cairn_record, cairn_batch, cairn_side, law_solve, batch_workspace
   use contact_schedule, only: schedule_view, open_schedule
   use radial_sweep, only: sweep_radial2, sweep_radial3
@@ -76,7 +76,11 @@ contains
       work(w:w + columns*n - 1) = delassus*(1/relaxation)
       delassus => work(w:w + columns*n - 1)
     end if
-    call c_f_pointer(batch%state, state, [n])
+    if (c_associated(batch%state)) then
+      call c_f_pointer(batch%state, state, [n])
+    else
+      state => work(:0) ! a law without state is handed an array of nothing
+    end if
     call c_f_procpointer(batch%solve, solve)
     call load_bodies(view, record, general, work(va), work(vb))
     call relative_velocity(view, work(va), work(vb), work(u))
