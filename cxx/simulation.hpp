@@ -94,6 +94,7 @@ private:
   template <class Stage>
   void timed(const char* name, Stage&& stage);
   void save_begin();
+  void make_bonds();
   void wrap_into_cell();
   void move_images(const std::vector<std::array<int, 3>>& moved);
   void lean_images(int k, int i, int cells);

@@ -32,6 +32,7 @@ void Simulation::begin_step(double h) {
   if (steps > 0 && steps % strategy.renumber_every == 0) scene.renumber();
   if (scene.cell.any()) wrap_into_cell(); // what was put outside; the images of contacts follow
   save_begin();
+  make_bonds();
   begun_ = true;
 }
 

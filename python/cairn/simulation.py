@@ -29,9 +29,7 @@ class Simulation:
     def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
         if not isinstance(scene, Scene):
             raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
-        self.strategy = NSCD() if strategy is None else strategy
-        if not isinstance(self.strategy, NSCD):
-            raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...)")
+        self._strategy = _checked_strategy(NSCD() if strategy is None else strategy)
         self._dt = checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
@@ -63,6 +61,17 @@ class Simulation:
     @dt.setter
     def dt(self, value):
         self._dt = checks.positive("dt", value)
+
+    @property
+    def strategy(self):
+        """How the scene moves; another may be given between steps."""
+        return self._strategy
+
+    @strategy.setter
+    def strategy(self, value):
+        self._strategy = _checked_strategy(value)
+        self._core.set_strategy(value.settings())
+        self._constant_force_set = False
 
     @property
     def time(self):
@@ -381,6 +390,12 @@ class Simulation:
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)
+
+
+def _checked_strategy(strategy):
+    if not isinstance(strategy, NSCD):
+        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...)")
+    return strategy
 
 
 def _later_to_dict(s):
