@@ -22,5 +22,7 @@ set(CAIRN_CORE_SOURCES
   reference/plain_sweep.f90
   solvers/contact_error.f90
   solvers/contact_passes.f90
+  solvers/contact_velocity.f90
+  solvers/radial_passes.f90
   solvers/radial_sweep.f90
 )

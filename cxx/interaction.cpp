@@ -50,20 +50,21 @@ void Interactions::update_velocity(Bodies& bodies) {
   if (!system.batches.empty()) {
     const cairn_schedule schedule = system.schedule(omp_get_max_threads());
     s.work_sums.resize(std::max(s.work_sums.size(), 2 * system.batches.size()));
-    system.load(bodies.velocity_begin);
-    cairn_contact_work(&schedule, 1, s.work_sums.data());
     // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
     system.load(bodies.velocity_free);
     cairn_add_impulses(&schedule);
-    cairn_contact_work(&schedule, 0, s.work_sums.data());
+    system.unload(bodies.velocity);
+    system.add(bodies.velocity_begin);
+    cairn_contact_work(&schedule, 1, s.work_sums.data());
+    system.load(bodies.velocity);
     for (std::size_t b = 0; b < system.batches.size(); ++b) {
       s.energy.normal -= 0.5 * s.work_sums[2 * b];
       s.energy.tangential -= 0.5 * s.work_sums[2 * b + 1];
     }
     if (s.sheared) s.count_cell_work();
+  } else {
+    bodies.velocity.values = bodies.velocity_free.values;
   }
-  const int n = system.velocities();
-  for (std::int64_t b = 0; b < system.bodies; ++b) std::copy_n(system.record[b].x, n, bodies.velocity[b]);
   if (bodies.reaction.active) s.add_reactions(bodies);
 }
 

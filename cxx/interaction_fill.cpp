@@ -69,7 +69,8 @@ void KeyIndex::build(const std::vector<ContactKey>& keys) {
   }
 }
 
-std::int32_t KeyIndex::find(const ContactKey& key, const std::vector<ContactKey>& keys) const {
+std::int32_t KeyIndex::find(const ContactKey& key, const std::vector<ContactKey>& keys, std::int32_t near) const {
+  if (std::size_t(near) < keys.size() && keys[near] == key) return near;
   if (keys.empty()) return -1;
   for (std::uint64_t s = hash(key) & mask_; slots_[s] >= 0; s = (s + 1) & mask_)
     if (keys[slots_[s]] == key) return slots_[s];
@@ -102,47 +103,76 @@ void Interactions::State::fill() {
 
 void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   cairn_batch& batch = system.batches[which];
-  cairn_batch columns = batch; // a packed batch is made as columns first
-  alignas(64) double own[20 * 128];
-  if (batch.pack) {
-    const int n = batch.count;
-    columns.pack = 0;
-    columns.frame = own;
-    columns.lever_a = own + 6 * n;
-    columns.lever_b = own + 7 * n;
-    columns.delassus = own + 8 * n;
-    columns.bias = own + 10 * n;
-    columns.params = own + 13 * n;
-    columns.r = own + 14 * n;
-  }
+  batch.solve = solver_of(batch, dim());
+  if (batch.pack) return dim() == 2 ? fill_packed<2>(batch, deepest) : fill_packed<3>(batch, deepest);
   cairn_schedule schedule{};
   schedule.batches = 1;
   schedule.threads = thread + 1;
   schedule.first_task = system.first_task.data();
   schedule.first_batch = system.first_batch.data();
-  schedule.batch = &columns;
+  schedule.batch = &batch;
   schedule.side = sides();
   schedule.record = system.record.data();
   schedule.general = system.general.empty() ? system.record.data() : system.general.data();
   schedule.work = system.work.data();
-  fill_geometry(columns, deepest);
-  fill_impulses(columns);
-  fill_law(schedule, columns, thread);
-  batch.solve = columns.solve;
-  if (batch.pack) pack(columns, batch);
+  fill_geometry(batch, deepest);
+  fill_impulses(batch);
+  fill_law(schedule, batch, thread);
 }
 
-void Interactions::State::pack(const cairn_batch& c, cairn_batch& b) const {
-  const int n = b.count, d = dim();
-  const double* lines[10];
-  for (int k = 0; k < d; ++k) lines[k] = c.frame + k * n, lines[d + 4 + k] = c.r + k * n;
-  lines[d] = c.lever_a;
-  lines[d + 1] = c.lever_b;
-  lines[d + 2] = c.bias;
-  lines[d + 3] = c.params;
-  double* to = b.frame;
-  for (int i = 0; i < n; i += 8)
-    for (int k = 0; k < b.pack; ++k, to += 8) std::copy_n(lines[k] + i, 8, to);
+// Two round bodies that move, a bias along the normal: everything at once.
+template <int d>
+void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
+  const Candidates& c = *candidates;
+  const int n = b.count, lines = 8 * b.pack, parameters = int(law_infos()[b.law].parameters.size());
+  alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
+  const double scale = memory.h > 0 ? h / memory.h : 1;
+  const int kept = memory.impulse_components;
+  std::int32_t near = 0;
+  std::fill(b.frame, b.frame + std::size_t(n) * b.pack, 0.0);
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int64_t i = system.candidate[b.first + lane];
+    const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i], A = body(ca), B = body(cb);
+    double* to = b.frame + lane / 8 * lines + lane % 8;
+    const double *normal = &c.normal[d * i], ra = *contactors->radius[ca], rb = *contactors->radius[cb];
+    for (int k = 0; k < d; ++k) to[8 * k] = normal[k];
+    gap[lane] = c.gap[i];
+    to[8 * d] = -(ra + 0.5 * gap[lane]);
+    to[8 * d + 8] = rb + 0.5 * gap[lane];
+    deepest = std::max(deepest, -gap[lane] / std::min(ra, rb));
+    b.body_a[lane] = A;
+    b.body_b[lane] = B;
+    constexpr int mass = d == 2 ? 3 : 6;
+    b.rho[lane] = 1 / (system.record[A].x[mass] + system.record[B].x[mass]);
+    const double* given = laws->entry(entry[i]).params;
+    for (int k = 0; k < parameters; ++k) params[k * n + lane] = given[k];
+    const std::int32_t place = index.find(key(i), memory.keys, near);
+    if (place < 0) continue;
+    near = place + 1;
+    const double* p = &memory.impulses[std::size_t(place) * kept];
+    if constexpr (d == 2) {
+      to[8 * d + 32] = scale * p[0];
+      to[8 * d + 40] = scale * p[1];
+    } else {
+      double axes[3][3];
+      axes_of(b, d, lane, axes);
+      for (int k = 0; k < 3; ++k)
+        to[8 * (d + 4 + k)] = scale * (axes[k][0] * p[0] + axes[k][1] * p[1] + axes[k][2] * p[2]);
+    }
+  }
+  for (int lane = b.contacts; lane < n; ++lane) {
+    gap[lane] = 0;
+    b.rho[lane] = 1;
+    b.body_a[lane] = b.body_b[lane] = std::int32_t(system.bodies);
+    for (int k = 0; k < parameters; ++k) params[k * n + lane] = 0;
+  }
+  const cairn_law_context context{h, theta, nullptr, nullptr};
+  law_kernels[b.law].prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
+  for (int lane = 0; lane < n; ++lane) {
+    double* to = b.frame + lane / 8 * lines + lane % 8;
+    to[8 * d + 16] = bias[lane];
+    to[8 * d + 24] = mu[lane];
+  }
 }
 
 void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
@@ -198,10 +228,11 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
   const int states = int(law_infos()[b.law].state.size());
   std::fill(b.r, b.r + std::size_t(n) * b.components, 0.0);
   const double scale = memory.h > 0 ? h / memory.h : 1;
+  std::int32_t near = 0;
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = system.candidate[b.first + lane];
     const ContactKey k = key(i);
-    const std::int32_t place = index.find(k, memory.keys);
+    const std::int32_t place = index.find(k, memory.keys, near);
     for (int s = 0; s < states; ++s) {
       const bool fresh = k.contactor_a >= memory.contactors_seen || k.contactor_b >= memory.contactors_seen;
       b.state[s * n + lane] =
@@ -210,6 +241,7 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
         b.state[s * n + lane] = memory.states[std::size_t(place) * memory.state_components + s];
     }
     if (place < 0) continue;
+    near = place + 1;
     const double* p = &memory.impulses[std::size_t(place) * kept];
     if (d == 2) {
       for (int c = 0; c < std::min(kept, b.components); ++c) b.r[c * n + lane] = scale * p[c];
@@ -252,7 +284,6 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[LawTable::max_parameters * 128];
   alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128];
-  b.solve = solver_of(b, dim());
   cairn_delassus(&schedule, 0, thread, w, w_true, u);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, u);

@@ -16,8 +16,8 @@ inline constexpr int hub_degree = 32;
 class KeyIndex {
 public:
   void build(const std::vector<ContactKey>& keys);
-  // -1 if it is not there
-  std::int32_t find(const ContactKey& key, const std::vector<ContactKey>& keys) const;
+  // -1 if it is not there; looks at `near` first
+  std::int32_t find(const ContactKey& key, const std::vector<ContactKey>& keys, std::int32_t near) const;
   std::int64_t bytes() const { return std::int64_t(slots_.capacity() * sizeof(std::int32_t)); }
 
 private:
@@ -96,7 +96,8 @@ private:
   void fill_geometry(cairn_batch& b, double& deepest);
   void fill_impulses(cairn_batch& b);
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
-  void pack(const cairn_batch& columns, cairn_batch& b) const;
+  template <int d>
+  void fill_packed(cairn_batch& b, double& deepest);
 };
 
 } // namespace cairn

@@ -7,7 +7,7 @@ module contact_error
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_associated
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace
   use contact_schedule, only: schedule_view, open_schedule
-  use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity
+  use contact_velocity, only: contact_columns, find_columns
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
@@ -56,46 +56,41 @@ contains
     integer, value                 :: what
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)    :: sums(sums_size)
-    type(batch_view) :: view
-    real(c_double), pointer, contiguous :: mu(:), rho(:), scale(:), delassus(:), state(:)
+    type(contact_columns) :: at
+    real(c_double), pointer, contiguous :: rho(:), scale(:), delassus(:), state(:)
     integer(c_int32_t), pointer, contiguous :: status(:)
-    integer :: n, c, vb, u, f, weight, axes
-    call open_batch(batch, sides, work, view)
-    n = view%n
-    c = view%c
+    integer :: n, c, f, weight, axes
+    call find_columns(batch, sides, record, general, .true., work, at)
+    n = at%n
+    c = at%c
     axes = merge(2, 3, batch%velocities == 3)
-    vb = 1 + view%width_a*n
-    u = vb + view%width_b*n
-    f = u + c*n
-    weight = f + c*n
-    mu => view%params
+    f = 1
+    weight = 1 + c*n
     call c_f_pointer(batch%rho, rho, [n])
     call c_f_pointer(batch%scale, scale, [n])
     nullify (state)
-    call load_bodies(view, record, general, work(1), work(vb))
-    call relative_velocity(view, work(1), work(vb), work(u))
     if (axes == 2) then
-      call cone_map2(n, what == 1, mu, rho, view%r, work(u), work(f))
-      if (any(mu > 1)) call disk_map2(n, what == 1, mu, rho, view%r, work(u), work(f))
+      call cone_map2(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
+      if (any(at%mu > 1)) call disk_map2(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
     else
-      call cone_map3(n, what == 1, mu, rho, view%r, work(u), work(f))
-      if (any(mu > 1)) call disk_map3(n, what == 1, mu, rho, view%r, work(u), work(f))
+      call cone_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
+      if (any(at%mu > 1)) call disk_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
     end if
-    call weights(n, c, axes, rho, work(weight))
+    call weights(n, c, axes, rho, at%free(weight:))
     if (c_associated(batch%state)) then
       call c_f_pointer(batch%delassus, delassus, [c*c*n])
       call c_f_pointer(batch%state, state, [n])
-      call bond_map(n, c, axes, state, delassus, work(u), work(f), work(weight))
+      call bond_map(n, c, axes, state, delassus, at%u, at%free(f:), at%free(weight:))
     end if
     sums = 0
     if (what == 1) then
-      call keep_scale(n, c, work(weight), work(f), scale, sums)
+      call keep_scale(n, c, at%free(weight:), at%free(f:), scale, sums)
     else
-      call add_up(n, c, axes, mu, work(weight), scale, view%r, work(f), work(u), sums)
+      call add_up(n, c, axes, at%mu, at%free(weight:), scale, at%r, at%free(f:), at%u, sums)
     end if
     if (what < 3) return
     call c_f_pointer(batch%status, status, [n])
-    call find_status(n, axes, mu, view%r, status)
+    call find_status(n, axes, at%mu, at%r, status)
     if (c_associated(batch%state)) where (state < huge(state)) status = 3
   end subroutine one_batch
 

@@ -3,6 +3,8 @@ module contact_passes
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace
   use contact_schedule, only: schedule_view, open_schedule
+  use contact_velocity, only: contact_columns, find_columns
+  use radial_passes, only: radial_impulse2, radial_impulse3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, bare_velocity, add_impulse, delassus_block
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
@@ -14,26 +16,47 @@ contains
   subroutine cairn_add_impulses(schedule) bind(c)
     type(cairn_schedule), intent(in) :: schedule !< see cairn/core.h
     type(schedule_view) :: s
-    type(batch_view) :: view
-    integer :: stage, task, b, me, vb
+    integer :: stage, task, b, me
     call open_schedule(schedule, s)
     me = 1
-    !$omp parallel num_threads(s%threads) if (s%threads > 1) default(shared) private(stage, task, b, view, vb) firstprivate(me)
+    !$omp parallel num_threads(s%threads) if (s%threads > 1) default(shared) private(stage, task, b) firstprivate(me)
     !$ me = omp_get_thread_num() + 1
     do stage = 1, s%stages
       !$omp do schedule(dynamic, 1)
       do task = s%first_task(stage) + 1, s%first_task(stage + 1)
         do b = s%first_batch(task) + 1, s%first_batch(task + 1)
-          call open_batch(s%batch(b), s%side, s%work(:, me), view)
-          vb = 1 + view%width_a*view%n
-          call load_bodies(view, s%record, s%general, s%work(:, me), s%work(vb:, me))
-          call add_impulse(s%batch(b), view, view%r, s%work(:, me), s%work(vb:, me), s%record)
+          call impulses_of_batch(s%batch(b), s%side, s%record, s%general, s%work(:, me))
         end do
       end do
       !$omp end do
     end do
     !$omp end parallel
   end subroutine cairn_add_impulses
+
+  subroutine impulses_of_batch(batch, sides, record, general, work)
+    type(cairn_batch), intent(in)     :: batch
+    type(cairn_side), intent(in)      :: sides(*)
+    type(cairn_record), intent(inout) :: record(*)
+    type(cairn_record), intent(in)    :: general(*)
+    real(c_double), intent(inout), target :: work(batch_workspace)
+    type(batch_view) :: view
+    integer(c_int32_t), pointer, contiguous :: body_a(:), body_b(:)
+    real(c_double), pointer, contiguous :: packed(:)
+    integer :: n, vb
+    if (batch%pack > 0) then
+      n = batch%count
+      call c_f_pointer(batch%frame, packed, [batch%pack*n])
+      call c_f_pointer(batch%body_a, body_a, [n])
+      call c_f_pointer(batch%body_b, body_b, [n])
+      if (batch%components == 2) call radial_impulse2(n/8, batch%contacts, body_a, body_b, packed, record)
+      if (batch%components == 3) call radial_impulse3(n/8, batch%contacts, body_a, body_b, packed, record)
+      return
+    end if
+    call open_batch(batch, sides, work, view)
+    vb = 1 + view%width_a*view%n
+    call load_bodies(view, record, general, work(1), work(vb))
+    call add_impulse(batch, view, view%r, work(1), work(vb), record)
+  end subroutine impulses_of_batch
 
   !> Relative velocity of the contacts of one batch, without bias.
   subroutine cairn_relative_velocities(schedule, batch, thread, u) bind(c)
@@ -101,21 +124,15 @@ contains
     logical, value                 :: begin
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(inout)  :: sums(2)
-    type(batch_view) :: view
+    type(contact_columns) :: at
     real(c_double), pointer, contiguous :: kept(:)
-    integer :: n, vb, u
-    call open_batch(batch, sides, work, view)
-    n = view%n
-    vb = 1 + view%width_a*n
-    u = vb + view%width_b*n
-    call c_f_pointer(batch%scale, kept, [n])
-    call load_bodies(view, record, general, work(1), work(vb))
-    call bare_velocity(view, work(1), work(vb), work(u))
+    call find_columns(batch, sides, record, general, .false., work, at)
+    call c_f_pointer(batch%scale, kept, [at%n])
     if (begin) then
       kept = 0
       sums = 0
     end if
-    call add_work(n, view%c, view%r, work(u), kept, sums)
+    call add_work(at%n, at%c, at%r, at%u, kept, sums)
   end subroutine work_of_batch
 
   subroutine add_work(n, c, r, u, kept, sums)

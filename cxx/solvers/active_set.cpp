@@ -4,43 +4,59 @@
 #include <cmath>
 #include <limits>
 
+#include "../interaction_state.hpp"
+
 namespace cairn {
 
 namespace {
+
+// f(batch, lane, component) for every impulse there is
+template <class F>
+void each(const ContactSystem& system, F&& f) {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (int k = 0; k < b.components; ++k) f(b, lane, k);
+}
+
 constexpr int most_unknowns = 256, most_iterations = 12, most_corrections = 6;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 } // namespace
 
 std::vector<double> ActiveSet::impulses() const {
   std::vector<double> all;
-  for (const cairn_batch& b : system_.batches) all.insert(all.end(), b.r, b.r + std::size_t(b.count) * b.components);
+  each(system_, [&](const cairn_batch& b, int lane, int k) { all.push_back(at(b, b.r, lane, k)); });
   return all;
 }
 
 void ActiveSet::set(const std::vector<double>& all) {
   const double* from = all.data();
-  for (const cairn_batch& b : system_.batches) {
-    std::copy_n(from, std::size_t(b.count) * b.components, b.r);
-    from += std::size_t(b.count) * b.components;
+  each(system_, [&](const cairn_batch& b, int lane, int k) { at(b, b.r, lane, k) = *from++; });
+}
+
+// Of all batches, component by component, without biases.
+void ActiveSet::read_velocities() {
+  cairn_add_impulses(&schedule_);
+  double* u = u_.data();
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    cairn_relative_velocities(&schedule_, std::int32_t(k), 0, u);
+    u += std::size_t(system_.batches[k].count) * system_.batches[k].components;
   }
 }
 
 void ActiveSet::refresh() {
   system_.load(velocity_free_);
-  cairn_add_impulses(&schedule_);
+  read_velocities();
   double* u = u_.data();
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-    const cairn_batch& b = system_.batches[k];
-    const int size = b.count * b.components;
-    cairn_relative_velocities(&schedule_, std::int32_t(k), 0, u);
-    for (int i = 0; i < size; ++i) u[i] += b.bias[i];
-    u += size;
+  for (const cairn_batch& b : system_.batches) {
+    for (int k = 0; k < (b.pack ? 1 : b.components); ++k) // a pack has a bias of the normal velocity alone
+      for (int lane = 0; lane < b.contacts; ++lane) u[k * b.count + lane] += at(b, b.bias, lane, k);
+    u += std::size_t(b.count) * b.components;
   }
 }
 
 void ActiveSet::choose_contact(const cairn_batch& b, int lane, double* u) {
   const int n = b.count, c = b.components, dim = system_.dim;
-  const auto r = [&](int k) -> double& { return b.r[k * n + lane]; };
+  const auto r = [&](int k) -> double& { return at(b, b.r, lane, k); };
   const double w = 1 / b.rho[lane];
   const auto stick = [&](int k, double scale) {
     unknowns_.push_back({&r(k), u + k * n + lane, {nullptr, nullptr}, {0, 0}, scale});
@@ -60,7 +76,7 @@ void ActiveSet::choose_contact(const cairn_batch& b, int lane, double* u) {
     z[k - 1] = r(k) - b.rho[lane] * u[k * n + lane];
     square += z[k - 1] * z[k - 1];
   }
-  const double mu = b.params[lane], limit = mu * zn, size = std::sqrt(square);
+  const double mu = at(b, b.params, lane, 0), limit = mu * zn, size = std::sqrt(square);
   stick(0, w);
   if (size <= limit) {
     for (int k = 1; k < dim; ++k) stick(k, w);
@@ -99,17 +115,12 @@ void ActiveSet::assemble() {
   const std::vector<double> kept = impulses();
   const int n = int(unknowns_.size());
   matrix_.resize(std::size_t(n) * n);
-  for (const cairn_batch& b : system_.batches) std::fill(b.r, b.r + std::size_t(b.count) * b.components, 0.0);
+  each(system_, [&](const cairn_batch& b, int lane, int k) { at(b, b.r, lane, k) = 0; });
   const auto velocities = system_.velocities();
   for (int j = 0; j < n; ++j) {
     apply(unknowns_[j], 1);
     for (std::int64_t b = 0; b < system_.bodies; ++b) std::fill_n(system_.record[b].x, velocities, 0.0);
-    cairn_add_impulses(&schedule_);
-    double* u = u_.data();
-    for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-      cairn_relative_velocities(&schedule_, std::int32_t(k), 0, u);
-      u += std::size_t(system_.batches[k].count) * system_.batches[k].components;
-    }
+    read_velocities();
     for (int i = 0; i < n; ++i) matrix_[std::size_t(n) * i + j] = *unknowns_[i].u;
     apply(unknowns_[j], -1);
   }

@@ -32,6 +32,7 @@ private:
   };
   bool choose();      // what sticks, slips and is open, from the impulses at hand; false if there are too many unknowns
   void choose_contact(const cairn_batch& b, int lane, double* u);
+  void read_velocities();
   void refresh();     // records and relative velocities from the impulses
   void assemble();
   void factor();

@@ -33,9 +33,35 @@ cairn_schedule ContactSystem::schedule(int threads) {
   return s;
 }
 
+namespace {
+
+template <int n, class F>
+void each(std::int64_t bodies, F&& f) {
+  for (std::int64_t b = 0; b < bodies; ++b)
+    for (int k = 0; k < n; ++k) f(b, k);
+}
+
+} // namespace
+
 void ContactSystem::load(const Field<double>& velocity) {
-  const int n = velocities();
-  for (std::int64_t b = 0; b < bodies; ++b) std::copy_n(velocity[b], n, record[b].x);
+  const auto copy = [&, v = velocity.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) { record[b].x[k] = v[n * b + k]; };
+  };
+  dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+}
+
+void ContactSystem::add(const Field<double>& velocity) {
+  const auto sum = [&, v = velocity.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) { record[b].x[k] += v[n * b + k]; };
+  };
+  dim == 2 ? each<3>(bodies, sum(3)) : each<6>(bodies, sum(6));
+}
+
+void ContactSystem::unload(Field<double>& velocity) const {
+  const auto copy = [&, v = velocity.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
+  };
+  dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
 }
 
 } // namespace cairn

@@ -23,6 +23,8 @@ struct ContactSystem {
   cairn_schedule schedule(int threads);
   // velocities of bodies into the records; inverse masses stay
   void load(const Field<double>& velocity);
+  void add(const Field<double>& velocity);
+  void unload(Field<double>& velocity) const;
 };
 
 // row k: side k of sides.def
