@@ -114,7 +114,7 @@ contains
       tangent = abs(zt)
       cosine = 1/sqrt(1 + m*m)
       along = max(0.0_c_double, cosine*(zn + m*tangent))
-      pn = merge(zn, cosine*along, tangent <= m*zn)
+      pn = merge(max(zn, 0.0_c_double), cosine*along, tangent <= m*zn) ! m may be 0
       pt = merge(zt, sign(m*cosine*along, zt), tangent <= m*zn)
       f(i, 1) = keep*r(i, 1) - pn
       f(i, 2) = keep*r(i, 2) - pt
@@ -142,7 +142,7 @@ contains
       tangent = sqrt(zt*zt + zs*zs)
       cosine = 1/sqrt(1 + m*m)
       along = max(0.0_c_double, cosine*(zn + m*tangent))
-      pn = merge(zn, cosine*along, tangent <= m*zn)
+      pn = merge(max(zn, 0.0_c_double), cosine*along, tangent <= m*zn) ! m may be 0
       shrink = merge(1.0_c_double, m*cosine*along/max(tangent, tiny(tangent)), tangent <= m*zn)
       f(i, 1) = keep*r(i, 1) - pn
       f(i, 2) = keep*r(i, 2) - shrink*zt
