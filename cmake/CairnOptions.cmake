@@ -7,7 +7,6 @@ option(CAIRN_WERROR "Treat warnings as errors" OFF)
 option(CAIRN_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointers), NaN in what is not set" OFF)
 set(CAIRN_MARCH "native" CACHE STRING "native, portable (x86-64-v2 on Intel and AMD) or a value of -march")
-set(CAIRN_SKIP "" CACHE STRING "Regular expression of source, test and benchmark files to leave out while they are being written")
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Kind of build" FORCE)
