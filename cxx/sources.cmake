@@ -13,6 +13,7 @@ set(CAIRN_CXX_SOURCES
   projection.cpp
   scene.cpp
   singular_blocks.cpp
+  solvers/active_set.cpp
   solvers/contact_system.cpp
   solvers/nlgs.cpp
   space_filling_order.cpp

@@ -7,6 +7,9 @@
 #include <cstdio>
 #include <limits>
 
+#include "../interaction_state.hpp"
+#include "active_set.hpp"
+
 namespace cairn {
 
 namespace {
@@ -24,7 +27,33 @@ struct Error {
   bool finite = true;
 };
 
-Error measure(ContactSystem& system, const cairn_schedule& schedule, double free_scale, bool last, SolveReport& report) {
+// The free velocity of contacts: scale of their error, and the part of it that the rounding of the bodies' velocities hides.
+struct FreeScale {
+  double energy = 0, rounding = 0;
+};
+
+// Velocities of bodies are known to some epsilons, so the relative velocity of a contact is; its square over W_NN.
+double rounding_of(const ContactSystem& system) {
+  double sum = 0;
+  const int dim = system.dim, n = system.velocities();
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const auto add = [&](std::int32_t body, double* lever, std::int32_t side) {
+        const double* v = system.record[body].x;
+        double speed = 0, spin = 0, arm = 0;
+        for (int k = 0; k < dim; ++k) speed += v[k] * v[k];
+        for (int k = dim; k < n; ++k) spin += v[k] * v[k];
+        for (int k = 0; k < sides()[side].lever; ++k) arm += at(b, lever, lane, k) * at(b, lever, lane, k);
+        sum += b.rho[lane] * (speed + spin * arm);
+      };
+      add(b.body_a[lane], b.lever_a, b.side_a);
+      add(b.body_b[lane], b.lever_b, b.side_b);
+    }
+  constexpr double some = 16 * std::numeric_limits<double>::epsilon();
+  return some * some * sum;
+}
+
+Error measure(ContactSystem& system, const cairn_schedule& schedule, FreeScale free, bool last, SolveReport& report) {
   cairn_contact_error(&schedule, last, system.sums.data());
   ++report.checks;
   const std::size_t n = system.batches.size();
@@ -38,8 +67,8 @@ Error measure(ContactSystem& system, const cairn_schedule& schedule, double free
     }
     outside = std::max(outside, s[4]);
   }
-  const double scale = std::max(size, free_scale);
-  Error e{scale > 0 ? residual / scale : 0, std::isfinite(residual) && std::isfinite(size)};
+  const double scale = std::max(size, free.energy);
+  Error e{residual > free.rounding && scale > 0 ? residual / scale : 0, std::isfinite(residual) && std::isfinite(size)};
   report.error = std::sqrt(e.square);
   report.worst_error = std::sqrt(worst);
   report.cone_distance = std::sqrt(outside);
@@ -50,7 +79,7 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
   char text[256];
   if (r.status == SolveStatus::diverged)
     std::snprintf(text, sizeof text,
-                  "impulses are not finite after %d iterations: look for velocities, masses or gaps of absurd size near "
+                  "impulses are not finite after %d iterations, so none were given: look for velocities, masses or gaps of absurd size near "
                   "contact %lld, or lower dt",
                   r.iterations, static_cast<long long>(r.worst_contact));
   else
@@ -95,7 +124,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   if (system.batches.empty()) return report;
   cairn_schedule schedule = system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads());
   cairn_contact_scale(&schedule, system.sums.data());
-  const double free_scale = total(system.sums, system.batches.size(), 6, 0);
+  const FreeScale free{total(system.sums, system.batches.size(), 6, 0), rounding_of(system)};
   cairn_add_impulses(&schedule);
 
   // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the same
@@ -103,7 +132,9 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   const double wanted = options.tolerance * options.tolerance;
   double ratio = 0; // error^2 per change
   Relaxation relaxation(schedule.relaxation);
-  int next_check = std::max(options.min_iterations, 1);
+  int next_check = std::max(options.min_iterations, 1), next_newton = 64;
+  ActiveSet newton(system, schedule, velocity_free,
+                   [&] { return measure(system, schedule, free, false, report).square; });
   report.status = SolveStatus::iteration_limit;
   while (report.iterations < options.max_iterations) {
     const int sweeps = std::min(options.max_iterations - report.iterations,
@@ -113,9 +144,18 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     const double change = total(system.change, system.batches.size(), 1, 0);
     const bool promising = ratio > 0 && change * ratio <= wanted;
     if (std::isfinite(change) && !promising && report.iterations < next_check) continue;
-    const Error error = measure(system, schedule, free_scale, false, report);
+    Error error = measure(system, schedule, free, false, report);
+    if (error.finite && error.square > wanted && report.iterations >= next_newton) {
+      newton.improve(error.square, wanted);
+      error = measure(system, schedule, free, false, report);
+      next_newton = 4 * report.iterations;
+    }
     if (!error.finite || !std::isfinite(change)) {
       report.status = SolveStatus::diverged;
+      for (const cairn_batch& b : system.batches) // bodies keep velocities that are numbers
+        for (int lane = 0; lane < b.contacts; ++lane)
+          for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = 0;
+      system.load(velocity_free);
       break;
     }
     if (error.square <= wanted && report.iterations >= options.min_iterations) {
@@ -126,7 +166,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     ratio = change > 0 ? error.square / change : 0;
     next_check = report.iterations + std::max(8, report.iterations / 4);
   }
-  measure(system, schedule, free_scale, true, report);
+  measure(system, schedule, free, true, report);
   if (report.status != SolveStatus::converged) report.hint = hint_of(report, options);
   return report;
 }
