@@ -102,6 +102,7 @@ private:
   std::int32_t contactor(std::int64_t id) const;
   void advance_cell(double time);
   void measure_margins();
+  void check_free_velocity() const;
   void account(const ContactEnergy& contacts);
   LawTable projection_laws() const;
 

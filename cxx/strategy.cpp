@@ -101,6 +101,16 @@ void Simulation::compute_free_velocity() {
                   pointer(b.force), pointer(b.damping), bits(b.driven));
 }
 
+// Forces and steps that are each in order may together be too much for a double.
+void Simulation::check_free_velocity() const {
+  const Bodies& b = scene.bodies;
+  for (std::int64_t i = 0; i < b.count; ++i)
+    for (int k = 0; k < b.dofs(); ++k)
+      if (!std::isfinite(b.velocity_free[i][k]))
+        throw Error("velocity of body " + std::to_string(*b.id[i]) + " would not be finite after a step of " +
+                    std::to_string(h_) + " s; give smaller forces, a smaller dt or a larger mass");
+}
+
 // A pair is a candidate if it could close within the step at the speeds at hand, and a little beyond: five hundredths
 // of a radius each, for what collisions may add to the speeds.
 void Simulation::measure_margins() {
@@ -123,6 +133,7 @@ void Simulation::measure_margins() {
 }
 
 void Simulation::detect_contacts() {
+  check_free_velocity();
   Margin margin{};
   if (std::isnan(strategy.margin)) {
     measure_margins();
