@@ -48,9 +48,7 @@ def options_from(arguments):
 
 def build_scene(options):
     """A silo with a door across its opening."""
-    radii = cn.pre.grains.uniform(
-        options.disks, DIAMETER / 2 * (1 - SPREAD), DIAMETER / 2 * (1 + SPREAD), rng=options.seed
-    )
+    radii = cn.pre.grains.uniform(options.disks, DIAMETER / 2 * (1 - SPREAD), DIAMETER / 2 * (1 + SPREAD), rng=options.seed)
     centers = cn.pre.deposit_disks(radii, WIDTH)
     glass = cn.Material("glass", density=DENSITY)
     scene = cn.Scene(dim=2, gravity=(0.0, -GRAVITY))

@@ -87,8 +87,8 @@ def test_disks_of_any_size_in_any_box(seed):
 
 
 SPHERES = {
-    "narrow": (grains.uniform(1500, 0.45, 0.55, rng=1), (9.0, 10.0), 0.56),
-    "wide": (grains.uniform(400, 0.2, 1.0, rng=2), (8.0, 8.0), 0.55),
+    "narrow": (grains.uniform(700, 0.45, 0.55, rng=1), (7.0, 8.0), 0.55),
+    "wide": (grains.uniform(200, 0.2, 1.0, rng=2), (6.0, 6.0), 0.5),
     "equal": (np.full(400, 0.5), (6.0, 6.0), 0.54),
     "one column": (grains.uniform(60, 0.4, 0.5, rng=3), (1.0, 1.1), 0.2),
     "slit": (grains.uniform(100, 0.4, 0.5, rng=4), (1.2, 7.0), 0.2),
@@ -104,13 +104,27 @@ def test_spheres(case):
     assert pre.solid_fraction(centers, radii, (0.0, 0.0, 2 * radii.max()), (*lengths, top)) > solid
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_spheres_of_any_size_in_any_box(seed):
+    rng = np.random.default_rng(seed)
+    radii = grains.uniform(rng.integers(1, 40), 10.0 ** -rng.uniform(0.0, 1.0), 1.0, rng=rng)
+    lengths = 2.0 * radii.max() * (1.0 + 10.0 ** rng.uniform(-3.0, 0.5, 2))
+    check(pre.deposit_spheres(radii, lengths), radii, lengths)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3])
+def test_few(n):
+    assert pre.deposit_disks(np.ones(n), 4.0).shape == (n, 2)
+    assert pre.deposit_spheres(np.ones(n), (4.0, 4.0)).shape == (n, 3)
+
+
 @pytest.mark.parametrize("power", [-30, 12])
 def test_exact_scaling(power):
     radii = grains.uniform(300, 0.3, 0.6, rng=5)
     scaled = np.ldexp(radii, power)
     assert np.array_equal(np.ldexp(pre.deposit_disks(radii, 10.0), power), pre.deposit_disks(scaled, np.ldexp(10.0, power)))
-    spheres = pre.deposit_spheres(radii, (4.0, 5.0))
-    assert np.array_equal(np.ldexp(spheres, power), pre.deposit_spheres(scaled, np.ldexp((4.0, 5.0), power)))
+    spheres = pre.deposit_spheres(radii[:60], (2.0, 3.0))
+    assert np.array_equal(np.ldexp(spheres, power), pre.deposit_spheres(scaled[:60], np.ldexp((2.0, 3.0), power)))
 
 
 def test_solid_fraction_is_exact():

@@ -79,8 +79,9 @@ def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
     bad = np.argwhere(~np.isfinite(array))
     if len(bad):
         index = tuple(int(i) for i in bad[0])
-        raise ValueError(f"{name}[{', '.join(map(str, index))}] is {array[index]}: give finite numbers "
-                         f"({len(bad)} of {array.size} are not)")
+        raise ValueError(
+            f"{name}[{', '.join(map(str, index))}] is {array[index]}: give finite numbers ({len(bad)} of {array.size} are not)"
+        )
     return array
 
 

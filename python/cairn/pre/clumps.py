@@ -57,8 +57,9 @@ def clump(centers, radii, density, *, overlap="union", depth=1.0, points=48) -> 
     mass = density * volume * size**dim * (depth if dim == 2 else 1.0)
     scale = mass / volume * size**2
     if dim == 2:
-        return Clump((c - center) * size, radii.copy(), mass, np.array([np.trace(second) * scale]),
-                     middle + center * size, np.eye(2))
+        return Clump(
+            (c - center) * size, radii.copy(), mass, np.array([np.trace(second) * scale]), middle + center * size, np.eye(2)
+        )
     tensor = np.trace(second) * np.eye(3) - second
     moments, axes = np.linalg.eigh(tensor)
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])

@@ -57,8 +57,10 @@ def deposit_spheres(radii, lengths) -> np.ndarray:
 def fits(name: str, length: float, radii: np.ndarray) -> None:
     largest = int(np.argmax(radii))
     if length < 2.0 * radii[largest]:
-        raise ValueError(f"{name} is {length}, less than the diameter of radii[{largest}] = {radii[largest]}: "
-                         f"give at least {2.0 * radii[largest]}")
+        raise ValueError(
+            f"{name} is {length}, less than the diameter of radii[{largest}] = {radii[largest]}: "
+            f"give at least {2.0 * radii[largest]}"
+        )
 
 
 def solid_fraction(centers, radii, low, high) -> float:

@@ -137,8 +137,10 @@ def checked_curve(table) -> tuple[np.ndarray, np.ndarray]:
             raise ValueError(f"curve {name}[{row}] is {values[row]} after {values[row - 1]}: sort the rows so that it grows")
     for row, wanted, what in ((0, 0.0, "the smallest diameter"), (-1, 1.0, "the largest diameter")):
         if passing[row] != wanted:
-            raise ValueError(f"curve fraction passing[{row % len(table)}] is {passing[row]}: add a row that ends the curve "
-                             f"with {what} and {wanted:g}")
+            raise ValueError(
+                f"curve fraction passing[{row % len(table)}] is {passing[row]}: add a row that ends the curve "
+                f"with {what} and {wanted:g}"
+            )
     return diameter, passing
 
 

@@ -59,21 +59,29 @@ class Sites:
     def place(self) -> None:
         """Put the next sphere in the lowest place that has room for it."""
         r = float(self.radii[self.count])
-        if self.count == 0:
-            center = np.full(3, r)
-        else:
+        center = self.lowest(r)
+        if center is None:
+            center = self.corner(r)
+        if center is None:  # the heap was made for other radii: look at the whole surface with this one
+            self.renew(r)
             center = self.lowest(r)
-            if center is None:  # the heap was made for other radii: look at the whole surface with this one
-                self.renew(r)
-                center = self.lowest(r)
-            if center is None:
-                raise RuntimeError("no sphere could come to rest on the deposit: this is a fault of the packing")
+        if center is None:
+            raise RuntimeError("no sphere could come to rest on the deposit: this is a fault of the packing")
         new = self.count
         self.centers[new] = center
         self.cells.setdefault(self.cell_of(center), []).append(new)
         self.count += 1
         for trial in self.trials:
             self.open_sites(new, float(trial))
+
+    def corner(self, r: float):
+        """A free corner of the floor, or None: the one kind of place that no sphere supports."""
+        for x in (r, -self.offsets[2] - r):
+            for y in (r, -self.offsets[4] - r):
+                place = np.array([x, y, r])
+                if self.free(place[None, :], r, self.near(place))[0]:
+                    return place
+        return None
 
     def renew(self, r: float) -> None:
         """Enter the places for radius r on all spheres."""
@@ -128,9 +136,9 @@ class Sites:
     def equations(self, origin, reach, others, r) -> tuple[np.ndarray, np.ndarray]:
         """a, b with a . q = b where a sphere of radius r at origin + q touches each of others, and |q| = reach."""
         plane = others < 0
-        index = np.where(plane, -others - 1, 0)
-        a = np.where(plane[:, None], PLANE_NORMALS[index], self.centers[others] - origin)
-        touching = self.radii[others] + r
+        index, sphere = np.where(plane, -others - 1, 0), np.where(plane, 0, others)
+        a = np.where(plane[:, None], PLANE_NORMALS[index], self.centers[sphere] - origin)
+        touching = self.radii[sphere] + r
         to_plane = r + self.offsets[index] - np.einsum("ij,ij->i", a, np.broadcast_to(origin, a.shape))
         return a, np.where(plane, to_plane, 0.5 * ((reach - touching) * (reach + touching) + np.einsum("ij,ij->i", a, a)))
 
@@ -192,7 +200,10 @@ def at_rest(reach, ai, aj, bi, bj, plane_i, plane_j) -> tuple[np.ndarray, np.nda
     nj = np.where(plane_j[row, None], aj[row], q - aj[row])
     normal = cross(ni, nj)
     sign = np.sign(np.einsum("ij,ij->i", q, normal))
-    carried = ((sign != 0.0) & (normal[:, 2] * sign >= 0.0)
-               & ((nj[:, 0] * q[:, 1] - nj[:, 1] * q[:, 0]) * sign >= 0.0)
-               & ((q[:, 0] * ni[:, 1] - q[:, 1] * ni[:, 0]) * sign >= 0.0))
+    carried = (
+        (sign != 0.0)
+        & (normal[:, 2] * sign >= 0.0)
+        & ((nj[:, 0] * q[:, 1] - nj[:, 1] * q[:, 0]) * sign >= 0.0)
+        & ((q[:, 0] * ni[:, 1] - q[:, 1] * ni[:, 0]) * sign >= 0.0)
+    )
     return q[carried], row[carried]
