@@ -13,7 +13,9 @@ void Interactions::State::load_bodies() {
   system.bodies = n;
   system.record.resize(n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
-  const bool wide = space && (anisotropic || contactors->offset.active || contactors->direction.active || b.driven.active);
+  // only round bodies centred on their contactor do without their further inertia
+  bool wide = anisotropic || (space && (contactors->offset.active || b.driven.active));
+  for (std::int64_t c = 0; c < contactors->count && space && !wide; ++c) wide = Shape(*contactors->shape[c]) != Shape::sphere;
   system.general.resize(wide ? n + 1 : 0);
   Array<std::uint8_t>& radial = kind; // per body for the moment, then per contactor
   degree.resize(std::max<std::int64_t>(n, 1));
@@ -53,8 +55,6 @@ void Interactions::State::load_bodies() {
       for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
     const int of_body = degree[body(std::int32_t(c))];
     radial[c] = std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
-    if (space && !wide && !(radial[c] & 1) && (of_body & 2))
-      throw std::invalid_argument("contacts: a body that moves has a contactor without direction that is no sphere");
   }
 }
 

@@ -1,93 +1,13 @@
 // Interactions against plain mechanics: velocities are what the impulses give, impulses obey their laws.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "cairn/core.h"
 #include "contact_scene.hpp"
 
 namespace cairn::test {
 namespace {
-
-struct Solution {
-  std::vector<double> local, space, moment, velocity, dissipated;
-  std::vector<std::int32_t> status;
-};
-
-Solution read(const Interactions& i, int dim) {
-  Solution s;
-  const std::size_t n = i.count();
-  s.local.resize(dim * n);
-  s.space.resize(dim * n);
-  s.moment.resize((dim == 2 ? 1 : 3) * n);
-  s.velocity.resize(dim * n);
-  s.dissipated.resize(n);
-  s.status.resize(n);
-  i.impulse_local(s.local.data());
-  i.impulse_space(s.space.data());
-  i.moment_space(s.moment.data());
-  i.relative_velocity(s.velocity.data());
-  i.dissipated(s.dissipated.data());
-  i.status(s.status.data());
-  return s;
-}
-
-// largest difference between the velocity of bodies and what impulses at the contact points give them, / largest velocity
-double velocity_defect(const ContactScene& s, const Solution& x) {
-  const int nd = s.bodies.dofs(), rotations = s.dim == 2 ? 1 : 3;
-  std::vector<double> v = {s.bodies.velocity_free.values.begin(), s.bodies.velocity_free.values.end()};
-  for (std::int64_t c = 0; c < s.candidates.count; ++c) {
-    const double* p = &s.candidates.point[s.dim * c];
-    for (int side = 0; side < 2; ++side) {
-      const std::int64_t b = *s.contactors.body[side ? s.candidates.contactor_b[c] : s.candidates.contactor_a[c]];
-      const auto dv = s.inverse(b, s.torsor(b, p, &x.space[s.dim * c], &x.moment[rotations * c]));
-      for (int k = 0; k < nd; ++k) v[nd * b + k] += (side ? -1 : 1) * dv[k];
-    }
-  }
-  double worst = 0, size = 0;
-  for (std::size_t k = 0; k < v.size(); ++k) {
-    worst = std::max(worst, std::abs(v[k] - s.bodies.velocity.values[k]));
-    size = std::max(size, std::abs(v[k]));
-  }
-  return worst / size;
-}
-
-// largest violation of Signorini-Coulomb, velocities over the largest velocity, impulses over the largest impulse
-double law_defect(const ContactScene& s, const Solution& x, double mu) {
-  double worst = 0, largest_r = 0;
-  for (double r : x.local) largest_r = std::max(largest_r, std::abs(r));
-  const int d = s.dim;
-  for (std::int64_t c = 0; c < s.candidates.count; ++c) {
-    const double* p = &s.candidates.point[d * c];
-    const auto va = s.velocity_at(s.bodies.velocity, *s.contactors.body[s.candidates.contactor_a[c]], p);
-    const auto vb = s.velocity_at(s.bodies.velocity, *s.contactors.body[s.candidates.contactor_b[c]], p);
-    double un = std::max(s.candidates.gap[c], 0.0) / s.h, rn = 0, ut[3], rt[3], slip = 0, pull = 0, work = 0;
-    for (int k = 0; k < d; ++k) {
-      const double n = s.candidates.normal[d * c + k];
-      rn += n * x.space[d * c + k];
-    }
-    double u_normal = 0;
-    for (int k = 0; k < d; ++k) u_normal += s.candidates.normal[d * c + k] * (va[k] - vb[k]);
-    un += u_normal;
-    for (int k = 0; k < d; ++k) {
-      const double n = s.candidates.normal[d * c + k];
-      ut[k] = va[k] - vb[k] - n * u_normal;
-      rt[k] = x.space[d * c + k] - n * rn;
-      slip += ut[k] * ut[k];
-      pull += rt[k] * rt[k];
-      work += ut[k] * rt[k];
-    }
-    slip = std::sqrt(slip);
-    pull = std::sqrt(pull);
-    worst = std::max({worst, -un, -rn / largest_r, rn / largest_r * std::abs(un), (pull - mu * rn) / largest_r,
-                      (slip * pull + work) / largest_r, (mu * rn - pull) / largest_r * slip});
-  }
-  return worst;
-}
-
-LawTable coulomb(double mu) {
-  LawTable laws({"rock"});
-  laws.set(0, 0, Law::signorini_coulomb, {&mu, 1});
-  return laws;
-}
 
 class Heap : public testing::TestWithParam<int> {};
 
@@ -110,6 +30,173 @@ TEST_P(Heap, ObeysTheLaw) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Interactions, Heap, testing::Values(2, 3));
+
+
+// Bodies of two round contactors each, off their centres, some of their directions blocked; in 3D with full inverse inertias.
+ContactScene clumps(int dim) {
+  ContactScene s = heap(dim, dim == 2 ? 14 : 6);
+  const std::int64_t round = s.bodies.count - 1;
+  s.contactors.offset.activate(s.contactors.count);
+  s.bodies.inverse_inertia.components = 6;
+  if (dim == 3) s.bodies.inverse_inertia.activate(s.bodies.count);
+  for (std::int64_t b = 0; b < round; ++b) {
+    for (int k = 0; k < dim; ++k) s.contactors.offset[b][k] = s.uniform(-0.04, 0.04);
+    double* m = s.bodies.inverse_mass[b];
+    if (b % 7 == 0) m[0] = 0;
+    if (b % 11 == 0) m[s.bodies.dofs() - 1] = 0;
+    if (dim == 3) {
+      double* j = s.bodies.inverse_inertia[b];
+      for (int k = 0; k < 3; ++k) j[k] = m[3 + k] * s.uniform(0.7, 1.3);
+      if (m[5] > 0)
+        for (int k = 3; k < 6; ++k) j[k] = 0.2 * m[3] * s.uniform(-1, 1);
+    }
+  }
+  for (std::int64_t b = 0; b + 1 < round; b += 2) s.contactors.body.values[b + 1] = s.contactors.body.values[b];
+  for (std::int64_t b = 0; b + 1 < round; b += 2)
+    for (int k = 0; k < dim; ++k)
+      s.contactors.offset[b + 1][k] += s.bodies.position[b + 1][k] - s.bodies.position[b][k];
+  s.candidates = Candidates();
+  s.detect_round(0.1);
+  s.detect_floor(std::int32_t(round), 0.1);
+  return s;
+}
+
+class Clumps : public testing::TestWithParam<int> {};
+
+TEST_P(Clumps, ObeyTheLaw) {
+  const int dim = GetParam();
+  ContactScene s = clumps(dim);
+  Interactions i(dim);
+  const SolveReport report = s.step(i, coulomb(0.4), {1e-11, 1, 50000, 1});
+  const Solution x = read(i, dim);
+  EXPECT_EQ(report.status, SolveStatus::converged) << report.hint;
+  EXPECT_LT(velocity_defect(s, x), 1e-12);
+  EXPECT_LT(law_defect(s, x, 0.4), 1e-8);
+}
+INSTANTIATE_TEST_SUITE_P(Interactions, Clumps, testing::Values(2, 3));
+
+// Energy taken by contacts is what the bodies lose beside the work of the free motion.
+TEST_P(Heap, EnergyIsWhatBodiesLose) {
+  const int dim = GetParam();
+  ContactScene s = heap(dim, dim == 2 ? 15 : 6);
+  Interactions i(dim);
+  s.step(i, coulomb(0.4), {1e-8, 1, 20000, 1});
+  const ContactEnergy energy = i.commit();
+  const Solution x = read(i, dim);
+  double lost = 0, per_contact = 0, size = 0;
+  for (std::int64_t b = 0; b < s.bodies.count; ++b)
+    for (int k = 0; k < s.bodies.dofs(); ++k) {
+      const double m = s.bodies.inverse_mass[b][k], v0 = s.bodies.velocity_begin[b][k], v1 = s.bodies.velocity[b][k];
+      if (m > 0) lost -= (v1 - s.bodies.velocity_free[b][k]) / m * (v0 + v1) / 2;
+      if (m > 0) size += v0 * v0 / m;
+    }
+  for (double d : x.dissipated) per_contact += d;
+  EXPECT_NEAR(energy.normal + energy.tangential, lost, 1e-13 * size);
+  EXPECT_NEAR(per_contact, lost, 1e-13 * size);
+  EXPECT_GT(energy.normal, 0);
+  EXPECT_GT(energy.tangential, 0);
+}
+
+// One disk, one wall, every law of the list.
+struct Drop {
+  explicit Drop(double gap, double vx, double vy) : s(2) {
+    const std::int32_t b = s.add_body({0, 1 + gap}, 0.5, 1.0), w = s.add_body({0, 0}, 0, 0);
+    const std::int32_t disk = s.add_contactor(b, Shape::disk, 1), wall = s.add_contactor(w, Shape::half_plane, 0);
+    s.bodies.velocity[b][0] = s.bodies.velocity_free[b][0] = vx;
+    s.bodies.velocity[b][1] = s.bodies.velocity_free[b][1] = vy;
+    s.bodies.velocity[b][2] = s.bodies.velocity_free[b][2] = 0;
+    s.detect_floor(wall, 1);
+    EXPECT_EQ(s.candidates.contactor_a[0], disk);
+  }
+  const double* solve(Law law, std::vector<double> params) {
+    LawTable laws({"rock"});
+    laws.set(0, 0, law, params);
+    report = s.step(i, laws, {1e-12, 1, 100, 1});
+    return s.bodies.velocity[0];
+  }
+  ContactScene s;
+  Interactions i{2};
+  SolveReport report;
+};
+
+TEST(OneDisk, BouncesAsItsLawSays) {
+  EXPECT_DOUBLE_EQ(Drop(0, 0, -3).solve(Law::newton_restitution, {0, 0.5, 0})[1], 1.5);
+  EXPECT_DOUBLE_EQ(Drop(0, 0, -3).solve(Law::signorini_coulomb, {0.3})[1], 0);
+  EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::signorini_coulomb, {0.3})[1], -1) << "reaches the wall, no further";
+  EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::newton_restitution, {0.3, 1, 0})[1], -3) << "not touching: open";
+  EXPECT_DOUBLE_EQ(Drop(-0.01, 0, -3).solve(Law::signorini_coulomb, {0.3})[1], 0) << "overlap is not thrown out";
+  EXPECT_DOUBLE_EQ(Drop(-0.01, 0, -3).solve(Law::gap_coulomb, {0.3})[1], 1) << "overlap is pushed back";
+}
+
+TEST(OneDisk, RubsAsItsLawSays) {
+  Drop slides(0, 2, -3);
+  EXPECT_EQ(slides.solve(Law::frictionless, {})[0], 2);
+  // sliding: impulse mu 2 3 on a mass 2
+  EXPECT_DOUBLE_EQ(Drop(0, 2, -3).solve(Law::signorini_coulomb, {0.1})[0], 2 - 0.1 * 3);
+  // rolling: v + w r = 0 at the contact
+  Drop rolls(0, 2, -3);
+  const double* v = rolls.solve(Law::signorini_coulomb, {std::numeric_limits<double>::infinity()});
+  EXPECT_NEAR(v[0] + v[2], 0, 1e-15);
+  EXPECT_DOUBLE_EQ(v[0], 2 * 2.0 / 3);
+  std::int32_t status = -1;
+  rolls.i.status(&status);
+  EXPECT_EQ(status, cairn_stick);
+}
+
+TEST(OneDisk, BondHoldsThreeDirections) {
+  Drop bonds(-0.001, 2, 1);
+  const double* v = bonds.solve(Law::bonded, {0.5});
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(v[k], 0, 1e-14);
+  bonds.i.commit();
+  ASSERT_EQ(bonds.i.bonds().size(), 1u);
+  // it pulled apart meanwhile, and is drawn back
+  bonds.s.candidates.gap[0] = 0.004;
+  EXPECT_NEAR(bonds.solve(Law::bonded, {0.5})[1], -0.5, 1e-13);
+  Drop free(0.001, 2, 1);
+  EXPECT_DOUBLE_EQ(free.solve(Law::bonded, {0.5})[1], 1) << "did not touch when first seen";
+  free.i.commit();
+  free.s.candidates.gap[0] = -0.001;
+  EXPECT_DOUBLE_EQ(free.solve(Law::bonded, {0.5})[1], 1) << "touches later: no bond";
+}
+
+TEST(Materials, WithoutALawAreNamed) {
+  ContactScene s = heap(2, 3);
+  LawTable laws({"rock", "steel"});
+  laws.set(1, 1, Law::frictionless, {});
+  Interactions i(2);
+  try {
+    i.assemble(s.bodies, s.contactors, s.candidates, laws, s.cell, s.h, s.theta);
+    FAIL();
+  } catch (const std::invalid_argument& e) {
+    EXPECT_NE(std::string(e.what()).find("'rock' and 'rock'"), std::string::npos) << e.what();
+  }
+}
+
+// A sheared cell: two disks that move with it do not rub, two that do not are dragged by their images.
+TEST(PeriodicCell, ImagesLendTheirVelocity) {
+  ContactScene s(2);
+  s.cell.periodic[0] = s.cell.periodic[1] = true;
+  s.cell.vectors[0] = 10, s.cell.vectors[4] = 2, s.cell.vectors[8] = 1;
+  s.cell.velocity_gradient[3] = 0.5; // dvx/dy
+  const std::int32_t b = s.add_body({5, 1}, 1, 2);
+  s.add_contactor(b, Shape::disk, 1);
+  const std::int32_t c = s.add_body({5, 1}, 1, 2);
+  s.add_contactor(c, Shape::disk, 1);
+  for (std::int32_t k : {b, c}) std::fill_n(s.bodies.velocity[k], 3, 0.0), std::fill_n(s.bodies.velocity_free[k], 3, 0.0);
+  s.add_candidate(0, 1, 0, {0, -1}, {5, 2});
+  s.candidates.image[0] = encode_image(0, 1, 0);
+  s.bodies.velocity_free[b][1] = 1; // pressed on the image above, which moves to the right
+  Interactions i(2);
+  s.step(i, coulomb(10), {1e-12, 1, 100, 1});
+  double r[2], u[2];
+  i.impulse_space(r);
+  i.relative_velocity(u);
+  EXPECT_DOUBLE_EQ(r[1], -0.5);
+  EXPECT_GT(r[0], 0);
+  EXPECT_NEAR(u[1], 0, 1e-15);
+  const ContactEnergy energy = i.commit();
+  EXPECT_NEAR(energy.cell_work, r[0] * 1.0, 1e-15);
+}
 
 } // namespace
 } // namespace cairn::test
