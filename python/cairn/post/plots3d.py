@@ -1,5 +1,9 @@
 """Pictures of spheres: rendered by PyVista off-screen, or as points by matplotlib where PyVista is not there."""
 
+import contextlib
+import ctypes
+import os
+
 import numpy as np
 
 from .geometry import contactors_of
@@ -44,8 +48,25 @@ def _finish(ax, step, palette, limits, label, title):
     ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
 
 
+def choose_window():
+    """Has VTK draw in memory where there is no X11 library, without which its usual window stops the program."""
+
+    def there(*names):
+        for name in names:
+            with contextlib.suppress(OSError):
+                return ctypes.CDLL(name) is not None
+        return False
+
+    in_memory = there("libOSMesa.so.8", "libOSMesa.so")
+    if not in_memory and not (there("libX11.so.6") and there("libEGL.so.1", "libGL.so.1")):
+        raise ImportError("no library to draw with: install libosmesa6, or libegl1 and libx11-6")
+    if not there("libX11.so.6"):
+        os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
+
+
 def render_spheres(center, radius, values, palette, limits, window):
-    """An image (height, width, 3) of spheres. Raises ImportError without PyVista."""
+    """An image (height, width, 3) of spheres. Raises ImportError without PyVista, or without a library of the system to draw with."""
+    choose_window()
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
