@@ -12,8 +12,8 @@ void bind_laws(py::module_& m) {
       row["state"] = law.state;
       py::list parameters;
       for (const cairn::LawParameter& p : law.parameters)
-        parameters.append(py::make_tuple(p.name, p.required ? py::object(py::none()) : py::object(py::float_(p.standard)),
-                                         p.smallest, p.largest));
+        parameters.append(py::make_tuple(
+            p.name, p.required ? py::object(py::none()) : py::object(py::float_(p.standard)), p.smallest, p.largest));
       row["parameters"] = parameters;
       rows.append(row);
     }
@@ -24,7 +24,7 @@ void bind_laws(py::module_& m) {
       .def(py::init<std::vector<std::string>>(), py::arg("material_names"))
       .def("set", [](cairn::LawTable& t, int a, int b, int law,
                      const std::vector<double>& params) { t.set(a, b, cairn::Law(law), params); })
-      .def("set_default",
-           [](cairn::LawTable& t, int law, const std::vector<double>& params) { t.set_default(cairn::Law(law), params); })
+      .def("set_default", [](cairn::LawTable& t, int law,
+                             const std::vector<double>& params) { t.set_default(cairn::Law(law), params); })
       .def("find", &cairn::LawTable::find);
 }

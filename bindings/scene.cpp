@@ -1,5 +1,5 @@
-#include "arrays.hpp"
 #include "scene.hpp"
+#include "arrays.hpp"
 
 using cairn::Scene;
 using Doubles = std::optional<Input<double>>;
@@ -20,7 +20,8 @@ cairn::Shape shape_named(const std::string& name) {
 
 std::int64_t add_bodies(Scene& s, std::int64_t count, const Doubles& position, const Doubles& rotation,
                         const Doubles& velocity, const Doubles& mass, const Doubles& inertia) {
-  return s.add_bodies({count, span_of(position), span_of(rotation), span_of(velocity), span_of(mass), span_of(inertia)});
+  return s.add_bodies(
+      {count, span_of(position), span_of(rotation), span_of(velocity), span_of(mass), span_of(inertia)});
 }
 
 std::int64_t add_contactors(Scene& s, const std::string& shape, const Input<std::int64_t>& body,
@@ -127,9 +128,13 @@ void bind_scene(py::module_& m) {
       .def("add_bodies", &add_bodies)
       .def("add_contactors", &add_contactors)
       .def("remove_bodies",
-           [](Scene& s, const Input<std::int64_t>& ids) { s.remove_bodies({ids.data(), std::size_t(ids.size())}); })
-      .def("drive", [](Scene& s, const Input<std::int64_t>& ids, int mask,
-                       const Doubles& velocity) { s.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask), span_of(velocity)); })
+           [](Scene& s, const Input<std::int64_t>& ids) {
+             s.remove_bodies({ids.data(), std::size_t(ids.size())});
+           })
+      .def("drive",
+           [](Scene& s, const Input<std::int64_t>& ids, int mask, const Doubles& velocity) {
+             s.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask), span_of(velocity));
+           })
       .def("set_cell", &set_cell)
       .def("get_cell", &get_cell)
       .def("renumber", &Scene::renumber)
@@ -138,7 +143,9 @@ void bind_scene(py::module_& m) {
       .def("internal", &Scene::internal)
       .def("body", [](Scene& s, const std::string& name) { return get_ordered(s.bodies, name, s.insertion_order()); })
       .def("contactor",
-           [](Scene& s, const std::string& name) { return get_ordered(s.contactors, name, s.contactor_insertion_order()); })
+           [](Scene& s, const std::string& name) {
+             return get_ordered(s.contactors, name, s.contactor_insertion_order());
+           })
       .def("assign_body", &assign_body)
       .def("raw_body",
            [](py::object self, const std::string& name) { return get_live(self.cast<Scene&>().bodies, name, self); })

@@ -26,8 +26,8 @@ std::string number(double x) {
 
 void check_size(const char* what, std::size_t size, std::int64_t count, int components, bool may_be_empty) {
   if ((size == 0 && may_be_empty) || size == std::size_t(count) * components) return;
-  throw Error(std::string(what) + " holds " + std::to_string(size) + " numbers; " + std::to_string(count) + " items of " +
-              std::to_string(components) + " need " + std::to_string(count * components));
+  throw Error(std::string(what) + " holds " + std::to_string(size) + " numbers; " + std::to_string(count) +
+              " items of " + std::to_string(components) + " need " + std::to_string(count * components));
 }
 
 void check_finite(const char* what, std::span<const double> values, int components) {
@@ -35,7 +35,8 @@ void check_finite(const char* what, std::span<const double> values, int componen
     if (!std::isfinite(values[i])) refuse(what, i / components, values[i], "give a finite number");
 }
 
-void check_positive(const char* what, std::span<const double> values, int components, bool zero_allowed, bool inf_allowed) {
+void check_positive(const char* what, std::span<const double> values, int components, bool zero_allowed,
+                    bool inf_allowed) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double x = values[i];
     const bool fine = (x > 0 || (zero_allowed && x == 0)) && (std::isfinite(x) || inf_allowed);
@@ -46,7 +47,8 @@ void check_positive(const char* what, std::span<const double> values, int compon
 }
 
 template <class T>
-void append(Field<T>& field, std::int64_t old_count, std::int64_t count, std::span<const double> values, double fallback) {
+void append(Field<T>& field, std::int64_t old_count, std::int64_t count, std::span<const double> values,
+            double fallback) {
   if (!field.active) return;
   field.resize(old_count + count);
   T* out = field[old_count];
@@ -61,14 +63,14 @@ Scene::Scene(int dimension) : dim(dimension), bodies(dimension), contactors(dime
 
 bool Scene::has(Need need) const {
   switch (need) {
-    case Need::rotation: return bodies.rotation.active;
-    case Need::force: return bodies.force.active;
-    case Need::anisotropic: return bodies.angular_momentum.active;
-    case Need::driven: return bodies.driven.active;
-    case Need::damping: return bodies.damping.active;
-    case Need::offset: return contactors.offset.active;
-    case Need::direction: return contactors.direction.active;
-    default: return true;
+  case Need::rotation: return bodies.rotation.active;
+  case Need::force: return bodies.force.active;
+  case Need::anisotropic: return bodies.angular_momentum.active;
+  case Need::driven: return bodies.driven.active;
+  case Need::damping: return bodies.damping.active;
+  case Need::offset: return contactors.offset.active;
+  case Need::direction: return contactors.direction.active;
+  default: return true;
   }
 }
 
@@ -102,7 +104,8 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
     anisotropic |= !(j[0] == j[1] && j[1] == j[2]);
     if (std::isfinite(j[0] + j[1] + j[2]) &&
         std::max({j[0], j[1], j[2]}) > (j[0] + j[1] + j[2]) / 2 * (1 + 64 * std::numeric_limits<double>::epsilon()))
-      refuse("inertia", i, j[0], "no body has a principal moment larger than the sum of the other two: check the tensor");
+      refuse("inertia", i, j[0],
+             "no body has a principal moment larger than the sum of the other two: check the tensor");
   }
   std::vector<double> unit(b.rotation.begin(), b.rotation.end());
   for (std::int64_t i = 0; dim == 3 && i * 4 < std::int64_t(unit.size()); ++i) {
@@ -127,8 +130,8 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   for (std::int64_t i = 0; i < b.count; ++i) *bodies.id[old + i] = next_body_id++;
   bodies.count = old + b.count;
   if (bodies.angular_momentum.active)
-    cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old], bodies.velocity[old],
-                          bodies.angular_momentum[old], nullptr);
+    cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old],
+                          bodies.velocity[old], bodies.angular_momentum[old], nullptr);
   refresh_orders();
   return first;
 }

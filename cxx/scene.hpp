@@ -14,26 +14,26 @@ namespace cairn {
 // n bodies to add; an empty span stands for the default named beside it.
 struct BodyBatch {
   std::int64_t count = 0;
-  std::span<const double> position;         // (dim, n) [m], absolute
-  std::span<const double> rotation;         // (1 | 4, n): none
-  std::span<const double> velocity;         // (3 | 6, n): zero
-  std::span<const double> mass;             // (n) [kg]; inf: moved by nothing
-  std::span<const double> inertia;          // (1 | 3, n) [kg m2]; inf allowed
+  std::span<const double> position; // (dim, n) [m], absolute
+  std::span<const double> rotation; // (1 | 4, n): none
+  std::span<const double> velocity; // (3 | 6, n): zero
+  std::span<const double> mass;     // (n) [kg]; inf: moved by nothing
+  std::span<const double> inertia;  // (1 | 3, n) [kg m2]; inf allowed
 };
 
 // n contactors of one shape to add.
 struct ContactorBatch {
   std::int64_t count = 0;
   Shape shape{};
-  std::span<const std::int64_t> body;       // (n) ids
-  std::span<const std::int32_t> material;   // (n) or (1)
-  std::span<const double> radius;           // (n) [m]: zero
-  std::span<const double> offset;           // (dim, n) [m]: zero
-  std::span<const double> direction;        // (dim + 1, n): none
+  std::span<const std::int64_t> body;     // (n) ids
+  std::span<const std::int32_t> material; // (n) or (1)
+  std::span<const double> radius;         // (n) [m]: zero
+  std::span<const double> offset;         // (dim, n) [m]: zero
+  std::span<const double> direction;      // (dim + 1, n): none
 };
 
 class Scene {
- public:
+public:
   explicit Scene(int dim);
 
   int dim;
@@ -53,19 +53,19 @@ class Scene {
   // Bodies along a space-filling curve, contactors in the order of their bodies. Depends on positions and ids alone.
   void renumber();
 
-  std::int32_t internal(std::int64_t body_id) const;               // throws Error for an id that is not there
+  std::int32_t internal(std::int64_t body_id) const; // throws Error for an id that is not there
   const std::vector<std::int32_t>& insertion_order() const { return insertion_order_; } // internal numbers by rising id
   const std::vector<std::int32_t>& contactor_insertion_order() const { return contactor_insertion_order_; }
-  std::int64_t order_version() const { return order_version_; }   // changes when internal numbers do
-  void state_assigned();                                           // after velocity or rotation was written from outside
-  void activate(Need need);                                        // makes the arrays of a need exist
+  std::int64_t order_version() const { return order_version_; } // changes when internal numbers do
+  void state_assigned();                                        // after velocity or rotation was written from outside
+  void activate(Need need);                                     // makes the arrays of a need exist
   bool has(Need need) const;
 
   // For a checkpoint: after all fields are restored.
   std::int64_t next_body_id = 0, next_contactor_id = 0;
   void fields_restored();
 
- private:
+private:
   void reorder(const std::vector<std::int32_t>& body_order);
   void refresh_orders();
   std::int64_t order_version_ = 0;

@@ -10,10 +10,10 @@
 namespace cairn {
 namespace {
 
-// Threads of a step, put back afterwards. A thread is worth its waiting from some thousand contacts on; results do not depend
-// on their number.
+// Threads of a step, put back afterwards. A thread is worth its waiting from some thousand contacts on; results do not
+// depend on their number.
 class Threads {
- public:
+public:
   Threads(int wanted, std::int64_t contacts) : before_(omp_get_max_threads()) {
     const std::int64_t useful = 1 + contacts / 4096;
     omp_set_num_threads(wanted > 0 ? wanted : int(std::min<std::int64_t>(before_, useful)));
@@ -22,7 +22,7 @@ class Threads {
   Threads(const Threads&) = delete;
   Threads& operator=(const Threads&) = delete;
 
- private:
+private:
   int before_;
 };
 

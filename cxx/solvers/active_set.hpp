@@ -1,5 +1,5 @@
-// Newton's method on the natural map with its active set, for few contacts whose sweeps converge too slowly: masses of very
-// different size, walls that squeeze, tall stacks (Alart & Curnier 1991, Strategy of Christensen et al. 1998).
+// Newton's method on the natural map with its active set, for few contacts whose sweeps converge too slowly: masses of
+// very different size, walls that squeeze, tall stacks (Alart & Curnier 1991, Strategy of Christensen et al. 1998).
 #pragma once
 #include <functional>
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace cairn {
 
-// Blocks of W lose the light part beside the heavy one, so W only gives directions: what is left over is always read from the
-// velocities of bodies, and the matrix is used again to correct it. Unknowns that the others determine (hyperstatic contacts)
-// keep the impulse they have: complete pivoting finds them.
+// Blocks of W lose the light part beside the heavy one, so W only gives directions: what is left over is always read
+// from the velocities of bodies, and the matrix is used again to correct it. Unknowns that the others determine
+// (hyperstatic contacts) keep the impulse they have: complete pivoting finds them.
 class ActiveSet {
 public:
   // measure: square of the error of the impulses at hand, records up to date
@@ -18,25 +18,25 @@ public:
             std::function<double()> measure)
       : system_(system), schedule_(schedule), velocity_free_(velocity_free), measure_(std::move(measure)) {}
 
-  // Impulses of a smaller error than `error`, which is returned; untouched, and `error` itself, if there are none or the scene is
-  // too large.
+  // Impulses of a smaller error than `error`, which is returned; untouched, and `error` itself, if there are none or
+  // the scene is too large.
   double improve(double error, double wanted);
 
 private:
   struct Unknown {
-    double* r;        // impulse it stands for: the normal one where it slips
-    const double* u;  // relative velocity that must vanish, bias included
-    double* slip[2];  // tangential impulses that follow it, or null
-    double along[2];  // how
-    double scale;     // diagonal of W
+    double* r;       // impulse it stands for: the normal one where it slips
+    const double* u; // relative velocity that must vanish, bias included
+    double* slip[2]; // tangential impulses that follow it, or null
+    double along[2]; // how
+    double scale;    // diagonal of W
   };
-  bool choose();      // what sticks, slips and is open, from the impulses at hand; false if there are too many unknowns
+  bool choose(); // what sticks, slips and is open, from the impulses at hand; false if there are too many unknowns
   void choose_contact(const cairn_batch& b, int lane, double* u);
   void read_velocities();
-  void refresh();     // records and relative velocities from the impulses
+  void refresh(); // records and relative velocities from the impulses
   void assemble();
   void factor();
-  bool correct();     // one correction; false when it changed nothing
+  bool correct(); // one correction; false when it changed nothing
   void apply(const Unknown& unknown, double change);
   std::vector<double> impulses() const;
   void set(const std::vector<double>& impulses);

@@ -1,6 +1,6 @@
-/* Cairn's numerical kernels, as C sees them. Written in Fortran (core_f90), stateless: they allocate, print and open nothing.
- * Arrays are in Fortran order (first index fastest); sizes and units stand at the Fortran declarations.
- * Every prototype is compiled against the Fortran itself at build time. */
+/* Cairn's numerical kernels, as C sees them. Written in Fortran (core_f90), stateless: they allocate, print and open
+ * nothing. Arrays are in Fortran order (first index fastest); sizes and units stand at the Fortran declarations. Every
+ * prototype is compiled against the Fortran itself at build time. */
 #ifndef CAIRN_CORE_H
 #define CAIRN_CORE_H
 #include <stdint.h>
@@ -14,22 +14,25 @@ extern "C" {
 /* ------------------------------------------------------------------ contact laws */
 /* What a law may ask about the step beside its own contact. Fields are added at the end only. */
 typedef struct cairn_law_context {
-  double h;                /* step [s] */
-  double theta;            /* of the theta-method */
-  const double* geometry;  /* (n, 3) contact area [m2], effective radius [m], effective mass [kg]; NULL if no law of the scene asks */
-  const double* fields;    /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
+  double h;               /* step [s] */
+  double theta;           /* of the theta-method */
+  const double* geometry; /* (n, 3) contact area [m2], effective radius [m], effective mass [kg]; NULL if no law of the
+                             scene asks */
+  const double* fields;   /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
 } cairn_law_context;
 
 /* c = local components of the law in this dimension, p = parameters, s = state variables.
- * bias (n, c) [m/s] is added to the relative velocity; compliance (n, c) [1/kg] to the diagonal of W; mu (n) is the friction of the cone. */
-typedef void cairn_law_prepare(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u_begin,
-                               const double* params, double* state, double* bias, double* compliance, double* mu);
-/* w is (n, c, c), or W_NN and W_TT (n, 2) where the batch says so; u_free (n, c) with the bias in it, bias (n, c), params (n, p),
- * state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. */
-typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double* u_free, const double* bias, const double* params,
-                             const double* state, double* r, int32_t* status);
-typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u, const double* r,
-                              const double* params, double* state);
+ * bias (n, c) [m/s] is added to the relative velocity; compliance (n, c) [1/kg] to the diagonal of W; mu (n) is the
+ * friction of the cone. */
+typedef void cairn_law_prepare(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
+                               const double* u_begin, const double* params, double* state, double* bias,
+                               double* compliance, double* mu);
+/* w is (n, c, c), or W_NN and W_TT (n, 2) where the batch says so; u_free (n, c) with the bias in it, bias (n, c),
+ * params (n, p), state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. */
+typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double* u_free, const double* bias,
+                             const double* params, const double* state, double* r, int32_t* status);
+typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
+                              const double* u, const double* r, const double* params, double* state);
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
 
 /* ------------------------------------------------------------------ integrators */
@@ -39,8 +42,8 @@ void cairn_theta_free_velocity(int32_t dim, int32_t nd, int64_t nb, double h, do
                                const double* driven_velocity);
 void cairn_energy_terms(int32_t dim, int32_t nd, int64_t nb, double h, double theta, const double* gravity,
                         const double* mass, const double* inertia, const double* velocity_begin, const double* velocity,
-                        double* terms, const double* force, const double* damping, const int8_t* driven, double* reaction,
-                        const double* momentum_begin, const double* angular_momentum);
+                        double* terms, const double* force, const double* damping, const int8_t* driven,
+                        double* reaction, const double* momentum_begin, const double* angular_momentum);
 void cairn_theta_advance(int32_t dim, int32_t nd, int64_t nb, double time, const double* velocity, double* position,
                          double* angle);
 void cairn_rotate(int64_t nb, double time, const double* inertia, const double* velocity, double* rotation,
@@ -51,51 +54,55 @@ void cairn_free_spin(int64_t nb, double h, double theta, const double* inertia, 
                      double* inverse_inertia, double* velocity, double* velocity_free, const double* force,
                      const double* damping, const int8_t* driven);
 void cairn_momentum_update(int64_t nb, int32_t mode, const double* inertia, const double* rotation,
-                           const double* velocity_begin, double* velocity, double* angular_momentum, const int8_t* driven);
+                           const double* velocity_begin, double* velocity, double* angular_momentum,
+                           const int8_t* driven);
 
 /* ------------------------------------------------------------------ batches of contacts and the sides they rest on */
 /* Mutually independent contacts of one law on one pair of kinds of side.
- * Most contacts rest on two round bodies that move and obey Coulomb's cone with a bias of the normal velocity alone. They are swept
- * in one loop, and stored for it: contacts by eights, one line of eight numbers after the other, normal (2 or 3), lever of A, of B,
- * bias, mu, r (2 or 3); `frame`, `lever_a` and so on then point to the first of their lines, and their blocks do not exist. A field with c components is a block (count, c): each
- * component contiguous. count is a multiple of 8; past `contacts` stand dummies on the spare record, which never act. */
+ * Most contacts rest on two round bodies that move and obey Coulomb's cone with a bias of the normal velocity alone.
+ * They are swept in one loop, and stored for it: contacts by eights, one line of eight numbers after the other, normal
+ * (2 or 3), lever of A, of B, bias, mu, r (2 or 3); `frame`, `lever_a` and so on then point to the first of their
+ * lines, and their blocks do not exist. A field with c components is a block (count, c): each component contiguous.
+ * count is a multiple of 8; past `contacts` stand dummies on the spare record, which never act. */
 typedef struct cairn_batch {
-  int32_t count, contacts; /* with and without dummies */
-  int32_t components;      /* unknowns of a contact */
-  int32_t block;           /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
-  int32_t side_a, side_b;  /* rows of sides.def */
+  int32_t count, contacts;  /* with and without dummies */
+  int32_t components;       /* unknowns of a contact */
+  int32_t block;            /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
+  int32_t side_a, side_b;   /* rows of sides.def */
   int32_t moves_a, moves_b; /* 0: no finite inverse mass on that side, read only */
-  int32_t hub;             /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
-  int32_t group;           /* by which the inverse mass of the hub is multiplied in delassus */
-  int32_t law;             /* row of laws.def */
-  int32_t first;           /* place of its first contact in the order of batches */
-  int32_t velocities;      /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
-  int32_t pack;            /* 0, or the lines of a pack: see above */
-  int32_t relaxes;         /* 1: over-relaxation applies */
+  int32_t hub;              /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
+  int32_t group;            /* by which the inverse mass of the hub is multiplied in delassus */
+  int32_t law;              /* row of laws.def */
+  int32_t first;            /* place of its first contact in the order of batches */
+  int32_t velocities;       /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
+  int32_t pack;             /* 0, or the lines of a pack: see above */
+  int32_t relaxes;          /* 1: over-relaxation applies */
   int32_t unused;
-  int32_t *body_a, *body_b; /* (n) places of velocity records */
-  double* frame;     /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
+  int32_t *body_a, *body_b;  /* (n) places of velocity records */
+  double* frame;             /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
   double *lever_a, *lever_b; /* (n, lever of the side) [m] */
-  double* delassus;  /* [1/kg] */
-  double* bias;      /* (n, c) [m/s] */
-  double* params;    /* (n, p) of the law, or mu (n) of the cone */
-  double* r;               /* (n, c) impulse [N s] */
-  double* rho;       /* (n) 1 / true W_NN [kg] */
-  double* scale;           /* (n) |F(0)|^2 / rho [J] */
-  double* state;     /* (n, s) of the law */
-  int32_t* status;         /* (n) see cairn_contact_status */
+  double* delassus;          /* [1/kg] */
+  double* bias;              /* (n, c) [m/s] */
+  double* params;            /* (n, p) of the law, or mu (n) of the cone */
+  double* r;                 /* (n, c) impulse [N s] */
+  double* rho;               /* (n) 1 / true W_NN [kg] */
+  double* scale;             /* (n) |F(0)|^2 / rho [J] */
+  double* state;             /* (n, s) of the law */
+  int32_t* status;           /* (n) see cairn_contact_status */
   cairn_law_solve* solve;
 } cairn_batch;
 
 /* A kind of side. Velocity records: 8 numbers a body, 2D: velocity (2), spin, inverse mass (2), inverse inertia, 0, 0;
- * 3D: velocity (3), spin (3), inverse mass along x, inverse inertia (isotropic). A side of width 16 reads 8 more, 3D: inverse
- * mass along y and z, inverse inertia xx yy zz xy xz yz. Records come as columns v (n, width); sign is +1 on A, -1 on B. */
+ * 3D: velocity (3), spin (3), inverse mass along x, inverse inertia (isotropic). A side of width 16 reads 8 more, 3D:
+ * inverse mass along y and z, inverse inertia xx yy zz xy xz yz. Records come as columns v (n, width); sign is +1 on A,
+ * -1 on B. */
 typedef void cairn_side_gather(int32_t n, int32_t c, int32_t width, double sign, const double* v, const double* frame,
                                const double* lever, double* u); /* u (n, c) += sign H'v */
 typedef void cairn_side_scatter(int32_t n, int32_t c, int32_t width, double sign, const double* dr, const double* frame,
                                 const double* lever, double* v); /* v += sign A^-1 H dr */
-typedef void cairn_side_delassus(int32_t n, int32_t c, int32_t width, double factor, const double* v, const double* frame,
-                                 const double* lever, double* w); /* w (n, c, c) += factor H' A^-1 H */
+typedef void cairn_side_delassus(int32_t n, int32_t c, int32_t width, double factor, const double* v,
+                                 const double* frame, const double* lever,
+                                 double* w); /* w (n, c, c) += factor H' A^-1 H */
 typedef struct cairn_side {
   cairn_side_gather* gather;
   cairn_side_scatter* scatter;
@@ -107,17 +114,17 @@ typedef struct cairn_side {
 typedef struct cairn_record {
   double x[8];
 } cairn_record;
-#define CAIRN_SIDE(name, dimension, lever, width) \
-  cairn_side_gather cairn_side_##name##_gather;   \
-  cairn_side_scatter cairn_side_##name##_scatter; \
+#define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
+  cairn_side_gather cairn_side_##name##_gather;                                                                        \
+  cairn_side_scatter cairn_side_##name##_scatter;                                                                      \
   cairn_side_delassus cairn_side_##name##_delassus;
 #include "../../kinematics/sides.def"
 #undef CAIRN_SIDE
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) \
-  cairn_law_prepare cairn_law_##name##_prepare;                 \
-  cairn_law_solve cairn_law_##name##_solve;                     \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along)             \
+  cairn_law_prepare cairn_law_##name##_prepare;                                                                        \
+  cairn_law_solve cairn_law_##name##_solve;                                                                            \
   cairn_law_commit cairn_law_##name##_commit;
 #include "../../contact_laws/laws.def"
 #undef CAIRN_LAW
@@ -130,7 +137,7 @@ typedef struct cairn_schedule {
   int32_t batches;
   int32_t threads;
   int32_t unused;
-  double relaxation;          /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
+  double relaxation; /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
   const int32_t* first_task;  /* (stages + 1) */
   const int32_t* first_batch; /* (tasks + 1) */
   const cairn_batch* batch;   /* (batches) */
@@ -143,16 +150,19 @@ enum { cairn_batch_workspace = 128 * 80 };
 void cairn_nlgs_sweep(int32_t sweeps, const cairn_schedule* schedule, double* change);
 void cairn_add_impulses(const cairn_schedule* schedule);
 void cairn_relative_velocities(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* u);
-void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true, double* u);
+void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true,
+                    double* u);
 void cairn_contact_work(const cairn_schedule* schedule, int32_t begin, double* sums);
 void cairn_contact_scale(const cairn_schedule* schedule, double* sums);
 void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double* sums);
 
 /* The textbook's sweep, one contact after the other: what batches are checked against and timed by. */
 void cairn_plain_sweep2(int64_t n, const int32_t* body, const double* normal, const double* lever, const double* mu,
-                        const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v, double* r);
+                        const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v,
+                        double* r);
 void cairn_plain_sweep3(int64_t n, const int32_t* body, const double* frame, const double* lever, const double* mu,
-                        const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v, double* r);
+                        const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v,
+                        double* r);
 
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,
@@ -170,7 +180,8 @@ void cairn_periodic_ghosts(int32_t dim, int64_t first, int64_t last, const doubl
                            const int32_t* lattice, const int32_t* periodic, const double* vectors, const double* corner,
                            int64_t capacity, int32_t* ghost_of, double* ghost_x, double* ghost_reach,
                            int32_t* ghost_lattice, int64_t* found, int64_t* too_wide);
-void cairn_grid_classes(int64_t n, const double* reach, int64_t* items, double* widest, double* smallest, double* largest);
+void cairn_grid_classes(int64_t n, const double* reach, int64_t* items, double* widest, double* smallest,
+                        double* largest);
 void cairn_grid_level(int64_t first, int64_t last, const double* reach, double unit, int32_t lowest, int32_t highest,
                       int32_t* level, int64_t* items);
 void cairn_grid_box(int32_t dim, int64_t first, int64_t last, const double* x, const int32_t* level, int32_t lowest,
@@ -192,13 +203,14 @@ void cairn_grid_search(int32_t dim, int64_t n, const double* sorted, int64_t cel
 void cairn_plane_search(int32_t dim, int64_t n, const int32_t* listed, const double* centre, const double* reach,
                         const double* origin, const double* normal, double margin, int64_t capacity, int32_t* near,
                         int64_t* found);
-void cairn_tube_search(int64_t n, const int32_t* listed, const double* centre, const double* reach, const double* origin,
-                       const double* axis, double radius, double margin, int64_t capacity, int32_t* near, int64_t* found);
+void cairn_tube_search(int64_t n, const int32_t* listed, const double* centre, const double* reach,
+                       const double* origin, const double* axis, double radius, double margin, int64_t capacity,
+                       int32_t* near, int64_t* found);
 void cairn_bar_search(int64_t n, int32_t* a, int32_t* b, int32_t* image, int32_t bar, const int16_t* shape,
                       const double* centre, const double* direction, const double* reach, const double* vectors,
                       int64_t* kept);
-void cairn_pairs_of_hits(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int32_t* a, int32_t* b,
-                         int32_t* image);
+void cairn_pairs_of_hits(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int32_t* a,
+                         int32_t* b, int32_t* image);
 void cairn_pairs_of_ghosts(int64_t n, const int32_t* hits, const int32_t* order, const int32_t* item, int64_t nb_real,
                            const int32_t* lattice, const double* reach, int32_t* a, int32_t* b, int32_t* image,
                            int64_t* kept);
@@ -209,9 +221,9 @@ void cairn_pair_admit(int32_t dofs, int64_t n, int32_t* a, int32_t* b, int32_t* 
 void cairn_pair_count(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind, const int32_t* a,
                       int32_t* count);
 void cairn_pair_starts(int64_t slots, int32_t* place);
-void cairn_pair_scatter(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind, const int32_t* a,
-                        const int32_t* b, const int32_t* image, int32_t* place, int32_t* a_out, int32_t* b_out,
-                        int32_t* image_out);
+void cairn_pair_scatter(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind,
+                        const int32_t* a, const int32_t* b, const int32_t* image, int32_t* place, int32_t* a_out,
+                        int32_t* b_out, int32_t* image_out);
 void cairn_pair_tidy(int64_t first, int64_t last, const int32_t* place, int32_t* b, int32_t* image);
 void cairn_pair_gather(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* image,
                        const double* centre, const double* radius, int32_t has_direction, const double* direction,
@@ -221,8 +233,9 @@ void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b
                       const double* centre, const double* gap, const double* normal, const double* point,
                       const int32_t* status, double constant, const double* margin, double* gap_out, double* normal_out,
                       double* point_out, int8_t* keep, int32_t* kept);
-/* The narrow phase of a pair of shapes, on n pairs, each component contiguous: between (n, dim) is centre of A - centre of B,
- * direction_b (n, dim + 1); out: gap (n), normal (n, dim), point (n, dim) from the centre of A, status (n) see below. */
+/* The narrow phase of a pair of shapes, on n pairs, each component contiguous: between (n, dim) is centre of A - centre
+ * of B, direction_b (n, dim + 1); out: gap (n), normal (n, dim), point (n, dim) from the centre of A, status (n) see
+ * below. */
 typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
 enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
@@ -232,10 +245,11 @@ enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit 
 /* The plain way, to check against: see core_f90/reference. */
 void cairn_reference_detection(int32_t dim, int32_t n, const int32_t* form, const int32_t* body, const int64_t* id,
                                const int32_t* immovable, const double* centre, const double* radius,
-                               const double* direction, const double* margin, const double* vectors, const int32_t* span,
-                               int64_t capacity, int32_t* a, int32_t* b, int32_t* lattice, double* gap, double* normal,
-                               double* point, int64_t* found);
-void cairn_hilbert_keys(int32_t dim, int64_t n, const double* position, const double* low, const double* width, int64_t* key);
+                               const double* direction, const double* margin, const double* vectors,
+                               const int32_t* span, int64_t capacity, int32_t* a, int32_t* b, int32_t* lattice,
+                               double* gap, double* normal, double* point, int64_t* found);
+void cairn_hilbert_keys(int32_t dim, int64_t n, const double* position, const double* low, const double* width,
+                        int64_t* key);
 
 #ifdef __cplusplus
 }
