@@ -1,5 +1,6 @@
-// Contact-iterations a second: of the bare kernel, of the solver through the public interface with its error checks, and of the
-// textbook's sweep (layer plain) by which figures of different machines compare. CSV on standard output, best of the repetitions.
+// Contact-iterations a second: of the bare kernel, of the solver through the public interface with its error checks,
+// and of the textbook's sweep (layer plain) by which figures of different machines compare. CSV on standard output,
+// best of the repetitions.
 #include <benchmark/benchmark.h>
 
 #include <chrono>

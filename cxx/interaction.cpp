@@ -62,6 +62,11 @@ void Interactions::update_velocity(Bodies& bodies) {
       s.energy.tangential -= 0.5 * s.work_sums[2 * b + 1];
     }
     if (s.sheared) s.count_cell_work();
+    for (const cairn_batch& b : system.batches)
+      for (int lane = 0; lane < b.contacts; ++lane) {
+        s.energy.created += std::max(0.0, 0.5 * b.scale[lane]);
+        s.energy.turned_over += std::abs(0.5 * b.scale[lane]);
+      }
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
   }
@@ -98,7 +103,8 @@ void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p
   }
   for (int c = d; c < b.components; ++c) {
     const double r = at(b, b.r, lane, c);
-    if (d == 2) m[2] = r;
+    if (d == 2)
+      m[2] = r;
     else
       for (int k = 0; k < 3; ++k) m[k] += axes[c - 3][k] * r;
   }
@@ -114,7 +120,8 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
     for (int k = 0; k < d; ++k) l[k] = radial ? at(b, lever, lane, 0) * at(b, b.frame, lane, k) : at(b, lever, lane, k);
     double* to = bodies.reaction[who];
     for (int k = 0; k < d; ++k) to[k] += sign * p[k];
-    if (d == 2) to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
+    if (d == 2)
+      to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
     else
       for (int k = 0; k < 3; ++k)
         to[3 + k] += sign * (l[(k + 1) % 3] * p[(k + 2) % 3] - l[(k + 2) % 3] * p[(k + 1) % 3] + m[k]);
@@ -207,7 +214,8 @@ void Interactions::relative_velocity(double* out) const {
     cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane) {
       if (s_->sheared) s_->add_image_jump(b, lane, 1, u);
-      for (int c = 0; c < d; ++c) out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
+      for (int c = 0; c < d; ++c)
+        out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
     }
   }
 }
@@ -255,12 +263,12 @@ std::int64_t Interactions::bytes() const {
   const State& s = *s_;
   const auto of = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
   const ContactSystem& c = s.system;
-  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.record) + of(c.general) + of(c.work) + of(c.arena) +
-         of(c.body_a) + of(c.body_b) + of(c.status) + of(c.candidate) + of(c.sums) + of(c.change) + of(s.memory.keys) +
-         of(s.memory.impulses) + of(s.memory.states) + s.index.bytes() + of(s.work_sums) + of(s.kind) + of(s.entry) +
-         of(s.contact_class) + of(s.degree) + of(s.colours) + of(s.tile_colours) + of(s.order) + of(s.order_start) +
-         of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.key_of_order) + of(s.order_count) +
-         of(s.sorted);
+  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.record) + of(c.general) + of(c.work) +
+         of(c.arena) + of(c.body_a) + of(c.body_b) + of(c.status) + of(c.candidate) + of(c.sums) + of(c.change) +
+         of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + s.index.bytes() + of(s.work_sums) +
+         of(s.kind) + of(s.entry) + of(s.contact_class) + of(s.degree) + of(s.colours) + of(s.tile_colours) +
+         of(s.order) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) +
+         of(s.key_of_order) + of(s.order_count) + of(s.sorted);
 }
 
 } // namespace cairn

@@ -1,4 +1,5 @@
-// Contacts of a step: assembled from candidates into batches, solved, committed; what the next step inherits follows the contact's key.
+// Contacts of a step: assembled from candidates into batches, solved, committed; what the next step inherits follows
+// the contact's key.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -54,7 +55,9 @@ public:
   void set(int material_a, int material_b, Law law, std::span<const double> params);
   void set_default(Law law, std::span<const double> params); // for pairs that have none of their own
   // -1 if the pair has no law
-  int find(int material_a, int material_b) const { return table_[std::size_t(material_a) * names_.size() + material_b]; }
+  int find(int material_a, int material_b) const {
+    return table_[std::size_t(material_a) * names_.size() + material_b];
+  }
   const Entry& entry(int i) const { return entries_[i]; }
   int entries() const { return int(entries_.size()); }
   const std::string& name(int material) const { return names_[material]; }
@@ -79,30 +82,33 @@ struct SolveReport {
   SolveStatus status = SolveStatus::converged;
   std::int64_t contacts = 0; // candidates that were solved
   int iterations = 0;
-  int checks = 0;               // evaluations of the error
-  double error = 0;             // natural map, energy norm, relative
-  double worst_error = 0;       // of one contact, on its own scale
+  int checks = 0;                  // evaluations of the error
+  double error = 0;                // natural map, energy norm, relative
+  double worst_error = 0;          // of one contact, on its own scale
   std::int64_t worst_contact = -1; // its place in the candidates
-  double penetration = 0;       // deepest overlap / size of the smaller body
-  double cone_distance = 0;     // distance of impulses outside the cone / impulse
-  double energy_created = 0;    // energy that contacts made from nothing / energy in play
-  std::string hint;             // empty when converged
+  double penetration = 0;          // deepest overlap / size of the smaller body
+  double cone_distance = 0;        // distance of impulses outside the cone / impulse
+  double energy_created = 0;       // energy that contacts made from nothing / energy in play
+  std::string hint;                // empty when converged
 };
 
 // Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.
 struct ContactEnergy {
   double normal = 0, tangential = 0; // rotation components of bonds count as tangential
   double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
+  double created = 0;     // by contacts whose impulses gave energy, as restitution with friction can
+  double turned_over = 0; // sum of what each contact took or gave
 };
 
 // What a restart needs to go on to the same bits.
 struct ContactMemory {
-  double h = 0;                      // step that the impulses belong to [s]; 0 before the first
-  std::int64_t contactors_seen = 0;  // contactor ids below this one can no longer bond on first sight
+  double h = 0;                     // step that the impulses belong to [s]; 0 before the first
+  std::int64_t contactors_seen = 0; // contactor ids below this one can no longer bond on first sight
   int impulse_components = 0, state_components = 0;
-  std::vector<ContactKey> keys;      // contacts with an impulse or a state
-  std::vector<double> impulses;      // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
-  std::vector<double> states;        // (state_components, keys)
+  std::vector<ContactKey> keys; // contacts with an impulse or a state
+  std::vector<double>
+      impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
+  std::vector<double> states; // (state_components, keys)
 };
 
 class Interactions {
@@ -112,12 +118,15 @@ public:
   Interactions(Interactions&&) noexcept;
   Interactions& operator=(Interactions&&) noexcept;
 
-  // The candidates stay the caller's and must not change until commit. bodies.velocity is that at the start of the step,
-  // positions are those of detection. Throws std::invalid_argument if a pair of materials has no law (names both).
-  void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h, double theta);
+  // The candidates stay the caller's and must not change until commit. bodies.velocity is that at the start of the
+  // step, positions are those of detection. Throws std::invalid_argument if a pair of materials has no law (names
+  // both).
+  void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
+                double theta);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
-  // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts' energy.
+  // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'
+  // energy.
   void update_velocity(Bodies&);
   // State of laws, then impulses and keys become the memory of the next step.
   ContactEnergy commit();
@@ -132,10 +141,10 @@ public:
   void dissipated(double* out) const;        // (count), after update_velocity [J]
   std::vector<ContactKey> bonds() const;     // contacts that detection must keep although they leave its margin
 
-  const ContactMemory& memory() const;       // after commit: what the next assemble will inherit
-  void restore(ContactMemory);               // throws std::invalid_argument if sizes do not agree
-  std::int64_t bytes() const;                // of all arrays held
-  ContactSystem& system();                   // as solvers see it: batches, schedule, velocity records
+  const ContactMemory& memory() const; // after commit: what the next assemble will inherit
+  void restore(ContactMemory);         // throws std::invalid_argument if sizes do not agree
+  std::int64_t bytes() const;          // of all arrays held
+  ContactSystem& system();             // as solvers see it: batches, schedule, velocity records
 
 private:
   struct State;

@@ -21,8 +21,8 @@ struct LawKernels {
 #define CAIRN_SLOT_YES(kernel) kernel
 #define CAIRN_SLOT_NO(kernel) nullptr
 const LawKernels law_kernels[] = {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) \
-  {CAIRN_SLOT_##has_prepare(cairn_law_##name##_prepare), CAIRN_SLOT_##has_solve(cairn_law_##name##_solve), \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along)             \
+  {CAIRN_SLOT_##has_prepare(cairn_law_##name##_prepare), CAIRN_SLOT_##has_solve(cairn_law_##name##_solve),             \
    CAIRN_SLOT_##has_commit(cairn_law_##name##_commit)},
 #include "../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
@@ -50,7 +50,8 @@ void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
     axes[1][1] = axes[0][0];
     return;
   }
-  if (b.pack) tangent_of(axes[0], axes[1]);
+  if (b.pack)
+    tangent_of(axes[0], axes[1]);
   else
     for (int k = 0; k < 3; ++k) axes[1][k] = at(b, b.frame, lane, 3 + k);
   for (int k = 0; k < 3; ++k)
@@ -92,9 +93,7 @@ ContactKey Interactions::State::key(std::int64_t i) const {
 
 void Interactions::State::fill() {
   index.build(memory.keys);
-  const int threads = omp_get_max_threads(), n = int(system.batches.size());
-  const cairn_schedule unused = system.schedule(threads); // makes the workspace
-  (void)unused;
+  const int n = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
   double deepest = 0;
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(max : deepest) if (threads > 1)
   for (int b = 0; b < n; ++b) fill_batch(b, omp_get_thread_num(), deepest);
@@ -189,7 +188,8 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
     const double *x = bodies->position[body(contactor)], *p = &c.point[d * i];
     for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]);
   };
-  const bool radial_a = b.side_a == radial2 || b.side_a == radial3, radial_b = b.side_b == radial2 || b.side_b == radial3;
+  const bool radial_a = b.side_a == radial2 || b.side_a == radial3,
+             radial_b = b.side_b == radial2 || b.side_b == radial3;
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = who[lane];
@@ -235,8 +235,7 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
     const std::int32_t place = index.find(k, memory.keys, near);
     for (int s = 0; s < states; ++s) {
       const bool fresh = k.contactor_a >= memory.contactors_seen || k.contactor_b >= memory.contactors_seen;
-      b.state[s * n + lane] =
-          fresh ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::max();
+      b.state[s * n + lane] = fresh ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::max();
       if (place >= 0 && s < memory.state_components)
         b.state[s * n + lane] = memory.states[std::size_t(place) * memory.state_components + s];
     }
@@ -276,8 +275,7 @@ void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double 
   const double nx = f[0], ny = f[n], nz = f[2 * n], tx = f[3 * n], ty = f[4 * n], tz = f[5 * n];
   u[lane] -= factor * (nx * v[0] + ny * v[1] + nz * v[2]);
   u[n + lane] -= factor * (tx * v[0] + ty * v[1] + tz * v[2]);
-  u[2 * n + lane] -=
-      factor * ((ny * tz - nz * ty) * v[0] + (nz * tx - nx * tz) * v[1] + (nx * ty - ny * tx) * v[2]);
+  u[2 * n + lane] -= factor * ((ny * tz - nz * ty) * v[0] + (nz * tx - nx * tz) * v[1] + (nx * ty - ny * tx) * v[2]);
 }
 
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
@@ -316,11 +314,14 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
       for (int k = 0; k < c; ++k) b.bias[k * n + lane] = 0;
   }
   settle_singular_blocks(b, dim(), w);
-  if (b.block) std::copy_n(w, std::size_t(n) * c * c, b.delassus);
+  if (b.block)
+    std::copy_n(w, std::size_t(n) * c * c, b.delassus);
   else
     for (int lane = 0; lane < n; ++lane) b.delassus[lane] = w[lane], b.delassus[n + lane] = w[n * (c + 1) + lane];
-  if (law_infos()[b.law].has_solve) std::copy_n(params, std::size_t(n) * parameters, b.params);
-  else std::copy_n(mu, n, b.params);
+  if (law_infos()[b.law].has_solve)
+    std::copy_n(params, std::size_t(n) * parameters, b.params);
+  else
+    std::copy_n(mu, n, b.params);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
 }

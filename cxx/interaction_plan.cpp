@@ -15,7 +15,8 @@ void Interactions::State::load_bodies() {
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
   // only round bodies centred on their contactor do without their further inertia
   bool wide = anisotropic || (space && (contactors->offset.active || b.driven.active));
-  for (std::int64_t c = 0; c < contactors->count && space && !wide; ++c) wide = Shape(*contactors->shape[c]) != Shape::sphere;
+  for (std::int64_t c = 0; c < contactors->count && space && !wide; ++c)
+    wide = Shape(*contactors->shape[c]) != Shape::sphere;
   system.general.resize(wide ? n + 1 : 0);
   Array<std::uint8_t>& radial = kind; // per body for the moment, then per contactor
   degree.resize(std::max<std::int64_t>(n, 1));
@@ -102,8 +103,8 @@ void Interactions::State::plan() {
   lay_out();
 }
 
-// Contacts in runs of the candidates' order: tiles. Tiles that share no body that moves make a stage; within a tile contacts are
-// coloured, and swept colour by colour while its bodies stay in the cache.
+// Contacts in runs of the candidates' order: tiles. Tiles that share no body that moves make a stage; within a tile
+// contacts are coloured, and swept colour by colour while its bodies stay in the cache.
 void Interactions::State::plan_tiles() {
   const Candidates& c = *candidates;
   colours.assign(system.bodies + 1, 0);
@@ -116,11 +117,12 @@ void Interactions::State::plan_tiles() {
     return !(((k & 8) && degree[body(c.contactor_a[i])] > hub_degree) ||
              ((k & 2) && degree[body(c.contactor_b[i])] > hub_degree));
   };
+  const auto size = std::size_t(std::clamp<std::int64_t>(c.count / tiles, smallest_tile, largest_tile));
   const bool hubs = std::any_of(degree.begin(), degree.end(), [](std::int32_t d) { return d > hub_degree; });
   for (std::int64_t i = 0; i < c.count;) {
     const auto start = order.size();
     std::uint64_t taken = 0;
-    for (; i < c.count && order.size() - start < tile_size; ++i) {
+    for (; i < c.count && order.size() - start < size; ++i) {
       if (hubs ? !simple(i) : !(contact_class[i] & 10)) {
         if (contact_class[i] & 10) hub_contacts.push_back(std::int32_t(i));
         continue;
@@ -155,7 +157,8 @@ void Interactions::State::plan_tiles() {
   tile.clear();
 }
 
-// Colours contacts so that those of one colour share no body but the hub, sorts them by colour and class, cuts them into batches.
+// Colours contacts so that those of one colour share no body but the hub, sorts them by colour and class, cuts them
+// into batches.
 void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub) {
   const Candidates& c = *candidates;
   for (std::int32_t i : contacts) colours[body(c.contactor_a[i])] = colours[body(c.contactor_b[i])] = 0;
@@ -220,9 +223,10 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   system.batches.push_back(b);
 }
 
-// Contacts of a body that has too many of them. They come hub by hub; each batch sees the hub as it stands, with its inverse mass
-// times the number of contacts of the batch (mass splitting: the fixed point stays, the iteration cannot overshoot). A batch is as
-// long as that leaves the block of the other side the greater part, and no longer than a batch.
+// Contacts of a body that has too many of them. They come hub by hub; each batch sees the hub as it stands, with its
+// inverse mass times the number of contacts of the batch (mass splitting: the fixed point stays, the iteration cannot
+// overshoot). A batch is as long as that leaves the block of the other side the greater part, and no longer than a
+// batch.
 void Interactions::State::plan_hubs() {
   if (hub_contacts.empty()) return;
   const Candidates& c = *candidates;

@@ -5,10 +5,12 @@
 
 namespace cairn {
 
-// Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same lines of it.
+// Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same
+// lines of it.
 inline constexpr int batch_size = 104;
-// Contacts of a task: their bodies share the second cache.
-inline constexpr int tile_size = 2000;
+// Contacts of a task: their bodies share the second cache, their batches are not short, and small scenes too have tasks
+// for threads.
+inline constexpr int smallest_tile = 600, largest_tile = 2000, tiles = 24;
 // A body that moves with more contacts than this is a hub.
 inline constexpr int hub_degree = 32;
 
@@ -74,8 +76,8 @@ struct Interactions::State {
 
   void load_bodies();
   void classify();
-  void plan();  // batches: which contact stands where
-  void fill();  // batches: their numbers
+  void plan(); // batches: which contact stands where
+  void fill(); // batches: their numbers
   ContactKey key(std::int64_t candidate) const;
   void count_cell_work();
   void add_reactions(Bodies& bodies) const;

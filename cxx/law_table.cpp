@@ -48,9 +48,9 @@ const std::vector<LawInfo>& law_infos() {
   static const std::vector<LawInfo> infos = [] {
     constexpr bool YES = true, NO = false, NORMAL = true, ALL = false;
     std::vector<LawInfo> all;
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) \
-  all.push_back(                                                                               \
-      {#name, #python, c2, c3, parameters_of(parameters), words_of(state), has_prepare, has_solve, has_commit, bias_along});
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along)             \
+  all.push_back({#name, #python, c2, c3, parameters_of(parameters), words_of(state), has_prepare, has_solve,           \
+                 has_commit, bias_along});
 #include "../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
     return all;

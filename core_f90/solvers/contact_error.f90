@@ -76,13 +76,19 @@ contains
       call cone_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
       if (any(at%mu > 1)) call disk_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
     end if
+    sums = 0
+    if (what > 1 .and. .not. c_associated(batch%state)) then
+      call add_up_cone(n, axes, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
+      if (what == 3) call c_f_pointer(batch%status, status, [n])
+      if (what == 3) call find_status(n, axes, at%mu, at%r, status)
+      return
+    end if
     call weights(n, c, axes, rho, at%free(weight:))
     if (c_associated(batch%state)) then
       call c_f_pointer(batch%delassus, delassus, [c*c*n])
       call c_f_pointer(batch%state, state, [n])
       call bond_map(n, c, axes, state, delassus, at%u, at%free(f:), at%free(weight:))
     end if
-    sums = 0
     if (what == 1) then
       call keep_scale(n, c, at%free(weight:), at%free(f:), scale, sums)
     else
@@ -260,6 +266,49 @@ contains
     end do
     sums(1) = total
   end subroutine keep_scale
+
+  !> Sums and worst contact of contacts without rotations.
+  subroutine add_up_cone(n, axes, mu, rho, scale, r, f, ratio, sums)
+    integer, value                :: n          !< contacts
+    integer, value                :: axes       !< components of velocity, 2 or 3
+    real(c_double), intent(in)    :: mu(n)      !< friction [-]
+    real(c_double), intent(in)    :: rho(n)     !< 1/W_NN [kg]
+    real(c_double), intent(in)    :: scale(n)   !< |F(0)|^2 [J]
+    real(c_double), intent(in)    :: r(n, axes) !< impulse [N s]
+    real(c_double), intent(in)    :: f(n, axes) !< residual [N s]
+    real(c_double), intent(inout) :: ratio(n)   !< workspace
+    real(c_double), intent(inout) :: sums(sums_size)
+    real(c_double) :: error, size, worst, furthest, square, tangent, normal, residual, weight, out
+    integer :: i
+    error = 0
+    size = 0
+    worst = 0
+    furthest = 0
+    !$omp simd reduction(+:error, size) reduction(max:worst, furthest) private(square, tangent, normal, residual, weight, out)
+    do i = 1, n
+      weight = 1/rho(i)
+      residual = f(i, 1)**2 + f(i, 2)**2
+      tangent = r(i, 2)**2
+      if (axes == 3) residual = residual + f(i, axes)**2
+      if (axes == 3) tangent = tangent + r(i, axes)**2
+      normal = max(0.0_c_double, r(i, 1))
+      square = r(i, 1)**2 + tangent
+      out = max(0.0_c_double, -r(i, 1), sqrt(tangent) - mu(i)*normal)
+      error = error + weight*residual
+      size = size + weight*square
+      ratio(i) = weight*residual/max(weight*square, scale(i), tiny(worst))
+      worst = max(worst, ratio(i))
+      furthest = max(furthest, out*out/max(square, tiny(square)))
+    end do
+    sums(1) = error
+    sums(2) = size
+    sums(3) = worst
+    sums(5) = furthest
+    do i = 1, n
+      if (ratio(i) >= worst .and. worst > 0) exit
+    end do
+    sums(4) = min(i, n)
+  end subroutine add_up_cone
 
   subroutine add_up(n, c, axes, mu, weight, scale, r, f, work, sums)
     integer, value                :: n            !< contacts

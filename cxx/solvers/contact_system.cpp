@@ -6,7 +6,7 @@ namespace cairn {
 
 const cairn_side* sides() {
   static const cairn_side rows[] = {
-#define CAIRN_SIDE(name, dimension, lever, width) \
+#define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
   {cairn_side_##name##_gather, cairn_side_##name##_scatter, cairn_side_##name##_delassus, lever, width},
 #include "../../core_f90/kinematics/sides.def"
 #undef CAIRN_SIDE
@@ -15,6 +15,8 @@ const cairn_side* sides() {
 }
 
 cairn_schedule ContactSystem::schedule(int threads) {
+  // a thread that has less than a few tasks waits longer than it works
+  threads = std::clamp(int(first_batch.size()) / 8, 1, std::max(threads, 1));
   work.resize(std::max(work.size(), std::size_t(cairn_batch_workspace) * threads));
   sums.resize(std::max(sums.size(), 6 * batches.size()));
   change.resize(std::max(change.size(), batches.size()));

@@ -167,7 +167,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     }
     relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;
-    next_check = report.iterations + std::max(8, report.iterations / 4);
+    next_check = report.iterations + std::max(8, report.iterations / 2);
   }
   measure(system, schedule, free, true, report);
   if (report.status != SolveStatus::converged) report.hint = hint_of(report, options);

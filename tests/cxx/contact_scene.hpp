@@ -1,5 +1,5 @@
-// Random scenes of contacts for the tests of interactions, and the plain mechanics to compare with: every side as a general rigid
-// body touched at the contact point, in plain loops.
+// Random scenes of contacts for the tests of interactions, and the plain mechanics to compare with: every side as a
+// general rigid body touched at the contact point, in plain loops.
 #pragma once
 #include <array>
 #include <cmath>
@@ -45,7 +45,8 @@ struct ContactScene {
     contactors.radius.values[i] = radius;
     return std::int32_t(i);
   }
-  void add_candidate(std::int32_t a, std::int32_t b, double gap, std::vector<double> normal, std::vector<double> point) {
+  void add_candidate(std::int32_t a, std::int32_t b, double gap, std::vector<double> normal,
+                     std::vector<double> point) {
     ++candidates.count;
     candidates.contactor_a.push_back(a);
     candidates.contactor_b.push_back(b);
@@ -120,7 +121,11 @@ struct ContactScene {
     const double* x = bodies.position[b];
     if (dim == 2) return {r[0], r[1], (p[0] - x[0]) * r[1] - (p[1] - x[1]) * r[0] + moment[0]};
     const double l[3] = {p[0] - x[0], p[1] - x[1], p[2] - x[2]};
-    return {r[0], r[1], r[2], l[1] * r[2] - l[2] * r[1] + moment[0], l[2] * r[0] - l[0] * r[2] + moment[1],
+    return {r[0],
+            r[1],
+            r[2],
+            l[1] * r[2] - l[2] * r[1] + moment[0],
+            l[2] * r[0] - l[0] * r[2] + moment[1],
             l[0] * r[1] - l[1] * r[0] + moment[2]};
   }
   SolveReport step(Interactions& interactions, const LawTable& laws, const SolverOptions& options) {
@@ -176,7 +181,8 @@ inline Solution read(const Interactions& i, int dim) {
   return s;
 }
 
-// largest difference between the velocity of bodies and what impulses at the contact points give them, / largest velocity
+// largest difference between the velocity of bodies and what impulses at the contact points give them, / largest
+// velocity
 inline double velocity_defect(const ContactScene& s, const Solution& x) {
   const int nd = s.bodies.dofs(), rotations = s.dim == 2 ? 1 : 3;
   std::vector<double> v = {s.bodies.velocity_free.values.begin(), s.bodies.velocity_free.values.end()};

@@ -31,8 +31,8 @@ TEST_P(Heap, ObeysTheLaw) {
 
 INSTANTIATE_TEST_SUITE_P(Interactions, Heap, testing::Values(2, 3));
 
-
-// Bodies of two round contactors each, off their centres, some of their directions blocked; in 3D with full inverse inertias.
+// Bodies of two round contactors each, off their centres, some of their directions blocked; in 3D with full inverse
+// inertias.
 ContactScene clumps(int dim) {
   ContactScene s = heap(dim, dim == 2 ? 14 : 6);
   const std::int64_t round = s.bodies.count - 1;
@@ -94,6 +94,10 @@ TEST_P(Heap, EnergyIsWhatBodiesLose) {
   EXPECT_NEAR(energy.normal + energy.tangential, lost, 1e-13 * size);
   EXPECT_NEAR(per_contact, lost, 1e-13 * size);
   EXPECT_GT(energy.normal, 0);
+  double created = 0, turned = 0;
+  for (double d : x.dissipated) created += std::max(0.0, -d), turned += std::abs(d);
+  EXPECT_NEAR(energy.created, created, 1e-14 * turned);
+  EXPECT_NEAR(energy.turned_over, turned, 1e-14 * turned);
   EXPECT_GT(energy.tangential, 0);
 }
 
@@ -182,7 +186,8 @@ TEST(PeriodicCell, ImagesLendTheirVelocity) {
   s.add_contactor(b, Shape::disk, 1);
   const std::int32_t c = s.add_body({5, 1}, 1, 2);
   s.add_contactor(c, Shape::disk, 1);
-  for (std::int32_t k : {b, c}) std::fill_n(s.bodies.velocity[k], 3, 0.0), std::fill_n(s.bodies.velocity_free[k], 3, 0.0);
+  for (std::int32_t k : {b, c})
+    std::fill_n(s.bodies.velocity[k], 3, 0.0), std::fill_n(s.bodies.velocity_free[k], 3, 0.0);
   s.add_candidate(0, 1, 0, {0, -1}, {5, 2});
   s.candidates.image[0] = encode_image(0, 1, 0);
   s.bodies.velocity_free[b][1] = 1; // pressed on the image above, which moves to the right

@@ -37,7 +37,8 @@ struct Blocks {
   std::vector<double> w, q, zero;
 };
 
-// r in the cone, u_n >= 0, r_n u_n = 0, and slip against friction where friction is spent; relative to the sizes of the contact
+// r in the cone, u_n >= 0, r_n u_n = 0, and slip against friction where friction is spent; relative to the sizes of the
+// contact
 double violation(Blocks& b, int axes, const std::vector<double>& r, int i, double mu) {
   double u[3] = {0, 0, 0}, size_q = 0, size_w = 0;
   for (int k = 0; k < axes; ++k) {
@@ -64,8 +65,8 @@ double violation(Blocks& b, int axes, const std::vector<double>& r, int i, doubl
   worst = std::max(worst, (rt - limit) / full);
   if (rn > 0) {
     const double speed = size_q + std::sqrt(size_w) * full;
-    worst = std::max(worst, (ut * rt + work) / (speed * full));                            // against the slip
-    if (rt < limit * (1 - 1e-9)) worst = std::max(worst, ut / speed);                      // sticks
+    worst = std::max(worst, (ut * rt + work) / (speed * full));       // against the slip
+    if (rt < limit * (1 - 1e-9)) worst = std::max(worst, ut / speed); // sticks
   }
   return worst;
 }
@@ -80,9 +81,10 @@ TEST_P(Cone, FullBlocksObeyTheLaw) {
       for (unsigned seed = 1; seed < 20; ++seed) {
         Blocks b(axes, coupling, seed);
         std::vector<double> r(n * axes, 0.0);
-        (axes == 2 ? cairn_cone_full2 : cairn_cone_full3)(n, axes, b.w.data(), b.q.data(), b.zero.data(), friction.data(),
-                                                          nullptr, r.data(), nullptr);
-        for (int i = 0; i < n; ++i) ASSERT_LT(violation(b, axes, r, i, mu), 1e-9) << axes << ' ' << coupling << ' ' << seed << ' ' << i;
+        (axes == 2 ? cairn_cone_full2 : cairn_cone_full3)(n, axes, b.w.data(), b.q.data(), b.zero.data(),
+                                                          friction.data(), nullptr, r.data(), nullptr);
+        for (int i = 0; i < n; ++i)
+          ASSERT_LT(violation(b, axes, r, i, mu), 1e-9) << axes << ' ' << coupling << ' ' << seed << ' ' << i;
       }
 }
 
@@ -105,7 +107,8 @@ TEST_P(Cone, DiagonalBlocksAgreeWithFullOnes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Friction, Cone, testing::Values(0.0, 1e-6, 0.4, 1.0, 1e3, 1e12, std::numeric_limits<double>::max()));
+INSTANTIATE_TEST_SUITE_P(Friction, Cone,
+                         testing::Values(0.0, 1e-6, 0.4, 1.0, 1e3, 1e12, std::numeric_limits<double>::max()));
 
 TEST(Cone, TheCheckCanFail) {
   Blocks b(3, 0.3);
@@ -124,7 +127,8 @@ TEST(Bonded, HoldsBondsAndLeavesTheOthersToTheCone) {
     std::vector<double> r(n * c, 0.0), state(n);
     for (int i = 0; i < n; ++i) state[i] = i % 2 ? 0.0 : std::numeric_limits<double>::max();
     std::vector<std::int32_t> status(n);
-    cairn_law_bonded_solve(n, c, b.w.data(), b.q.data(), b.zero.data(), mu.data(), state.data(), r.data(), status.data());
+    cairn_law_bonded_solve(n, c, b.w.data(), b.q.data(), b.zero.data(), mu.data(), state.data(), r.data(),
+                           status.data());
     for (int i = 0; i < n; ++i) {
       if (i % 2) {
         EXPECT_EQ(status[i], cairn_bonded);

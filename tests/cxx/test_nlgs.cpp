@@ -42,7 +42,8 @@ std::vector<double> plain_solution(const ContactScene& s, double mu, int sweeps)
   }
   const auto sweep = dim == 2 ? cairn_plain_sweep2 : cairn_plain_sweep3;
   for (int k = 0; k < sweeps; ++k)
-    sweep(n, body.data(), frame.data(), lever.data(), friction.data(), bias.data(), m.data(), j.data(), v.data(), r.data());
+    sweep(n, body.data(), frame.data(), lever.data(), friction.data(), bias.data(), m.data(), j.data(), v.data(),
+          r.data());
   return v;
 }
 
@@ -113,7 +114,8 @@ TEST_P(Solver, GoesOnFromItsMemoryWithTheSameBits) {
   EXPECT_EQ(a.iterations, b.iterations);
   EXPECT_EQ(a.error, b.error);
   EXPECT_EQ(std::memcmp(s.bodies.velocity.values.data(), t.bodies.velocity.values.data(),
-                        s.bodies.velocity.values.size() * sizeof(double)), 0);
+                        s.bodies.velocity.values.size() * sizeof(double)),
+            0);
 }
 
 TEST_P(Solver, WarmStartSavesIterations) {
@@ -195,8 +197,10 @@ TEST_P(Lid, IsCarried) {
       std::vector<double> n(dim, 0.0), p(x.begin(), x.begin() + dim);
       n[dim - 1] = c % 2 ? 1 : -1; // as either side
       p[dim - 1] += *s.contactors.radius[c] + gap / 2;
-      if (c % 2) s.add_candidate(wall, c, gap, n, p);
-      else s.add_candidate(c, wall, gap, n, p);
+      if (c % 2)
+        s.add_candidate(wall, c, gap, n, p);
+      else
+        s.add_candidate(c, wall, gap, n, p);
     }
     EXPECT_GT(under, 32);
     Interactions i(dim);

@@ -112,9 +112,9 @@ TEST_P(Sides, ScatterIsTheTransposeOfGather) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Sides,
-                         testing::Values(Case{radial2, 2, 2}, Case{radial2, 2, 3}, Case{rigid2, 2, 2}, Case{rigid2, 2, 3},
-                                         Case{radial3, 3, 3}, Case{radial3, 3, 6}, Case{rigid3, 3, 3},
-                                         Case{rigid3, 3, 6}));
+                         testing::Values(Case{radial2, 2, 2}, Case{radial2, 2, 3}, Case{rigid2, 2, 2},
+                                         Case{rigid2, 2, 3}, Case{radial3, 3, 3}, Case{radial3, 3, 6},
+                                         Case{rigid3, 3, 3}, Case{rigid3, 3, 6}));
 
 } // namespace
 } // namespace cairn::test
