@@ -39,7 +39,8 @@ def build(name, tol, max_iter=20000, perturbation=0.0, seed=0, threads=1, **stra
     scene.add(shape(positions + shift, radii, rock), cn.box(low, high, rock))
     scene.interact(rock, rock, cn.Coulomb(mu=meta["mu"]))
     solver = cn.NLGS(tol=tol, max_iter=max_iter)
-    sim = cn.Simulation(scene, meta["dt"], cn.NSCD(theta=meta["theta"], solver=solver, margin=meta["alert"], threads=threads, **strategy))
+    nscd = cn.NSCD(theta=meta["theta"], solver=solver, margin=meta["alert"], threads=threads, **strategy)
+    sim = cn.Simulation(scene, meta["dt"], nscd)
     return sim, meta, (low, high)
 
 
@@ -66,7 +67,8 @@ def run(name, tol, steps, threads):
     seconds = sim.info["seconds"]
     their_cpu = sum(float(r["c_total"]) for r in theirs)
     return {
-        "scene": name, "tol": tol, "threads": threads, "steps": len(theirs), "cpu_s": round(cpu, 3), "lmgc90_cpu_s": round(their_cpu, 2),
+        "scene": name, "tol": tol, "threads": threads, "steps": len(theirs),
+        "cpu_s": round(cpu, 3), "lmgc90_cpu_s": round(their_cpu, 2),
         "ratio": round(their_cpu / cpu, 2), "iterations_mean": round(iterations / len(theirs), 1),
         "lmgc90_iterations_mean": round(np.mean([int(r["iterations"]) for r in theirs]), 1), "contacts": info["contacts"],
         "contact_iterations_per_second": f"{work / max(seconds['solve_contacts'], 1e-9):.4g}",
@@ -101,7 +103,8 @@ def statistics(name, tol, steps, runs):
             start = time.process_time()
             failed = sum(sim.step()["status"] != "converged" for _ in range(steps))
             fraction, active = figures(sim, box)
-            yield {"scene": name, "tol": accuracy, "seed": seed, "steps": steps, "solid_fraction": fraction, "active_contacts": active,
+            yield {"scene": name, "tol": accuracy, "seed": seed, "steps": steps,
+                   "solid_fraction": fraction, "active_contacts": active,
                    "not_converged": failed, "cpu_s": round(time.process_time() - start, 2)}
 
 

@@ -43,11 +43,13 @@ def measure(case, count, steps, threads):
         iterations += info["iterations"]
         worst = max(worst, info["error"])
     bodies, contacts = sim._core.bytes()
-    return {"case": case, "bodies": count, "threads": threads, "steps": steps, "contacts": info["contacts"], "status": info["status"],
-            "iterations_mean": round(iterations / steps, 1), "error_max": f"{worst:.3g}", "penetration": f"{info['penetration']:.3g}",
+    return {"case": case, "bodies": count, "threads": threads, "steps": steps, "contacts": info["contacts"],
+            "status": info["status"], "iterations_mean": round(iterations / steps, 1), "error_max": f"{worst:.3g}",
+            "penetration": f"{info['penetration']:.3g}",
             "closure": f"{sim.energy['closure'] / sim.energy['in_play']:.2g}", "setup_cpu_s": round(made, 1),
             "cpu_s": round(time.process_time() - start, 1), "wall_s": round(time.perf_counter() - wall, 1),
-            "counted_mb": round((bodies + contacts) / 1e6), "peak_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)}
+            "counted_mb": round((bodies + contacts) / 1e6),
+            "peak_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3)}
 
 
 def main():

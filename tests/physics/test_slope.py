@@ -1,7 +1,7 @@
 """Block on a slope: it sticks when mu >= tan a, else slides with g (sin a - mu cos a); no creep, no flight.
 
-The block is a disk or sphere whose rotation is blocked. Slip to roll: a sphere reaches 5/7 v0 at 2 v0 / (7 mu g), a disk 2/3 v0 at
-v0 / (3 mu g).
+The block is a disk or sphere whose rotation is blocked. Slip to roll: a sphere reaches 5/7 v0 at 2 v0 / (7 mu g), a disk
+2/3 v0 at v0 / (3 mu g).
 """
 
 import cairn as cn

@@ -65,7 +65,7 @@ def choose_window():
 
 
 def render_spheres(center, radius, values, palette, limits, window):
-    """An image (height, width, 3) of spheres. Raises ImportError without PyVista, or without a library of the system to draw with."""
+    """An image (height, width, 3) of spheres. ImportError without PyVista, or without a system library to draw with."""
     choose_window()
     import pyvista
 
