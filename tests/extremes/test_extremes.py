@@ -7,12 +7,18 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parent))
+import page  # noqa: E402
 import table  # noqa: E402
 
 SMALL = [cell for cell in table.cells() if cell.small]
 
 
-@pytest.mark.parametrize("cell", SMALL, ids=[cell.name for cell in SMALL])
+def known(cell):
+    """A cell that is known to fail fails here as soon as it is right, so that its reason does not outlive it."""
+    return [pytest.mark.xfail(reason=cell.weakness, strict=True)] if cell.weakness else []
+
+
+@pytest.mark.parametrize("cell", [pytest.param(cell, id=cell.name, marks=known(cell)) for cell in SMALL])
 def test_cell(cell):
     for figure in cell.check():
         print(f"{figure.name}: figure {figure.figure:.9g} reference {figure.reference:.9g} error {figure.error:.3g}")
@@ -35,3 +41,6 @@ def test_a_wrong_answer_fails():
     ]
     for check in wrong:
         assert table.Cell("a", "b", "c", "d", check).outcome()[-1] == "FAIL"
+    known_wrong = table.Cell("a", "b", "c", "d", wrong[0], weakness="reason")
+    assert known_wrong.outcome()[-1] == "FAIL: reason"
+    assert "Of 1 cells 1 fail: a: b." in page.page([(known_wrong, "figure", 1.0, "FAIL: reason")])
