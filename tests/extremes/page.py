@@ -6,13 +6,14 @@ Scenes with a known answer, each pushed along one axis: ratio of masses 10^±12,
 times too large and too small, bodies of 10^-9 m and of 10^6 m and both in one scene, places 10^9 m from the origin with and
 without `scene.origin`, overlaps, bodies in one place, no bodies and many, input that is no number.
 
-The reference of a cell comes from mechanics. Its gate comes from the tolerance of the solver (`tol`, 10^-10; of piles 10^-6) or
-from rounding; a reference says which, and where rounding sets the gate, how much. With places 10^9 m off and no origin, twice
-the spacing of doubles there, 4.8 10^-7 m, is allowed beside it. Every cell must also end with numbers that are numbers, with a
-closed balance of energy (10^-12 of the energy in play; where a light body carries a heavy one, a velocity is a difference of impulses as
-many times larger as the ratio of masses, and four roundings times the ratio are allowed), with a status that agrees with its
-residual, and with the status `converged` unless the row says otherwise. A status counts as an answer only where no solution
-exists (crushed), or where the row says so (piles at a step x 1e3, some steps of which do not converge).
+The reference of a cell comes from mechanics. Its gate comes from the tolerance of the solver (`tol`, 10^-10; of piles 10^-6)
+or from rounding; a reference says which, and where rounding sets the gate, how much. With places 10^9 m off and no origin,
+twice the spacing of doubles there, 4.8 10^-7 m, is allowed beside it. Every cell must also end with numbers that are numbers,
+with a closed balance of energy (10^-12 of the energy in play; where a light body carries a heavy one, a velocity is a
+difference of impulses as many times larger as the ratio of masses, and four roundings times the ratio are allowed), with a
+status that agrees with its residual, and with the status `converged` unless the row says otherwise. A status counts as an
+answer only where no solution exists (crushed), or where the row says so (piles at a step x 1e3, some steps of which do not
+converge).
 
 Beside each cell stands the figure that came nearest to its gate, and its error. {failures}
 

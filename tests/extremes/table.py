@@ -170,7 +170,7 @@ BOARD = [
         "stays in one piece and turns",
         "spin from the angular momentum; no slip; speed along the bond that takes back what "
         "turning by a chord lengthened it, u = -(d - d0)/h; all within 100 tol; momentum constant within 10^-12. With no origin, "
-        "places are known to 4.8 10^-7 m, which in a step is 100 times as much, in radii, of the speed",
+        "the four roundings of places between two steps, 4.8 10^-7 m, are 100 times as much, in radii, of the speed",
         USUAL | PLACES | DEEP | RATIOS | {"sizes 1e-3 and 1e3 m": dict(size=1e3, other=1e-3, step=1e-3)},
     ),
     (
