@@ -96,8 +96,8 @@ struct SolveReport {
 struct ContactEnergy {
   double normal = 0, tangential = 0; // rotation components of bonds count as tangential
   double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
-  double created = 0;     // by contacts whose impulses gave energy, as restitution with friction can
-  double turned_over = 0; // sum of what each contact took or gave
+  double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
+  double turned_over = 0;            // sum of what each contact took or gave
 };
 
 // What a restart needs to go on to the same bits.

@@ -27,7 +27,8 @@ struct Error {
   bool finite = true;
 };
 
-// The free velocity of contacts: scale of their error, and the part of it that the rounding of the bodies' velocities hides.
+// The free velocity of contacts: scale of their error, and the part of it that the rounding of the bodies' velocities
+// hides.
 struct FreeScale {
   double energy = 0, rounding = 0;
 };
@@ -70,7 +71,8 @@ Error measure(ContactSystem& system, const cairn_schedule& schedule, FreeScale f
   const double scale = std::max(size, free.energy);
   // the projection on a cone can swallow a velocity that is no number, so bodies are asked too
   bool finite = std::isfinite(residual) && std::isfinite(size);
-  for (const cairn_record& r : system.record) finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
+  for (const cairn_record& r : system.record)
+    finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
   Error e{residual > free.rounding && scale > 0 ? residual / scale : 0, finite};
   report.error = std::sqrt(e.square);
   report.worst_error = std::sqrt(worst);
@@ -82,20 +84,23 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
   char text[256];
   if (r.status == SolveStatus::diverged)
     std::snprintf(text, sizeof text,
-                  "impulses are not finite after %d iterations, so none were given: look for velocities, masses or gaps of absurd size near "
+                  "impulses are not finite after %d iterations, so none were given: look for velocities, masses or "
+                  "gaps of absurd size near "
                   "contact %lld, or lower dt",
                   r.iterations, static_cast<long long>(r.worst_contact));
   else
-    std::snprintf(text, sizeof text,
-                  "error %.2e after %d iterations, tol is %.2e: allow more iterations, a larger tol or a smaller dt; the "
-                  "worst contact is %lld",
-                  r.error, r.iterations, options.tolerance, static_cast<long long>(r.worst_contact));
+    std::snprintf(
+        text, sizeof text,
+        "error %.2e after %d iterations, tol is %.2e: allow more iterations, a larger tol or a smaller dt; the "
+        "worst contact is %lld",
+        r.error, r.iterations, options.tolerance, static_cast<long long>(r.worst_contact));
   return text;
 }
 
-// Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact alone would ask, and stays in its cone. It
-// is the same as blocks of W divided by the factor; bonds keep theirs. A few contacts are solved sooner, and to rounding, without
-// it. Between Coulomb's cones convergence is not proved beyond 1: where an error did not fall the factor is lowered, down to 1.
+// Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact alone would ask, and stays in its
+// cone. It is the same as blocks of W divided by the factor; bonds keep theirs. A few contacts are solved sooner, and
+// to rounding, without it. Between Coulomb's cones convergence is not proved beyond 1: where an error did not fall the
+// factor is lowered, down to 1.
 class Relaxation {
 public:
   explicit Relaxation(double& factor) : factor_(factor) { factor_ = 1; }
@@ -130,8 +135,8 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   const FreeScale free{total(system.sums, system.batches.size(), 6, 0), rounding_of(system)};
   cairn_add_impulses(&schedule);
 
-  // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the same
-  // ratio to the change, which tells when the next error is worth its cost.
+  // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the
+  // same ratio to the change, which tells when the next error is worth its cost.
   const double wanted = options.tolerance * options.tolerance;
   double ratio = 0; // error^2 per change
   Relaxation relaxation(schedule.relaxation);
