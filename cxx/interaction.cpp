@@ -137,6 +137,7 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
 
 ContactEnergy Interactions::commit() {
   State& s = *s_;
+  s.commit_laws();
   ContactMemory& m = s.memory;
   m.h = s.h;
   m.impulse_components = s.impulse_components;

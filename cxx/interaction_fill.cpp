@@ -326,4 +326,23 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
 }
 
+void Interactions::State::commit_laws() {
+  const cairn_schedule schedule = system.schedule(1);
+  const cairn_law_context context{h, theta, nullptr, nullptr};
+  for (std::size_t k = 0; k < system.batches.size(); ++k) {
+    const cairn_batch& b = system.batches[k];
+    if (!law_kernels[b.law].commit) continue;
+    const int n = b.count, parameters = int(law_infos()[b.law].parameters.size());
+    alignas(64) double u[6 * 128], gap[128] = {}, params[LawTable::max_parameters * 128] = {};
+    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const std::int64_t i = system.candidate[b.first + lane];
+      if (sheared) add_image_jump(b, lane, 1, u);
+      gap[lane] = candidates->gap[i];
+      for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
+    }
+    law_kernels[b.law].commit(n, b.components, &context, gap, u, b.r, params, b.state);
+  }
+}
+
 } // namespace cairn

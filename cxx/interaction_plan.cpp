@@ -214,7 +214,7 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   b.hub = hub;
   b.relaxes = !law.has_solve;
   const bool plain = b.block == 0 && radial_a && radial_b && b.moves_a && b.moves_b && hub == 0;
-  b.pack = plain && law.normal_bias && !sheared ? (dim() == 2 ? 8 : 10) : 0;
+  b.pack = plain && law.normal_bias && !law.has_commit && !sheared ? (dim() == 2 ? 8 : 10) : 0;
   b.group = hub ? n : 1;
   b.velocities = system.velocities();
   b.first = std::int32_t(system.candidate.size());

@@ -80,6 +80,7 @@ struct Interactions::State {
   void fill(); // batches: their numbers
   ContactKey key(std::int64_t candidate) const;
   void count_cell_work();
+  void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
   void add_reactions(Bodies& bodies) const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
   // f(batch, lane, candidate) for every contact that is batched
