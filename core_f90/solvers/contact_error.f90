@@ -296,7 +296,7 @@ contains
       out = max(0.0_c_double, -r(i, 1), sqrt(tangent) - mu(i)*normal)
       error = error + weight*residual
       size = size + weight*square
-      ratio(i) = weight*residual/max(weight*square, scale(i), tiny(worst))
+      ratio(i) = weight*residual/max(weight*square, scale(i), weight*residual, tiny(worst)) ! 1: nothing of it is right
       worst = max(worst, ratio(i))
       furthest = max(furthest, out*out/max(square, tiny(square)))
     end do
@@ -339,7 +339,7 @@ contains
     furthest = 0
     !$omp simd reduction(max:worst, furthest) private(out, square, tangent)
     do i = 1, n
-      work(i, 1) = work(i, 1)/max(work(i, 2), scale(i), tiny(worst))
+      work(i, 1) = work(i, 1)/max(work(i, 2), scale(i), work(i, 1), tiny(worst))
       worst = max(worst, work(i, 1))
       tangent = sqrt(r(i, 2)**2 + merge(r(i, axes)**2, 0.0_c_double, axes == 3))
       square = r(i, 1)**2 + tangent**2
