@@ -159,7 +159,7 @@ ContactEnergy Interactions::commit() {
       } else {
         s.space_impulse(b, lane, p, p + 3);
       }
-      m.impulses.insert(m.impulses.end(), p, p + m.impulse_components);
+      for (int k = 0; k < m.impulse_components; ++k) m.impulses.push_back(p[k]);
       for (int k = 0; k < m.state_components; ++k)
         m.states.push_back(k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max());
     }
