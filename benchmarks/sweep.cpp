@@ -177,8 +177,8 @@ public:
 } // namespace
 
 int main(int argc, char** argv) {
-  // A thread that waits at the end of a stage spins for a moment, not for as long as a busy machine keeps its partner away. The
-  // OpenMP library reads this when it is loaded, so the program starts again with it.
+  // A thread that waits at the end of a stage spins for a moment, not for as long as a busy machine keeps its partner
+  // away. The OpenMP library reads this when it is loaded, so the program starts again with it.
   if (!std::getenv("GOMP_SPINCOUNT") && !std::getenv("OMP_WAIT_POLICY")) {
     setenv("GOMP_SPINCOUNT", "20000", 1);
     execv("/proc/self/exe", argv);
