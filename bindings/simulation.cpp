@@ -32,8 +32,10 @@ const char* name_of(cairn::SolveStatus status) {
   X(kinetic)                                                                                                           \
   X(potential)                                                                                                         \
   X(work_driven)                                                                                                       \
-  X(work_external) X(dissipated_friction) X(dissipated_normal) X(dissipated_bulk) X(dissipated_theta)                  \
-      X(work_projection) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
+  X(work_external)                                                                                                     \
+  X(dissipated_friction)                                                                                               \
+  X(dissipated_normal)                                                                                                 \
+  X(dissipated_bulk) X(dissipated_theta) X(work_projection) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
 
 py::dict energy_of(const cairn::Energy& e) {
   py::dict out;

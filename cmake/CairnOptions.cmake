@@ -57,7 +57,7 @@ target_compile_options(cairn_flags INTERFACE
 
 if(CAIRN_FCHECK)
   target_compile_options(cairn_flags INTERFACE
-    "$<$<COMPILE_LANGUAGE:Fortran>:-fcheck=all;-finit-real=snan;-finit-integer=-99999999;-fbacktrace>")
+    "$<$<COMPILE_LANGUAGE:Fortran>:-fcheck=all,no-array-temps;-finit-real=snan;-finit-integer=-99999999;-fbacktrace>")
 endif()
 if(CAIRN_SANITIZE)
   target_compile_options(cairn_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
