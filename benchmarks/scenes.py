@@ -13,12 +13,12 @@ def deposit(case, count, tol=1e-4, max_iter=1000, min_iter=1, threads=1, steps=0
     rock = cn.Material("rock", density=2600.0)
     if case == "disks":
         width = np.sqrt(np.sum(np.pi * radii**2) / 0.8)
-        centers = cn.pre.deposit_disks(radii, width).centers
+        centers = cn.pre.deposit_disks(radii, width)
         scene = cn.Scene(2, gravity=(0, -9.81))
         scene.add(cn.disks(centers, radii, rock), cn.box((0, 0), (width, 2 * width), rock, lid=False))
     else:
         width = np.cbrt(np.sum(4 / 3 * np.pi * radii**3) / 0.55)
-        centers = cn.pre.deposit_spheres(radii, (width, width)).centers
+        centers = cn.pre.deposit_spheres(radii, (width, width))
         scene = cn.Scene(3, gravity=(0, 0, -9.81))
         scene.add(cn.spheres(centers, radii, rock), cn.box((0, 0, 0), (width, width, 2 * width), rock, lid=False))
     scene.interact(rock, rock, cn.Coulomb(mu=0.4))
