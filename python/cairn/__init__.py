@@ -10,6 +10,7 @@ sim = cn.Simulation(scene, dt=1e-3)
 sim.run(steps=2000, output="pile.vtkhdf", every=20)
 """
 
+from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, laws, pre
 from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, segment, spheres, tube, wall
