@@ -13,6 +13,7 @@ PYBIND11_MODULE(_core, m) {
     return info;
   });
   bind_laws(m);
+  bind_problems(m);
   bind_scene(m);
   bind_simulation(m);
 }

@@ -20,9 +20,13 @@ set(CAIRN_CORE_SOURCES
   kinematics/velocity_records.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90
+  solvers/cone_projection.f90
   solvers/contact_error.f90
   solvers/contact_passes.f90
   solvers/contact_velocity.f90
+  solvers/nlgs_blocks.f90
+  solvers/problem_blocks.f90
+  solvers/problem_error.f90
   solvers/radial_passes.f90
   solvers/radial_sweep.f90
 )

@@ -15,7 +15,10 @@ set(CAIRN_CXX_SOURCES
   singular_blocks.cpp
   solvers/active_set.cpp
   solvers/contact_system.cpp
+  solvers/friction_problem.cpp
   solvers/nlgs.cpp
+  solvers/nlgs_problem.cpp
+  solvers/problem_monitor.cpp
   space_filling_order.cpp
   step.cpp
   strategy.cpp

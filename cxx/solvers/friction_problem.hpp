@@ -57,8 +57,10 @@ struct ProblemSolverInfo {
   std::string name, python_name, summary;
   ProblemSolver* solve;
 };
-// Rows of solvers.def, and `auto`.
+// `auto`, and rows of solvers.def that solve problems, each by a driver ProblemReport solve_<name>(...) in this folder.
 const std::vector<ProblemSolverInfo>& problem_solvers();
 ProblemReport solve_problem(const FrictionProblem&, const std::string& solver, const ProblemOptions&, double* r);
+// Error and figures of r (dim, contacts), which nobody solved for.
+ProblemReport measure_problem(const FrictionProblem&, const double* r);
 
 } // namespace cairn

@@ -164,6 +164,21 @@ void cairn_plain_sweep3(int64_t n, const int32_t* body, const double* frame, con
                         const double* bias, const double* inverse_mass, const double* inverse_inertia, double* v,
                         double* r);
 
+/* ------------------------------------------------------------------ frictional contact problems on their own
+ * W in dim x dim blocks by rows (Fortran order inside a block); vectors contact-major (dim, n); places from 0. */
+void cairn_block_product(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
+                         const double* q, const double* r, double* u, int32_t threads);
+void cairn_block_diagonal(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
+                          int64_t* place, double* w_nn);
+void cairn_project_cones(int32_t dim, int64_t n, const double* mu, double* r);
+void cairn_problem_error(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* r, const double* u,
+                         double* residual, double* size);
+void cairn_problem_figures(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* q,
+                           const double* r, const double* u, double* figures);
+void cairn_nlgs_blocks(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
+                       const int64_t* place, const double* q, const double* mu, int64_t first, int64_t last,
+                       const int32_t* order, double relaxation, double* r, double* change, int32_t threads);
+
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,
                              int32_t has_offset, const double* offset, int32_t has_rotation, const double* rotation,

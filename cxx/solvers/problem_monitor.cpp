@@ -1,0 +1,112 @@
+#include "problem_monitor.hpp"
+
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "cairn/core.h"
+
+namespace cairn {
+
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+void product(const FrictionProblem& p, const double* r, double* u, int threads) {
+  cairn_block_product(p.dim, p.contacts, p.row_start.data(), p.column.data(), p.block.data(), p.q.data(), r, u,
+                      threads);
+}
+
+ProblemMonitor::ProblemMonitor(const FrictionProblem& problem, const ProblemOptions& options, double* best)
+    : problem_(problem), options_(options), best_(best), u_(problem.unknowns()), w_nn_(problem.contacts),
+      place_(problem.contacts), begin_(cpu_seconds()), asked_(std::chrono::steady_clock::now()) {
+  cairn_block_diagonal(problem.dim, problem.contacts, problem.row_start.data(), problem.column.data(),
+                       problem.block.data(), place_.data(), w_nn_.data());
+  const Array<double> zero(problem.unknowns());
+  double none = 0;
+  cairn_problem_error(problem.dim, problem.contacts, problem.mu.data(), w_nn_.data(), zero.data(), problem.q.data(),
+                      &scale_, &none);
+  if (!options.warm_start) std::fill_n(best_, problem.unknowns(), 0.0);
+}
+
+double ProblemMonitor::error_of(const double* r) {
+  product(problem_, r, u_.data(), options_.threads);
+  return error_of(r, u_.data());
+}
+
+double ProblemMonitor::error_of(const double* r, const double* u) {
+  double residual = 0, size = 0;
+  cairn_problem_error(problem_.dim, problem_.contacts, problem_.mu.data(), w_nn_.data(), r, u, &residual, &size);
+  const double scale = std::max(size, scale_);
+  last_error_ = scale > 0 ? std::sqrt(residual / scale) : std::sqrt(residual);
+  if (!std::isfinite(size) || !std::isfinite(residual)) last_error_ = std::numeric_limits<double>::infinity();
+  if (last_error_ < best_error_) {
+    best_error_ = last_error_;
+    if (r != best_) std::copy_n(r, problem_.unknowns(), best_);
+  }
+  return last_error_;
+}
+
+bool ProblemMonitor::ended(std::int64_t iterations) {
+  if (status_) return true;
+  if (best_error_ <= options_.tolerance) {
+    status_ = ProblemStatus::converged;
+  } else if (std::isinf(last_error_)) {
+    give_up(ProblemStatus::diverged, "the impulses are not finite");
+  } else if (iterations >= options_.max_iterations) {
+    give_up(ProblemStatus::iteration_limit, "allow more iterations, a larger tol, or another solver");
+  } else if (std::isfinite(options_.max_seconds) && seconds() >= options_.max_seconds) {
+    give_up(ProblemStatus::time_limit, "allow more seconds, a larger tol, or another solver");
+  } else if (options_.interrupted) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - asked_ < std::chrono::milliseconds(50)) return false;
+    asked_ = now;
+    if (options_.interrupted()) give_up(ProblemStatus::time_limit, "it was interrupted");
+  }
+  return status_.has_value();
+}
+
+void ProblemMonitor::give_up(ProblemStatus status, const std::string& hint) {
+  status_ = status;
+  hint_ = hint;
+}
+
+ProblemReport ProblemMonitor::finish(const std::string& solver, std::int64_t iterations) {
+  ProblemReport report;
+  report.solver = solver;
+  report.iterations = iterations;
+  if (!std::isfinite(best_error_)) { // nothing better than no impulse was seen
+    std::fill_n(best_, problem_.unknowns(), 0.0);
+    error_of(best_);
+  } else {
+    product(problem_, best_, u_.data(), options_.threads);
+  }
+  report.error = best_error_;
+  if (problem_.contacts > 0) {
+    double figures[5];
+    cairn_problem_figures(problem_.dim, problem_.contacts, problem_.mu.data(), w_nn_.data(), problem_.q.data(), best_,
+                          u_.data(), figures);
+    report.worst_error = std::sqrt(figures[0]);
+    report.worst_contact = std::int64_t(figures[1]);
+    report.penetration_rate = figures[2];
+    report.cone_distance = figures[3];
+    report.energy_created = figures[4];
+  }
+  report.status = status_.value_or(ProblemStatus::iteration_limit);
+  if (best_error_ <= options_.tolerance) report.status = ProblemStatus::converged;
+  if (report.status != ProblemStatus::converged) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "error %.2e after %lld iterations, tol is %.2e, worst contact %lld: ", report.error,
+                  static_cast<long long>(iterations), options_.tolerance, static_cast<long long>(report.worst_contact));
+    report.hint = text + hint_;
+  }
+  report.cpu_seconds = seconds();
+  return report;
+}
+
+} // namespace cairn

@@ -1,0 +1,51 @@
+// What every solver of problems shares: the true error, the best iterate, and when to end.
+#pragma once
+#include <chrono>
+#include <optional>
+
+#include "friction_problem.hpp"
+
+namespace cairn {
+
+// CPU seconds of this process.
+double cpu_seconds();
+
+class ProblemMonitor {
+public:
+  // `best` (dim, contacts) takes the best r that error_of has seen; what it holds now counts if the options say so.
+  ProblemMonitor(const FrictionProblem&, const ProblemOptions&, double* best);
+
+  // True error of r; keeps r if it is the best. u = W r + q is left in velocity(), or given where the caller has it.
+  double error_of(const double* r);
+  double error_of(const double* r, const double* u);
+  // Asked after an error: converged, out of iterations or time, interrupted, or r not finite.
+  bool ended(std::int64_t iterations);
+  // The solver gives up: stalled, diverged, no_solution.
+  void give_up(ProblemStatus, const std::string& hint);
+
+  double best_error() const { return best_error_; }
+  double last_error() const { return last_error_; }
+  const Array<double>& velocity() const { return u_; }                 // of the last error_of(r)
+  const Array<double>& w_nn() const { return w_nn_; }                  // (contacts) [1/kg]
+  const std::vector<std::int64_t>& diagonal() const { return place_; } // (contacts) place of the diagonal block
+  double scale() const { return scale_; }                              // sum |F(0)|^2 / rho [J]
+  double seconds() const { return cpu_seconds() - begin_; }
+  // Figures of the best r.
+  ProblemReport finish(const std::string& solver, std::int64_t iterations);
+
+private:
+  const FrictionProblem& problem_;
+  const ProblemOptions& options_;
+  double* best_;
+  Array<double> u_, w_nn_;
+  std::vector<std::int64_t> place_;
+  double scale_ = 0, best_error_ = std::numeric_limits<double>::infinity(), last_error_ = 0, begin_ = 0;
+  std::optional<ProblemStatus> status_;
+  std::string hint_;
+  std::chrono::steady_clock::time_point asked_;
+};
+
+// u = W r + q
+void product(const FrictionProblem&, const double* r, double* u, int threads);
+
+} // namespace cairn

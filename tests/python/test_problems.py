@@ -1,0 +1,117 @@
+"""Frictional contact problems on their own: the error, the checks, and every solver against the laws themselves."""
+
+import cairn
+import numpy as np
+import pytest
+from cairn.problems import Problem, solvers
+from made_up_problems import check_laws, plain_true_error, random_problem, resting_box
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("mu", [0.0, 0.3, 1.0, 1e3])
+def test_error_is_the_formula(dim, mu):
+    p = random_problem(dim, contacts=7, bodies=2, mu=mu, seed=dim, spread=1e3)
+    rng = np.random.default_rng(1)
+    for scale in (0.0, 1e-3, 1.0, 1e3):
+        r = scale * rng.normal(size=(7, dim))
+        assert p.error(r) == pytest.approx(plain_true_error(p, r), rel=1e-12)
+
+
+@pytest.mark.parametrize("solver", solvers())
+@pytest.mark.parametrize("dim", [2, 3])
+def test_random_full_rank(solver, dim):
+    for seed, contacts in enumerate((1, 2, 5, 12)):
+        p = random_problem(dim, contacts, mu=0.4, seed=seed)
+        result = p.solve(solver, tol=1e-10)
+        assert result.converged, result.hint
+        assert plain_true_error(p, result.r) <= 1.0001e-10
+        check_laws(p, result.r, 1e-8)
+        assert np.allclose(result.u, p.velocity(result.r))
+
+
+@pytest.mark.parametrize("solver", solvers())
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("contacts", [4, 64])
+def test_box_on_many_contacts(solver, dim, contacts):
+    """Impulses are not unique, their resultant is: weight times the step, and friction that holds a box tilted by .2 < mu."""
+    p, H = resting_box(contacts, dim)
+    result = p.solve(solver, tol=1e-10)
+    assert result.converged, result.hint
+    resultant = H @ result.r.ravel()
+    expected = -np.array([0.2, -1.0] if dim == 2 else [0.2, 0.0, -1.0]) * 9.81e-3
+    assert np.abs(resultant[:dim] - expected).max() < 1e-9 * 9.81e-3
+    assert np.abs(resultant[dim:]).max() < 1e-9 * 9.81e-3
+
+
+@pytest.mark.parametrize("solver", solvers())
+@pytest.mark.parametrize("mu", [0.0, 1e3])
+def test_extreme_friction(solver, mu):
+    for dim in (2, 3):
+        p = random_problem(dim, contacts=1, mu=mu, seed=3)
+        result = p.solve(solver, tol=1e-9)
+        assert result.converged, result.hint
+        check_laws(p, result.r, 1e-7)
+
+
+@pytest.mark.parametrize("solver", solvers())
+def test_no_contacts(solver):
+    result = Problem(3, np.zeros((0, 0)), np.zeros(0), 0.5).solve(solver)
+    assert result.converged and result.r.shape == (0, 3) and result.error == 0
+
+
+@pytest.mark.parametrize("solver", solvers())
+def test_nothing_pushes(solver):
+    p = random_problem(3, contacts=4, seed=1)
+    parting = Problem(3, p.W, np.abs(p.q), 0.0)
+    result = parting.solve(solver)
+    assert result.converged and not result.r.any()
+
+
+def test_units_leave_bits():
+    """Masses and velocities in units 2^k times as large: the same bits, so no absolute tolerance hides anywhere."""
+    for dim in (2, 3):
+        p, _ = resting_box(8, dim, tilt=0.6)
+        base = p.solve("nlgs", tol=1e-9)
+        for mass, speed in ((2.0**40, 2.0**-30), (2.0**-31, 2.0**17)):
+            scaled = Problem(dim, p.W / mass, p.q * speed, p.mu)
+            other = scaled.solve("nlgs", tol=1e-9)
+            assert other.iterations == base.iterations and other.error == base.error
+            assert (other.r == base.r * (mass * speed)).all()
+
+
+def test_wrong_input_is_told():
+    W, q = np.eye(6), -np.ones(6)
+    for arguments, words in (
+        ((4, W, q, 0.5), "dim is 4"),
+        ((3, W, q[:5], 0.5), "multiple of dim"),
+        ((3, np.eye(3), q, 0.5), "W has shape"),
+        ((3, W, q, [0.5]), "mu holds 1"),
+        ((3, W, q, [0.5, -1.0]), "mu of contact 1"),
+        ((3, W, q, [0.5, np.nan]), "mu of contact 1 is nan"),
+        ((3, W, [1, 1, 1, 1, np.inf, 1], 0.5), "q of contact 1"),
+        ((3, np.diag([1, 1, 1, 0.0, 1, 1]), q, 0.5), "W_NN of contact 1"),
+        ((3, np.where(np.eye(6) > 0, np.nan, 0), q, 0.5), "W of block 0"),
+    ):
+        with pytest.raises((cairn.Error, ValueError), match=words):
+            Problem(*arguments)
+    p = Problem(3, W, q, 0.5)
+    for options, words in (
+        ({"tol": 0}, "tol"),
+        ({"max_iter": 0}, "max_iterations"),
+        ({"solver": "magic"}, "no solver"),
+        ({"relaxation": 2.0}, "relaxation"),
+        ({"start": np.full(6, np.nan)}, "r of contact 0"),
+        ({"start": np.zeros(5)}, "start holds 5"),
+    ):
+        with pytest.raises((cairn.Error, ValueError), match=words):
+            p.solve(**options)
+
+
+def test_limits_are_a_status():
+    p = random_problem(3, contacts=40, bodies=8, seed=5)
+    result = p.solve("nlgs", tol=1e-12, max_iter=3)
+    assert result.status == "iteration limit" and result.iterations == 3
+    assert "worst contact" in result.hint
+    assert result.error == pytest.approx(p.error(result.r), rel=1e-12)
+    more = p.solve("nlgs", tol=1e-12, max_iter=300, start=result.r)
+    assert more.error < result.error
