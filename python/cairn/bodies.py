@@ -154,7 +154,8 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
     2
     """
     centers, radii = _points(centers, radii, 2)
-    mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
+    with np.errstate(over="ignore"):  # what is too much is refused by name
+        mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
     mass = checks.positive_array("mass", mass)
     contactors = [ContactorSet("disk", material, np.arange(len(radii)), radii)]
     return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, **options))
@@ -163,7 +164,9 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
 def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
     """Spheres in 3D. centers (n, 3) [m]; radii (n,) or one [m]; mass = 4/3 density pi r^3. Options: those of BodySet."""
     centers, radii = _points(centers, radii, 3)
-    mass = checks.positive_array("mass", _density(material, density) * 4 / 3 * np.pi * radii**3)
+    with np.errstate(over="ignore"):
+        mass = _density(material, density) * 4 / 3 * np.pi * radii**3
+    mass = checks.positive_array("mass", mass)
     inertia = np.repeat((0.4 * mass * radii**2)[:, None], 3, axis=1)
     contactors = [ContactorSet("sphere", material, np.arange(len(radii)), radii)]
     return checked(BodySet(3, centers, mass, inertia, contactors, **options))

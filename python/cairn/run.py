@@ -38,6 +38,14 @@ def scene_info(simulation):
     }
 
 
+def _cell(scene):
+    """The periodic cell at the start, as the scene states it; None without one."""
+    if scene.periodic is None:
+        return None
+    names = ("periodic", "vectors", "corner", "velocity_gradient")
+    return dict(zip(names, scene.periodic.arrays(scene.dim), strict=True))
+
+
 def _plain(value):
     return "function of time" if callable(value) else np.asarray(value, float)
 
@@ -106,8 +114,9 @@ class _Recorder:
 
             output = Path(output)
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
+            scene = simulation.scene
             self.writer = RunWriter(
-                output, scene_info(simulation), provenance(), dim=simulation.scene.dim, overwrite=overwrite
+                output, scene_info(simulation), provenance(), dim=scene.dim, periodic=_cell(scene), overwrite=overwrite
             )
             self.write()
 

@@ -294,3 +294,18 @@ def test_a_callback_that_fails_closes_the_file(tmp_path):
         assert len(run[3].bodies) == len(run[2].bodies) - 1
     sim.add(cn.disks([[0.5, 9.0]], 0.4, ROCK))
     assert sim.run(steps=2, output=path, overwrite=True, progress=False) == 2
+
+
+def test_a_run_tells_its_periodic_cell(tmp_path):
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2, periodic=cn.Periodic((4.0, 3.0), corner=(1.0, 2.0), shear_rate=0.5))
+    scene.add(cn.disks([[2.0, 3.0]], 0.5, rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    path = tmp_path / "sheared.vtkhdf"
+    cn.Simulation(scene, 1e-3).run(steps=1, output=path, progress=False)
+    with cn.load(path) as run:
+        cell = run.periodic
+    np.testing.assert_array_equal(cell["periodic"], [1, 1, 0])
+    np.testing.assert_array_equal(np.diag(cell["vectors"]), [4.0, 3.0, 0.0])
+    np.testing.assert_array_equal(cell["corner"], [1.0, 2.0, 0.0])
+    assert cell["velocity_gradient"][0, 1] == 0.5
