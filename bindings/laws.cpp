@@ -1,23 +1,35 @@
 #include "arrays.hpp"
 #include "interaction.hpp"
+#include "plug.hpp"
+
+namespace {
+
+py::dict described(const cairn::LawInfo& law) {
+  py::dict row;
+  row["name"] = law.name;
+  row["python_name"] = law.python_name;
+  row["components"] = py::make_tuple(law.components2, law.components3);
+  row["state"] = law.state;
+  row["library"] = law.library;
+  py::list parameters;
+  for (const cairn::LawParameter& p : law.parameters)
+    parameters.append(py::make_tuple(p.name, p.required ? py::object(py::none()) : py::object(py::float_(p.standard)),
+                                     p.smallest, p.largest));
+  row["parameters"] = parameters;
+  return row;
+}
+
+} // namespace
 
 void bind_laws(py::module_& m) {
   m.def("laws", [] {
     py::list rows;
-    for (const cairn::LawInfo& law : cairn::law_infos()) {
-      py::dict row;
-      row["name"] = law.name;
-      row["python_name"] = law.python_name;
-      row["components"] = py::make_tuple(law.components2, law.components3);
-      row["state"] = law.state;
-      py::list parameters;
-      for (const cairn::LawParameter& p : law.parameters)
-        parameters.append(py::make_tuple(
-            p.name, p.required ? py::object(py::none()) : py::object(py::float_(p.standard)), p.smallest, p.largest));
-      row["parameters"] = parameters;
-      rows.append(row);
-    }
+    for (const cairn::LawInfo& law : cairn::law_infos()) rows.append(described(law));
     return rows;
+  });
+  m.def("plug_law", [](const std::string& library, const std::string& name, bool replace, bool serial) {
+    const cairn::Law law = cairn::plug_law(library, name, {replace, serial});
+    return py::make_tuple(int(law), described(cairn::law_infos()[std::size_t(law)]));
   });
 
   py::class_<cairn::LawTable>(m, "LawTable")

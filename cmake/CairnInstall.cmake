@@ -16,7 +16,7 @@ set(headers ${CMAKE_INSTALL_INCLUDEDIR}/cairn)
 install(TARGETS cairn cairn_fortran EXPORT CairnTargets)
 install(EXPORT CairnTargets NAMESPACE Cairn:: DESTINATION ${package})
 install(FILES ${PROJECT_BINARY_DIR}/fortran/cairn.mod DESTINATION ${modules})
-install(FILES fortran/cairn.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
+install(FILES fortran/cairn.f90 python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
         FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY cxx DESTINATION ${headers} FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def" PATTERN "include" EXCLUDE)

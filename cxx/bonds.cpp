@@ -56,6 +56,7 @@ void Simulation::make_bonds() {
       m.keys.push_back({*c.id[a], *c.id[b], candidates.feature[i], candidates.image[i]});
       m.impulses.insert(m.impulses.end(), m.impulse_components, 0.0);
       m.states.push_back(candidates.gap[i]);
+      m.states.insert(m.states.end(), m.state_components - 1, std::numeric_limits<double>::max());
     }
     candidates.count = 0;
   }

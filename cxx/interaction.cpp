@@ -40,7 +40,9 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
 }
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
-  return solve_nlgs(s_->system, bodies.velocity_free, options);
+  SolveReport report = solve_nlgs(s_->system, bodies.velocity_free, options);
+  if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
+  return report;
 }
 
 void Interactions::update_velocity(Bodies& bodies) {

@@ -1,6 +1,7 @@
 // Contacts of a step: assembled from candidates into batches, solved, committed; what the next step inherits follows
 // the contact's key.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "body.hpp"
+#include "cairn/core.h"
 #include "candidates.hpp"
 #include "cell.hpp"
 #include "contactor.hpp"
@@ -34,18 +36,35 @@ struct LawInfo {
   int components2 = 0, components3 = 0;
   std::vector<LawParameter> parameters;
   std::vector<std::string> state;
+  std::vector<double> state_begin; // of a contact that is new; not finite: see Interactions::State::fill_impulses
   bool has_prepare = false, has_solve = false, has_commit = false;
   bool normal_bias = false; // no bias of tangential velocities
+  cairn_law_prepare* prepare = nullptr;
+  cairn_law_solve* solve = nullptr;
+  cairn_law_commit* commit = nullptr;
+  // Of laws from a user's library alone: where it is, whether threads may call it at once, what it says of a failure.
+  std::string library;
+  bool thread_safe = true;
+  const char* (*complaint)() = nullptr;
+  bool plugged() const { return !library.empty(); }
+  bool bonds() const { return !state_begin.empty() && !std::isfinite(state_begin[0]); }
   int components(int dim) const { return dim == 2 ? components2 : components3; }
 };
+// Rows of laws.def, then the laws that were plugged in, in their order. References stay valid.
 const std::vector<LawInfo>& law_infos();
+// Adds a law, or replaces the one of the same name if `replace` says so. Throws std::invalid_argument.
+Law register_law(LawInfo law, bool replace);
+// Parameters "name:default:smallest:largest" and state "name:value of a new contact", separated by blanks.
+// Throws std::invalid_argument for a word that cannot be read.
+void declare_law(LawInfo& law, const std::string& parameters, const std::string& state);
 
 // Which law, with which parameters, rules a pair of materials (or groups).
 class LawTable {
 public:
-  static constexpr int max_parameters = 4;
+  static constexpr int max_parameters = 16, max_states = 16;
   struct Entry {
     Law law;
+    std::int16_t place; // of the law among those of the table
     double params[max_parameters];
   };
   LawTable() = default;
@@ -60,6 +79,7 @@ public:
   }
   const Entry& entry(int i) const { return entries_[i]; }
   int entries() const { return int(entries_.size()); }
+  const std::vector<Law>& laws() const { return laws_; } // that the table has, each once
   const std::string& name(int material) const { return names_[material]; }
 
 private:
@@ -67,6 +87,7 @@ private:
   std::vector<std::string> names_;
   std::vector<std::int16_t> table_;
   std::vector<Entry> entries_;
+  std::vector<Law> laws_;
 };
 
 struct SolverOptions {

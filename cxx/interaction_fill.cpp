@@ -12,24 +12,8 @@ namespace cairn {
 
 namespace {
 
-struct LawKernels {
-  cairn_law_prepare* prepare;
-  cairn_law_solve* solve;
-  cairn_law_commit* commit;
-};
-
-#define CAIRN_SLOT_YES(kernel) kernel
-#define CAIRN_SLOT_NO(kernel) nullptr
-const LawKernels law_kernels[] = {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along)             \
-  {CAIRN_SLOT_##has_prepare(cairn_law_##name##_prepare), CAIRN_SLOT_##has_solve(cairn_law_##name##_solve),             \
-   CAIRN_SLOT_##has_commit(cairn_law_##name##_commit)},
-#include "../core_f90/contact_laws/laws.def"
-#undef CAIRN_LAW
-};
-
 cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
-  if (law_kernels[b.law].solve) return law_kernels[b.law].solve;
+  if (law_infos()[b.law].solve) return law_infos()[b.law].solve;
   if (b.block) return dim == 2 ? cairn_cone_full2 : cairn_cone_full3;
   return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
 }
@@ -95,9 +79,11 @@ void Interactions::State::fill() {
   index.build(memory.keys);
   const int n = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
   double deepest = 0;
+  fault = {};
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(max : deepest) if (threads > 1)
   for (int b = 0; b < n; ++b) fill_batch(b, omp_get_thread_num(), deepest);
   system.penetration = deepest;
+  if (fault.batch >= 0) refuse_fault();
 }
 
 void Interactions::State::fill_batch(int which, int thread, double& deepest) {
@@ -166,7 +152,8 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = 0;
   }
   const cairn_law_context context{h, theta, nullptr, nullptr};
-  law_kernels[b.law].prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
+  law_infos()[b.law].prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
+  if (law_infos()[b.law].plugged()) check_prepared(b, bias, compliance, mu);
   for (int lane = 0; lane < n; ++lane) {
     double* to = b.frame + lane / 8 * lines + lane % 8;
     to[8 * d + 16] = bias[lane];
@@ -225,7 +212,8 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
 
 void Interactions::State::fill_impulses(cairn_batch& b) {
   const int n = b.count, d = dim(), kept = memory.impulse_components, rotations = b.components - d;
-  const int states = int(law_infos()[b.law].state.size());
+  const LawInfo& law = law_infos()[b.law];
+  const int states = int(law.state.size());
   std::fill(b.r, b.r + std::size_t(n) * b.components, 0.0);
   const double scale = memory.h > 0 ? h / memory.h : 1;
   std::int32_t near = 0;
@@ -233,11 +221,22 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
     const std::int64_t i = system.candidate[b.first + lane];
     const ContactKey k = key(i);
     const std::int32_t place = index.find(k, memory.keys, near);
+    // The state of a new contact is the value that the law declares. One that declares none learns whether the
+    // contactors are new, no number, or have been there before, huge. Huge also fills the memory of contacts without
+    // state.
+    constexpr double huge = std::numeric_limits<double>::max();
     for (int s = 0; s < states; ++s) {
       const bool fresh = k.contactor_a >= memory.contactors_seen || k.contactor_b >= memory.contactors_seen;
-      b.state[s * n + lane] = fresh ? std::numeric_limits<double>::quiet_NaN() : std::numeric_limits<double>::max();
-      if (place >= 0 && s < memory.state_components)
-        b.state[s * n + lane] = memory.states[std::size_t(place) * memory.state_components + s];
+      double value = law.state_begin[s];
+      if (!std::isfinite(value)) value = fresh ? std::numeric_limits<double>::quiet_NaN() : huge;
+      if (place >= 0 && s < memory.state_components) {
+        const double kept_state = memory.states[std::size_t(place) * memory.state_components + s];
+        if (!(kept_state >= huge))
+          value = kept_state;
+        else if (!std::isfinite(law.state_begin[s]))
+          value = huge;
+      }
+      b.state[s * n + lane] = value;
     }
     if (place < 0) continue;
     near = place + 1;
@@ -301,7 +300,8 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     geometry[2 * n + lane] = 1 / w[lane];
   }
   const cairn_law_context context{h, theta, geometry, nullptr};
-  law_kernels[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
+  law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
+  if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
   const double* exact = b.hub ? w_true : w;
   for (int lane = 0; lane < n; ++lane) {
     const bool real = lane < b.contacts;
@@ -331,7 +331,7 @@ void Interactions::State::commit_laws() {
   const cairn_law_context context{h, theta, nullptr, nullptr};
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
-    if (!law_kernels[b.law].commit) continue;
+    if (!law_infos()[b.law].commit) continue;
     const int n = b.count, parameters = int(law_infos()[b.law].parameters.size());
     alignas(64) double u[6 * 128], gap[128] = {}, params[LawTable::max_parameters * 128] = {};
     cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
@@ -341,8 +341,13 @@ void Interactions::State::commit_laws() {
       gap[lane] = candidates->gap[i];
       for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
     }
-    law_kernels[b.law].commit(n, b.components, &context, gap, u, b.r, params, b.state);
+    law_infos()[b.law].commit(n, b.components, &context, gap, u, b.r, params, b.state);
+    if (!law_infos()[b.law].plugged()) continue;
+    for (int s = 0; s < int(law_infos()[b.law].state.size()); ++s)
+      for (int lane = 0; lane < b.contacts; ++lane)
+        if (!std::isfinite(b.state[s * n + lane])) fault.note(std::int32_t(k), lane, s, "state", b.state[s * n + lane]);
   }
+  if (fault.batch >= 0) refuse_fault();
 }
 
 } // namespace cairn

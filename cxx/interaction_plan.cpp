@@ -65,7 +65,6 @@ void Interactions::State::classify() {
   entry.resize(n);
   contact_class.resize(n);
   std::fill(degree.begin(), degree.end(), 0);
-  bool used[32768 / 64] = {};
   impulse_components = dim();
   state_components = 0;
   for (std::int64_t i = 0; i < n; ++i) {
@@ -75,18 +74,22 @@ void Interactions::State::classify() {
     if (e < 0)
       throw std::invalid_argument("no law for contacts between materials '" + laws->name(ma) + "' and '" +
                                   laws->name(mb) + "': declare one for this pair, or a default");
-    const int law = int(laws->entry(e).law);
+    const int law = laws->entry(e).place;
     entry[i] = std::int16_t(e);
     contact_class[i] = std::uint16_t(law * 16 + kind[a] * 4 + kind[b]);
-    if (law < 512) used[law] = true;
     if (kind[a] & 2) ++degree[body(a)];
     if (kind[b] & 2) ++degree[body(b)];
   }
-  for (std::size_t law = 0; law < law_infos().size(); ++law)
-    if (used[law]) {
-      impulse_components = std::max(impulse_components, law_infos()[law].components(dim()));
-      state_components = std::max(state_components, int(law_infos()[law].state.size()));
-    }
+  system.serial = false;
+  for (Law law : laws->laws()) {
+    const LawInfo& info = law_infos()[std::size_t(law)];
+    impulse_components = std::max(impulse_components, info.components(dim()));
+    state_components = std::max(state_components, int(info.state.size()));
+    system.serial |= !info.thread_safe;
+    if (info.components(dim()) == 0)
+      throw std::invalid_argument("law " + info.name + " of " + info.library + " has no form in " +
+                                  std::to_string(dim()) + "D: give it components" + std::to_string(dim()));
+  }
 }
 
 void Interactions::State::plan() {
@@ -164,7 +167,7 @@ void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts,
   for (std::int32_t i : contacts) colours[body(c.contactor_a[i])] = colours[body(c.contactor_b[i])] = 0;
   const int n = int(contacts.size());
   key_of_order.resize(std::max(key_of_order.size(), std::size_t(n)));
-  const std::size_t rows = law_infos().size() * 16;
+  const std::size_t rows = laws->laws().size() * 16;
   std::vector<std::int32_t>& count = order_count;
   if (count.size() < 64 * rows + 1) count.assign(64 * rows + 1, 0);
   int most = 0;
@@ -180,7 +183,7 @@ void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts,
     if (cls & 8) colours[a] |= bit;
     if (cls & 2) colours[b] |= bit;
     most = std::max(most, colour);
-    key_of_order[k] = std::uint16_t(colour * rows + cls);
+    key_of_order[k] = std::uint32_t(colour * rows + cls);
     ++count[key_of_order[k] + 1];
   }
   const std::size_t keys = std::size_t(most + 1) * rows;
@@ -201,7 +204,7 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   const int cls = contact_class[contacts[0]];
   b.contacts = n;
   b.count = (n + 7) / 8 * 8;
-  b.law = cls / 16;
+  b.law = std::int32_t(laws->laws()[std::size_t(cls / 16)]);
   const LawInfo& law = law_infos()[b.law];
   b.components = law.components(dim());
   const bool radial_a = cls & 4, radial_b = cls & 1;

@@ -37,6 +37,14 @@ void tangent_of(const double n[3], double t[3]);
 // Rows n, t and, in 3D, s of a contact.
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);
 
+// What a law from a user's library gave back that is no number: the first, in the order of batches.
+struct PluggedFault {
+  std::int32_t batch = -1, lane = 0, component = 0;
+  const char* what = "";
+  double value = 0;
+  void note(std::int32_t at_batch, int at_lane, int at_component, const char* name, double found);
+};
+
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
 
@@ -54,19 +62,20 @@ struct Interactions::State {
   bool sheared = false;
   int impulse_components = 0, state_components = 0; // of this step's laws
   Array<double> work_sums;                          // (2, batches)
+  PluggedFault fault;                               // of laws from users' libraries
 
   // per contactor: its kind of side (1 radial) + 2 if its body moves
   Array<std::uint8_t> kind;
   // per candidate
   Array<std::int16_t> entry;
-  Array<std::uint16_t> contact_class; // law * 16 + kind of A * 4 + kind of B
+  Array<std::uint16_t> contact_class; // place of the law in the table * 16 + kind of A * 4 + kind of B
   // per body
   Array<std::int32_t> degree;
   Array<std::uint64_t> colours, tile_colours;
   // order in which candidates are batched
   std::vector<std::int32_t> tile_stage, order, order_start;
   std::vector<std::int32_t> hub_contacts, late_contacts;
-  std::vector<std::uint16_t> key_of_order;
+  std::vector<std::uint32_t> key_of_order;
   std::vector<std::int32_t> order_count, sorted;
 
   int dim() const { return system.dim; }
@@ -80,6 +89,10 @@ struct Interactions::State {
   void fill(); // batches: their numbers
   ContactKey key(std::int64_t candidate) const;
   void count_cell_work();
+  // In plugged_laws.cpp. The first throws std::invalid_argument for what was noted, the second looks for the law that
+  // made a solution diverge.
+  void refuse_fault() const;
+  void find_fault(const Bodies& with, int sweeps);
   void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
   void add_reactions(Bodies& bodies) const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
@@ -101,6 +114,7 @@ private:
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
   template <int d>
   void fill_packed(cairn_batch& b, double& deepest);
+  void check_prepared(const cairn_batch& b, const double* bias, const double* compliance, const double* mu);
 };
 
 } // namespace cairn

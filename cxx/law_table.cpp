@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -10,8 +11,14 @@ namespace cairn {
 namespace {
 
 double number(const std::string& text) {
-  if (text == "inf") return std::numeric_limits<double>::infinity();
-  return std::stod(text);
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {}
+  if (used == 0 || used != text.size())
+    throw std::invalid_argument("'" + text + "' is no number: write name:default:smallest:largest, as in mu:0.3:0:inf");
+  return value;
 }
 
 // "name:default:smallest:largest", separated by blanks
@@ -35,27 +42,83 @@ std::vector<LawParameter> parameters_of(const std::string& declared) {
   return all;
 }
 
-std::vector<std::string> words_of(const std::string& text) {
-  std::vector<std::string> all;
-  std::istringstream words(text);
-  for (std::string word; words >> word;) all.push_back(word);
+constexpr std::size_t most_laws = 1024;
+
+#define CAIRN_SLOT_YES(kernel) kernel
+#define CAIRN_SLOT_NO(kernel) nullptr
+std::vector<LawInfo> built_in_laws() {
+  constexpr bool YES = true, NO = false, NORMAL = true, ALL = false;
+  std::vector<LawInfo> all;
+  all.reserve(most_laws);
+  const auto add = [&](const char* parameters, const char* state, LawInfo law) {
+    declare_law(law, parameters, state);
+    all.push_back(std::move(law));
+  };
+#define CAIRN_LAW(row, python, c2, c3, takes, keeps, prepares, solves, commits, bias_along)                            \
+  add(takes, keeps,                                                                                                    \
+      {.name = #row,                                                                                                   \
+       .python_name = #python,                                                                                         \
+       .components2 = c2,                                                                                              \
+       .components3 = c3,                                                                                              \
+       .parameters = {},                                                                                               \
+       .state = {},                                                                                                    \
+       .state_begin = {},                                                                                              \
+       .has_prepare = prepares,                                                                                        \
+       .has_solve = solves,                                                                                            \
+       .has_commit = commits,                                                                                          \
+       .normal_bias = bias_along,                                                                                      \
+       .prepare = CAIRN_SLOT_##prepares(cairn_law_##row##_prepare),                                                    \
+       .solve = CAIRN_SLOT_##solves(cairn_law_##row##_solve),                                                          \
+       .commit = CAIRN_SLOT_##commits(cairn_law_##row##_commit),                                                       \
+       .library = {}});
+#include "../core_f90/contact_laws/laws.def"
+#undef CAIRN_LAW
+  return all;
+}
+
+std::vector<LawInfo>& laws() {
+  static std::vector<LawInfo> all = built_in_laws();
   return all;
 }
 
 } // namespace
 
-const std::vector<LawInfo>& law_infos() {
-  static const std::vector<LawInfo> infos = [] {
-    constexpr bool YES = true, NO = false, NORMAL = true, ALL = false;
-    std::vector<LawInfo> all;
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along)             \
-  all.push_back({#name, #python, c2, c3, parameters_of(parameters), words_of(state), has_prepare, has_solve,           \
-                 has_commit, bias_along});
-#include "../core_f90/contact_laws/laws.def"
-#undef CAIRN_LAW
-    return all;
-  }();
-  return infos;
+const std::vector<LawInfo>& law_infos() { return laws(); }
+
+void declare_law(LawInfo& law, const std::string& parameters, const std::string& state) {
+  law.parameters = parameters_of(parameters);
+  std::istringstream words(state);
+  for (std::string word; words >> word;) {
+    const auto colon = word.find(':');
+    law.state.push_back(word.substr(0, colon));
+    law.state_begin.push_back(colon == std::string::npos ? std::numeric_limits<double>::quiet_NaN()
+                                                         : number(word.substr(colon + 1)));
+  }
+  const auto most = [&](const char* what, std::size_t have, int largest) {
+    if (have > std::size_t(largest))
+      throw std::invalid_argument("law " + law.name + " has " + std::to_string(have) + " " + what + ", at most " +
+                                  std::to_string(largest) + " are possible");
+  };
+  most("parameters", law.parameters.size(), LawTable::max_parameters);
+  most("state variables", law.state.size(), LawTable::max_states);
+}
+
+Law register_law(LawInfo law, bool replace) {
+  std::vector<LawInfo>& all = laws();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].name != law.name && all[i].python_name != law.name) continue;
+    if (!replace && all[i].library != law.library)
+      throw std::invalid_argument("there is a law '" + law.name + "' already" +
+                                  (all[i].plugged() ? ", from " + all[i].library : std::string()) +
+                                  ": give yours another name, or say replace");
+    law.name = all[i].name;
+    law.python_name = all[i].python_name;
+    all[i] = std::move(law);
+    return Law(i);
+  }
+  if (all.size() >= most_laws) throw std::invalid_argument("more than " + std::to_string(most_laws) + " laws");
+  all.push_back(std::move(law));
+  return Law(all.size() - 1);
 }
 
 LawTable::LawTable(std::vector<std::string> material_names)
@@ -68,7 +131,7 @@ int LawTable::add(Law law, std::span<const double> params) {
   if (params.size() != info.parameters.size())
     throw std::invalid_argument(info.python_name + " takes " + std::to_string(info.parameters.size()) +
                                 " parameters, " + std::to_string(params.size()) + " were given");
-  Entry entry{law, {0, 0, 0, 0}};
+  Entry entry{law, 0, {}};
   for (std::size_t k = 0; k < params.size(); ++k) {
     const LawParameter& p = info.parameters[k];
     if (!(params[k] >= p.smallest && params[k] <= p.largest)) {
@@ -86,6 +149,9 @@ int LawTable::add(Law law, std::span<const double> params) {
     if (same) return int(i);
   }
   if (entries_.size() >= 32767) throw std::invalid_argument("law: more than 32767 different laws in one table");
+  const auto known = std::find(laws_.begin(), laws_.end(), law);
+  entry.place = std::int16_t(known - laws_.begin());
+  if (known == laws_.end()) laws_.push_back(law);
   entries_.push_back(entry);
   return int(entries_.size()) - 1;
 }

@@ -10,6 +10,8 @@ set(CAIRN_CXX_SOURCES
   interaction_plan.cpp
   law_table.cpp
   periodic.cpp
+  plug.cpp
+  plugged_laws.cpp
   projection.cpp
   scene.cpp
   singular_blocks.cpp

@@ -51,12 +51,12 @@ const StepReport& Simulation::step(double h) {
     timed("detect_contacts", [&] { detect_contacts(); });
     timed("prepare_contacts", [&] { prepare_contacts(); });
     timed("solve_contacts", [&] { solve_contacts(); });
+    timed("update_velocity", [&] { update_velocity(); });
+    timed("commit_contacts", [&] { commit_contacts(); }); // refuses what a user's law gives back that is no number
   } catch (...) {
     undo_step();
     throw;
   }
-  timed("update_velocity", [&] { update_velocity(); });
-  timed("commit_contacts", [&] { commit_contacts(); });
   timed("update_configuration", [&] { update_configuration(); });
   if (strategy.project_positions) timed("project_positions", [&] { project_positions(); });
   return report;

@@ -142,7 +142,14 @@ void Simulation::detect_contacts() {
     margin.constant = strategy.margin;
   }
   std::vector<DeclaredPair> declared;
-  for (const ContactKey& key : interactions.bonds()) declared.push_back({key.contactor_a, key.contactor_b});
+  const auto bonding = [](Law law) { return law_infos()[std::size_t(law)].bonds(); };
+  if (std::any_of(laws.laws().begin(), laws.laws().end(), bonding))
+    for (const ContactKey& key : interactions.bonds()) {
+      const std::int32_t a = contactor(key.contactor_a), b = contactor(key.contactor_b);
+      if (a < 0 || b < 0) continue;
+      const int entry = laws.find(*scene.contactors.material[a], *scene.contactors.material[b]);
+      if (entry >= 0 && bonding(laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
+    }
   handler.set_declared(std::move(declared));
   contacts_known_ = false;
   handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates);

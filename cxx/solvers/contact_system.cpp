@@ -16,7 +16,7 @@ const cairn_side* sides() {
 
 cairn_schedule ContactSystem::schedule(int threads) {
   // a thread that has less than a few tasks waits longer than it works
-  threads = std::clamp(int(first_batch.size()) / 8, 1, std::max(threads, 1));
+  threads = serial ? 1 : std::clamp(int(first_batch.size()) / 8, 1, std::max(threads, 1));
   work.resize(std::max(work.size(), std::size_t(cairn_batch_workspace) * threads));
   sums.resize(std::max(sums.size(), 6 * batches.size()));
   change.resize(std::max(change.size(), batches.size()));

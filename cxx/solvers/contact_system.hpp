@@ -16,6 +16,7 @@ struct ContactSystem {
   Array<double> work, arena;
   Array<std::int32_t> body_a, body_b, status, candidate; // (places of contacts, dummies included); candidate -1: dummy
   Array<double> sums, change;                            // (6, batches), (batches)
+  bool serial = false;                                   // a law must not be called by two threads at once
   double penetration = 0;                                // deepest overlap / size of the smaller body
 
   int velocities() const { return dim == 2 ? 3 : 6; }

@@ -16,6 +16,7 @@ from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, segment, spheres, tube, wall
 from .laws import Law
 from .materials import Material
+from .plug import plug
 from .post.errors import FileError
 from .post.load import load
 from .scene import Periodic, Scene
@@ -47,6 +48,7 @@ __all__ = [
     "clumps",
     "disks",
     "load",
+    "plug",
     "pre",
     "segment",
     "spheres",

@@ -16,6 +16,7 @@ examples:
                                                an animation of all outputs
   cairn convert pile.vtkhdf pile.csv           for a spreadsheet; .npz for numpy, .vtu or .vtp for older readers
   cairn view pile.vtkhdf                       turn it round in a window
+  cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run
 
 'cairn COMMAND --help' tells more of each. ParaView opens .vtkhdf files as they are (5.13 or later).
 """
@@ -35,6 +36,11 @@ def build_parser():
     _info_parser(commands)
     _plot_parser(commands)
     _convert_parser(commands)
+    law = _add(
+        commands, "new-law", "write a contact law of your own, ready to build, to run and to test", "cairn new-law sticky"
+    )
+    law.add_argument("name", help="small letters, digits and _")
+    law.add_argument("--folder", help="where to (default: a new folder of that name)")
     view = _add(commands, "view", "turn a run round in a window (needs pyvista)", "cairn view pile.vtkhdf --what material")
     view.add_argument("file", help="a .vtkhdf file")
     view.add_argument("--what", default="velocity", help="field that colours the bodies (default: velocity)")
@@ -145,6 +151,8 @@ def main(arguments=None):
     try:
         if options.command == "run":
             return run(options, passed_on)
+        if options.command == "new-law":
+            return new_law(options)
         from . import post  # noqa: F401  a message of its own if h5py is missing
 
         return {"info": info, "plot": plot, "convert": convert, "view": view}[options.command](options)
@@ -276,6 +284,18 @@ def convert(options):
 
     for path in write(options.file, options.out, what=options.what, step=options.step, overwrite=options.overwrite):
         print(path)
+    return 0
+
+
+def new_law(options):
+    """`cairn new-law`."""
+    from .new_law import build_line
+    from .new_law import new_law as write
+
+    paths = write(options.name, options.folder)
+    for path in paths:
+        print(path)
+    print(f"\nnow:  cd {paths[0].parent}\n      {build_line(options.name)}\n      python run.py")
     return 0
 
 

@@ -66,6 +66,13 @@ def _law_class(row, description):
     return type(description["python_name"], (Law,), members)
 
 
+def plugged_class(row, description):
+    """The class of a law that a library brought in; known by its name to files from then on."""
+    made = _law_class(row, description)
+    BY_NAME[made.name] = made
+    return made
+
+
 LAWS = {d["python_name"]: _law_class(row, d) for row, d in enumerate(_core.laws())}
 BY_NAME = {law.name: law for law in LAWS.values()}
 globals().update(LAWS)
@@ -75,6 +82,9 @@ __all__ = ["Law", *LAWS]
 def law_from(name, values):
     """The law of the kernel's `name` with parameters in their order; for files."""
     if name not in BY_NAME:
-        raise ValueError(f"there is no contact law {name!r}; there are {', '.join(BY_NAME)}")
+        raise ValueError(
+            f"there is no contact law {name!r}; there are {', '.join(BY_NAME)}; "
+            "a law of your own is known after cairn.plug(library, law=...)"
+        )
     law = BY_NAME[name]
     return law(**dict(zip(law.parameter_names, values)))

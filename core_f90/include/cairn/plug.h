@@ -1,0 +1,41 @@
+/* What a user's shared library tells Cairn of a routine that it offers: `void cairn_describe_NAME(descriptor*)` fills
+ * the descriptor of the routine NAME. The routine has the form of a built-in kernel, see cairn/core.h. Fortran users
+ * take the module cairn_plug, which says the same. */
+#ifndef CAIRN_PLUG_H
+#define CAIRN_PLUG_H
+#include "cairn/core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { CAIRN_PLUG_ABI = 1 };
+enum cairn_plug_kind { cairn_plug_law = 1 };
+
+typedef void cairn_plug_slot(void);
+
+/* Given zeroed. Texts end with a null. */
+typedef struct cairn_plug_descriptor {
+  int32_t abi;           /* CAIRN_PLUG_ABI of the header that the library was compiled with */
+  int32_t size;          /* sizeof(cairn_plug_descriptor) */
+  int32_t context_size;  /* sizeof(cairn_law_context) */
+  int32_t kind;          /* see cairn_plug_kind */
+  int32_t components2;   /* unknowns of a contact in 2D: 2, or 3 with the rotation; 0: not in 2D */
+  int32_t components3;   /* in 3D: 3, or 6 with rotations; 0: not in 3D */
+  int32_t normal_bias;   /* 1: a cone, whose bias is along the normal and asks for the gap and parameters alone */
+  int32_t thread_unsafe; /* 1: one call at a time (SAVE, COMMON, static data) */
+  char name[64];         /* as in cairn_describe_NAME */
+  char parameters[1024]; /* "name:default:smallest:largest ...", no default: required */
+  char state[1024];      /* "name:value of a new contact ..." */
+  cairn_law_prepare* prepare;
+  cairn_law_solve* solve; /* NULL: the law is a cone after prepare, which Cairn solves */
+  cairn_law_commit* commit;
+  cairn_plug_slot* force;         /* of explicit strategies */
+  const char* (*complaint)(void); /* may be NULL: why the last call gave no number, or NULL */
+} cairn_plug_descriptor;
+typedef void cairn_plug_describe(cairn_plug_descriptor* descriptor);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
