@@ -228,13 +228,15 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
         ax.add_collection(
             LineCollection(
                 lines[order],
-                linewidths=np.clip(width * np.abs(force) / mean, 0.03, 5 * width)[order],
+                linewidths=np.clip(width * np.abs(force) / mean, 0.03, 3 * width)[order],
                 colors=np.where(force > 0, COMPRESSION, TENSION)[order],
                 capstyle="round",
             ),
             autolim=False,
         )
-        ax.text(1.0, 1.0, f"mean normal force {mean:.3g} N", transform=ax.transAxes, ha="right", va="bottom", fontsize=8)
+        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
+        text = f"mean normal force {mean:.3g} N"
+        ax.text(0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", fontsize=8, bbox=box)
     ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
     return ax
 
