@@ -4,6 +4,8 @@ import argparse
 import os
 import sys
 
+from .problems import command as problem_command
+
 EXAMPLES = """\
 examples:
   cairn run pile.py                            run a Python script
@@ -15,6 +17,7 @@ examples:
   cairn plot pile.vtkhdf --what material -o pile.gif
                                                an animation of all outputs
   cairn convert pile.vtkhdf pile.csv           for a spreadsheet; .npz for numpy, .vtu or .vtp for older readers
+  cairn solve box.hdf5 --tol 1e-8              a frictional contact problem of its own (FCLIB, Siconos)
   cairn view pile.vtkhdf                       turn it round in a window
   cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run
 
@@ -41,6 +44,7 @@ def build_parser():
     )
     law.add_argument("name", help="small letters, digits and _")
     law.add_argument("--folder", help="where to (default: a new folder of that name)")
+    problem_command.add_parser(_add, commands)
     view = _add(commands, "view", "turn a run round in a window (needs pyvista)", "cairn view pile.vtkhdf --what material")
     view.add_argument("file", help="a .vtkhdf file")
     view.add_argument("--what", default="velocity", help="field that colours the bodies (default: velocity)")
@@ -153,6 +157,8 @@ def main(arguments=None):
             return run(options, passed_on)
         if options.command == "new-law":
             return new_law(options)
+        if options.command == "solve":
+            return problem_command.solve(options)
         from . import post  # noqa: F401  a message of its own if h5py is missing
 
         return {"info": info, "plot": plot, "convert": convert, "view": view}[options.command](options)

@@ -1,0 +1,182 @@
+"""Frictional contact problems in the FCLIB layout (HDF5), local and global.
+
+Matrices hold m, n, nzmax, nz, p, i, x. nz >= 0: triplets, i the row and p the column of the first nz; nz = -1: compressed
+columns, p the starts and i the rows; nz = -2: compressed rows, p the starts and i the columns (Acary et al., FCLIB).
+Local: u = W r + q. Global: M v = H r + f, u = H' v + w, and with equalities G' v + b = 0 by multipliers G l.
+"""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from .problem import Problem
+
+
+class ProblemFileError(ValueError):
+    """A file that holds no frictional contact problem, or one that is damaged."""
+
+
+def read(path):
+    """The Problem of a file in the FCLIB layout; a global one is reduced to its contacts."""
+    import h5py
+
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise ProblemFileError(f"{path}: {_reason(path, error)}") from error
+    with file:
+        try:
+            if "fclib_local" in file:
+                return _read_local(file["fclib_local"])
+            if "fclib_global" in file:
+                return _read_global(file["fclib_global"])
+        except KeyError as error:
+            raise ProblemFileError(f"{path}: lacks a part of the FCLIB layout: {error.args[0]}") from error
+        except (ValueError, IndexError) as error:
+            raise ProblemFileError(f"{path}: {error}") from error
+    raise ProblemFileError(f"{path}: has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout")
+
+
+def _reason(path, error):
+    if not os.path.exists(path):
+        return "there is no such file"
+    return f"cannot be opened as HDF5 ({error})"
+
+
+def read_solution(path):
+    """(r, u) of the group /solution, each (n, dim), or None where the file has none."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        if "solution" not in file:
+            return None
+        root = file["fclib_local"] if "fclib_local" in file else file["fclib_global"]
+        dim = _number(root["spacedim"])
+        r = file["solution/r"][()].reshape(-1, dim)
+        return r, file["solution/u"][()].reshape(-1, dim) if "u" in file["solution"] else None
+
+
+def write(path, problem, result=None, *, title="", description="", like=None):
+    """Writes a local problem, and beside it the solution (r, u) of a Result.
+
+    like: "rows" (default), "columns" or "triplets": how W is stored.
+    """
+    import h5py
+
+    temporary = f"{path}.part"
+    try:
+        with h5py.File(temporary, "w") as file:
+            local = file.create_group("fclib_local")
+            local["spacedim"] = np.array([problem.dim], dtype=np.int32)
+            _write_matrix(local.create_group("W"), problem.W, like or "rows")
+            vectors = local.create_group("vectors")
+            vectors["q"] = problem.q.ravel()
+            vectors["mu"] = problem.mu
+            info = local.create_group("info")
+            info["title"] = title or os.path.basename(str(path))
+            info["description"] = description or "frictional contact problem"
+            info["math_info"] = "u = W r + q, contact by contact (N, T) or (N, T1, T2)"
+            if result is not None:
+                solution = file.create_group("solution")
+                solution["r"] = np.asarray(result.r).ravel()
+                solution["u"] = np.asarray(result.u).ravel()
+                solution["v"] = np.zeros(0)
+                solution["l"] = np.zeros(0)
+        os.replace(temporary, path)
+    finally:
+        if os.path.exists(temporary):
+            os.remove(temporary)
+
+
+def _number(dataset):
+    return int(np.asarray(dataset[()]).ravel()[0])
+
+
+def read_matrix(group):
+    """scipy.sparse.csr_array of a matrix group."""
+    from scipy import sparse
+
+    shape = (_number(group["m"]), _number(group["n"]))
+    nz = _number(group["nz"])
+    x, i, p = group["x"][()], group["i"][()], group["p"][()]
+    if nz >= 0:
+        return sparse.coo_array((x[:nz], (i[:nz], p[:nz])), shape=shape).tocsr()
+    starts = shape[1] if nz == -1 else shape[0]
+    if p.size < starts + 1:
+        raise ValueError(f"{group.name} has {p.size} starts: {starts + 1} are needed where nz = {nz}")
+    entries = int(p[starts])
+    data = (x[:entries], i[:entries], p[: starts + 1])
+    if nz == -1:
+        return sparse.csr_array(sparse.csc_array(data, shape=shape))
+    if nz == -2:
+        return sparse.csr_array(data, shape=shape)
+    raise ValueError(f"{group.name} has nz = {nz}: -2 (rows), -1 (columns) and counts of triplets are known")
+
+
+def _write_matrix(group, matrix, like):
+    from scipy import sparse
+
+    if like == "triplets":
+        coo = sparse.coo_array(matrix)
+        nz, p, i, x = coo.nnz, coo.col, coo.row, coo.data
+    elif like == "columns":
+        csc = sparse.csc_array(matrix)
+        nz, p, i, x = -1, csc.indptr, csc.indices, csc.data
+    elif like == "rows":
+        csr = sparse.csr_array(matrix)
+        nz, p, i, x = -2, csr.indptr, csr.indices, csr.data
+    else:
+        raise ValueError(f"like is {like!r}: give 'rows', 'columns' or 'triplets'")
+    for name, value in (("m", matrix.shape[0]), ("n", matrix.shape[1]), ("nz", nz), ("nzmax", x.size)):
+        group[name] = np.array([value], dtype=np.int32)
+    group["p"], group["i"] = np.asarray(p, dtype=np.int32), np.asarray(i, dtype=np.int32)
+    group["x"] = np.asarray(x, dtype=float)
+
+
+def _read_local(group):
+    if "V" in group and _number(group["V/n"]) > 0:
+        raise ValueError("has equality constraints (V, R): write it as a global problem")
+    return Problem(_number(group["spacedim"]), read_matrix(group["W"]), group["vectors/q"][()], group["vectors/mu"][()])
+
+
+def _read_global(group):
+    vectors = group["vectors"]
+    G = read_matrix(group["G"]) if "G" in group and _number(group["G/n"]) > 0 else None
+    return reduce_global(
+        _number(group["spacedim"]), read_matrix(group["M"]), read_matrix(group["H"]), vectors["f"][()], vectors["w"][()],
+        vectors["mu"][()], G, vectors["b"][()] if G is not None else None,
+    )
+
+
+def reduce_global(dim, M, H, f, w, mu, G=None, b=None):
+    """The contacts' own problem of M v = H r + f, u = H' v + w: W = H' M^-1 H, q = H' M^-1 f + w.
+
+    With equalities G' v + b = 0, M v = H r + G l + f, the same by the inverse of the saddle point matrix. M sparse (n, n),
+    H (n, dim c), f (n), w (dim c), G (n, e), b (e).
+    """
+    from scipy import sparse
+    from scipy.sparse import linalg
+
+    M, H = sparse.csc_array(M), sparse.csc_array(H)
+    f, w = np.asarray(f, dtype=float).ravel(), np.asarray(w, dtype=float).ravel()
+    if H.shape != (M.shape[0], w.size) or f.size != M.shape[0]:
+        raise ValueError(f"M is {M.shape}, H {H.shape}, f {f.size} and w {w.size} long: they do not fit")
+    n = M.shape[0]
+    if G is not None:
+        G = sparse.csc_array(G)
+        M = sparse.csc_array(sparse.block_array([[M, -G], [G.T, None]]))
+        f = np.concatenate([f, -np.asarray(b, dtype=float).ravel()])
+    try:
+        factor = linalg.splu(M)
+    except RuntimeError as error:
+        raise ValueError("the mass matrix (with the equalities) is singular") from error
+    free = factor.solve(f)[:n]
+    columns, blocks = 3 * 256, []
+    for first in range(0, H.shape[1], columns):
+        some = np.zeros((M.shape[0], min(columns, H.shape[1] - first)))
+        some[:n] = H[:, first : first + columns].toarray()
+        blocks.append(sparse.csr_array(H.T @ factor.solve(some)[:n]))
+    W = sparse.hstack(blocks, format="csr") if blocks else np.zeros((0, 0))
+    return Problem(dim, W, H.T @ free + w, mu)
