@@ -1,6 +1,6 @@
 """Making scenes: grain sizes, dense deposits, lattices, walls and clumps, as plain numpy arrays."""
 
-from . import clumps, grains, lattices, mass_properties, mesh
+from . import clumps, grains, lattices, mass_properties, masonry, mesh
 from .clumps import clump
 from .deposits import deposit_disks, deposit_spheres, layers, solid_fraction
 from .lattices import box_walls, lattice
@@ -15,6 +15,7 @@ __all__ = [
     "lattice",
     "lattices",
     "layers",
+    "masonry",
     "mass_properties",
     "mesh",
     "solid_fraction",
