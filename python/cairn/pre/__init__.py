@@ -1,6 +1,6 @@
 """Making scenes: grain sizes, dense deposits, lattices, walls and clumps, as plain numpy arrays."""
 
-from . import clumps, grains, lattices, mass_properties, masonry, mesh
+from . import clumps, grains, lattices, masonry, mass_properties, mesh
 from .clumps import clump
 from .deposits import deposit_disks, deposit_spheres, layers, solid_fraction
 from .lattices import box_walls, lattice

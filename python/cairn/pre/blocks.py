@@ -147,7 +147,7 @@ class Blocks:
 
 
 def face_table(blocks: Blocks):
-    """All faces: corners (f, m, dim) padded with the last corner, owner (f,), outward unit normal (f, dim)."""
+    """All faces: corners (f, m, dim) padded with the last one, owner (f,), outward unit normal (f, dim), list of corners."""
     if blocks.dim == 2:
         loops = [(k, v[[i, (i + 1) % len(v)]]) for k, v in enumerate(blocks.vertices) for i in range(len(v))]
     else:
@@ -159,16 +159,12 @@ def face_table(blocks: Blocks):
         edge = corners[:, 1] - corners[:, 0]
         normal = np.column_stack((edge[:, 1], -edge[:, 0]))
     else:
-        normal = np.cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1)  # Newell
-        middle = corners[:, :1]
-        normal = np.cross(corners - middle, np.roll(corners, -1, axis=1) - middle).sum(axis=1)
+        local = corners - corners[:, :1]
+        normal = np.cross(local, np.roll(local, -1, axis=1)).sum(axis=1)  # Newell's, for corners not quite in a plane
     length = np.linalg.norm(normal, axis=1)
     keep = length > 0
-    return corners[keep], owner[keep], normal[keep] / length[keep, None], loops_of(loops, keep)
-
-
-def loops_of(loops, keep):
-    return [c for (_, c), k in zip(loops, keep) if k]
+    kept = [c for (_, c), there in zip(loops, keep) if there]
+    return corners[keep], owner[keep], normal[keep] / length[keep, None], kept
 
 
 def joints(blocks: Blocks, flush=FLUSH) -> Joints:
