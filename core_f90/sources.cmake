@@ -24,6 +24,7 @@ set(CAIRN_CORE_SOURCES
   solvers/contact_error.f90
   solvers/contact_passes.f90
   solvers/contact_velocity.f90
+  solvers/newton_rows.f90
   solvers/nlgs_blocks.f90
   solvers/problem_blocks.f90
   solvers/problem_error.f90

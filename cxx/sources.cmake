@@ -18,9 +18,14 @@ set(CAIRN_CXX_SOURCES
   solvers/active_set.cpp
   solvers/contact_system.cpp
   solvers/friction_problem.cpp
+  solvers/linear_system.cpp
+  solvers/newton.cpp
+  solvers/newton_step.cpp
   solvers/nlgs.cpp
   solvers/nlgs_problem.cpp
+  solvers/ppa_newton.cpp
   solvers/problem_monitor.cpp
+  solvers/scaled_problem.cpp
   space_filling_order.cpp
   step.cpp
   strategy.cpp

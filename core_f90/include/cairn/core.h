@@ -179,6 +179,26 @@ void cairn_nlgs_blocks(int32_t dim, int64_t n, const int64_t* row_start, const i
                        const int64_t* place, const double* q, const double* mu, int64_t first, int64_t last,
                        const int32_t* order, double relaxation, double* r, double* change, int32_t threads);
 
+#define CAIRN_NEWTON_FUNCTION(name)                                                                                    \
+  void cairn_newton_##name(int32_t dim, int64_t n, const double* mu, const double* rho, const double* r,               \
+                           const double* u, int32_t want, double* f, int32_t* unknowns, double* left, double* basis,   \
+                           double* own, double* step, double* target)
+CAIRN_NEWTON_FUNCTION(alart_curnier);
+#undef CAIRN_NEWTON_FUNCTION
+int64_t cairn_newton_pattern(int64_t n, const int64_t* row_start, const int32_t* column, const int32_t* unknowns,
+                             int32_t* first, int64_t capacity, int32_t* start, int32_t* index);
+void cairn_newton_values(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
+                         double alpha, const int32_t* unknowns, const double* left, const double* basis,
+                         const double* own, const int32_t* first, const int32_t* start, double* entry);
+void cairn_newton_targets(int32_t dim, int64_t n, double alpha, const int32_t* unknowns, const double* left,
+                          const double* step, const double* change, const double* target, const int32_t* first,
+                          double* rhs);
+void cairn_newton_step(int32_t dim, int64_t n, const int32_t* unknowns, const double* basis, const int32_t* first,
+                       const double* y, double* step);
+void cairn_newton_weights(int32_t dim, int64_t n, const int64_t* place, const double* block, double* rho);
+void cairn_proximal_velocity(int64_t n, double alpha, const double* r, const double* centre, const double* u,
+                             double* shifted);
+
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,
                              int32_t has_offset, const double* offset, int32_t has_rotation, const double* rotation,

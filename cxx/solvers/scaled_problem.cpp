@@ -1,0 +1,65 @@
+#include "scaled_problem.hpp"
+
+#include <cmath>
+#include <numeric>
+
+#include "cairn/core.h"
+
+namespace cairn {
+
+ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& options, double* r)
+    : given_(p), options_(options), r_(r), begin_(cpu_seconds()), scaled_(p), scale_(p.contacts), best_(p.unknowns()),
+      change_(p.contacts), order_(p.contacts) {
+  options_.tolerance *= 1 - 1e-6; // the last rounding goes to the safe side
+  std::iota(order_.begin(), order_.end(), 0);
+  const int d = p.dim;
+  std::vector<int> exponent(p.contacts);
+  for (std::int64_t a = 0; a < p.contacts; ++a)
+    for (std::int64_t k = p.row_start[a]; k < p.row_start[a + 1]; ++k) {
+      if (p.column[k] != a) continue;
+      double mean = 0;
+      for (int i = 0; i < d; ++i) mean += p.block[d * d * k + (d + 1) * i] / d;
+      std::frexp(mean > 0 ? mean : p.block[d * d * k], &exponent[a]);
+    }
+  // relative to the first contact: a change of units by a power of two leaves every bit
+  const double all = std::ldexp(1.0, -exponent[0]);
+  for (std::int64_t a = 0; a < p.contacts; ++a) scale_[a] = std::ldexp(1.0, -((exponent[a] - exponent[0]) >> 1));
+  for (std::int64_t a = 0; a < p.contacts; ++a) {
+    for (std::int64_t k = p.row_start[a]; k < p.row_start[a + 1]; ++k) {
+      const double s = scale_[a] * scale_[p.column[k]] * all;
+      for (int i = 0; i < d * d; ++i) scaled_.block[d * d * k + i] *= s;
+    }
+    for (int i = 0; i < d; ++i) scaled_.q[d * a + i] *= scale_[a];
+  }
+  for (std::int64_t a = 0; a < p.contacts; ++a) {
+    scale_[a] *= all; // from here on that of impulses
+    for (int i = 0; i < d; ++i) best_[d * a + i] = options.warm_start ? r[d * a + i] / scale_[a] : 0;
+  }
+  monitor_.emplace(scaled_, options_, best_.data());
+}
+
+void ScaledProblem::sweep(double* r, int sweeps) {
+  for (int s = 0; s < sweeps; ++s)
+    cairn_nlgs_blocks(scaled_.dim, scaled_.contacts, scaled_.row_start.data(), scaled_.column.data(),
+                      scaled_.block.data(), monitor_->diagonal().data(), scaled_.q.data(), scaled_.mu.data(), 0,
+                      scaled_.contacts, order_.data(), 1.0, r, change_.data(), 1);
+}
+
+ProblemReport ScaledProblem::finish(const std::string& solver, std::int64_t iterations) {
+  const ProblemReport inner = monitor_->finish(solver, iterations);
+  for (std::int64_t a = 0; a < given_.contacts; ++a)
+    for (int i = 0; i < given_.dim; ++i) r_[given_.dim * a + i] = best_[given_.dim * a + i] * scale_[a];
+  options_.tolerance /= 1 - 1e-6;
+  options_.warm_start = true;
+  ProblemMonitor outer(given_, options_, r_);
+  outer.error_of(r_);
+  ProblemReport report = outer.finish(solver, iterations);
+  if (report.status != ProblemStatus::converged) {
+    report.status = inner.status;
+    report.hint = inner.hint;
+  }
+  report.cpu_seconds = cpu_seconds() - begin_;
+  return report;
+}
+
+} // namespace cairn

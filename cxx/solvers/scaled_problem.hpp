@@ -1,0 +1,36 @@
+// A frictional contact problem whose contacts are brought to one scale: W' = c s W s, q' = s q, r = c s r' with one power of two s
+// per contact and one c for all, so that the mean diagonal of each W'_aa lies in [1/2, 2). Coulomb's law and the true error are the
+// same for both; light contacts stand beside heavy ones as equals, and no bit of W or q is lost.
+#pragma once
+#include <functional>
+
+#include "friction_problem.hpp"
+#include "problem_monitor.hpp"
+
+namespace cairn {
+
+class ScaledProblem {
+public:
+  // r (dim, contacts) of the problem as it was given, in and out.
+  ScaledProblem(const FrictionProblem&, const ProblemOptions&, double* r);
+
+  const FrictionProblem& problem() const { return scaled_; }
+  ProblemMonitor& monitor() { return *monitor_; }
+  const double* best() const { return best_.data(); } // of the scaled problem
+  // Sweeps of NLGS on r (scaled).
+  void sweep(double* r, int sweeps);
+  // The best r goes back; figures are those of the problem as it was given.
+  ProblemReport finish(const std::string& solver, std::int64_t iterations);
+
+private:
+  const FrictionProblem& given_;
+  ProblemOptions options_;
+  double* r_;
+  double begin_;
+  FrictionProblem scaled_;
+  Array<double> scale_, best_, change_; // scale (contacts): r / r'
+  std::vector<std::int32_t> order_;
+  std::optional<ProblemMonitor> monitor_;
+};
+
+} // namespace cairn
