@@ -28,5 +28,6 @@ install(FILES ${PROJECT_BINARY_DIR}/CairnConfig.cmake ${PROJECT_BINARY_DIR}/Cair
 
 list(TRANSFORM fortran_runtime_of_cairn PREPEND -l)
 list(JOIN fortran_runtime_of_cairn " " runtime)
+list(JOIN CAIRN_SUITESPARSE_LIBRARIES " " factorisations)
 configure_file(cmake/cairn.pc.in ${PROJECT_BINARY_DIR}/cairn.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/cairn.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

@@ -1,5 +1,5 @@
-!> The proximal point algorithm of solver ppa_newton (Rockafellar 1976; for friction, Acary, Bremond & Huber 2018): around a centre c,
-!> W + alpha takes the place of W and q - alpha c that of q, which any W however singular stands; then c moves to the solution.
+!> The proximal point algorithm (Rockafellar 1976; for friction, Acary, Bremond & Huber 2018): around a centre c, W + alpha takes
+!> the place of W and q - alpha c that of q, so that W may be singular; then c moves to the solution.
 module ppa_newton
   use, intrinsic :: iso_c_binding, only: c_int64_t, c_double
   implicit none

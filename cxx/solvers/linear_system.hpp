@@ -1,5 +1,5 @@
-// The linear systems of solvers that factorise: LAPACK where they are small or nearly full, SuiteSparse (UMFPACK, Davis 2004)
-// where they are sparse. One thread, so that the bits do not depend on how many there are.
+// The linear systems of solvers that factorise: LAPACK where they are small or nearly full, SuiteSparse (UMFPACK, Davis
+// 2004) where they are sparse. One thread, so that the bits do not depend on how many there are.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -19,8 +19,8 @@ public:
   LinearSystem(const LinearSystem&) = delete;
   LinearSystem& operator=(const LinearSystem&) = delete;
 
-  // Square matrix by rows, columns rising; start (rows + 1). The arrays must live until the solve. A pattern equal to the
-  // last one is not analysed again. False: singular to rounding.
+  // Square matrix by rows, columns rising; start (rows + 1). The arrays must live until the solve. A pattern equal to
+  // the last one is not analysed again. False: singular to rounding.
   bool factor(std::int32_t rows, const std::int32_t* start, const std::int32_t* column, const double* entry);
   // Solution in place of b.
   void solve(double* b);

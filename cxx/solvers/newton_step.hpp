@@ -1,5 +1,5 @@
-// One step of a generalised Newton method on f(r, W r + q + alpha (r - centre)) = 0: f and its derivative over all contacts, the
-// sparse system of the unknowns that are left, its solution.
+// One step of a generalised Newton method on f(r, W r + q + alpha (r - centre)) = 0: f and its derivative over all
+// contacts, the sparse system of the unknowns that are left, its solution.
 #pragma once
 #include "friction_problem.hpp"
 #include "linear_system.hpp"

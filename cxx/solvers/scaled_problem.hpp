@@ -1,6 +1,7 @@
-// A frictional contact problem whose contacts are brought to one scale: W' = c s W s, q' = s q, r = c s r' with one power of two s
-// per contact and one c for all, so that the mean diagonal of each W'_aa lies in [1/2, 2). Coulomb's law and the true error are the
-// same for both; light contacts stand beside heavy ones as equals, and no bit of W or q is lost.
+// A frictional contact problem whose contacts are brought to one scale: W' = c s W s, q' = s q, r = c s r' with one
+// power of two s per contact and one c for all, so that the mean diagonal of each W'_aa lies in [1/2, 2). Coulomb's law
+// and the true error are the same for both; light contacts stand beside heavy ones as equals, and no bit of W or q is
+// lost.
 #pragma once
 #include <functional>
 
