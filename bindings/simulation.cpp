@@ -1,4 +1,5 @@
 #include "simulation.hpp"
+#include "smooth/smooth_dynamics.hpp"
 
 #include "arrays.hpp"
 
@@ -20,6 +21,24 @@ cairn::Nscd nscd_of(const py::dict& d) {
   return n;
 }
 
+cairn::SmoothDem smooth_dem_of(const py::dict& d) {
+  cairn::SmoothDem o;
+  o.skin = py::cast<double>(d["skin"]);
+  o.overlap = py::cast<double>(d["overlap"]);
+  o.refuse_unstable = py::cast<bool>(d["refuse_unstable"]);
+  o.energy = py::cast<bool>(d["energy"]);
+  o.renumber_every = py::cast<int>(d["renumber_every"]);
+  o.threads = py::cast<int>(d["threads"]);
+  return o;
+}
+
+void use(Simulation& s, const py::dict& d) {
+  if (py::cast<std::string>(d["strategy"]) == "smooth_dem")
+    s.use(smooth_dem_of(d));
+  else
+    s.use(nscd_of(d));
+}
+
 const char* name_of(cairn::SolveStatus status) {
   switch (status) {
   case cairn::SolveStatus::converged: return "converged";
@@ -35,7 +54,8 @@ const char* name_of(cairn::SolveStatus status) {
   X(work_external)                                                                                                     \
   X(dissipated_friction)                                                                                               \
   X(dissipated_normal)                                                                                                 \
-  X(dissipated_bulk) X(dissipated_theta) X(work_projection) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
+  X(dissipated_bulk)                                                                                                   \
+  X(dissipated_theta) X(work_projection) X(stored) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
 
 py::dict energy_of(const cairn::Energy& e) {
   py::dict out;
@@ -69,6 +89,11 @@ py::dict report_of(const cairn::StepReport& r) {
   out["energy_created"] = r.solve.energy_created;
   out["hint"] = r.solve.hint;
   out["projection_error"] = r.projection_error;
+  if (r.stable_step > 0) {
+    out["stable_step"] = r.stable_step;
+    out["neighbour_lists"] = r.neighbour_lists;
+    out["status"] = "explicit";
+  }
   return out;
 }
 
@@ -95,7 +120,31 @@ py::array_t<double> filled(std::int64_t items, int components, F&& fill) {
   return out;
 }
 
+// Forces of smooth contacts count for a step, as impulses do.
+py::object smooth_field(Simulation& s, const std::string& name) {
+  const std::int64_t n = s.candidates.count;
+  const int dim = s.scene.dim;
+  const cairn::SmoothDynamics& c = *s.smooth();
+  const auto times_step = [&](double* to) {
+    for (std::int64_t i = 0; i < n * dim; ++i) to[i] *= s.report.h;
+  };
+  if (name == "impulse") return filled(n, dim, [&](double* to) { c.force_space(to), times_step(to); });
+  if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.force_local(s, to), times_step(to); });
+  if (name == "relative_velocity") return filled(n, dim, [&](double* to) { c.relative_velocity(s, to); });
+  if (name == "moment") {
+    const int components = dim == 2 ? 1 : 3;
+    return filled(n, components, [&](double* to) { std::fill_n(to, n * components, 0.0); });
+  }
+  if (name == "status") {
+    py::array_t<std::int32_t> out(n);
+    c.status(s, out.mutable_data());
+    return out;
+  }
+  throw py::key_error("smooth contacts have no field " + name + "; the sums are in the energy of the simulation");
+}
+
 py::object contact_field(Simulation& s, const std::string& name) {
+  if (s.smooth()) s.smooth()->view(s);
   const std::int64_t n = s.candidates.count;
   const int dim = s.scene.dim;
   auto copied = [&](const cairn::Array<double>& from, int components) {
@@ -109,6 +158,7 @@ py::object contact_field(Simulation& s, const std::string& name) {
     for (std::int64_t i = 0; i < n * dim; ++i) out.mutable_data()[i] += s.scene.origin[i % dim];
     return out;
   }
+  if (s.smooth()) return smooth_field(s, name);
   auto& c = s.interactions;
   if (!s.contacts_known()) { // detected, not yet solved
     if (name == "status") return array_of(std::vector<std::int32_t>(n, 0));
@@ -169,7 +219,7 @@ py::dict get_state(py::object self) {
   Simulation& s = self.cast<Simulation&>();
   py::dict out;
   out["scene"] = self.attr("scene").attr("get_state")();
-  out["memory"] = memory_of(s.interactions.memory());
+  out["memory"] = memory_of(s.contact_memory());
   out["projection_memory"] = memory_of(s.projection_memory());
   out["energy"] = energy_of(s.energy);
   out["steps"] = s.steps;
@@ -180,7 +230,7 @@ py::dict get_state(py::object self) {
 void set_state(py::object self, const py::dict& state) {
   Simulation& s = self.cast<Simulation&>();
   self.attr("scene").attr("set_state")(state["scene"]);
-  s.interactions.restore(memory_from(state["memory"]));
+  s.restore_contacts(memory_from(state["memory"]));
   s.restore_projection(memory_from(state["projection_memory"]));
   s.forget_contacts();
   restore_energy(s.energy, state["energy"]);
@@ -193,7 +243,10 @@ void set_state(py::object self, const py::dict& state) {
 void bind_simulation(py::module_& m) {
   py::class_<Simulation>(m, "Simulation")
       .def(py::init([](const cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
-        return new Simulation(scene, laws, nscd_of(strategy));
+        auto s = std::make_unique<Simulation>(scene, laws, cairn::Nscd{});
+        use(*s, strategy);
+        s->check_laws();
+        return s;
       }))
       .def_property_readonly(
           "scene", [](Simulation& s) -> cairn::Scene& { return s.scene; }, py::return_value_policy::reference_internal)
@@ -206,13 +259,36 @@ void bind_simulation(py::module_& m) {
       .def("assign_body",
            [](py::object self, const std::string& name, const py::array& values) {
              self.attr("scene").attr("assign_body")(name, values);
-             if (name != "force" && name != "damping") self.cast<Simulation&>().scene.state_assigned();
+             if (name == "force" || name == "damping") return;
+             Simulation& s = self.cast<Simulation&>();
+             s.scene.state_assigned();
+             if (s.smooth()) s.smooth()->invalidate();
            })
       .def_property_readonly("order_version", [](Simulation& s) { return s.scene.order_version(); })
-      .def("set_laws", [](Simulation& s, const cairn::LawTable& laws) { s.laws = laws; })
-      .def("set_strategy", [](Simulation& s, const py::dict& d) { s.strategy = nscd_of(d); })
-      .def("set_filter", [](Simulation& s, int materials,
-                            std::vector<std::uint8_t> allowed) { s.handler.set_filter(materials, std::move(allowed)); })
+      .def("set_laws",
+           [](Simulation& s, const cairn::LawTable& laws) {
+             s.laws = laws;
+             if (s.smooth()) s.smooth()->invalidate(false);
+           })
+      .def("set_strategy", &use)
+      .def("check_laws", &Simulation::check_laws)
+      .def("stable_step",
+           [](Simulation& s) {
+             if (!s.smooth()) return std::numeric_limits<double>::infinity();
+             s.smooth()->view(s);
+             return s.smooth()->contact_limit(s);
+           })
+      .def("skin",
+           [](Simulation& s) {
+             if (!s.smooth()) throw cairn::Error("NSCD has no skin");
+             s.smooth()->view(s);
+             return s.smooth()->skin();
+           })
+      .def("set_filter",
+           [](Simulation& s, int materials, std::vector<std::uint8_t> allowed) {
+             s.handler.set_filter(materials, std::move(allowed));
+             if (s.smooth()) s.smooth()->invalidate(false);
+           })
       .def("step",
            [](Simulation& s, double h) {
              {
@@ -235,7 +311,11 @@ void bind_simulation(py::module_& m) {
       .def("report", [](Simulation& s) { return report_of(s.report); })
       .def("energy", [](Simulation& s) { return energy_of(s.energy); })
       .def("contact", &contact_field)
-      .def_property_readonly("contact_count", [](Simulation& s) { return s.candidates.count; })
+      .def_property_readonly("contact_count",
+                             [](Simulation& s) {
+                               if (s.smooth() && s.steps > 0) s.smooth()->view(s);
+                               return s.candidates.count;
+                             })
       .def_readonly("steps", &Simulation::steps)
       .def_readonly("time", &Simulation::time)
       .def("stage_seconds", &Simulation::stage_seconds)

@@ -1,6 +1,7 @@
 set(CAIRN_CORE_SOURCES
   contact_laws/coulomb_cone.f90
   contact_laws/law_context.f90
+  contact_laws/spring_slider.f90
   detection/contactor_places.f90
   detection/grid_levels.f90
   detection/grid_search.f90
@@ -14,9 +15,13 @@ set(CAIRN_CORE_SOURCES
   integrators/energy.f90
   integrators/rotation.f90
   integrators/theta.f90
+  integrators/velocity_verlet.f90
   kinematics/batch_kinematics.f90
   kinematics/contact_batch.f90
   kinematics/contact_schedule.f90
+  kinematics/smooth_contacts2.f90
+  kinematics/smooth_contacts3.f90
+  kinematics/smooth_pairs.f90
   kinematics/velocity_records.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90

@@ -20,7 +20,8 @@ struct ContactSystem;
 
 // Rows of laws.def, in its order.
 enum class Law : std::int16_t {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along) name,
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \
+  name,
 #include "../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
 };
@@ -42,6 +43,8 @@ struct LawInfo {
   cairn_law_prepare* prepare = nullptr;
   cairn_law_solve* solve = nullptr;
   cairn_law_commit* commit = nullptr;
+  cairn_law_force* force = nullptr; // serves smooth strategies, as prepare serves NSCD
+  cairn_law_stiffness* stiffness = nullptr;
   // Of laws from a user's library alone: where it is, whether threads may call it at once, what it says of a failure.
   std::string library;
   bool thread_safe = true;

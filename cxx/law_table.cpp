@@ -54,7 +54,7 @@ std::vector<LawInfo> built_in_laws() {
     declare_law(law, parameters, state);
     all.push_back(std::move(law));
   };
-#define CAIRN_LAW(row, python, c2, c3, takes, keeps, prepares, solves, commits, bias_along)                            \
+#define CAIRN_LAW(row, python, c2, c3, takes, keeps, prepares, solves, commits, bias_along, forces)                    \
   add(takes, keeps,                                                                                                    \
       {.name = #row,                                                                                                   \
        .python_name = #python,                                                                                         \
@@ -70,6 +70,8 @@ std::vector<LawInfo> built_in_laws() {
        .prepare = CAIRN_SLOT_##prepares(cairn_law_##row##_prepare),                                                    \
        .solve = CAIRN_SLOT_##solves(cairn_law_##row##_solve),                                                          \
        .commit = CAIRN_SLOT_##commits(cairn_law_##row##_commit),                                                       \
+       .force = CAIRN_SLOT_##forces(cairn_law_##row##_force),                                                          \
+       .stiffness = CAIRN_SLOT_##forces(cairn_law_##row##_stiffness),                                                  \
        .library = {}});
 #include "../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW

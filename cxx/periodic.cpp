@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "simulation.hpp"
+#include "smooth/smooth_dynamics.hpp"
 
 namespace cairn {
 
@@ -20,6 +21,7 @@ void Simulation::move_images(const std::vector<std::array<int, 3>>& moved) {
   };
   interactions.restore(follow(interactions.memory()));
   if (projector_) projector_->restore(follow(projector_->memory()));
+  if (smooth_) smooth_->move_images(moved);
 }
 
 // The same after cell vector k lost so many times vector i.
@@ -30,6 +32,7 @@ void Simulation::lean_images(int k, int i, int cells) {
   };
   interactions.restore(follow(interactions.memory()));
   if (projector_) projector_->restore(follow(projector_->memory()));
+  if (smooth_) smooth_->lean_images(k, i, cells);
 }
 
 // Internal number of a contactor, -1 if it is gone.

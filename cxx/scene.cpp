@@ -68,6 +68,7 @@ bool Scene::has(Need need) const {
   case Need::anisotropic: return bodies.angular_momentum.active;
   case Need::driven: return bodies.driven.active;
   case Need::damping: return bodies.damping.active;
+  case Need::smooth: return bodies.contact_force.active;
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;
   default: return true;

@@ -2,7 +2,9 @@
 // called alone.
 #pragma once
 #include <array>
+#include <chrono>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -24,11 +26,23 @@ struct Nscd {
   int renumber_every = 200; // steps between renumberings along the space-filling curve
 };
 
+// Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth/smooth_dynamics.hpp.
+struct SmoothDem {
+  double skin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair, beyond the reach of its law; NaN: from sizes
+  double overlap = 0.01; // of an effective radius, at which the stiffness is taken for the stable step
+  bool refuse_unstable = true;
+  bool energy = true; // keep the balance of energy
+  int threads = 0;
+  int renumber_every = 1000;
+};
+class SmoothDynamics;
+
 // Terms of d(T + U) = W_driven + W_external - D_friction - D_normal - D_bulk - D_theta + closure [J], since the start.
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
   double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_theta = 0;
   double work_projection = 0; // potential energy that project_positions gave
+  double stored = 0;          // in the springs of smooth contacts, now
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
   double in_play = 0; // their sum: the scale of closure
@@ -41,13 +55,17 @@ struct StepReport {
   std::int64_t unresolved_rotations =
       0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
   SolveReport solve;
-  double projection_error = 0; // true error of the problem that project_positions solved
+  double projection_error = 0;      // true error of the problem that project_positions solved
+  double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
+  std::int64_t neighbour_lists = 0; // made since the start
   Energy energy;
 };
 
 class Simulation {
 public:
   Simulation(Scene scene, LawTable laws, Nscd strategy);
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
 
   Scene scene;
   LawTable laws;
@@ -90,9 +108,31 @@ public:
   // Bytes held for bodies (with contactors and the solver's records) and for contacts.
   std::pair<std::int64_t, std::int64_t> bytes();
 
-private:
+  // Runs a stage and adds what it took to the seconds of its name.
   template <class Stage>
-  void timed(const char* name, Stage&& stage);
+  void timed(const char* name, Stage&& stage) {
+    const auto start = std::chrono::steady_clock::now();
+    stage();
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    for (auto& [known, seconds] : stage_seconds_)
+      if (known == name) {
+        seconds += spent.count();
+        return;
+      }
+    stage_seconds_.emplace_back(name, spent.count());
+  }
+
+  // Explicit dynamics with smooth contacts instead of NSCD from now on; the laws must have forces. Null: NSCD.
+  void use(const Nscd& nscd);
+  void use(const SmoothDem& dem);
+  SmoothDynamics* smooth() const { return smooth_.get(); }
+  // What contacts remember from step to step, whatever the strategy, for a checkpoint.
+  ContactMemory contact_memory() const;
+  void restore_contacts(ContactMemory memory);
+  void check_laws() const; // throws Error naming a law that the strategy cannot use
+
+private:
+  friend class SmoothDynamics;
   void save_begin();
   void make_bonds();
   void wrap_into_cell();
@@ -112,6 +152,7 @@ private:
   Array<double> margins_;
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own
   Candidates projection_candidates_;
+  std::unique_ptr<SmoothDynamics> smooth_;
   std::vector<std::pair<std::string, double>> stage_seconds_;
 };
 

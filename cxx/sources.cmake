@@ -15,6 +15,11 @@ set(CAIRN_CXX_SOURCES
   projection.cpp
   scene.cpp
   singular_blocks.cpp
+  smooth/contact_views.cpp
+  smooth/forces.cpp
+  smooth/neighbours.cpp
+  smooth/stability.cpp
+  smooth/step.cpp
   solvers/active_set.cpp
   solvers/contact_system.cpp
   solvers/friction_problem.cpp

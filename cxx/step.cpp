@@ -1,47 +1,13 @@
 // The step of Non-Smooth Contact Dynamics on one page (Moreau 1988, Jean 1999).
-#include <omp.h>
-
-#include <algorithm>
-#include <chrono>
 
 #include "call.hpp"
 #include "simulation.hpp"
+#include "smooth/smooth_dynamics.hpp"
+#include "threads.hpp"
 
 namespace cairn {
-namespace {
-
-// Threads of a step, put back afterwards. A thread is worth its waiting from some thousand contacts on; results do not
-// depend on their number.
-class Threads {
-public:
-  Threads(int wanted, std::int64_t contacts) : before_(omp_get_max_threads()) {
-    const std::int64_t useful = 1 + contacts / 4096;
-    omp_set_num_threads(wanted > 0 ? wanted : int(std::min<std::int64_t>(before_, useful)));
-  }
-  ~Threads() { omp_set_num_threads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-
-private:
-  int before_;
-};
-
-} // namespace
-
-template <class Stage>
-void Simulation::timed(const char* name, Stage&& stage) {
-  const auto start = std::chrono::steady_clock::now();
-  stage();
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-  for (auto& [known, seconds] : stage_seconds_)
-    if (known == name) {
-      seconds += spent.count();
-      return;
-    }
-  stage_seconds_.emplace_back(name, spent.count());
-}
-
 const StepReport& Simulation::step(double h) {
+  if (smooth_) return smooth_->step(*this, h);
   begin_step(h);
   const Threads threads(strategy.solver.threads, std::max(candidates.count, scene.bodies.count));
   try {

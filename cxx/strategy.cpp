@@ -4,6 +4,7 @@
 
 #include "call.hpp"
 #include "simulation.hpp"
+#include "smooth/smooth_dynamics.hpp"
 
 namespace cairn {
 namespace {
@@ -25,8 +26,50 @@ Simulation::Simulation(Scene s, LawTable l, Nscd n)
   scene.renumber();
 }
 
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+void Simulation::use(const Nscd& nscd) {
+  strategy = nscd;
+  smooth_.reset();
+}
+
+// Contacts of one strategy mean nothing to the other.
+void Simulation::use(const SmoothDem& dem) {
+  if (!smooth_) {
+    interactions.restore({});
+    forget_contacts();
+    smooth_ = std::make_unique<SmoothDynamics>(*this, dem);
+  }
+  smooth_->options = dem;
+  smooth_->invalidate(false);
+}
+
+ContactMemory Simulation::contact_memory() const { return smooth_ ? smooth_->memory(*this) : interactions.memory(); }
+
+void Simulation::restore_contacts(ContactMemory memory) {
+  if (smooth_)
+    smooth_->restore(std::move(memory));
+  else
+    interactions.restore(std::move(memory));
+}
+
+void Simulation::check_laws() const {
+  for (int e = 0; e < laws.entries(); ++e) {
+    const LawInfo& law = law_infos()[std::size_t(laws.entry(e).law)];
+    if (smooth_ ? law.force != nullptr : law.prepare != nullptr) continue;
+    throw Error("law " + law.python_name +
+                (smooth_
+                     ? " has no force that a gap and a velocity give, which SmoothDEM needs; give LinearSpring, "
+                       "HertzMindlin or JKR, or use NSCD"
+                     : " gives a force and no condition on impulses, which NSCD needs; give Coulomb, Restitution or "
+                       "the like, or use SmoothDEM"));
+  }
+}
+
 void Simulation::begin_step(double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  check_laws();
   h_ = h;
   // Order is state, and changes with the number of the step alone.
   if (steps > 0 && steps % strategy.renumber_every == 0) scene.renumber();
@@ -65,6 +108,7 @@ void Simulation::undo_step() {
 void Simulation::forget_contacts() {
   candidates.count = 0;
   contacts_known_ = false;
+  if (smooth_) smooth_->invalidate(false);
 }
 
 // q_m = q + h (1 - theta) v
@@ -244,6 +288,10 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() +
                    candidates.feature.capacity() + candidates.image.capacity());
   contacts += 8 * (candidates.gap.capacity() + candidates.normal.capacity() + candidates.point.capacity());
+  if (smooth_) {
+    bodies += smooth_->body_bytes();
+    contacts += smooth_->contact_bytes();
+  }
   return {bodies, contacts};
 }
 

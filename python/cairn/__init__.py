@@ -21,8 +21,8 @@ from .post.errors import FileError
 from .post.load import load
 from .scene import Periodic, Scene
 from .servo import Servo
-from .simulation import OverlapWarning, Simulation
-from .strategies import NLGS, NSCD
+from .simulation import OverlapWarning, Simulation, StableStepWarning
+from .strategies import NLGS, NSCD, SmoothDEM
 from .time_functions import Harmonic, Table
 
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list
@@ -43,6 +43,8 @@ __all__ = [
     "Scene",
     "Servo",
     "Simulation",
+    "SmoothDEM",
+    "StableStepWarning",
     "Table",
     "box",
     "clumps",

@@ -10,17 +10,21 @@ import numpy as np
 from . import _core, time_functions, views
 from .pre import checks
 from .scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
-from .strategies import NSCD
+from .strategies import NSCD, SmoothDEM
 
 
 class OverlapWarning(UserWarning):
     """Bodies overlap at the start by more than the share that was allowed."""
 
 
+class StableStepWarning(UserWarning):
+    """The step is longer than the contacts of a smooth scene keep stable."""
+
+
 class Simulation:
     """A scene on the move.
 
-    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...). overlap: what to do when bodies overlap
+    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do when bodies overlap
     at the start by more than overlap_share of the smaller radius: "warn", "error" or "ignore".
 
     Raises ValueError (or cairn.Error, which is one) naming field, index, value and remedy; nothing half-built stays.
@@ -43,7 +47,7 @@ class Simulation:
         table, allowed = scene.law_table(self._species)
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core.set_filter(len(self._species), allowed.ravel())
-        self._sets, self._radii, self._info = sets, None, {}
+        self._sets, self._radii, self._info, self._warned_of_step = sets, None, {}, False
         self._start_functions()
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         if overlap not in ("warn", "error", "ignore"):
@@ -71,6 +75,7 @@ class Simulation:
     def strategy(self, value):
         self._strategy = _checked_strategy(value)
         self._core.set_strategy(value.settings())
+        self._core.check_laws()
         self._constant_force_set = False
 
     @property
@@ -123,6 +128,14 @@ class Simulation:
         self._follow_scene()
         self._apply_functions(h)
         self._info = self._core.step(h)
+        if self._info.get("stable_step", h) < h and not self._warned_of_step and self.strategy.unstable != "ignore":
+            self._warned_of_step = True
+            warnings.warn(
+                f"dt is {h:g} s and the stable step of the contacts {self._info['stable_step']:.3g} s at time {self.time:g} s: "
+                "give a smaller dt, softer laws or heavier bodies",
+                StableStepWarning,
+                stacklevel=2,
+            )
         return self._info
 
     def run(
@@ -359,16 +372,22 @@ class Simulation:
 
     # ------------------------------------------------------------------ overlaps at the start
 
-    def _check_overlap(self, action, share):
-        """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
+    def _first_gaps(self):
         core = self._core
+        if isinstance(self.strategy, SmoothDEM):
+            return core.contact("gap"), core.contact("bodies")
         core.begin_step(self._dt)
         try:
             core.compute_free_velocity()
             core.detect_contacts()
-            gap, pairs = core.contact("gap"), core.contact("bodies")
+            return core.contact("gap"), core.contact("bodies")
         finally:
             core.undo_step()
+
+    def _check_overlap(self, action, share):
+        """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
+        core = self._core
+        gap, pairs = self._first_gaps()
         deep = np.flatnonzero(gap < 0)
         if not len(deep):
             return
@@ -393,8 +412,8 @@ class Simulation:
 
 
 def _checked_strategy(strategy):
-    if not isinstance(strategy, NSCD):
-        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...)")
+    if not isinstance(strategy, (NSCD, SmoothDEM)):
+        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or cairn.SmoothDEM(...)")
     return strategy
 
 

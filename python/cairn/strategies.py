@@ -59,6 +59,7 @@ class NSCD:
     def settings(self):
         """What the core reads."""
         return {
+            "strategy": "nscd",
             "theta": float(self.theta),
             "margin": math.nan if self.margin is None else float(self.margin),
             "project_positions": bool(self.project_positions),
@@ -68,4 +69,47 @@ class NSCD:
             "tol": float(self.solver.tol),
             "min_iter": int(self.solver.min_iter),
             "max_iter": int(self.solver.max_iter),
+        }
+
+
+@dataclass(frozen=True)
+class SmoothDEM:
+    """Explicit dynamics with smooth contacts (Cundall & Strack 1979): velocity Verlet, time-centred, unconstrained.
+
+    Laws: LinearSpring, HertzMindlin, JKR. skin: gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth
+    of the largest radius; results do not depend on it. overlap: share of the effective radius at which stiffness is taken for
+    the stable step. unstable: what to do with a dt beyond the stable step of two equal bodies, "error", "warn" or "ignore"; a
+    dt beyond the bound for the contacts as they are is warned of. energy: keep the balance of energy. threads: 0 as OpenMP
+    decides; results do not depend on it. renumber_every: steps between renumberings along a space-filling curve.
+    """
+
+    skin: float | None = None
+    overlap: float = 0.01
+    unstable: str = "error"
+    energy: bool = True
+    threads: int = 0
+    renumber_every: int = 1000
+
+    theta = 0.5  # forces and gravity that change with time count with their mean over a step
+
+    def __post_init__(self):
+        if self.skin is not None and checks.number("skin", self.skin) <= 0:
+            raise ValueError(f"skin is {self.skin}: give a length > 0 [m], or None")
+        if not 0 < checks.number("overlap", self.overlap) < 1:
+            raise ValueError(f"overlap is {self.overlap}: give a share of the effective radius between 0 and 1; 0.01 is usual")
+        if self.unstable not in ("error", "warn", "ignore"):
+            raise ValueError(f"unstable is {self.unstable!r}: give 'error', 'warn' or 'ignore'")
+        checks.count("threads", self.threads)
+        checks.count("renumber_every", self.renumber_every, 1)
+
+    def settings(self):
+        """What the core reads."""
+        return {
+            "strategy": "smooth_dem",
+            "skin": math.nan if self.skin is None else float(self.skin),
+            "overlap": float(self.overlap),
+            "refuse_unstable": self.unstable == "error",
+            "energy": bool(self.energy),
+            "threads": int(self.threads),
+            "renumber_every": int(self.renumber_every),
         }

@@ -33,6 +33,14 @@ typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double
                              const double* params, const double* state, double* r, int32_t* status);
 typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, double* state);
+/* For explicit strategies. u (n, c) at the middle of the step, params (p) of all n contacts, state (n, s) in and out;
+ * out: f (n, c) on A [N], energy (n, 3) stored, dissipated by damping, by friction [J], or NULL. */
+typedef void cairn_law_force(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u,
+                             const double* params, double* state, double* f, double* energy);
+/* k (n, 3): normal and tangential stiffness [N/m] at an overlap, damping ratio; reach (n): gap at which the force
+ * begins. */
+typedef void cairn_law_stiffness(int32_t n, const double* overlap, const double* radius, const double* params,
+                                 double* k, double* reach);
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
 
 /* ------------------------------------------------------------------ integrators */
@@ -56,6 +64,42 @@ void cairn_free_spin(int64_t nb, double h, double theta, const double* inertia, 
 void cairn_momentum_update(int64_t nb, int32_t mode, const double* inertia, const double* rotation,
                            const double* velocity_begin, double* velocity, double* angular_momentum,
                            const int8_t* driven);
+
+void cairn_verlet_begin(int32_t dim, int32_t nd, int64_t first, int64_t last, double h, const double* gravity,
+                        const double* inverse_mass, const double* contact_force, double* velocity, double* position,
+                        double* fastest, double* angle, const double* force, const double* damping,
+                        const int8_t* driven, const double* driven_velocity, double* reaction);
+void cairn_verlet_end(int32_t dim, int32_t nd, int64_t first, int64_t last, double h, const double* gravity,
+                      const double* inverse_mass, const double* contact_force, double* velocity, int64_t* wrong,
+                      const double* force, const double* damping, const int8_t* driven, const double* driven_velocity,
+                      double* reaction, double* terms);
+void cairn_inverse_masses(int32_t dim, int32_t nd, int64_t nb, const double* mass, const double* inertia,
+                          double* inverse_mass);
+
+/* ------------------------------------------------------------------ contacts of smooth scenes */
+void cairn_smooth_sides(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* body_a,
+                        const int32_t* body_b, const double* grain, const double* between, const double* point,
+                        int32_t has_offset, const double* centre, const double* position, double* lever_a,
+                        double* lever_b, double* grain_a, double* grain_b);
+void cairn_smooth_admit(int32_t n, const double* gap, const int32_t* status, double reach, int32_t states,
+                        double* state, int8_t* active, int32_t* lane, int32_t* count, int32_t* filled);
+void cairn_smooth_sums(int32_t count, int32_t m, const double* gap, const double* geometry, const double* energy,
+                       double* deepest, double* contacts, double* energies);
+void cairn_smooth_add(int32_t nd, int64_t n, const int32_t* body, const int32_t* place, const double* other,
+                      double* force);
+typedef void cairn_smooth_gather(int32_t n, int32_t m, const int32_t* lane, const int32_t* body_a,
+                                 const int32_t* body_b, const double* velocity, const double* grain_a,
+                                 const double* grain_b, const double* gap, const double* normal, const double* lever_a,
+                                 const double* lever_b, double h, int32_t scalars, int32_t vectors,
+                                 const double* stored, double* frame, double* u, double* lane_gap, double* geometry,
+                                 double* state, const double* jump);
+typedef void cairn_smooth_scatter(int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,
+                                  const int32_t* body_b, const double* lever_a, const double* lever_b,
+                                  const double* frame, const double* f, int32_t scalars, int32_t vectors,
+                                  const double* state, double* stored, double* lane_force, double* force,
+                                  double* other);
+cairn_smooth_gather cairn_smooth_gather2, cairn_smooth_gather3;
+cairn_smooth_scatter cairn_smooth_scatter2, cairn_smooth_scatter3;
 
 /* ------------------------------------------------------------------ batches of contacts and the sides they rest on */
 /* Mutually independent contacts of one law on one pair of kinds of side.
@@ -122,10 +166,12 @@ typedef struct cairn_record {
 #undef CAIRN_SIDE
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along)             \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \
   cairn_law_prepare cairn_law_##name##_prepare;                                                                        \
   cairn_law_solve cairn_law_##name##_solve;                                                                            \
-  cairn_law_commit cairn_law_##name##_commit;
+  cairn_law_commit cairn_law_##name##_commit;                                                                          \
+  cairn_law_force cairn_law_##name##_force;                                                                            \
+  cairn_law_stiffness cairn_law_##name##_stiffness;
 #include "../../contact_laws/laws.def"
 #undef CAIRN_LAW
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;

@@ -1,0 +1,130 @@
+!> Adhesive elastic spheres (Johnson, Kendall & Roberts 1971): contact begins where surfaces touch and ends where the neck
+!> tears, at a pull of 1.5 pi w R. Tangentially as Hertz-Mindlin, with the limit mu (f_n + 3 pi w R) (Thornton & Yin 1991).
+module jkr
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use law_context, only: cairn_law_context
+  use spring_slider, only: slide, damping_of, damped
+  implicit none
+  private
+  public :: cairn_law_jkr_force, cairn_law_jkr_stiffness
+  real(c_double), parameter :: pi = acos(-1.0_c_double)
+contains
+
+  !> With b = sqrt(2 pi w/E*): delta = a^2/R - b sqrt(a), f_n = 4 E* a^3/3R - 2 E* b a^(3/2), less damping.
+  subroutine cairn_law_jkr_force(n, c, context, gap, u, params, state, f, energy) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components: 2 or 3
+    type(cairn_law_context), intent(in) :: context        !< step, geometry
+    real(c_double), intent(in)          :: gap(n)         !< [m]
+    real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the middle of the step [m/s]
+    real(c_double), intent(in)          :: params(5) !< Young [Pa], work of adhesion [J/m2], Poisson, restitution, friction
+    real(c_double), intent(inout)       :: state(n, c)    !< 1 once it touched and until it tears; tangential spring [m]
+    real(c_double), intent(out)         :: f(n, c)        !< on A [N]
+    real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping and tearing, by friction [J]
+    real(c_double), pointer, contiguous :: geometry(:, :)
+    real(c_double) :: normal, shear, ratio, b, elastic(n), a(n), limit(n), tangential(n), damping(n)
+    logical :: touched(n), before(n)
+    integer :: i
+    call c_f_pointer(context%geometry, geometry, [n, 3])
+    normal = params(1)/(2*(1 - params(3)**2))
+    shear = params(1)/(4*(2 - params(3))*(1 + params(3)))
+    ratio = 2*sqrt(5.0_c_double/6)*damping_of(params(4))
+    b = neck(normal, params(2))
+    before = state(:, 1) > 0
+    touched = gap < 0 .or. (before .and. gap <= tear(b, geometry(:, 2)))
+    call contact_radius(n, b, geometry(:, 2), gap, touched, a)
+    do i = 1, n
+      elastic(i) = 4*normal*a(i)**3/(3*geometry(i, 2)) - 2*normal*b*a(i)*sqrt(a(i))
+      f(i, 1) = damped(context%h, geometry(i, 3), elastic(i), ratio*sqrt(2*normal*a(i)*geometry(i, 3)), u(i, 1))
+      limit(i) = params(5)*max(f(i, 1) + 3*pi*params(2)*geometry(i, 2), 0.0_c_double)
+      tangential(i) = 8*shear*a(i)
+      damping(i) = ratio*sqrt(tangential(i)*geometry(i, 3))
+      if (touched(i)) cycle
+      f(i, 1) = 0
+      limit(i) = 0
+      state(i, :) = 0
+    end do
+    if (present(energy)) then
+      energy(:, 1) = stored(normal, b, geometry(:, 2), a)
+      energy(:, 2) = merge((elastic - f(:, 1))*u(:, 1)*context%h, 0*gap, touched)
+      where (touched .and. .not. before) energy(:, 2) = -stored(normal, b, geometry(:, 2), a)
+      where (before .and. .not. touched) energy(:, 2) = stored(normal, b, geometry(:, 2), smallest(b, geometry(:, 2)))
+      energy(:, 3) = 0
+    end if
+    state(:, 1) = merge(1.0_c_double, 0.0_c_double, touched)
+    call slide(n, c, context%h, tangential, damping, limit, u, state(:, 2:), f, energy)
+  end subroutine cairn_law_jkr_force
+
+  !> Stiffness at an overlap, damping ratio, and a gap beyond that at which the neck tears.
+  subroutine cairn_law_jkr_stiffness(n, overlap, radius, params, k, reach) bind(c)
+    integer(c_int32_t), value   :: n          !< contacts
+    real(c_double), intent(in)  :: overlap(n) !< [m]
+    real(c_double), intent(in)  :: radius(n)  !< effective radius [m]
+    real(c_double), intent(in)  :: params(5)  !< as for the force
+    real(c_double), intent(out) :: k(n, 3)    !< normal, tangential [N/m], damping ratio [-]
+    real(c_double), intent(out) :: reach(n)   !< [m]
+    real(c_double) :: normal, b, a(n)
+    logical :: touched(n)
+    normal = params(1)/(2*(1 - params(3)**2))
+    b = neck(normal, params(2))
+    touched = .true.
+    call contact_radius(n, b, radius, -max(overlap, 0.0_c_double), touched, a)
+    k(:, 1) = 2*normal*a
+    k(:, 2) = 2*params(1)/((2 - params(3))*(1 + params(3)))*a
+    k(:, 3) = sqrt(5.0_c_double/6)*damping_of(params(4))
+    reach = 1.5_c_double*tear(b, radius)
+  end subroutine cairn_law_jkr_stiffness
+
+  elemental function neck(normal, work) result(b)
+    real(c_double), intent(in) :: normal, work !< E* [Pa], w [J/m2]
+    real(c_double) :: b
+    b = 0
+    if (normal > 0) b = sqrt(2*pi*work/normal)
+  end function neck
+
+  !> Contact radius at which the neck tears when the bodies are held apart: the fold of delta(a).
+  elemental function smallest(b, radius) result(a)
+    real(c_double), intent(in) :: b, radius
+    real(c_double) :: a
+    a = (b*radius/4)**(2.0_c_double/3)
+  end function smallest
+
+  !> Gap at which it does.
+  elemental function tear(b, radius) result(gap)
+    real(c_double), intent(in) :: b, radius
+    real(c_double) :: gap
+    gap = 0.75_c_double*b*sqrt(smallest(b, radius))
+  end function tear
+
+  !> Elastic less surface energy, the integral of f_n over delta from a = 0.
+  elemental function stored(normal, b, radius, a) result(energy)
+    real(c_double), intent(in) :: normal, b, radius, a
+    real(c_double) :: energy
+    energy = normal*a**2*(8*a**3/(15*radius**2) - 4*b*a*sqrt(a)/(3*radius) + 0.5_c_double*b**2)
+  end function stored
+
+  !> Root s of s^4/R - b s - delta, a = s^2, by Newton's method from above, where the function is convex.
+  pure subroutine contact_radius(n, b, radius, gap, touched, a)
+    integer(c_int32_t), intent(in) :: n
+    real(c_double), intent(in)     :: b, radius(n), gap(n)
+    logical, intent(in)            :: touched(n)
+    real(c_double), intent(out)    :: a(n)
+    real(c_double) :: s(n), fall, slope
+    logical :: moving
+    integer :: i, k
+    s = 0
+    where (touched) s = sqrt(sqrt(radius*max(-gap, 0.0_c_double))) + (b*radius)**(1.0_c_double/3)
+    do k = 1, 100
+      moving = .false.
+      do i = 1, n
+        slope = 4*s(i)**3/radius(i) - b
+        if (.not. slope > 0) cycle
+        fall = (s(i)**4/radius(i) - b*s(i) + gap(i))/slope
+        moving = moving .or. fall > 4*epsilon(s)*s(i)
+        s(i) = s(i) - max(fall, 0.0_c_double)
+      end do
+      if (.not. moving) exit
+    end do
+    a = s**2
+  end subroutine contact_radius
+end module jkr

@@ -1,0 +1,145 @@
+!> Velocity Verlet (Swope et al. 1982), the explicit, time-centred scheme of smooth contacts: half a kick and the way of a
+!> step, then, after the forces, the other half. Viscous damping is trapezoidal.
+module velocity_verlet
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
+  implicit none
+  private
+  public :: cairn_verlet_begin, cairn_verlet_end, cairn_inverse_masses
+contains
+
+  !> v = v + h/2 a, x = x + h v; driven dofs take the mean of their old and their new velocity.
+  pure subroutine cairn_verlet_begin(dim, nd, first, last, h, gravity, inverse_mass, contact_force, velocity, position, fastest, &
+                                     angle, force, damping, driven, driven_velocity, reaction) bind(c)
+    integer(c_int32_t), value      :: dim                     !< 2 or 3
+    integer(c_int32_t), value      :: nd                      !< dofs of a body
+    integer(c_int64_t), value      :: first, last             !< bodies first to last - 1
+    real(c_double), value          :: h                       !< step [s]
+    real(c_double), intent(in)     :: gravity(dim)            !< [m/s2]
+    real(c_double), intent(in)     :: inverse_mass(nd, 0:*)   !< 0: nothing moves it [1/kg, 1/(kg m2)]
+    real(c_double), intent(in)     :: contact_force(nd, 0:*)  !< of the last configuration [N, N m]
+    real(c_double), intent(inout)  :: velocity(nd, 0:*)       !< at the start; out, at the middle of the step [m/s, rad/s]
+    real(c_double), intent(inout)  :: position(dim, 0:*)      !< [m]
+    real(c_double), intent(out)    :: fastest(2)              !< squares of the greatest velocity and spin
+    real(c_double), intent(inout), optional :: angle(0:*)     !< in 2D [rad]
+    real(c_double), intent(in), optional :: force(nd, 0:*)    !< mean over the step [N, N m]
+    real(c_double), intent(in), optional :: damping(0:*)      !< per unit of mass [1/s]
+    integer(c_int8_t), intent(in), optional :: driven(0:*)    !< bit j: dof j is driven
+    real(c_double), intent(in), optional :: driven_velocity(nd, 0:*) !< at the end of the step [m/s, rad/s]
+    real(c_double), intent(inout), optional :: reaction(nd, 0:*) !< impulse of the drive in the first half [N s, N m s]
+    real(c_double) :: half, push(nd), begin(nd), linear, spin
+    integer(c_int64_t) :: i
+    integer :: j
+    half = 0.5_c_double*h
+    linear = 0
+    spin = 0
+    do i = first, last - 1
+      push = contact_force(:, i)
+      if (present(force)) push = push + force(:, i)
+      begin = velocity(:, i)
+      velocity(:, i) = begin + half*(inverse_mass(:, i)*push)
+      if (inverse_mass(1, i) > 0) velocity(1:dim, i) = velocity(1:dim, i) + half*gravity
+      if (present(damping)) then
+        where (inverse_mass(:, i) > 0) velocity(:, i) = velocity(:, i) - half*damping(i)*begin
+      end if
+      if (present(driven)) then
+        if (driven(i) /= 0) then
+          do j = 1, nd
+            if (.not. btest(driven(i), j - 1)) cycle
+            reaction(j, i) = drive_impulse(inverse_mass(j, i), velocity(j, i), 0.5_c_double*(begin(j) + driven_velocity(j, i)), &
+                                           half*push(j))
+            velocity(j, i) = 0.5_c_double*(begin(j) + driven_velocity(j, i))
+          end do
+        end if
+      end if
+      position(:, i) = position(:, i) + h*velocity(1:dim, i)
+      linear = max(linear, sum(velocity(1:dim, i)**2))
+      spin = max(spin, sum(velocity(dim + 1:nd, i)**2))
+    end do
+    if (present(angle)) then
+      do i = first, last - 1
+        angle(i) = angle(i) + h*velocity(3, i)
+      end do
+    end if
+    fastest = [linear, spin]
+  end subroutine cairn_verlet_begin
+
+  !> v = v + h/2 a with the forces of the new configuration; terms of the energy if they are asked for.
+  subroutine cairn_verlet_end(dim, nd, first, last, h, gravity, inverse_mass, contact_force, velocity, wrong, &
+                              force, damping, driven, driven_velocity, reaction, terms) bind(c)
+    integer(c_int32_t), value      :: dim                     !< 2 or 3
+    integer(c_int32_t), value      :: nd                      !< dofs of a body
+    integer(c_int64_t), value      :: first, last             !< bodies first to last - 1
+    real(c_double), value          :: h                       !< step [s]
+    real(c_double), intent(in)     :: gravity(dim)            !< [m/s2]
+    real(c_double), intent(in)     :: inverse_mass(nd, 0:*)   !< 0: nothing moves it [1/kg, 1/(kg m2)]
+    real(c_double), intent(in)     :: contact_force(nd, 0:*)  !< of the new configuration [N, N m]
+    real(c_double), intent(inout)  :: velocity(nd, 0:*)       !< at the middle; out, at the end of the step [m/s, rad/s]
+    integer(c_int64_t), intent(inout) :: wrong                !< a body whose velocity is no finite number, if there is one
+    real(c_double), intent(in), optional :: force(nd, 0:*)    !< mean over the step [N, N m]
+    real(c_double), intent(in), optional :: damping(0:*)      !< per unit of mass [1/s]
+    integer(c_int8_t), intent(in), optional :: driven(0:*)    !< bit j: dof j is driven
+    real(c_double), intent(in), optional :: driven_velocity(nd, 0:*) !< at the end of the step [m/s, rad/s]
+    real(c_double), intent(inout), optional :: reaction(nd, 0:*) !< out, impulse of the drive in the whole step [N s, N m s]
+    real(c_double), intent(inout), optional :: terms(5)       !< T, dU, W_external, W_driven, D_bulk are added [J]
+    real(c_double) :: half, push(nd), middle(nd), part(5), mass, weight(nd)
+    integer(c_int64_t) :: i
+    integer :: j
+    half = 0.5_c_double*h
+    part = 0
+    do i = first, last - 1
+      push = contact_force(:, i)
+      if (present(force)) push = push + force(:, i)
+      middle = velocity(:, i)
+      weight = 0
+      if (inverse_mass(1, i) > 0) weight(1:dim) = gravity
+      velocity(:, i) = middle + half*(inverse_mass(:, i)*push + weight)
+      if (present(damping)) then
+        where (inverse_mass(:, i) > 0) velocity(:, i) = velocity(:, i)/(1 + half*damping(i))
+      end if
+      if (present(driven)) then
+        if (driven(i) /= 0) then
+          do j = 1, nd
+            if (.not. btest(driven(i), j - 1)) cycle
+            reaction(j, i) = reaction(j, i) + drive_impulse(inverse_mass(j, i), velocity(j, i), driven_velocity(j, i), half*push(j))
+            velocity(j, i) = driven_velocity(j, i)
+            if (present(terms)) part(4) = part(4) + reaction(j, i)*middle(j)
+          end do
+        end if
+      end if
+      if (.not. sum(velocity(:, i)**2) <= huge(half)) wrong = i
+      if (.not. present(terms)) cycle
+      do j = 1, nd
+        if (.not. inverse_mass(j, i) > 0) cycle
+        mass = 1/inverse_mass(j, i)
+        part(1) = part(1) + 0.5_c_double*mass*velocity(j, i)**2
+        part(2) = part(2) - mass*weight(j)*h*middle(j)
+        if (present(force)) part(3) = part(3) + force(j, i)*h*middle(j)
+        if (present(damping)) part(5) = part(5) + mass*damping(i)*h*middle(j)**2
+      end do
+    end do
+    if (present(terms)) terms = terms + part
+  end subroutine cairn_verlet_end
+
+  !> What the drive has to add so that a dof ends at a velocity: from where its forces led it, or against them if nothing moves it.
+  pure function drive_impulse(inverse_mass, free, wanted, pushed) result(impulse)
+    real(c_double), intent(in) :: inverse_mass, free, wanted, pushed
+    real(c_double) :: impulse
+    impulse = -pushed
+    if (inverse_mass > 0) impulse = (wanted - free)/inverse_mass
+  end function drive_impulse
+
+  !> Inverse of mass and principal moment of every dof.
+  pure subroutine cairn_inverse_masses(dim, nd, nb, mass, inertia, inverse_mass) bind(c)
+    integer(c_int32_t), value   :: dim                       !< 2 or 3
+    integer(c_int32_t), value   :: nd                        !< dofs of a body
+    integer(c_int64_t), value   :: nb                        !< bodies
+    real(c_double), intent(in)  :: mass(0:nb - 1)            !< inf: moved by nothing [kg]
+    real(c_double), intent(in)  :: inertia(2*dim - 3, 0:nb - 1) !< [kg m2]
+    real(c_double), intent(out) :: inverse_mass(nd, 0:nb - 1) !< [1/kg, 1/(kg m2)]
+    integer(c_int64_t) :: i
+    do i = 0, nb - 1
+      inverse_mass(1:dim, i) = 1/mass(i)
+      inverse_mass(dim + 1:nd, i) = 1/inertia(:, i)
+    end do
+  end subroutine cairn_inverse_masses
+end module velocity_verlet

@@ -1,0 +1,85 @@
+// From places to forces: a batch of pairs goes through its narrow phase, its law, and onto its bodies.
+#include "lanes.hpp"
+
+namespace cairn {
+
+// Centres and directions of contactors, where they are not those of the bodies.
+void SmoothDynamics::place_contactors(Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  const double* rotation = b.rotation.active ? b.rotation.values.data() : nullptr;
+  if (!centred_) {
+    std::int64_t wrong = -1;
+    centre_.resize(c.count * dim_);
+    cairn_contactor_centres(dim_, 0, c.count, c.body.values.data(), b.position.values.data(), c.offset.active,
+                            c.offset.values.data(), b.rotation.active, rotation, centre_.data(), &wrong);
+  }
+  if (!c.direction.active) return;
+  direction_.resize(c.count * (dim_ + 1));
+  for (const std::int32_t k : directed_)
+    cairn_contactor_directions(dim_, k, k + 1, c.body.values.data(), c.direction.values.data(), b.rotation.active,
+                               rotation, direction_.data());
+}
+
+void SmoothDynamics::batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  const std::int64_t p = batch.first;
+  const SmoothPairKind& kind = smooth_pair_kinds[batch.kind];
+  const double* centre = centred_ ? b.position.values.data() : centre_.data();
+  const bool directed = kind.b != Shape::disk && kind.b != Shape::sphere;
+  cairn_pair_gather(dim_, batch.count, &list_.a[p], &list_.b[p], &list_.image[p], centre, c.radius.values.data(),
+                    directed, direction_.data(), s.scene.cell.any(), s.scene.cell.vectors, w.between, w.radius_a,
+                    w.radius_b, w.direction_b);
+  kind.contact(batch.count, w.between, w.radius_a, w.radius_b, w.direction_b, w.gap, w.normal, w.point, w.status);
+}
+
+// sums: see sums_of_tile
+void SmoothDynamics::batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
+  Bodies& b = s.scene.bodies;
+  const std::int64_t p = batch.first;
+  const int n = batch.count, nd = b.dofs();
+  const EntryShape& shape = entries_[batch.entry];
+  const LawTable::Entry& entry = s.laws.entry(batch.entry);
+  double* other = batch.other < 0 ? nullptr : &list_.other[batch.other * nd];
+  if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
+  batch_geometry(s, batch, w);
+  std::int32_t count = 0, m = 0;
+  cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list_.state[p * states_], &list_.active[p], w.lane,
+                     &count, &m);
+  if (count == 0) return;
+  cairn_smooth_sides(dim_, n, &list_.a[p], &list_.b[p], &list_.body_a[p], &list_.body_b[p], grain_.data(), w.between,
+                     w.point, s.scene.contactors.offset.active, centre_.data(), b.position.values.data(), w.lever_a,
+                     w.lever_b, w.grain_a, w.grain_b);
+  const bool sheared = s.scene.cell.any();
+  if (sheared)
+    for (int i = 0; i < n; ++i) {
+      double jump[3];
+      image_velocity(s.scene.cell, list_.image[p + i], jump);
+      for (int k = 0; k < dim_; ++k) w.jump[k * n + i] = jump[k];
+    }
+  double* stored = &list_.state[p * states_];
+  (dim_ == 2 ? cairn_smooth_gather2 : cairn_smooth_gather3)(
+      n, m, w.lane, &list_.body_a[p], &list_.body_b[p], b.velocity.values.data(), w.grain_a, w.grain_b, w.gap, w.normal,
+      w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
+      sheared ? w.jump : nullptr);
+  const cairn_law_context context{h, 0.5, w.geometry, nullptr};
+  law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
+                                 options.energy ? w.energy : nullptr);
+  (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
+      n, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
+      shape.vectors, w.state, stored, &list_.force[p * dim_], b.contact_force.values.data(), other);
+  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, options.energy ? w.energy : nullptr, &sums[2], &sums[3],
+                    &sums[9]);
+}
+
+void SmoothDynamics::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums) {
+  Bodies& b = s.scene.bodies;
+  const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+  std::fill(b.contact_force[first], b.contact_force[last], 0.0);
+  std::fill_n(sums, sums_of_tile, 0.0);
+  for (std::int64_t k = list_.tile_batches[tile]; k < list_.tile_batches[tile + 1]; ++k)
+    batch_forces(s, list_.batches[k], w, h, sums);
+}
+
+} // namespace cairn

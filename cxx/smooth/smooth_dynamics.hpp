@@ -1,0 +1,119 @@
+// Explicit dynamics with smooth contacts: a list of neighbours with a skin, force laws on it, velocity Verlet.
+// Results depend on the configuration alone, never on the age of the list or on threads: pairs out of reach act on
+// nothing, and sums are taken in the order of the list, which is that of detection within tiles of bodies.
+#pragma once
+#include <array>
+
+#include "../simulation.hpp"
+#include "cairn/core.h"
+
+namespace cairn {
+
+// Pairs that may act until bodies have moved by the skin, in batches of one tile, pair of shapes and law.
+struct NeighbourList {
+  static constexpr int lanes = 128;          // pairs of a batch at most
+  static constexpr std::int64_t tile = 2048; // bodies that one thread serves at a time
+  struct Batch {
+    std::int64_t first = 0;
+    std::int32_t count = 0, kind = 0, entry = 0;
+    std::int64_t other = -1; // place of what acts on B, when B is of another tile
+  };
+  std::int64_t pairs = 0, others = 0;
+  Array<std::int32_t> a, b, body_a, body_b, image;
+  Array<double> state; // (states, pairs), vectors in space axes
+  Array<double> force; // (dim, pairs) on A [N]
+  Array<std::int8_t> active;
+  std::vector<Batch> batches;
+  std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
+  Array<std::int32_t> incoming_body, incoming_place;     // what other tiles exert, in their order
+  Array<double> other;                                   // (dofs, others) [N, N m]
+  // what stood when it was made
+  Array<std::int64_t> contactor_id;
+  Array<double> position;
+  Cell cell;
+  std::int64_t order_version = -1, bodies = 0, contactors = 0;
+  bool valid = false;
+};
+
+class SmoothDynamics {
+public:
+  SmoothDynamics(const Simulation& simulation, const SmoothDem& options);
+  ~SmoothDynamics();
+
+  SmoothDem options;
+
+  // One step; see step.cpp. What is refused is refused before anything moves. A step that ends in velocities that are
+  // no numbers throws and leaves bodies where they are: go back to a checkpoint.
+  const StepReport& step(Simulation& s, double h);
+
+  // The stages of step(), in its order.
+  void begin_step(Simulation& s, double h);
+  void kick_and_drift(Simulation& s);
+  void find_neighbours(Simulation& s);
+  void compute_forces(Simulation& s);
+  void kick(Simulation& s);
+
+  // Pairs that act, as candidates: gap, normal and point of now. Their forces are those of the last step.
+  void view(Simulation& s);
+  void force_space(double* out) const;                            // (dim, count) on A [N]
+  void force_local(const Simulation& s, double* out) const;       // along n, t [, s]
+  void relative_velocity(const Simulation& s, double* out) const; // (dim, count) local [m/s]
+  void status(const Simulation& s, std::int32_t* out) const;      // see cairn_contact_status
+
+  // Steps beyond which motion is unstable: of a pair of the lightest bodies, and of the contacts as they stand [s].
+  double pair_limit(const Simulation& s) const;
+  double contact_limit(Simulation& s);
+  double skin() const;
+
+  // Bodies, laws or places changed from outside: the list and the forces are made anew.
+  void invalidate(bool forces = true);
+  ContactMemory memory(const Simulation& s) const;
+  void restore(ContactMemory memory);
+  void move_images(const std::vector<std::array<int, 3>>& moved);
+  void lean_images(int k, int i, int cells);
+  std::int64_t body_bytes() const, contact_bytes() const;
+
+private:
+  struct Lanes;
+  // of a tile: greatest squares of velocity and spin, deepest overlap / effective radius, contacts, T, dU, W external
+  // and driven, D bulk, energy stored, dissipated by damping, by friction
+  static constexpr int sums_of_tile = 16;
+  struct EntryShape {
+    int scalars = 0, vectors = 0;
+    double reach = 0; // gap at which the force of the law begins [m]
+  };
+  void read_laws(const Simulation& s);
+  void make_list(Simulation& s);
+  void lay_out(Simulation& s);
+  void remember(Simulation& s);
+  void recall(const Simulation& s);
+  bool list_is_old(const Simulation& s) const;
+  double walls_move(const Simulation& s) const;
+  void place_contactors(Simulation& s);
+  void batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const;
+  void batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
+  void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);
+  void to_local(const double* n, const double* v, double* out) const;
+  void account(Simulation& s, std::int64_t n);
+  void check_bodies(const Simulation& s) const;
+  [[noreturn]] void refuse_step(double h) const;
+  std::int64_t tiles(const Simulation& s) const;
+
+  int dim_;
+  double h_ = 0, moved_ = 0; // way that bodies may have gone since the list was made [m]
+  bool forces_known_ = false, balanced_ = false;
+  std::int64_t lists_made_ = 0;
+  NeighbourList list_;
+  Candidates found_;
+  ContactMemory memory_; // between lists
+  std::vector<EntryShape> entries_;
+  int states_ = 0; // numbers of a pair
+  Array<double> grain_, centre_, direction_, margins_, sums_;
+  Array<std::int32_t> directed_, viewed_;
+  std::vector<std::int32_t> walls_;
+  bool centred_ = true; // contactor i is on the centre of body i
+  double widest_ = 0, farthest_ = 0, arm_ = 0, pair_limit_ = 0;
+  std::vector<std::unique_ptr<Lanes>> lanes_;
+};
+
+} // namespace cairn
