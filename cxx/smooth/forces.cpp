@@ -65,7 +65,7 @@ void SmoothDynamics::batch_forces(Simulation& s, const NeighbourList::Batch& bat
       sheared ? w.jump : nullptr);
   const cairn_law_context context{h, 0.5, w.geometry, nullptr};
   law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
-                                 options.energy ? w.energy : nullptr);
+                                            options.energy ? w.energy : nullptr);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
       shape.vectors, w.state, stored, &list_.force[p * dim_], b.contact_force.values.data(), other);

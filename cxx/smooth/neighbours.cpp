@@ -96,7 +96,8 @@ void SmoothDynamics::read_laws(const Simulation& s) {
     states_ = std::max(states_, shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3));
     const double overlap = 0, radius = widest_ > 0 ? widest_ : 1;
     double k[3];
-    law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k, &shape.reach);
+    law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k,
+                                                            &shape.reach);
   }
 }
 

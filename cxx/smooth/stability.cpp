@@ -32,7 +32,8 @@ double SmoothDynamics::pair_limit(const Simulation& s) const {
     const int entry = s.laws.find(*c.material[i], *c.material[i]);
     if (entry < 0) continue;
     double k[3], reach;
-    law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k, &reach);
+    law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k,
+                                                                &reach);
     const double rate = 2 * stiffness_over_mass(k, inverse_mass, inverse_inertia, 2 * radius);
     limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
   }

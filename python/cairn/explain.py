@@ -4,32 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from .strategies import SmoothDEM
+
 
 def explain(simulation):
     """Text on stages, arrays, bytes, settings and scales."""
     core, strategy = simulation._core, simulation.strategy
     lines = [f"{len(simulation.bodies)} bodies, {core.scene.contactor_count} contactors, {simulation.scene.dim}D"]
-    stages = [
-        "predict_configuration",
-        "compute_free_velocity",
-        "detect_contacts",
-        "prepare_contacts",
-        "solve_contacts",
-        "update_velocity",
-        "commit_contacts",
-        "update_configuration",
-    ]
-    stages += ["project_positions"] if strategy.project_positions else []
-    lines += ["", "Stages of a step: " + ", ".join(stages)]
-    margin = (
-        "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
-    )
-    solver = strategy.solver
-    lines += [
-        f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
-        f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
-        f"{'warm' if strategy.warm_start else 'cold'} start",
-    ]
+    lines += _smooth(simulation) if isinstance(strategy, SmoothDEM) else _nscd(simulation)
     for title, fields in (("body", core.scene.body_fields()), ("contactor", core.scene.contactor_fields())):
         active = [f for f in fields if f["active"]]
         lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
@@ -43,6 +25,49 @@ def explain(simulation):
         lines.append(f"and {contacts / core.contact_count:.0f} bytes a contact ({core.contact_count} contacts)")
     lines += ["", *_scales(simulation)]
     return "\n".join(lines)
+
+
+def _nscd(simulation):
+    strategy = simulation.strategy
+    stages = [
+        "predict_configuration",
+        "compute_free_velocity",
+        "detect_contacts",
+        "prepare_contacts",
+        "solve_contacts",
+        "update_velocity",
+        "commit_contacts",
+        "update_configuration",
+    ]
+    stages += ["project_positions"] if strategy.project_positions else []
+    lines = ["", "Stages of a step: " + ", ".join(stages)]
+    margin = (
+        "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
+    )
+    solver = strategy.solver
+    lines += [
+        f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
+        f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
+        f"{'warm' if strategy.warm_start else 'cold'} start",
+    ]
+    return lines
+
+
+def _smooth(simulation):
+    core, strategy, dt = simulation._core, simulation.strategy, simulation.dt
+    limit = core.stable_step()
+    stages = ["kick_and_drift", "find_neighbours", "compute_forces", "kick"]
+    lines = ["", "Stages of a step: " + ", ".join(stages)]
+    lines.append(f"Velocity Verlet; step {dt:g} s; pairs listed up to {core.skin():.3g} m beyond the reach of their law")
+    if np.isfinite(limit):
+        lines.append(
+            f"Stable step {limit:.3g} s, from masses and from stiffness at an overlap of at least {strategy.overlap:g} of the "
+            f"effective radius; this step is {dt / limit:.3g} of it (a tenth is accurate)"
+        )
+    else:
+        lines.append("No stable step is known: no law moves a body yet")
+    lines.append("The balance of energy is " + ("kept" if strategy.energy else "not kept (energy=False)"))
+    return lines
 
 
 def _scales(simulation):

@@ -24,8 +24,8 @@ class StableStepWarning(UserWarning):
 class Simulation:
     """A scene on the move.
 
-    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do when bodies overlap
-    at the start by more than overlap_share of the smaller radius: "warn", "error" or "ignore".
+    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do
+    when bodies overlap at the start by more than overlap_share of the smaller radius: "warn", "error" or "ignore".
 
     Raises ValueError (or cairn.Error, which is one) naming field, index, value and remedy; nothing half-built stays.
     """

@@ -1,4 +1,4 @@
-"""Smooth contacts against closed forms: Hertz's impact, restitution, three balls, the wave in a chain, JKR's pull-off, sliding."""
+"""Smooth contacts against closed forms: Hertz's impact, restitution, three balls, a wave in a chain, JKR's pull-off, sliding."""
 
 import cairn as cn
 import numpy as np
@@ -115,7 +115,10 @@ def test_pull_off_by_jkr(work):
     judge("gap at which the neck tears", 3 * tear * last / steps - tear, tear, 2e-3)
 
 
-@pytest.mark.parametrize("law", [cn.LinearSpring(stiffness=1e6, mu=0.3, restitution=0.5), cn.HertzMindlin(young=E, mu=0.3, restitution=0.5)])
+@pytest.mark.parametrize(
+    "law",
+    [cn.LinearSpring(stiffness=1e6, mu=0.3, restitution=0.5), cn.HertzMindlin(young=E, mu=0.3, restitution=0.5)],
+)
 def test_slip_turns_to_rolling(law):
     """A sphere sent sliding rolls at 5/7 of its speed."""
     scene = cn.Scene(3, gravity=(0, 0, -9.81))

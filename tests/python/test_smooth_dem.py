@@ -1,0 +1,171 @@
+"""SmoothDEM as a strategy: bits do not depend on list, threads or restart; what it refuses; what it keeps of a run."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=2500.0)
+
+
+def heap(dim=3, count=6, law=None, strategy=None, dt=2e-5, speed=0.5, seed=1, **options):
+    """Grains let fall into a corner of walls, turning."""
+    rng = np.random.default_rng(seed)
+    grid = np.stack(np.meshgrid(*[np.arange(count)] * dim, indexing="ij"), -1).reshape(-1, dim)
+    r = 0.005 * (1 - 0.2 * rng.random(len(grid)))
+    x = (grid + 0.5) * 0.0101 + 1e-4 * rng.random(grid.shape)
+    v = speed * (rng.random((len(grid), 3 * dim - 3)) - 0.5)
+    v[:, dim:] *= 100
+    scene = cn.Scene(dim, gravity=-9.81 * np.eye(dim)[-1], **options)
+    scene.add((cn.disks if dim == 2 else cn.spheres)(x, r, ROCK, velocity=v))
+    for k in range(dim):
+        scene.add(cn.wall(np.zeros(dim), np.eye(dim)[k], ROCK))
+    scene.interact(ROCK, ROCK, law or cn.HertzMindlin(young=1e7, mu=0.5, restitution=0.5))
+    return cn.Simulation(scene, dt, strategy or cn.SmoothDEM(), overlap="ignore")
+
+
+def state(sim):
+    names = ("position", "velocity", "contact_force")
+    return [getattr(sim.bodies, name) for name in names] + [sim.contacts.impulse, sim.contacts.gap]
+
+
+def same(a, b):
+    return all(np.array_equal(x, y) for x, y in zip(state(a), state(b)))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_bits_do_not_depend_on_the_age_of_the_list(dim):
+    runs = [heap(dim, strategy=cn.SmoothDEM(skin=skin)) for skin in (2e-5, 1e-3, 8e-3)]
+    for sim in runs:
+        for _ in range(800):
+            sim.step()
+    made = [sim.info["neighbour_lists"] for sim in runs]
+    assert made[0] > 3 * made[1] > 3 * made[2], made
+    assert runs[0].info["contacts"] > 20
+    assert same(runs[0], runs[1]) and same(runs[0], runs[2])
+
+
+def test_bits_do_not_depend_on_threads():
+    runs = [heap(count=18, strategy=cn.SmoothDEM(threads=threads)) for threads in (1, 2, 5)]
+    for sim in runs:
+        for _ in range(60):
+            sim.step()
+    assert len(runs[0].bodies) > 2 * 2048
+    assert same(runs[0], runs[1]) and same(runs[0], runs[2])
+    assert runs[0].energy == runs[1].energy == runs[2].energy
+
+
+@pytest.mark.parametrize(
+    "law", [None, cn.LinearSpring(stiffness=2e3, mu=0.4, restitution=0.6), cn.JKR(young=1e7, work=1.0, mu=0.3)]
+)
+def test_restart_goes_on_to_the_same_bits(tmp_path, law):
+    half = heap(law=law, strategy=cn.SmoothDEM(renumber_every=70))
+    whole = heap(law=law, strategy=cn.SmoothDEM(renumber_every=70))
+    for _ in range(150):
+        half.step()
+    half.checkpoint(tmp_path / "half.h5")
+    for _ in range(300):
+        whole.step()
+    second = heap(law=law, strategy=cn.SmoothDEM(renumber_every=70))
+    second.restore(tmp_path / "half.h5")
+    for _ in range(150):
+        second.step()
+    assert same(whole, second) and whole.energy == second.energy
+
+
+def test_units_rescaled_by_powers_of_two():
+    """Lengths by 2^-5, times by 2^3, masses by 2^7: the same motion to rounding."""
+    one = heap(count=4, speed=3.0)
+    length, time, mass = 2.0**-5, 2.0**3, 2.0**7
+    scene = cn.Scene(3, gravity=(0, 0, -9.81 * length / time**2))
+    rock = cn.Material("rock", density=2500.0 * mass / length**3)
+    rate = np.repeat([length / time, 1 / time], 3)
+    grains = len(one.bodies) - 3
+    x, v = one.bodies.position[:grains], one.bodies.velocity[:grains]
+    scene.add(cn.spheres(x * length, one.radii()[:grains] * length, rock, velocity=v * rate))
+    for k in range(3):
+        scene.add(cn.wall(np.zeros(3), np.eye(3)[k], rock))
+    scene.interact(rock, rock, cn.HertzMindlin(young=1e7 * mass / length / time**2, mu=0.5, restitution=0.5))
+    two = cn.Simulation(scene, one.dt * time, cn.SmoothDEM(), overlap="ignore")
+    for _ in range(100):
+        one.step()
+        two.step()
+    assert one.info["contacts"] > 10
+    moved = two.bodies.position[:grains] / length - one.bodies.position[:grains]
+    assert np.max(np.abs(moved)) < 1e-12 * 0.06
+
+
+def test_step_beyond_the_stable_one_is_refused_or_warned_of():
+    with pytest.raises(ValueError, match=r"dt is 0.01 s, beyond the stable step of .* give dt below it"):
+        heap(dt=1e-2).step()
+    sim = heap(dt=1e-2, strategy=cn.SmoothDEM(unstable="warn"))
+    with pytest.warns(cn.StableStepWarning, match="stable step of the contacts"):
+        sim.step()
+    assert "Stable step" in heap().explain()
+
+
+@pytest.mark.parametrize("share, stable", [(0.98, True), (1.02, False)])
+def test_stable_step_is_where_a_pair_stops_being_stable(share, stable):
+    """Two spheres on a linear spring, pressed together by a force: they ring below the limit 2/omega and part above it."""
+    scene = cn.Scene(3)
+    x = np.array([[0.0, 0, 0], [0.0099, 0, 0]])
+    push = np.array([[0.5, 0, 0, 0, 0, 0], [-0.5, 0, 0, 0, 0, 0]])
+    scene.add(cn.spheres(x, 0.005, ROCK, force=push))
+    scene.interact(ROCK, ROCK, cn.LinearSpring(stiffness=1e4, ratio=0.0))
+    sim = cn.Simulation(scene, 1e-9, cn.SmoothDEM(unstable="ignore"), overlap="ignore")
+    sim.step()
+    limit = sim.info["stable_step"]
+    assert np.isclose(limit, 2 / np.sqrt(1e4 / (sim.bodies.mass[0] / 2)), rtol=1e-12)
+    sim.dt = share * limit
+    gaps = []
+    for _ in range(400):
+        sim.step()
+        gaps.append(np.diff(sim.bodies.position[:, 0])[0] - 0.01)
+    rest = -0.5 / 1e4  # where the spring holds the force
+    assert bool(max(np.abs(np.array(gaps) - rest)) < 0.51e-4) is stable
+
+
+@pytest.mark.parametrize(
+    "law, strategy, words",
+    [
+        (cn.Coulomb(mu=0.3), cn.SmoothDEM(), "law Coulomb has no force .* give LinearSpring"),
+        (cn.HertzMindlin(young=1e7), cn.NSCD(), "law HertzMindlin gives a force .* use SmoothDEM"),
+    ],
+)
+def test_laws_of_the_other_strategy_are_refused(law, strategy, words):
+    with pytest.raises(ValueError, match=words):
+        heap(law=law, strategy=strategy)
+    sim = heap(law=cn.Coulomb(mu=0.3), strategy=cn.NSCD()) if isinstance(strategy, cn.SmoothDEM) else heap()
+    with pytest.raises(ValueError, match=words):
+        sim.strategy = strategy
+
+
+def test_run_writes_a_file_like_any_other(tmp_path):
+    sim = heap(count=3)
+    sim.run(steps=200, output=tmp_path / "heap.vtkhdf", every=50, checkpoint_every=100, progress=False)
+    run = cn.load(tmp_path / "heap.vtkhdf")
+    assert len(run) == 5
+    whole = heap(count=3)
+    whole.run(steps=250, progress=False)
+    again = heap(count=3)
+    again.restore(tmp_path / "heap.checkpoint.h5")
+    again.run(steps=50, progress=False)
+    assert same(whole, again)
+
+
+def test_a_grain_in_a_sheared_periodic_cell_keeps_its_contacts():
+    """The bits of a dense periodic cell do not depend on when its lists are made, shear or not."""
+    for rate in (0.0, 2.0):
+        runs = []
+        for skin in (1e-4, 2e-3):
+            rng = np.random.default_rng(3)
+            grid = np.stack(np.meshgrid(*[np.arange(6)] * 2, indexing="ij"), -1).reshape(-1, 2)
+            scene = cn.Scene(2, periodic=cn.Periodic(lengths=(0.06, 0.06), shear_rate=rate))
+            v = np.c_[rng.random((36, 2)) - 0.5, np.zeros(36)]
+            scene.add(cn.disks((grid + 0.5) * 0.01, 0.0049 + 2e-4 * rng.random(36), ROCK, velocity=v))
+            scene.interact(ROCK, ROCK, cn.LinearSpring(stiffness=1e5, mu=0.5, restitution=0.7))
+            sim = cn.Simulation(scene, 2e-5, cn.SmoothDEM(skin=skin), overlap="ignore")
+            for _ in range(1500):
+                sim.step()
+            runs.append(sim)
+        assert runs[0].info["neighbour_lists"] > 2 * runs[1].info["neighbour_lists"]
+        assert runs[0].info["contacts"] > 10 and same(*runs)
