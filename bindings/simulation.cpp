@@ -12,6 +12,7 @@ cairn::Nscd nscd_of(const py::dict& d) {
   n.theta = py::cast<double>(d["theta"]);
   n.margin = py::cast<double>(d["margin"]);
   n.project_positions = py::cast<bool>(d["project_positions"]);
+  n.act_on_surfaces = py::cast<bool>(d["act_on_surfaces"]);
   n.warm_start = py::cast<bool>(d["warm_start"]);
   n.renumber_every = py::cast<int>(d["renumber_every"]);
   n.solver.tolerance = py::cast<double>(d["tol"]);

@@ -39,6 +39,8 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
   s.fill();
 }
 
+void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
+
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   SolveReport report = solve_nlgs(s_->system, bodies.velocity_free, options);
   if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);

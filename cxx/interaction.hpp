@@ -147,6 +147,8 @@ public:
   // both).
   void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
                 double theta);
+  // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
+  void act_on_surfaces(bool surfaces);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
   // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'

@@ -122,8 +122,8 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     const double *normal = &c.normal[d * i], ra = *contactors->radius[ca], rb = *contactors->radius[cb];
     for (int k = 0; k < d; ++k) to[8 * k] = normal[k];
     gap[lane] = c.gap[i];
-    to[8 * d] = -(ra + 0.5 * gap[lane]);
-    to[8 * d + 8] = rb + 0.5 * gap[lane];
+    to[8 * d] = -(ra + gap_share * gap[lane]);
+    to[8 * d + 8] = rb + gap_share * gap[lane];
     deepest = std::max(deepest, -gap[lane] / std::min(ra, rb));
     b.body_a[lane] = A;
     b.body_b[lane] = B;
@@ -167,13 +167,14 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
   const bool image = cell->any();
   const auto lever = [&](double* out, bool radial, std::int64_t i, std::int32_t contactor, double side, int lane) {
     if (radial) {
-      out[lane] = side * (*contactors->radius[contactor] + 0.5 * c.gap[i]);
+      out[lane] = side * (*contactors->radius[contactor] + gap_share * c.gap[i]);
       return;
     }
     double shift[3] = {0, 0, 0};
     if (image && side > 0) image_shift(*cell, c.image[i], shift);
     const double *x = bodies->position[body(contactor)], *p = &c.point[d * i];
-    for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]);
+    const double *normal = &c.normal[d * i], beyond = side * (0.5 - gap_share) * c.gap[i];
+    for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]) - beyond * normal[k];
   };
   const bool radial_a = b.side_a == radial2 || b.side_a == radial3,
              radial_b = b.side_b == radial2 || b.side_b == radial3;

@@ -59,6 +59,7 @@ struct Interactions::State {
   const LawTable* laws = nullptr;
   const Cell* cell = nullptr;
   double h = 0, theta = 0;
+  double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   bool sheared = false;
   int impulse_components = 0, state_components = 0; // of this step's laws
   Array<double> work_sums;                          // (2, batches)

@@ -23,7 +23,8 @@ struct Nscd {
   double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
   bool project_positions = false;
   bool warm_start = true;
-  int renumber_every = 200; // steps between renumberings along the space-filling curve
+  bool act_on_surfaces = false; // see Interactions
+  int renumber_every = 200;     // steps between renumberings along the space-filling curve
 };
 
 // Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth/smooth_dynamics.hpp.

@@ -205,6 +205,7 @@ void Simulation::prepare_contacts() {
     std::fill(cold.impulses.begin(), cold.impulses.end(), 0.0);
     interactions.restore(std::move(cold));
   }
+  interactions.act_on_surfaces(strategy.act_on_surfaces);
   interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta);
   contacts_known_ = true;
 }

@@ -25,6 +25,15 @@ from .simulation import OverlapWarning, Simulation, StableStepWarning
 from .strategies import NLGS, NSCD, SmoothDEM
 from .time_functions import Harmonic, Table
 
+
+def __getattr__(name):
+    if name == "legacy":  # loaded when it is asked for
+        import importlib
+
+        return importlib.import_module(".legacy", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list
 
 __version__ = _core.build_info()["version"]

@@ -70,6 +70,7 @@ class Scene:
         self.sets: list[bodies.BodySet] = []
         self.rules: list[tuple[str, str, Law | None]] = []
         self.count = 0
+        self.legacy = None  # where the scene came from, if cairn.legacy made it
 
     # ------------------------------------------------------------------ building
 
@@ -123,16 +124,16 @@ class Scene:
         allowed = np.ones((len(pairs), len(pairs)), np.uint8)
         for i, first in enumerate(pairs):
             for j, second in enumerate(pairs[: i + 1]):
-                best, chosen, ruled = -1, None, False
-                for a, b, law in rules:
-                    weight = max(_weight(a, first, b, second), _weight(b, first, a, second))
-                    if weight >= best and weight >= 0:
-                        best, chosen, ruled = weight, law, True
+                ruled, chosen = chosen_rule(first, second, rules)
                 if ruled and chosen is None:
                     allowed[i, j] = allowed[j, i] = 0
                 elif ruled:
                     table.set(i, j, chosen.row, list(chosen.values))
         return table, allowed
+
+    def law_between(self, a, b):
+        """The law between two species (material, group) as species() has them, or None if they have none."""
+        return chosen_rule(a, b, self.rules)[1]
 
     # ------------------------------------------------------------------ files
 
@@ -257,6 +258,16 @@ def _word(what, given):
             f"{what} of an interaction is {given!r}: give a Material, the name of one or of a group, or '*'"
         )
     return word
+
+
+def chosen_rule(first, second, rules):
+    """Whether a rule names the two species (material, group), and the law of the one that counts."""
+    best, chosen, ruled = -1, None, False
+    for a, b, law in rules:
+        weight = max(_weight(a, first, b, second), _weight(b, first, a, second))
+        if weight >= best and weight >= 0:
+            best, chosen, ruled = weight, law, True
+    return ruled, chosen
 
 
 def _weight(a, first, b, second):

@@ -35,7 +35,8 @@ class NSCD:
     theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. margin: gap below which a pair is a candidate [m]; None: from sizes
     and speeds. project_positions: remove overlap after each step without changing a velocity (Acary 2013).
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
-    renumber_every: steps between renumberings of the bodies along a space-filling curve.
+    renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
+    "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90 has it.
     """
 
     theta: float = 0.5
@@ -45,6 +46,7 @@ class NSCD:
     warm_start: bool = True
     threads: int = 0
     renumber_every: int = 200
+    contact_point: str = "middle"
 
     def __post_init__(self):
         if not 0.5 <= checks.number("theta", self.theta) <= 1:
@@ -53,6 +55,8 @@ class NSCD:
             raise ValueError(f"margin is {self.margin}: give a length >= 0 [m], or None")
         checks.count("threads", self.threads)
         checks.count("renumber_every", self.renumber_every, 1)
+        if self.contact_point not in ("middle", "surface"):
+            raise ValueError(f"contact_point is {self.contact_point!r}: give 'middle' or 'surface'")
         if not isinstance(self.solver, NLGS):
             raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...)")
 
@@ -64,6 +68,7 @@ class NSCD:
             "margin": math.nan if self.margin is None else float(self.margin),
             "project_positions": bool(self.project_positions),
             "warm_start": bool(self.warm_start),
+            "act_on_surfaces": self.contact_point == "surface",
             "renumber_every": int(self.renumber_every),
             "threads": int(self.threads),
             "tol": float(self.solver.tol),

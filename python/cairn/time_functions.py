@@ -76,6 +76,37 @@ class Harmonic:
         }
 
 
+@dataclass(frozen=True, eq=False)
+class Ramp:
+    """value(t) * clip(begin + slope t, -1, 1): what comes on, or off, within a time. value: a number or a function of time."""
+
+    value: object
+    begin: float
+    slope: float
+
+    def __call__(self, t):
+        return value_at(self.value, t) * float(np.clip(self.begin + self.slope * t, -1.0, 1.0))
+
+    def to_dict(self):
+        return {"kind": "ramp", "value": to_dict("value", self.value), "begin": self.begin, "slope": self.slope}
+
+
+@dataclass(frozen=True, eq=False)
+class Components:
+    """One number or function of time for each component: an array (components,)."""
+
+    parts: tuple
+
+    def __post_init__(self):
+        object.__setattr__(self, "parts", tuple(self.parts))
+
+    def __call__(self, t):
+        return np.array([value_at(p, t) for p in self.parts], float)
+
+    def to_dict(self):
+        return {"kind": "components", **{f"{k:03d}": to_dict("component", p) for k, p in enumerate(self.parts)}}
+
+
 def value_at(given, t):
     """The value of a number, an array or a function of time at the instant t [s]."""
     return given(t) if callable(given) else given
@@ -96,6 +127,10 @@ def from_dict(d):
         return Table(d["times"], d["values"])
     if d["kind"] == "harmonic":
         return Harmonic(d["amplitude"], float(d["frequency"]), d["mean"], float(d["phase"]))
+    if d["kind"] == "ramp":
+        return Ramp(_part(d["value"]), float(d["begin"]), float(d["slope"]))
+    if d["kind"] == "components":
+        return Components(_part(d[k]) for k in sorted(d) if k != "kind")
     if d["kind"] == "servo":
         from .servo import Servo
 
@@ -103,3 +138,8 @@ def from_dict(d):
         stress = from_dict(d["stress"])
         return Servo(stress if callable(stress) else float(stress), d["normal"], area)
     return np.asarray(d["value"], float)
+
+
+def _part(d):
+    part = from_dict(d)
+    return part if callable(part) else float(part)

@@ -1,0 +1,21 @@
+"""LMGC90 side by side: its DATBOX files become scenes and scenes DATBOX files; its stored results are read and compared."""
+
+from .results import Instant, read_contacts, read_dof, read_h5, read_outbox, read_results
+from .scene import LAWS, Origin, UnmappedWarning, read_datbox
+from .text import LegacyError
+from .write import write_datbox
+
+__all__ = [
+    "LAWS",
+    "Instant",
+    "LegacyError",
+    "Origin",
+    "UnmappedWarning",
+    "read_contacts",
+    "read_datbox",
+    "read_dof",
+    "read_h5",
+    "read_outbox",
+    "read_results",
+    "write_datbox",
+]

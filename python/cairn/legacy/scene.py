@@ -1,0 +1,304 @@
+"""A DATBOX folder as a scene of Cairn."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .. import bodies, laws, time_functions
+from ..materials import Material
+from ..scene import Scene
+from . import datbox
+from .text import LegacyError
+
+# Law of LMGC90: law of Cairn, and its parameters from those of the file.
+LAWS = {
+    "IQS_CLB": ("Coulomb", {"mu": "fric"}),
+    "GAP_SGR_CLB": ("GapCoulomb", {"mu": "fric"}),
+    "RST_CLB": ("Restitution", {"mu": "fric", "normal": "rstn", "tangential": "rstt"}),
+}
+
+
+class UnmappedWarning(UserWarning):
+    """A legacy file holds what the scene does not: it was left out, as asked."""
+
+
+@dataclass
+class Origin:
+    """Where a scene came from. unmapped: what was left out; notes: what is told otherwise than the file says it;
+    alert: largest alert distance [m]; datbox: the file's own content."""
+
+    datbox: datbox.Datbox
+    unmapped: list = field(default_factory=list)
+    notes: list = field(default_factory=list)
+    alert: float = 0.0
+
+
+def read_datbox(folder, unmapped="error", *, state=None, step=None):
+    """The scene of an LMGC90 DATBOX folder. Bodies keep their order: body k of the file has the id k - 1.
+
+    unmapped: what to do with what Cairn cannot map, "error" (refuse, naming all of it) or "skip" (leave it out and warn,
+    naming all of it). state: a DOF.OUT file or an lmgc90.h5 to take positions and velocities from, instead of DOF.INI; step:
+    which of the instants of the .h5, None the last. Scene.legacy tells what was left out (`unmapped`), what is told in another
+    way (`notes`) and the alert distance; a time step and theta are not in a DATBOX.
+
+    Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
+    """
+    if unmapped not in ("error", "skip"):
+        raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
+    box = datbox.parse(folder)
+    if state is not None:
+        from .results import states_of
+
+        box.states = states_of(state, step)
+    origin = Origin(box)
+    scene = Scene(dim=box.dim, gravity=box.gravity[: box.dim])
+    _check_extras(origin)
+    materials = {}
+    for group in _groups(box, origin):
+        scene.add(_set_of(box, group, materials, origin))
+    _add_laws(scene, box, materials, origin)
+    if origin.unmapped:
+        text = f"{box.folder}: Cairn has nothing to map this to: " + "; ".join(origin.unmapped)
+        if unmapped == "error":
+            raise LegacyError(text + ". Say unmapped='skip' to read the rest")
+        warnings.warn(text, UnmappedWarning, stacklevel=2)
+    scene.legacy = origin
+    return scene
+
+
+def _check_extras(origin):
+    box, miss = origin.datbox, origin.unmapped
+    if box.meshes:
+        miss.append(f"{len(box.meshes)} meshed bodies MAILx with their models, materials and contactors")
+    if (box.folder / "MP_DEM.DAT").is_file():
+        miss.append("MP_DEM.DAT: currents and heat between rigid bodies")
+    if box.initial_contacts:
+        origin.notes.append(
+            f"Vloc_Rloc.INI: {box.initial_contacts} contacts, whose forces are only the first guess of the solver"
+        )
+    for m in box.materials.values():
+        if m.law != "RIGID" and any(b.material == m.name for b in box.bodies):
+            origin.notes.append(f"material {m.name} ({m.law}): its density alone counts for rigid bodies")
+
+
+# ------------------------------------------------------------------ bodies
+
+
+def _groups(box, origin):
+    """Bodies one after the other that are driven alike: each makes a set."""
+    groups = []
+    for body in box.bodies:
+        drives = box.drives.get((body.type, body.number), [])
+        if groups and not drives and not groups[-1][1]:
+            groups[-1][0].append(body)
+        else:
+            groups.append(([body], drives))
+    known = {(b.type, b.number) for b in box.bodies}
+    for kind, number in box.drives:
+        if (kind, number) not in known and kind != "MAILx":
+            raise LegacyError(f"{box.folder / 'DRV_DOF.DAT'}: drives {kind} {number}, which BODIES.DAT does not have")
+    return groups
+
+
+def _set_of(box, group, materials, origin):
+    members, drives = group
+    dim, n = box.dim, len(members)
+    dofs = 3 * dim - 3
+    position, velocity = np.zeros((n, dim)), np.zeros((n, dofs))
+    mass, inertia = np.zeros(n), np.zeros((n, 1 if dim == 2 else 3))
+    rotation = np.zeros(n) if dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1))
+    for k, body in enumerate(members):
+        mass[k], inertia[k] = _mass(box, body)
+        position[k] = body.position[:dim]
+        state = box.states.get((body.type, body.number))
+        if state is None:
+            continue
+        position[k] += state.displacement[:dim]
+        velocity[k] = state.velocity
+        if dim == 2:
+            rotation[k] = state.displacement[2]
+        else:
+            velocity[k, 3:] = state.frame @ state.velocity[3:]
+            rotation[k] = quaternion_of(state.frame)
+    options = _driven(box, members, drives, dofs) if drives else {}
+    turned = np.any(rotation) if dim == 2 else np.any(rotation != [1.0, 0, 0, 0])
+    bounded = all(c.type in ("DISKx", "SPHER") for b in members for c in b.contactors)
+    if turned or not bounded:
+        options["rotation"] = rotation
+    contactors = _contactors(box, members, materials, origin)
+    still = np.any(~np.isfinite(mass)) and not drives
+    if still:
+        k = int(np.argmax(~np.isfinite(mass)))
+        raise LegacyError(f"{box.folder}: body {members[k].number} has avrd = 0, no mass, and none of its dofs is driven")
+    return bodies.checked(
+        bodies.BodySet(dim, position, mass, inertia, contactors, velocity=velocity if np.any(velocity) else None, **options)
+    )
+
+
+def _mass(box, body):
+    if body.material not in box.materials:
+        raise LegacyError(
+            f"{box.folder}: body {body.number} is of {body.material!r}, which BULK_BEHAV.DAT does not have; "
+            f"it has {', '.join(box.materials)}"
+        )
+    density = box.materials[body.material].density
+    if density is None:
+        raise LegacyError(f"{box.folder / 'BULK_BEHAV.DAT'}: material {body.material} has no density Umas=")
+    if body.type == "RBDY2":
+        mass = density * np.pi * body.radius**2
+        moments = [mass * body.moments[0] ** 2]
+    else:
+        mass = density * 4 / 3 * np.pi * body.radius**3
+        moments = [density * m for m in body.moments]
+    infinite = [np.inf] * len(moments)
+    return (mass, moments) if mass > 0 else (np.inf, infinite)
+
+
+def quaternion_of(frame):
+    """(w, x, y, z) of a rotation matrix (3, 3), body to space, from its largest component (Shepperd 1978)."""
+    m = np.asarray(frame, float)
+    diagonal = np.diag(m)
+    k = int(np.argmax(diagonal))
+    if np.trace(m) > diagonal[k]:
+        q = np.array([1 + np.trace(m), m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    else:
+        i, j = (k + 1) % 3, (k + 2) % 3
+        q = np.zeros(4)
+        q[0] = m[j, i] - m[i, j]
+        q[1 + k] = 1 + m[k, k] - m[i, i] - m[j, j]
+        q[1 + i] = m[i, k] + m[k, i]
+        q[1 + j] = m[j, k] + m[k, j]
+    return q / np.linalg.norm(q)
+
+
+# ------------------------------------------------------------------ driven dofs
+
+
+def _driven(box, members, drives, dofs):
+    names = bodies.DOFS[box.dim]
+    velocity, force = [0.0] * dofs, [0.0] * dofs
+    driven = []
+    for d in drives:
+        where = f"{box.folder / 'DRV_DOF.DAT'}: body {members[0].number}"
+        if not 1 <= d.component <= dofs:
+            raise LegacyError(f"{where} drives dof {d.component}; a body of {box.dim}D has {dofs}")
+        if d.kind not in ("vlocy", "force"):
+            raise LegacyError(f"{where} drives by {d.kind!r}; vlocy or force was expected")
+        value = _function(d)
+        if d.kind == "vlocy":
+            velocity[d.component - 1] = value
+            driven.append(names[d.component - 1])
+        else:
+            force[d.component - 1] = value
+        turning = box.dim == 3 and d.component > 3 and (callable(value) or value != 0)
+        if turning and len([x for x in drives if x.component > 3]) < 3:
+            raise LegacyError(f"{where} turns about an axis of its own while others are free: that is not mapped")
+    options = {"driven": tuple(driven)} if driven else {}
+    if driven:
+        options["drive"] = _together(velocity)
+    if any(callable(f) or f != 0 for f in force):
+        options["force"] = _together(force)
+    return options
+
+
+def _function(d):
+    if d.table is not None:
+        return time_functions.Table(d.table[:, 0], d.table[:, 1])
+    constant, amplitude, omega, phase, begin, slope = d.numbers
+    value = constant
+    if amplitude != 0:
+        value = time_functions.Harmonic(amplitude, omega / (2 * np.pi), constant, phase)
+    if slope != 0:
+        return time_functions.Ramp(value, begin, slope)
+    share = float(np.clip(begin, -1, 1))
+    return value if share == 1 else time_functions.Ramp(value, begin, 0.0) if callable(value) else share * value
+
+
+def _together(parts):
+    return time_functions.Components(parts) if any(callable(p) for p in parts) else np.array(parts, float)
+
+
+# ------------------------------------------------------------------ contactors and laws
+
+
+def _contactors(box, members, materials, origin):
+    """Contactor sets of the members: one for each shape, material and colour."""
+    found = {}
+    for k, body in enumerate(members):
+        for c in body.contactors:
+            shape = _shape(box, c)
+            if shape is None:
+                what = f"contactor {c.type} of {body.type} {body.number}"
+                same = next((i for i, t in enumerate(origin.unmapped) if t.startswith(f"contactor {c.type} of")), None)
+                if same is None:
+                    origin.unmapped.append(what)
+                elif not origin.unmapped[same].endswith("others"):
+                    origin.unmapped[same] += " and others"
+                continue
+            if c.type == "PLANx" and not any("PLANx" in note for note in origin.notes):
+                origin.notes.append("PLANx: a plane without end through the face at +axe3, its other sides are left out")
+            name = f"{body.material} {c.color} {c.type}"
+            if name not in materials:
+                materials[name] = (body.type, c.type, c.color)
+            found.setdefault((name, body.material, shape[0]), []).append((k, *shape[1:]))
+    sets = []
+    for (name, material, shape), rows in found.items():
+        owner, radius, offset, direction = zip(*rows)
+        sets.append(
+            bodies.ContactorSet(
+                shape,
+                Material(name, density=box.materials[material].density),
+                np.array(owner),
+                np.array(radius, float),
+                np.array(offset, float) if np.any(offset) else None,
+                None if direction[0] is None else np.array(direction, float),
+            )
+        )
+    return sets
+
+
+def _shape(box, c):
+    """(shape, radius, offset, direction), or None if there is none."""
+    offset = np.zeros(box.dim) if c.offset is None else np.array(c.offset)
+    if c.sizes.get("localframe") is not None:
+        return None
+    if c.type in ("DISKx", "SPHER"):
+        return "disk" if box.dim == 2 else "sphere", c.sizes["byrd"], offset, None
+    if c.type == "JONCx":
+        return "segment", c.sizes["axe2"], offset, (1.0, 0.0, c.sizes["axe1"])
+    if c.type == "PLANx":
+        return "plane", 0.0, np.array([0, 0, c.sizes["axe3"]]), (0.0, 0.0, 1.0, 0.0)
+    if c.type == "DNLYC":
+        return "tube", c.sizes["byrd"], offset, (0.0, 0.0, 1.0, c.sizes["High"])
+    return None
+
+
+def _add_laws(scene, box, materials, origin):
+    scene.interact("*", "*", None)
+    mapped = {}
+    for name, law in box.laws.items():
+        python, names = LAWS.get(law.law, (None, None))
+        if python is None or python not in laws.LAWS:
+            if any(s.law == name for s in box.see):
+                origin.unmapped.append(f"contact law {name} ({law.law})")
+            continue
+        missing = [p for p in names.values() if p not in law.parameters]
+        if missing:
+            raise LegacyError(f"{box.folder / 'TACT_BEHAV.DAT'}: law {name} ({law.law}) lacks {missing[0]}=")
+        mapped[name] = laws.LAWS[python](**{ours: law.parameters[theirs] for ours, theirs in names.items()})
+    for see in box.see:
+        if see.law not in mapped:
+            continue
+        origin.alert = max(origin.alert, see.alert)
+        sides = [[n for n, key in materials.items() if key == _plain(side)] for side in (see.candidate, see.antagonist)]
+        for a in sides[0]:
+            for b in sides[1]:
+                scene.interact(a, b, mapped[see.law])
+
+
+def _plain(side):
+    body, contactor, color = side
+    return body, {"DISKb": "DISKx", "SPHEb": "SPHER"}.get(contactor, contactor), color

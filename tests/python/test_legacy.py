@@ -1,0 +1,201 @@
+"""LMGC90's files: what is read, what is refused by name, what is written and read again, stored results met."""
+
+import csv
+import json
+import os
+import shutil
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn import legacy
+
+DATA = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[3] / "shared")) / "legacy"
+samples = pytest.mark.skipif(not DATA.is_dir(), reason="the sample data of LMGC90 are not here (CAIRN_REFERENCE_DATA)")
+
+
+def small_scene():
+    """Disks, a clump, a driven and a pushed segment, two laws."""
+    rock, steel = cn.Material("rock", density=2600.0), cn.Material("a long name of steel", density=7800.0)
+    scene = cn.Scene(dim=2, gravity=(0.1, -9.81))
+    scene.add(cn.disks([[0.0, 0.1], [0.25, 0.1], [0.1, 0.3]], [0.1, 0.09, 0.1], rock, velocity=[0.1, 0, 2.0]))
+    scene.add(cn.clumps([[0.35, 0.35]], [[-0.03, 0], [0.03, 0.01]], 0.05, 20.0, 0.05, rock, rotation=[0.3], group="clumps"))
+    push = cn.Table([0, 0.01, 1], [[0, 0], [0, 0], [0.2, 0]])
+    scene.add(cn.segment((-0.2, -0.05), (0.6, -0.05), steel, radius=0.05, velocity=push))
+    scene.add(cn.segment((-0.2, 0.6), (0.7, 0.5), steel, radius=0.05, mass=60, inertia=1.0, free=("vy",), force=(0, -500.0)))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    scene.interact(rock, steel, cn.Restitution(mu=0.4, normal=0.2, tangential=0.0))
+    return scene
+
+
+def moved(scene, steps=60):
+    sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(margin=0.01, solver=cn.NLGS(tol=1e-10)), overlap="ignore")
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+def test_written_and_read_again_moves_alike(tmp_path):
+    scene = small_scene()
+    legacy.write_datbox(scene, tmp_path / "DATBOX")
+    again = legacy.read_datbox(tmp_path)
+    assert again.count == scene.count and again.legacy.unmapped == []
+    one, two = moved(scene), moved(again)
+    assert np.max(np.abs(one.bodies.position - two.bodies.position)) < 1e-6
+    assert np.max(np.abs(one.bodies.position - scene_positions(scene))) > 1e-3  # it did move
+    legacy.write_datbox(again, tmp_path / "again")
+    assert np.array_equal(moved(legacy.read_datbox(tmp_path / "again")).bodies.position, two.bodies.position)
+
+
+def scene_positions(scene):
+    return np.concatenate([s.position for s in scene.sets])
+
+
+def test_spheres_between_planes_written_and_read_again(tmp_path):
+    rock = cn.Material("rock", density=2600.0)
+    scene = cn.Scene(dim=3, gravity=(0, 0, -9.81))
+    scene.add(cn.spheres([[0.1, 0.1, 0.11], [0.12, 0.1, 0.32]], 0.1, rock, velocity=[0.3, 0, 0, 0, 1.0, 2.0]))
+    scene.add(cn.wall((0, 0, 0), (0, 0, 1), rock), cn.wall((0.35, 0, 0), (-1, 0, 0.2), rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.5))
+    legacy.write_datbox(scene, tmp_path)
+    again = legacy.read_datbox(tmp_path)
+    one, two = moved(scene, 100), moved(again, 100)
+    assert np.max(np.abs(one.bodies.position[:2] - two.bodies.position[:2])) < 1e-6
+    assert np.max(np.abs(one.bodies.velocity[:2] - two.bodies.velocity[:2])) < 1e-5
+
+
+def test_what_has_no_word_is_refused_by_name_or_left_out_as_asked(tmp_path):
+    scene = small_scene()
+    steel = cn.Material("a long name of steel")
+    scene.add(cn.wall((0, -1), (0, 1), steel))
+    scene.interact("rock", "rock", cn.Bonded(mu=0.3))
+    with pytest.raises(legacy.LegacyError, match=r"contactor half_plane \(body 6\).*law Bonded\(mu=0.3\)"):
+        legacy.write_datbox(scene, tmp_path / "no")
+    assert not (tmp_path / "no").exists()
+    with pytest.warns(legacy.UnmappedWarning, match="half_plane"):
+        legacy.write_datbox(scene, tmp_path / "DATBOX", unmapped="skip")
+    text = (tmp_path / "DATBOX" / "BODIES.DAT").read_text()
+    text = text.replace("JONCx", "xKSID", 1)
+    (tmp_path / "DATBOX" / "BODIES.DAT").write_text(text)
+    with pytest.raises(legacy.LegacyError, match="contactor xKSID of RBDY2 5"):
+        legacy.read_datbox(tmp_path)
+    with pytest.warns(legacy.UnmappedWarning, match="xKSID of RBDY2 5"):
+        assert legacy.read_datbox(tmp_path, unmapped="skip").legacy.unmapped == ["contactor xKSID of RBDY2 5"]
+
+
+@pytest.mark.parametrize(
+    "file, old, new, message",
+    [
+        ("BODIES.DAT", "avrd= ", "avrd=x", r"BODIES.DAT, line \d+: columns 35-48 hold 'x.*', not a number"),
+        ("BODIES.DAT", " RBDY2      2", " RBDY2      7", "body 2 has the number 7"),
+        ("BODIES.DAT", " RBDY2      1", " CYBDY      1", "CYBDY are not known"),
+        ("TACT_BEHAV.DAT", "  law00  RBDY2", "  nolaw  RBDY2", "law 'nolaw' is not declared; there are law00"),
+        ("TACT_BEHAV.DAT", "fric=", "frik=", r"lacks fric="),
+        ("BULK_BEHAV.DAT", "Umas=", "Vmas=", "has no density Umas="),
+        ("DRV_DOF.DAT", " vlocy      1", " vlocy      9", "drives dof 9; a body of 2D has 3"),
+        ("DRV_DOF.DAT", "evolution d5_1.dat", "evolution none.dat", "none.dat: cannot be read"),
+    ],
+)
+def test_malformed_files_are_refused_with_file_and_place(tmp_path, file, old, new, message):
+    legacy.write_datbox(small_scene(), tmp_path)
+    text = (tmp_path / file).read_text()
+    assert old in text
+    (tmp_path / file).write_text(text.replace(old, new, 1))
+    with pytest.raises(legacy.LegacyError, match=message):
+        legacy.read_datbox(tmp_path)
+
+
+def test_files_cut_short_and_missing_folders_are_refused(tmp_path):
+    with pytest.raises(legacy.LegacyError, match="there is no BODIES.DAT"):
+        legacy.read_datbox(tmp_path)
+    legacy.write_datbox(small_scene(), tmp_path)
+    text = (tmp_path / "BODIES.DAT").read_text()
+    (tmp_path / "BODIES.DAT").write_text(text[: text.rindex("$tacty") + 6])
+    with pytest.raises(legacy.LegacyError, match="ends in the middle of a block"):
+        legacy.read_datbox(tmp_path)
+
+
+# ---------------------------------------------------------------------- the samples
+
+
+def run_sample(name, steps=None):
+    """The simulation of a sample, and what LMGC90 stored of its tracked bodies."""
+    case = json.loads((DATA / name / "case.json").read_text())
+    scene = legacy.read_datbox(DATA / name)
+    strategy = cn.NSCD(case["theta"], cn.NLGS(tol=1e-10, max_iter=20000), scene.legacy.alert, contact_point="surface")
+    sim = cn.Simulation(scene, case["dt"], strategy, overlap="ignore")
+    with open(DATA / name / "history.csv") as f:
+        history = {int(row["step"]): row for row in csv.DictReader(f)}
+    worst = 0.0
+    for k in range(1, (steps or case["steps"]) + 1):
+        sim.step()
+        for b in case["tracked_bodies"] if k in history else ():
+            stored = [float(history[k][f"body{b}_{axis}"]) for axis in "xyz"[: scene.dim]]
+            worst = max(worst, float(np.max(np.abs(sim.bodies.position[b - 1] - stored))))
+    return sim, scene, worst
+
+
+@samples
+@pytest.mark.parametrize(
+    "name, steps, gate",  # gate: share of the smallest radius; piles as long as chaos leaves them alike
+    [
+        ("restitution2d", None, 1e-6),
+        ("driven_wall2d_constant", 100, 1e-5),
+        ("driven_wall2d_evolution", 100, 1e-5),
+        ("driven_wall2d_harmonic", 80, 1e-5),
+        ("disks2d_box", 30, 1e-9),
+        ("spheres3d_box", 30, 1e-4),
+    ],
+)
+def test_samples_follow_what_was_stored(name, steps, gate):
+    sim, scene, worst = run_sample(name, steps)
+    smallest = min(b.radius for b in scene.legacy.datbox.bodies)
+    assert worst < gate * smallest
+    if steps is None:  # the whole state at the end too, spins and angles included
+        stored = legacy.read_outbox(DATA / name)[-1]
+        at = np.array([b.position[: scene.dim] for b in scene.legacy.datbox.bodies]) + stored.displacement
+        assert np.max(np.abs(sim.bodies.position - at)) < 1e-5 * smallest
+        assert np.max(np.abs(sim.bodies.velocity - stored.velocity)) < 1e-5
+
+
+@samples
+def test_every_sample_is_read_or_refused_by_name(tmp_path):
+    for folder in sorted(p for p in DATA.iterdir() if p.is_dir()):
+        try:
+            scene = legacy.read_datbox(folder)
+            assert scene.count == len(scene.legacy.datbox.bodies)
+        except legacy.LegacyError as error:
+            assert "Cairn has nothing to map this to:" in str(error), folder.name
+        assert legacy.read_outbox(folder)
+
+
+@samples
+def test_state_from_stored_results_and_both_formats_agree():
+    folder = DATA / "disks2d_box"
+    text, full = legacy.read_outbox(folder)[-1], legacy.read_h5(folder / "lmgc90.h5")[-1]
+    assert text.step == full.step and np.allclose(text.displacement, full.displacement, rtol=1e-6, atol=1e-9)
+    assert sorted(map(tuple, text.contacts["bodies"].tolist())) == sorted(map(tuple, full.contacts["bodies"].tolist()))
+    scene = legacy.read_datbox(folder, state=folder / "lmgc90.h5", step=70)
+    stored = next(i for i in legacy.read_h5(folder / "lmgc90.h5") if i.step == 70)
+    first = scene.sets[0]
+    assert np.allclose(first.velocity, stored.velocity[: len(first)], rtol=1e-12)
+    with pytest.raises(legacy.LegacyError, match="holds no step 71; it holds 40, 70, 200"):
+        legacy.read_datbox(folder, state=folder / "lmgc90.h5", step=71)
+
+
+@samples
+def test_samples_written_again_are_the_same_scene(tmp_path):
+    for name in ("restitution2d", "driven_wall2d_harmonic", "driven_wall2d_evolution", "spheres3d_box"):
+        first = legacy.read_datbox(DATA / name)
+        legacy.write_datbox(first, tmp_path / name)
+        second = legacy.read_datbox(tmp_path / name)
+        shutil.rmtree(tmp_path / name)
+        assert np.allclose(scene_positions(first), scene_positions(second), rtol=1e-7, atol=1e-9)
+        assert [repr(law) for _, _, law in first.rules] == [repr(law) for _, _, law in second.rules] or name == "restitution2d"
+        for a, b in zip(first.sets, second.sets, strict=True):
+            assert np.allclose(a.mass, b.mass, rtol=2e-7) and a.driven == b.driven
+            for t in (0.0, 0.013, 0.2):
+                for given, got in ((a.drive, b.drive), (a.force, b.force)):
+                    one, two = (0.0 if f is None else f(t) if callable(f) else f for f in (given, got))
+                    assert np.allclose(one, two, rtol=1e-6, atol=1e-6)
