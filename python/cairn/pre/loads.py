@@ -1,0 +1,213 @@
+"""What masonry is loaded by: supports that settle, spread or tilt, earthquakes, point and distributed loads.
+
+Motions are cairn.Table functions of time, made to be the `drive` of a set of held bodies; loads are resultants (dofs,) about
+the centre of a body, made to be its `force`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..time_functions import Table
+from . import checks
+
+STANDARD_GRAVITY = 9.80665  # [m/s2], the unit of PEER's records
+
+
+def displaced(displacement, duration, start=0.0, ramp=0.25) -> Table:
+    """Velocity of a support that moves by `displacement` (components,) [m or rad] in `duration` [s] from `start` on.
+
+    The speed rises and falls linearly during the given share `ramp` (at most a half) of the duration at each end, so that
+    nothing is hit; its integral is the displacement. For settlement (0, -s), spreading (s, 0), turning about the centre.
+    """
+    total = np.atleast_1d(checks.real_array("displacement", np.atleast_1d(np.asarray(displacement, float)), (None,)))
+    duration, start = checks.positive("duration", duration), checks.number("start", start)
+    ramp = checks.positive("ramp", ramp)
+    if ramp > 0.5:
+        raise ValueError(f"ramp is {ramp}: give a share of the duration of at most 0.5")
+    peak = total / (duration * (1 - ramp))
+    times = [start, start + ramp * duration, start + (1 - ramp) * duration, start + duration]
+    values = np.array([0 * peak, peak, peak, 0 * peak])
+    if times[1] >= times[2]:
+        times, values = [times[0], times[1], times[3]], values[[0, 1, 3]]
+    return Table(np.array(times), values)
+
+
+def tilted(center, pivot, angle, duration, axis=None, start=0.0, samples=200) -> Table:
+    """Velocity (3,) or (6,) of a support with its centre at `center` that turns by `angle` [rad] about a line through `pivot`.
+
+    axis: direction of the line in 3D. The table holds `samples` instants; between them it is linear.
+    """
+    center = checks.real_array("center", np.asarray(center, float), (None,))
+    dim = checks.dimension(len(center))
+    pivot = checks.real_array("pivot", np.asarray(pivot, float), (dim,))
+    turn = displaced([checks.number("angle", angle)], duration, start)
+    times = np.unique(np.concatenate([turn.times, start + duration * np.arange(samples + 1) / samples]))
+    rate = np.interp(times, turn.times, turn.values[:, 0])
+    done = np.concatenate([[0.0], np.cumsum(np.diff(times) * (rate[1:] + rate[:-1]) / 2)])
+    arm = center - pivot
+    if dim == 2:
+        x, y = arm
+        moved = np.column_stack((np.cos(done) * x - np.sin(done) * y, np.sin(done) * x + np.cos(done) * y))
+        values = np.column_stack((-rate * moved[:, 1], rate * moved[:, 0], rate))
+        return Table(times, values)
+    if axis is None:
+        raise ValueError("axis is missing: give the direction (3,) of the line about which the support turns")
+    axis = checks.real_array("axis", np.asarray(axis, float), (3,))
+    if not np.any(axis):
+        raise ValueError(f"axis is {axis}: give a vector of non-zero length")
+    axis = axis / np.linalg.norm(axis)
+    along, across = axis * (axis @ arm), np.cross(axis, arm)
+    moved = along + np.cos(done)[:, None] * (arm - along) + np.sin(done)[:, None] * across  # Rodrigues 1840
+    return Table(times, np.concatenate([rate[:, None] * np.cross(axis, moved), rate[:, None] * axis], axis=1))
+
+
+@dataclass(frozen=True, eq=False)
+class Accelerogram:
+    """A record of the ground's acceleration. times (n,) [s], evenly spaced or not; acceleration (n,) [m/s2]; name."""
+
+    times: np.ndarray
+    acceleration: np.ndarray
+    name: str = ""
+
+    def __post_init__(self):
+        Table(self.times, self.acceleration)  # refuses what is no function of time
+
+    @property
+    def peak(self):
+        """Largest acceleration [m/s2]."""
+        return float(np.max(np.abs(self.acceleration)))
+
+    def scaled(self, factor=None, peak=None):
+        """The record times a factor, or with another peak acceleration [m/s2]."""
+        factor = checks.positive("peak", peak) / self.peak if factor is None else checks.number("factor", factor)
+        return Accelerogram(self.times, self.acceleration * factor, self.name)
+
+    def velocity(self, corrected=True):
+        """Velocity (n,) [m/s] of the ground, the exact integral of the acceleration linear between samples.
+
+        corrected: less the straight line that leaves the ground at rest at the end (baseline correction).
+        """
+        steps = np.diff(self.times)
+        v = np.concatenate([[0.0], np.cumsum(steps * (self.acceleration[1:] + self.acceleration[:-1]) / 2)])
+        if corrected:
+            v = v - v[-1] * (self.times - self.times[0]) / (self.times[-1] - self.times[0])
+        return v
+
+    def drive(self, direction, corrected=True) -> Table:
+        """What drives the base: velocity along a direction (dim,), of which the length counts, as a Table (n, dim)."""
+        direction = checks.real_array("direction", np.asarray(direction, float), (None,))
+        checks.dimension(len(direction))
+        rotations = 1 if len(direction) == 2 else 3
+        row = np.concatenate([direction, np.zeros(rotations)])
+        return Table(self.times, self.velocity(corrected)[:, None] * row)
+
+
+def read_accelerogram(path, unit=None, step=None) -> Accelerogram:
+    """A record from a file: PEER's .AT2 (accelerations in g), or CSV.
+
+    CSV: columns time [s] and acceleration, or acceleration alone with `step` [s] between samples; separated by comma,
+    semicolon, tab or blanks; lines that begin with no number are titles. unit: of the acceleration [m/s2], 1 for CSV and
+    9.80665 for .AT2 unless given. Raises ValueError naming the file and line that make no sense.
+    """
+    path = Path(path)
+    lines = path.read_text(errors="replace").splitlines()
+    if path.suffix.lower() == ".at2":
+        times, values = at2(path, lines)
+        unit = STANDARD_GRAVITY if unit is None else unit
+    else:
+        times, values = columns(path, lines, step)
+    return Accelerogram(times, values * (1.0 if unit is None else checks.positive("unit", unit)), path.stem)
+
+
+def at2(path, lines):
+    """Times and values of PEER's format: three lines of title, one with NPTS and DT, then the samples."""
+    patterns = r"NPTS\s*=\s*(\d+).*DT\s*=\s*([0-9.]+)", r"^\s*(\d+)\s+([0-9.]+)\s+NPTS,\s*DT"
+    titles = [(k, re.search(p, line)) for k, line in enumerate(lines[:10]) for p in patterns]
+    titles = [(k, match) for k, match in titles if match]
+    if not titles:
+        raise ValueError(f"{path.name} has no line 'NPTS= ..., DT= ...' among its first ten: it is no PEER record")
+    k, title = titles[0]
+    wanted, step = int(title.group(1)), float(title.group(2))
+    values = []
+    for number, line in enumerate(lines[k + 1 :], k + 2):
+        try:
+            values += [float(word.replace("D", "E").replace("d", "e")) for word in line.split()]
+        except ValueError:
+            raise ValueError(f"{path.name}, line {number}: {line.strip()!r} is not a row of numbers") from None
+    if len(values) != wanted:
+        raise ValueError(f"{path.name} says NPTS = {wanted} and holds {len(values)} samples: it is cut or damaged")
+    return np.arange(wanted) * step, np.array(values)
+
+
+def columns(path, lines, step):
+    """Times and values of a CSV file."""
+    rows = []
+    for number, line in enumerate(lines, 1):
+        words = [w for w in re.split(r"[,;\s]+", line.strip()) if w]
+        if not words or line.lstrip().startswith("#"):
+            continue
+        try:
+            rows.append([float(w) for w in words])
+        except ValueError:
+            if rows:
+                raise ValueError(f"{path.name}, line {number}: {line.strip()!r} is not a row of numbers") from None
+    widths = {len(r) for r in rows}
+    wanted = 2 if step is None else 1
+    if widths != {wanted}:
+        raise ValueError(
+            f"{path.name} has rows of {sorted(widths)} numbers: give time and acceleration, or acceleration alone with step="
+        )
+    table = np.array(rows)
+    return (table[:, 0], table[:, 1]) if step is None else (np.arange(len(table)) * checks.positive("step", step), table[:, 0])
+
+
+def point_load(force, point, center) -> np.ndarray:
+    """The resultant (3,) or (6,) about a body's centre of a force (dim,) [N] at a point (dim,) [m]."""
+    center = checks.real_array("center", np.asarray(center, float), (None,))
+    dim = checks.dimension(len(center))
+    force = checks.real_array("force", np.asarray(force, float), (dim,))
+    arm = checks.real_array("point", np.asarray(point, float), (dim,)) - center
+    turn = np.cross(arm, force) if dim == 3 else [arm[0] * force[1] - arm[1] * force[0]]
+    return np.concatenate([force, turn])
+
+
+def distributed_load(blocks, traction, facing, depth=1.0) -> np.ndarray:
+    """Resultants (n, 3 | 6) about the blocks' centres of a traction (dim,) [Pa] on their faces that look along `facing`.
+
+    A face takes it if its normal is within 1e-6 of that direction and no other block lies on it: joints carry none, so that
+    what is on top of a wall, or on its outer side, is loaded. depth [m] in 2D.
+    """
+    from .blocks import face_table
+
+    dim = blocks.dim
+    traction = checks.real_array("traction", np.asarray(traction, float), (dim,))
+    facing = checks.real_array("facing", np.asarray(facing, float), (dim,))
+    facing = facing / np.linalg.norm(facing)
+    center = blocks.properties().center
+    result = np.zeros((len(blocks), dim + (1 if dim == 2 else 3)))
+    _, owner, normal, loops = face_table(blocks)
+    for body, n, loop in zip(owner, normal, loops):
+        if n @ facing > 1 - 1e-12:
+            area, middle = face_area(loop, n)
+            result[body] += point_load(traction * area * (depth if dim == 2 else 1.0), middle, center[body])
+    found = blocks.joints()
+    for (a, b), n, polygon in zip(found.blocks, found.normal, found.polygon):
+        for body, outward in ((a, -n), (b, n)):
+            if outward @ facing > 1 - 1e-12:
+                area, middle = face_area(polygon, outward)
+                result[body] -= point_load(traction * area * (depth if dim == 2 else 1.0), middle, center[body])
+    return result
+
+
+def face_area(loop, normal):
+    """Area and centroid of a plane polygon in space, or length and middle of an edge."""
+    if len(normal) == 2:
+        return float(np.linalg.norm(loop[1] - loop[0])), loop.mean(axis=0)
+    a, b, c = loop[0], loop[1:-1], loop[2:]
+    areas = np.abs(np.cross(b - a, c - a) @ normal) / 2
+    return float(areas.sum()), (areas @ (a + b + c) / 3) / areas.sum()
