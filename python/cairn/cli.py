@@ -19,6 +19,7 @@ examples:
   cairn convert pile.vtkhdf pile.csv           for a spreadsheet; .npz for numpy, .vtu or .vtp for older readers
   cairn solve box.hdf5 --tol 1e-8              a frictional contact problem of its own (FCLIB, Siconos)
   cairn view pile.vtkhdf                       turn it round in a window
+  cairn verify pile.vtkhdf other.vtkhdf        two runs compared, with a verdict (exit status 3: they differ)
   cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run
 
 'cairn COMMAND --help' tells more of each. ParaView opens .vtkhdf files as they are (5.13 or later).
@@ -39,6 +40,7 @@ def build_parser():
     _info_parser(commands)
     _plot_parser(commands)
     _convert_parser(commands)
+    _verify_parser(commands)
     law = _add(
         commands, "new-law", "write a contact law of your own, ready to build, to run and to test", "cairn new-law sticky"
     )
@@ -138,8 +140,26 @@ def _convert_parser(commands):
     convert.add_argument("--overwrite", action="store_true", help="replace the file if it is there")
 
 
+def _verify_parser(commands):
+    check = _add(
+        commands,
+        "verify",
+        "compare two runs body by body and contact by contact",
+        "cairn verify pile.vtkhdf again.vtkhdf\n"
+        "cairn verify lmgc90_case/ pile.vtkhdf --tol position=1e-3 --tol total_force=0.01 -o divergence.png\n"
+        "exit status: 0 the runs agree, 3 they differ, 1 a file cannot be read",
+    )
+    check.add_argument("a", help="a .vtkhdf file, an lmgc90.h5, or a folder with DATBOX and OUTBOX")
+    check.add_argument("b", help="the other")
+    check.add_argument("--tol", action="append", metavar="NAME=VALUE", help="largest value of a norm (default: position=1e-4)")
+    check.add_argument("--until", type=float, help="ignore later instants [s]")
+    check.add_argument("--size", type=float, help="size of a body [m] (default: median radius of A)")
+    check.add_argument("-o", "--output", help="picture of the divergence over time")
+    check.add_argument("--csv", help="write the norms at all common instants")
+
+
 def main(arguments=None):
-    """Run the command; returns the exit status: 0 done, 1 an error, 2 a wrong call, 130 interrupted."""
+    """Run the command; returns the exit status: 0 done, 1 an error, 2 a wrong call, 3 runs differ, 130 interrupted."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     parser = build_parser()
     passed_on = []
@@ -157,6 +177,8 @@ def main(arguments=None):
             return run(options, passed_on)
         if options.command == "new-law":
             return new_law(options)
+        if options.command == "verify":
+            return verify(options)
         if options.command == "solve":
             return problem_command.solve(options)
         from . import post  # noqa: F401  a message of its own if h5py is missing
@@ -291,6 +313,35 @@ def convert(options):
     for path in write(options.file, options.out, what=options.what, step=options.step, overwrite=options.overwrite):
         print(path)
     return 0
+
+
+def verify(options):
+    """`cairn verify`."""
+    from .post.verify import verify as compare
+
+    tolerances = None
+    if options.tol:
+        words = [t.partition("=") for t in options.tol]
+        try:
+            tolerances = {name: float(value) for name, _, value in words}
+        except ValueError:
+            raise ValueError(f"--tol {' '.join(options.tol)}: write NAME=VALUE, as in position=1e-4") from None
+    result = compare(options.a, options.b, tolerances, until=options.until, size=options.size)
+    print(result.table())
+    if options.csv:
+        import csv
+
+        with open(options.csv, "w", newline="") as file:
+            writer = csv.DictWriter(file, list(result.rows[0]))
+            writer.writeheader()
+            writer.writerows(result.rows)
+    if options.output:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        _save(result.plot(), options.output, 120)
+        print(options.output)
+    return 0 if result.agrees else 3
 
 
 def new_law(options):
