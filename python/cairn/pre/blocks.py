@@ -141,6 +141,11 @@ class Blocks:
         rows[order] = np.arange(len(self))
         return sets, rows
 
+    def add_to(self, scene, material, **options) -> np.ndarray:
+        """Adds the blocks to a scene: the ids (n,) of their bodies, in the order of the blocks. Options: those of `sets`."""
+        sets, rows = self.sets(material, **options)
+        return scene.add(*sets)[rows]
+
     def joints(self, flush=FLUSH) -> Joints:
         """Parts of faces that lie on each other within `flush` of the size of the larger of both blocks."""
         return joints(self, flush)

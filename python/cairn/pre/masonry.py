@@ -6,6 +6,26 @@ Each returns cairn.pre.blocks.Blocks; `blocks.sets(material)` makes bodies of th
 from .arches import arch
 from .blocks import Blocks, Joints
 from .bridges import Tier, bridge, pont_du_gard
+from .stones import random_polygons, random_polyhedra, voronoi
+from .vaults import barrel_vault, cross_vault, dome, groin_vault
 from .walls import column, panel, stairs, wall
 
-__all__ = ["Blocks", "Joints", "Tier", "arch", "bridge", "column", "panel", "pont_du_gard", "stairs", "wall"]
+__all__ = [
+    "Blocks",
+    "Joints",
+    "Tier",
+    "arch",
+    "barrel_vault",
+    "bridge",
+    "column",
+    "cross_vault",
+    "dome",
+    "groin_vault",
+    "panel",
+    "pont_du_gard",
+    "random_polygons",
+    "random_polyhedra",
+    "stairs",
+    "voronoi",
+    "wall",
+]
