@@ -26,14 +26,55 @@ std::int64_t add_bodies(Scene& s, std::int64_t count, const Doubles& position, c
 
 std::int64_t add_contactors(Scene& s, const std::string& shape, const Input<std::int64_t>& body,
                             const Input<std::int32_t>& material, const Doubles& radius, const Doubles& offset,
-                            const Doubles& direction) {
+                            const Doubles& direction, const std::optional<Input<std::int32_t>>& hull) {
   return s.add_contactors({body.size(),
                            shape_named(shape),
                            {body.data(), std::size_t(body.size())},
                            {material.data(), std::size_t(material.size())},
                            span_of(radius),
                            span_of(offset),
-                           span_of(direction)});
+                           span_of(direction),
+                           span_of(hull)});
+}
+
+std::int32_t add_hulls(Scene& s, const Input<double>& vertex, const Input<std::int64_t>& first_vertex,
+                       const Input<std::int64_t>& first_face, const Input<std::int64_t>& first_corner,
+                       const Input<std::int64_t>& corner) {
+  const auto span = [](const auto& a) { return std::span(a.data(), std::size_t(a.size())); };
+  return s.contactors.hulls.add({span(vertex), span(first_vertex), span(first_face), span(first_corner), span(corner)});
+}
+
+// Calls f(name, array) for every array of the hulls.
+template <class F>
+void each_hull_array(cairn::Hulls& h, F&& f) {
+  f("first_vertex", h.first_vertex);
+  f("first_face", h.first_face);
+  f("first_edge", h.first_edge);
+  f("first_corner", h.first_corner);
+  f("corner_vertex", h.corner_vertex);
+  f("corner_edge", h.corner_edge);
+  f("edge", h.edge);
+  f("vertex", h.vertex);
+  f("normal", h.normal);
+  f("offset", h.offset);
+  f("inner", h.inner);
+  f("radius", h.radius);
+}
+
+py::dict get_hulls(Scene& s) {
+  py::dict out;
+  each_hull_array(s.contactors.hulls, [&](const char* name, const auto& v) {
+    out[name] = py::array(py::ssize_t(v.size()), v.data()).attr("copy")();
+  });
+  return out;
+}
+
+void set_hulls(Scene& s, const py::dict& arrays) {
+  each_hull_array(s.contactors.hulls, [&](const char* name, auto& v) {
+    using T = typename std::decay_t<decltype(v)>::value_type;
+    const Input<T> in = py::cast<Input<T>>(arrays[name]);
+    v.assign(in.data(), in.data() + in.size());
+  });
 }
 
 void assign_body(Scene& s, const std::string& name, const py::array& values) {
@@ -92,6 +133,7 @@ py::dict get_state(Scene& s) {
   out["contactors"] = contactors;
   out["next_body_id"] = s.next_body_id;
   out["next_contactor_id"] = s.next_contactor_id;
+  if (s.contactors.hulls.count() > 0) out["hulls"] = get_hulls(s);
   out["cell"] = get_cell(s);
   return out;
 }
@@ -109,6 +151,7 @@ void set_state(Scene& s, const py::dict& state) {
   const py::dict bodies = state["bodies"], contactors = state["contactors"], cell = state["cell"];
   s.bodies.for_each_field([&](auto& f) { restore_field(f, bodies); });
   s.contactors.for_each_field([&](auto& f) { restore_field(f, contactors); });
+  if (state.contains("hulls")) set_hulls(s, state["hulls"]);
   s.next_body_id = py::cast<std::int64_t>(state["next_body_id"]);
   s.next_contactor_id = py::cast<std::int64_t>(state["next_contactor_id"]);
   s.fields_restored();
@@ -126,7 +169,11 @@ void bind_scene(py::module_& m) {
       .def_readwrite("gravity", &Scene::gravity)
       .def_readwrite("origin", &Scene::origin)
       .def("add_bodies", &add_bodies)
-      .def("add_contactors", &add_contactors)
+      .def("add_hulls", &add_hulls)
+      .def("add_contactors", &add_contactors, py::arg("shape"), py::arg("body"), py::arg("material"),
+           py::arg("radius") = py::none(), py::arg("offset") = py::none(), py::arg("direction") = py::none(),
+           py::arg("hull") = py::none())
+      .def_property_readonly("hulls", &get_hulls)
       .def("remove_bodies",
            [](Scene& s, const Input<std::int64_t>& ids) {
              s.remove_bodies({ids.data(), std::size_t(ids.size())});

@@ -6,10 +6,17 @@ set(CAIRN_CORE_SOURCES
   detection/grid_levels.f90
   detection/grid_search.f90
   detection/hilbert_keys.f90
+  detection/hull_axes.f90
+  detection/hull_distance.f90
+  detection/hull_patch.f90
+  detection/hull_places.f90
+  detection/hull_view.f90
   detection/key_sort.f90
   detection/pair_geometry.f90
   detection/pair_lists.f90
+  detection/patch_points.f90
   detection/periodic_items.f90
+  detection/polygon_contact.f90
   detection/separation.f90
   detection/wall_search.f90
   integrators/energy.f90

@@ -2,7 +2,7 @@
 
 namespace cairn {
 
-Contactors::Contactors(int dimension) : dim(dimension) {
+Contactors::Contactors(int dimension) : dim(dimension), hulls(dimension) {
 #define CAIRN_CONTACTOR_FIELD(field, type, c2, c3, unit_, stage_, when, meaning_)                                      \
   field.name = #field;                                                                                                 \
   field.unit = unit_;                                                                                                  \

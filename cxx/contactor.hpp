@@ -1,6 +1,7 @@
 // The shapes that detect, each carried by a body.
 #pragma once
 #include "field.hpp"
+#include "hulls.hpp"
 
 namespace cairn {
 
@@ -14,6 +15,7 @@ struct Contactors {
   explicit Contactors(int dim);
   int dim;
   std::int64_t count = 0;
+  Hulls hulls; // what the polygons and polyhedra among them are
 
 #define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
 #include "fields.def"

@@ -22,7 +22,7 @@ struct LineAllocator {
 template <class T>
 using Array = std::vector<T, LineAllocator<T>>;
 
-enum class Need { always, rotation, force, anisotropic, driven, damping, smooth, offset, direction };
+enum class Need { always, rotation, force, anisotropic, driven, damping, smooth, offset, direction, hull };
 
 template <class T>
 struct Field {

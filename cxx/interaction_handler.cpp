@@ -9,66 +9,15 @@
 
 #include "cairn/core.h"
 #include "call.hpp"
-#include "detection_grid.hpp"
+#include "detection_workspace.hpp"
 
 namespace cairn {
 
+using namespace detection;
+
 namespace {
 
-struct PairKind {
-  const char* name;
-  Shape a, b;
-  cairn_pair_contact* contact;
-};
-const PairKind pair_kinds[] = {
-#define CAIRN_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, cairn_pair_##name},
-#include "../core_f90/detection/pairs.def"
-#undef CAIRN_PAIR
-};
-constexpr int kinds = int(std::size(pair_kinds));
-const char* const shape_names[] = {
-#define CAIRN_SHAPE(name, dimension, bounded) #name,
-#include "../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
-constexpr bool shape_bounded[] = {
-#define CAIRN_SHAPE(name, dimension, bounded) bounded != 0,
-#include "../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
-constexpr int shapes = int(std::size(shape_bounded));
-constexpr bool directed(Shape shape) { return shape != Shape::disk && shape != Shape::sphere; }
-
-constexpr std::int32_t declared_bit = 1 << 30; // beside an image
-constexpr std::int32_t image_bits = declared_bit - 1;
-constexpr int batch = 256; // pairs of a call of the narrow phase
 constexpr std::int64_t cells_at_once = 2048;
-
-// Which kind two shapes make, and how they are turned to be A and B: 0 as they come, 1 the other way, 2 by id.
-struct KindTable {
-  std::int32_t kind[shapes * shapes], turn[shapes * shapes];
-  KindTable() {
-    std::fill(std::begin(kind), std::end(kind), -1);
-    std::fill(std::begin(turn), std::end(turn), 0);
-    for (int k = 0; k < kinds; ++k) {
-      const int a = int(pair_kinds[k].a), b = int(pair_kinds[k].b);
-      kind[a + shapes * b] = kind[b + shapes * a] = k;
-      turn[b + shapes * a] = 1;
-      if (a == b) turn[a + shapes * a] = 2;
-    }
-  }
-};
-const KindTable kind_table;
-
-// Grows, never shrinks, and does not keep what was there.
-template <class T>
-void make_room(Array<T>& array, std::int64_t n) {
-  if (std::int64_t(array.size()) < n) Array<T>(n + n / 8).swap(array);
-}
-template <class T>
-std::size_t bytes_of(const Array<T>& array) {
-  return array.capacity() * sizeof(T);
-}
 
 // Internal number by id: a table where ids are about as many as their range, as they are; a sorted list where they are
 // not.
@@ -98,15 +47,9 @@ private:
   bool dense_ = false;
 };
 
-// Pairs that one thread found, before they are ordered.
-struct alignas(128) PairList {
-  std::int64_t count = 0;
-  Array<std::int32_t> a, b, image, kind, hits;
-  void reserve(std::int64_t n) {
-    if (std::int64_t(a.size()) < n)
-      for (auto* array : {&a, &b, &image, &kind}) array->resize(n + n / 4);
-  }
-};
+} // namespace
+
+namespace detection {
 
 std::string name_of(const Contactors& contactors, const Bodies& bodies, std::int64_t i) {
   return std::string(shape_names[std::size_t(contactors.shape.values[i])]) + " (contactor " +
@@ -114,55 +57,7 @@ std::string name_of(const Contactors& contactors, const Bodies& bodies, std::int
          std::to_string(bodies.id.values[contactors.body.values[i]]);
 }
 
-} // namespace
-
-struct InteractionHandler::Workspace {
-  // options
-  std::int32_t materials = 0;
-  Array<std::int8_t> allowed;
-  std::vector<DeclaredPair> declared;
-
-  // the scene of this call
-  const Bodies* bodies = nullptr;
-  const Contactors* contactors = nullptr;
-  const Cell* cell = nullptr;
-  const Margin* margin = nullptr;
-  const double *position = nullptr, *rotation = nullptr;
-  int dim = 2;
-  std::int32_t periodic[3] = {0, 0, 0};
-  bool any_periodic = false;
-
-  // per contactor
-  Array<double> centre, direction, reach;
-  std::vector<std::int32_t> walls;
-  Array<std::int32_t> bounded;
-  // per item: a bounded contactor, or a ghost of one
-  std::int64_t items = 0, real_items = 0;
-  Array<double> item_x, item_reach;
-  Array<std::int32_t> item_contactor, item_lattice, ghost_of;
-  DetectionGrid grid;
-  std::vector<PairList> lists;
-  // ordering and narrow phase
-  Array<std::int32_t> place, number_of_id;
-  Array<std::int8_t> keep;
-  std::int32_t slot_of_kind[kinds] = {};
-  std::int64_t kind_end[kinds] = {};
-
-  double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
-  void check() const;
-  void check_cell() const;
-  void place_contactors();
-  void make_items();
-  void search_grid();
-  void search_walls();
-  void add_declared();
-  std::int32_t nearest_image(std::int64_t a, std::int64_t b) const;
-  void order_pairs(Candidates& out);
-  void narrow(Candidates& out);
-  std::int64_t narrow_batch(int kind, std::int64_t first, std::int64_t last, Candidates& out);
-  void drop_what_does_not_count(Candidates& out);
-  void admit(PairList& list, std::int64_t added) const;
-};
+} // namespace detection
 
 InteractionHandler::InteractionHandler() : work(std::make_unique<Workspace>()) {}
 InteractionHandler::~InteractionHandler() = default;
@@ -264,6 +159,7 @@ void InteractionHandler::Workspace::place_contactors() {
       if (at_reach >= 0) bad_reach = std::min(bad_reach, at_reach);
     }
   });
+  if (contactors->hull.active) place_hulls();
   if (bad_centre < n) {
     std::string where;
     for (int k = 0; k < dim; ++k) where += (k ? ", " : "") + std::to_string(centre[bad_centre * dim + k]);
@@ -273,6 +169,26 @@ void InteractionHandler::Workspace::place_contactors() {
   if (bad_reach < n)
     throw Error("radius or margin: " + name_of(*contactors, *bodies, bad_reach) + " has radius + margin " +
                 std::to_string(reach[bad_reach]) + " m; give finite lengths, not negative");
+}
+
+void InteractionHandler::Workspace::place_hulls() {
+  const std::int64_t n = contactors->count;
+  const Hulls& hulls = contactors->hulls;
+  const std::int32_t* hull = contactors->hull.values.data();
+  make_room(hull_place, n);
+  make_room(box, 2 * dim * n);
+  std::int64_t next = 0;
+  for (std::int64_t i = 0; i < n; ++i) {
+    hull_place[i] = next;
+    if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
+  }
+  make_room(turned, next);
+  in_slices(n, [&](std::int64_t first, std::int64_t last) {
+    cairn_hull_place(dim, first, last, contactors->body.values.data(), hull, hull_place.data(),
+                     hulls.first_vertex.data(), hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(),
+                     rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(), turned.data(),
+                     box.data());
+  });
 }
 
 // Walls are kept apart; all else is an item of the grid, and in a periodic cell so are its ghosts.
@@ -360,6 +276,8 @@ void InteractionHandler::Workspace::search_grid() {
     if (dim == 2 && contactors->direction.active)
       cairn_bar_search(found, a, b, image, int(Shape::segment), contactors->shape.values.data(), centre.data(),
                        direction.data(), reach.data(), cell->vectors, &found);
+    if (contactors->hull.active)
+      cairn_box_search(dim, found, a, b, image, centre.data(), box.data(), cell->vectors, &found);
     admit(list, found);
   }
 }
@@ -484,90 +402,16 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
   out.count = pairs;
 }
 
-void InteractionHandler::Workspace::narrow(Candidates& out) {
-  const std::int64_t pairs = out.count;
-  out.gap.resize(pairs);
-  out.normal.resize(pairs * dim);
-  out.point.resize(pairs * dim);
-  out.feature.resize(pairs);
-  std::fill_n(out.feature.begin(), pairs, 0);
-  make_room(keep, pairs);
-  std::int64_t kept = 0, begin = 0;
-  for (int k = 0; k < kinds; ++k) {
-    const std::int64_t batches = (kind_end[k] - begin + batch - 1) / batch;
-#pragma omp parallel for schedule(static) reduction(+ : kept) if (batches > 8)
-    for (std::int64_t i = 0; i < batches; ++i)
-      kept += narrow_batch(k, begin + i * batch, std::min(begin + (i + 1) * batch, kind_end[k]), out);
-    begin = kind_end[k];
-  }
-  out.count = kept;
-}
-
-std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t first, std::int64_t last,
-                                                         Candidates& out) {
-  alignas(64) double between[3 * batch], radius_a[batch], radius_b[batch], direction_b[4 * batch];
-  alignas(64) double gap[batch], normal[3 * batch], point[3 * batch];
-  alignas(64) std::int32_t status[batch];
-  const std::int32_t n = std::int32_t(last - first);
-  const std::int32_t *a = out.contactor_a.data() + first, *b = out.contactor_b.data() + first,
-                     *image = out.image.data() + first;
-  cairn_pair_gather(dim, n, a, b, image, centre.data(), contactors->radius.values.data(), directed(pair_kinds[kind].b),
-                    direction.data(), any_periodic, cell->vectors, between, radius_a, radius_b, direction_b);
-  pair_kinds[kind].contact(n, between, radius_a, radius_b, direction_b, gap, normal, point, status);
-  std::int32_t kept = 0;
-  cairn_pair_store(dim, n, a, b, image, centre.data(), gap, normal, point, status,
-                   margin->per_contactor ? -1 : margin->constant, margin->per_contactor, out.gap.data() + first,
-                   out.normal.data() + first * dim, out.point.data() + first * dim, keep.data() + first, &kept);
-  return kept;
-}
-
-// Closes the ranks; what was both declared and found stands twice in a row.
-void InteractionHandler::Workspace::drop_what_does_not_count(Candidates& out) {
-  const std::int64_t pairs = std::int64_t(out.gap.size());
-  if (out.count < pairs || !declared.empty()) {
-    std::int64_t to = 0;
-    for (std::int64_t i = 0; i < pairs; ++i) {
-      if (!keep[i]) continue;
-      const std::int32_t image = out.image[i] & image_bits;
-      if (to > 0 && out.contactor_a[i] == out.contactor_a[to - 1] && out.contactor_b[i] == out.contactor_b[to - 1] &&
-          image == out.image[to - 1])
-        continue;
-      out.contactor_a[to] = out.contactor_a[i];
-      out.contactor_b[to] = out.contactor_b[i];
-      out.image[to] = image;
-      out.gap[to] = out.gap[i];
-      for (int k = 0; k < dim; ++k) {
-        out.normal[to * dim + k] = out.normal[i * dim + k];
-        out.point[to * dim + k] = out.point[i * dim + k];
-      }
-      keep[to++] = keep[i];
-    }
-    out.count = to;
-  }
-  const auto refused = std::find(keep.begin(), keep.begin() + out.count, std::int8_t(2));
-  const std::int64_t at = refused - keep.begin();
-  const std::int64_t count = out.count;
-  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->resize(count);
-  out.gap.resize(count);
-  out.normal.resize(count * dim);
-  out.point.resize(count * dim);
-  if (at == count) return;
-  out.count = 0;
-  throw Error("radius: " + name_of(*contactors, *bodies, out.contactor_a[at]) + " (" +
-              std::to_string(contactors->radius.values[out.contactor_a[at]]) + " m) is wider than " +
-              name_of(*contactors, *bodies, out.contactor_b[at]) + " (" +
-              std::to_string(contactors->radius.values[out.contactor_b[at]]) + " m) and cannot be inside it");
-}
-
 std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
   std::size_t total = w.grid.bytes();
-  for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach}) total += bytes_of(*array);
-  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place, &w.number_of_id})
+  for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach, &w.turned, &w.box}) total += bytes_of(*array);
+  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place, &w.number_of_id,
+                            &w.pair_a, &w.pair_b, &w.pair_image})
     total += bytes_of(*array);
   for (const PairList& list : w.lists)
     for (const auto* array : {&list.a, &list.b, &list.image, &list.kind, &list.hits}) total += bytes_of(*array);
-  return total + bytes_of(w.keep);
+  return total + bytes_of(w.keep) + bytes_of(w.hull_place);
 }
 
 } // namespace cairn

@@ -71,6 +71,7 @@ bool Scene::has(Need need) const {
   case Need::smooth: return bodies.contact_force.active;
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;
+  case Need::hull: return contactors.hull.active;
   default: return true;
   }
 }
@@ -84,6 +85,7 @@ void Scene::activate(Need need) {
   contactors.for_each_field([&](auto& field) { open(field, contactors.count); });
   if (need == Need::rotation && dim == 3)
     for (std::int64_t i = 0; i < bodies.count; ++i) bodies.rotation[i][0] = 1;
+  if (need == Need::hull) std::fill(contactors.hull.values.begin(), contactors.hull.values.end(), -1);
 }
 
 std::int64_t Scene::add_bodies(const BodyBatch& b) {
@@ -137,6 +139,19 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   return first;
 }
 
+// Radii of the hulls of a batch.
+std::vector<double> Scene::check_hulls(const ContactorBatch& b) const {
+  if ((b.shape == Shape::polygon) != (dim == 2)) throw Error("polygons are of 2D scenes, polyhedra of 3D scenes");
+  check_size("hull", b.hull.size(), b.count, 1, false);
+  std::vector<double> radius(b.count);
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    if (b.hull[i] < 0 || b.hull[i] >= contactors.hulls.count())
+      refuse("hull", i, b.hull[i], "there are " + std::to_string(contactors.hulls.count()) + " hulls, numbered from 0");
+    radius[i] = contactors.hulls.radius[b.hull[i]];
+  }
+  return radius;
+}
+
 std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   const int components = contactors.direction.components;
   check_size("body", b.body.size(), b.count, 1, false);
@@ -145,10 +160,14 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   check_size("offset", b.offset.size(), b.count, dim, true);
   check_size("direction", b.direction.size(), b.count, components, true);
   const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || b.shape == Shape::tube;
+  const bool hull = b.shape == Shape::polygon || b.shape == Shape::polyhedron;
   check_positive("radius", b.radius, 1, !round, false);
   if (round && b.radius.empty() && b.count > 0) throw Error("radius is missing; a round contactor needs one");
   check_finite("offset", b.offset, dim);
-  if (!round && b.direction.empty() && b.count > 0) throw Error("direction is missing; a flat contactor needs one");
+  if (!round && !hull && b.direction.empty() && b.count > 0)
+    throw Error("direction is missing; a flat contactor needs one");
+  std::vector<double> radius(b.radius.begin(), b.radius.end());
+  if (hull) radius = check_hulls(b);
   std::vector<std::int32_t> body(b.count);
   for (std::int64_t i = 0; i < b.count; ++i) body[i] = internal(b.body[i]);
   std::vector<double> direction(b.direction.begin(), b.direction.end());
@@ -163,18 +182,20 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   }
   const auto off_centre = std::any_of(b.offset.begin(), b.offset.end(), [](double x) { return x != 0; });
   if (off_centre) activate(Need::offset);
-  if (off_centre || !direction.empty()) activate(Need::rotation);
+  if (off_centre || hull || !direction.empty()) activate(Need::rotation);
+  if (hull) activate(Need::hull);
   if (!direction.empty()) activate(Need::direction);
 
   const std::int64_t first = next_contactor_id, old = contactors.count;
   contactors.for_each_field([&](auto& field) { field.resize(old + b.count); });
-  append(contactors.radius, old, b.count, b.radius, 0);
+  append(contactors.radius, old, b.count, radius, 0);
   append(contactors.offset, old, b.count, b.offset, 0);
   append(contactors.direction, old, b.count, direction, 0);
   for (std::int64_t i = 0; i < b.count; ++i) {
     *contactors.id[old + i] = next_contactor_id++;
     *contactors.body[old + i] = body[i];
     *contactors.shape[old + i] = std::int16_t(b.shape);
+    if (contactors.hull.active) *contactors.hull[old + i] = hull ? b.hull[i] : -1;
     *contactors.material[old + i] = std::int16_t(b.material[b.material.size() == 1 ? 0 : i]);
   }
   contactors.count = old + b.count;

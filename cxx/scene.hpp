@@ -30,6 +30,7 @@ struct ContactorBatch {
   std::span<const double> radius;         // (n) [m]: zero
   std::span<const double> offset;         // (dim, n) [m]: zero
   std::span<const double> direction;      // (dim + 1, n): none
+  std::span<const std::int32_t> hull{};   // (n) numbers of hulls, of polygons and polyhedra only; radius is theirs
 };
 
 class Scene {
@@ -67,6 +68,7 @@ public:
 
 private:
   void reorder(const std::vector<std::int32_t>& body_order);
+  std::vector<double> check_hulls(const ContactorBatch& b) const;
   void refresh_orders();
   std::int64_t order_version_ = 0;
   std::vector<std::int32_t> insertion_order_, contactor_insertion_order_;

@@ -4,11 +4,13 @@ set(CAIRN_CXX_SOURCES
   c_api.cpp
   contactor.cpp
   detection_grid.cpp
+  hulls.cpp
   interaction.cpp
   interaction_fill.cpp
   interaction_handler.cpp
   interaction_plan.cpp
   law_table.cpp
+  narrow_phase.cpp
   periodic.cpp
   plug.cpp
   plugged_laws.cpp

@@ -9,6 +9,8 @@ LISTS = [
     ("Contact laws", "core_f90/contact_laws/laws.def", "CAIRN_LAW",
      ("file", "in Python", "unknowns in 2D", "in 3D", "parameters name:default:smallest:largest", "state")),
     ("Pairs of shapes", "core_f90/detection/pairs.def", "CAIRN_PAIR", ("file", "candidate", "antagonist", "most contacts")),
+    ("Pairs with polygons and polyhedra", "core_f90/detection/pairs.def", "CAIRN_HULL_PAIR",
+     ("file", "candidate", "antagonist", "most contacts")),
     ("Kinds of side", "core_f90/kinematics/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
     ("Contact solvers", "core_f90/solvers/solvers.def", "CAIRN_SOLVER",
      ("file", "in Python", "what it is", "in simulations", "of problems")),

@@ -21,6 +21,7 @@ from .post.errors import FileError
 from .post.load import load
 from .scene import Periodic, Scene
 from .servo import Servo
+from .shapes import boxes, polygons, polyhedra
 from .simulation import OverlapWarning, Simulation, StableStepWarning
 from .strategies import NLGS, NSCD, SmoothDEM
 from .time_functions import Harmonic, Table
@@ -56,10 +57,13 @@ __all__ = [
     "StableStepWarning",
     "Table",
     "box",
+    "boxes",
     "clumps",
     "disks",
     "load",
     "plug",
+    "polygons",
+    "polyhedra",
     "pre",
     "segment",
     "spheres",

@@ -18,7 +18,8 @@ DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
 @dataclass
 class ContactorSet:
     """Contactors of one shape. body: (m,) row of the body in its set; radius (m,) [m]; offset (m, dim) [m] or None;
-    direction (m, dim + 1) unit vector and half length, or None."""
+    direction (m, dim + 1) unit vector and half length, or None; of polygons and polyhedra hull (m,), which of `hulls` each
+    is, whose radius is found."""
 
     shape: str
     material: Material
@@ -26,6 +27,8 @@ class ContactorSet:
     radius: np.ndarray
     offset: np.ndarray | None = None
     direction: np.ndarray | None = None
+    hull: np.ndarray | None = None
+    hulls: object = None
 
 
 @dataclass

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import _core, bodies, time_functions
+from . import _core, bodies, shapes, time_functions
 from .laws import Law, law_from
 from .materials import Material
 from .pre import checks
@@ -156,9 +156,11 @@ class Scene:
             for j, c in enumerate(s.contactors):
                 entry = {
                     n: getattr(c, n)
-                    for n in ("shape", "body", "radius", "offset", "direction")
+                    for n in ("shape", "body", "radius", "offset", "direction", "hull")
                     if getattr(c, n) is not None
                 }
+                if c.hulls is not None:
+                    entry["hulls"] = dict(c.hulls._asdict())
                 entry |= {"material": c.material.name, "density": c.material.density or np.nan}
                 d["contactors"][f"{j:06d}"] = entry
             sets[f"{k:06d}"] = d
@@ -230,7 +232,16 @@ def _set_from(dim, d):
         density = float(c["density"])
         material = Material(c["material"], None if np.isnan(density) else density)
         contactors.append(
-            bodies.ContactorSet(c["shape"], material, c["body"], c["radius"], c.get("offset"), c.get("direction"))
+            bodies.ContactorSet(
+                c["shape"],
+                material,
+                c["body"],
+                c["radius"],
+                c.get("offset"),
+                c.get("direction"),
+                c.get("hull"),
+                shapes.Hulls(**c["hulls"]) if "hulls" in c else None,
+            )
         )
     options = {n: d[n] for n in ("velocity", "rotation", "damping") if n in d}
     for name in ("drive", "force"):
@@ -317,7 +328,10 @@ def insert(core, s, species, time=0.0):
     ids = np.arange(first, first + len(s))
     for c in s.contactors:
         number = species.setdefault((c.material.name, s.group or ""), len(species))
-        core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction)
+        hull = None
+        if c.hulls is not None:
+            hull = (core.add_hulls(*c.hulls) + c.hull).astype(np.int32)
+        core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction, hull)
     if s.mask:
         core.drive(ids, s.mask, None)
     return ids

@@ -320,9 +320,39 @@ void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b
 typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
 enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
+/* Convex polygons and polyhedra: what contactors share, numbered within a hull from 1, and a copy of each contactor turned
+ * to where it is. first_... (n + 1) count from 0. */
+typedef struct cairn_hulls {
+  int32_t dim;
+  int32_t most;                 /* contacts a pair of the present kind may have */
+  const int32_t* hull;          /* (contactors) -1: none */
+  const int32_t* first_vertex;  /* (hulls + 1) */
+  const int32_t* first_face;    /* (hulls + 1); sides in 2D */
+  const int32_t* first_edge;    /* (hulls + 1); none in 2D */
+  const int32_t* first_corner;  /* (faces + 1); none in 2D */
+  const int32_t* corner_vertex; /* (corners) counterclockwise from outside */
+  const int32_t* corner_edge;   /* (corners) from a corner to the next */
+  const int32_t* edge;          /* (4, edges) vertices from and to, face left and right of it */
+  const double* offset;         /* (faces) of their planes from the centre of the hull [m] */
+  const double* inner;          /* (hulls) radius of the ball around the centre that a hull holds [m] */
+  const int64_t* place;         /* (contactors) where the turned copy begins */
+  const double* turned;         /* of each contactor: vertices (n, dim) from its centre [m], then normals (n, dim) */
+} cairn_hulls;
+void cairn_hull_place(int32_t dim, int64_t first, int64_t last, const int32_t* body, const int32_t* hull,
+                      const int64_t* place, const int32_t* first_vertex, const int32_t* first_face,
+                      const double* vertex, const double* normal, int32_t has_rotation, const double* rotation,
+                      const double* radius, const double* reach, double* turned, double* box);
+void cairn_box_search(int32_t dim, int64_t n, int32_t* a, int32_t* b, int32_t* image, const double* centre,
+                      const double* box, const double* vectors, int64_t* kept);
+/* The same for pairs that see hulls: count (n) points of each pair, gap and feature (most, n), normal and point
+ * (dim, most, n); points with a gap above limit (n) are left out. */
+typedef void cairn_hull_contact(int32_t n, const cairn_hulls* hulls, const int32_t* a, const int32_t* b,
+                                const double* between, const double* radius_a, const double* radius_b,
+                                const double* direction_b, const double* limit, int32_t* count, double* gap,
+                                double* normal, double* point, int32_t* feature);
 #define CAIRN_PAIR(name, a, b, most) cairn_pair_contact cairn_pair_##name;
+#define CAIRN_HULL_PAIR(name, a, b, most) cairn_hull_contact cairn_pair_##name;
 #include "../../detection/pairs.def"
-#undef CAIRN_PAIR
 /* The plain way, to check against: see core_f90/reference. */
 void cairn_reference_detection(int32_t dim, int32_t n, const int32_t* form, const int32_t* body, const int64_t* id,
                                const int32_t* immovable, const double* centre, const double* radius,

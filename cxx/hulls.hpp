@@ -1,0 +1,47 @@
+// Convex polygons and polyhedra, shared by contactors. Once added a hull stays: its number is its place.
+#pragma once
+#include <span>
+
+#include "field.hpp"
+
+namespace cairn {
+
+// n hulls to add. Vertices from the centre of the contactor, in the axes of the body; faces as loops of vertices,
+// numbered from 0 within the hull, counterclockwise from outside. A polygon is its vertices in order; it has no faces.
+struct HullBatch {
+  std::span<const double> vertex;             // (dim, vertices) [m]
+  std::span<const std::int64_t> first_vertex; // (n + 1)
+  std::span<const std::int64_t> first_face;   // (n + 1), empty in 2D
+  std::span<const std::int64_t> first_corner; // (faces + 1), empty in 2D
+  std::span<const std::int64_t> corner;       // (corners), empty in 2D
+};
+
+// Vertices closer to a plane than this, relative to the size of the hull, are on it: as exact as files in single
+// precision are. Coplanar triangles make one face, and faces whose neighbours stand out by no more are convex.
+inline constexpr double hull_flatness = 1e-7;
+inline constexpr std::int64_t most_face_corners = 512, most_hull_edges = 16383;
+
+struct Hulls {
+  explicit Hulls(int dimension) : dim(dimension) {}
+  int dim;
+  // see cairn_hulls in cairn/core.h
+  std::vector<std::int32_t> first_vertex{0}, first_face{0}, first_edge{0}, first_corner{0};
+  std::vector<std::int32_t> corner_vertex, corner_edge, edge;
+  std::vector<double> vertex, normal, offset; // (dim, vertices) [m], (dim, faces), (faces) [m]
+  std::vector<double> inner, radius;          // (hulls) of the balls around 0 that it holds and that hold it [m]
+
+  std::int32_t count() const { return std::int32_t(first_vertex.size()) - 1; }
+  std::int32_t vertices(std::int32_t hull) const { return first_vertex[hull + 1] - first_vertex[hull]; }
+  std::int32_t faces(std::int32_t hull) const { return first_face[hull + 1] - first_face[hull]; }
+  // All or nothing: throws Error, naming hull, face and vertex, for what is not closed, not convex or has no volume.
+  // Returns the number of the first.
+  std::int32_t add(const HullBatch& batch);
+  std::size_t bytes() const;
+
+private:
+  void add_polygon(std::span<const double> x, std::int64_t which);
+  void add_polyhedron(const HullBatch& batch, std::int64_t which);
+  void measure();
+};
+
+} // namespace cairn
