@@ -70,7 +70,8 @@ struct Builder {
 };
 
 void Builder::take_vertices(std::span<const double> values) {
-  for (std::size_t i = 0; i < values.size() / 3; ++i) x.push_back({values[3 * i], values[3 * i + 1], values[3 * i + 2]});
+  for (std::size_t i = 0; i < values.size() / 3; ++i)
+    x.push_back({values[3 * i], values[3 * i + 1], values[3 * i + 2]});
   Vector low = x.empty() ? Vector{} : x[0], high = low;
   for (const Vector& v : x)
     for (int k = 0; k < 3; ++k) {
@@ -83,7 +84,8 @@ void Builder::take_vertices(std::span<const double> values) {
 // Faces of one plane are one: the plane is kept once.
 void Builder::take_face(std::span<const std::int64_t> corners, std::int64_t face) {
   const std::string name = "face " + std::to_string(face);
-  if (corners.size() < 3) refuse(which, name + " has " + std::to_string(corners.size()) + " corners; give three or more");
+  if (corners.size() < 3)
+    refuse(which, name + " has " + std::to_string(corners.size()) + " corners; give three or more");
   Vector area{};
   double longest = 0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
@@ -96,7 +98,8 @@ void Builder::take_face(std::span<const std::int64_t> corners, std::int64_t face
     for (int i = 0; i < 3; ++i) area[i] += c[i] / size / size;
   }
   const double twice = std::sqrt(dot(area, area));
-  if (!(twice > 0.1 * hull_flatness * longest)) return; // a sliver has no plane of its own; what it lacks shows as an open edge
+  if (!(twice > 0.1 * hull_flatness * longest))
+    return; // a sliver has no plane of its own; what it lacks shows as an open edge
   Plane plane{scaled(area, 1 / twice), 0};
   plane.offset = dot(plane.normal, x[corners[0]]);
   for (const auto c : corners) plane.offset = std::max(plane.offset, dot(plane.normal, x[c]));
@@ -309,9 +312,9 @@ std::int32_t Hulls::add(const HullBatch& batch) {
   try {
     for (std::int64_t i = 0; i < n; ++i) {
       if (dim == 2)
-        add_polygon(batch.vertex.subspan(2 * batch.first_vertex[i],
-                                         2 * (batch.first_vertex[i + 1] - batch.first_vertex[i])),
-                    i);
+        add_polygon(
+            batch.vertex.subspan(2 * batch.first_vertex[i], 2 * (batch.first_vertex[i + 1] - batch.first_vertex[i])),
+            i);
       else
         add_polyhedron(batch, i);
       measure();

@@ -405,7 +405,8 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
 std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
   std::size_t total = w.grid.bytes();
-  for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach, &w.turned, &w.box}) total += bytes_of(*array);
+  for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach, &w.turned, &w.box})
+    total += bytes_of(*array);
   for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place, &w.number_of_id,
                             &w.pair_a, &w.pair_b, &w.pair_image})
     total += bytes_of(*array);

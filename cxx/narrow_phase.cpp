@@ -19,7 +19,8 @@ void InteractionHandler::Workspace::narrow(Candidates& out) {
     begin = kind_end[k];
   }
   if (slots > std::numeric_limits<std::int32_t>::max())
-    throw Error("detection: " + std::to_string(pairs) + " pairs are within reach, with more contacts than one process " +
+    throw Error("detection: " + std::to_string(pairs) +
+                " pairs are within reach, with more contacts than one process " +
                 "can number; lower the margin or check sizes and positions");
   if (slots > pairs) {
     pair_a.swap(out.contactor_a);

@@ -74,8 +74,8 @@ contains
     logical :: holds
     integer :: k
     holds = .false.
-    do k = 1, s%count
-      holds = holds .or. (s%a(k) == i .and. s%b(k) == j)
+    do k = 1, 4
+      holds = holds .or. (k <= s%count .and. s%a(k) == i .and. s%b(k) == j)
     end do
   end function holds
 

@@ -320,8 +320,8 @@ void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b
 typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
 enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
-/* Convex polygons and polyhedra: what contactors share, numbered within a hull from 1, and a copy of each contactor turned
- * to where it is. first_... (n + 1) count from 0. */
+/* Convex polygons and polyhedra: what contactors share, numbered within a hull from 1, and a copy of each contactor
+ * turned to where it is. first_... (n + 1) count from 0. */
 typedef struct cairn_hulls {
   int32_t dim;
   int32_t most;                 /* contacts a pair of the present kind may have */
