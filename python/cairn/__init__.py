@@ -71,3 +71,13 @@ __all__ = [
     "wall",
     *laws.LAWS,
 ]
+
+_ON_DEMAND = ("problems", "study")  # modules that are loaded when first used
+
+
+def __getattr__(name):
+    if name in _ON_DEMAND:
+        import importlib
+
+        return importlib.import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

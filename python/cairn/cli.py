@@ -5,6 +5,7 @@ import os
 import sys
 
 from .problems import command as problem_command
+from .study import command as study_command
 
 EXAMPLES = """\
 examples:
@@ -18,6 +19,8 @@ examples:
                                                an animation of all outputs
   cairn convert pile.vtkhdf pile.csv           for a spreadsheet; .npz for numpy, .vtu or .vtp for older readers
   cairn solve box.hdf5 --tol 1e-8              a frictional contact problem of its own (FCLIB, Siconos)
+  cairn study pile.py --accuracy 1e-2 --of solid_fraction
+                                               which setting is the cheapest that is accurate enough
   cairn view pile.vtkhdf                       turn it round in a window
   cairn verify pile.vtkhdf other.vtkhdf        two runs compared, with a verdict (exit status 3: they differ)
   cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run
@@ -47,6 +50,7 @@ def build_parser():
     law.add_argument("name", help="small letters, digits and _")
     law.add_argument("--folder", help="where to (default: a new folder of that name)")
     problem_command.add_parser(_add, commands)
+    study_command.add_parser(_add, commands)
     view = _add(commands, "view", "turn a run round in a window (needs pyvista)", "cairn view pile.vtkhdf --what material")
     view.add_argument("file", help="a .vtkhdf file")
     view.add_argument("--what", default="velocity", help="field that colours the bodies (default: velocity)")
@@ -181,6 +185,8 @@ def main(arguments=None):
             return verify(options)
         if options.command == "solve":
             return problem_command.solve(options)
+        if options.command == "study":
+            return study_command.study(options)
         from . import post  # noqa: F401  a message of its own if h5py is missing
 
         return {"info": info, "plot": plot, "convert": convert, "view": view}[options.command](options)

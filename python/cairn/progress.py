@@ -11,7 +11,7 @@ _REFRESH_SECONDS = 0.1
 class Progress:
     """A bar on the terminal: steps, time left, contacts, iterations, residual. Silent when not on a terminal.
 
-    total : steps to come, or None if nobody knows.
+    total : steps to come, or None if nobody knows. unit : what is counted.
     enabled : False to be silent; "always" to draw although the output is no terminal.
     Drawn at most ten times a second; between, an update costs a look at the clock.
 
@@ -20,7 +20,8 @@ class Progress:
     ...         bar.update(contacts=12, iterations=30, residual=1e-6)
     """
 
-    def __init__(self, total=None, enabled=True, stream=None):
+    def __init__(self, total=None, enabled=True, stream=None, unit="step"):
+        self._unit = unit
         self.total, self.steps, self._bar, self._task, self._due = total, 0, None, None, 0.0
         self._stream = sys.stderr if stream is None else stream
         self._enabled = bool(enabled) and (enabled == "always" or self._on_terminal())
@@ -39,7 +40,7 @@ class Progress:
                 self._bar = None
             if self._bar is not None:
                 self._bar.start()
-                self._task = self._bar.add_task("step", total=self.total, figures="")
+                self._task = self._bar.add_task(self._unit, total=self.total, figures="")
         return self
 
     def _rich_bar(self):
@@ -47,7 +48,7 @@ class Progress:
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
         return Progress(
-            TextColumn("step"),
+            TextColumn(self._unit),
             MofNCompleteColumn(),
             BarColumn(bar_width=24),
             TimeElapsedColumn(),
@@ -80,7 +81,7 @@ class Progress:
             self._bar.update(self._task, completed=self.steps, figures=text, refresh=True)
         else:
             of = f"/{self.total}" if self.total else ""
-            self._stream.write(f"\rstep {self.steps}{of}  {text}\x1b[K")
+            self._stream.write(f"\r{self._unit} {self.steps}{of}  {text}\x1b[K")
             self._stream.flush()
 
     def __exit__(self, *exc):

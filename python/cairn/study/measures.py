@@ -1,0 +1,144 @@
+"""From rows to errors: paired differences with Student's intervals, noise floors, costs."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+
+import numpy as np
+
+CONFIDENCE = 0.95
+STEP_FIGURES = ("step_velocity", "step_boundary_force")
+PROBLEM_FIGURES = ("true_error", "velocity")
+
+
+def student(confidence, degrees, two_sided=True):
+    """Quantile of Student's t."""
+    from scipy import special
+
+    share = 0.5 + confidence / 2 if two_sided else confidence
+    return float(special.stdtrit(degrees, share))
+
+
+def interval(values, confidence=CONFIDENCE):
+    """Mean of values (n,) and half width of its confidence interval (Student)."""
+    values = np.asarray(values, float)
+    n = len(values)
+    if n < 2:
+        return float(values.mean()) if n else math.nan, math.inf
+    return float(values.mean()), student(confidence, n - 1) * float(values.std(ddof=1)) / math.sqrt(n)
+
+
+def noise_floor(reference, scale, confidence=CONFIDENCE):
+    """Half width of the interval for the difference of two sets of n runs that do the same, relative to scale.
+
+    Below it two settings cannot be told apart by n runs that are as scattered as the reference's own.
+    """
+    n = len(reference)
+    return student(confidence, n - 1) * float(np.std(reference, ddof=1)) * math.sqrt(2 / n) / scale
+
+
+def paired_error(values, reference, scale, confidence=CONFIDENCE):
+    """(error, largest it may be) of a mean: the runs are paired by their perturbation. values, reference: {seed: number}."""
+    seeds = sorted(values.keys() & reference.keys())
+    mean, half = interval([values[s] - reference[s] for s in seeds], confidence)
+    return abs(mean) / scale, (abs(mean) + half) / scale
+
+
+def upper_bound(errors, floor, confidence=CONFIDENCE):
+    """What one more error of the same kind stays below: one-sided prediction interval of errors that spread over decades.
+
+    Errors below the floor count as the floor. With one error alone, nothing is known of their spread: three times it.
+    """
+    logs = np.log(np.maximum(np.asarray(errors, float), max(floor, np.finfo(float).tiny)))
+    n = len(logs)
+    if n == 1:
+        return 3 * float(np.exp(logs[0]))
+    width = student(confidence, n - 1, two_sided=False) * logs.std(ddof=1) * math.sqrt(1 + 1 / n)
+    with np.errstate(over="ignore"):
+        return float(np.exp(logs.mean() + width))
+
+
+SETTING = ("setting", "solver", "tol", "dt", "dt_factor", "warm_start", "min_iter", "max_iter")
+
+
+def table(rows, figures, confidence=CONFIDENCE):
+    """One row for each target, setting and figure: error, upper (what it may be), floor, cpu_seconds, runs, not_converged.
+
+    rows: of the store. figures: names of the statistics' figures. cpu_seconds: of a run, of a step, or of a solve.
+    """
+    groups = defaultdict(list)
+    for row in rows:
+        groups[row["target"], row["kind"]].append(row)
+    out = []
+    for (_, kind), some in groups.items():
+        if kind == "statistics":
+            out += _statistics(some, figures, confidence)
+        elif kind in ("step", "problem"):
+            out += _direct(some, STEP_FIGURES if kind == "step" else PROBLEM_FIGURES, confidence)
+    return out
+
+
+def _by_setting(rows):
+    out = defaultdict(list)
+    for row in rows:
+        out[row["setting"]].append(row)
+    return out
+
+
+def _common(rows, figure):
+    first = rows[0]
+    steps = sum(row["steps"] for row in rows)
+    return {
+        "target": first["target"], "kind": first["kind"], "figure": figure,
+        **{name: first[name] for name in SETTING if name in first},
+        "cpu_seconds": float(np.mean([row["cpu_seconds"] for row in rows])), "runs": len(rows),
+        "iterations": sum(row.get("iterations", 0) for row in rows) / max(steps, 1),
+        "not_converged": sum(row["not_converged"] for row in rows), "steps": steps,
+        "true_error": max(row["error"] for row in rows),
+    }
+
+
+def _statistics(rows, figures, confidence):
+    reference = [row for row in rows if row["role"] == "reference"]
+    out = []
+    for figure in figures:
+        # not all seeds may be there yet, and a figure may be new
+        base = {row["seed"]: row[figure] for row in reference if np.isfinite(row.get(figure, np.nan))}
+        if len(base) < 2:
+            continue
+        mean = float(np.mean(list(base.values())))
+        given = [row[f"scale_{figure}"] for row in reference if f"scale_{figure}" in row]
+        scale = float(np.mean(given)) if given else abs(mean)
+        floor = noise_floor(list(base.values()), scale, confidence) if scale > 0 else math.inf
+        for some in _by_setting(row for row in rows if row["role"] == "trial").values():
+            values = {row["seed"]: row[figure] for row in some if figure in row}
+            if len(values.keys() & base.keys()) < 2 or not scale > 0:
+                continue
+            error, upper = paired_error(values, base, scale, confidence)
+            out.append({
+                **_common(some, figure), "error": error, "upper": upper, "floor": floor,
+                "value": float(np.mean(list(values.values()))), "reference": mean, "scale": scale,
+            })
+    return out
+
+
+def _direct(rows, figures, confidence):
+    """Errors that each row holds already: of one step from common states, of problems."""
+    out = []
+    for figure in figures:
+        floors = defaultdict(float)
+        for row in rows:
+            if row["role"] == "reference" and np.isfinite(row.get(figure, np.nan)):
+                floors[row["dt_factor"]] = max(floors[row["dt_factor"]], row[figure])
+        for some in _by_setting(row for row in rows if row["role"] == "trial").values():
+            errors = [row[figure] for row in some if np.isfinite(row.get(figure, np.nan))]
+            floor = floors.get(some[0]["dt_factor"])
+            if not errors or floor is None:
+                continue
+            single = some[0]["kind"] == "problem"  # a solve gives the same answer each time
+            out.append({
+                **_common(some, figure), "error": float(np.sqrt(np.mean(np.square(errors)))),
+                "upper": float(errors[0]) if single else upper_bound(errors, floor, confidence), "floor": floor,
+            })
+    return out

@@ -1,0 +1,90 @@
+"""Pictures of a study: error against work, and performance profiles."""
+
+from __future__ import annotations
+
+import numpy as np
+
+MARKERS = "os^DvP*X"
+
+
+def work_precision(table, of, accuracy=None):
+    """Error of a figure against CPU seconds, an axes for each target, one curve a solver through its best settings.
+
+    Each setting is a mark (hollow: cold start; one form for each time step) with its error and, above it, what it may be.
+    """
+    from matplotlib.figure import Figure
+
+    rows = [row for row in table if row["figure"] == of]
+    if not rows:
+        known = ", ".join(dict.fromkeys(row["figure"] for row in table))
+        raise ValueError(f"the study has no figure {of!r}: it has {known}")
+    targets = list(dict.fromkeys(row["target"] for row in rows))
+    solvers = list(dict.fromkeys(row["solver"] for row in rows))
+    columns = min(len(targets), 3)
+    lines = -(-len(targets) // columns)
+    figure = Figure(figsize=(5.2 * columns, 4.2 * lines), layout="constrained")
+    axes = figure.subplots(lines, columns, squeeze=False).ravel()
+    for ax, target in zip(axes, targets):
+        here = [row for row in rows if row["target"] == target]
+        _one_target(ax, here, solvers)
+        floor = max(row["floor"] for row in here)
+        if np.isfinite(floor) and floor > 0:
+            ax.axhspan(ax.get_ylim()[0], floor, color="grey", alpha=0.15, lw=0, label=f"noise floor {floor:.1g}")
+            ax.set_ylim(bottom=min(ax.get_ylim()[0], floor / 2))
+        if accuracy is not None:
+            ax.axhline(accuracy, color="black", lw=0.8, ls=":", label=f"asked {accuracy:g}")
+        ax.set(title=target, xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of}")
+        ax.legend(fontsize=8, frameon=False)
+    for ax in axes[len(targets) :]:
+        ax.set_axis_off()
+    return figure
+
+
+def _cost(kind):
+    return {"statistics": "CPU seconds of a run", "step": "CPU seconds of a step"}.get(kind, "CPU seconds of a solve")
+
+
+def _one_target(ax, rows, solvers):
+    factors = sorted({row["dt_factor"] for row in rows})
+    ax.set(xscale="log", yscale="log")
+    for k, solver in enumerate(solvers):
+        mine = [row for row in rows if row["solver"] == solver and row["error"] > 0]
+        colour = f"C{k % 10}"
+        for row in mine:
+            marker = MARKERS[factors.index(row["dt_factor"]) % len(MARKERS)]
+            face = colour if row["warm_start"] else "none"
+            above = row["upper"] - row["error"] if np.isfinite(row["upper"]) else 0.0
+            bar = [[0.0], [max(above, 0.0)]]
+            ax.errorbar(row["cpu_seconds"], row["error"], yerr=bar, fmt=marker, ms=5, color=colour, mfc=face, lw=0.6)
+        best = pareto([row["cpu_seconds"] for row in mine], [row["error"] for row in mine])
+        if len(best):
+            ax.plot([mine[i]["cpu_seconds"] for i in best], [mine[i]["error"] for i in best], color=colour, lw=1.4, label=solver)
+    if len(factors) > 1:
+        for factor in factors:
+            marker = MARKERS[factors.index(factor) % len(MARKERS)]
+            ax.plot([], [], marker, color="grey", ms=5, label=f"{factor:g} dt")
+
+
+def pareto(cost, error):
+    """Places of the points that no other beats in both, by rising cost."""
+    best, least = [], np.inf
+    for i in np.lexsort((error, cost)):
+        if error[i] < least:
+            best.append(int(i))
+            least = error[i]
+    return best
+
+
+def profile(profiles, of, accuracy):
+    """Performance profiles as stairs."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(5.6, 4.0), layout="constrained")
+    ax = figure.subplots()
+    end = 2 * max(tau[-1] for tau, _ in profiles.values())
+    for name, (tau, share) in profiles.items():
+        ax.step(np.append(tau, end), np.append(share, share[-1]), where="post", label=name)
+    ax.set(xscale="log", xlabel="CPU time over the least", ylabel="share of the problems solved", ylim=(-0.02, 1.02))
+    ax.set_title(f"{of} to {accuracy:g}")
+    ax.legend(fontsize=8, frameon=False)
+    return figure

@@ -1,0 +1,155 @@
+"""The cheapest setting for an asked accuracy, or why there is none."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from .settings import Setting
+
+
+@dataclasses.dataclass(frozen=True)
+class Recommendation:
+    """What is recommended for an accuracy of a figure; false if nothing is.
+
+    setting: the Setting or None. error, upper: the largest over the targets of the measured error and of what it may be.
+    floor: noise below which nothing can be said. cpu_seconds: geometric mean over the targets. dt: {target: step [s]}.
+    reason: why nothing is recommended. words: all of it said.
+    """
+
+    accuracy: float
+    of: str
+    setting: Setting | None
+    error: float
+    upper: float
+    floor: float
+    cpu_seconds: float
+    dt: dict
+    reason: str
+    words: str
+
+    def __bool__(self):
+        return self.setting is not None
+
+    def __str__(self):
+        return self.words
+
+    @property
+    def line(self):
+        """The strategy as a script says it; '' if nothing is recommended."""
+        return self.setting.line() if self.setting and self.dt else ""
+
+
+def recommend(table, accuracy, of):
+    """The Recommendation from a table (see measures.table) for an accuracy of the figure `of`.
+
+    A setting counts only if what its error may be (upper) is within the accuracy on every target, and so it is for each
+    tighter tolerance of the same family: one that is good by luck is not taken. Below the noise floor none is taken.
+    """
+    if not 0 < accuracy < math.inf:
+        raise ValueError(f"accuracy is {accuracy}: give a positive number, 1e-3 say")
+    rows = [row for row in table if row["figure"] == of]
+    if not rows:
+        known = ", ".join(dict.fromkeys(row["figure"] for row in table)) or "none yet"
+        raise ValueError(f"the study has no figure {of!r}: it has {known}")
+    targets = list(dict.fromkeys(row["target"] for row in rows))
+    floor = max(row["floor"] for row in rows)
+    empty = dict(accuracy=accuracy, of=of, setting=None, error=math.nan, upper=math.nan, floor=floor, cpu_seconds=math.nan, dt={})
+    if not floor <= accuracy:
+        reason = _below_the_floor(rows, accuracy, of, floor)
+        return Recommendation(**empty, reason=reason, words=reason)
+    settings = _over_targets(rows, targets)
+    good = [s for s in settings if s["upper"] <= accuracy and _tighter_too(s, settings, accuracy)]
+    if rows[0]["kind"] == "step":  # one step cannot judge the time step: the scene's own, or the nearest that was tried
+        nearest = min((abs(math.log(s["dt_factor"])) for s in settings), default=0.0)
+        good = [s for s in good if abs(math.log(s["dt_factor"])) <= nearest + 1e-9]
+    if not good:
+        reason = _none_attains(settings, accuracy, of)
+        return Recommendation(**empty, reason=reason, words=reason)
+    best = min(good, key=lambda s: s["cpu_seconds"])
+    setting = Setting(*(best[f.name] for f in dataclasses.fields(Setting)))
+    return Recommendation(
+        accuracy, of, setting, best["error"], best["upper"], floor, best["cpu_seconds"], best["dt"], "",
+        _said(setting, best, rows[0]["kind"], accuracy, of, floor, settings),
+    )
+
+
+def _over_targets(rows, targets):
+    """Each setting that was measured on every target: largest error and upper, geometric mean of the cost."""
+    settings = {}
+    for row in rows:
+        settings.setdefault(row["setting"], {})[row["target"]] = row
+    out = []
+    for each in settings.values():
+        if len(each) < len(targets) or not all(math.isfinite(row["upper"]) for row in each.values()):
+            continue
+        first = next(iter(each.values()))
+        out.append({
+            **{f.name: _typed(f.name, first[f.name]) for f in dataclasses.fields(Setting)},
+            "error": max(row["error"] for row in each.values()), "upper": max(row["upper"] for row in each.values()),
+            "cpu_seconds": float(np.exp(np.mean([math.log(row["cpu_seconds"]) for row in each.values()]))),
+            "dt": {name: row["dt"] for name, row in each.items() if row.get("dt") is not None},
+            "not_converged": sum(row["not_converged"] for row in each.values()), "steps": sum(r["steps"] for r in each.values()),
+        })
+    return out
+
+
+def _typed(name, value):
+    if name == "warm_start":
+        return bool(value)
+    return int(value) if name in ("min_iter", "max_iter") else value
+
+
+def _family(s):
+    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"])
+
+
+def _tighter_too(s, settings, accuracy):
+    return all(t["upper"] <= accuracy for t in settings if _family(t) == _family(s) and t["tol"] < s["tol"])
+
+
+def _below_the_floor(rows, accuracy, of, floor):
+    text = f"no setting is recommended: the noise floor of {of} is {floor:.2g}, above the accuracy asked for, {accuracy:g}"
+    if not math.isfinite(floor):
+        return text + "; the figure has no scale here (its reference is zero)"
+    if rows[0]["kind"] == "statistics":
+        runs = min(row["runs"] for row in rows)
+        needed = math.ceil(runs * (floor / accuracy) ** 2)
+        more = f"or take about {needed} runs instead of {runs}" if needed < 1e4 else "for no number of runs would do"
+        return text + f". Ask for {1.05 * floor:.2g} or more, {more}"
+    return text + ". The answer is not known better: impulses are not unique there, or the reference is not tight"
+
+
+def _none_attains(settings, accuracy, of):
+    text = f"no setting that was tried surely attains {accuracy:g} for {of}"
+    if not settings:
+        return text + ": none was measured on every target"
+    best = min(settings, key=lambda s: s["upper"])
+    return text + (
+        f": the best, {best['solver']} at tol = {best['tol']:g}, may err by {best['upper']:.2g} (measured: {best['error']:.2g}). "
+        "Try tighter tolerances or a smaller time step"
+    )
+
+
+def _said(setting, best, kind, accuracy, of, floor, settings):
+    lines = [f"For {of} to {accuracy:g}: solver {setting.solver}, tol = {setting.tol:g}"]
+    if kind == "problem":
+        lines.append(f"  cairn solve PROBLEM --solver {setting.solver} --tol {setting.tol:g}")
+    else:
+        steps = ", ".join(f"dt = {dt:g} s for {name}" for name, dt in best["dt"].items())
+        lines.append(f"  strategy = {setting.line()}")
+        lines.append(f"  {steps} ({setting.dt_factor:g} times the scene's own step)")
+    lines.append(
+        f"  measured error {best['error']:.2g}, with its margin at most {best['upper']:.2g}; noise floor {floor:.2g}; "
+        f"{best['cpu_seconds']:.3g} CPU s a {'run' if kind == 'statistics' else 'step' if kind == 'step' else 'solve'}"
+    )
+    dearest = max(s["cpu_seconds"] for s in settings)
+    if dearest > 1.5 * best["cpu_seconds"]:
+        lines.append(f"  the dearest setting that was tried costs {dearest / best['cpu_seconds']:.2g} times as much")
+    if best["not_converged"]:
+        lines.append(f"  {best['not_converged']} of {best['steps']} solves ended before their tolerance; the errors hold that")
+    if kind == "step":
+        lines.append("  one step says nothing on the time step: ask for a statistic to choose it")
+    return "\n".join(lines)

@@ -1,0 +1,130 @@
+"""What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import itertools
+import json
+
+TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
+
+
+@dataclasses.dataclass(frozen=True)
+class Setting:
+    """One point of the sweep. solver: name in Python of a solver of simulations, or in small letters one of problems.
+
+    tol: on the true error. dt_factor: time step over the scene's own. max_iter: iterations of a step at most. min_iter is 0
+    for solvers that know no such number; problems use solver and tol alone.
+    """
+
+    solver: str
+    tol: float
+    dt_factor: float = 1.0
+    warm_start: bool = True
+    min_iter: int = 1
+    max_iter: int = 10_000
+
+    def key(self):
+        """Hash of the setting, the same in every run."""
+        return digest(dataclasses.asdict(self))
+
+    @property
+    def family(self):
+        """All but the tolerance: settings of one family are one curve of error against cost."""
+        return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter)
+
+    def strategy(self, base=None):
+        """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
+        from ..strategies import NSCD
+
+        solver = make_solver(self.solver, tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
+        return dataclasses.replace(base or NSCD(), solver=solver, warm_start=self.warm_start, threads=1)
+
+    def line(self):
+        """What a script says to have it."""
+        given = {"tol": f"{self.tol:g}", "min_iter": self.min_iter, "max_iter": self.max_iter}
+        known = solver_options(self.solver) if self.solver in scene_solvers() else given
+        words = ", ".join(f"{name}={value}" for name, value in given.items() if name in known)
+        return f"cn.NSCD(solver=cn.{self.solver}({words}), warm_start={self.warm_start})"
+
+
+def digest(content):
+    """Short hash of plain data."""
+    text = json.dumps(content, sort_keys=True, default=repr)
+    return hashlib.blake2b(text.encode(), digest_size=8).hexdigest()
+
+
+def scene_solvers():
+    """Solvers that a simulation takes, {name in Python: one line on it}: those of the registry that have a class."""
+    import cairn
+
+    from .. import _core
+
+    rows = {python_name: summary for _, python_name, summary in _core.problem_solvers()}
+    return {name: summary for name, summary in rows.items() if dataclasses.is_dataclass(getattr(cairn, name, None))}
+
+
+def solver_options(name):
+    """Names of the options of a solver of simulations."""
+    import cairn
+
+    if name not in scene_solvers():
+        raise ValueError(f"there is no solver {name!r} of simulations: give one of {', '.join(scene_solvers())}")
+    return {field.name for field in dataclasses.fields(getattr(cairn, name))}
+
+
+def make_solver(name, **wanted):
+    """The solver of a simulation with those of the wanted options that it has."""
+    import cairn
+
+    known = solver_options(name)
+    return getattr(cairn, name)(**{option: value for option, value in wanted.items() if option in known})
+
+
+def scene_settings(
+    solvers=None, tolerances=TOLERANCES, dt_factors=(1.0,), warm_start=(True, False), min_iter=(1,), max_iter=10_000
+):
+    """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
+    names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
+    out = {}
+    for name, tol, factor, warm, least in itertools.product(names, tolerances, dt_factors, warm_start, min_iter):
+        _check(tol, factor)
+        least = int(least) if "min_iter" in solver_options(name) else 0
+        setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter))
+        out.setdefault(setting.key(), setting)
+    return out
+
+
+def problem_settings(solvers=None, tolerances=TOLERANCES, max_iter=10_000_000):
+    """All settings of a sweep over problems, {key: Setting}."""
+    from ..problems import solvers as known
+
+    by_python_name = _problem_names()
+    names = list(known()) if solvers is None else [by_python_name.get(name, name) for name in solvers]
+    for name in names:
+        if name not in known():
+            raise ValueError(f"there is no solver {name!r} of problems: give one of {', '.join(known())}")
+    settings = []
+    for name, tol in itertools.product(names, tolerances):
+        _check(tol, 1.0)
+        settings.append(Setting(name, float(tol), 1.0, False, 0, int(max_iter)))
+    return {setting.key(): setting for setting in settings}
+
+
+def _problem_names():
+    from .. import _core
+
+    return {python_name: name for name, python_name, _ in _core.problem_solvers()}
+
+
+def _python_name(name):
+    """Name in Python of a solver that may be given in small letters."""
+    return {small: python_name for python_name, small in _problem_names().items()}.get(name, name)
+
+
+def _check(tol, factor):
+    if not 0 < tol < 1:
+        raise ValueError(f"a tolerance is {tol}: give numbers between 0 and 1")
+    if not 0 < factor < float("inf"):
+        raise ValueError(f"a factor of the time step is {factor}: give positive numbers")

@@ -1,0 +1,207 @@
+"""A study from start to end: what is to be done, what is done already, the rest side by side, then tables and words."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from . import figures as builtin
+from . import measures, store
+from .plan import Plan, Protocol
+from .pool import Pool
+from .settings import TOLERANCES
+from .targets import Target
+
+FIGURES = ("solid_fraction", "boundary_force", "kinetic_energy")
+
+
+def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, workers=None, progress=True, say=None, **protocol):
+    """Sweeps settings over scenes or problems and returns a Study. What an earlier run left in the folder is not done again.
+
+    what: paths (or one) of scenes of Scene.save, of .py files that define build(**options) -> Scene or Simulation, or of
+    frictional contact problems; or a Scene. folder: for rows and tables (default: <first name>.study beside the first).
+    figures: names of figures.SUMMARY or of functions figure_<name>(sim) in the .py file. options: of build. dt: time step of
+    the scenes [s]; a .py may set DT, or return a Simulation, which has one.
+    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter. workers: processes (default: cores).
+    say: function that gets words on what is done (default: print). progress: as Progress.
+
+    Of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states: how
+    many; one_step: whether one step from these is compared; duration [s] of the perturbed runs (DURATION; none without it);
+    runs: how many, at least 8; perturbation: share of the radius; averaged: share of a run; samples: in it; step_tol,
+    reference_tol, reference_solver: of what is compared with; prepare_tol; max_seconds: CPU seconds of a run at most.
+    """
+    folder, targets, plan = _planned(what, folder, figures, options, dt, sweep, protocol)
+    names, say = plan.protocol.figures, print if say is None else say
+    (Path(folder) / "states").mkdir(parents=True, exist_ok=True)
+    with store.Store(folder) as rows:
+        _say_changed(rows, targets, say)
+        rows.declare(_columns(targets, names))
+        whole = _do(plan, rows, workers, progress, say)
+        wanted = {task["row"]["key"] for task in plan.tasks()}
+        study = Study(folder, [row for key, row in rows.rows.items() if key in wanted], names, whole)
+    study.write()
+    return study
+
+
+def planned(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, **protocol):
+    """What run() would do: {kind of task: (all, those not done yet)}. Computes nothing."""
+    folder, _, plan = _planned(what, folder, figures, options, dt, sweep, protocol)
+    known = store.read_rows(folder)
+    out = {}
+    for task in plan.tasks():
+        total, missing = out.get(task["kind"], (0, 0))
+        out[task["kind"]] = total + 1, missing + (not _is_done(task, known))
+    return out
+
+
+def _planned(what, folder, figures, options, dt, sweep, protocol):
+    folder, targets = _targets(what, folder, options, dt)
+    protocol = Protocol(figures=tuple(_figures(targets, figures)), **protocol)
+    sweep = {"solvers": None, "tolerances": TOLERANCES, **(sweep or {})}
+    return folder, targets, Plan(targets, sweep, protocol, folder)
+
+
+def _targets(what, folder, options, dt):
+    from ..scene import Scene
+
+    if isinstance(what, Scene):
+        if folder is None:
+            raise ValueError("folder is missing: a scene from memory needs one for its rows")
+        os.makedirs(folder, exist_ok=True)
+        path = Path(folder) / "scene.h5"
+        what.save(path)
+        what = [path]
+    paths = [what] if isinstance(what, (str, os.PathLike)) else list(what)
+    if not paths:
+        raise ValueError("say what to study: a scene, a .py file that defines build(), or problems")
+    folder = Path(paths[0]).with_suffix(".study") if folder is None else folder
+    targets = [Target(path, options if str(path).endswith(".py") else None, dt) for path in paths]
+    names = [target.name for target in targets]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"two files are named {name}: rows are kept by name, so give them different ones")
+    kinds = {target.kind == "problem" for target in targets}
+    if len(kinds) > 1:
+        raise ValueError("scenes and problems have other errors: study them apart")
+    return folder, targets
+
+
+def _figures(targets, given):
+    own = set.intersection(*(set(target.own_figures()) for target in targets))
+    if targets[0].kind == "problem":
+        return []
+    names = list(FIGURES) + sorted(own) if given is None else list(given)
+    for name in names:
+        if name not in builtin.SUMMARY and name not in own:
+            known = ", ".join([*builtin.SUMMARY, *sorted(own)])
+            raise ValueError(f"there is no figure {name!r}: give one of {known}, or define figure_{name}(sim) in the .py file")
+    return names
+
+
+def _columns(targets, names):
+    """Of the errors and figures that there will be."""
+    if targets[0].kind == "problem":
+        return measures.PROBLEM_FIGURES
+    return [*measures.STEP_FIGURES, *names, *(f"scale_{name}" for name in names)]
+
+
+def _say_changed(rows, targets, say):
+    for target in targets:
+        old = [r for r in rows.rows.values() if r["target"] == target.name and r["fingerprint"] != target.fingerprint]
+        if old and not any(r["fingerprint"] == target.fingerprint for r in rows.rows.values()):
+            say(f"{target.name} has changed since it was studied: its {len(old)} rows are set aside, it starts anew")
+
+
+def _is_done(task, rows):
+    files = task.get("files") or ([task["file"]] if task["kind"].endswith("_reference") else [])
+    if not all(os.path.exists(file) for file in files):
+        return False
+    row = rows.get(task["row"]["key"])
+    return row is not None and all(name in row for name in task.get("figures", ()))
+
+
+def _do(plan, rows, workers, progress, say):
+    """Does what is not done; False if it was stopped."""
+    from .. import __version__
+    from ..progress import Progress, StopAtSignal
+
+    waiting = [[task for task in stage if not _is_done(task, rows.rows)] for stage in plan.stages]
+    count, total = sum(map(len, waiting)), len(plan.tasks())
+    if count == 0:
+        say(f"all {total} measurements are there already: nothing is computed")
+        return True
+    say(f"{count} of {total} measurements are to be made")
+    whole = True
+    with StopAtSignal() as stop, Progress(count, enabled=progress, unit="run") as bar, Pool(workers) as pool:
+
+        def done(task, row):
+            known = rows.rows.get(task["row"]["key"], {})
+            rows.add({**known, **task["row"], **row, "version": __version__})
+            bar.update(contacts=row.get("contacts"), residual=row.get("error"))
+
+        for stage in waiting:
+            whole = whole and pool.run(stage, done, stop=lambda: bool(stop))
+    if not whole:
+        say(f"stopped; the same call goes on from here. What is done is in {rows.path}")
+    return whole
+
+
+class Study:
+    """What a study found. rows: as measured. table: errors and costs of each setting, a list of dicts (measures.table).
+
+    whole: False if it was stopped before its end.
+    """
+
+    def __init__(self, folder, rows, figures, whole=True):
+        self.folder, self.rows, self.figures, self.whole = Path(folder), rows, list(figures), whole
+        self.table = measures.table(rows, self.figures)
+
+    @property
+    def measured(self):
+        """Names of the figures that have errors."""
+        return list(dict.fromkeys(row["figure"] for row in self.table))
+
+    def recommend(self, accuracy, of):
+        """The cheapest setting whose error of the figure `of` surely stays within accuracy: a Recommendation."""
+        from .recommend import recommend
+
+        return recommend(self.table, accuracy, of)
+
+    def profile(self, accuracy, of):
+        """Performance profile of the solvers over the targets, {solver: (tau, share)}, at an accuracy of a figure."""
+        from .profiles import cheapest_costs, performance_profile
+
+        costs, known = cheapest_costs(self.table, of, accuracy)
+        if not known:
+            raise ValueError(f"the noise floor of {of} is above {accuracy:g} on every target: there is nothing to compare")
+        return performance_profile(costs)
+
+    def plot(self, of, path=None, accuracy=None):
+        """Work-precision plot of a figure: error against CPU seconds, one curve a solver. Returns the matplotlib figure."""
+        from .plots import work_precision
+
+        return _kept(work_precision(self.table, of, accuracy), path)
+
+    def plot_profile(self, accuracy, of, path=None):
+        """Plot of profile(). Returns the matplotlib figure."""
+        from .plots import profile
+
+        return _kept(profile(self.profile(accuracy, of), of, accuracy), path)
+
+    def write(self):
+        """Writes table.csv and study.h5 (groups rows and table) into the folder."""
+        store.write_csv(self.folder / "table.csv", self.table)
+        store.write_hdf5(self.folder / "study.h5", {"rows": self.rows, "table": self.table})
+
+    def __str__(self):
+        lines = []
+        for figure in self.measured:
+            rows = [row for row in self.table if row["figure"] == figure]
+            lines.append(f"{figure}: {len(rows)} settings; noise floor {max(row['floor'] for row in rows):.2g}")
+        return "\n".join(lines) or "nothing is measured yet"
+
+
+def _kept(figure, path):
+    if path is not None:
+        figure.savefig(path, dpi=120)
+    return figure

@@ -1,0 +1,264 @@
+"""The pieces of a study that run in processes of their own: each takes plain data and gives one row."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+
+import numpy as np
+
+from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum
+from .settings import Setting
+from .targets import Target
+
+REPEATS = 3  # of a step that is timed: the least counts, the first finds cold caches
+_targets = {}  # of this process: a scene is built once
+
+
+def run(task):
+    """Does a task {kind, target, ...} and returns its row, a dict of numbers and texts."""
+    return {
+        "prepare": prepare,
+        "step_reference": step_reference,
+        "step": step,
+        "statistics": statistics,
+        "problem_reference": problem_reference,
+        "problem": problem,
+    }[task["kind"]](task)
+
+
+def _target(task):
+    given = task["target"]
+    name = repr(given)
+    if name not in _targets:
+        _targets.clear()
+        target = Target(given["path"], given["options"], given["dt"])
+        if target.fingerprint != task["fingerprint"]:
+            raise ValueError(f"{target.path}: changed while the study ran, or builds another scene each time: give its seeds")
+        if target.kind == "problem":
+            _targets[name] = (target, target.problem(), None)
+        else:
+            sim = target.simulation()
+            _targets[name] = (target, sim, sim.strategy)
+    return _targets[name]
+
+
+def _restored(task, state):
+    target, sim, base = _target(task)
+    sim.restore(state)
+    return target, sim, base
+
+
+def _use(sim, target, base, setting):
+    sim.strategy = setting.strategy(base)
+    sim.dt = target.dt * setting.dt_factor
+
+
+# ------------------------------------------------------------------ scenes
+
+
+def prepare(task):
+    """Runs a scene to its common states and writes them as checkpoints: at equal times over the second half."""
+    target, sim, base = _target(task)
+    _use(sim, target, base, Setting(**task["setting"]))
+    after, files = target.after_step(), task["files"]
+    steps = int(round(task["seconds"] / sim.dt))
+    due = [int(round(steps * (0.5 + 0.5 * (k + 1) / len(files)))) for k in range(len(files))]
+    cpu, failed = 0.0, 0
+    for n in range(steps + 1):
+        for k, file in enumerate(files):
+            if due[k] == n:
+                sim.checkpoint(file)
+        if n == steps:
+            break
+        start = time.process_time()
+        info = sim.step()
+        cpu += time.process_time() - start
+        failed += info["status"] != "converged"
+        if after is not None:
+            after(sim)
+    _targets.clear()  # the simulation has gone on
+    return {"cpu_seconds": cpu, "steps": steps, "not_converged": failed}
+
+
+def _one_step(sim):
+    """State after one step: velocities, momentum that contacts gave, forces on the boundaries."""
+    parts, free = boundary_parts(sim)
+    start = time.process_time()
+    info = sim.step()
+    cpu = time.process_time() - start
+    dim = sim.scene.dim
+    return info, cpu, {
+        "velocity": sim.bodies.velocity[free, :dim],
+        "momentum": contact_momentum(sim)[free],
+        "mass": sim.bodies.mass[free],
+        "force": boundary_impulses(sim, parts) / info["dt"],
+    }
+
+
+def step_errors(state, reference):
+    """Errors of one step, in what contacts did: velocities in the energy norm, forces on the boundaries.
+
+    step_velocity = sqrt(sum m |v - v_ref|^2 / sum |p_ref|^2 / m), p the momentum that contacts gave to a body;
+    step_boundary_force = |F - F_ref| / |F_ref| over all boundaries.
+    """
+    m = reference["mass"]
+    difference = np.sum(m[:, None] * (state["velocity"] - reference["velocity"]) ** 2)
+    scale = np.sum(reference["momentum"] ** 2 / m[:, None])
+    force, change = np.linalg.norm(reference["force"]), np.linalg.norm(state["force"] - reference["force"])
+    return {
+        "step_velocity": float(np.sqrt(difference / scale)) if scale > 0 else float("nan"),
+        "step_boundary_force": float(change / force) if force > 0 else float("nan"),
+    }
+
+
+def step_reference(task):
+    """A far tighter solve of one step, kept in a file; its row holds its noise floor.
+
+    Floor: the larger difference from an even tighter solve and from one that begins with other impulses (none): where the
+    impulses are not unique, a figure that differs between them has no better answer.
+    """
+    setting, results, total, failed = Setting(**task["setting"]), [], 0.0, 0
+    tighter = dataclasses.replace(setting, tol=setting.tol / 10)
+    for each in (setting, tighter, dataclasses.replace(setting, warm_start=False)):
+        target, sim, base = _restored(task, task["state"])
+        _use(sim, target, base, each)
+        info, cpu, state = _one_step(sim)
+        results.append(state)
+        total += cpu
+        failed += info["status"] != "converged"
+    row = {"cpu_seconds": total, "steps": 3, "not_converged": failed, "error": info["error"], "contacts": info["contacts"]}
+    floors = [step_errors(other, results[0]) for other in results[1:]]
+    row.update({name: max(f[name] for f in floors) for name in floors[0]})
+    part = task["file"] + ".part.npz"
+    np.savez(part, **results[0])
+    os.replace(part, task["file"])
+    return row
+
+
+def step(task):
+    """One step from a common state against the tight solve."""
+    with np.load(task["file"]) as file:
+        reference = dict(file)
+    least = np.inf
+    for _ in range(REPEATS):
+        target, sim, base = _restored(task, task["state"])
+        _use(sim, target, base, Setting(**task["setting"]))
+        info, cpu, state = _one_step(sim)
+        least = min(least, cpu)
+        if cpu > 0.5:
+            break
+    return {
+        "cpu_seconds": least, "steps": 1, "not_converged": int(info["status"] != "converged"), "error": info["error"],
+        "iterations": info["iterations"], "contacts": info["contacts"], **step_errors(state, reference),
+    }
+
+
+def perturb(sim, amount, seed):
+    """Moves each free body at random by at most `amount` of its radius (of the mean radius where it has none) per axis."""
+    position, free = sim.bodies.position, boundary_parts(sim)[1]
+    radii = sim.radii()[free]
+    known = radii[radii > 0]
+    size = np.where(radii > 0, radii, known.mean() if len(known) else _spacing(position[free]))
+    shift = np.random.default_rng(seed).uniform(-1, 1, (int(free.sum()), sim.scene.dim))
+    position[free] += amount * size[:, None] * shift
+    sim.bodies.set(position=position)
+
+
+def _spacing(position):
+    """Half the mean distance of bodies that have no radius, from the room they fill."""
+    extent = np.ptp(position, axis=0)
+    extent = extent[extent > 0]
+    return 0.5 * float(np.prod(extent) / len(position)) ** (1 / len(extent)) if len(extent) else 1.0
+
+
+def statistics(task):
+    """One perturbed run: averages of the figures over its later part."""
+    setting = Setting(**task["setting"])
+    target, sim, base = _restored(task, task["state"])
+    _use(sim, target, base, setting)
+    if task["perturbation"] > 0:
+        perturb(sim, task["perturbation"], task["seed"])
+    recorder = Recorder(sim, task["figures"], target.own_figures())
+    after = target.after_step()
+    steps = max(2, int(round(task["seconds"] / sim.dt)))
+    first = steps - max(1, int(round(steps * task["averaged"])))
+    every = max(1, (steps - first) // task["samples"])
+    cpu, failed, iterations, worst, taken = 0.0, 0, 0, 0.0, 0
+    for n in range(1, steps + 1):
+        start = time.process_time()
+        info = sim.step()
+        cpu += time.process_time() - start
+        taken, iterations, worst = n, iterations + info["iterations"], max(worst, info["error"])
+        failed += info["status"] != "converged"
+        if after is not None:
+            after(sim)
+        if n > first:
+            recorder.after_step(info["dt"])
+            if (steps - n) % every == 0:
+                recorder.sample()
+        if task["max_seconds"] and cpu > task["max_seconds"]:
+            break
+    whole = taken == steps
+    return {
+        "cpu_seconds": cpu, "steps": taken, "not_converged": failed, "error": worst, "contacts": info["contacts"],
+        "iterations": iterations, "stopped": int(not whole),
+        **{name: value if whole else float("nan") for name, value in recorder.values().items()},
+        **{f"scale_{name}": value for name, value in recorder.scales().items()},
+    }
+
+
+# ------------------------------------------------------------------ problems
+
+
+def _solved(task):
+    _, problem_, _ = _target(task)
+    setting = Setting(**task["setting"])
+    limit = task["max_seconds"] or float("inf")
+    result = problem_.solve(setting.solver, setting.tol, max_iter=setting.max_iter, max_seconds=limit)
+    row = {
+        "cpu_seconds": result.cpu_seconds, "steps": 1, "not_converged": int(not result.converged), "error": result.error,
+        "iterations": result.iterations, "contacts": problem_.contacts, "true_error": result.error,
+    }
+    return problem_, result, row
+
+
+def velocity_error(problem_, u, u_ref):
+    """sqrt(sum |u - u_ref|^2 / W_NN  /  sum |u_ref - q|^2 / W_NN): relative velocities, in what contacts did."""
+    rho = 1 / problem_.W.diagonal()[:: problem_.dim, None]
+    scale = np.sum(rho * (u_ref - problem_.q) ** 2)
+    return float(np.sqrt(np.sum(rho * (u - u_ref) ** 2) / scale)) if scale > 0 else float("nan")
+
+
+def problem_reference(task):
+    """The tightest solve of the solvers given, kept in a file; floor: its own true error, and the next best one's velocities."""
+    results = []
+    for name in task["solvers"]:
+        problem_, result, row = _solved({**task, "setting": {**task["setting"], "solver": name}})
+        results.append((result.error, result.u, row))
+    results.sort(key=lambda item: item[0])
+    error, best, row = results[0]
+    # the next best tells how well velocities are known, if it was as tight as that
+    twins = [u for other, u, _ in results[1:] if other <= 10 * max(error, task["setting"]["tol"])]
+    row["cpu_seconds"] = sum(r["cpu_seconds"] for _, _, r in results)
+    row["velocity"] = max([error, *(velocity_error(problem_, u, best) for u in twins)])
+    part = task["file"] + ".part.npz"
+    np.savez(part, u=best)
+    os.replace(part, task["file"])
+    return row
+
+
+def problem(task):
+    """One solve of a problem against the tight one."""
+    with np.load(task["file"]) as file:
+        u = file["u"]
+    least, spent = None, 0.0
+    for _ in range(REPEATS):
+        problem_, result, row = _solved(task)
+        spent += row["cpu_seconds"]
+        if least is None or row["cpu_seconds"] < least["cpu_seconds"]:
+            least = row
+        if spent > 0.2:
+            break
+    return {**least, "velocity": velocity_error(problem_, result.u, u)}

@@ -1,0 +1,34 @@
+"""A process of a study: reads a task a line, answers with a row a line, ends when nobody asks any more."""
+
+import json
+import os
+import queue
+import sys
+import threading
+
+
+def main():
+    """Tasks as JSON on standard input, rows as JSON on standard output; what scenes print goes to standard error."""
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    lines = queue.SimpleQueue()
+
+    def read():
+        for line in sys.stdin:
+            lines.put(line)
+        os._exit(0)  # the study is over, or gone: so is what runs here
+
+    threading.Thread(target=read, daemon=True).start()
+    from cairn.study import tasks
+
+    while True:
+        task = json.loads(lines.get())
+        try:
+            answer = {"row": tasks.run(task)}
+        except Exception as error:  # whatever a scene does wrong is told, and the study goes on
+            answer = {"failed": f"{type(error).__name__}: {error}"}
+        print(json.dumps(answer), file=answers, flush=True)
+
+
+if __name__ == "__main__":
+    main()
