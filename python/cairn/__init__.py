@@ -28,10 +28,10 @@ from .time_functions import Harmonic, Table
 
 
 def __getattr__(name):
-    if name == "legacy":  # loaded when it is asked for
+    if name in ("legacy", "problems", "study"):  # loaded when they are asked for
         import importlib
 
-        return importlib.import_module(".legacy", __name__)
+        return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
@@ -71,13 +71,3 @@ __all__ = [
     "wall",
     *laws.LAWS,
 ]
-
-_ON_DEMAND = ("problems", "study")  # modules that are loaded when first used
-
-
-def __getattr__(name):
-    if name in _ON_DEMAND:
-        import importlib
-
-        return importlib.import_module(f".{name}", __name__)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

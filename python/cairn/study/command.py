@@ -40,6 +40,7 @@ def add_parser(add, commands):
     how.add_argument("--duration", type=float, help="time of the perturbed runs [s] (default: DURATION of the .py, or none)")
     how.add_argument("--runs", type=int, default=8, help="perturbed runs, at least 8 (default: 8)")
     how.add_argument("--perturbation", type=float, default=1e-4, help="of positions, over the radius (default: 1e-4)")
+    how.add_argument("--samples", type=int, default=40, help="of a run, that are averaged (default: 40)")
     how.add_argument("--reference-tol", type=float, help="of the runs compared with (default: a tenth of the tightest)")
     how.add_argument("--no-one-step", action="store_true", help="leave out the comparison of one step")
     how.add_argument("--max-seconds", type=float, help="CPU seconds of a run at most")
@@ -88,7 +89,7 @@ def _call(options):
             "warm_start": warm, "min_iter": tuple(options.min_iter), "max_iter": options.max_iter,
         },
     )
-    for name in ("prepare", "states", "duration", "runs", "perturbation", "reference_tol", "max_seconds"):
+    for name in ("prepare", "states", "duration", "runs", "perturbation", "samples", "reference_tol", "max_seconds"):
         yield name, getattr(options, name)
     yield "one_step", not options.no_one_step
 

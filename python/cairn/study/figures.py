@@ -6,7 +6,7 @@ import numpy as np
 
 SUMMARY = {
     "solid_fraction": "share of the middle (5% to 95% quantiles of centres) that disks or spheres fill",
-    "boundary_force": "sum over the boundaries of the resultant on each, averaged over time [N]",
+    "boundary_force": "sum over the boundaries of the resultant on each, averaged over time [N]; boundary_force:GROUP of one",
     "kinetic_energy": "of all bodies [J]",
     "energy": "what was lost or gained of kinetic and potential energy since the start of the run [J]",
     "mean_height": "of the free bodies, against gravity or along the last axis [m]",
@@ -67,16 +67,19 @@ class Recorder:
 
     def __init__(self, sim, names, own=None):
         self.sim, self.names, self.own = sim, list(names), own or {}
-        for name in self.names:
-            if name not in SUMMARY and name not in self.own:
-                raise ValueError(f"there is no figure {name!r}: give one of {', '.join([*SUMMARY, *self.own])}")
         self.parts, self.free = boundary_parts(sim)
+        for name in self.names:
+            if name not in self.own:
+                self._chosen(name)
+            if name.partition(":")[0] not in SUMMARY and name not in self.own:
+                raise ValueError(f"there is no figure {name!r}: give one of {', '.join([*SUMMARY, *self.own])}")
         if not np.any(self.free):
             raise ValueError("the scene has no body that is free to move: there is nothing to measure")
         self.start = sim.bodies.position[self.free]
         self.start_energy = self._mechanical()
         self.axis = self._upward()
         self.extent = float(np.ptp(self.start @ self.axis))
+        self.forces = [name for name in self.names if _is_force(name) and name not in self.own]
         self.sums = {name: 0.0 for name in self.names}
         self.samples, self.impulses, self.time = 0, 0.0, 0.0
 
@@ -92,7 +95,7 @@ class Recorder:
 
     def after_step(self, dt):
         """To be called after each step of the averaged part: impulses come in knocks, so that each step counts."""
-        if "boundary_force" in self.sums:
+        if self.forces:
             self.impulses = self.impulses + boundary_impulses(self.sim, self.parts)
             self.time += dt
 
@@ -102,7 +105,7 @@ class Recorder:
         for name in self.names:
             if name in self.own:
                 value = self.own[name](self.sim)
-            elif name == "boundary_force":
+            elif name in self.forces:
                 continue
             else:
                 value = getattr(self, f"_{name}")()
@@ -111,9 +114,9 @@ class Recorder:
     def values(self):
         """Averages, {name: number}."""
         out = {name: total / self.samples if self.samples else float("nan") for name, total in self.sums.items()}
-        if "boundary_force" in out and "boundary_force" not in self.own:
-            self._needs_boundary()
-            out["boundary_force"] = float(np.sum(np.linalg.norm(self.impulses / self.time, axis=1)))
+        for name in self.forces:
+            force = np.linalg.norm(self.impulses / self.time, axis=1)
+            out[name] = float(np.sum(force[self._chosen(name)]))
         return out
 
     def scales(self):
@@ -121,9 +124,16 @@ class Recorder:
         known = {"energy": self.sim.energy["in_play"], "mean_height": self.extent}
         return {name: float(known[name]) for name in self.names if name in known and name not in self.own}
 
-    def _needs_boundary(self):
+    def _chosen(self, name):
+        """Which boundaries a boundary_force means, (parts,) of bool."""
+        if not _is_force(name):
+            return None
         if not self.parts:
             raise ValueError("boundary_force needs a boundary: a wall, or a set of bodies that are held or driven")
+        wanted = name.partition(":")[2]
+        if wanted and wanted not in self.parts:
+            raise ValueError(f"{name}: there is no boundary {wanted!r}: the scene has {', '.join(self.parts)}")
+        return np.array([wanted in ("", part) for part in self.parts])
 
     def _solid_fraction(self):
         from ..pre import solid_fraction
@@ -167,6 +177,10 @@ class Recorder:
         loaded = np.any(sim.contacts.impulse != 0, axis=1)
         rows = np.searchsorted(sim.bodies.id, sim.contacts.bodies[loaded])
         return coordination_number(len(self.free), rows[:, 0], rows[:, 1], counted=self.free)
+
+
+def _is_force(name):
+    return name.partition(":")[0] == "boundary_force"
 
 
 def _compound(sim, free):

@@ -24,6 +24,7 @@ class Protocol:
     averaged: float = 0.5
     samples: int = 40
     reference_tol: float | None = None
+    reference_dt_factor: float | None = None
     reference_solver: str | None = None
     max_seconds: float | None = None
 
@@ -95,7 +96,9 @@ class Plan:
                 raise ValueError(f"{target.path}: duration is {duration:g} s, less than two steps of {target.dt:g} s")
             tightest = min(s.tol for s in settings.values())
             smallest = min(s.dt_factor for s in settings.values())
-            tight = Setting(name, p.reference_tol or tightest / 10, smallest / 2, True, 1, limit)
+            tight = Setting(
+                name, p.reference_tol or tightest / 10, p.reference_dt_factor or smallest / 2, True, 1, limit
+            )
             self._statistics(target, settings, files[-1], {**start, "duration": duration}, tight)
 
     def _steps(self, target, settings, files, start, tight):

@@ -38,6 +38,8 @@ class Setting:
         """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
         from ..strategies import NSCD
 
+        if base is not None and not isinstance(base, NSCD):
+            raise ValueError(f"strategy of the scene is {base!r}: a study sweeps the settings of cairn.NSCD")
         solver = make_solver(self.solver, tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
         return dataclasses.replace(base or NSCD(), solver=solver, warm_start=self.warm_start, threads=1)
 

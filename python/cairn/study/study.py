@@ -28,7 +28,8 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
     Of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states: how
     many; one_step: whether one step from these is compared; duration [s] of the perturbed runs (DURATION; none without it);
     runs: how many, at least 8; perturbation: share of the radius; averaged: share of a run; samples: in it; step_tol,
-    reference_tol, reference_solver: of what is compared with; prepare_tol; max_seconds: CPU seconds of a run at most.
+    reference_tol, reference_dt_factor, reference_solver: of what is compared with; prepare_tol; max_seconds: CPU seconds of a
+    run at most.
     """
     folder, targets, plan = _planned(what, folder, figures, options, dt, sweep, protocol)
     names, say = plan.protocol.figures, print if say is None else say
@@ -92,7 +93,7 @@ def _figures(targets, given):
         return []
     names = list(FIGURES) + sorted(own) if given is None else list(given)
     for name in names:
-        if name not in builtin.SUMMARY and name not in own:
+        if name.partition(":")[0] not in builtin.SUMMARY and name not in own:
             known = ", ".join([*builtin.SUMMARY, *sorted(own)])
             raise ValueError(f"there is no figure {name!r}: give one of {known}, or define figure_{name}(sim) in the .py file")
     return names

@@ -1,0 +1,157 @@
+"""Tuned on one scene, tried on another: does the setting that a study recommends attain the accuracy where it was not tuned?
+
+    python benchmarks/study_holdout.py [--folder FOLDER] [--cases wall flow ...] > benchmarks/results/study_holdout.csv
+
+For each case a study sweeps settings over the scene (or scenes) of benchmarks/study that it is tuned on and recommends one for an
+accuracy of a figure. That setting alone is then measured on the held-out scene, against that scene's own reference: other sizes,
+numbers, friction, seeds, geometry. CSV on standard output; a study that was stopped goes on from its folder. The tables of the
+tuned studies and their plots are written to benchmarks/results and docs/images with --keep.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from pathlib import Path
+
+from cairn import study
+
+HERE = Path(__file__).resolve().parent
+SCENES = HERE / "study"
+SWEEP = {"solvers": ["NLGS"], "tolerances": (0.3, 1e-1, 1e-2, 1e-3), "warm_start": (True,), "max_iter": 2000}
+STATISTICS = {"reference_dt_factor": 0.5, "states": 4, "runs": 8, "max_seconds": 120.0, "reference_tol": 1e-4}
+STEP = {"states": 6, "duration": 0.0}
+# name: (tuned on [(scene, options)], held out (scene, options), figures, [(figure, accuracy)], sweep, protocol)
+CASES = {
+    "wall": (
+        [("wall", {})],
+        ("wall", {"disks": 130, "seed": 7, "friction": 0.6, "spread": 0.45, "width": 15}),
+        ["boundary_force:wall", "solid_fraction", "mean_height"],
+        [("solid_fraction", 1e-2), ("mean_height", 1e-2), ("boundary_force:wall", 0.2)],
+        {"dt_factors": (1.0, 2.0)},
+        STATISTICS,
+    ),
+    "flow": (
+        [("flow", {})],
+        ("flow", {"disks": 90, "seed": 5, "friction": 0.3, "spread": 0.35, "inertial": 0.15}),
+        ["solid_fraction", "shear_stress", "kinetic_energy"],
+        [("solid_fraction", 2e-2), ("shear_stress", 0.2)],
+        {"dt_factors": (1.0, 2.0), "tolerances": (0.3, 1e-1, 1e-2)},
+        {**STATISTICS, "reference_tol": 1e-3, "samples": 200},
+    ),
+    "arch": (
+        [("arch", {})],
+        ("arch", {"voussoirs": 23, "friction": 0.5, "thickness": 0.25, "speed": 0.08, "span": 150.0}),
+        ["boundary_force:left support", "crown", "displacement"],
+        [("crown", 1e-4), ("displacement", 2e-2), ("boundary_force:left support", 5e-2)],
+        {"dt_factors": (1.0, 2.0, 4.0)},
+        {**STATISTICS, "samples": 100},
+    ),
+    "one step": (
+        [("wall", {}), ("flow", {}), ("arch", {})],
+        ("spheres", {}),
+        [],
+        [("step_velocity", 0.1), ("step_velocity", 1e-2), ("step_velocity", 1e-3), ("step_boundary_force", 1e-2)],
+        {"tolerances": (0.3, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5), "max_iter": 100_000},
+        STEP,
+    ),
+}
+COLUMNS = (
+    "case", "figure", "accuracy", "tuned_on", "setting", "dt_factor", "tuned_error", "tuned_upper", "tuned_floor", "tuned_cpu_s",
+    "saved", "held_out", "held_out_error", "held_out_upper", "held_out_floor", "held_out_cpu_s", "attained", "said",
+)
+
+
+def tune(name, folder, workers):
+    """The study of a case on the scenes that it may see."""
+    tuned, _, figures, _, sweep, protocol = CASES[name]
+    return study.run(
+        [SCENES / f"{scene}.py" for scene, _ in tuned], folder / f"{name} tuned", figures=figures, sweep={**SWEEP, **sweep},
+        workers=workers, say=_say, **protocol,
+    )
+
+
+def try_out(name, folder, workers, recommended):
+    """The study of the recommended settings alone, on the held-out scene."""
+    _, (scene, options), figures, _, sweep, protocol = CASES[name]
+    rows = []
+    for setting in dict.fromkeys(recommended):
+        only = {
+            "solvers": [setting.solver], "tolerances": (setting.tol,), "dt_factors": (setting.dt_factor,),
+            "warm_start": (setting.warm_start,), "min_iter": (setting.min_iter,), "max_iter": setting.max_iter,
+        }
+        found = study.run(
+            SCENES / f"{scene}.py", folder / f"{name} held out", options=options, figures=figures, sweep=only, workers=workers,
+            say=_say, **protocol,
+        )
+        rows += found.table
+    return rows
+
+
+def _say(text):
+    print(text, file=sys.stderr)
+
+
+def case(name, folder, workers):
+    """Rows of a case, and its tuned study."""
+    tuned, (scene, options), _, asked, _, _ = CASES[name]
+    s = tune(name, folder, workers)
+    found = [s.recommend(accuracy, of) for of, accuracy in asked]
+    held = try_out(name, folder, workers, [f.setting for f in found if f])
+    on = " ".join(scene for scene, _ in tuned)
+    out = []
+    for f in found:
+        row = {"case": name, "figure": f.of, "accuracy": f.accuracy, "tuned_on": on, "said": f.reason}
+        row["tuned_floor"] = f"{f.floor:.2g}"
+        row["held_out"] = " ".join([scene, *(f"{key}={value}" for key, value in options.items())])
+        if f:
+            there = next(r for r in held if r["figure"] == f.of and r["setting"] == f.setting.key())
+            dearest = max(r["cpu_seconds"] for r in s.table if r["figure"] == f.of)
+            row |= {
+                "setting": f.line, "dt_factor": f.setting.dt_factor, "tuned_error": f"{f.error:.2g}",
+                "tuned_upper": f"{f.upper:.2g}", "tuned_cpu_s": f"{f.cpu_seconds:.3g}",
+                "saved": f"{dearest / f.cpu_seconds:.3g}", "held_out_error": f"{there['error']:.2g}",
+                "held_out_upper": f"{there['upper']:.2g}", "held_out_floor": f"{there['floor']:.2g}",
+                "held_out_cpu_s": f"{there['cpu_seconds']:.3g}", "attained": verdict(there, f.accuracy),
+            }
+        out.append(row)
+    return out, s
+
+
+def verdict(row, accuracy):
+    """yes: surely; measured: the error is within, its interval not wholly; no."""
+    if row["upper"] <= accuracy:
+        return "yes"
+    return "measured" if row["error"] <= accuracy else "no"
+
+
+def keep(name, s):
+    """Table and plots of a tuned study, for the documentation."""
+    from cairn.study.store import write_csv
+
+    stem = f"study_{name.replace(' ', '_')}"
+    write_csv(HERE / "results" / f"{stem}.csv", s.table)
+    for of, accuracy in CASES[name][3][:3]:
+        s.plot(of, HERE.parent / "docs" / "images" / f"{stem}_{of.partition(':')[0]}.png", accuracy)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
+    parser.add_argument("--folder", type=Path, default=Path("study_holdout"))
+    parser.add_argument("--workers", "-j", type=int)
+    parser.add_argument("--keep", action="store_true")
+    options = parser.parse_args()
+    writer = csv.DictWriter(sys.stdout, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for name in options.cases:
+        rows, s = case(name, options.folder, options.workers)
+        writer.writerows(rows)
+        sys.stdout.flush()
+        if options.keep:
+            keep(name, s)
+
+
+if __name__ == "__main__":
+    main()
