@@ -33,6 +33,7 @@ set(CAIRN_CORE_SOURCES
   reference/detection_pairs.f90
   reference/plain_sweep.f90
   solvers/cone_projection.f90
+  solvers/contact_block.f90
   solvers/contact_error.f90
   solvers/contact_passes.f90
   solvers/contact_velocity.f90

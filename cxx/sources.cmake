@@ -29,8 +29,10 @@ set(CAIRN_CXX_SOURCES
   solvers/newton.cpp
   solvers/newton_step.cpp
   solvers/nlgs.cpp
+  solvers/nlgs_anderson.cpp
   solvers/nlgs_problem.cpp
   solvers/ppa_newton.cpp
+  solvers/nlgs_variants.cpp
   solvers/problem_monitor.cpp
   solvers/scaled_problem.cpp
   space_filling_order.cpp

@@ -3,7 +3,7 @@ module cone_projection
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
   private
-  public :: cairn_project_cones, project_cone, project_disk
+  public :: cairn_project_cones, cairn_project_disks, project_cone, project_disk
 contains
 
   !> Each contact's r becomes the nearest point of its cone, in the plain norm.
@@ -17,6 +17,18 @@ contains
       call project_cone(dim, mu(a), r(:, a))
     end do
   end subroutine cairn_project_cones
+
+  !> Each contact's r becomes (max(r_N, 0), r_T on the disk mu r_N).
+  subroutine cairn_project_disks(dim, n, mu, r) bind(c)
+    integer(c_int32_t), value     :: dim       !< components of a contact, 2 or 3
+    integer(c_int64_t), value     :: n         !< contacts
+    real(c_double), intent(in)    :: mu(n)     !< friction [-]
+    real(c_double), intent(inout) :: r(dim, n) !< any unit
+    integer(c_int64_t) :: a
+    do a = 1, n
+      call project_disk(dim, mu(a), r(:, a))
+    end do
+  end subroutine cairn_project_disks
 
   !> One contact. Divided by mu where mu is large, so that no mu is too large.
   pure subroutine project_cone(dim, mu, r)

@@ -221,9 +221,22 @@ void cairn_problem_error(int32_t dim, int64_t n, const double* mu, const double*
                          double* residual, double* size);
 void cairn_problem_figures(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* q,
                            const double* r, const double* u, double* figures);
-void cairn_nlgs_blocks(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
-                       const int64_t* place, const double* q, const double* mu, int64_t first, int64_t last,
-                       const int32_t* order, double relaxation, double* r, double* change, int32_t threads);
+void cairn_project_disks(int32_t dim, int64_t n, const double* mu, double* r);
+void cairn_shuffle(int64_t n, int64_t* state, int32_t* order);
+void cairn_colour_blocks(int64_t n, const int64_t* row_start, const int32_t* column, int32_t* colour, int32_t* order,
+                         int64_t* colours, int64_t* colour_start);
+void cairn_anderson_store(int64_t n, int32_t columns, int32_t slot, const double* weight, const double* f,
+                          const double* f_last, const double* g, const double* g_last, double* df, double* dg,
+                          double* gram, double* work);
+void cairn_anderson_mix(int64_t n, int32_t columns, const double* weight, const double* f, const double* g,
+                        const double* df, const double* dg, const double* gram, double* r, double* work);
+enum { cairn_contact_block_size = 16 };
+void cairn_nlgs_prepare(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
+                        int32_t* beside_column, double* beside, double* local);
+void cairn_nlgs_blocks(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* beside_column,
+                       const double* beside, const double* local, const double* q, const double* mu, int64_t first,
+                       int64_t last, const int32_t* order, double relaxation, double* slip, double* r, double* change,
+                       int32_t threads);
 
 #define CAIRN_NEWTON_FUNCTION(name)                                                                                    \
   void cairn_newton_##name(int32_t dim, int64_t n, const double* mu, const double* rho, const double* r,               \
