@@ -1,17 +1,12 @@
 #include "scaled_problem.hpp"
 
 #include <cmath>
-#include <numeric>
-
-#include "cairn/core.h"
 
 namespace cairn {
 
 ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& options, double* r)
-    : given_(p), options_(options), r_(r), begin_(cpu_seconds()), scaled_(p), scale_(p.contacts), best_(p.unknowns()),
-      change_(p.contacts), order_(p.contacts) {
+    : given_(p), options_(options), r_(r), begin_(cpu_seconds()), scaled_(p), scale_(p.contacts), best_(p.unknowns()) {
   options_.tolerance *= 1 - 1e-6; // the last rounding goes to the safe side
-  std::iota(order_.begin(), order_.end(), 0);
   const int d = p.dim;
   std::vector<int> exponent(p.contacts);
   for (std::int64_t a = 0; a < p.contacts; ++a)
@@ -39,10 +34,8 @@ ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& opt
 }
 
 void ScaledProblem::sweep(double* r, int sweeps) {
-  for (int s = 0; s < sweeps; ++s)
-    cairn_nlgs_blocks(scaled_.dim, scaled_.contacts, scaled_.row_start.data(), scaled_.column.data(),
-                      scaled_.block.data(), monitor_->diagonal().data(), scaled_.q.data(), scaled_.mu.data(), 0,
-                      scaled_.contacts, order_.data(), 1.0, r, change_.data(), 1);
+  if (!sweeper_) sweeper_.emplace(scaled_);
+  for (int s = 0; s < sweeps; ++s) sweeper_->sweep(r);
 }
 
 ProblemReport ScaledProblem::finish(const std::string& solver, std::int64_t iterations) {

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "friction_problem.hpp"
-#include "problem_monitor.hpp"
+#include "nlgs_problem.hpp"
 
 namespace cairn {
 
@@ -29,8 +29,8 @@ private:
   double* r_;
   double begin_;
   FrictionProblem scaled_;
-  Array<double> scale_, best_, change_; // scale (contacts): r / r'
-  std::vector<std::int32_t> order_;
+  Array<double> scale_, best_; // scale (contacts): r / r'
+  std::optional<Sweeper> sweeper_;
   std::optional<ProblemMonitor> monitor_;
 };
 
