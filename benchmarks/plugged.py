@@ -1,7 +1,7 @@
 """What openness costs: sweeps with Signorini-Coulomb built in, and with copies of it from a user's shared library.
 
-The copy that says normal_bias takes the same way through the solver; one that does not takes the general one. Each law sweeps the same
-contacts from the same state; laws take turns, and the least CPU time of each counts. Writes benchmarks/results/plugged.csv.
+The copy that says normal_bias takes the same way through the solver; one that does not takes the general one. Each law sweeps the
+same contacts from the same state; laws take turns, and the least CPU time of each counts. Writes benchmarks/results/plugged.csv.
 """
 
 import argparse
@@ -11,9 +11,8 @@ import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
 import cairn as cn
+import numpy as np
 
 COPY = """
 module {name}
