@@ -98,5 +98,6 @@ py::list describe(Holder& holder) {
 
 void bind_laws(py::module_& m);
 void bind_problems(py::module_& m);
+void bind_reference(py::module_& m);
 void bind_scene(py::module_& m);
 void bind_simulation(py::module_& m);

@@ -14,6 +14,7 @@ PYBIND11_MODULE(_core, m) {
   });
   bind_laws(m);
   bind_problems(m);
+  bind_reference(m);
   bind_scene(m);
   bind_simulation(m);
 }

@@ -228,6 +228,19 @@ py::dict get_state(py::object self) {
   return out;
 }
 
+py::dict contact_rows(Simulation& s) {
+  if (s.smooth() || !s.contacts_known()) throw cairn::Error("there is no contact problem at hand: make a step first");
+  const cairn::ContactRows rows = s.interactions.rows();
+  py::dict out;
+  out["axes"] = array_of(rows.axes);
+  out["lever"] = array_of(rows.lever);
+  out["bias"] = array_of(rows.bias);
+  out["mu"] = array_of(rows.mu);
+  out["bodies"] = array_of(rows.bodies);
+  out["kind"] = array_of(rows.kind);
+  return out;
+}
+
 void set_state(py::object self, const py::dict& state) {
   Simulation& s = self.cast<Simulation&>();
   self.attr("scene").attr("set_state")(state["scene"]);
@@ -312,6 +325,7 @@ void bind_simulation(py::module_& m) {
       .def("report", [](Simulation& s) { return report_of(s.report); })
       .def("energy", [](Simulation& s) { return energy_of(s.energy); })
       .def("contact", &contact_field)
+      .def("contact_rows", &contact_rows)
       .def_property_readonly("contact_count",
                              [](Simulation& s) {
                                if (s.smooth() && s.steps > 0) s.smooth()->view(s);

@@ -235,6 +235,37 @@ void Interactions::dissipated(double* out) const {
   s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = -0.5 * b.scale[lane]; });
 }
 
+ContactRows Interactions::rows() const {
+  const int d = s_->dim();
+  const auto n = std::size_t(count());
+  ContactRows rows{.axes = std::vector<double>(d * d * n),
+                   .lever = std::vector<double>(2 * d * n),
+                   .bias = std::vector<double>(d * n),
+                   .mu = std::vector<double>(n),
+                   .bodies = std::vector<std::int32_t>(2 * n),
+                   .kind = std::vector<std::int32_t>(n)};
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    double axes[3][3];
+    axes_of(b, d, lane, axes);
+    const auto lever = [&](double* from, std::int32_t side, int k) {
+      const bool radial = side == radial2 || side == radial3;
+      return radial ? at(b, from, lane, 0) * axes[0][k] : at(b, from, lane, k);
+    };
+    for (int k = 0; k < d; ++k) {
+      for (int c = 0; c < d; ++c) rows.axes[d * d * i + d * c + k] = axes[c][k];
+      rows.lever[2 * d * i + k] = lever(b.lever_a, b.side_a, k);
+      rows.lever[2 * d * i + d + k] = lever(b.lever_b, b.side_b, k);
+      rows.bias[d * i + k] = b.pack ? (k == 0 ? at(b, b.bias, lane, 0) : 0) : b.bias[k * b.count + lane];
+    }
+    const bool cone = !law_infos()[b.law].has_solve;
+    rows.mu[i] = cone ? at(b, b.params, lane, 0) : 0;
+    rows.bodies[2 * i] = b.body_a[lane];
+    rows.bodies[2 * i + 1] = b.body_b[lane];
+    rows.kind[i] = cone ? 1 : 2;
+  });
+  return rows;
+}
+
 std::vector<ContactKey> Interactions::bonds() const {
   std::vector<ContactKey> all;
   const ContactMemory& m = s_->memory;

@@ -135,6 +135,15 @@ struct ContactMemory {
   std::vector<double> states; // (state_components, keys)
 };
 
+// The assembled contacts as plain arrays, in the order of the candidates, for whoever wants to solve them elsewhere.
+struct ContactRows {
+  std::vector<double> axes;         // (dim, dim, count): normal, tangents, each in space axes
+  std::vector<double> lever;        // (dim, 2, count) of A, of B, in space axes [m]
+  std::vector<double> bias, mu;     // (dim, count) [m/s], (count) [-]
+  std::vector<std::int32_t> bodies; // (2, count) internal numbers
+  std::vector<std::int32_t> kind;   // (count) 0: nothing there moves, 1: Coulomb's cone, 2: a law with its own solution
+};
+
 class Interactions {
 public:
   explicit Interactions(int dim);
@@ -165,6 +174,7 @@ public:
   void relative_velocity(double* out) const; // (dim, count), at the end of the step, local; after update_velocity [m/s]
   void status(std::int32_t* out) const;      // (count), see cairn_contact_status
   void dissipated(double* out) const;        // (count), after update_velocity [J]
+  ContactRows rows() const;                  // after assemble
   std::vector<ContactKey> bonds() const;     // contacts that detection must keep although they leave its margin
 
   const ContactMemory& memory() const; // after commit: what the next assemble will inherit

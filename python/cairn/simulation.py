@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from . import _core, time_functions, views
+from . import _core, shadow, time_functions, views
 from .pre import checks
 from .scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
 from .strategies import NSCD, SmoothDEM
@@ -48,6 +48,7 @@ class Simulation:
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core.set_filter(len(self._species), allowed.ravel())
         self._sets, self._radii, self._info, self._warned_of_step = sets, None, {}, False
+        self._shadows = []
         self._start_functions()
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         if overlap not in ("warn", "error", "ignore"):
@@ -127,7 +128,7 @@ class Simulation:
         h = self._dt if dt is None else checks.positive("dt", dt)
         self._follow_scene()
         self._apply_functions(h)
-        self._info = self._core.step(h)
+        self._info = shadow.step(self, h, self._shadows) if self._shadows else self._core.step(h)
         if self._info.get("stable_step", h) < h and not self._warned_of_step and self.strategy.unstable != "ignore":
             self._warned_of_step = True
             warnings.warn(
@@ -174,6 +175,27 @@ class Simulation:
             progress=progress,
             overwrite=overwrite,
         )
+
+    # ------------------------------------------------------------------ comparisons
+
+    def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None):
+        """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
+
+        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration. kernel: "reference", the
+        plain loop; for solve_contacts also the name of a solver of cairn.problems; or a function of the stage's input, a dict of
+        arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`: it gives the stage's output
+        (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by the velocities they make.
+        tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
+        for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
+        """
+        self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
+        return self._shadows[-1]
+
+    def problem(self):
+        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move."""
+        from .contact_problem import problem_of
+
+        return problem_of(self)["problem"]
 
     # ------------------------------------------------------------------ changes between steps
 

@@ -1,0 +1,143 @@
+"""The sample cases of LMGC90, read, run, and compared with what LMGC90 stored.
+
+Each case that maps runs its stored steps from its DATBOX. Beside it run copies whose grains were shifted at random by 1e-8 of their
+radius, the digits that the files hold: what they do not agree on, no comparison can decide. `horizon` is the last stored step to which
+tracked bodies stay within 1e-4 of a body size of what was stored; statistics are compared with the mean of the copies.
+Writes benchmarks/results/legacy_samples.csv, and the table that docs/legacy.md shows.
+"""
+
+import argparse
+import csv
+import json
+import os
+import warnings
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+from cairn import legacy
+
+GATE = 1e-4
+
+
+def simulation(scene, case, tol):
+    """The scene under the settings of the case."""
+    strategy = cn.NSCD(case["theta"], cn.NLGS(tol=tol, max_iter=5000), scene.legacy.alert or None, contact_point="surface")
+    return cn.Simulation(scene, case["dt"], strategy, overlap="ignore")
+
+
+def run(folder, case, tol, shift=0.0, seed=0):
+    """(tracked positions at the stored steps, statistics of the last tenth of the steps, last state)."""
+    scene = legacy.read_datbox(folder, "skip")
+    sizes = np.array([b.radius for b in scene.legacy.datbox.bodies])
+    if shift:
+        rng, at = np.random.default_rng(seed), 0
+        for s in scene.sets:
+            if not s.driven:
+                s.position += shift * sizes[at : at + len(s), None] * rng.standard_normal(s.position.shape)
+            at += len(s)
+    sim = simulation(scene, case, tol)
+    with open(folder / "history.csv") as file:
+        stored = {int(row["step"]): row for row in csv.DictReader(file)}
+    axes = "xyz"[: scene.dim]
+    differences, statistics, theirs = [], [], []
+    free = ~np.array([bool(scene.legacy.datbox.drives.get((b.type, b.number))) for b in scene.legacy.datbox.bodies])
+    mass = np.concatenate([s.mass for s in scene.sets])
+    for k in range(1, case["steps"] + 1):
+        sim.step()
+        row = stored.get(k)
+        if row is None:
+            continue
+        x = np.array([[float(row[f"body{b}_{a}"]) for a in axes] for b in case["tracked_bodies"]])
+        differences.append((k, float(np.max(np.abs(np.array(sim.bodies.position)[[b - 1 for b in case["tracked_bodies"]]] - x)))))
+        if k > 0.9 * case["steps"]:
+            impulse = sim.contacts.impulse
+            active = int(np.sum(np.any(impulse != 0, axis=1)))
+            statistics.append((active, len(impulse)))
+            theirs.append((int(row["n_active"]), int(row["n_interactions"])))
+    position = np.array(sim.bodies.position)
+    height = float(np.sum(mass[free] * position[free, -1]) / np.sum(mass[free]))
+    contacts = sim.contacts
+    pushes = float(np.sum(np.abs(contacts.impulse_local[:, 0]))) / case["dt"] if len(contacts) else 0.0
+    return {
+        "differences": differences,
+        "counts": np.mean(statistics, axis=0),
+        "stored_counts": np.mean(theirs, axis=0),
+        "height": height,
+        "normal_forces": pushes,
+        "position": position,
+        "free": free,
+        "mass": mass,
+        "size": float(np.median(sizes[free])) if np.any(free) else float(np.median(sizes)),
+        "datbox": scene.legacy.datbox,
+        "unmapped": scene.legacy.unmapped,
+    }
+
+
+def compare(folder, case, copies):
+    """One row of the table."""
+    exact = run(folder, case, 1e-10)
+    others = [run(folder, case, 1e-8, 1e-8, seed) for seed in range(1, copies + 1)]
+    stored = legacy.read_outbox(folder)[-1]
+    size, free = exact["size"], exact["free"]
+    start = np.array([b.position for b in exact["datbox"].bodies])[:, : stored.displacement.shape[1]]
+    final = start + stored.displacement
+    horizon = 0
+    for k, d in exact["differences"]:
+        if d > GATE * size:
+            break
+        horizon = k
+    spread = max(float(np.max(np.abs(o["position"][free] - exact["position"][free]))) for o in others) if np.any(free) else 0.0
+    mass = exact["mass"][free]
+    height = float(np.sum(mass * final[free, -1]) / np.sum(mass))
+    pushes = float(np.sum(np.abs(stored.contacts["force"][:, 0])))
+    span = float(np.ptp(final[free, -1])) or size
+    ours = {name: np.mean([o[name] for o in others], axis=0) for name in ("height", "normal_forces", "counts")}
+    return {
+        "steps": case["steps"],
+        "horizon": horizon,
+        "largest_tracked": max(d for _, d in exact["differences"]) / size,
+        "largest_at_end": float(np.max(np.abs(exact["position"] - final))) / size,
+        "spread_of_copies": spread / size,
+        "mean_height": abs(ours["height"] - height) / span,
+        "active_contacts": abs(ours["counts"][0] / exact["stored_counts"][0] - 1),
+        "normal_forces": abs(ours["normal_forces"] / pushes - 1),
+        "unmapped": "; ".join(exact["unmapped"]),
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--copies", type=int, default=8)
+    parser.add_argument("--only", nargs="*")
+    parser.add_argument("--output", default=Path(__file__).parent / "results" / "legacy_samples.csv")
+    options = parser.parse_args()
+    default = Path(__file__).resolve().parents[1].parent / "shared"
+    data = Path(os.environ.get("CAIRN_REFERENCE_DATA", default)) / "legacy"
+    if not data.is_dir():
+        raise SystemExit(f"{data}: the sample data are not here; say where by CAIRN_REFERENCE_DATA")
+    warnings.simplefilter("ignore", legacy.UnmappedWarning)
+    rows = []
+    for folder in sorted(p for p in data.iterdir() if p.is_dir()):
+        if options.only and folder.name not in options.only:
+            continue
+        case = json.loads((folder / "case.json").read_text())
+        row = {"case": folder.name, "mapped": "yes"}
+        try:
+            legacy.read_datbox(folder)
+        except legacy.LegacyError as error:
+            row["unmapped"] = str(error).split("map this to: ")[-1].split(". Say")[0]
+            row["mapped"] = "mechanics" if row["unmapped"].startswith("MP_DEM") else "no"
+        if row["mapped"] != "no":
+            row |= compare(folder, case, options.copies)
+        rows.append(row)
+        print({k: f"{v:.2e}" if isinstance(v, float) else v for k, v in row.items()}, flush=True)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    with open(options.output, "w", newline="") as file:
+        writer = csv.DictWriter(file, names)
+        writer.writeheader()
+        writer.writerows({k: f"{v:.3g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows)
+
+
+if __name__ == "__main__":
+    main()
