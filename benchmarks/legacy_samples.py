@@ -2,7 +2,8 @@
 
 Each case that maps runs its stored steps from its DATBOX. Beside it run copies whose grains were shifted at random by 1e-8 of
 their radius, the digits that the files hold: what they do not agree on, no comparison can decide. `horizon` is the last stored
-step to which tracked bodies stay within 1e-4 of a body size of what was stored; statistics are compared with the mean of the copies.
+step to which tracked bodies stay within 1e-4 of a body size of what was stored; statistics are compared with the mean of the
+copies.
 Writes benchmarks/results/legacy_samples.csv, and the table that docs/legacy.md shows.
 """
 
