@@ -125,16 +125,16 @@ class Blocks:
     def sets(self, material, **options):
         """One set of bodies for each part, in the order of their first block, and the row of each block among the ids that
         Scene.add returns for them: sets, rows. Blocks of the part "support" are fixed."""
-        from .. import bodies
+        from .. import shapes
 
         sets, order = [], []
         for name in dict.fromkeys(self.part):
             at = [k for k, p in enumerate(self.part) if p == name]
             fixed = {"fixed": True} if name == "support" else {}
             if self.dim == 2:
-                made = bodies.polygons([self.vertices[k] for k in at], material, **fixed, **options)
+                made = shapes.polygons([self.vertices[k] for k in at], material, **fixed, **options)
             else:
-                made = bodies.polyhedra([(self.vertices[k], self.faces[k]) for k in at], material, **fixed, **options)
+                made = shapes.polyhedra([(self.vertices[k], self.faces[k]) for k in at], material, **fixed, **options)
             sets.append(made.with_(group=name))
             order += at
         rows = np.empty(len(self), int)

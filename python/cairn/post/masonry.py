@@ -1,0 +1,284 @@
+"""What a mason's engineer reads from a simulation of blocks: joint resultants, thrust line, hinges, sliding, moving parts,
+cracks, balance; and the load at which a structure falls, by bisection.
+
+Everything is computed from plain arrays of the contacts; forces are impulses over the step and act on a joint's first block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pre import checks
+from ..pre.blocks import Blocks
+
+
+@dataclass(frozen=True)
+class Resultants:
+    """k joints that touch. blocks (k, 2) numbers; normal (k, dim) from the second to the first; force (k, dim) [N] on the
+    first; pressure (k,) [N], its normal part; shear (k,) [N]; center (k, dim) [m], the middle of the contact points; thrust
+    (k, dim) [m], where the resultant passes through the joint; eccentricity (k,), distance of the thrust from the middle over
+    that of the joint's border that way: 1 at the edge; points (k,), how many contact points."""
+
+    blocks: np.ndarray
+    normal: np.ndarray
+    force: np.ndarray
+    pressure: np.ndarray
+    shear: np.ndarray
+    center: np.ndarray
+    thrust: np.ndarray
+    eccentricity: np.ndarray
+    points: np.ndarray
+
+    def hinges(self, near=0.98):
+        """Joints that carry load within (1 - near) of their edge: rotation is about to begin or under way."""
+        return np.flatnonzero((self.pressure > 0) & (self.eccentricity >= near))
+
+    def sliding(self, mu, near=0.999):
+        """Joints that carry load with their friction used up."""
+        return np.flatnonzero((self.pressure > 0) & (self.shear >= near * mu * self.pressure))
+
+
+def joint_resultants(blocks, normal, point, force) -> Resultants:
+    """Resultants of all contact points between each two bodies.
+
+    blocks (m, 2) numbers of the bodies of each contact; normal (m, dim); point (m, dim) [m]; force (m, dim) [N] on the first.
+    """
+    blocks, normal, point, force = (np.asarray(x) for x in (blocks, normal, point, force))
+    dim = normal.shape[1]
+    swap = blocks[:, 0] > blocks[:, 1]
+    sign = np.where(swap, -1.0, 1.0)[:, None]
+    ordered = np.where(swap[:, None], blocks[:, ::-1], blocks)
+    pairs, joint = np.unique(ordered, axis=0, return_inverse=True)
+    joint, k = joint.ravel(), len(pairs)
+
+    def total(x):
+        return np.stack([np.bincount(joint, c, k) for c in x.T], axis=1) if k else np.zeros((0, x.shape[1]))
+
+    count = np.bincount(joint, minlength=k)
+    n = total(normal * sign)
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    center, f = total(point) / count[:, None], total(force * sign)
+    pressure = np.einsum("ij,ij->i", f, n)
+    shear = np.linalg.norm(f - pressure[:, None] * n, axis=1)
+    # the axis of the resultant meets the joint's plane where the forces along n have their middle
+    along = np.einsum("ij,ij->i", force * sign, n[joint])
+    safe = np.where(pressure > 0, pressure, 1.0)
+    thrust = np.where((pressure > 0)[:, None], total(point * along[:, None]) / safe[:, None], center)
+    offset = thrust - center
+    reach = np.linalg.norm(offset, axis=1)
+    way = offset / np.where(reach > 0, reach, 1.0)[:, None]
+    border = np.zeros(k)
+    np.maximum.at(border, joint, np.einsum("ij,ij->i", point - center[joint], way[joint]))
+    eccentricity = np.where(border > 0, reach / np.where(border > 0, border, 1.0), 0.0)
+    assert f.shape == (k, dim)
+    return Resultants(pairs, n, f, pressure, shear, center, thrust, eccentricity, count)
+
+
+class Structure:
+    """Blocks in a simulation. blocks: cairn.pre.blocks.Blocks at the start; ids (n,): their bodies (Blocks.add_to gives both).
+
+    The state is read when it is asked for: every question is about the last step.
+    """
+
+    def __init__(self, blocks: Blocks, simulation, ids):
+        self.blocks, self.simulation = blocks, simulation
+        self.ids = np.asarray(ids)
+        if self.ids.shape != (len(blocks),):
+            raise ValueError(f"ids has shape {self.ids.shape}: give one for each of the {len(blocks)} blocks")
+        self.dim = blocks.dim
+        self.held = blocks.mask("support")
+        self.start = self.places()
+        self._joints = None
+
+    def places(self):
+        """Position (n, dim) and rotation, (n,) or (n, 4), of the blocks."""
+        rows = self.rows()
+        bodies = self.simulation.bodies
+        return bodies.position[rows], bodies.rotation[rows]
+
+    def rows(self):
+        """Rows of the blocks among the bodies."""
+        known = np.asarray(self.simulation.bodies.id)
+        order = np.argsort(known)
+        return order[np.searchsorted(known[order], self.ids)]
+
+    # ------------------------------------------------------------------ forces
+
+    def contacts(self):
+        """Contacts between blocks: numbers (m, 2), normal, point, force on the first."""
+        c = self.simulation.contacts
+        bodies = np.asarray(c.bodies).reshape(-1, 2)
+        order = np.argsort(self.ids)
+        at = np.minimum(np.searchsorted(self.ids[order], bodies), len(order) - 1)
+        numbers = order[at]
+        known = (self.ids[numbers] == bodies).all(axis=1)
+        point = c.point + self.simulation.scene.origin
+        return numbers[known], c.normal[known], point[known], c.force[known]
+
+    def resultants(self) -> Resultants:
+        """Of each joint that has contact points."""
+        return joint_resultants(*self.contacts())
+
+    def thrust_line(self, chain):
+        """Points (m, dim) where the resultants cross the joints of a chain of blocks, a list of numbers from support to
+        support; joints that carry nothing give NaN."""
+        r = self.resultants()
+        found = {tuple(pair): k for k, pair in enumerate(r.blocks.tolist())}
+        keys = [found.get((min(a, b), max(a, b))) for a, b in zip(chain[:-1], chain[1:])]
+        return np.array([np.full(self.dim, np.nan) if k is None or r.pressure[k] <= 0 else r.thrust[k] for k in keys])
+
+    def weight(self):
+        """Weights (n, dim) [N], and of what is held 0."""
+        gravity = self.simulation.scene.gravity
+        gravity = gravity(self.simulation.time) if callable(gravity) else gravity
+        mass = self.simulation.bodies.mass[self.rows()]
+        return np.where(self.held[:, None], 0.0, np.where(self.held, 0.0, mass)[:, None] * gravity)
+
+    def balance(self):
+        """How near to rest: a dict. reaction (dim,) [N] of the supports on the blocks; weight (dim,) [N]; reaction_error,
+        |reaction + weight| / |weight|; unbalanced, the largest force left on a free block over its weight; speed [m/s]."""
+        numbers, _, _, force = self.contacts()
+        weight = self.weight()
+        left = weight.copy()
+        reaction = np.zeros(self.dim)
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            for axis in range(self.dim):
+                left[:, axis] += sign * np.bincount(numbers[:, side], force[:, axis], len(left))
+            other = numbers[:, 1 - side]
+            by_support = self.held[other] & ~self.held[numbers[:, side]]
+            reaction += sign * force[by_support].sum(axis=0)
+        size = np.linalg.norm(weight[~self.held], axis=1)
+        total = weight.sum(axis=0)
+        velocity = self.simulation.bodies.velocity[self.rows()][~self.held, : self.dim]
+        return {
+            "reaction": reaction,
+            "weight": total,
+            "reaction_error": float(np.linalg.norm(reaction + total) / np.linalg.norm(total)),
+            "unbalanced": float(np.max(np.linalg.norm(left[~self.held], axis=1) / size)),
+            "speed": float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)),
+        }
+
+    def stress(self):
+        """Mean stress (n, dim, dim) [Pa] in each block, tension positive: -1/V sum f x (Love 1927, Weber 1966)."""
+        from .measures import body_moments
+
+        numbers, _, point, force = self.contacts()
+        position = self.places()[0]
+        a, b = numbers.T
+        moments = body_moments(len(self.ids), a, b, force, point - position[a], point - position[b])
+        volume = self.blocks.properties().measure * (self.simulation.scene.depth if self.dim == 2 else 1.0)
+        return (moments + np.swapaxes(moments, 1, 2)) / 2 / volume[:, None, None]
+
+    # ------------------------------------------------------------------ motion
+
+    def moved(self, points, block):
+        """Where points (m, dim) of the start, on the given blocks (m,), are now."""
+        (p0, r0), (p1, r1) = self.start, self.places()
+        local = points - p0[block]
+        if self.dim == 2:
+            angle = (r1 - r0)[block] if np.ndim(r1) else np.zeros(len(block))
+            c, s = np.cos(angle), np.sin(angle)
+            turned = np.column_stack((c * local[:, 0] - s * local[:, 1], s * local[:, 0] + c * local[:, 1]))
+        else:
+            turned = rotate(r1[block], rotate(conjugate(r0[block]), local))
+        return p1[block] + turned
+
+    def openings(self):
+        """How the joints of the start have opened: a dict of arrays. blocks (k, 2); opening (k,) [m], the largest normal
+        separation of two corners that were one; slip (k,) [m], the largest along the joint."""
+        if self._joints is None:
+            self._joints = self.blocks.joints()
+        j = self._joints
+        joint = np.repeat(np.arange(len(j.area)), [len(p) for p in j.polygon])
+        points = np.concatenate([*j.polygon, np.empty((0, self.dim))])
+        a, b = j.blocks[joint].T
+        apart = self.moved(points, a) - self.moved(points, b)
+        n = self.moved(points + j.normal[joint], b) - self.moved(points, b)
+        across = np.einsum("ij,ij->i", apart, n)
+        slide = np.linalg.norm(apart - across[:, None] * n, axis=1)
+        opening, slip = np.full(len(j.area), -np.inf), np.zeros(len(j.area))
+        np.maximum.at(opening, joint, across)
+        np.maximum.at(slip, joint, slide)
+        return {"blocks": j.blocks, "opening": opening, "slip": slip}
+
+    def moving_sets(self, tolerance=1e-3):
+        """Sets of blocks that move as one: lists of numbers, largest first, the set of the supports first of all.
+
+        Blocks belong together when their joint has opened and slipped by less than the tolerance times the size of the
+        smaller of both.
+        """
+        o = self.openings()
+        size = np.array([np.max(np.ptp(v, axis=0)) for v in self.blocks.vertices])
+        least = np.minimum(*size[o["blocks"].T])
+        together = (np.maximum(o["opening"], o["slip"]) <= tolerance * least) | self.held[o["blocks"]].all(axis=1)
+        label = np.arange(len(self.ids))
+        label[self.held] = np.flatnonzero(self.held)[0] if np.any(self.held) else label[self.held]
+        links = o["blocks"][together]
+        while True:
+            new = label.copy()
+            smallest = np.minimum(label[links[:, 0]], label[links[:, 1]])
+            np.minimum.at(new, links[:, 0], smallest)
+            np.minimum.at(new, links[:, 1], smallest)
+            new = np.minimum(new, new[new])
+            if np.array_equal(new, label):
+                break
+            label = new
+        sets = [np.flatnonzero(label == k).tolist() for k in np.unique(label)]
+        return sorted(sets, key=lambda s: (not np.any(self.held[s]), -len(s)))
+
+    def displacement(self):
+        """How far the centre of each block has moved, (n,) [m]."""
+        return np.linalg.norm(self.places()[0] - self.start[0], axis=1)
+
+
+def conjugate(q):
+    return q * np.array([1.0, -1, -1, -1])
+
+
+def rotate(q, v):
+    """Vectors (n, 3) turned by unit quaternions (n, 4)."""
+    u, w = q[:, 1:], q[:, :1]
+    t = 2 * np.cross(u, v)
+    return v + w * t + np.cross(u, t)
+
+
+# ---------------------------------------------------------------------- collapse
+
+
+def tilted_gravity(angle, dim, towards=None, g=9.81):
+    """Gravity (dim,) [m/s2] of a table tilted by an angle [rad] so that things slide along `towards`, +x unless told."""
+    if dim == 2:
+        return g * np.array([np.sin(angle), -np.cos(angle)])
+    way = np.array([1.0, 0.0, 0.0]) if towards is None else np.asarray(towards, float)
+    way = way / np.linalg.norm(way)
+    return g * (np.sin(angle) * way - np.cos(angle) * np.array([0.0, 0.0, 1.0]))
+
+
+def stands(structure: Structure, steps, every=50, fall=0.02, quiet=1e-3):
+    """Whether a structure stays up: True once all is at rest, False once a block has gone `fall` of the structure's size.
+
+    Runs at most `steps` steps. Rest: kinetic energy below quiet^2 of what a fall by `fall` would give. If neither comes, what
+    still moves faster than it did at half time falls.
+    """
+    sim = structure.simulation
+    low, high = structure.blocks.bounds()
+    size = float(np.max(high - low))
+    gravity = np.linalg.norm(structure.weight().sum(axis=0)) / np.sum(sim.bodies.mass[structure.rows()][~structure.held])
+    speed = np.sqrt(2 * gravity * fall * size)
+    checks.count("steps", steps, 1)
+    rows = structure.rows()[~structure.held]
+    mass = sim.bodies.mass[rows]
+    history, done = [], 0
+    while done < steps:
+        for _ in range(min(every, steps - done)):
+            sim.step()
+        done += every
+        if structure.displacement()[~structure.held].max() > fall * size:
+            return False
+        v = sim.bodies.velocity[rows][:, : sim.scene.dim]
+        history.append(np.sqrt(np.sum(mass * np.sum(v * v, axis=1)) / np.sum(mass)))
+        if history[-1] < quiet * speed and len(history) > 1:
+            return True
+    return history[-1] <= history[len(history) // 2]
