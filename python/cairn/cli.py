@@ -49,6 +49,14 @@ def build_parser():
     )
     law.add_argument("name", help="small letters, digits and _")
     law.add_argument("--folder", help="where to (default: a new folder of that name)")
+    wrap = _add(
+        commands,
+        "wrap-law",
+        "write an adapter that makes a contact law of an existing scalar routine",
+        "cairn wrap-law old_law.toml --isolate     see docs/plugins.md for the interface",
+    )
+    wrap.add_argument("interface", help="a .toml file that says what the routine is called with")
+    wrap.add_argument("--isolate", action="store_true", help="run it in a process of its own: its STOP becomes an error message")
     problem_command.add_parser(_add, commands)
     study_command.add_parser(_add, commands)
     view = _add(commands, "view", "turn a run round in a window (needs pyvista)", "cairn view pile.vtkhdf --what material")
@@ -181,6 +189,8 @@ def main(arguments=None):
             return run(options, passed_on)
         if options.command == "new-law":
             return new_law(options)
+        if options.command == "wrap-law":
+            return wrap_law(options)
         if options.command == "verify":
             return verify(options)
         if options.command == "solve":
@@ -318,6 +328,16 @@ def convert(options):
 
     for path in write(options.file, options.out, what=options.what, step=options.step, overwrite=options.overwrite):
         print(path)
+    return 0
+
+
+def wrap_law(options):
+    """`cairn wrap-law`."""
+    from .wrap_law import wrap_law as write
+
+    path, build = write(options.interface, **({"isolate": True} if options.isolate else {}))
+    print(path)
+    print(f"\nnow:  {build}")
     return 0
 
 

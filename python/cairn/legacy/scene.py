@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import bodies, laws, time_functions
+from .. import bodies, laws, shapes, time_functions
 from ..materials import Material
 from ..scene import Scene
+from ..shapes import Hulls
 from . import datbox
 from .text import LegacyError
 
@@ -243,10 +244,11 @@ def _contactors(box, members, materials, origin):
             name = f"{body.material} {c.color} {c.type}"
             if name not in materials:
                 materials[name] = (body.type, c.type, c.color)
-            found.setdefault((name, body.material, shape[0]), []).append((k, *shape[1:]))
+            found.setdefault((name, body.material, shape[0]), []).append((k, *shape[1:], c))
     sets = []
     for (name, material, shape), rows in found.items():
-        owner, radius, offset, direction = zip(*rows)
+        owner, radius, offset, direction, given = zip(*rows)
+        hulled = shape in ("polygon", "polyhedron")
         sets.append(
             bodies.ContactorSet(
                 shape,
@@ -255,9 +257,25 @@ def _contactors(box, members, materials, origin):
                 np.array(radius, float),
                 np.array(offset, float) if np.any(offset) else None,
                 None if direction[0] is None else np.array(direction, float),
+                np.arange(len(rows)) if hulled else None,
+                _hulls(given) if hulled else None,
             )
         )
     return sets
+
+
+def _hulls(contactors):
+    """Shapes of POLYG and POLYR, in the axes of their bodies."""
+    corners = [c.vertices for c in contactors]
+    faces = [np.zeros((0, 3), int) if c.faces is None else c.faces for c in contactors]
+    count = sum(len(f) for f in faces)
+    return Hulls(
+        np.concatenate(corners),
+        shapes._starts(corners),
+        shapes._starts(faces) if count else np.zeros(0, np.int64),
+        3 * np.arange(count + 1) if count else np.zeros(0, np.int64),
+        np.concatenate(faces).ravel().astype(np.int64),
+    )
 
 
 def _shape(box, c):
@@ -271,6 +289,8 @@ def _shape(box, c):
         return "segment", c.sizes["axe2"], offset, (1.0, 0.0, c.sizes["axe1"])
     if c.type == "PLANx":
         return "plane", 0.0, np.array([0, 0, c.sizes["axe3"]]), (0.0, 0.0, 1.0, 0.0)
+    if c.type in ("POLYG", "POLYR"):
+        return "polygon" if c.type == "POLYG" else "polyhedron", 0.0, offset, None
     if c.type == "DNLYC":
         return "tube", c.sizes["byrd"], offset, (0.0, 0.0, 1.0, c.sizes["High"])
     return None
