@@ -26,7 +26,7 @@ from importlib.resources import files
 from pathlib import Path
 
 TYPES = {"double": "double", "float": "float", "int": "int32_t"}
-KEYS = {"name", "routine", "language", "sources", "slot", "arguments", "parameters", "state", "components", "thread_safe", "isolate"}
+KEYS = set("name routine language sources slot arguments parameters state components thread_safe isolate".split())
 
 
 def wrap_law(interface, folder=None, **changes):
