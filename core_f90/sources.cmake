@@ -23,12 +23,14 @@ set(CAIRN_CORE_SOURCES
   integrators/rotation.f90
   integrators/theta.f90
   integrators/velocity_verlet.f90
+  integrators/verlet_spheres.f90
   kinematics/batch_kinematics.f90
   kinematics/contact_batch.f90
   kinematics/contact_schedule.f90
   kinematics/smooth_contacts2.f90
   kinematics/smooth_contacts3.f90
   kinematics/smooth_pairs.f90
+  kinematics/smooth_spheres3.f90
   kinematics/velocity_records.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90

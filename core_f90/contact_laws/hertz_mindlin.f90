@@ -4,7 +4,7 @@
 module hertz_mindlin
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use spring_slider, only: slide, damping_of, damped
+  use spring_slider, only: slide, damping_of, damp
   implicit none
   private
   public :: cairn_law_hertz_mindlin_force, cairn_law_hertz_mindlin_stiffness
@@ -23,21 +23,24 @@ contains
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: normal, shear, ratio, root, a, overlap, limit(n), tangential(n), damping(n)
+    real(c_double) :: normal, shear, ratio, root(n), a, overlap, limit(n), tangential(n), damping(n)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     normal = params(1)/(2*(1 - params(2)**2))
     shear = params(1)/(4*(2 - params(2))*(1 + params(2)))
     ratio = 2*sqrt(5.0_c_double/6)*damping_of(params(3))
-    !$omp simd private(overlap, a, root)
+    !$omp simd private(overlap, a)
     do i = 1, n
       overlap = max(-gap(i), 0.0_c_double)
       a = sqrt(geometry(i, 2)*overlap)
-      root = ratio*sqrt(a*geometry(i, 3))
-      f(i, 1) = damped(context%h, geometry(i, 3), 4.0_c_double/3*normal*a*overlap, sqrt(2*normal)*root, u(i, 1))
-      limit(i) = params(4)*max(f(i, 1), 0.0_c_double)
+      root(i) = ratio*sqrt(2*normal)*sqrt(a*geometry(i, 3))
+      f(i, 1) = 4.0_c_double/3*normal*a*overlap
       tangential(i) = 8*shear*a
-      damping(i) = sqrt(8*shear)*root
+      damping(i) = sqrt(4*shear/normal)*root(i)
+    end do
+    call damp(n, context%h, geometry(:, 3), root, u(:, 1), f(:, 1))
+    do i = 1, n
+      limit(i) = params(4)*max(f(i, 1), 0.0_c_double)
     end do
     if (present(energy)) then
       do i = 1, n

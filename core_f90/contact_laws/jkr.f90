@@ -3,7 +3,7 @@
 module jkr
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use spring_slider, only: slide, damping_of, damped
+  use spring_slider, only: slide, damping_of, damp
   implicit none
   private
   public :: cairn_law_jkr_force, cairn_law_jkr_stiffness
@@ -35,7 +35,11 @@ contains
     call contact_radius(n, b, geometry(:, 2), gap, touched, a)
     do i = 1, n
       elastic(i) = 4*normal*a(i)**3/(3*geometry(i, 2)) - 2*normal*b*a(i)*sqrt(a(i))
-      f(i, 1) = damped(context%h, geometry(i, 3), elastic(i), ratio*sqrt(2*normal*a(i)*geometry(i, 3)), u(i, 1))
+      damping(i) = ratio*sqrt(2*normal*a(i)*geometry(i, 3))
+    end do
+    f(:, 1) = elastic
+    call damp(n, context%h, geometry(:, 3), damping, u(:, 1), f(:, 1))
+    do i = 1, n
       limit(i) = params(5)*max(f(i, 1) + 3*pi*params(2)*geometry(i, 2), 0.0_c_double)
       tangential(i) = 8*shear*a(i)
       damping(i) = ratio*sqrt(tangential(i)*geometry(i, 3))

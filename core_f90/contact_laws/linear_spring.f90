@@ -4,7 +4,7 @@
 module linear_spring
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use spring_slider, only: slide, damping_of, damped
+  use spring_slider, only: slide, damping_of, damp
   implicit none
   private
   public :: cairn_law_linear_spring_force, cairn_law_linear_spring_stiffness
@@ -27,7 +27,11 @@ contains
     call c_f_pointer(context%geometry, geometry, [n, 3])
     ratio = damping_of(params(3))
     do i = 1, n
-      f(i, 1) = damped(context%h, geometry(i, 3), -params(1)*gap(i), 2*ratio*sqrt(params(1)*geometry(i, 3)), u(i, 1))
+      f(i, 1) = -params(1)*gap(i)
+      damping(i) = 2*ratio*sqrt(params(1)*geometry(i, 3))
+    end do
+    call damp(n, context%h, geometry(:, 3), damping, u(:, 1), f(:, 1))
+    do i = 1, n
       limit(i) = params(4)*max(f(i, 1), 0.0_c_double)
       tangential(i) = params(2)*params(1)
       damping(i) = 2*ratio*sqrt(tangential(i)*geometry(i, 3))

@@ -4,7 +4,7 @@ module spring_slider
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
   private
-  public :: slide, damping_of, damped
+  public :: slide, damping_of, damp
   real(c_double), parameter :: pi = acos(-1.0_c_double)
 contains
 
@@ -18,15 +18,18 @@ contains
 
   !> Elastic force less damping c u+, where the velocity at the end of the step, u+ = u + h f/2m, follows from the force itself:
   !> exact to second order for a collision of two bodies, and stable whatever c.
-  elemental function damped(h, mass, elastic, c, u) result(f)
-    real(c_double), intent(in) :: h       !< step [s]
-    real(c_double), intent(in) :: mass    !< effective mass [kg]
-    real(c_double), intent(in) :: elastic !< [N]
-    real(c_double), intent(in) :: c       !< [N s/m]
-    real(c_double), intent(in) :: u       !< velocity at the middle of the step [m/s]
-    real(c_double) :: f
-    f = (elastic - c*u)/(1 + 0.5_c_double*h*c/mass)
-  end function damped
+  pure subroutine damp(n, h, mass, c, u, f)
+    integer(c_int32_t), intent(in) :: n       !< contacts
+    real(c_double), intent(in)     :: h       !< step [s]
+    real(c_double), intent(in)     :: mass(n) !< effective mass [kg]
+    real(c_double), intent(in)     :: c(n)    !< [N s/m]
+    real(c_double), intent(in)     :: u(n)    !< velocity at the middle of the step [m/s]
+    real(c_double), intent(inout)  :: f(n)    !< elastic force; out, with damping [N]
+    integer :: i
+    do i = 1, n
+      f(i) = (f(i) - c(i)*u(i))/(1 + 0.5_c_double*h*c(i)/mass(i))
+    end do
+  end subroutine damp
 
   !> Tangential force of spring and dashpot, within the limit; beyond it the spring gives way.
   pure subroutine slide(n, c, h, k, damping, limit, u, spring, f, energy)

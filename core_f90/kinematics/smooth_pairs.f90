@@ -79,8 +79,8 @@ contains
     real(c_double), intent(inout) :: deepest        !< overlap / effective radius so far
     real(c_double), intent(inout) :: contacts       !< so far
     real(c_double), intent(inout) :: energies(3)    !< so far [J]
-    real(c_double) :: depth(8), part(8)
-    integer :: i, k
+    real(c_double) :: depth(8)
+    integer :: i
     depth = deepest
     do i = 1, m, 8
       depth = max(depth, -gap(i:i + 7)/geometry(i:i + 7, 2))
@@ -88,12 +88,10 @@ contains
     deepest = maxval(depth)
     contacts = contacts + count
     if (.not. present(energy)) return
-    do k = 1, 3
-      part = 0
-      do i = 1, count - 7, 8
-        part = part + energy(i:i + 7, k)
-      end do
-      energies(k) = energies(k) + (sum(part) + sum(energy(count - mod(count, 8) + 1:count, k)))
+    do i = 1, count ! one after the other: the sum does not depend on how the list was cut into batches
+      energies(1) = energies(1) + energy(i, 1)
+      energies(2) = energies(2) + energy(i, 2)
+      energies(3) = energies(3) + energy(i, 3)
     end do
   end subroutine cairn_smooth_sums
 

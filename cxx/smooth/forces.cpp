@@ -34,6 +34,38 @@ void SmoothDynamics::batch_geometry(const Simulation& s, const NeighbourList::Ba
   kind.contact(batch.count, w.between, w.radius_a, w.radius_b, w.direction_b, w.gap, w.normal, w.point, w.status);
 }
 
+void SmoothDynamics::fill_records(const Simulation& s, std::int64_t first, std::int64_t last) {
+  const Bodies& b = s.scene.bodies;
+  cairn_sphere_records(first, last, b.position.values.data(), b.velocity.values.data(), body_radius_.data(),
+                       b.inverse_mass.values.data(), record_.data());
+}
+
+// The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
+int SmoothDynamics::sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
+  const std::int64_t p = batch.first;
+  const LawTable::Entry& entry = s.laws.entry(batch.entry);
+  std::int32_t count = 0, m = 0;
+  const double* force = s.scene.bodies.contact_force.values.data();
+  for (std::int64_t q = p + batch.count; q < std::min(p + batch.count + NeighbourList::lanes, list_.pairs); ++q) {
+    const std::int64_t body = list_.body_b[q]; // of the next batch: on its way while this one is computed
+    __builtin_prefetch(&record_[16 * body]);
+    __builtin_prefetch(&record_[16 * body + 8]);
+    __builtin_prefetch(&force[6 * body]);
+  }
+  cairn_sphere_gather(batch.count, &list_.body_a[p], &list_.body_b[p], record_.data(), entries_[batch.entry].reach, h,
+                      &list_.state[3 * p], &list_.active[p], w.lane, &count, &m, w.frame, w.arm, w.u, w.lane_gap,
+                      w.geometry, w.state);
+  if (count <= 0) return count;
+  const cairn_law_context context{h, 0.5, w.geometry, nullptr};
+  double* energy = options.energy ? w.energy : nullptr;
+  law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
+  cairn_sphere_scatter(batch.count, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.frame, w.arm, w.f, w.state,
+                       &list_.state[3 * p], &list_.force[3 * p], s.scene.bodies.contact_force.values.data(),
+                       batch.other < 0 ? nullptr : &list_.other[batch.other * 6]);
+  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
+  return count;
+}
+
 // sums: see sums_of_tile
 void SmoothDynamics::batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
   Bodies& b = s.scene.bodies;
@@ -43,6 +75,7 @@ void SmoothDynamics::batch_forces(Simulation& s, const NeighbourList::Batch& bat
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   double* other = batch.other < 0 ? nullptr : &list_.other[batch.other * nd];
   if (other) std::fill_n(other, std::int64_t(n) * nd, 0.0);
+  if (records_ && batch.spheres && sphere_forces(s, batch, w, h, sums) >= 0) return;
   batch_geometry(s, batch, w);
   std::int32_t count = 0, m = 0;
   cairn_smooth_admit(n, w.gap, w.status, shape.reach, states_, &list_.state[p * states_], &list_.active[p], w.lane,

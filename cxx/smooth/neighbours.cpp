@@ -132,6 +132,15 @@ void SmoothDynamics::make_list(Simulation& s) {
     arm_ = std::max(arm_, arm);
   }
   read_laws(s);
+  records_ = dim_ == 3 && centred_ && states_ == 3 && !s.scene.cell.any();
+  if (records_) {
+    record_.resize(16 * b.count);
+    body_radius_.assign(b.count, 0);
+    for (std::int64_t k = 0; k < c.count; ++k)
+      if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[k] = *c.radius[k];
+    for (std::int64_t t = 0; t < tiles(s); ++t)
+      fill_records(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count));
+  }
   double reach = 0;
   for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
   Margin margin{};
@@ -203,6 +212,9 @@ void SmoothDynamics::lay_out(Simulation& s) {
         batch.count = std::int32_t(std::min<std::int64_t>(NeighbourList::lanes, end - first));
         batch.kind = g % (kinds * entries) / entries;
         batch.entry = g % entries;
+        batch.spheres = smooth_pair_kinds[batch.kind].a == Shape::sphere &&
+                        smooth_pair_kinds[batch.kind].b == Shape::sphere && entries_[batch.entry].scalars == 0 &&
+                        entries_[batch.entry].vectors == 1;
         if (g >= kinds * entries) {
           batch.other = list_.others;
           list_.others += batch.count;

@@ -16,6 +16,7 @@ struct NeighbourList {
   struct Batch {
     std::int64_t first = 0;
     std::int32_t count = 0, kind = 0, entry = 0;
+    bool spheres = false;    // two spheres and a law that keeps one spring
     std::int64_t other = -1; // place of what acts on B, when B is of another tile
   };
   std::int64_t pairs = 0, others = 0;
@@ -91,9 +92,12 @@ private:
   double walls_move(const Simulation& s) const;
   void place_contactors(Simulation& s);
   void batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const;
+  void fill_records(const Simulation& s, std::int64_t first, std::int64_t last);
+  int sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
   void batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
   void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);
   void to_local(const double* n, const double* v, double* out) const;
+  bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
   void account(Simulation& s, std::int64_t n);
   void check_bodies(const Simulation& s) const;
   [[noreturn]] void refuse_step(double h) const;
@@ -111,7 +115,9 @@ private:
   Array<double> grain_, centre_, direction_, margins_, sums_;
   Array<std::int32_t> directed_, viewed_;
   std::vector<std::int32_t> walls_;
-  bool centred_ = true; // contactor i is on the centre of body i
+  bool centred_ = true;  // contactor i is on the centre of body i
+  bool records_ = false; // spheres have records, see smooth_spheres3.f90
+  Array<double> record_, body_radius_;
   double widest_ = 0, farthest_ = 0, arm_ = 0, pair_limit_ = 0;
   std::vector<std::unique_ptr<Lanes>> lanes_;
 };

@@ -52,21 +52,26 @@ void SmoothDynamics::kick_and_drift(Simulation& s) {
   const std::int64_t n = tiles(s);
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
 #pragma omp parallel for schedule(static)
-  for (std::int64_t t = 0; t < n; ++t)
-    cairn_verlet_begin(dim_, b.dofs(), t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count), h_,
-                       s.scene.gravity.data(), b.inverse_mass.values.data(), b.contact_force.values.data(),
-                       b.velocity.values.data(), b.position.values.data(), &sums_[sums_of_tile * t],
-                       dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force), pointer(b.damping), bits(b.driven),
-                       pointer(b.driven_velocity), pointer(b.reaction));
+  for (std::int64_t t = 0; t < n; ++t) {
+    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    const bool plain = plain_tile(s, first, last);
+    if (plain)
+      cairn_verlet_begin_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                                 b.contact_force.values.data(), body_radius_.data(), b.velocity.values.data(),
+                                 b.position.values.data(), record_.data(), &sums_[sums_of_tile * t]);
+    else
+      cairn_verlet_begin(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                         b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(),
+                         &sums_[sums_of_tile * t], dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force),
+                         pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
+    if (dim_ == 3 && b.rotation.active)
+      cairn_verlet_turn(first, last, h_, b.velocity.values.data(), b.rotation.values.data());
+    if (records_ && !plain) fill_records(s, first, last);
+  }
   double linear = 0, spin = 0;
   for (std::int64_t t = 0; t < n; ++t) {
     linear = std::max(linear, sums_[sums_of_tile * t]);
     spin = std::max(spin, sums_[sums_of_tile * t + 1]);
-  }
-  if (dim_ == 3 && b.rotation.active) {
-    std::int64_t unsolved = 0;
-    cairn_rotate(b.count, h_, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(), nullptr,
-                 bits(b.driven), &unsolved);
   }
   s.advance_cell(h_);
   if (s.scene.cell.any()) s.wrap_into_cell();
@@ -103,12 +108,17 @@ void SmoothDynamics::kick(Simulation& s) {
   const std::int64_t n = tiles(s);
   std::int64_t wrong = -1;
 #pragma omp parallel for schedule(static) reduction(max : wrong)
-  for (std::int64_t t = 0; t < n; ++t)
-    cairn_verlet_end(dim_, b.dofs(), t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count), h_,
-                     s.scene.gravity.data(), b.inverse_mass.values.data(), b.contact_force.values.data(),
-                     b.velocity.values.data(), &wrong, pointer(b.force), pointer(b.damping), bits(b.driven),
-                     pointer(b.driven_velocity), pointer(b.reaction),
-                     options.energy ? &sums_[sums_of_tile * t + 4] : nullptr);
+  for (std::int64_t t = 0; t < n; ++t) {
+    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    double* terms = options.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
+    if (plain_tile(s, first, last))
+      cairn_verlet_end_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                               b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
+    else
+      cairn_verlet_end(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                       b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
+                       pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
+  }
   account(s, n);
   s.candidates.count = 0;
   s.contacts_known_ = false;
@@ -122,6 +132,13 @@ void SmoothDynamics::kick(Simulation& s) {
                 std::to_string(s.steps) +
                 "; give a smaller dt (explain() names the stable one) or softer laws, and go " +
                 "back to a checkpoint");
+}
+
+// Whether nothing but contacts and gravity moves the bodies of a tile of spheres.
+bool SmoothDynamics::plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const {
+  const Bodies& b = s.scene.bodies;
+  if (!records_ || b.force.active || b.damping.active) return false;
+  return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
 }
 
 // Sums of the tiles in their order. d(T + U + stored) = W - D + closure, which is the error of the scheme, O(dt^2).

@@ -169,3 +169,72 @@ def test_a_grain_in_a_sheared_periodic_cell_keeps_its_contacts():
             runs.append(sim)
         assert runs[0].info["neighbour_lists"] > 2 * runs[1].info["neighbour_lists"]
         assert runs[0].info["contacts"] > 5 and same(*runs)
+
+
+def test_the_fast_way_of_spheres_is_the_general_one():
+    """Spheres off the centre of massless reach: an offset of zero length elsewhere sends all pairs the general way."""
+    runs = []
+    for general in (False, True):
+        sim = heap(count=5, dt=2e-5, speed=2.0)
+        if general:  # a body of two spheres far away: contactors are no longer bodies
+            inertia = 1e-8
+            pair = cn.clumps([[9.0, 9.0, 9.0]], [[0, 0, 0], [0.01, 0, 0]], [0.002, 0.002], 1e-3, [inertia] * 3, ROCK)
+            sim.add(pair)
+        for _ in range(200):
+            sim.step()
+        runs.append(sim)
+    grains = 125
+    assert runs[0].info["contacts"] == runs[1].info["contacts"] > 30
+    for name, scale in (("position", 0.05), ("velocity", 100.0), ("contact_force", 1.0)):
+        one, two = (getattr(sim.bodies, name)[:grains] for sim in runs)
+        assert np.max(np.abs(one - two)) < 1e-9 * scale, name
+    assert np.isclose(runs[0].energy["kinetic"], runs[1].energy["kinetic"], rtol=1e-3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_energy_closes_with_the_step(dim):
+    """What is left of the balance falls with the step, and faster while nothing dissipates."""
+    closures = []
+    for dt in (2e-5, 1e-5):
+        sim = heap(dim, count=4, dt=dt, law=cn.HertzMindlin(young=1e7), speed=1.0)
+        for _ in range(int(0.02 / dt)):
+            sim.step()
+        closures.append(abs(sim.energy["closure"]) / sim.energy["in_play"])
+    assert closures[1] < 0.5 * closures[0] < 1e-3
+    closures, law = [], cn.LinearSpring(stiffness=5e3, mu=0.5, restitution=0.5)
+    for dt in (2e-5, 5e-6):
+        sim = heap(dim, count=4, dt=dt, speed=1.0, law=law)
+        for _ in range(int(0.03 / dt)):
+            sim.step()
+        assert sim.energy["dissipated_normal"] > 0 and sim.energy["dissipated_friction"] > 0
+        closures.append(abs(sim.energy["closure"]) / sim.energy["in_play"])
+    assert closures[1] < 0.4 * closures[0] and closures[1] < 1e-2
+
+
+def test_orientation_follows_the_spin():
+    """Half a turn a thousand steps long, and one of eight radians a step, end where the spin says."""
+    for dt, steps in ((1e-3, 1000), (4.0, 1)):
+        scene = cn.Scene(3)
+        spin = np.array([0.0, 1.2, 1.6]) * (np.pi / 2 if steps > 1 else 1.0)
+        scene.add(cn.spheres([[0, 0, 0.0]], 0.1, ROCK, velocity=[0, 0, 0, *spin], rotation=[[1.0, 0, 0, 0]]))
+        sim = cn.Simulation(scene, dt, cn.SmoothDEM())
+        for _ in range(steps):
+            sim.step()
+        half = np.linalg.norm(spin) * sim.time / 2
+        expected = np.r_[np.cos(half), np.sin(half) * spin / np.linalg.norm(spin)]
+        assert np.allclose(sim.bodies.rotation[0], expected, atol=1e-12)
+
+
+def test_a_driven_wall_feels_the_weight():
+    """A box of grains comes to rest; the floor carries what lies on it, and its drive gives that impulse."""
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.spheres([[0, 0, 0.005 - 1e-6]], 0.005, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.LinearSpring(stiffness=1e4, restitution=0.1))
+    sim = cn.Simulation(scene, 1e-5, cn.SmoothDEM())
+    for _ in range(5000):
+        sim.step()
+    weight = sim.bodies.mass[0] * 9.81
+    assert np.isclose(sim.bodies.contact_force[1, 2], -weight, rtol=1e-6)
+    assert np.isclose(sim.bodies.reaction[1, 2], weight * sim.dt, rtol=1e-6)
+    assert np.isclose(sim.contacts.force[0, 2], weight, rtol=1e-6)
+    assert sim.contacts.status[0] == 1 or sim.contacts.status[0] == 2

@@ -73,6 +73,12 @@ void cairn_verlet_end(int32_t dim, int32_t nd, int64_t first, int64_t last, doub
                       const double* inverse_mass, const double* contact_force, double* velocity, int64_t* wrong,
                       const double* force, const double* damping, const int8_t* driven, const double* driven_velocity,
                       double* reaction, double* terms);
+void cairn_verlet_begin_spheres(int64_t first, int64_t last, double h, const double* gravity,
+                                const double* inverse_mass, const double* contact_force, const double* radius,
+                                double* velocity, double* position, double* record, double* fastest);
+void cairn_verlet_end_spheres(int64_t first, int64_t last, double h, const double* gravity, const double* inverse_mass,
+                              const double* contact_force, double* velocity, int64_t* wrong, double* terms);
+void cairn_verlet_turn(int64_t first, int64_t last, double h, const double* velocity, double* rotation);
 void cairn_inverse_masses(int32_t dim, int32_t nd, int64_t nb, const double* mass, const double* inertia,
                           double* inverse_mass);
 
@@ -98,6 +104,14 @@ typedef void cairn_smooth_scatter(int32_t n, int32_t count, int32_t m, const int
                                   const double* frame, const double* f, int32_t scalars, int32_t vectors,
                                   const double* state, double* stored, double* lane_force, double* force,
                                   double* other);
+void cairn_sphere_records(int64_t first, int64_t last, const double* position, const double* velocity,
+                          const double* radius, const double* inverse_mass, double* record);
+void cairn_sphere_gather(int32_t n, const int32_t* body_a, const int32_t* body_b, const double* record, double reach,
+                         double h, double* stored, int8_t* active, int32_t* lane, int32_t* count, int32_t* filled,
+                         double* frame, double* arm, double* u, double* gap, double* geometry, double* state);
+void cairn_sphere_scatter(int32_t n, int32_t count, int32_t m, const int32_t* lane, const int32_t* body_a,
+                          const int32_t* body_b, const double* frame, const double* arm, const double* f,
+                          const double* state, double* stored, double* lane_force, double* force, double* other);
 cairn_smooth_gather cairn_smooth_gather2, cairn_smooth_gather3;
 cairn_smooth_scatter cairn_smooth_scatter2, cairn_smooth_scatter3;
 

@@ -1,0 +1,215 @@
+!> The fast way for contacts of spheres that are centred on their bodies: smooth_contacts3 does the same for all shapes.
+!> A sphere is one record of 16 numbers, two lines of the cache: x y z r, velocity (3), 0; r times spin (3), r, spin (3), inverse
+!> mass. What a contact needs of its two spheres are the difference of their first lines and the sum of their second ones.
+module smooth_spheres3
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_int8_t, c_double
+  implicit none
+  private
+  public :: cairn_sphere_records, cairn_sphere_gather, cairn_sphere_scatter
+
+  integer, parameter :: lanes = 128
+  ! Between these squares of distances neither digits nor range are lost; beyond, the general way is taken.
+  real(c_double), parameter :: shortest = 2.0_c_double**(-900), longest = 2.0_c_double**1000
+
+contains
+
+  !> Records of the bodies as they are.
+  pure subroutine cairn_sphere_records(first, last, position, velocity, radius, inverse_mass, record) bind(c)
+    integer(c_int64_t), value     :: first, last          !< bodies first to last - 1
+    real(c_double), intent(in)    :: position(3, 0:*)     !< [m]
+    real(c_double), intent(in)    :: velocity(6, 0:*)     !< [m/s, rad/s]
+    real(c_double), intent(in)    :: radius(0:*)          !< 0 if it is no sphere [m]
+    real(c_double), intent(in)    :: inverse_mass(6, 0:*) !< [1/kg]
+    real(c_double), intent(inout) :: record(16, 0:*)
+    integer(c_int64_t) :: i
+    do i = first, last - 1
+      record(1:3, i) = position(:, i)
+      record(4, i) = radius(i)
+      record(5:7, i) = velocity(1:3, i)
+      record(8, i) = 0
+      record(9:11, i) = radius(i)*velocity(4:6, i)
+      record(12, i) = radius(i)
+      record(13:15, i) = velocity(4:6, i)
+      record(16, i) = inverse_mass(1, i)
+    end do
+  end subroutine cairn_sphere_records
+
+  !> Lanes of the pairs closer than the reach of their law, with all that the law and the scatter need of them.
+  pure subroutine cairn_sphere_gather(n, body_a, body_b, record, reach, h, stored, active, lane, count, filled, frame, arm, u, &
+                                      gap, geometry, state) bind(c)
+    integer(c_int32_t), value        :: n                !< pairs, at most 128
+    integer(c_int32_t), intent(in)   :: body_a(n), body_b(n) !< from 0
+    real(c_double), intent(in)       :: record(16, 0:*)
+    real(c_double), value            :: reach            !< gap at which a force begins [m]
+    real(c_double), value            :: h                !< step [s]
+    real(c_double), intent(inout)    :: stored(3, n)     !< tangential spring in space axes [m]
+    integer(c_int8_t), intent(inout) :: active(n)        !< 1: it acted in the last step
+    integer(c_int32_t), intent(out)  :: lane(n + 8)      !< pairs that act, from 1
+    integer(c_int32_t), intent(out)  :: count            !< how many; -1: take the general way
+    integer(c_int32_t), intent(out)  :: filled           !< that, up to a multiple of eight; the rest repeats the last
+    real(c_double), intent(out)      :: frame(lanes, 6)  !< normal, first tangent
+    real(c_double), intent(out)      :: arm(lanes, 2)    !< from the centres of A and of B to the contact point [m]
+    real(c_double), intent(out)      :: u(*)             !< (filled, 3) relative velocity along n, t, s [m/s]
+    real(c_double), intent(out)      :: gap(n)           !< of the lanes [m]
+    real(c_double), intent(out)      :: geometry(*)      !< (filled, 3) 0, effective radius [m], effective mass [kg]
+    real(c_double), intent(out)      :: state(*)         !< (filled, 2) spring along t, s [m]
+    real(c_double) :: delta(8, lanes), total(lanes), square(lanes), both(8, lanes), spring(3, lanes), nearest, farthest
+    integer(c_int8_t) :: near(lanes)
+    integer :: i, k, l, ia, ib
+    do i = 1, n
+      ia = body_a(i); ib = body_b(i)
+      !$omp simd simdlen(8)
+      do k = 1, 8
+        delta(k, i) = record(k, ia) - record(k, ib)
+      end do
+      total(i) = record(12, ia) + record(12, ib) ! of the second line, which comes on its way thereby
+    end do
+    nearest = longest
+    farthest = shortest
+    !$omp simd reduction(min:nearest) reduction(max:farthest)
+    do i = 1, n
+      square(i) = delta(1, i)*delta(1, i) + delta(2, i)*delta(2, i) + delta(3, i)*delta(3, i)
+      nearest = min(nearest, square(i))
+      farthest = max(farthest, square(i))
+    end do
+    filled = 0
+    count = -1
+    if (nearest < shortest .or. farthest > longest) return
+    count = 0
+    do i = 1, n
+      near(i) = merge(1_c_int8_t, 0_c_int8_t, square(i) < (total(i) + reach)**2)
+    end do
+    if (any(active(1:n) > near(1:n))) then
+      do i = 1, n
+        if (active(i) > near(i)) stored(:, i) = 0
+      end do
+    end if
+    active(1:n) = near(1:n)
+    k = 0 ! without a branch, for it would be hard to foresee
+    do i = 1, n
+      lane(k + 1) = i
+      k = k + near(i)
+    end do
+    count = k
+    if (count == 0) return
+    filled = iand(count + 7, -8)
+    lane(count + 1:filled) = lane(count)
+    do i = 1, filled
+      l = lane(i)
+      ia = body_a(l); ib = body_b(l)
+      !$omp simd simdlen(8)
+      do k = 1, 8
+        delta(k, i) = delta(k, l)
+        both(k, i) = record(8 + k, ia) + record(8 + k, ib)
+      end do
+      total(i) = total(l)
+      square(i) = square(l)
+      spring(1, i) = stored(1, l); spring(2, i) = stored(2, l); spring(3, i) = stored(3, l)
+    end do
+    call localize(filled, delta, both, total, square, spring, h, frame, arm, u, gap, geometry, state)
+  end subroutine cairn_sphere_gather
+
+  !> Local frame of each lane, and in it the relative velocity and the spring: turned into the new tangent plane at its length,
+  !> and about the normal with the mean spin.
+  pure subroutine localize(m, delta, both, total, square, spring, h, frame, arm, u, gap, geometry, state)
+    integer, intent(in)         :: m
+    real(c_double), intent(in)  :: delta(8, lanes), both(8, lanes), total(lanes), square(lanes), spring(3, lanes), h
+    real(c_double), intent(out) :: frame(lanes, 6), arm(lanes, 2), u(m, 3), gap(m), geometry(m, 3), state(m, 2)
+    real(c_double) :: distance, nx, ny, nz, w, a, b, c, tx, ty, tz, sx, sy, sz, ux, uy, uz, half, px, py, pz, size, kept
+    integer :: i
+    !$omp simd private(distance, nx, ny, nz, w, a, b, c, tx, ty, tz, sx, sy, sz, ux, uy, uz, half, px, py, pz, size, kept)
+    do i = 1, m
+      distance = sqrt(square(i))
+      w = 1/distance
+      nx = delta(1, i)*w; ny = delta(2, i)*w; nz = delta(3, i)*w
+      gap(i) = distance - total(i)
+      half = 0.5_c_double*gap(i)
+      arm(i, 1) = 0.5_c_double*(total(i) + delta(4, i)) + half
+      arm(i, 2) = 0.5_c_double*(total(i) - delta(4, i)) + half
+      w = sign(1.0_c_double, nz)
+      a = -1/(w + nz)
+      b = nx*ny*a
+      tx = 1 + w*nx*nx*a; ty = w*b; tz = -w*nx
+      sx = b; sy = w + ny*ny*a; sz = -ny
+      frame(i, 1) = nx; frame(i, 2) = ny; frame(i, 3) = nz
+      frame(i, 4) = tx; frame(i, 5) = ty; frame(i, 6) = tz
+      px = both(1, i) + half*both(5, i) ! sum of arm times spin
+      py = both(2, i) + half*both(6, i)
+      pz = both(3, i) + half*both(7, i)
+      ux = delta(5, i) - (py*nz - pz*ny)
+      uy = delta(6, i) - (pz*nx - px*nz)
+      uz = delta(7, i) - (px*ny - py*nx)
+      u(i, 1) = nx*ux + ny*uy + nz*uz
+      u(i, 2) = tx*ux + ty*uy + tz*uz
+      u(i, 3) = sx*ux + sy*uy + sz*uz
+      geometry(i, 1) = 0
+      geometry(i, 2) = (total(i)*total(i) - delta(4, i)*delta(4, i))/(4*total(i))
+      geometry(i, 3) = 1/max(both(8, i), tiny(a))
+      px = spring(1, i); py = spring(2, i); pz = spring(3, i)
+      size = px*px + py*py + pz*pz
+      c = tx*px + ty*py + tz*pz
+      b = sx*px + sy*py + sz*pz
+      w = 0.5_c_double*h*(nx*both(5, i) + ny*both(6, i) + nz*both(7, i))
+      a = c - w*b
+      b = b + w*c
+      kept = sqrt(size/max(a*a + b*b, tiny(a)))
+      state(i, 1) = kept*a
+      state(i, 2) = kept*b
+    end do
+  end subroutine localize
+
+  !> Forces of the lanes onto their bodies, springs back into space axes. What acts on a body of another tile goes to other.
+  pure subroutine cairn_sphere_scatter(n, count, m, lane, body_a, body_b, frame, arm, f, state, stored, lane_force, force, other) &
+    bind(c)
+    integer(c_int32_t), value      :: n                 !< pairs
+    integer(c_int32_t), value      :: count             !< lanes that count
+    integer(c_int32_t), value      :: m                 !< lanes
+    integer(c_int32_t), intent(in) :: lane(m)           !< pair of each, from 1
+    integer(c_int32_t), intent(in) :: body_a(n), body_b(n)
+    real(c_double), intent(in)     :: frame(lanes, 6)   !< normal, first tangent
+    real(c_double), intent(in)     :: arm(lanes, 2)     !< [m]
+    real(c_double), intent(in)     :: f(m, 3)           !< on A along n, t, s [N]
+    real(c_double), intent(in)     :: state(m, 2)       !< spring along t, s [m]
+    real(c_double), intent(inout)  :: stored(3, n)      !< spring in space axes [m]
+    real(c_double), intent(inout)  :: lane_force(3, n)  !< on A in space axes [N]
+    real(c_double), intent(inout)  :: force(6, 0:*)     !< on bodies [N, N m]
+    real(c_double), intent(inout), optional :: other(6, n) !< on B, if it is of another tile
+    real(c_double) :: on_a(6, lanes), on_b(6, lanes), spring(3, lanes)
+    real(c_double) :: nx, ny, nz, tx, ty, tz, sx, sy, sz, x, y, z, cx, cy, cz
+    integer :: i, l
+    !$omp simd private(nx, ny, nz, tx, ty, tz, sx, sy, sz, x, y, z, cx, cy, cz)
+    do i = 1, m
+      nx = frame(i, 1); ny = frame(i, 2); nz = frame(i, 3)
+      tx = frame(i, 4); ty = frame(i, 5); tz = frame(i, 6)
+      sx = ny*tz - nz*ty; sy = nz*tx - nx*tz; sz = nx*ty - ny*tx
+      x = nx*f(i, 1) + tx*f(i, 2) + sx*f(i, 3)
+      y = ny*f(i, 1) + ty*f(i, 2) + sy*f(i, 3)
+      z = nz*f(i, 1) + tz*f(i, 2) + sz*f(i, 3)
+      cx = sx*f(i, 2) - tx*f(i, 3) ! n x f
+      cy = sy*f(i, 2) - ty*f(i, 3)
+      cz = sz*f(i, 2) - tz*f(i, 3)
+      on_a(1, i) = x; on_a(2, i) = y; on_a(3, i) = z
+      on_a(4, i) = -arm(i, 1)*cx; on_a(5, i) = -arm(i, 1)*cy; on_a(6, i) = -arm(i, 1)*cz
+      on_b(1, i) = -x; on_b(2, i) = -y; on_b(3, i) = -z
+      on_b(4, i) = -arm(i, 2)*cx; on_b(5, i) = -arm(i, 2)*cy; on_b(6, i) = -arm(i, 2)*cz
+      spring(1, i) = tx*state(i, 1) + sx*state(i, 2)
+      spring(2, i) = ty*state(i, 1) + sy*state(i, 2)
+      spring(3, i) = tz*state(i, 1) + sz*state(i, 2)
+    end do
+    do i = 1, count
+      l = lane(i)
+      lane_force(:, l) = on_a(1:3, i)
+      stored(:, l) = spring(:, i)
+      force(:, body_a(l)) = force(:, body_a(l)) + on_a(:, i)
+    end do
+    if (present(other)) then
+      do i = 1, count
+        other(:, lane(i)) = on_b(:, i)
+      end do
+    else
+      do i = 1, count
+        force(:, body_b(lane(i))) = force(:, body_b(lane(i))) + on_b(:, i)
+      end do
+    end if
+  end subroutine cairn_sphere_scatter
+end module smooth_spheres3
