@@ -34,6 +34,7 @@ set(CAIRN_CORE_SOURCES
   kinematics/velocity_records.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90
+  solvers/block_factors.f90
   solvers/cone_projection.f90
   solvers/contact_block.f90
   solvers/contact_error.f90

@@ -23,9 +23,9 @@ set(CAIRN_CXX_SOURCES
   smooth/stability.cpp
   smooth/step.cpp
   solvers/active_set.cpp
+  solvers/block_factors.cpp
   solvers/contact_system.cpp
   solvers/friction_problem.cpp
-  solvers/linear_system.cpp
   solvers/newton.cpp
   solvers/newton_step.cpp
   solvers/nlgs.cpp

@@ -57,7 +57,9 @@ contains
         unknowns(a) = dim - 1
         call slipping(dim, mu(a), rho(2, a)*part, along, left(:, :, a), basis(:, :, a))
         own(:, :, a) = 0
+        own(dim, dim, a) = 1
         if (dim == 3) own(2, 2, a) = 1 - part
+        target(:, a) = 0
         target(1, a) = -u(1, a)
         if (dim == 3) target(2, a) = part*rho(2, a)*sum(-u(2:, a)*across) - (1 - part)*sum(r(2:, a)*across)
         step(1, a) = 0
@@ -82,15 +84,14 @@ contains
   pure subroutine slipping(dim, mu, rho, along, left, basis)
     integer(c_int32_t), intent(in) :: dim
     real(c_double), intent(in)     :: mu, rho, along(2)
-    real(c_double), intent(inout)  :: left(dim, dim), basis(dim, dim)
-    left(1, :) = 0
+    real(c_double), intent(out)    :: left(dim, dim), basis(dim, dim)
+    left = 0
+    basis = 0
     left(1, 1) = 1
     basis(1, 1) = 1
     basis(2:, 1) = mu*along(:dim-1)
     if (dim == 2) return
-    left(2, 1) = 0
     left(2, 2:) = rho*[-along(2), along(1)]
-    basis(1, 2) = 0
     basis(2:, 2) = [-along(2), along(1)]
   end subroutine slipping
 end module newton_alart_curnier

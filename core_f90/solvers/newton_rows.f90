@@ -1,51 +1,16 @@
 !> The linear system of a Newton step. Contact a has unknowns(a) unknowns y with dr = step + basis y, and as many rows
 !>   left (W + alpha) dr + own y = target,
-!> where W dr gathers from its neighbours; alpha is the weight of a proximal term. Rows are those of y, columns rising.
+!> where W dr gathers from its neighbours; alpha is the weight of a proximal term. A contact with fewer unknowns than components
+!> is filled up: left and basis are zero there, own is the identity. One with none is left out.
 module newton_rows
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
   private
-  public :: cairn_newton_pattern, cairn_newton_values, cairn_newton_targets, cairn_newton_step, cairn_newton_weights
+  public :: cairn_newton_blocks, cairn_newton_targets, cairn_newton_step, cairn_newton_weights
 contains
 
-  !> Where the entries stand. Returns their number; with capacity below it, rows that do not fit are left out.
-  integer(c_int64_t) function cairn_newton_pattern(n, row_start, column, unknowns, first, capacity, start, index) result(entries) &
-      bind(c)
-    integer(c_int64_t), value       :: n              !< contacts
-    integer(c_int64_t), intent(in)  :: row_start(n+1) !< from 0
-    integer(c_int32_t), intent(in)  :: column(*)      !< from 0
-    integer(c_int32_t), intent(in)  :: unknowns(n)    !< of a contact
-    integer(c_int32_t), intent(out) :: first(n+1)     !< first row of a contact, from 0
-    integer(c_int64_t), value       :: capacity       !< of index
-    integer(c_int32_t), intent(out) :: start(*)       !< (rows + 1) from 0
-    integer(c_int32_t), intent(out) :: index(capacity) !< columns from 0
-    integer(c_int64_t) :: a, k, b, row
-    integer(c_int32_t) :: i, j
-    first(1) = 0
-    do a = 1, n
-      first(a+1) = first(a) + unknowns(a)
-    end do
-    entries = 0
-    row = 0
-    start(1) = 0
-    do a = 1, n
-      do i = 1, unknowns(a)
-        do k = row_start(a) + 1, row_start(a+1)
-          b = column(k) + 1
-          if (entries + unknowns(b) <= capacity) then
-            do j = 1, unknowns(b)
-              index(entries+j) = first(b) + j - 1
-            end do
-          end if
-          entries = entries + unknowns(b)
-        end do
-        row = row + 1
-        start(row+1) = int(entries, c_int32_t)
-      end do
-    end do
-  end function cairn_newton_pattern
-
-  subroutine cairn_newton_values(dim, n, row_start, column, block, alpha, unknowns, left, basis, own, first, start, entry) bind(c)
+  !> The matrix on the pattern of W. Blocks of contacts that are left out are not touched.
+  subroutine cairn_newton_blocks(dim, n, row_start, column, block, alpha, unknowns, left, basis, own, matrix) bind(c)
     integer(c_int32_t), value      :: dim            !< components of a contact, 2 or 3
     integer(c_int64_t), value      :: n              !< contacts
     integer(c_int64_t), intent(in) :: row_start(n+1) !< from 0
@@ -56,45 +21,55 @@ contains
     real(c_double), intent(in)     :: left(dim, dim, n)  !< (unknown, component)
     real(c_double), intent(in)     :: basis(dim, dim, n) !< (component, unknown)
     real(c_double), intent(in)     :: own(dim, dim, n)   !< (unknown, unknown)
-    integer(c_int32_t), intent(in) :: first(n+1)     !< first row of a contact, from 0
-    integer(c_int32_t), intent(in) :: start(*)       !< (rows + 1) from 0
-    real(c_double), intent(out)    :: entry(*)       !< of the matrix
-    real(c_double) :: w(dim, dim), lw(dim)
-    integer(c_int64_t) :: a, k, b, place
-    integer(c_int32_t) :: i, j, c, shift
+    real(c_double), intent(inout)  :: matrix(dim, dim, *)
+    integer(c_int64_t) :: a, k, b
+    integer(c_int32_t) :: c
+    real(c_double) :: w(dim, dim)
     do a = 1, n
       if (unknowns(a) == 0) cycle
-      shift = 0
       do k = row_start(a) + 1, row_start(a+1)
         b = column(k) + 1
         if (unknowns(b) == 0) cycle
-        w = block(:, :, k)
-        if (a == b) then
+        if (a /= b) then
+          call multiply(dim, left(:, :, a), block(:, :, k), basis(:, :, b), matrix(:, :, k))
+        else
+          w = block(:, :, k)
           do c = 1, dim
             w(c, c) = w(c, c) + alpha
           end do
+          call multiply(dim, left(:, :, a), w, basis(:, :, b), matrix(:, :, k))
+          matrix(:, :, k) = matrix(:, :, k) + own(:, :, a)
         end if
-        do i = 1, unknowns(a)
-          place = start(first(a)+i) + shift
-          lw = 0
-          do c = 1, dim
-            lw = lw + left(i, c, a)*w(c, :)
-          end do
-          do j = 1, unknowns(b)
-            entry(place+j) = sum(lw*basis(:, j, b))
-          end do
-          if (a /= b) cycle
-          do j = 1, unknowns(b)
-            entry(place+j) = entry(place+j) + own(i, j, a)
-          end do
-        end do
-        shift = shift + unknowns(b)
       end do
     end do
-  end subroutine cairn_newton_values
+  end subroutine cairn_newton_blocks
+
+  !> l w b
+  pure subroutine multiply(dim, l, w, b, m)
+    integer(c_int32_t), intent(in) :: dim
+    real(c_double), intent(in)     :: l(dim, dim), w(dim, dim), b(dim, dim)
+    real(c_double), intent(out)    :: m(dim, dim)
+    real(c_double) :: x(3, 3)
+    integer :: c
+    if (dim == 3) then
+      do c = 1, 3
+        x(:, c) = l(:, 1)*w(1, c) + l(:, 2)*w(2, c) + l(:, dim)*w(dim, c)
+      end do
+      do c = 1, 3
+        m(:, c) = x(:, 1)*b(1, c) + x(:, 2)*b(2, c) + x(:, 3)*b(dim, c)
+      end do
+    else
+      do c = 1, 2
+        x(:2, c) = l(:, 1)*w(1, c) + l(:, 2)*w(2, c)
+      end do
+      do c = 1, 2
+        m(:, c) = x(:2, 1)*b(1, c) + x(:2, 2)*b(2, c)
+      end do
+    end if
+  end subroutine multiply
 
   !> Right-hand side: what is left of the target after the known part of the step, which changes u by change.
-  subroutine cairn_newton_targets(dim, n, alpha, unknowns, left, step, change, target, first, rhs) bind(c)
+  subroutine cairn_newton_targets(dim, n, alpha, unknowns, left, step, change, target, rhs) bind(c)
     integer(c_int32_t), value      :: dim            !< components of a contact, 2 or 3
     integer(c_int64_t), value      :: n              !< contacts
     real(c_double), value          :: alpha          !< [1/kg]
@@ -103,31 +78,32 @@ contains
     real(c_double), intent(in)     :: step(dim, n)   !< [N s]
     real(c_double), intent(in)     :: change(dim, n) !< W step [m/s]
     real(c_double), intent(in)     :: target(dim, n) !< (unknown)
-    integer(c_int32_t), intent(in) :: first(n+1)     !< first row of a contact, from 0
-    real(c_double), intent(out)    :: rhs(*)         !< (rows)
+    real(c_double), intent(inout)  :: rhs(dim, n)    !< (unknown)
     integer(c_int64_t) :: a
-    integer(c_int32_t) :: i
+    integer(c_int32_t) :: c
     do a = 1, n
-      do i = 1, unknowns(a)
-        rhs(first(a)+i) = target(i, a) - sum(left(i, :, a)*(change(:, a) + alpha*step(:, a)))
+      if (unknowns(a) == 0) cycle
+      rhs(:, a) = target(:, a)
+      do c = 1, dim
+        rhs(:, a) = rhs(:, a) - left(:, c, a)*(change(c, a) + alpha*step(c, a))
       end do
     end do
   end subroutine cairn_newton_targets
 
   !> dr = step + basis y, in place of step.
-  subroutine cairn_newton_step(dim, n, unknowns, basis, first, y, step) bind(c)
+  subroutine cairn_newton_step(dim, n, unknowns, basis, y, step) bind(c)
     integer(c_int32_t), value      :: dim            !< components of a contact, 2 or 3
     integer(c_int64_t), value      :: n              !< contacts
     integer(c_int32_t), intent(in) :: unknowns(n)    !< of a contact
     real(c_double), intent(in)     :: basis(dim, dim, n) !< (component, unknown)
-    integer(c_int32_t), intent(in) :: first(n+1)     !< first row of a contact, from 0
-    real(c_double), intent(in)     :: y(*)           !< (rows)
+    real(c_double), intent(in)     :: y(dim, n)      !< (unknown)
     real(c_double), intent(inout)  :: step(dim, n)   !< [N s]
     integer(c_int64_t) :: a
-    integer(c_int32_t) :: j
+    integer(c_int32_t) :: c
     do a = 1, n
-      do j = 1, unknowns(a)
-        step(:, a) = step(:, a) + basis(:, j, a)*y(first(a)+j)
+      if (unknowns(a) == 0) cycle
+      do c = 1, dim
+        step(:, a) = step(:, a) + basis(:, c, a)*y(c, a)
       end do
     end do
   end subroutine cairn_newton_step

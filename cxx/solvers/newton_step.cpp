@@ -7,8 +7,8 @@ namespace cairn {
 NewtonStep::NewtonStep(const FrictionProblem& p, NewtonFunction* function, const std::vector<std::int64_t>& place)
     : p_(p), function_(function), rho_(2 * p.contacts), f_(p.unknowns()), left_(p.dim * p.unknowns()),
       basis_(p.dim * p.unknowns()), own_(p.dim * p.unknowns()), step_(p.unknowns()), target_(p.unknowns()),
-      change_(p.unknowns()), rhs_(p.unknowns()), zero_(p.unknowns()), unknowns_(p.contacts), first_(p.contacts + 1),
-      start_(p.unknowns() + 1) {
+      change_(p.unknowns()), matrix_(p.block.size()), rhs_(p.unknowns()), zero_(p.unknowns()), unknowns_(p.contacts),
+      factors_(p) {
   cairn_newton_weights(p.dim, p.contacts, place.data(), p.block.data(), rho_.data());
 }
 
@@ -35,22 +35,14 @@ bool NewtonStep::find(const double* r, const double* u, double alpha, double& me
   const int d = p_.dim;
   const std::int64_t n = p_.contacts;
   const std::int64_t* rows = p_.row_start.data();
-  std::int64_t entries = cairn_newton_pattern(n, rows, p_.column.data(), unknowns_.data(), first_.data(),
-                                              std::int64_t(column_.size()), start_.data(), column_.data());
-  if (entries > std::int64_t(column_.size())) {
-    column_.resize(entries);
-    entry_.resize(entries);
-    entries = cairn_newton_pattern(n, rows, p_.column.data(), unknowns_.data(), first_.data(), entries, start_.data(),
-                                   column_.data());
-  }
-  cairn_newton_values(d, n, rows, p_.column.data(), p_.block.data(), alpha, unknowns_.data(), left_.data(),
-                      basis_.data(), own_.data(), first_.data(), start_.data(), entry_.data());
+  cairn_newton_blocks(d, n, rows, p_.column.data(), p_.block.data(), alpha, unknowns_.data(), left_.data(),
+                      basis_.data(), own_.data(), matrix_.data());
   cairn_block_product(d, n, rows, p_.column.data(), p_.block.data(), zero_.data(), step_.data(), change_.data(), 1);
   cairn_newton_targets(d, n, alpha, unknowns_.data(), left_.data(), step_.data(), change_.data(), target_.data(),
-                       first_.data(), rhs_.data());
-  if (!system_.factor(first_.back(), start_.data(), column_.data(), entry_.data())) return false;
-  system_.solve(rhs_.data());
-  cairn_newton_step(d, n, unknowns_.data(), basis_.data(), first_.data(), rhs_.data(), step_.data());
+                       rhs_.data());
+  if (!factors_.factor(matrix_.data(), unknowns_.data())) return false;
+  factors_.solve(rhs_.data());
+  cairn_newton_step(d, n, unknowns_.data(), basis_.data(), rhs_.data(), step_.data());
   return true;
 }
 

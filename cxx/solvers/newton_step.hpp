@@ -1,8 +1,8 @@
 // One step of a generalised Newton method on f(r, W r + q + alpha (r - centre)) = 0: f and its derivative over all
 // contacts, the sparse system of the unknowns that are left, its solution.
 #pragma once
+#include "block_factors.hpp"
 #include "friction_problem.hpp"
-#include "linear_system.hpp"
 
 namespace cairn {
 
@@ -20,16 +20,15 @@ public:
   // |f|^2 and dr, which stays in step(); u holds alpha (r - centre). False: the system is singular.
   bool find(const double* r, const double* u, double alpha, double& merit);
   const Array<double>& step() const { return step_; }
-  std::int64_t rows() const { return first_.back(); }
 
 private:
   double sum_of_squares() const;
   void evaluate(const double* r, const double* u, int want);
   const FrictionProblem& p_;
   NewtonFunction* function_;
-  Array<double> rho_, f_, left_, basis_, own_, step_, target_, change_, entry_, rhs_, zero_;
-  std::vector<std::int32_t> unknowns_, first_, start_, column_;
-  LinearSystem system_;
+  Array<double> rho_, f_, left_, basis_, own_, step_, target_, change_, matrix_, rhs_, zero_;
+  std::vector<std::int32_t> unknowns_;
+  BlockFactors factors_;
 };
 
 } // namespace cairn

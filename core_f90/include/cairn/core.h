@@ -258,16 +258,23 @@ void cairn_nlgs_blocks(int32_t dim, int64_t n, const int64_t* row_start, const i
                            double* own, double* step, double* target)
 CAIRN_NEWTON_FUNCTION(alart_curnier);
 #undef CAIRN_NEWTON_FUNCTION
-int64_t cairn_newton_pattern(int64_t n, const int64_t* row_start, const int32_t* column, const int32_t* unknowns,
-                             int32_t* first, int64_t capacity, int32_t* start, int32_t* index);
-void cairn_newton_values(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
+void cairn_newton_blocks(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
                          double alpha, const int32_t* unknowns, const double* left, const double* basis,
-                         const double* own, const int32_t* first, const int32_t* start, double* entry);
+                         const double* own, double* matrix);
 void cairn_newton_targets(int32_t dim, int64_t n, double alpha, const int32_t* unknowns, const double* left,
-                          const double* step, const double* change, const double* target, const int32_t* first,
-                          double* rhs);
-void cairn_newton_step(int32_t dim, int64_t n, const int32_t* unknowns, const double* basis, const int32_t* first,
-                       const double* y, double* step);
+                          const double* step, const double* change, const double* target, double* rhs);
+void cairn_newton_step(int32_t dim, int64_t n, const int32_t* unknowns, const double* basis, const double* y,
+                       double* step);
+int64_t cairn_block_factor(int32_t dim, int64_t n, const int32_t* order, const int32_t* place, const int64_t* row_start,
+                           const int32_t* column, const double* block, const int32_t* active,
+                           const int64_t* lower_start, const int32_t* lower, const int64_t* upper_start,
+                           const int32_t* upper, int64_t* lower_last, int32_t* lower_kept, int64_t* upper_last,
+                           int32_t* upper_kept, double* lower_block, double* upper_block, double* diagonal,
+                           double* work);
+void cairn_block_solve(int32_t dim, int64_t n, const int32_t* order, const int32_t* active, const int64_t* lower_start,
+                       const int64_t* lower_last, const int32_t* lower_kept, const int64_t* upper_start,
+                       const int64_t* upper_last, const int32_t* upper_kept, const double* lower_block,
+                       const double* upper_block, const double* diagonal, double* b, double* x);
 void cairn_newton_weights(int32_t dim, int64_t n, const int64_t* place, const double* block, double* rho);
 void cairn_proximal_velocity(int64_t n, double alpha, const double* r, const double* centre, const double* u,
                              double* shifted);
