@@ -8,8 +8,8 @@ module block_factors
   public :: cairn_block_factor, cairn_block_solve
 contains
 
-  !> Rows of L (unit diagonal, left of it) and U (right of it, diagonal inverted). Returns 0, or the place from 1 of the contact whose
-  !> pivots vanished.
+  !> Rows of L (unit diagonal, left of it) and U (right of it, diagonal inverted). Returns 0, or from 1 the contact whose pivots
+  !> vanished.
   integer(c_int64_t) function cairn_block_factor(dim, n, order, place, row_start, column, block, active, lower_start, lower, &
       upper_start, upper, lower_last, lower_kept, upper_last, upper_kept, lower_block, upper_block, diagonal, work) &
       result(failed) bind(c)
