@@ -23,6 +23,7 @@ set(CAIRN_CXX_SOURCES
   smooth/stability.cpp
   smooth/step.cpp
   solvers/active_set.cpp
+  solvers/admm.cpp
   solvers/block_factors.cpp
   solvers/contact_system.cpp
   solvers/friction_problem.cpp

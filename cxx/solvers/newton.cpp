@@ -57,8 +57,13 @@ ProblemReport solve_newton(const char* name, NewtonFunction* function, const Fri
 
 } // namespace
 
-ProblemReport solve_newton_alart_curnier(const FrictionProblem& p, const ProblemOptions& options, double* r) {
-  return solve_newton("newton_alart_curnier", cairn_newton_alart_curnier, p, options, r);
-}
+#define CAIRN_NEWTON(function)                                                                                         \
+  ProblemReport solve_newton_##function(const FrictionProblem& p, const ProblemOptions& options, double* r) {          \
+    return solve_newton("newton_" #function, cairn_newton_##function, p, options, r);                                  \
+  }
+CAIRN_NEWTON(alart_curnier)
+CAIRN_NEWTON(jean_moreau)
+CAIRN_NEWTON(fischer_burmeister)
+#undef CAIRN_NEWTON
 
 } // namespace cairn

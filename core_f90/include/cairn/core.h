@@ -257,6 +257,8 @@ void cairn_nlgs_blocks(int32_t dim, int64_t n, const int64_t* row_start, const i
                            const double* u, int32_t want, double* f, int32_t* unknowns, double* left, double* basis,   \
                            double* own, double* step, double* target)
 CAIRN_NEWTON_FUNCTION(alart_curnier);
+CAIRN_NEWTON_FUNCTION(jean_moreau);
+CAIRN_NEWTON_FUNCTION(fischer_burmeister);
 #undef CAIRN_NEWTON_FUNCTION
 void cairn_newton_blocks(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
                          double alpha, const int32_t* unknowns, const double* left, const double* basis,
@@ -265,6 +267,10 @@ void cairn_newton_targets(int32_t dim, int64_t n, double alpha, const int32_t* u
                           const double* step, const double* change, const double* target, double* rhs);
 void cairn_newton_step(int32_t dim, int64_t n, const int32_t* unknowns, const double* basis, const double* y,
                        double* step);
+void cairn_admm_load(int32_t dim, int64_t n, double rho, const double* q, const double* z, const double* v,
+                     const double* s, double* load);
+void cairn_admm_update(int32_t dim, int64_t n, double rho, double relaxation, const double* mu, const double* r,
+                       double* z, double* v, double* s, double* sums);
 int64_t cairn_block_factor(int32_t dim, int64_t n, const int32_t* order, const int32_t* place, const int64_t* row_start,
                            const int32_t* column, const double* block, const int32_t* active,
                            const int64_t* lower_start, const int32_t* lower, const int64_t* upper_start,
