@@ -2,8 +2,9 @@
 module polyhedron_polyhedron
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
-  use hull_axes, only: best_edges, best_face
+  use hull_axes, only: axis_of_edges, best_edges, best_face
   use hull_distance, only: nearest_points
+  use hull_proofs, only: common_edges, edges_are_nearest, face_is_nearest
   use hull_patch, only: across, cut_faces, find_outline, name_patch, outline
   use patch_points, only: add_deepest, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   implicit none
@@ -12,6 +13,7 @@ module polyhedron_polyhedron
 
   ! Of the sizes together: what rounding alone makes of a depth; and the distance below which differences tell no direction.
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double), blind = 1e-9_c_double
+  real(c_double), parameter :: drawn = 0.02_c_double !< of the smaller size: how far bodies are drawn apart to see their edges
 
   !> Normal from b to a, gap along it, the nearest points [m] from the centre of b, and the name of their features.
   type :: axis
@@ -89,6 +91,7 @@ contains
     type(axis), intent(inout) :: x
     logical, intent(out) :: apart
     real(c_double) :: of_a, of_b, best, slack, start(3)
+    logical :: nearest
     integer :: face_a, face_b, edge_a, edge_b
 
     apart = .true.
@@ -103,36 +106,55 @@ contains
     apart = .false.
     slack = rounding*(a%size + b%size)
     if (of_b > of_a + slack) then
-      call face_axis(b, face_b, a, at, of_b, .false., x)
+      call face_axis(b, face_b, a, at, of_b, .false., x, nearest)
     else
-      call face_axis(a, face_a, b, -at, of_a, .true., x)
+      call face_axis(a, face_a, b, -at, of_a, .true., x, nearest)
     end if
-    best = x%gap
-    edge_a = 0
-    edge_b = 0
-    if (best <= 0) then
-      best = best + slack
+    if (nearest) return
+    if (x%gap <= 0) then
+      call try_edges(a, b, at, slack, x, nearest)
+      if (nearest) return
+      best = x%gap + slack
+      edge_a = 0
+      edge_b = 0
       call best_edges(a, b, at, limit, best, edge_a, edge_b, start)
-      if (best > limit .and. edge_a > 0) apart = .true.
-      if (apart) return
-      if (edge_a > 0) call edge_axis(a, b, at, edge_a, edge_b, best, start, x)
-      if (x%gap <= 0) return
-    else if (x%name < 0) then
-      x%name = -x%name
-      return ! the deepest vertex is in front of the face
+      if (edge_a > 0) call edge_axis(a, b, at, edge_a, edge_b, best, start, x, nearest)
+      apart = x%gap > limit
+      if (x%gap <= 0 .or. apart) return
     end if
     call spread_axis(a, b, at, x)
     apart = x%gap > limit
   end subroutine find_axis
 
-  !> The axis along a face of p towards the deepest vertex of q, which stands at `at` from p. The name is negative if that
-  !> vertex is in front of the face, so that there is no nearer pair of points.
-  subroutine face_axis(p, face, q, at, gap, of_a, x)
+  !> Looks across the two edges that are nearest once the bodies are drawn apart along the axis; takes them if there is proof.
+  subroutine try_edges(a, b, at, slack, x, nearest)
+    type(solid), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), slack
+    type(axis), intent(inout) :: x
+    logical, intent(out) :: nearest
+    type(axis) :: y
+    real(c_double) :: distance, point_a(3), point_b(3), s, n(3)
+    integer :: corners, va(4), vb(4), edge_a, edge_b
+    nearest = .false.
+    call nearest_points(a, b, at + (drawn*min(a%size, b%size) - x%gap)*x%n, x%n, distance, point_a, point_b, corners, va, vb)
+    call common_edges(a, b, corners, va, vb, edge_a, edge_b)
+    if (edge_a == 0) return
+    call axis_of_edges(a, b, at, edge_a, edge_b, s, n)
+    if (.not. s > x%gap + slack) return
+    call edge_axis(a, b, at, edge_a, edge_b, s, n, y, nearest)
+    if (s <= 0) nearest = edges_are_nearest(a, b, edge_a, edge_b, at, n, 2*slack - s)
+    if (nearest) x = y
+  end subroutine try_edges
+
+  !> The axis along a face of p towards the deepest vertex of q, which stands at `at` from p. `nearest` if that vertex is in
+  !> front of the face, so that there is no nearer pair of points, or if there is proof that the overlap is the least.
+  subroutine face_axis(p, face, q, at, gap, of_a, x, nearest)
     type(solid), intent(in) :: p, q
     integer, intent(in) :: face
     real(c_double), intent(in) :: at(3), gap
     logical, intent(in) :: of_a !< p is A
     type(axis), intent(inout) :: x
+    logical, intent(out) :: nearest
     real(c_double) :: m(3), low, height, at_vertex(3), foot(3)
     integer :: i, deepest
     m = p%normal(face, :)
@@ -160,7 +182,9 @@ contains
       x%name = deepest
     end if
     if (gap > 0) then
-      if (in_front(p, face, foot)) x%name = -x%name
+      nearest = in_front(p, face, foot)
+    else
+      nearest = face_is_nearest(p, face, q, deepest, at, 2*rounding*(p%size + q%size) - gap)
     end if
   end subroutine face_axis
 
@@ -185,13 +209,14 @@ contains
     in_front = .true.
   end function in_front
 
-  !> The axis across two edges, with the nearest points of their lines.
-  pure subroutine edge_axis(a, b, at, edge_a, edge_b, gap, n, x)
+  !> The axis across two edges, with the nearest points of their lines; `nearest` if these are on the edges and apart.
+  pure subroutine edge_axis(a, b, at, edge_a, edge_b, gap, n, x, nearest)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), gap, n(3)
     integer, intent(in) :: edge_a, edge_b
     type(axis), intent(inout) :: x
-    real(c_double) :: p(3), q(3), d(3), e(3), w(3), dd, de, ee, det
+    logical, intent(out) :: nearest
+    real(c_double) :: p(3), q(3), d(3), e(3), w(3), dd, de, ee, det, along_a, along_b
     p = at + a%v(a%edge(1, edge_a), :)
     d = a%v(a%edge(2, edge_a), :) - a%v(a%edge(1, edge_a), :)
     q = b%v(b%edge(1, edge_b), :)
@@ -203,8 +228,11 @@ contains
     det = dd*ee - de*de
     x%n = n
     x%gap = gap
-    x%point_a = p + unit_part((dot_product(w, d)*ee - dot_product(w, e)*de)/det)*d
-    x%point_b = q + unit_part((dot_product(w, d)*de - dot_product(w, e)*dd)/det)*e
+    along_a = (dot_product(w, d)*ee - dot_product(w, e)*de)/det
+    along_b = (dot_product(w, d)*de - dot_product(w, e)*dd)/det
+    x%point_a = p + unit_part(along_a)*d
+    x%point_b = q + unit_part(along_b)*e
+    nearest = gap > 0 .and. min(along_a, along_b) >= 0 .and. max(along_a, along_b) <= 1
     x%name = name_of_edges(edge_a, edge_b)
   end subroutine edge_axis
 
@@ -244,14 +272,8 @@ contains
       name = vertex_of_b + vb(1)
       return
     end if
-    do i = 1, a%edges
-      if (.not. (any(va(1:corners) == a%edge(1, i)) .and. any(va(1:corners) == a%edge(2, i)))) cycle
-      do j = 1, b%edges
-        if (.not. (any(vb(1:corners) == b%edge(1, j)) .and. any(vb(1:corners) == b%edge(2, j)))) cycle
-        name = name_of_edges(i, j)
-        return
-      end do
-    end do
+    call common_edges(a, b, corners, va, vb, i, j)
+    if (i > 0) name = name_of_edges(i, j)
   end function name_of_nearest
 
 end module polyhedron_polyhedron
