@@ -141,5 +141,5 @@ def test_units_rescaled_by_powers_of_two_leave_every_bit():
     plain = detect(pairs + flush, 0.5, 8.0)
     for scale in (2.0**-20, 2.0**30):
         scaled = [tuple((v * scale, f) for v, f in pair) for pair in pairs + flush]
-        for (g, n, p), (g2, n2, p2) in zip(plain, detect(scaled, 0.5 * scale, 8.0 * scale)):
+        for (g, n, _), (g2, n2, _) in zip(plain, detect(scaled, 0.5 * scale, 8.0 * scale)):
             assert np.array_equal(g * scale, g2) and np.array_equal(n, n2)
