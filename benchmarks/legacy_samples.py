@@ -19,11 +19,14 @@ import numpy as np
 from cairn import legacy
 
 GATE = 1e-4
+# Sweeps a step, copies: of a wall whose hyperstatic joints stall the residual, in LMGC90 too.
+FEWER = {"bricks3d_wall": (400, 2)}
 
 
 def simulation(scene, case, tol):
     """The scene under the settings of the case."""
-    strategy = cn.NSCD(case["theta"], cn.NLGS(tol=tol, max_iter=5000), scene.legacy.alert or None, contact_point="surface")
+    sweeps = FEWER.get(case["name"], (5000, 0))[0]
+    strategy = cn.NSCD(case["theta"], cn.NLGS(tol=tol, max_iter=sweeps), scene.legacy.alert or None, contact_point="surface")
     return cn.Simulation(scene, case["dt"], strategy, overlap="ignore")
 
 
@@ -129,7 +132,7 @@ def main():
             row["unmapped"] = str(error).split("map this to: ")[-1].split(". Say")[0]
             row["mapped"] = "mechanics" if row["unmapped"].startswith("MP_DEM") else "no"
         if row["mapped"] != "no":
-            row |= compare(folder, case, options.copies)
+            row |= compare(folder, case, FEWER.get(folder.name, (0, options.copies))[1])
         rows.append(row)
         print({k: f"{v:.2e}" if isinstance(v, float) else v for k, v in row.items()}, flush=True)
     names = list(dict.fromkeys(name for row in rows for name in row))

@@ -10,6 +10,7 @@
 #include "cairn/build.h"
 #include "cairn/cairn.h"
 #include "call.hpp"
+#include "plug.hpp"
 #include "simulation.hpp"
 
 using cairn::Error;
@@ -143,6 +144,14 @@ void copy_field(const cairn::Scene& scene, const FieldOfNumbers& field, double* 
 extern "C" {
 
 const char* cairn_version(void) { return CAIRN_VERSION; }
+
+int32_t cairn_plug_contact_law(const char* library, const char* law, int32_t replace, cairn_error* error) {
+  return guarded(error, [&] {
+    require(library, "library");
+    require(law, "law");
+    cairn::plug_law(library, law, {replace != 0, false});
+  });
+}
 
 int32_t cairn_scene_create(int32_t dim, cairn_scene** scene, cairn_error* error) {
   return guarded(error, [&] {

@@ -8,7 +8,7 @@ module cairn
   public :: cairn_scene, cairn_simulation, cairn_nscd, cairn_report, cairn_error
   public :: cairn_converged, cairn_iteration_limit, cairn_diverged
   public :: create_scene, destroy_scene, set_gravity, add_material, set_law, set_default_law, add_bodies, add_contactors
-  public :: drive_bodies
+  public :: drive_bodies, plug_contact_law
   public :: create_simulation, destroy_simulation, step_simulation, drive_simulation
   public :: body_count, contact_count, body_field, contact_arrays
 
@@ -97,6 +97,12 @@ module cairn
       integer(c_int32_t), value :: a, b, n
       character(c_char), intent(in) :: law(*)
       real(c_double), intent(in) :: parameter(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_plug_contact_law(library, law, replace, error) bind(c, name="cairn_plug_contact_law")
+      import
+      character(c_char), intent(in) :: library(*), law(*)
+      integer(c_int32_t), value :: replace
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_scene_add_bodies(scene, n, position, rotation, velocity, mass, inertia, first, error) &
@@ -240,6 +246,20 @@ contains
     call report_back(c_scene_set_law(scene%handle, int(material_a, c_int32_t), int(material_b, c_int32_t), c_text(law), &
                                      size(parameters, kind=c_int32_t), parameters, what), what, error)
   end subroutine set_law
+
+  !> A contact law from a shared library that describes it (module cairn_plug); set_law knows it by its name from now on.
+  subroutine plug_contact_law(library, law, replace, error)
+    character(*), intent(in) :: library                          !< path
+    character(*), intent(in) :: law                              !< as in cairn_describe_NAME
+    logical, intent(in), optional :: replace                     !< in the place of the law of that name
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+    integer(c_int32_t) :: instead
+
+    instead = 0
+    if (present(replace)) instead = merge(1_c_int32_t, 0_c_int32_t, replace)
+    call report_back(c_plug_contact_law(c_text(library), c_text(law), instead, what), what, error)
+  end subroutine plug_contact_law
 
   !> Law of all pairs of materials that have none of their own.
   subroutine set_default_law(scene, law, parameters, error)

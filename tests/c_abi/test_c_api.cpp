@@ -152,6 +152,7 @@ TEST_F(Pile, wrong_calls_are_refused_by_name) {
   EXPECT_REFUSED(cairn_scene_set_gravity(scene, lost, &error), "gravity[0]");
   EXPECT_REFUSED(cairn_scene_add_material(scene, "rock", &number, &error), "rock");
   EXPECT_REFUSED(cairn_scene_set_law(scene, 0, 7, "Coulomb", 1, mu, &error), "7");
+  EXPECT_REFUSED(cairn_plug_contact_law("libnone.so", "mine", 0, &error), "libnone.so");
   EXPECT_REFUSED(cairn_scene_set_law(scene, 0, 0, "Glue", 1, mu, &error), "Glue");
   EXPECT_REFUSED(cairn_scene_set_law(scene, 0, 0, "Coulomb", 1, wrong_mu, &error), "mu");
   EXPECT_REFUSED(cairn_scene_add_bodies(scene, 1, position, nullptr, nullptr, zero, mass, nullptr, &error), "mass");

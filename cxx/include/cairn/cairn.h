@@ -26,6 +26,10 @@ typedef struct cairn_simulation cairn_simulation;
 /* "0.1.0" */
 const char* cairn_version(void);
 
+/* The contact law `law` of a shared library, which describes it (cairn/plug.h), under that name from now on. replace, not
+ * 0: in the place of a law of that name. */
+int32_t cairn_plug_contact_law(const char* library, const char* law, int32_t replace, cairn_error* error);
+
 /* ---------------------------------------------------------------- scene */
 int32_t cairn_scene_create(int32_t dim, cairn_scene** scene, cairn_error* error);
 void cairn_scene_destroy(cairn_scene* scene); /* NULL is allowed */

@@ -29,6 +29,8 @@ program pile
 
   call add_bodies(scene, reshape([0.0_dp, radius], [2, 1]), [-mass], reshape([mass], [1, 1]), grains, error=error)
   call expect(error%code /= 0 .and. index(error%message, "mass") > 0, "a negative mass is refused by name")
+  call plug_contact_law("libnone.so", "mine", error=error)
+  call expect(error%code /= 0 .and. index(error%message, "libnone.so") > 0, "a library that is not there is refused by name")
   call add_bodies(scene, reshape([-0.6_dp, radius, 0.0_dp, radius, 0.6_dp, radius], [2, 3]), [mass, mass, mass], &
                   reshape([(0.5_dp*mass*radius**2, i=1, 3)], [1, 3]), grains)
   call add_contactors(scene, "disk", [grains, grains + 1, grains + 2], [rock, rock, rock], radius=[radius, radius, radius])
