@@ -26,8 +26,8 @@ typedef struct cairn_simulation cairn_simulation;
 /* "0.1.0" */
 const char* cairn_version(void);
 
-/* The contact law `law` of a shared library, which describes it (cairn/plug.h), under that name from now on. replace, not
- * 0: in the place of a law of that name. */
+/* The contact law `law` of a shared library, which describes it (cairn/plug.h), is known by that name from now on.
+ * replace, not 0: it takes the place of a law of that name. */
 int32_t cairn_plug_contact_law(const char* library, const char* law, int32_t replace, cairn_error* error);
 
 /* ---------------------------------------------------------------- scene */
