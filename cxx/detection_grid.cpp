@@ -25,38 +25,38 @@ int level_of(double reach, double unit) {
 
 } // namespace
 
-void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double* reach) {
+void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch) {
   dim_ = dim;
   n_ = n;
   cells_ = 0;
   if (n == 0) return;
   coarsening_ = 0;
+  level_ = scratch.take<std::int32_t>(n + 1);
+  order_ = scratch.take<std::int32_t>(n);
+  key_ = scratch.take<std::int64_t>(n);
+  cell_key_ = scratch.take<std::int64_t>(n + 1);
+  sorted_ = scratch.take<double>(n * (dim + 1));
   choose_unit(reach);
   assign_levels(x, reach);
   while (!lay_out(x)) {
     ++coarsening_; // wider cells hold more than they need, and still all they must
   }
-  if (std::int64_t(key_.size()) < n) {
-    for (auto* array : {&key_, &key_work_}) array->resize(n);
-    for (auto* array : {&order_, &order_work_}) array->resize(n);
-    cell_key_.resize(n + 1);
-    cell_start_.resize(n + 1);
-  }
-  sorted_.resize(n * (dim + 1));
   in_slices(n, [&](std::int64_t first, std::int64_t last) {
-    cairn_grid_keys(dim, first, last, x, level_.data(), levels_.lowest, levels_.highest, levels_.inverse_cell.data(),
+    cairn_grid_keys(dim, first, last, x, level_, levels_.lowest, levels_.highest, levels_.inverse_cell.data(),
                     levels_.origin.data(), levels_.stride.data(), levels_.first_key.data(), levels_.table_first.data(),
-                    levels_.table_size.data(), table_.data(), table_place_.data(), key_.data());
+                    levels_.table_size.data(), table_.data(), table_place_.data(), key_);
   });
-  cairn_sort_keys(n, largest_key_, key_.data(), order_.data(), key_work_.data(), order_work_.data());
-  cairn_grid_cells(n, key_.data(), cell_key_.data(), cell_start_.data(), &cells_);
+  // levels are in the keys from here on
+  cairn_sort_keys(n, largest_key_, key_, order_, cell_key_, level_);
+  cell_start_ = level_;
+  cairn_grid_cells(n, key_, cell_key_, cell_start_, &cells_);
   in_slices(n, [&](std::int64_t first, std::int64_t last) {
-    cairn_grid_gather(dim, n, first, last, order_.data(), x, reach, sorted_.data());
+    cairn_grid_gather(dim, n, first, last, order_, x, reach, sorted_);
   });
   levels_.first_cell.resize(levels_.count() + 1);
   for (std::size_t l = 0; l < levels_.count(); ++l)
     levels_.first_cell[l] =
-        std::lower_bound(cell_key_.data(), cell_key_.data() + cells_, levels_.first_key[l]) - cell_key_.data();
+        std::lower_bound(cell_key_, cell_key_ + cells_, levels_.first_key[l]) - cell_key_;
   levels_.first_cell.back() = cells_;
 }
 
@@ -85,9 +85,8 @@ void DetectionGrid::assign_levels(const double* x, const double* reach) {
   levels_.items.assign(count, 0);
   levels_.low.assign(3 * count, std::numeric_limits<double>::infinity());
   levels_.high.assign(3 * count, -std::numeric_limits<double>::infinity());
-  level_.resize(n_);
-  cairn_grid_level(0, n_, reach, unit_, levels_.lowest, levels_.highest, level_.data(), levels_.items.data());
-  cairn_grid_box(dim_, 0, n_, x, level_.data(), levels_.lowest, levels_.highest, levels_.low.data(),
+  cairn_grid_level(0, n_, reach, unit_, levels_.lowest, levels_.highest, level_, levels_.items.data());
+  cairn_grid_box(dim_, 0, n_, x, level_, levels_.lowest, levels_.highest, levels_.low.data(),
                  levels_.high.data());
 }
 
@@ -153,7 +152,7 @@ std::int64_t DetectionGrid::search(std::int64_t first, std::int64_t last, Array<
   for (;;) {
     std::int64_t found = 0, needed = 0;
     const std::int64_t capacity = std::int64_t(hits.size()) / 2;
-    cairn_grid_search(dim_, n_, sorted_.data(), cells_, first, last, cell_key_.data(), cell_start_.data(),
+    cairn_grid_search(dim_, n_, sorted_, cells_, first, last, cell_key_, cell_start_,
                       std::int32_t(levels_.count()), levels_.first_cell.data(), levels_.inverse_cell.data(),
                       levels_.origin.data(), levels_.extent.data(), levels_.stride.data(), levels_.first_key.data(),
                       levels_.table_first.data(), levels_.table_size.data(), table_.data(), table_place_.data(),
@@ -164,10 +163,7 @@ std::int64_t DetectionGrid::search(std::int64_t first, std::int64_t last, Array<
 }
 
 std::size_t DetectionGrid::bytes() const {
-  return sizeof(std::int32_t) *
-             (level_.capacity() + order_.capacity() + order_work_.capacity() + cell_start_.capacity()) +
-         sizeof(std::int64_t) * (key_.capacity() + key_work_.capacity() + cell_key_.capacity() + table_.capacity() +
-                                 table_place_.capacity() + sorted_.capacity());
+  return sizeof(std::int64_t) * (table_.capacity() + table_place_.capacity());
 }
 
 } // namespace cairn

@@ -1,17 +1,17 @@
 // The hierarchical grid of detection: sorts items by cell and finds which of them are within reach of each other.
 // It has cells only where items are, and levels only for sizes that occur.
 #pragma once
-#include "field.hpp"
+#include "scratch.hpp"
 
 namespace cairn {
 
 class DetectionGrid {
 public:
-  // x (dim, n) and reach (n) [m], finite, reach >= 0.
-  void build(int dim, std::int64_t n, const double* x, const double* reach);
+  // x (dim, n) and reach (n) [m], finite, reach >= 0. Good as long as what was taken from the scratch is.
+  void build(int dim, std::int64_t n, const double* x, const double* reach, Scratch& scratch);
 
   std::int64_t cells() const { return cells_; }
-  const std::int32_t* order() const { return order_.data(); } // item at each place of the sorted order
+  const std::int32_t* order() const { return order_; } // item at each place of the sorted order
 
   // Pairs of places whose reaches meet, found from cells first to last-1, into hits (2, result), which grows as needed.
   std::int64_t search(std::int64_t first, std::int64_t last, Array<std::int32_t>& hits) const;
@@ -36,9 +36,11 @@ private:
   double unit_ = 1;
   int coarsening_ = 0;
   Levels levels_;
-  Array<std::int32_t> level_, order_, order_work_, cell_start_;
-  Array<std::int64_t> key_, key_work_, cell_key_, table_, table_place_;
-  Array<double> sorted_;
+  Array<std::int64_t> table_, table_place_;
+  // in the scratch
+  std::int32_t *level_ = nullptr, *order_ = nullptr, *cell_start_ = nullptr;
+  std::int64_t *key_ = nullptr, *cell_key_ = nullptr;
+  double* sorted_ = nullptr;
 };
 
 // Calls f(first, last) for slices of 0..n, one per thread; what f does must not depend on the cut.

@@ -56,11 +56,6 @@ struct KindTable {
 };
 inline const KindTable kind_table;
 
-// Grows, never shrinks, and does not keep what was there.
-template <class T>
-void make_room(Array<T>& array, std::int64_t n) {
-  if (std::int64_t(array.size()) < n) Array<T>(n + n / 8).swap(array);
-}
 template <class T>
 std::size_t bytes_of(const Array<T>& array) {
   return array.capacity() * sizeof(T);
@@ -68,12 +63,27 @@ std::size_t bytes_of(const Array<T>& array) {
 
 // Pairs that one thread found, before they are ordered.
 struct alignas(128) PairList {
-  std::int64_t count = 0;
-  Array<std::int32_t> a, b, image, kind, hits;
-  void reserve(std::int64_t n) {
-    if (std::int64_t(a.size()) < n)
-      for (auto* array : {&a, &b, &image, &kind}) array->resize(n + n / 4);
+  std::int64_t count = 0, room = 0;
+  std::int32_t *a = nullptr, *b = nullptr, *image = nullptr, *kind = nullptr;
+  Array<std::int32_t> hits;
+  void reserve(std::int64_t n, Scratch& scratch) {
+    needed = std::max(needed, n);
+    if (room >= n) return;
+    room = std::max(n + n / 2, last); // as much as the last time, unless that is too little
+#pragma omp critical(cairn_scratch)
+    for (std::int32_t** column : {&a, &b, &image, &kind}) {
+      auto* wider = scratch.take<std::int32_t>(room);
+      std::copy_n(*column, count, wider);
+      *column = wider;
+    }
   }
+  void begin() {
+    last = needed + needed / 16;
+    count = room = needed = 0;
+  }
+
+private:
+  std::int64_t needed = 0, last = 0;
 };
 
 // For messages.
@@ -97,27 +107,32 @@ struct InteractionHandler::Workspace {
   std::int32_t periodic[3] = {0, 0, 0};
   bool any_periodic = false;
 
+  Scratch own;
+  Scratch* scratch = nullptr;
+
   // per contactor
-  Array<double> centre, direction, reach;
+  ScratchArray<double> centre, direction, reach;
   // of hulls: see cairn_hulls in cairn/core.h; boxes of all contactors
-  Array<std::int64_t> hull_place;
-  Array<double> turned, box;
+  ScratchArray<std::int64_t> hull_place;
+  ScratchArray<double> turned, box;
   std::vector<std::int32_t> walls;
-  Array<std::int32_t> bounded;
+  ScratchArray<std::int32_t> bounded;
   // per item: a bounded contactor, or a ghost of one
   std::int64_t items = 0, real_items = 0;
-  Array<double> item_x, item_reach;
-  Array<std::int32_t> item_contactor, item_lattice, ghost_of;
+  ScratchArray<double> item_x, item_reach;
+  ScratchArray<std::int32_t> item_contactor, item_lattice, ghost_of;
   DetectionGrid grid;
   std::vector<detection::PairList> lists;
   // ordering and narrow phase
   const std::int32_t *a = nullptr, *b = nullptr, *image = nullptr; // of the pairs
-  Array<std::int32_t> place, number_of_id;
-  Array<std::int8_t> keep;
+  ScratchArray<std::int32_t> place;
+  ScratchArray<std::int8_t> keep;
+  Array<std::int32_t> number_of_id;
   Array<std::int32_t> pair_a, pair_b, pair_image; // where pairs have more contacts than one
   std::int32_t slot_of_kind[detection::kinds] = {};
   std::int64_t kind_end[detection::kinds] = {};
 
+  void begin(Scratch& in);
   double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
   void check() const;
   void check_cell() const;

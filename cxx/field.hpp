@@ -22,6 +22,16 @@ struct LineAllocator {
 template <class T>
 using Array = std::vector<T, LineAllocator<T>>;
 
+// A size that may change every step: what is added to the capacity is a little, not as much again.
+template <class Vector>
+void fit(Vector& v, std::size_t n) {
+  if (n > v.capacity()) {
+    v.clear(); // nothing to copy
+    v.reserve(n + n / 16);
+  }
+  v.resize(n);
+}
+
 enum class Need { always, rotation, force, anisotropic, driven, damping, smooth, offset, direction, hull };
 
 template <class T>

@@ -22,6 +22,7 @@ Interactions& Interactions::operator=(Interactions&&) noexcept = default;
 void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
                             const LawTable& laws, const Cell& cell, double h, double theta) {
   State& s = *s_;
+  scratch();
   if (!(h > 0) || !std::isfinite(h))
     throw std::invalid_argument("interactions: step h is " + std::to_string(h) + " s, must be positive and finite");
   s.bodies = &bodies;
@@ -53,24 +54,21 @@ void Interactions::update_velocity(Bodies& bodies) {
   s.energy = {};
   if (!system.batches.empty()) {
     const cairn_schedule schedule = system.schedule(omp_get_max_threads());
-    s.work_sums.resize(std::max(s.work_sums.size(), 2 * system.batches.size()));
+    fit(s.work_sums, 4 * system.batches.size());
     // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
     system.load(bodies.velocity_free);
     cairn_add_impulses(&schedule);
-    system.unload(bodies.velocity);
-    system.add(bodies.velocity_begin);
-    cairn_contact_work(&schedule, 1, s.work_sums.data());
+    system.unload_and_add(bodies.velocity, bodies.velocity_begin);
+    cairn_contact_work(&schedule, s.work_sums.data());
     system.load(bodies.velocity);
-    for (std::size_t b = 0; b < system.batches.size(); ++b) {
-      s.energy.normal -= 0.5 * s.work_sums[2 * b];
-      s.energy.tangential -= 0.5 * s.work_sums[2 * b + 1];
-    }
     if (s.sheared) s.count_cell_work();
-    for (const cairn_batch& b : system.batches)
-      for (int lane = 0; lane < b.contacts; ++lane) {
-        s.energy.created += std::max(0.0, 0.5 * b.scale[lane]);
-        s.energy.turned_over += std::abs(0.5 * b.scale[lane]);
-      }
+    for (std::size_t b = 0; b < system.batches.size(); ++b) {
+      const double* sums = &s.work_sums[4 * b];
+      s.energy.normal -= 0.5 * sums[0];
+      s.energy.tangential -= 0.5 * sums[1];
+      s.energy.created += 0.5 * sums[2];
+      s.energy.turned_over += 0.5 * sums[3];
+    }
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
   }
@@ -79,19 +77,25 @@ void Interactions::update_velocity(Bodies& bodies) {
 
 // The image of B moves with the cell: relative velocities of contacts see it, bodies do not.
 void Interactions::State::count_cell_work() {
-  for (const cairn_batch& b : system.batches)
+  for (std::size_t k = 0; k < system.batches.size(); ++k) {
+    const cairn_batch& b = system.batches[k];
+    double* sums = &work_sums[4 * k];
+    sums[2] = sums[3] = 0;
     for (int lane = 0; lane < b.contacts; ++lane) {
       double jump[3 * 128];
       const int n = b.count;
-      for (int k = 0; k < dim(); ++k) jump[k * n + lane] = 0;
+      for (int c = 0; c < dim(); ++c) jump[c * n + lane] = 0;
       add_image_jump(b, lane, 1, jump);
       double normal = b.r[lane] * jump[lane], tangential = 0;
-      for (int k = 1; k < dim(); ++k) tangential += b.r[k * n + lane] * jump[k * n + lane];
-      energy.normal -= normal;
-      energy.tangential -= tangential;
+      for (int c = 1; c < dim(); ++c) tangential += b.r[c * n + lane] * jump[c * n + lane];
       energy.cell_work -= normal + tangential;
+      sums[0] += 2 * normal;
+      sums[1] += 2 * tangential;
       b.scale[lane] += 2 * (normal + tangential);
+      sums[2] += std::max(0.0, b.scale[lane]);
+      sums[3] += std::abs(b.scale[lane]);
     }
+  }
 }
 
 // Impulse and moment of a contact on A in space axes; m is of 3 components, in 2D its last.
@@ -140,37 +144,9 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
 }
 
 ContactEnergy Interactions::commit() {
-  State& s = *s_;
-  s.commit_laws();
-  ContactMemory& m = s.memory;
-  m.h = s.h;
-  m.impulse_components = s.impulse_components;
-  m.state_components = s.state_components;
-  m.keys.clear();
-  m.impulses.clear();
-  m.states.clear();
-  const int d = s.dim();
-  for (const cairn_batch& b : s.system.batches) {
-    const int n = b.count, states = int(law_infos()[b.law].state.size());
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      bool empty = states == 0;
-      for (int k = 0; k < b.components && empty; ++k) empty = !(at(b, b.r, lane, k) != 0);
-      if (empty) continue;
-      m.keys.push_back(s.key(s.system.candidate[b.first + lane]));
-      double p[6] = {};
-      if (d == 2) {
-        for (int k = 0; k < b.components; ++k) p[k] = at(b, b.r, lane, k);
-      } else {
-        s.space_impulse(b, lane, p, p + 3);
-      }
-      for (int k = 0; k < m.impulse_components; ++k) m.impulses.push_back(p[k]);
-      for (int k = 0; k < m.state_components; ++k)
-        m.states.push_back(k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max());
-    }
-  }
-  for (std::int64_t c = 0; c < s.contactors->count; ++c)
-    m.contactors_seen = std::max(m.contactors_seen, *s.contactors->id[c] + 1);
-  return s.energy;
+  s_->commit_laws();
+  s_->remember();
+  return s_->energy;
 }
 
 std::int64_t Interactions::count() const { return s_->candidates ? s_->candidates->count : 0; }
@@ -281,6 +257,12 @@ std::vector<ContactKey> Interactions::bonds() const {
 
 ContactSystem& Interactions::system() { return s_->system; }
 
+Scratch& Interactions::scratch() {
+  s_->system.batches.clear();
+  s_->scratch.begin();
+  return s_->scratch;
+}
+
 const ContactMemory& Interactions::memory() const { return s_->memory; }
 
 void Interactions::restore(ContactMemory m) {
@@ -299,12 +281,15 @@ std::int64_t Interactions::bytes() const {
   const State& s = *s_;
   const auto of = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
   const ContactSystem& c = s.system;
-  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.record) + of(c.general) + of(c.work) +
-         of(c.arena) + of(c.body_a) + of(c.body_b) + of(c.status) + of(c.candidate) + of(c.sums) + of(c.change) +
-         of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + s.index.bytes() + of(s.work_sums) +
-         of(s.kind) + of(s.entry) + of(s.contact_class) + of(s.degree) + of(s.colours) + of(s.tile_colours) +
-         of(s.order) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) +
-         of(s.key_of_order) + of(s.order_count) + of(s.sorted);
+  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) +
+         of(c.candidate) + of(c.sums) + of(c.change) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) +
+         of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) +
+         of(s.key_of_order) + of(s.order_count) + of(s.sorted) + s.scratch.bytes();
+}
+
+std::int64_t Interactions::body_bytes() const {
+  const ContactSystem& c = s_->system;
+  return std::int64_t((c.record.capacity() + c.general.capacity()) * sizeof(cairn_record));
 }
 
 } // namespace cairn

@@ -17,6 +17,7 @@
 namespace cairn {
 
 struct ContactSystem;
+class Scratch;
 
 // Rows of laws.def, in its order.
 enum class Law : std::int16_t {
@@ -179,7 +180,9 @@ public:
 
   const ContactMemory& memory() const; // after commit: what the next assemble will inherit
   void restore(ContactMemory);         // throws std::invalid_argument if sizes do not agree
-  std::int64_t bytes() const;          // of all arrays held
+  std::int64_t bytes() const;          // held for contacts
+  std::int64_t body_bytes() const;     // held for bodies: velocity records
+  Scratch& scratch();                  // where contacts stand, to be used until assemble: they are gone
   ContactSystem& system();             // as solvers see it: batches, schedule, velocity records
 
 private:

@@ -20,13 +20,6 @@ cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
 
 } // namespace
 
-void tangent_of(const double n[3], double t[3]) {
-  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
-  t[0] = 1 + sign * n[0] * n[0] * a;
-  t[1] = sign * b;
-  t[2] = -sign * n[0];
-}
-
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
   for (int k = 0; k < dim; ++k) axes[0][k] = at(b, b.frame, lane, k);
   if (dim == 2) {
@@ -42,41 +35,8 @@ void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
     axes[2][k] = axes[0][(k + 1) % 3] * axes[1][(k + 2) % 3] - axes[0][(k + 2) % 3] * axes[1][(k + 1) % 3];
 }
 
-void KeyIndex::build(const std::vector<ContactKey>& keys) {
-  std::uint64_t size = 16;
-  while (size < 2 * keys.size()) size *= 2;
-  mask_ = size - 1;
-  slots_.assign(size, -1);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    std::uint64_t s = hash(keys[i]) & mask_;
-    while (slots_[s] >= 0) s = (s + 1) & mask_;
-    slots_[s] = std::int32_t(i);
-  }
-}
-
-std::int32_t KeyIndex::find(const ContactKey& key, const std::vector<ContactKey>& keys, std::int32_t near) const {
-  if (std::size_t(near) < keys.size() && keys[near] == key) return near;
-  if (keys.empty()) return -1;
-  for (std::uint64_t s = hash(key) & mask_; slots_[s] >= 0; s = (s + 1) & mask_)
-    if (keys[slots_[s]] == key) return slots_[s];
-  return -1;
-}
-
-std::uint64_t KeyIndex::hash(const ContactKey& k) {
-  std::uint64_t x = std::uint64_t(k.contactor_a) * 0x9e3779b97f4a7c15u;
-  x = (x ^ (x >> 29) ^ std::uint64_t(k.contactor_b)) * 0xbf58476d1ce4e5b9u;
-  x = (x ^ (x >> 32) ^ std::uint64_t(std::uint32_t(k.image)) ^ (std::uint64_t(std::uint32_t(k.feature)) << 32)) *
-      0x94d049bb133111ebu;
-  return x ^ (x >> 31);
-}
-
-ContactKey Interactions::State::key(std::int64_t i) const {
-  return {*contactors->id[candidates->contactor_a[i]], *contactors->id[candidates->contactor_b[i]],
-          candidates->feature[i], candidates->image[i]};
-}
-
 void Interactions::State::fill() {
-  index.build(memory.keys);
+  index.build(memory.keys, scratch);
   const int n = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
   double deepest = 0;
   fault = {};
@@ -109,12 +69,9 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
 template <int d>
 void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const Candidates& c = *candidates;
-  const int n = b.count, lines = 8 * b.pack, parameters = int(law_infos()[b.law].parameters.size());
+  const LawInfo& law = law_infos()[b.law];
+  const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
-  const double scale = memory.h > 0 ? h / memory.h : 1;
-  const int kept = memory.impulse_components;
-  std::int32_t near = 0;
-  std::fill(b.frame, b.frame + std::size_t(n) * b.pack, 0.0);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = system.candidate[b.first + lane];
     const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i], A = body(ca), B = body(cb);
@@ -124,40 +81,65 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     gap[lane] = c.gap[i];
     to[8 * d] = -(ra + gap_share * gap[lane]);
     to[8 * d + 8] = rb + gap_share * gap[lane];
-    deepest = std::max(deepest, -gap[lane] / std::min(ra, rb));
+    if (gap[lane] < 0) deepest = std::max(deepest, -gap[lane] / std::min(ra, rb));
     b.body_a[lane] = A;
     b.body_b[lane] = B;
     constexpr int mass = d == 2 ? 3 : 6;
     b.rho[lane] = 1 / (system.record[A].x[mass] + system.record[B].x[mass]);
     const double* given = laws->entry(entry[i]).params;
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = given[k];
-    const std::int32_t place = index.find(key(i), memory.keys, near);
-    if (place < 0) continue;
-    near = place + 1;
-    const double* p = &memory.impulses[std::size_t(place) * kept];
-    if constexpr (d == 2) {
-      to[8 * d + 32] = scale * p[0];
-      to[8 * d + 40] = scale * p[1];
-    } else {
-      double axes[3][3];
-      axes_of(b, d, lane, axes);
-      for (int k = 0; k < 3; ++k)
-        to[8 * (d + 4 + k)] = scale * (axes[k][0] * p[0] + axes[k][1] * p[1] + axes[k][2] * p[2]);
-    }
   }
   for (int lane = b.contacts; lane < n; ++lane) {
+    double* to = b.frame + lane / 8 * lines + lane % 8;
+    for (int k = 0; k < d + 2; ++k) to[8 * k] = 0;
     gap[lane] = 0;
     b.rho[lane] = 1;
     b.body_a[lane] = b.body_b[lane] = std::int32_t(system.bodies);
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = 0;
   }
   const cairn_law_context context{h, theta, nullptr, nullptr};
-  law_infos()[b.law].prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
-  if (law_infos()[b.law].plugged()) check_prepared(b, bias, compliance, mu);
-  for (int lane = 0; lane < n; ++lane) {
-    double* to = b.frame + lane / 8 * lines + lane % 8;
-    to[8 * d + 16] = bias[lane];
-    to[8 * d + 24] = mu[lane];
+  law.prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
+  if (law.plugged()) check_prepared(b, bias, compliance, mu);
+  inherit_packed<d>(b);
+  for (int first = 0; first < n; first += 8) {
+    double* to = b.frame + first / 8 * lines + 8 * (d + 2);
+    std::copy_n(bias + first, 8, to);
+    std::copy_n(mu + first, 8, to + 8);
+  }
+}
+
+// Impulses of the last step, from space axes to those of the contacts.
+template <int d>
+void Interactions::State::inherit_packed(cairn_batch& b) const {
+  const double scale = memory.h > 0 ? h / memory.h : 1;
+  const int n = b.count, lines = 8 * b.pack, kept = memory.impulse_components;
+  std::int32_t place[128];
+  find_places(b, place);
+  std::fill(place + b.contacts, place + n, -1);
+  for (int first = 0; first < n; first += 8) {
+    double *pack = b.frame + first / 8 * lines, *r = pack + 8 * (d + 4), p[d][8] = {};
+    for (int i = 0; i < 8; ++i) {
+      if (place[first + i] < 0) continue;
+      const double* from = &memory.impulses[std::size_t(place[first + i]) * kept];
+      for (int k = 0; k < d; ++k) p[k][i] = scale * from[k];
+    }
+    for (int i = 0; i < 8; ++i) {
+      if constexpr (d == 2) {
+        r[i] = p[0][i];
+        r[8 + i] = p[1][i];
+      } else {
+        const double normal[3] = {pack[i], pack[8 + i], pack[16 + i]};
+        double t[3], sum[3] = {0, 0, 0};
+        tangent_of(normal, t);
+        for (int k = 0; k < 3; ++k) {
+          const int l = (k + 1) % 3, m = (k + 2) % 3;
+          sum[0] += normal[k] * p[k][i];
+          sum[1] += t[k] * p[k][i];
+          sum[2] += (normal[l] * t[m] - normal[m] * t[l]) * p[k][i];
+        }
+        for (int k = 0; k < 3; ++k) r[8 * k + i] = sum[k];
+      }
+    }
   }
 }
 
@@ -217,11 +199,11 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
   const int states = int(law.state.size());
   std::fill(b.r, b.r + std::size_t(n) * b.components, 0.0);
   const double scale = memory.h > 0 ? h / memory.h : 1;
-  std::int32_t near = 0;
+  std::int32_t places[128];
+  find_places(b, places);
   for (int lane = 0; lane < b.contacts; ++lane) {
-    const std::int64_t i = system.candidate[b.first + lane];
-    const ContactKey k = key(i);
-    const std::int32_t place = index.find(k, memory.keys, near);
+    const ContactKey k = key(system.candidate[b.first + lane]);
+    const std::int32_t place = places[lane];
     // The state of a new contact is the value that the law declares. One that declares none learns whether the
     // contactors are new, no number, or have been there before, huge. Huge also fills the memory of contacts without
     // state.
@@ -240,7 +222,6 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
       b.state[s * n + lane] = value;
     }
     if (place < 0) continue;
-    near = place + 1;
     const double* p = &memory.impulses[std::size_t(place) * kept];
     if (d == 2) {
       for (int c = 0; c < std::min(kept, b.components); ++c) b.r[c * n + lane] = scale * p[c];

@@ -78,10 +78,24 @@ void InteractionHandler::set_filter(std::int32_t materials, std::vector<std::uin
 
 void InteractionHandler::set_declared(std::vector<DeclaredPair> pairs) { work->declared = std::move(pairs); }
 
+// Nothing of the last call is left.
+void InteractionHandler::Workspace::begin(Scratch& in) {
+  scratch = &in;
+  in.begin();
+  for (auto* array : {&centre, &direction, &reach, &item_x, &item_reach, &turned, &box}) *array = {};
+  for (auto* array : {&bounded, &item_contactor, &item_lattice, &ghost_of, &place}) *array = {};
+  hull_place = {};
+  keep = {};
+  lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
+  for (PairList& list : lists) list.begin();
+}
+
 void InteractionHandler::detect(const Bodies& bodies, const Contactors& contactors, const Cell& cell,
-                                const Margin& margin, Candidates& out, const Configuration& configuration) {
+                                const Margin& margin, Candidates& out, const Configuration& configuration,
+                                Scratch* scratch) {
   Workspace& w = *work;
   out.count = 0;
+  w.begin(scratch ? *scratch : w.own);
   w.bodies = &bodies;
   w.contactors = &contactors;
   w.cell = &cell;
@@ -96,8 +110,6 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.check();
   w.place_contactors();
   w.make_items();
-  w.lists.resize(std::max<std::size_t>(w.lists.size(), omp_get_max_threads()));
-  for (PairList& list : w.lists) list.count = 0;
   w.search_grid();
   w.search_walls();
   w.add_declared();
@@ -137,9 +149,9 @@ void InteractionHandler::Workspace::check_cell() const {
 
 void InteractionHandler::Workspace::place_contactors() {
   const std::int64_t n = contactors->count;
-  make_room(centre, n * dim);
-  make_room(reach, n);
-  if (contactors->direction.active) make_room(direction, n * (dim + 1));
+  centre.make_room(*scratch, n * dim);
+  reach.make_room(*scratch, n);
+  if (contactors->direction.active) direction.make_room(*scratch, n * (dim + 1));
   std::int64_t bad_centre = n, bad_reach = n;
   const double* offset = contactors->offset.active ? contactors->offset.values.data() : nullptr;
   const double* turned_from = contactors->direction.active ? contactors->direction.values.data() : nullptr;
@@ -175,14 +187,14 @@ void InteractionHandler::Workspace::place_hulls() {
   const std::int64_t n = contactors->count;
   const Hulls& hulls = contactors->hulls;
   const std::int32_t* hull = contactors->hull.values.data();
-  make_room(hull_place, n);
-  make_room(box, 2 * dim * n);
+  hull_place.make_room(*scratch, n);
+  box.make_room(*scratch, 2 * dim * n);
   std::int64_t next = 0;
   for (std::int64_t i = 0; i < n; ++i) {
     hull_place[i] = next;
     if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
   }
-  make_room(turned, next);
+  turned.make_room(*scratch, next);
   in_slices(n, [&](std::int64_t first, std::int64_t last) {
     cairn_hull_place(dim, first, last, contactors->body.values.data(), hull, hull_place.data(),
                      hulls.first_vertex.data(), hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(),
@@ -194,7 +206,7 @@ void InteractionHandler::Workspace::place_hulls() {
 // Walls are kept apart; all else is an item of the grid, and in a periodic cell so are its ghosts.
 void InteractionHandler::Workspace::make_items() {
   const std::int64_t n = contactors->count;
-  make_room(bounded, n);
+  bounded.make_room(*scratch, n);
   walls.clear();
   std::int64_t nb = 0;
   const std::int16_t* shape = contactors->shape.values.data();
@@ -207,8 +219,8 @@ void InteractionHandler::Workspace::make_items() {
   items = real_items = nb;
   if (!any_periodic) {
     if (nb == n) return; // the contactors themselves are the items
-    make_room(item_x, nb * dim);
-    make_room(item_reach, nb);
+    item_x.make_room(*scratch, nb * dim);
+    item_reach.make_room(*scratch, nb);
     in_slices(nb, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t i = first; i < last; ++i) {
         for (int k = 0; k < dim; ++k) item_x[i * dim + k] = centre[std::int64_t(bounded[i]) * dim + k];
@@ -221,11 +233,11 @@ void InteractionHandler::Workspace::make_items() {
   const double no_corner[3] = {0, 0, 0};
   std::int64_t ghosts = 0, too_wide = -1, capacity = std::max<std::int64_t>(std::int64_t(item_reach.size()) - nb, 0);
   for (;;) {
-    make_room(item_x, (nb + capacity) * dim);
-    make_room(item_reach, nb + capacity);
-    make_room(item_lattice, (nb + capacity) * 3);
-    make_room(item_contactor, nb + capacity);
-    make_room(ghost_of, capacity);
+    item_x.make_room(*scratch, (nb + capacity) * dim);
+    item_reach.make_room(*scratch, nb + capacity);
+    item_lattice.make_room(*scratch, (nb + capacity) * 3);
+    item_contactor.make_room(*scratch, nb + capacity);
+    ghost_of.make_room(*scratch, capacity);
     cairn_periodic_items(dim, nb, bounded.data(), centre.data(), reach.data(), periodic, cell->vectors, no_corner,
                          item_x.data(), item_reach.data(), item_lattice.data());
     cairn_periodic_ghosts(dim, 0, nb, item_x.data(), item_reach.data(), item_lattice.data(), periodic, cell->vectors,
@@ -249,25 +261,25 @@ void InteractionHandler::Workspace::make_items() {
 void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) const {
   std::int64_t kept = 0;
   const std::int64_t at = list.count;
-  cairn_pair_admit(bodies->dofs(), added, list.a.data() + at, list.b.data() + at, list.image.data() + at, shapes,
+  cairn_pair_admit(bodies->dofs(), added, list.a + at, list.b + at, list.image + at, shapes,
                    kind_table.kind, kind_table.turn, contactors->body.values.data(), contactors->shape.values.data(),
                    contactors->id.values.data(), bodies->inverse_mass.values.data(), materials, allowed.data(),
-                   contactors->material.values.data(), list.kind.data() + at, &kept);
+                   contactors->material.values.data(), list.kind + at, &kept);
   list.count += kept;
 }
 
 void InteractionHandler::Workspace::search_grid() {
   const bool direct = !any_periodic && items == contactors->count;
-  grid.build(dim, items, direct ? centre.data() : item_x.data(), direct ? reach.data() : item_reach.data());
+  grid.build(dim, items, direct ? centre.data() : item_x.data(), direct ? reach.data() : item_reach.data(), *scratch);
   const std::int64_t chunks = (grid.cells() + cells_at_once - 1) / cells_at_once;
 #pragma omp parallel for schedule(dynamic) if (chunks > 1)
   for (std::int64_t c = 0; c < chunks; ++c) {
     PairList& list = lists[omp_get_thread_num()];
     const std::int64_t last = std::min((c + 1) * cells_at_once, grid.cells());
     std::int64_t found = grid.search(c * cells_at_once, last, list.hits);
-    list.reserve(list.count + found);
-    std::int32_t *a = list.a.data() + list.count, *b = list.b.data() + list.count,
-                 *image = list.image.data() + list.count;
+    list.reserve(list.count + found, *scratch);
+    std::int32_t *a = list.a + list.count, *b = list.b + list.count,
+                 *image = list.image + list.count;
     if (any_periodic)
       cairn_pairs_of_ghosts(found, list.hits.data(), grid.order(), item_contactor.data(), real_items,
                             item_lattice.data(), item_reach.data(), a, b, image, &found);
@@ -290,8 +302,8 @@ void InteractionHandler::Workspace::search_walls() {
     const bool tube = contactors->shape.values[wall] == std::int16_t(Shape::tube);
     in_slices(real_items, [&](std::int64_t first, std::int64_t last) {
       PairList& list = lists[omp_get_thread_num()];
-      list.reserve(list.count + (last - first));
-      std::int32_t* near = list.a.data() + list.count;
+      list.reserve(list.count + (last - first), *scratch);
+      std::int32_t* near = list.a + list.count;
       std::int64_t found = 0;
       if (tube)
         cairn_tube_search(last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
@@ -299,8 +311,8 @@ void InteractionHandler::Workspace::search_walls() {
       else
         cairn_plane_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
                            share(wall), last - first, near, &found);
-      std::fill_n(list.b.data() + list.count, found, wall);
-      std::fill_n(list.image.data() + list.count, found, own_image);
+      std::fill_n(list.b + list.count, found, wall);
+      std::fill_n(list.image + list.count, found, own_image);
       admit(list, found);
     });
   }
@@ -342,7 +354,7 @@ void InteractionHandler::Workspace::add_declared() {
   if (declared.empty()) return;
   const IdIndex number(contactors->id.values.data(), contactors->count, number_of_id);
   PairList& list = lists[0];
-  list.reserve(list.count + std::int64_t(declared.size()));
+  list.reserve(list.count + std::int64_t(declared.size()), *scratch);
   for (const auto& [first, second] : declared) {
     std::int32_t a = number(std::min(first, second)), b = number(std::max(first, second));
     if (a < 0 || b < 0) continue;
@@ -383,14 +395,14 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
                 "lower the margin or check radii and positions");
   std::int32_t slots = 0;
   for (int k = 0; k < kinds; ++k) slot_of_kind[k] = present[k] ? slots++ : slots;
-  make_room(place, n * slots + 1);
+  place.make_room(*scratch, n * slots + 1);
   std::fill_n(place.begin(), n * slots, 0);
   for (const PairList& list : lists)
-    cairn_pair_count(list.count, n, slot_of_kind, list.kind.data(), list.a.data(), place.data());
+    cairn_pair_count(list.count, n, slot_of_kind, list.kind, list.a, place.data());
   cairn_pair_starts(n * slots, place.data());
-  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) array->resize(pairs);
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) fit(*array, pairs);
   for (const PairList& list : lists)
-    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind.data(), list.a.data(), list.b.data(), list.image.data(),
+    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind, list.a, list.b, list.image,
                        place.data(), out.contactor_a.data(), out.contactor_b.data(), out.image.data());
   in_slices(n * slots, [&](std::int64_t first, std::int64_t last) {
     cairn_pair_tidy(first, last, place.data(), out.contactor_b.data(), out.image.data());
@@ -404,15 +416,10 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
 
 std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
-  std::size_t total = w.grid.bytes();
-  for (const auto* array : {&w.centre, &w.direction, &w.reach, &w.item_x, &w.item_reach, &w.turned, &w.box})
-    total += bytes_of(*array);
-  for (const auto* array : {&w.bounded, &w.item_contactor, &w.item_lattice, &w.ghost_of, &w.place, &w.number_of_id,
-                            &w.pair_a, &w.pair_b, &w.pair_image})
-    total += bytes_of(*array);
-  for (const PairList& list : w.lists)
-    for (const auto* array : {&list.a, &list.b, &list.image, &list.kind, &list.hits}) total += bytes_of(*array);
-  return total + bytes_of(w.keep) + bytes_of(w.hull_place);
+  std::size_t total = w.grid.bytes() + w.own.bytes();
+  for (const auto* array : {&w.number_of_id, &w.pair_a, &w.pair_b, &w.pair_image}) total += bytes_of(*array);
+  for (const PairList& list : w.lists) total += bytes_of(list.hits);
+  return total;
 }
 
 } // namespace cairn

@@ -8,6 +8,7 @@
 #include "candidates.hpp"
 #include "cell.hpp"
 #include "contactor.hpp"
+#include "scratch.hpp"
 
 namespace cairn {
 
@@ -40,7 +41,9 @@ public:
   // internal number of A, of B, image. It depends on nothing but the arguments: not on earlier calls, not on the number
   // of threads. Of like shapes A is the one with the smaller id; otherwise as in pairs.def. Throws
   // std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
-  void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {});
+  // Works in `scratch`, which the caller may use for something else afterwards; without one, in its own.
+  void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {},
+              Scratch* scratch = nullptr);
 
   // allowed(materials, materials), symmetric, 0: contactors of these two materials ignore each other. Empty: all may
   // meet.
@@ -49,7 +52,7 @@ public:
   // Replaces the list of declared pairs. A pair whose contactors no longer exist is passed over.
   void set_declared(std::vector<DeclaredPair> pairs);
 
-  std::size_t bytes() const; // of the workspace kept between calls
+  std::size_t bytes() const; // kept between calls
 
 private:
   struct Workspace;

@@ -11,17 +11,10 @@ void Interactions::State::load_bodies() {
   const Bodies& b = *bodies;
   const std::int64_t n = b.count;
   system.bodies = n;
-  system.record.resize(n + 1);
+  fit(system.record, n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
-  // only round bodies centred on their contactor do without their further inertia
-  bool wide = anisotropic || (space && (contactors->offset.active || b.driven.active));
-  for (std::int64_t c = 0; c < contactors->count && space && !wide; ++c)
-    wide = Shape(*contactors->shape[c]) != Shape::sphere;
-  system.general.resize(wide ? n + 1 : 0);
-  Array<std::uint8_t>& radial = kind; // per body for the moment, then per contactor
-  degree.resize(std::max<std::int64_t>(n, 1));
+  degree = scratch.take<std::int32_t>(n); // for the moment: 1 isotropic, 2 moves
   system.record[n] = cairn_record{};
-  if (wide) system.general[n] = cairn_record{};
   for (std::int64_t i = 0; i < n; ++i) {
     const double *v = b.velocity[i], *m = b.inverse_mass[i];
     cairn_record& r = system.record[i];
@@ -34,37 +27,48 @@ void Interactions::State::load_bodies() {
       r = cairn_record{{v[0], v[1], v[2], v[3], v[4], v[5], m[0], m[3]}};
       isotropic = m[0] == m[1] && m[0] == m[2] && m[3] == m[4] && m[3] == m[5] && (m[0] > 0 || !(m[3] > 0));
       moves = m[0] > 0 || m[1] > 0 || m[2] > 0 || m[3] > 0 || m[4] > 0 || m[5] > 0;
-      double inertia[6] = {m[3], m[4], m[5], 0, 0, 0};
       if (anisotropic) {
         const double* j = b.inverse_inertia[i];
-        for (int k = 0; k < 6; ++k) {
-          isotropic = isotropic && j[k] == inertia[k];
-          inertia[k] = j[k];
-        }
+        for (int k = 0; k < 6; ++k) isotropic = isotropic && j[k] == (k < 3 ? m[3 + k] : 0);
       }
-      if (wide)
-        system.general[i] =
-            cairn_record{{m[1], m[2], inertia[0], inertia[1], inertia[2], inertia[3], inertia[4], inertia[5]}};
     }
     degree[i] = (isotropic ? 1 : 0) + (moves ? 2 : 0);
   }
-  radial.resize(contactors->count);
+  kind = scratch.take<std::uint8_t>(contactors->count);
+  bool wide = false; // only round bodies centred on their contactor do without their further inertia
   for (std::int64_t c = 0; c < contactors->count; ++c) {
     const auto shape = Shape(*contactors->shape[c]);
     bool centred = shape == Shape::disk || shape == Shape::sphere;
     if (centred && contactors->offset.active)
       for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
     const int of_body = degree[body(std::int32_t(c))];
-    radial[c] = std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
+    kind[c] = std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
+    wide = wide || (space && kind[c] == 2);
+  }
+  load_further_inertia(wide ? n : -1);
+}
+
+// For sides that read it; -1: none does.
+void Interactions::State::load_further_inertia(std::int64_t n) {
+  fit(system.general, std::size_t(n + 1));
+  if (n < 0) return;
+  const Bodies& b = *bodies;
+  system.general[n] = cairn_record{};
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double* m = b.inverse_mass[i];
+    double inertia[6] = {m[3], m[4], m[5], 0, 0, 0};
+    if (b.inverse_inertia.active) std::copy_n(b.inverse_inertia[i], 6, inertia);
+    system.general[i] =
+        cairn_record{{m[1], m[2], inertia[0], inertia[1], inertia[2], inertia[3], inertia[4], inertia[5]}};
   }
 }
 
 void Interactions::State::classify() {
   const Candidates& c = *candidates;
   const std::int64_t n = c.count;
-  entry.resize(n);
-  contact_class.resize(n);
-  std::fill(degree.begin(), degree.end(), 0);
+  entry = scratch.take<std::int16_t>(n);
+  contact_class = scratch.take<std::uint16_t>(n);
+  std::fill_n(degree, system.bodies, 0);
   impulse_components = dim();
   state_components = 0;
   for (std::int64_t i = 0; i < n; ++i) {
@@ -93,11 +97,10 @@ void Interactions::State::classify() {
 }
 
 void Interactions::State::plan() {
-  order.clear();
-  system.batches.clear();
   system.first_task.assign(1, 0);
   system.first_batch.assign(1, 0);
   system.candidate.clear();
+  system.candidate.reserve(candidates->count + candidates->count / 8);
   hub_contacts.clear();
   late_contacts.clear();
   plan_tiles();
@@ -110,8 +113,12 @@ void Interactions::State::plan() {
 // contacts are coloured, and swept colour by colour while its bodies stay in the cache.
 void Interactions::State::plan_tiles() {
   const Candidates& c = *candidates;
-  colours.assign(system.bodies + 1, 0);
-  tile_colours.assign(system.bodies + 1, 0);
+  colours = scratch.take<std::uint64_t>(system.bodies + 1);
+  tile_colours = scratch.take<std::uint64_t>(system.bodies + 1);
+  std::fill_n(colours, system.bodies + 1, 0);
+  std::fill_n(tile_colours, system.bodies + 1, 0);
+  order = scratch.take<std::int32_t>(c.count);
+  std::size_t ordered = 0;
   order_start.assign(1, 0);
   tile_stage.clear();
   const auto simple = [&](std::int64_t i) {
@@ -121,25 +128,25 @@ void Interactions::State::plan_tiles() {
              ((k & 2) && degree[body(c.contactor_b[i])] > hub_degree));
   };
   const auto size = std::size_t(std::clamp<std::int64_t>(c.count / tiles, smallest_tile, largest_tile));
-  const bool hubs = std::any_of(degree.begin(), degree.end(), [](std::int32_t d) { return d > hub_degree; });
+  const bool hubs = std::any_of(degree, degree + system.bodies, [](std::int32_t d) { return d > hub_degree; });
   for (std::int64_t i = 0; i < c.count;) {
-    const auto start = order.size();
+    const auto start = ordered;
     std::uint64_t taken = 0;
-    for (; i < c.count && order.size() - start < size; ++i) {
+    for (; i < c.count && ordered - start < size; ++i) {
       if (hubs ? !simple(i) : !(contact_class[i] & 10)) {
         if (contact_class[i] & 10) hub_contacts.push_back(std::int32_t(i));
         continue;
       }
-      order.push_back(std::int32_t(i));
+      order[ordered++] = std::int32_t(i);
       if (contact_class[i] & 8) taken |= tile_colours[body(c.contactor_a[i])];
       if (contact_class[i] & 2) taken |= tile_colours[body(c.contactor_b[i])];
     }
-    if (order.size() == start) continue;
+    if (ordered == start) continue;
     const int stage = std::countr_one(taken);
     tile_stage.push_back(stage);
-    order_start.push_back(std::int32_t(order.size()));
+    order_start.push_back(std::int32_t(ordered));
     const std::uint64_t bit = stage < 64 ? std::uint64_t(1) << stage : 0;
-    for (auto k = start; k < order.size(); ++k) {
+    for (auto k = start; k < ordered; ++k) {
       if (contact_class[order[k]] & 8) tile_colours[body(c.contactor_a[order[k]])] |= bit;
       if (contact_class[order[k]] & 2) tile_colours[body(c.contactor_b[order[k]])] |= bit;
     }
@@ -149,7 +156,7 @@ void Interactions::State::plan_tiles() {
   for (int stage = 0; stage < stages; ++stage) {
     for (std::size_t t = 0; t < tile_stage.size(); ++t) {
       if (tile_stage[t] != stage) continue;
-      tile.assign(order.begin() + order_start[t], order.begin() + order_start[t + 1]);
+      tile.assign(order + order_start[t], order + order_start[t + 1]);
       emit_sorted(tile, batch_size, 0);
       system.first_batch.push_back(std::int32_t(system.batches.size()));
       // tiles for which no stage was left stand alone
@@ -279,9 +286,9 @@ void Interactions::State::plan_late() {
 // Blocks of numbers in the order in which a sweep reads them.
 void Interactions::State::lay_out() {
   const std::size_t places = system.candidate.size();
-  system.body_a.resize(places);
-  system.body_b.resize(places);
-  system.status.resize(places);
+  auto* body_a = scratch.take<std::int32_t>(places);
+  auto* body_b = scratch.take<std::int32_t>(places);
+  auto* status = scratch.take<std::int32_t>(places);
   std::size_t doubles = 0;
   const auto block = [](const cairn_batch& b) { return b.block ? b.components * b.components : 2; };
   const auto params = [](const cairn_batch& b) {
@@ -294,17 +301,16 @@ void Interactions::State::lay_out() {
     doubles += std::size_t(b.count) * (2 + (b.pack ? b.pack
                                                    : frame + sides()[b.side_a].lever + sides()[b.side_b].lever +
                                                          block(b) + 2 * b.components + params(b) + states(b)));
-  system.arena.resize(doubles);
-  double* next = system.arena.data();
+  double* next = scratch.take<double>(doubles);
   // what a sweep does not read stands apart
   double* apart = next + doubles - 2 * places;
   for (cairn_batch& b : system.batches) {
     b.rho = apart;
     b.scale = apart + b.count;
     apart += 2 * b.count;
-    b.body_a = system.body_a.data() + b.first;
-    b.body_b = system.body_b.data() + b.first;
-    b.status = system.status.data() + b.first;
+    b.body_a = body_a + b.first;
+    b.body_b = body_b + b.first;
+    b.status = status + b.first;
     const auto take = [&](int components) {
       double* here = next;
       next += std::size_t(components) * b.count;

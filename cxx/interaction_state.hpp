@@ -1,6 +1,9 @@
 // What Interactions holds, and the stages of its assembly.
 #pragma once
+#include <cmath>
+
 #include "interaction.hpp"
+#include "scratch.hpp"
 #include "solvers/contact_system.hpp"
 
 namespace cairn {
@@ -17,15 +20,25 @@ inline constexpr int hub_degree = 32;
 // Where a key stands in the memory of the last step.
 class KeyIndex {
 public:
-  void build(const std::vector<ContactKey>& keys);
+  void build(const std::vector<ContactKey>& keys, Scratch& scratch);
   // -1 if it is not there; looks at `near` first
-  std::int32_t find(const ContactKey& key, const std::vector<ContactKey>& keys, std::int32_t near) const;
-  std::int64_t bytes() const { return std::int64_t(slots_.capacity() * sizeof(std::int32_t)); }
+  std::int32_t find(const ContactKey& key, const std::vector<ContactKey>& keys, std::int32_t near) const {
+    if (std::size_t(near) < keys.size() && keys[near] == key) return near;
+    for (std::uint64_t s = hash(key); slots_[s] >= 0; s = (s + 1) & mask_)
+      if (keys[slots_[s]] == key) return slots_[s];
+    return -1;
+  }
 
 private:
-  static std::uint64_t hash(const ContactKey& key);
-  Array<std::int32_t> slots_;
+  std::uint64_t hash(const ContactKey& k) const { // multiplicative (Knuth 1973): the upper bits are the good ones
+    const std::uint64_t place = std::uint64_t(std::uint32_t(k.feature)) << 32 | std::uint32_t(k.image);
+    const std::uint64_t x = std::uint64_t(k.contactor_a) * 0x9e3779b97f4a7c15u +
+                            std::uint64_t(k.contactor_b) * 0xbf58476d1ce4e5b9u + place * 0x94d049bb133111ebu;
+    return ((x ^ x >> 32) * 0x9e3779b97f4a7c15u) >> shift_;
+  }
+  std::int32_t* slots_ = nullptr; // in the scratch
   std::uint64_t mask_ = 0;
+  int shift_ = 0;
 };
 
 // Component k of a field of a batch, packed or not (see cairn/core.h).
@@ -33,7 +46,12 @@ inline double& at(const cairn_batch& b, double* field, int lane, int k) {
   return b.pack ? field[lane / 8 * 8 * b.pack + 8 * k + lane % 8] : field[k * b.count + lane];
 }
 // A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
-void tangent_of(const double n[3], double t[3]);
+inline void tangent_of(const double n[3], double t[3]) {
+  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  t[0] = 1 + sign * n[0] * n[0] * a;
+  t[1] = sign * b;
+  t[2] = -sign * n[0];
+}
 // Rows n, t and, in 3D, s of a contact.
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);
 
@@ -48,6 +66,8 @@ struct PluggedFault {
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
 
+  // What lasts from assembly to the next detection: batches and their numbers, and all arrays in the scratch below.
+  Scratch scratch;
   ContactSystem system;
   ContactMemory memory;
   KeyIndex index;
@@ -62,19 +82,20 @@ struct Interactions::State {
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   bool sheared = false;
   int impulse_components = 0, state_components = 0; // of this step's laws
-  Array<double> work_sums;                          // (2, batches)
+  Array<double> work_sums;                          // (4, batches)
   PluggedFault fault;                               // of laws from users' libraries
 
   // per contactor: its kind of side (1 radial) + 2 if its body moves
-  Array<std::uint8_t> kind;
+  std::uint8_t* kind = nullptr;
   // per candidate
-  Array<std::int16_t> entry;
-  Array<std::uint16_t> contact_class; // place of the law in the table * 16 + kind of A * 4 + kind of B
+  std::int16_t* entry = nullptr;
+  std::uint16_t* contact_class = nullptr; // place of the law in the table * 16 + kind of A * 4 + kind of B
   // per body
-  Array<std::int32_t> degree;
-  Array<std::uint64_t> colours, tile_colours;
+  std::int32_t* degree = nullptr;
+  std::uint64_t *colours = nullptr, *tile_colours = nullptr;
   // order in which candidates are batched
-  std::vector<std::int32_t> tile_stage, order, order_start;
+  std::int32_t* order = nullptr;
+  std::vector<std::int32_t> tile_stage, order_start;
   std::vector<std::int32_t> hub_contacts, late_contacts;
   std::vector<std::uint32_t> key_of_order;
   std::vector<std::int32_t> order_count, sorted;
@@ -88,7 +109,11 @@ struct Interactions::State {
   void classify();
   void plan(); // batches: which contact stands where
   void fill(); // batches: their numbers
-  ContactKey key(std::int64_t candidate) const;
+  void remember(); // impulses and states, for the next step
+  ContactKey key(std::int64_t i) const {
+    return {*contactors->id[candidates->contactor_a[i]], *contactors->id[candidates->contactor_b[i]],
+            candidates->feature[i], candidates->image[i]};
+  }
   void count_cell_work();
   // In plugged_laws.cpp. The first throws std::invalid_argument for what was noted, the second looks for the law that
   // made a solution diverge.
@@ -103,6 +128,12 @@ struct Interactions::State {
   void add_image_jump(const cairn_batch& b, int lane, double factor, double* u) const;
 
 private:
+  void load_further_inertia(std::int64_t n);
+  void find_places(const cairn_batch& b, std::int32_t* place) const; // of its contacts in the memory
+  std::int64_t count_kept() const;
+  std::int64_t remember(const cairn_batch& b, std::int64_t to);
+  template <int d>
+  std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);
   void plan_tiles();
   void plan_hubs();
   void plan_late();
@@ -115,6 +146,8 @@ private:
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
   template <int d>
   void fill_packed(cairn_batch& b, double& deepest);
+  template <int d>
+  void inherit_packed(cairn_batch& b) const;
   void check_prepared(const cairn_batch& b, const double* bias, const double* compliance, const double* mu);
 };
 

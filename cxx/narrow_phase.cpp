@@ -26,16 +26,16 @@ void InteractionHandler::Workspace::narrow(Candidates& out) {
     pair_a.swap(out.contactor_a);
     pair_b.swap(out.contactor_b);
     pair_image.swap(out.image);
-    for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) array->resize(slots);
+    for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) fit(*array, slots);
   }
   a = (slots > pairs ? pair_a : out.contactor_a).data();
   b = (slots > pairs ? pair_b : out.contactor_b).data();
   image = (slots > pairs ? pair_image : out.image).data();
-  out.gap.resize(slots);
-  out.normal.resize(slots * dim);
-  out.point.resize(slots * dim);
-  out.feature.resize(slots);
-  make_room(keep, slots);
+  fit(out.gap, slots);
+  fit(out.normal, slots * dim);
+  fit(out.point, slots * dim);
+  fit(out.feature, slots);
+  keep.make_room(*scratch, slots);
   std::int64_t kept = 0, slot = 0;
   begin = 0;
   for (int k = 0; k < kinds; ++k) {

@@ -46,7 +46,7 @@ void Simulation::project_positions() {
     measure_margins();
   else
     margin = {strategy.margin, nullptr};
-  handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_);
+  handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_, {}, &projector_->scratch());
   projector_->assemble(b, scene.contactors, projection_candidates_, projection_laws(), scene.cell, h_, strategy.theta);
   const SolveReport solved = projector_->solve(b, strategy.solver);
   projector_->update_velocity(b);

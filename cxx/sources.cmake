@@ -8,6 +8,7 @@ set(CAIRN_CXX_SOURCES
   interaction.cpp
   interaction_fill.cpp
   interaction_handler.cpp
+  interaction_memory.cpp
   interaction_plan.cpp
   law_table.cpp
   narrow_phase.cpp

@@ -196,7 +196,7 @@ void Simulation::detect_contacts() {
     }
   handler.set_declared(std::move(declared));
   contacts_known_ = false;
-  handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates);
+  handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates, {}, &interactions.scratch());
 }
 
 void Simulation::prepare_contacts() {
@@ -283,7 +283,7 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   auto add = [&bodies](auto& field) { bodies += field.values.capacity() * sizeof(field.values[0]); };
   scene.bodies.for_each_field(add);
   scene.contactors.for_each_field(add);
-  bodies += margins_.capacity() * sizeof(double) + handler.bytes();
+  bodies += margins_.capacity() * sizeof(double) + handler.bytes() + interactions.body_bytes();
   bodies += 4 * (scene.insertion_order().capacity() + scene.contactor_insertion_order().capacity());
   std::int64_t contacts = interactions.bytes();
   contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() +

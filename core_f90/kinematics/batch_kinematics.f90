@@ -31,8 +31,9 @@ contains
     c = batch%components
     view%n = n
     view%c = c
-    view%width_a = sides(batch%side_a)%width
-    view%width_b = sides(batch%side_b)%width
+    ! of what does not move the velocity alone is read
+    view%width_a = merge(sides(batch%side_a)%width, record_size, batch%moves_a /= 0)
+    view%width_b = merge(sides(batch%side_b)%width, record_size, batch%moves_b /= 0)
     call c_f_pointer(batch%body_a, view%body_a, [n])
     call c_f_pointer(batch%body_b, view%body_b, [n])
     call c_f_procpointer(sides(batch%side_a)%gather, view%gather_a)

@@ -34,7 +34,7 @@ contains
     end do
     if (c < 6) return
     do i = 1, n
-      call axes(frame(i, :), a)
+      call axes(n, i, frame, a)
       do k = 1, 3
         u(i, 3 + k) = u(i, 3 + k) + sign*(a(1, k)*v(i, 4) + a(2, k)*v(i, 5) + a(3, k)*v(i, 6))
       end do
@@ -98,7 +98,7 @@ contains
     real(c_double) :: a(3, 3), l(3, 6), m(3), j(3, 3), jl(3), value
     integer :: i, p, q
     do i = 1, n
-      call axes(frame(i, :), a)
+      call axes(n, i, frame, a)
       do p = 1, 3
         l(1, p) = lever(i, 2)*a(3, p) - lever(i, 3)*a(2, p)
         l(2, p) = lever(i, 3)*a(1, p) - lever(i, 1)*a(3, p)
@@ -118,14 +118,15 @@ contains
     end do
   end subroutine cairn_side_rigid3_delassus
 
-  !> Columns n, t and s = n x t.
-  pure subroutine axes(frame, a)
-    real(c_double), intent(in)  :: frame(6) !< normal, first tangent [-]
-    real(c_double), intent(out) :: a(3, 3)  !< columns n, t, s [-]
-    a(:, 1) = frame(1:3)
-    a(:, 2) = frame(4:6)
-    a(1, 3) = frame(2)*frame(6) - frame(3)*frame(5)
-    a(2, 3) = frame(3)*frame(4) - frame(1)*frame(6)
-    a(3, 3) = frame(1)*frame(5) - frame(2)*frame(4)
+  !> Columns n, t and s = n x t of contact i.
+  pure subroutine axes(n, i, frame, a)
+    integer(c_int32_t), intent(in) :: n, i        !< contacts, which
+    real(c_double), intent(in)     :: frame(n, 6) !< normal, first tangent [-]
+    real(c_double), intent(out)    :: a(3, 3)     !< columns n, t, s [-]
+    a(:, 1) = frame(i, 1:3)
+    a(:, 2) = frame(i, 4:6)
+    a(1, 3) = a(2, 1)*a(3, 2) - a(3, 1)*a(2, 2)
+    a(2, 3) = a(3, 1)*a(1, 2) - a(1, 1)*a(3, 2)
+    a(3, 3) = a(1, 1)*a(2, 2) - a(2, 1)*a(1, 2)
   end subroutine axes
 end module rigid3

@@ -98,11 +98,11 @@ contains
     end associate
   end subroutine cairn_delassus
 
-  !> Adds r.u of the records' velocity to each contact's work (kept where the scale was) and to the sums of each batch.
-  subroutine cairn_contact_work(schedule, begin, sums) bind(c)
+  !> Work r.u of each contact at the velocity of the records (kept where the scale was), and its sums over each batch.
+  subroutine cairn_contact_work(schedule, sums) bind(c)
     type(cairn_schedule), intent(in) :: schedule   !< see cairn/core.h
-    integer(c_int32_t), value        :: begin      !< 1: works and sums start from zero
-    real(c_double), intent(inout)    :: sums(2, *) !< per batch: normal, tangential and rotations [J]
+    real(c_double), intent(out)      :: sums(4, *) !< per batch: normal, tangential and rotations, what is positive of the
+    !< work of each contact, its size [J]
     type(schedule_view) :: s
     integer :: b, me
     call open_schedule(schedule, s)
@@ -111,47 +111,59 @@ contains
     !$ me = omp_get_thread_num() + 1
     !$omp do schedule(static)
     do b = 1, s%batches
-      call work_of_batch(s%batch(b), s%side, s%record, s%general, begin /= 0, s%work(:, me), sums(:, b))
+      call work_of_batch(s%batch(b), s%side, s%record, s%general, s%work(:, me), sums(:, b))
     end do
     !$omp end do
     !$omp end parallel
   end subroutine cairn_contact_work
 
-  subroutine work_of_batch(batch, sides, record, general, begin, work, sums)
+  subroutine work_of_batch(batch, sides, record, general, work, sums)
     type(cairn_batch), intent(in)  :: batch
     type(cairn_side), intent(in)   :: sides(*)
     type(cairn_record), intent(in) :: record(*), general(*)
-    logical, value                 :: begin
     real(c_double), intent(inout), target :: work(batch_workspace)
-    real(c_double), intent(inout)  :: sums(2)
+    real(c_double), intent(out)    :: sums(4)
     type(contact_columns) :: at
     real(c_double), pointer, contiguous :: kept(:)
     call find_columns(batch, sides, record, general, .false., work, at)
     call c_f_pointer(batch%scale, kept, [at%n])
-    if (begin) then
-      kept = 0
-      sums = 0
-    end if
     call add_work(at%n, at%c, at%r, at%u, kept, sums)
   end subroutine work_of_batch
 
   subroutine add_work(n, c, r, u, kept, sums)
-    integer, value                :: n       !< contacts
-    integer, value                :: c       !< components
-    real(c_double), intent(in)    :: r(n, c) !< impulse [N s]
-    real(c_double), intent(in)    :: u(n, c) !< relative velocity [m/s]
-    real(c_double), intent(inout) :: kept(n) !< r.u of each contact [J]
-    real(c_double), intent(inout) :: sums(2) !< normal, rest [J]
-    real(c_double) :: total
+    integer, value              :: n       !< contacts
+    integer, value              :: c       !< components
+    real(c_double), intent(in)  :: r(n, c) !< impulse [N s]
+    real(c_double), intent(in)  :: u(n, c) !< relative velocity [m/s]
+    real(c_double), intent(out) :: kept(n) !< r.u of each contact [J]
+    real(c_double), intent(out) :: sums(4) !< normal, rest, positive, size [J]
+    real(c_double) :: normal, rest, gained, size
     integer :: i, k
-    do k = 1, c
-      total = 0
-      !$omp simd reduction(+:total)
+    normal = 0
+    gained = 0
+    size = 0
+    !$omp simd reduction(+:normal)
+    do i = 1, n
+      kept(i) = r(i, 1)*u(i, 1)
+      normal = normal + kept(i)
+    end do
+    sums(2) = 0
+    do k = 2, c
+      rest = 0
+      !$omp simd reduction(+:rest)
       do i = 1, n
         kept(i) = kept(i) + r(i, k)*u(i, k)
-        total = total + r(i, k)*u(i, k)
+        rest = rest + r(i, k)*u(i, k)
       end do
-      sums(min(k, 2)) = sums(min(k, 2)) + total
+      sums(2) = sums(2) + rest
     end do
+    !$omp simd reduction(+:gained, size)
+    do i = 1, n
+      gained = gained + max(0.0_c_double, kept(i))
+      size = size + abs(kept(i))
+    end do
+    sums(1) = normal
+    sums(3) = gained
+    sums(4) = size
   end subroutine add_work
 end module contact_passes

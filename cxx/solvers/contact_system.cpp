@@ -52,18 +52,14 @@ void ContactSystem::load(const Field<double>& velocity) {
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
 }
 
-void ContactSystem::add(const Field<double>& velocity) {
-  const auto sum = [&, v = velocity.values.data()](int n) {
-    return [=, this](std::int64_t b, int k) { record[b].x[k] += v[n * b + k]; };
+void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>& more) {
+  const auto both = [&, v = velocity.values.data(), w = more.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) {
+      v[n * b + k] = record[b].x[k];
+      record[b].x[k] += w[n * b + k];
+    };
   };
-  dim == 2 ? each<3>(bodies, sum(3)) : each<6>(bodies, sum(6));
-}
-
-void ContactSystem::unload(Field<double>& velocity) const {
-  const auto copy = [&, v = velocity.values.data()](int n) {
-    return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
-  };
-  dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+  dim == 2 ? each<3>(bodies, both(3)) : each<6>(bodies, both(6));
 }
 
 } // namespace cairn

@@ -13,8 +13,8 @@ struct ContactSystem {
   std::vector<cairn_batch> batches;
   std::vector<std::int32_t> first_task, first_batch; // of each stage, of each task
   Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
-  Array<double> work, arena;
-  Array<std::int32_t> body_a, body_b, status, candidate; // (places of contacts, dummies included); candidate -1: dummy
+  Array<double> work;
+  Array<std::int32_t> candidate; // (places of contacts, dummies included); -1: dummy
   Array<double> sums, change;                            // (6, batches), (batches)
   bool serial = false;                                   // a law must not be called by two threads at once
   double penetration = 0;                                // deepest overlap / size of the smaller body
@@ -24,8 +24,8 @@ struct ContactSystem {
   cairn_schedule schedule(int threads);
   // velocities of bodies into the records; inverse masses stay
   void load(const Field<double>& velocity);
-  void add(const Field<double>& velocity);
-  void unload(Field<double>& velocity) const;
+  // velocity = that of the records, to which `more` is then added
+  void unload_and_add(Field<double>& velocity, const Field<double>& more);
 };
 
 // row k: side k of sides.def

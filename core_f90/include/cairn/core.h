@@ -212,7 +212,7 @@ void cairn_add_impulses(const cairn_schedule* schedule);
 void cairn_relative_velocities(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* u);
 void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true,
                     double* u);
-void cairn_contact_work(const cairn_schedule* schedule, int32_t begin, double* sums);
+void cairn_contact_work(const cairn_schedule* schedule, double* sums);
 void cairn_contact_scale(const cairn_schedule* schedule, double* sums);
 void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double* sums);
 
