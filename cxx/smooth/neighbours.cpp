@@ -267,8 +267,9 @@ void SmoothDynamics::remember(Simulation& s) {
 
 void SmoothDynamics::recall(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
+  Scratch scratch;
   KeyIndex index;
-  index.build(memory_.keys);
+  index.build(memory_.keys, scratch);
   const int kept = states_ == memory_.state_components ? states_ : 0; // of other laws means something else
   std::int32_t near = 0;
   for (std::int64_t p = 0; p < list_.pairs && !memory_.keys.empty(); ++p) {
