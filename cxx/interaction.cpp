@@ -120,9 +120,10 @@ void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p
 
 void Interactions::State::add_reactions(Bodies& bodies) const {
   const int d = dim();
+  const auto driven = [&](std::int32_t who) { return !bodies.driven.active || *bodies.driven[who]; };
   const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, double* lever, double sign,
                        const double p[3], const double m[3]) {
-    if (bodies.driven.active && !*bodies.driven[who]) return;
+    if (!driven(who)) return;
     double l[3] = {0, 0, 0};
     const bool radial = side == radial2 || side == radial3;
     for (int k = 0; k < d; ++k) l[k] = radial ? at(b, lever, lane, 0) * at(b, b.frame, lane, k) : at(b, lever, lane, k);
@@ -136,6 +137,7 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
   };
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
+      if (!driven(b.body_a[lane]) && !driven(b.body_b[lane])) continue; // most are not
       double p[3], m[3];
       space_impulse(b, lane, p, m);
       add(b, lane, b.body_a[lane], b.side_a, b.lever_a, 1, p, m);
@@ -283,7 +285,7 @@ std::int64_t Interactions::bytes() const {
   const ContactSystem& c = s.system;
   return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) +
          of(c.candidate) + of(c.sums) + of(c.change) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) +
-         of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) +
+         of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) +
          of(s.key_of_order) + of(s.order_count) + of(s.sorted) + s.scratch.bytes();
 }
 

@@ -109,11 +109,11 @@ struct SolveReport {
   int iterations = 0;
   int checks = 0;                  // evaluations of the error
   double error = 0;                // natural map, energy norm, relative
-  double worst_error = 0;          // of one contact, on its own scale
+  double worst_error = 0;          // of one contact, on its own scale, at least a millionth of the mean: 0 to 1
   std::int64_t worst_contact = -1; // its place in the candidates
   double penetration = 0;          // deepest overlap / size of the smaller body
   double cone_distance = 0;        // distance of impulses outside the cone / impulse
-  double energy_created = 0;       // energy that contacts made from nothing / energy in play
+  double energy_created = 0;       // energy that contacts made from nothing / energy in play; once it is committed
   std::string hint;                // empty when converged
 };
 

@@ -42,10 +42,20 @@ bool acts(const cairn_batch& b, int lane) {
 std::int64_t Interactions::State::count_kept() const {
   std::int64_t kept = 0;
   for (const cairn_batch& b : system.batches) {
-    if (b.state)
+    if (b.state) {
       kept += b.contacts;
-    else
+    } else if (b.pack) { // dummies have no impulse
+      for (int first = 0; first < b.count; first += 8) {
+        const double* r = b.r + first * b.pack;
+        for (int i = 0; i < 8; ++i) {
+          bool any = false;
+          for (int k = 0; k < b.components; ++k) any |= r[8 * k + i] != 0;
+          kept += any;
+        }
+      }
+    } else {
       for (int lane = 0; lane < b.contacts; ++lane) kept += acts(b, lane);
+    }
   }
   return kept;
 }

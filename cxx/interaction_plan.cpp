@@ -243,7 +243,7 @@ void Interactions::State::plan_hubs() {
   const auto is_hub = [&](std::int32_t contactor) {
     return (kind[contactor] & 2) && degree[body(contactor)] > hub_degree;
   };
-  std::vector<std::pair<std::int64_t, std::int32_t>> by_hub; // 2 body + side, candidate
+  by_hub.clear();
   for (std::int32_t i : hub_contacts) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
     if (is_hub(a) && is_hub(b))
@@ -256,7 +256,7 @@ void Interactions::State::plan_hubs() {
     const double* m = bodies->inverse_mass[b];
     return *std::max_element(m, m + dim());
   };
-  std::vector<std::int32_t> mine;
+  std::vector<std::int32_t>& mine = of_hub;
   for (std::size_t k = 0; k < by_hub.size();) {
     const std::int64_t hub = by_hub[k].first;
     mine.clear();

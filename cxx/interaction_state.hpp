@@ -96,7 +96,8 @@ struct Interactions::State {
   // order in which candidates are batched
   std::int32_t* order = nullptr;
   std::vector<std::int32_t> tile_stage, order_start;
-  std::vector<std::int32_t> hub_contacts, late_contacts;
+  std::vector<std::int32_t> hub_contacts, late_contacts, of_hub;
+  std::vector<std::pair<std::int64_t, std::int32_t>> by_hub; // 2 body + side, candidate
   std::vector<std::uint32_t> key_of_order;
   std::vector<std::int32_t> order_count, sorted;
 

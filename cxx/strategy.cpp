@@ -250,6 +250,8 @@ void Simulation::account(const ContactEnergy& contacts) {
                         std::abs(contacts.tangential) + std::abs(bulk);
   energy.largest_kinetic = std::max({energy.largest_kinetic, kinetic, kinetic - d_kinetic});
   energy.in_play = energy.largest_kinetic + energy.turned_over;
+  const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over;
+  report.solve.energy_created = of_step > 0 ? contacts.created / of_step : 0;
 }
 
 // q+ = q_m + h theta v+

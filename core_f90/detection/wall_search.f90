@@ -25,15 +25,42 @@ contains
     integer(c_int64_t), value :: capacity             !< of near
     integer(c_int32_t), intent(inout) :: near(capacity)
     integer(c_int64_t), intent(out) :: found
-    integer(c_int64_t) :: k
-    real(c_double) :: d(dim)
+    integer, parameter :: some = 512 !< at a time: the distances are found without a branch, few are near
+    real(c_double) :: clear(some), d(3), o(3), m(3)
+    integer(c_int64_t) :: k, begin
+    integer(c_int32_t) :: i, j, count
 
+    o = 0
+    m = 0
+    o(:dim) = origin
+    m(:dim) = normal
     found = 0
-    do k = 1, n
-      d = centre(:, listed(k)) - origin
-      if (dot_product(d, normal) > reach(listed(k)) + margin + slack*sum(abs(d))) cycle
-      found = found + 1
-      if (found <= capacity) near(found) = listed(k)
+    do begin = 0, n - 1, some
+      count = int(min(int(some, c_int64_t), n - begin), c_int32_t)
+      if (dim == 2) then
+        !$omp simd private(j, d)
+        do i = 1, count
+          j = listed(begin + i)
+          d(1) = centre(1, j) - o(1)
+          d(2) = centre(2, j) - o(2)
+          clear(i) = d(1)*m(1) + d(2)*m(2) - reach(j) - margin - slack*(abs(d(1)) + abs(d(2)))
+        end do
+      else
+        !$omp simd private(j, d)
+        do i = 1, count
+          j = listed(begin + i)
+          d(1) = centre(1, j) - o(1)
+          d(2) = centre(2, j) - o(2)
+          d(3) = centre(3, j) - o(3)
+          clear(i) = d(1)*m(1) + d(2)*m(2) + d(3)*m(3) - reach(j) - margin - slack*(abs(d(1)) + abs(d(2)) + abs(d(3)))
+        end do
+      end if
+      do i = 1, count
+        if (clear(i) > 0) cycle
+        k = found + 1
+        found = k
+        if (k <= capacity) near(k) = listed(begin + i)
+      end do
     end do
   end subroutine cairn_plane_search
 

@@ -19,21 +19,23 @@ contains
   subroutine cairn_contact_scale(schedule, sums) bind(c)
     type(cairn_schedule), intent(in) :: schedule  !< see cairn/core.h
     real(c_double), intent(out)      :: sums(sums_size, *) !< per batch: sum |F(0)|^2/rho [J], rest unused
-    call all_batches(schedule, 1, sums)
+    call all_batches(schedule, 1, 0.0_c_double, sums)
   end subroutine cairn_contact_scale
 
   !> Error of the impulses; records hold the velocity that they leave.
-  subroutine cairn_contact_error(schedule, want_status, sums) bind(c)
+  subroutine cairn_contact_error(schedule, want_status, least_scale, sums) bind(c)
     type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h
     integer(c_int32_t), value        :: want_status !< 1: write the status of every contact too
+    real(c_double), value            :: least_scale !< of one contact: what is smaller is not worth naming [J]
     real(c_double), intent(out)      :: sums(sums_size, *) !< per batch: sum |F|^2/rho, sum |r|^2/rho [J], largest
-    !< |F|^2/max(|r|^2, |F(0)|^2), its place in the batch from 1, largest (distance outside the cone/|r|)^2, unused
-    call all_batches(schedule, 2 + want_status, sums)
+    !< |F|^2/max(|r|^2, |F(0)|^2, |F|^2, least scale), its place in the batch from 1, largest (distance outside the cone/|r|)^2, unused
+    call all_batches(schedule, 2 + want_status, least_scale, sums)
   end subroutine cairn_contact_error
 
-  subroutine all_batches(schedule, what, sums)
+  subroutine all_batches(schedule, what, least_scale, sums)
     type(cairn_schedule), intent(in) :: schedule
     integer, value                   :: what !< 1 scale, 2 error, 3 error and status
+    real(c_double), value            :: least_scale
     real(c_double), intent(out)      :: sums(sums_size, *)
     type(schedule_view) :: s
     integer :: b, me
@@ -43,17 +45,18 @@ contains
     !$ me = omp_get_thread_num() + 1
     !$omp do schedule(static)
     do b = 1, s%batches
-      call one_batch(s%batch(b), s%side, s%record, s%general, what, s%work(:, me), sums(:, b))
+      call one_batch(s%batch(b), s%side, s%record, s%general, what, least_scale, s%work(:, me), sums(:, b))
     end do
     !$omp end do
     !$omp end parallel
   end subroutine all_batches
 
-  subroutine one_batch(batch, sides, record, general, what, work, sums)
+  subroutine one_batch(batch, sides, record, general, what, least_scale, work, sums)
     type(cairn_batch), intent(in)  :: batch
     type(cairn_side), intent(in)   :: sides(*)
     type(cairn_record), intent(in) :: record(*), general(*)
     integer, value                 :: what
+    real(c_double), value          :: least_scale
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)    :: sums(sums_size)
     type(contact_columns) :: at
@@ -78,7 +81,7 @@ contains
     end if
     sums = 0
     if (what > 1 .and. .not. c_associated(batch%state)) then
-      call add_up_cone(n, axes, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
+      call add_up_cone(n, axes, least_scale, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
       if (what == 3) call c_f_pointer(batch%status, status, [n])
       if (what == 3) call find_status(n, axes, at%mu, at%r, status)
       return
@@ -92,7 +95,7 @@ contains
     if (what == 1) then
       call keep_scale(n, c, at%free(weight:), at%free(f:), scale, sums)
     else
-      call add_up(n, c, axes, at%mu, at%free(weight:), scale, at%r, at%free(f:), at%u, sums)
+      call add_up(n, c, axes, least_scale, at%mu, at%free(weight:), scale, at%r, at%free(f:), at%u, sums)
     end if
     if (what < 3) return
     call c_f_pointer(batch%status, status, [n])
@@ -268,9 +271,10 @@ contains
   end subroutine keep_scale
 
   !> Sums and worst contact of contacts without rotations.
-  subroutine add_up_cone(n, axes, mu, rho, scale, r, f, ratio, sums)
+  subroutine add_up_cone(n, axes, least_scale, mu, rho, scale, r, f, ratio, sums)
     integer, value                :: n          !< contacts
     integer, value                :: axes       !< components of velocity, 2 or 3
+    real(c_double), value         :: least_scale !< of one contact [J]
     real(c_double), intent(in)    :: mu(n)      !< friction [-]
     real(c_double), intent(in)    :: rho(n)     !< 1/W_NN [kg]
     real(c_double), intent(in)    :: scale(n)   !< |F(0)|^2 [J]
@@ -278,8 +282,9 @@ contains
     real(c_double), intent(in)    :: f(n, axes) !< residual [N s]
     real(c_double), intent(inout) :: ratio(n)   !< workspace
     real(c_double), intent(inout) :: sums(sums_size)
-    real(c_double) :: error, size, worst, furthest, square, tangent, normal, residual, weight, out
+    real(c_double) :: error, size, worst, furthest, square, tangent, normal, residual, weight, out, least
     integer :: i
+    least = max(least_scale, tiny(least))
     error = 0
     size = 0
     worst = 0
@@ -296,7 +301,7 @@ contains
       out = max(0.0_c_double, -r(i, 1), sqrt(tangent) - mu(i)*normal)
       error = error + weight*residual
       size = size + weight*square
-      ratio(i) = weight*residual/max(weight*square, scale(i), weight*residual, tiny(worst)) ! 1: nothing of it is right
+      ratio(i) = weight*residual/max(weight*square, scale(i), weight*residual, least) ! 1: nothing of it is right
       worst = max(worst, ratio(i))
       furthest = max(furthest, out*out/max(square, tiny(square)))
     end do
@@ -310,10 +315,11 @@ contains
     sums(4) = min(i, n)
   end subroutine add_up_cone
 
-  subroutine add_up(n, c, axes, mu, weight, scale, r, f, work, sums)
+  subroutine add_up(n, c, axes, least_scale, mu, weight, scale, r, f, work, sums)
     integer, value                :: n            !< contacts
     integer, value                :: c            !< components
     integer, value                :: axes         !< components of velocity, 2 or 3
+    real(c_double), value         :: least_scale !< of one contact [J]
     real(c_double), intent(in)    :: mu(n)        !< friction [-]
     real(c_double), intent(in)    :: weight(n, c) !< [1/kg]
     real(c_double), intent(in)    :: scale(n)     !< |F(0)|^2 [J]
@@ -321,8 +327,9 @@ contains
     real(c_double), intent(in)    :: f(n, c)      !< residual [N s]
     real(c_double), intent(inout) :: work(n, 2)
     real(c_double), intent(inout) :: sums(sums_size)
-    real(c_double) :: error, size, worst, out, furthest, square, tangent
+    real(c_double) :: error, size, worst, out, furthest, square, tangent, least
     integer :: i, k
+    least = max(least_scale, tiny(least))
     error = 0
     size = 0
     work = 0
@@ -339,7 +346,7 @@ contains
     furthest = 0
     !$omp simd reduction(max:worst, furthest) private(out, square, tangent)
     do i = 1, n
-      work(i, 1) = work(i, 1)/max(work(i, 2), scale(i), work(i, 1), tiny(worst))
+      work(i, 1) = work(i, 1)/max(work(i, 2), scale(i), work(i, 1), least)
       worst = max(worst, work(i, 1))
       tangent = sqrt(r(i, 2)**2 + merge(r(i, axes)**2, 0.0_c_double, axes == 3))
       square = r(i, 1)**2 + tangent**2

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 
 #include "../interaction_state.hpp"
@@ -55,7 +56,9 @@ double rounding_of(const ContactSystem& system) {
 }
 
 Error measure(ContactSystem& system, const cairn_schedule& schedule, FreeScale free, bool last, SolveReport& report) {
-  cairn_contact_error(&schedule, last, system.sums.data());
+  // a millionth of what a contact has on average, in impulse
+  const double least_scale = 0x1p-40 * free.energy / double(report.contacts);
+  cairn_contact_error(&schedule, last, least_scale, system.sums.data());
   ++report.checks;
   const std::size_t n = system.batches.size();
   const double residual = total(system.sums, n, 6, 0), size = total(system.sums, n, 6, 1);
@@ -141,8 +144,8 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   double ratio = 0; // error^2 per change
   Relaxation relaxation(schedule.relaxation);
   int next_check = std::max(options.min_iterations, 1), next_newton = 64;
-  ActiveSet newton(system, schedule, velocity_free,
-                   [&] { return measure(system, schedule, free, false, report).square; });
+  const auto square = [&] { return measure(system, schedule, free, false, report).square; };
+  ActiveSet newton(system, schedule, velocity_free, std::ref(square)); // by reference: nothing is allocated
   report.status = SolveStatus::iteration_limit;
   while (report.iterations < options.max_iterations) {
     const int sweeps = std::min(options.max_iterations - report.iterations,

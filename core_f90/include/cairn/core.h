@@ -214,7 +214,7 @@ void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t threa
                     double* u);
 void cairn_contact_work(const cairn_schedule* schedule, double* sums);
 void cairn_contact_scale(const cairn_schedule* schedule, double* sums);
-void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double* sums);
+void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double least_scale, double* sums);
 
 /* The textbook's sweep, one contact after the other: what batches are checked against and timed by. */
 void cairn_plain_sweep2(int64_t n, const int32_t* body, const double* normal, const double* lever, const double* mu,

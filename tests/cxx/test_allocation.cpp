@@ -1,0 +1,95 @@
+// A step allocates nothing once the sizes of its scene are settled.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <limits>
+#include <string>
+
+#include "simulation.hpp"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+namespace {
+std::atomic<std::int64_t> allocations{0};
+}
+// What glibc offers to those who stand in for malloc.
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+void* malloc(std::size_t n) { return ++allocations, __libc_malloc(n); }
+void* calloc(std::size_t n, std::size_t size) { return ++allocations, __libc_calloc(n, size); }
+void* realloc(void* p, std::size_t n) { return ++allocations, __libc_realloc(p, n); }
+void* aligned_alloc(std::size_t a, std::size_t n) { return ++allocations, __libc_memalign(a, n); }
+}
+
+namespace cairn::test {
+namespace {
+
+// Disks or spheres on a lattice that settles on a floor, at will under a heavy plate that all of the upper row touch.
+Simulation pile(int dim, int per_side, bool lid) {
+  Scene scene(dim);
+  scene.gravity[dim - 1] = -9.81;
+  std::vector<double> x, mass, inertia, radius;
+  std::vector<std::int64_t> id;
+  const int layers = dim == 3 ? per_side : 1;
+  for (int z = 0; z < layers; ++z)
+    for (int y = 0; y < per_side; ++y)
+      for (int k = 0; k < per_side; ++k) {
+        x.push_back(2.0 * k);
+        if (dim == 3) x.push_back(2.0 * z);
+        x.push_back(1 + 2.0 * y);
+        mass.push_back(1);
+        for (int c = 0; c < (dim == 2 ? 1 : 3); ++c) inertia.push_back(0.4);
+        radius.push_back(1);
+        id.push_back(std::int64_t(id.size()));
+      }
+  const std::int32_t material = 0;
+  scene.add_bodies({std::int64_t(id.size()), x, {}, {}, mass, inertia});
+  scene.add_contactors(
+      {std::int64_t(id.size()), dim == 2 ? Shape::disk : Shape::sphere, id, {&material, 1}, radius, {}, {}});
+  const auto plane = [&](double height, double up, double weight) {
+    std::vector<double> at(dim, 0.0), normal(dim + 1, 0.0), moments(dim == 2 ? 1 : 3, weight * 1e4);
+    at[dim - 1] = height;
+    normal[dim - 1] = up;
+    const std::int64_t body = scene.add_bodies({1, at, {}, {}, {&weight, 1}, moments});
+    scene.add_contactors(
+        {1, dim == 2 ? Shape::half_plane : Shape::plane, {&body, 1}, {&material, 1}, {}, {}, normal});
+  };
+  plane(0, 1, std::numeric_limits<double>::infinity());
+  if (lid) plane(2.0 * per_side, -1, 1000);
+  LawTable laws({"rock"});
+  const double mu = 0.4;
+  laws.set_default(Law::signorini_coulomb, {&mu, 1});
+  Nscd nscd;
+  nscd.solver = {1e-4, 1, 500, 1};
+  return Simulation(std::move(scene), std::move(laws), nscd);
+}
+
+struct Case {
+  const char* name;
+  int dim, per_side;
+  bool lid;
+};
+class Step : public testing::TestWithParam<Case> {};
+
+TEST_P(Step, AllocatesNothing) {
+  const Case& c = GetParam();
+  Simulation s = pile(c.dim, c.per_side, c.lid);
+  for (int k = 0; k < 30; ++k) s.step(1e-3);
+  EXPECT_GT(s.report.contacts, c.per_side);
+  for (int k = 0; k < 20; ++k) {
+    const std::int64_t before = allocations;
+    s.step(1e-3);
+    EXPECT_EQ(allocations - before, 0) << "step " << s.report.step << ": " << s.report.solve.hint;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, Step,
+                         testing::Values(Case{"disks", 2, 40, false}, Case{"spheres", 3, 10, false},
+                                         Case{"disks_lid", 2, 40, true}, Case{"spheres_lid", 3, 8, true}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+} // namespace
+} // namespace cairn::test
+#endif
