@@ -55,8 +55,7 @@ void DetectionGrid::build(int dim, std::int64_t n, const double* x, const double
   });
   levels_.first_cell.resize(levels_.count() + 1);
   for (std::size_t l = 0; l < levels_.count(); ++l)
-    levels_.first_cell[l] =
-        std::lower_bound(cell_key_, cell_key_ + cells_, levels_.first_key[l]) - cell_key_;
+    levels_.first_cell[l] = std::lower_bound(cell_key_, cell_key_ + cells_, levels_.first_key[l]) - cell_key_;
   levels_.first_cell.back() = cells_;
 }
 
@@ -86,8 +85,7 @@ void DetectionGrid::assign_levels(const double* x, const double* reach) {
   levels_.low.assign(3 * count, std::numeric_limits<double>::infinity());
   levels_.high.assign(3 * count, -std::numeric_limits<double>::infinity());
   cairn_grid_level(0, n_, reach, unit_, levels_.lowest, levels_.highest, level_, levels_.items.data());
-  cairn_grid_box(dim_, 0, n_, x, level_, levels_.lowest, levels_.highest, levels_.low.data(),
-                 levels_.high.data());
+  cairn_grid_box(dim_, 0, n_, x, level_, levels_.lowest, levels_.highest, levels_.low.data(), levels_.high.data());
 }
 
 bool DetectionGrid::lay_out(const double* x) {
@@ -152,9 +150,9 @@ std::int64_t DetectionGrid::search(std::int64_t first, std::int64_t last, Array<
   for (;;) {
     std::int64_t found = 0, needed = 0;
     const std::int64_t capacity = std::int64_t(hits.size()) / 2;
-    cairn_grid_search(dim_, n_, sorted_, cells_, first, last, cell_key_, cell_start_,
-                      std::int32_t(levels_.count()), levels_.first_cell.data(), levels_.inverse_cell.data(),
-                      levels_.origin.data(), levels_.extent.data(), levels_.stride.data(), levels_.first_key.data(),
+    cairn_grid_search(dim_, n_, sorted_, cells_, first, last, cell_key_, cell_start_, std::int32_t(levels_.count()),
+                      levels_.first_cell.data(), levels_.inverse_cell.data(), levels_.origin.data(),
+                      levels_.extent.data(), levels_.stride.data(), levels_.first_key.data(),
                       levels_.table_first.data(), levels_.table_size.data(), table_.data(), table_place_.data(),
                       capacity, hits.data(), &found, &needed);
     if (needed <= capacity) return found;

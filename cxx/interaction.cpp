@@ -283,9 +283,9 @@ std::int64_t Interactions::bytes() const {
   const State& s = *s_;
   const auto of = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
   const ContactSystem& c = s.system;
-  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) +
-         of(c.candidate) + of(c.sums) + of(c.change) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) +
-         of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) +
+  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) + of(c.candidate) + of(c.sums) +
+         of(c.change) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.work_sums) +
+         of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) +
          of(s.key_of_order) + of(s.order_count) + of(s.sorted) + s.scratch.bytes();
 }
 

@@ -261,8 +261,8 @@ void InteractionHandler::Workspace::make_items() {
 void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) const {
   std::int64_t kept = 0;
   const std::int64_t at = list.count;
-  cairn_pair_admit(bodies->dofs(), added, list.a + at, list.b + at, list.image + at, shapes,
-                   kind_table.kind, kind_table.turn, contactors->body.values.data(), contactors->shape.values.data(),
+  cairn_pair_admit(bodies->dofs(), added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind,
+                   kind_table.turn, contactors->body.values.data(), contactors->shape.values.data(),
                    contactors->id.values.data(), bodies->inverse_mass.values.data(), materials, allowed.data(),
                    contactors->material.values.data(), list.kind + at, &kept);
   list.count += kept;
@@ -278,8 +278,7 @@ void InteractionHandler::Workspace::search_grid() {
     const std::int64_t last = std::min((c + 1) * cells_at_once, grid.cells());
     std::int64_t found = grid.search(c * cells_at_once, last, list.hits);
     list.reserve(list.count + found, *scratch);
-    std::int32_t *a = list.a + list.count, *b = list.b + list.count,
-                 *image = list.image + list.count;
+    std::int32_t *a = list.a + list.count, *b = list.b + list.count, *image = list.image + list.count;
     if (any_periodic)
       cairn_pairs_of_ghosts(found, list.hits.data(), grid.order(), item_contactor.data(), real_items,
                             item_lattice.data(), item_reach.data(), a, b, image, &found);
@@ -397,13 +396,12 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
   for (int k = 0; k < kinds; ++k) slot_of_kind[k] = present[k] ? slots++ : slots;
   place.make_room(*scratch, n * slots + 1);
   std::fill_n(place.begin(), n * slots, 0);
-  for (const PairList& list : lists)
-    cairn_pair_count(list.count, n, slot_of_kind, list.kind, list.a, place.data());
+  for (const PairList& list : lists) cairn_pair_count(list.count, n, slot_of_kind, list.kind, list.a, place.data());
   cairn_pair_starts(n * slots, place.data());
   for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) fit(*array, pairs);
   for (const PairList& list : lists)
-    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind, list.a, list.b, list.image,
-                       place.data(), out.contactor_a.data(), out.contactor_b.data(), out.image.data());
+    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind, list.a, list.b, list.image, place.data(),
+                       out.contactor_a.data(), out.contactor_b.data(), out.image.data());
   in_slices(n * slots, [&](std::int64_t first, std::int64_t last) {
     cairn_pair_tidy(first, last, place.data(), out.contactor_b.data(), out.image.data());
   });

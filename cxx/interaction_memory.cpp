@@ -129,7 +129,8 @@ std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to
       space_impulse(b, lane, p, p + 3);
     for (int k = 0; k < impulse_components; ++k) memory.impulses[to * impulse_components + k] = p[k];
     for (int k = 0; k < state_components; ++k)
-      memory.states[to * state_components + k] = k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max();
+      memory.states[to * state_components + k] =
+          k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max();
     ++to;
   }
   return to;

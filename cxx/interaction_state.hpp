@@ -108,8 +108,8 @@ struct Interactions::State {
 
   void load_bodies();
   void classify();
-  void plan(); // batches: which contact stands where
-  void fill(); // batches: their numbers
+  void plan();     // batches: which contact stands where
+  void fill();     // batches: their numbers
   void remember(); // impulses and states, for the next step
   ContactKey key(std::int64_t i) const {
     return {*contactors->id[candidates->contactor_a[i]], *contactors->id[candidates->contactor_b[i]],

@@ -1,5 +1,5 @@
-// Memory that stages of a step use one after the other: what one left there is gone when the next begins. Detection works
-// where the contacts of the last step stood, and the contacts of this step take its place.
+// Memory that stages of a step use one after the other: what one left there is gone when the next begins. Detection
+// works where the contacts of the last step stood, and the contacts of this step take its place.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace cairn {
 
 class Scratch {
 public:
-  // Everything taken so far is given back. What was in several blocks will fit in one: once sizes are settled nothing is
-  // allocated.
+  // Everything taken so far is given back. What was in several blocks will fit in one: once sizes are settled nothing
+  // is allocated.
   void begin() {
     if (blocks_.size() > 1) {
       std::size_t all = 0;

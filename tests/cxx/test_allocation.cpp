@@ -53,8 +53,7 @@ Simulation pile(int dim, int per_side, bool lid) {
     at[dim - 1] = height;
     normal[dim - 1] = up;
     const std::int64_t body = scene.add_bodies({1, at, {}, {}, {&weight, 1}, moments});
-    scene.add_contactors(
-        {1, dim == 2 ? Shape::half_plane : Shape::plane, {&body, 1}, {&material, 1}, {}, {}, normal});
+    scene.add_contactors({1, dim == 2 ? Shape::half_plane : Shape::plane, {&body, 1}, {&material, 1}, {}, {}, normal});
   };
   plane(0, 1, std::numeric_limits<double>::infinity());
   if (lid) plane(2.0 * per_side, -1, 1000);
