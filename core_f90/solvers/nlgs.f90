@@ -50,7 +50,7 @@ contains
     real(c_double), pointer, contiguous :: delassus(:), state(:), packed(:)
     integer(c_int32_t), pointer, contiguous :: body_a(:), body_b(:)
     procedure(law_solve), pointer :: solve
-    integer :: n, c, va, vb, u, dr, w, columns
+    integer :: n, c, va, vb, u, dr, w, columns, i
     if (batch%pack > 0) then
       n = batch%count
       call c_f_pointer(batch%frame, packed, [batch%pack*n])
@@ -73,7 +73,9 @@ contains
     columns = merge(2, c*c, batch%block == 0)
     call c_f_pointer(batch%delassus, delassus, [columns*n])
     if (batch%relaxes /= 0) then
-      work(w:w + columns*n - 1) = delassus*(1/relaxation)
+      do concurrent (i = 1:columns*n) ! no array expression: both may be the same memory for all the compiler knows
+        work(w + i - 1) = delassus(i)*(1/relaxation)
+      end do
       delassus => work(w:w + columns*n - 1)
     end if
     if (c_associated(batch%state)) then

@@ -8,6 +8,20 @@
 
 namespace cairn {
 
+// Room that one solve leaves to the next.
+struct ActiveSetMemory {
+  struct Unknown {
+    double* r;       // impulse it stands for: the normal one where it slips
+    const double* u; // relative velocity that must vanish, bias included
+    double* slip[2]; // tangential impulses that follow it, or null
+    double along[2]; // how
+    double scale;    // diagonal of W
+  };
+  std::vector<Unknown> unknowns;
+  std::vector<double> u, matrix, right, kept, best;
+  std::vector<int> row, column;
+};
+
 // Blocks of W lose the light part beside the heavy one, so W only gives directions: what is left over is always read
 // from the velocities of bodies, and the matrix is used again to correct it. Unknowns that the others determine
 // (hyperstatic contacts) keep the impulse they have: complete pivoting finds them.
@@ -16,20 +30,16 @@ public:
   // measure: square of the error of the impulses at hand, records up to date
   ActiveSet(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
             std::function<double()> measure)
-      : system_(system), schedule_(schedule), velocity_free_(velocity_free), measure_(std::move(measure)) {}
+      : system_(system), schedule_(schedule), velocity_free_(velocity_free), measure_(std::move(measure)),
+        memory_(room(system)) {}
 
   // Impulses of a smaller error than `error`, which is returned; untouched, and `error` itself, if there are none or
   // the scene is too large.
   double improve(double error, double wanted);
 
 private:
-  struct Unknown {
-    double* r;       // impulse it stands for: the normal one where it slips
-    const double* u; // relative velocity that must vanish, bias included
-    double* slip[2]; // tangential impulses that follow it, or null
-    double along[2]; // how
-    double scale;    // diagonal of W
-  };
+  using Unknown = ActiveSetMemory::Unknown;
+  static ActiveSetMemory& room(ContactSystem& system);
   bool choose(); // what sticks, slips and is open, from the impulses at hand; false if there are too many unknowns
   void choose_contact(const cairn_batch& b, int lane, double* u);
   void read_velocities();
@@ -38,16 +48,14 @@ private:
   void factor();
   bool correct(); // one correction; false when it changed nothing
   void apply(const Unknown& unknown, double change);
-  std::vector<double> impulses() const;
+  void keep(std::vector<double>& impulses) const;
   void set(const std::vector<double>& impulses);
 
   ContactSystem& system_;
   const cairn_schedule& schedule_;
   const Field<double>& velocity_free_;
   std::function<double()> measure_;
-  std::vector<Unknown> unknowns_;
-  std::vector<double> u_, matrix_, right_;
-  std::vector<int> row_, column_;
+  ActiveSetMemory& memory_;
   int rank_ = 0;
 };
 

@@ -90,7 +90,7 @@ TEST_P(Solver, DoesNotSeeTheMargin) {
     s.detect_floor(std::int32_t(s.contactors.count - 1), k ? 0.3 : 0.1);
     Interactions i(dim);
     if (k == 0) {
-      s.step(i, coulomb(0.4), {1e-20, 1, 20, 1});
+      s.step(i, coulomb(0.4), {1e-20, 1, 3, 1});
       i.commit();
       given = i.memory();
     }
