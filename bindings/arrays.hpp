@@ -96,6 +96,7 @@ py::list describe(Holder& holder) {
   return rows;
 }
 
+void bind_elements(py::module_& m);
 void bind_laws(py::module_& m);
 void bind_problems(py::module_& m);
 void bind_reference(py::module_& m);

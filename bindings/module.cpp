@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, m) {
     info["flags"] = CAIRN_FLAGS;
     return info;
   });
+  bind_elements(m);
   bind_laws(m);
   bind_problems(m);
   bind_reference(m);

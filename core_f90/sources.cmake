@@ -20,6 +20,7 @@ set(CAIRN_CORE_SOURCES
   detection/polygon_contact.f90
   detection/separation.f90
   detection/wall_search.f90
+  elements/elastic_integrals.f90
   integrators/energy.f90
   integrators/rotation.f90
   integrators/theta.f90

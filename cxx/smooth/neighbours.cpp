@@ -12,7 +12,7 @@ namespace {
 int row_of(Shape a, Shape b) {
   for (std::size_t k = 0; k < std::size(smooth_pair_kinds); ++k)
     if (smooth_pair_kinds[k].a == a && smooth_pair_kinds[k].b == b) return int(k);
-  throw Error("neighbours: a pair of shapes without a row in pairs.def");
+  throw Error("SmoothDEM knows no contact of these shapes yet; use disks, spheres, walls and clumps of them, or NSCD");
 }
 
 // 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube is hollow.

@@ -285,6 +285,19 @@ void cairn_newton_weights(int32_t dim, int64_t n, const int64_t* place, const do
 void cairn_proximal_velocity(int64_t n, double alpha, const double* r, const double* centre, const double* u,
                              double* shifted);
 
+/* ------------------------------------------------------------------ finite elements
+ * n elements: x (dim, nodes, n); stiffness and mass (dofs, dofs, n), consistent; wrong (n) 1: flat or inside out;
+ * stress (3 | 6, n) in the middle, of displacements (dofs, n). */
+typedef void cairn_element_matrices(int64_t n, const double* x, double density, const double* elasticity,
+                                    double* stiffness, double* mass, int32_t* wrong);
+typedef void cairn_element_stress(int64_t n, const double* x, const double* elasticity, const double* displacement,
+                                  double* stress);
+#define CAIRN_ELEMENT(name, cell, dim, nodes)                                                                          \
+  cairn_element_matrices cairn_element_##name##_matrices;                                                              \
+  cairn_element_stress cairn_element_##name##_stress;
+#include "../../elements/elements.def"
+#undef CAIRN_ELEMENT
+
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,
                              int32_t has_offset, const double* offset, int32_t has_rotation, const double* rotation,
