@@ -19,7 +19,8 @@ class Resultants:
     """k joints that touch. blocks (k, 2) numbers; normal (k, dim) from the second to the first; force (k, dim) [N] on the
     first; pressure (k,) [N], its normal part; shear (k,) [N]; center (k, dim) [m], the middle of the contact points; thrust
     (k, dim) [m], where the resultant passes through the joint; eccentricity (k,), distance of the thrust from the middle over
-    that of the joint's border that way: 1 at the edge; points (k,), how many contact points."""
+    that of the contact points' border that way: 1 at the edge, and where a corner or an edge alone touches; points (k,), how
+    many contact points."""
 
     blocks: np.ndarray
     normal: np.ndarray
@@ -72,7 +73,7 @@ def joint_resultants(blocks, normal, point, force) -> Resultants:
     border = np.zeros(k)
     np.maximum.at(border, joint, np.einsum("ij,ij->i", point - center[joint], way[joint]))
     eccentricity = np.where(border > 0, reach / np.where(border > 0, border, 1.0), 0.0)
-    assert f.shape == (k, dim)
+    eccentricity[count < dim] = 1.0  # a corner, or in 3D an edge, is all that touches
     return Resultants(pairs, n, f, pressure, shear, center, thrust, eccentricity, count)
 
 

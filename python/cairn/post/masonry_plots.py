@@ -1,0 +1,102 @@
+"""Pictures of blocks and of what they carry: outlines coloured by stress, joint forces as lines, thrust lines."""
+
+import numpy as np
+
+from .plots import COMPRESSION, PALE, _pyplot
+
+
+def outlines(structure, axes=(0, 2)):
+    """The silhouette (m, 2) of each block where it is now, seen along the axis that is left out; polygons in 2D."""
+    blocks = structure.blocks
+    owner = np.repeat(np.arange(len(blocks)), [len(v) for v in blocks.vertices])
+    points = structure.moved(np.concatenate(blocks.vertices), owner)
+    stops = np.cumsum([len(v) for v in blocks.vertices])[:-1]
+    pieces = np.split(points, stops)
+    if structure.dim == 2:
+        return pieces
+    return [hull_2d(p[:, list(axes)]) for p in pieces]
+
+
+def hull_2d(points):
+    """Convex hull of points in a plane, anticlockwise (Andrew 1979)."""
+    p = points[np.lexsort((points[:, 1], points[:, 0]))]
+
+    def half(ordered):
+        kept = []
+        for q in ordered:
+            while len(kept) > 1 and np.linalg.det([kept[-1] - kept[-2], q - kept[-2]]) <= 0:
+                kept.pop()
+            kept.append(q)
+        return kept[:-1]
+
+    return np.array(half(p) + half(p[::-1]))
+
+
+def draw(structure, ax=None, what="stress", axes=(0, 2), forces=True, thrust=None, title=None, largest=None):
+    """Draws blocks, coloured by "stress" (the largest compression [MPa]), "displacement" [mm], an array (n,) or nothing
+    (None), with joint forces as lines whose width is their size. thrust: chain of blocks whose thrust line is drawn;
+    largest: value at the end of the colours. Returns the Axes."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    plt = _pyplot()
+    shapes = outlines(structure, axes)
+    low, high = np.min([s.min(axis=0) for s in shapes], axis=0), np.max([s.max(axis=0) for s in shapes], axis=0)
+    if ax is None:
+        ratio = (high - low)[1] / (high - low)[0]
+        ax = plt.subplots(figsize=(14.0, float(np.clip(14 * ratio + 0.8, 3, 12))), layout="constrained")[1]
+    free = ~structure.held
+    values, label = field(structure, what)
+    ax.add_collection(PolyCollection([s for s, h in zip(shapes, structure.held) if h], facecolors="#8a8578", linewidths=0))
+    front = [k for k in front_to_back(structure, axes) if free[k]]
+    line = min(0.4, 40.0 / np.sqrt(len(shapes)) / 10)
+    patches = PolyCollection([shapes[k] for k in front], edgecolors="#5a5346", linewidths=line, facecolors=PALE)
+    if values is not None:
+        patches.set(array=values[front], cmap="YlOrRd", clim=(0.0, largest or float(np.quantile(values[free], 0.995)) or 1.0))
+        ax.figure.colorbar(patches, ax=ax, label=label, shrink=0.7, pad=0.01)
+    ax.add_collection(patches)
+    if forces:
+        draw_forces(structure, ax, LineCollection, axes)
+    if thrust is not None:
+        t = structure.thrust_line(thrust)
+        t = t if structure.dim == 2 else t[:, list(axes)]
+        ax.plot(*t.T, "-", color=COMPRESSION, linewidth=1.8)
+    ax.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), title=title)
+    return ax
+
+
+def front_to_back(structure, axes):
+    """Blocks in the order to draw, those nearest to the eye last."""
+    if structure.dim == 2:
+        return range(len(structure.blocks))
+    away = next(k for k in range(3) if k not in axes)
+    return np.argsort(-structure.places()[0][:, away], kind="stable")
+
+
+def field(structure, what):
+    """Values (n,) and their label."""
+    if what is None or not isinstance(what, str):
+        return what, ""
+    if what == "displacement":
+        return structure.displacement() * 1e3, "displacement [mm]"
+    if what == "stress":
+        return -np.linalg.eigvalsh(structure.stress())[:, 0] / 1e6, "largest compression [MPa]"
+    raise ValueError(f'what is {what!r}: give "stress", "displacement", an array or None')
+
+
+def draw_forces(structure, ax, collection, axes):
+    """Lines from the centre of each block to the thrust in its joints, as wide as the force."""
+    r = structure.resultants()
+    loaded = r.pressure > 0
+    center, thrust, size = structure.places()[0], r.thrust[loaded], np.linalg.norm(r.force[loaded], axis=1)
+    if not len(size):
+        return
+    lines, widths = [], []
+    for side in (0, 1):
+        block = r.blocks[loaded, side]
+        seen = ~structure.held[block]
+        ends = np.stack((center[block], thrust), axis=1)[seen]
+        lines.append(ends if structure.dim == 2 else ends[:, :, list(axes)])
+        widths.append(size[seen])
+    widths = np.concatenate(widths)
+    widths = 2.5 * widths / np.quantile(widths, 0.999)
+    ax.add_collection(collection(np.concatenate(lines), linewidths=widths, colors="#1d2733", alpha=0.55))
