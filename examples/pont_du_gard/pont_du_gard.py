@@ -8,8 +8,8 @@ to which inertia and friction lead it.
 
 Rest is found by dynamic relaxation: the time steps are real ones, and whenever the kinetic energy has passed a peak, all
 velocities are set to zero (Cundall 1982). Few iterations a step and small steps reach rest much sooner than steps solved to
-the end: the momentum that they carry on spreads the forces through the bridge. What is left out of balance on each block, and the error of the contact problem
-itself, say how far it has come.
+the end: the momentum that they carry on spreads the forces through the bridge. What is left out of balance on each block,
+the reactions against the weight, and the error of the contact problem itself say how far it has come.
 
 Run it:  python pont_du_gard.py              760 blocks, ten seconds
          python pont_du_gard.py --full       35,000 blocks

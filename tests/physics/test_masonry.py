@@ -6,7 +6,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.post import limit_analysis
-from cairn.post.masonry import Structure, joint_resultants, tilted_gravity
+from cairn.post.masonry import Structure, joint_resultants, stands, tilted_gravity
 from cairn.pre import loads, masonry
 from report import judge
 
@@ -99,13 +99,13 @@ def test_tilted_panel_falls_where_limit_analysis_says(bond, mu):
     a = limit_analysis.Assembly(b, mu)
     limit = a.collapse(np.column_stack((a.mass * G, np.zeros(len(a.mass))))).multiplier
 
-    def stands(slope):
+    def upright(slope):
         s = simulated(b, mu, gravity=tilted_gravity(np.arctan(slope), 2), tol=1e-8)
         for _ in range(4):
             s.simulation.step()
         return s.balance()["speed"] < 1e-4 * G * s.simulation.time
 
-    slope = limit_analysis.bisect(stands, 0.8 * limit, 1.2 * limit, 0.005)
+    slope = limit_analysis.bisect(upright, 0.8 * limit, 1.2 * limit, 0.005)
     rubbing = 0.015 if bond == "stack" else 0.0
     judge(f"slope of {bond} bond, mu {mu}", slope, limit * (1 - rubbing), max(rubbing, 0.01))
 
@@ -165,3 +165,11 @@ def test_resultants_of_two_points():
     np.testing.assert_allclose(r.thrust, [[0.25, 0]])
     assert r.eccentricity == pytest.approx([0.5])
     assert r.hinges(0.4).tolist() == [0] and r.hinges(0.6).tolist() == [] and r.sliding(0.15).tolist() == [0]
+
+
+@pytest.mark.parametrize("share", [0.9, 1.2])
+def test_stands_tells_what_falls(share):
+    """A stack 2 wide and 8 high on a table tilted to less and to more than its slope of 2 / 8."""
+    b = masonry.panel(1, 8, brick=(2.0, 1.0), bond="stack")
+    s = simulated(b, 0.9, gravity=tilted_gravity(np.arctan(share / 4), 2), dt=5e-3, tol=1e-6)
+    assert stands(s, 2000) == (share < 1)

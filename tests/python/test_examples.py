@@ -19,10 +19,10 @@ def example(name):
     return module
 
 
-def ran(name, folder, *arguments):
+def ran(name, folder, *arguments, endings=(".vtkhdf", ".png", ".gif")):
     """Figures of an example run in a folder, once its pictures are seen to be there: name -> value."""
     figures = example(name).main(["--output", str(folder), *arguments])
-    for ending in (".vtkhdf", ".png", ".gif"):
+    for ending in endings:
         assert (folder / f"{name}{ending}").stat().st_size > 1000
     return {key: value for key, (value, _) in figures.items()}
 
@@ -91,3 +91,32 @@ def test_spheres_in_a_box(tmp_path):
     assert 0.3 < figures["  by the floor"] < 1.0
     assert 3.0 < figures["coordination number"] < 7.0
     assert figures["depth of the ball"] > 0.1
+
+
+def test_pont_du_gard(tmp_path):
+    figures = ran("pont_du_gard", tmp_path, "--bridge", "2", "--threads", "1", endings=(".vtkhdf", ".png", ".csv"))
+    assert figures["unbalanced"] <= 1e-3 and figures["error"] <= 1e-5 and figures["reaction_error"] <= 1e-5
+    assert figures["largest_displacement"] < 1e-3
+
+
+def test_arch_on_spreading_supports(tmp_path):
+    size = ["--voussoirs", "15", "--steps", "300", "--spread", "0.04", "--dt", "0.01"]
+    figures = ran("arch_on_spreading_supports", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    # the supports feel the least thrust, which grows a little as the crown comes down
+    assert figures["thrust / weight"] == pytest.approx(figures["least thrust / weight"], rel=0.1)
+    assert figures["greatest thrust / weight"] > 1.25 * figures["least thrust / weight"]
+    assert figures["hinges"] >= 3
+
+
+def test_leaning_wall(tmp_path):
+    figures = ran("leaning_wall", tmp_path, "--columns", "3", "--courses", "5", "--rate", "4", endings=(".vtkhdf", ".png"))
+    assert figures["angle of the fall"] == pytest.approx(figures["angle by limit analysis"], rel=0.05)
+    assert figures["largest moving set"] >= 1
+
+
+def test_rocking_column(tmp_path):
+    size = ["--drums", "3", "--sides", "8", "--seconds", "3.5", "--dt", "0.005"]
+    figures = ran("rocking_column", tmp_path, *size, "--peak", "0.35", endings=(".vtkhdf", ".png", "_record.csv"))
+    assert figures["stands"] == 1 and figures["widest open joint"] > 1e-3
+    calm = ran("rocking_column", tmp_path, *size, "--peak", "0.05", endings=(".vtkhdf",))
+    assert calm["largest drift of the top"] < 1e-4  # below b / h nothing lifts
