@@ -18,7 +18,13 @@ install(EXPORT CairnTargets NAMESPACE Cairn:: DESTINATION ${package})
 install(FILES ${PROJECT_BINARY_DIR}/fortran/cairn.mod DESTINATION ${modules})
 install(FILES fortran/cairn.f90 python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
-        FILES_MATCHING PATTERN "*.h")
+        FILES_MATCHING PATTERN "*.h" PATTERN "core.h" EXCLUDE)
+# core.h reads the lists beside it, which are one folder down once installed
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core_f90/include/cairn/core.h)
+file(READ core_f90/include/cairn/core.h core_header)
+string(REPLACE "#include \"../../" "#include \"core_f90/" core_header "${core_header}")
+file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed/core.h CONTENT "${core_header}" @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/installed/core.h DESTINATION ${headers})
 install(DIRECTORY cxx DESTINATION ${headers} FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def" PATTERN "include" EXCLUDE)
 install(DIRECTORY core_f90 DESTINATION ${headers} FILES_MATCHING PATTERN "*.def" PATTERN "include" EXCLUDE)
 

@@ -28,7 +28,8 @@ contains
     integer(c_int32_t), value        :: want_status !< 1: write the status of every contact too
     real(c_double), value            :: least_scale !< of one contact: what is smaller is not worth naming [J]
     real(c_double), intent(out)      :: sums(sums_size, *) !< per batch: sum |F|^2/rho, sum |r|^2/rho [J], largest
-    !< |F|^2/max(|r|^2, |F(0)|^2, |F|^2, least scale), its place in the batch from 1, largest (distance outside the cone/|r|)^2, unused
+    !< |F|^2/max(|r|^2, |F(0)|^2, |F|^2, least scale), its place in the batch from 1,
+    !< largest (distance outside the cone/|r|)^2, unused
     call all_batches(schedule, 2 + want_status, least_scale, sums)
   end subroutine cairn_contact_error
 
