@@ -19,41 +19,56 @@ from cairn import study
 
 HERE = Path(__file__).resolve().parent
 SCENES = HERE / "study"
-SWEEP = {"solvers": ["NLGS"], "tolerances": (0.3, 1e-1, 1e-2, 1e-3), "warm_start": (True,), "max_iter": 2000}
-STATISTICS = {"reference_dt_factor": 0.5, "states": 4, "runs": 8, "max_seconds": 120.0, "reference_tol": 1e-4}
-STEP = {"states": 6, "duration": 0.0}
+SWEEP = {
+    "solvers": ["NLGS"], "tolerances": (0.3, 0.1, 0.03, 0.01), "dt_factors": (1.0, 2.0), "warm_start": (True,), "max_iter": 2000,
+}
+STATISTICS = {
+    "one_step": False, "prepare_tol": 1e-2, "runs": 8, "max_seconds": 60.0, "reference_tol": 1e-3, "reference_dt_factor": 0.5,
+}
+STEP = {"states": 4, "duration": 0.0, "prepare_tol": 1e-2}
 # name: (tuned on [(scene, options)], held out (scene, options), figures, [(figure, accuracy)], sweep, protocol)
 CASES = {
-    "wall": (
-        [("wall", {})],
-        ("wall", {"disks": 130, "seed": 7, "friction": 0.6, "spread": 0.45, "width": 15}),
-        ["boundary_force:wall", "solid_fraction", "mean_height"],
-        [("solid_fraction", 1e-2), ("mean_height", 1e-2), ("boundary_force:wall", 0.2)],
-        {"dt_factors": (1.0, 2.0)},
-        STATISTICS,
-    ),
-    "flow": (
-        [("flow", {})],
-        ("flow", {"disks": 90, "seed": 5, "friction": 0.3, "spread": 0.35, "inertial": 0.15}),
-        ["solid_fraction", "shear_stress", "kinetic_energy"],
-        [("solid_fraction", 2e-2), ("shear_stress", 0.2)],
-        {"dt_factors": (1.0, 2.0), "tolerances": (0.3, 1e-1, 1e-2)},
-        {**STATISTICS, "reference_tol": 1e-3, "samples": 200},
-    ),
     "arch": (
-        [("arch", {})],
-        ("arch", {"voussoirs": 23, "friction": 0.5, "thickness": 0.25, "speed": 0.08, "span": 150.0}),
+        [("arch", {}), ("arch", {"voussoirs": 11, "friction": 0.8, "span": 150.0}), ("arch", {"voussoirs": 19, "speed": 0.08}),
+         ("arch", {"radius": 2.0, "thickness": 0.25})],
+        ("arch", {"voussoirs": 21, "friction": 0.6, "thickness": 0.25, "speed": 0.07, "span": 155.0, "radius": 1.5}),
         ["boundary_force:left support", "crown", "displacement"],
-        [("crown", 1e-4), ("displacement", 2e-2), ("boundary_force:left support", 5e-2)],
+        [("crown", 1e-3), ("displacement", 0.1), ("boundary_force:left support", 0.1)],
         {"dt_factors": (1.0, 2.0, 4.0)},
         {**STATISTICS, "samples": 100},
     ),
+    "wall": (
+        [("wall", {}), ("wall", {"courses": 5, "columns": 4, "friction": 0.5}), ("wall", {"frequency": 5.0, "acceleration": 4.5}),
+         ("wall", {"brick": (0.15, 0.1), "columns": 4})],
+        ("wall", {"courses": 7, "columns": 4, "brick": (0.22, 0.09), "friction": 0.55, "acceleration": 4.3, "frequency": 4.5}),
+        ["displacement", "mean_height", "boundary_force"],
+        [("displacement", 0.1), ("mean_height", 5e-3), ("boundary_force", 5e-2)],
+        {},
+        STATISTICS,
+    ),
+    "heap": (
+        [("heap", {}), ("heap", {"disks": 60, "seed": 2, "width": 10}), ("heap", {"seed": 3, "friction": 0.6, "spread": 0.4})],
+        ("heap", {"disks": 110, "seed": 7, "friction": 0.5, "spread": 0.35, "width": 14}),
+        ["boundary_force:wall", "solid_fraction", "mean_height"],
+        [("solid_fraction", 2e-2), ("mean_height", 2e-2), ("boundary_force:wall", 0.1)],
+        {},
+        STATISTICS,
+    ),
+    "flow": (
+        [("flow", {}), ("flow", {"seed": 2, "friction": 0.5, "inertial": 0.15}),
+         ("flow", {"disks": 45, "seed": 3, "spread": 0.3})],
+        ("flow", {"disks": 80, "seed": 5, "friction": 0.3, "spread": 0.25, "inertial": 0.12}),
+        ["solid_fraction", "shear_stress", "kinetic_energy"],
+        [("solid_fraction", 5e-2), ("solid_fraction", 1e-3), ("shear_stress", 0.5)],
+        {},
+        {**STATISTICS, "samples": 200},
+    ),
     "one step": (
-        [("wall", {}), ("flow", {}), ("arch", {})],
+        [("wall", {}), ("heap", {}), ("flow", {}), ("arch", {})],
         ("spheres", {}),
         [],
-        [("step_velocity", 0.1), ("step_velocity", 1e-2), ("step_velocity", 1e-3), ("step_boundary_force", 1e-2)],
-        {"tolerances": (0.3, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5), "max_iter": 100_000},
+        [("step_velocity", 0.5), ("step_velocity", 0.1), ("step_velocity", 1e-2), ("step_boundary_force", 0.1)],
+        {"tolerances": (0.3, 1e-1, 1e-2, 1e-3, 1e-4), "dt_factors": (1.0,), "warm_start": (False,), "max_iter": 50_000},
         STEP,
     ),
 }
@@ -66,10 +81,13 @@ COLUMNS = (
 def tune(name, folder, workers):
     """The study of a case on the scenes that it may see."""
     tuned, _, figures, _, sweep, protocol = CASES[name]
-    return study.run(
-        [SCENES / f"{scene}.py" for scene, _ in tuned], folder / f"{name} tuned", figures=figures, sweep={**SWEEP, **sweep},
-        workers=workers, say=_say, **protocol,
+    scenes = [(SCENES / f"{scene}.py", options) for scene, options in tuned]
+    s = study.run(
+        scenes, folder / f"{name} tuned", figures=figures, sweep={**SWEEP, **sweep}, workers=workers, say=_say, **protocol
     )
+    if not s.whole:
+        raise KeyboardInterrupt
+    return s
 
 
 def try_out(name, folder, workers, recommended):
@@ -85,8 +103,14 @@ def try_out(name, folder, workers, recommended):
             SCENES / f"{scene}.py", folder / f"{name} held out", options=options, figures=figures, sweep=only, workers=workers,
             say=_say, **protocol,
         )
+        if not found.whole:
+            raise KeyboardInterrupt
         rows += found.table
     return rows
+
+
+def _name(scene, options):
+    return " ".join([scene, *(f"{key}={value}" for key, value in options.items())])
 
 
 def _say(text):
@@ -99,12 +123,12 @@ def case(name, folder, workers):
     s = tune(name, folder, workers)
     found = [s.recommend(accuracy, of) for of, accuracy in asked]
     held = try_out(name, folder, workers, [f.setting for f in found if f])
-    on = " ".join(scene for scene, _ in tuned)
+    on = ", ".join(_name(*target) for target in tuned)
     out = []
     for f in found:
         row = {"case": name, "figure": f.of, "accuracy": f.accuracy, "tuned_on": on, "said": f.reason}
         row["tuned_floor"] = f"{f.floor:.2g}"
-        row["held_out"] = " ".join([scene, *(f"{key}={value}" for key, value in options.items())])
+        row["held_out"] = _name(scene, options)
         if f:
             there = next(r for r in held if r["figure"] == f.of and r["setting"] == f.setting.key())
             dearest = max(r["cpu_seconds"] for r in s.table if r["figure"] == f.of)

@@ -1,19 +1,34 @@
-"""A wall pushed slowly into a settled heap of disks: the thrust of the ground on it."""
+"""A masonry wall of dry bricks in running bond on a base that shakes: how far the bricks move, and what the base bears."""
 
 import cairn as cn
+import numpy as np
 
-DT, PREPARE, DURATION = 1e-3, 0.3, 0.2  # [s]
-DIAMETER, GRAVITY = 0.02, 9.81
+DT, PREPARE, DURATION = 1e-3, 0.3, 0.3  # [s]
 
 
-def build(disks=80, seed=1, friction=0.4, spread=0.3, speed=0.1, width=12):
-    """width: of the box in diameters. speed: of the wall [m/s]. spread: of the radii."""
-    radii = cn.pre.grains.uniform(disks, DIAMETER / 2 * (1 - spread), DIAMETER / 2 * (1 + spread), rng=seed)
-    length = width * DIAMETER
-    soil = cn.Material("soil", density=2000.0)
-    scene = cn.Scene(dim=2, gravity=(0.0, -GRAVITY))
-    scene.add(cn.disks(cn.pre.deposit_disks(radii, length), radii, soil))
-    scene.add(cn.wall((0, 0), (1, 0), soil, velocity=(speed, 0.0), group="wall"))
-    scene.add(cn.wall((length, 0), (-1, 0), soil), cn.wall((0, 0), (0, 1), soil))
-    scene.interact(soil, soil, cn.Coulomb(mu=friction))
+def build(courses=6, columns=5, brick=(0.2, 0.1), friction=0.6, acceleration=4.0, frequency=4.0):
+    """brick: length and height [m]. acceleration: greatest of the base [m/s2]. frequency [Hz]."""
+    stone = cn.Material("stone", density=1800.0)
+    length, height = brick
+    bricks = []
+    for course in range(courses):
+        edges = np.arange(columns + 1) * length
+        if course % 2:
+            edges = np.concatenate(([0.0], edges[:-1] + length / 2, edges[-1:]))
+        low, high = course * height, (course + 1) * height
+        bricks += [np.array([(a, low), (b, low), (b, high), (a, high)]) for a, b in zip(edges, edges[1:])]
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.polygons(bricks, stone))
+    turn = 2 * np.pi * frequency
+
+    def shaken(t):
+        return (acceleration / turn * np.sin(turn * t), 0.0)
+
+    scene.add(cn.wall((0, 0), (0, 1), stone, velocity=shaken, group="base"))
+    scene.interact(stone, stone, cn.Coulomb(mu=friction))
     return scene
+
+
+def figure_top(sim):
+    """Height of the highest brick's centre [m]."""
+    return float(sim.bodies.position[:, 1].max())

@@ -6,6 +6,8 @@ DESCRIPTION = "measure the trade between speed and accuracy of a scene or of pro
 EXAMPLES = """\
 cairn study pile.py --duration 0.5 --accuracy 1e-2 --of solid_fraction
                                              pile.py defines build() -> cn.Scene
+cairn study pile.py:seed=1 pile.py:seed=2 pile.py:friction=0.6 --accuracy 1e-2 --of solid_fraction
+                                             a setting for other scenes of the kind
 cairn study pile.scene.h5 --dt 1e-3 --prepare 1.0 --accuracy 1e-3 --of step_velocity
 cairn study pile.py --solvers NLGS --tolerances 1e-1 1e-2 1e-3 --dt-factors 0.5 1 2 --warm-start both --plot
 cairn study *.hdf5 --solvers nlgs --tolerances 1e-4 1e-8 --accuracy 1e-4 --of true_error --plot
@@ -15,7 +17,10 @@ cairn study pile.py --plan                   what would be done, and what is don
 def add_parser(add, commands):
     """The parser of `cairn study`; add: how the command line makes one."""
     parser = add(commands, "study", DESCRIPTION, EXAMPLES)
-    parser.add_argument("what", nargs="+", metavar="SCENE_OR_PROBLEM", help="scenes, .py files with build(), or problems")
+    parser.add_argument(
+        "what", nargs="+", metavar="SCENE_OR_PROBLEM",
+        help="scenes, .py files with build() (pile.py:disks=30,seed=2 gives it options), or problems",
+    )
     parser.add_argument("--folder", "-o", help="for rows, tables and pictures (default: NAME.study beside the first)")
     parser.add_argument("--workers", "-j", type=int, help="processes side by side (default: cores)")
     parser.add_argument("--plan", action="store_true", help="say what would be done, and end")
@@ -25,6 +30,7 @@ def add_parser(add, commands):
     asked.add_argument("--accuracy", type=float, help="relative error to stay within")
     asked.add_argument("--of", metavar="FIGURE", help="figure that is to be accurate: of --figure, step_velocity, ...")
     asked.add_argument("--figure", action="append", metavar="FIGURE", help="to measure (again for more); 'list' lists them")
+    asked.add_argument("--here", action="store_true", help="on these scenes alone, without a margin for others like them")
     sweep = parser.add_argument_group("what is swept")
     sweep.add_argument("--solvers", nargs="+", help="default: all that there are")
     sweep.add_argument("--tolerances", nargs="+", type=float, default=(1e-1, 1e-2, 1e-3, 1e-4), help="default: 1e-1 to 1e-4")
@@ -60,7 +66,7 @@ def study(options):
     call = dict(_call(options))
     if options.plan:
         return _plan(options, call)
-    s = run(options.what, options.folder, progress=not options.quiet, workers=options.workers, **call)
+    s = run(call.pop("what"), options.folder, progress=not options.quiet, workers=options.workers, **call)
     print(s)
     if not s.whole:
         return 130
@@ -69,7 +75,7 @@ def study(options):
     print(f"tables: {s.folder / 'table.csv'}, {s.folder / 'study.h5'}")
     if options.accuracy is None:
         return 0
-    found = s.recommend(options.accuracy, options.of)
+    found = s.recommend(options.accuracy, options.of, options.here)
     print(found)
     return 0 if found else 3
 
@@ -78,6 +84,7 @@ def _call(options):
     figures = options.figure
     if figures is None and options.of and not options.of.startswith("step_"):
         figures = None if options.of in ("true_error", "velocity") else [options.of]
+    yield "what", [_with_options(text) for text in options.what]
     yield "figures", figures
     yield "options", dict(_pair(text) for text in options.option)
     yield "dt", options.dt
@@ -94,13 +101,19 @@ def _call(options):
     yield "one_step", not options.no_one_step
 
 
+def _with_options(text):
+    """pile.py, or (pile.py, options) of pile.py:disks=30,seed=2."""
+    path, ending, options = text.partition(".py:")
+    return (path + ".py", dict(_pair(word) for word in options.split(","))) if ending else text
+
+
 def _pair(text):
     """('disks', 30) of 'disks=30'."""
     import ast
 
     name, equals, value = text.partition("=")
     if not equals:
-        raise ValueError(f"--option {text}: give NAME=VALUE, --option disks=30 say")
+        raise ValueError(f"{text!r} is no option of build(): give NAME=VALUE, disks=30 say")
     try:
         return name, ast.literal_eval(value)
     except (ValueError, SyntaxError):
@@ -110,7 +123,7 @@ def _pair(text):
 def _plan(options, call):
     from .study import planned
 
-    for kind, (total, missing) in planned(options.what, options.folder, **call).items():
+    for kind, (total, missing) in planned(call.pop("what"), options.folder, **call).items():
         print(f"{kind:20s} {total:6d}, of which {missing} are to be made")
     return 0
 

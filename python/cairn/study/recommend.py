@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from .measures import upper_bound
 from .settings import Setting
 
 
@@ -14,7 +15,7 @@ from .settings import Setting
 class Recommendation:
     """What is recommended for an accuracy of a figure; false if nothing is.
 
-    setting: the Setting or None. error, upper: the largest over the targets of the measured error and of what it may be.
+    setting: the Setting or None. error: the largest measured over the targets. upper: the largest that the error may be.
     floor: noise below which nothing can be said. cpu_seconds: geometric mean over the targets. dt: {target: step [s]}.
     reason: why nothing is recommended. words: all of it said.
     """
@@ -42,11 +43,13 @@ class Recommendation:
         return self.setting.line() if self.setting and self.dt else ""
 
 
-def recommend(table, accuracy, of):
+def recommend(table, accuracy, of, here=False):
     """The Recommendation from a table (see measures.table) for an accuracy of the figure `of`.
 
     A setting counts only if what its error may be (upper) is within the accuracy on every target, and so it is for each
     tighter tolerance of the same family: one that is good by luck is not taken. Below the noise floor none is taken.
+    Unless `here`, it is to hold on scenes that were not studied, too: upper is then a one-sided 95% prediction interval over
+    the scenes, in logarithms, three times the largest error if there is one scene alone. Of problems only those studied count.
     """
     if not 0 < accuracy < math.inf:
         raise ValueError(f"accuracy is {accuracy}: give a positive number, 1e-3 say")
@@ -60,7 +63,8 @@ def recommend(table, accuracy, of):
     if not floor <= accuracy:
         reason = _below_the_floor(rows, accuracy, of, floor)
         return Recommendation(**empty, reason=reason, words=reason)
-    settings = _over_targets(rows, targets)
+    here = here or rows[0]["kind"] == "problem"
+    settings = _over_targets(rows, targets, here, floor)
     good = [s for s in settings if s["upper"] <= accuracy and _tighter_too(s, settings, accuracy)]
     if rows[0]["kind"] == "step":  # one step cannot judge the time step: the scene's own, or the nearest that was tried
         nearest = min((abs(math.log(s["dt_factor"])) for s in settings), default=0.0)
@@ -70,14 +74,14 @@ def recommend(table, accuracy, of):
         return Recommendation(**empty, reason=reason, words=reason)
     best = min(good, key=lambda s: s["cpu_seconds"])
     setting = Setting(*(best[f.name] for f in dataclasses.fields(Setting)))
+    words = _said(setting, best, rows[0]["kind"], accuracy, of, floor, settings) + ("" if here else _elsewhere(len(targets)))
     return Recommendation(
-        accuracy, of, setting, best["error"], best["upper"], floor, best["cpu_seconds"], best["dt"], "",
-        _said(setting, best, rows[0]["kind"], accuracy, of, floor, settings),
+        accuracy, of, setting, best["error"], best["upper"], floor, best["cpu_seconds"], best["dt"], "", words
     )
 
 
-def _over_targets(rows, targets):
-    """Each setting that was measured on every target: largest error and upper, geometric mean of the cost."""
+def _over_targets(rows, targets, here, floor):
+    """Each setting that was measured on every target: largest error, what it may be, geometric mean of the cost."""
     settings = {}
     for row in rows:
         settings.setdefault(row["setting"], {})[row["target"]] = row
@@ -86,9 +90,11 @@ def _over_targets(rows, targets):
         if len(each) < len(targets) or not all(math.isfinite(row["upper"]) for row in each.values()):
             continue
         first = next(iter(each.values()))
+        uppers = [row["upper"] for row in each.values()]
+        bound = max(uppers) if here else max([*uppers, upper_bound(uppers, floor)])
         out.append({
             **{f.name: _typed(f.name, first[f.name]) for f in dataclasses.fields(Setting)},
-            "error": max(row["error"] for row in each.values()), "upper": max(row["upper"] for row in each.values()),
+            "error": max(row["error"] for row in each.values()), "upper": bound,
             "cpu_seconds": float(np.exp(np.mean([math.log(row["cpu_seconds"]) for row in each.values()]))),
             "dt": {name: row["dt"] for name, row in each.items() if row.get("dt") is not None},
             "not_converged": sum(row["not_converged"] for row in each.values()), "steps": sum(r["steps"] for r in each.values()),
@@ -131,6 +137,12 @@ def _none_attains(settings, accuracy, of):
         f": the best, {best['solver']} at tol = {best['tol']:g}, may err by {best['upper']:.2g} (measured: {best['error']:.2g}). "
         "Try tighter tolerances or a smaller time step"
     )
+
+
+def _elsewhere(targets):
+    if targets == 1:
+        return "\n  the margin for scenes that were not studied is a factor of 3: study several scenes of the kind to know it"
+    return f"\n  the margin is for a scene that was not studied, from how {targets} scenes differ"
 
 
 def _said(setting, best, kind, accuracy, of, floor, settings):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from pathlib import Path
 
 from . import figures as builtin
@@ -19,7 +20,8 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
     """Sweeps settings over scenes or problems and returns a Study. What an earlier run left in the folder is not done again.
 
     what: paths (or one) of scenes of Scene.save, of .py files that define build(**options) -> Scene or Simulation, or of
-    frictional contact problems; or a Scene. folder: for rows and tables (default: <first name>.study beside the first).
+    frictional contact problems; or a Scene. A pair (path, options) is a .py with options of its own.
+    folder: for rows and tables (default: <first name>.study beside the first).
     figures: names of figures.SUMMARY or of functions figure_<name>(sim) in the .py file. options: of build. dt: time step of
     the scenes [s]; a .py may set DT, or return a Simulation, which has one.
     sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter. workers: processes (default: cores).
@@ -48,11 +50,8 @@ def planned(what, folder=None, *, figures=None, options=None, dt=None, sweep=Non
     """What run() would do: {kind of task: (all, those not done yet)}. Computes nothing."""
     folder, _, plan = _planned(what, folder, figures, options, dt, sweep, protocol)
     known = store.read_rows(folder)
-    out = {}
-    for task in plan.tasks():
-        total, missing = out.get(task["kind"], (0, 0))
-        out[task["kind"]] = total + 1, missing + (not _is_done(task, known))
-    return out
+    missing = Counter(task["kind"] for stage in _waiting(plan, known) for task in stage)
+    return {kind: (total, missing[kind]) for kind, total in Counter(task["kind"] for task in plan.tasks()).items()}
 
 
 def _planned(what, folder, figures, options, dt, sweep, protocol):
@@ -72,15 +71,17 @@ def _targets(what, folder, options, dt):
         path = Path(folder) / "scene.h5"
         what.save(path)
         what = [path]
-    paths = [what] if isinstance(what, (str, os.PathLike)) else list(what)
-    if not paths:
+    items = [what] if isinstance(what, (str, os.PathLike)) else list(what)
+    if not items:
         raise ValueError("say what to study: a scene, a .py file that defines build(), or problems")
-    folder = Path(paths[0]).with_suffix(".study") if folder is None else folder
-    targets = [Target(path, options if str(path).endswith(".py") else None, dt) for path in paths]
+    pairs = [item if isinstance(item, tuple) else (item, None) for item in items]
+    folder = Path(pairs[0][0]).with_suffix(".study") if folder is None else folder
+    common = dict(options or {})
+    targets = [Target(path, common if str(path).endswith(".py") else None, dt, own) for path, own in pairs]
     names = [target.name for target in targets]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"two files are named {name}: rows are kept by name, so give them different ones")
+            raise ValueError(f"two targets are named {name}: rows are kept by name, so give other files or options")
     kinds = {target.kind == "problem" for target in targets}
     if len(kinds) > 1:
         raise ValueError("scenes and problems have other errors: study them apart")
@@ -113,9 +114,19 @@ def _say_changed(rows, targets, say):
             say(f"{target.name} has changed since it was studied: its {len(old)} rows are set aside, it starts anew")
 
 
-def _is_done(task, rows):
-    files = task.get("files") or ([task["file"]] if task["kind"].endswith("_reference") else [])
-    if not all(os.path.exists(file) for file in files):
+def _waiting(plan, rows):
+    """Stages of the tasks that are not done. What only they need of states and references is made again where it is gone."""
+    needed, stages = set(), []
+    for stage in reversed(plan.stages):
+        missing = [task for task in stage if not _is_done(task, rows, needed)]
+        needed |= {task[name] for task in missing for name in ("state", "file") if name in task}
+        stages.insert(0, missing)
+    return stages
+
+
+def _is_done(task, rows, needed):
+    made = task.get("files") or ([task["file"]] if task["kind"].endswith("_reference") else [])
+    if any(file in needed and not os.path.exists(file) for file in made):
         return False
     row = rows.get(task["row"]["key"])
     return row is not None and all(name in row for name in task.get("figures", ()))
@@ -126,7 +137,7 @@ def _do(plan, rows, workers, progress, say):
     from .. import __version__
     from ..progress import Progress, StopAtSignal
 
-    waiting = [[task for task in stage if not _is_done(task, rows.rows)] for stage in plan.stages]
+    waiting = _waiting(plan, rows.rows)
     count, total = sum(map(len, waiting)), len(plan.tasks())
     if count == 0:
         say(f"all {total} measurements are there already: nothing is computed")
@@ -162,11 +173,14 @@ class Study:
         """Names of the figures that have errors."""
         return list(dict.fromkeys(row["figure"] for row in self.table))
 
-    def recommend(self, accuracy, of):
-        """The cheapest setting whose error of the figure `of` surely stays within accuracy: a Recommendation."""
+    def recommend(self, accuracy, of, here=False):
+        """The cheapest setting whose error of the figure `of` surely stays within accuracy: a Recommendation.
+
+        here: on the scenes of the study alone; otherwise with a margin for others like them.
+        """
         from .recommend import recommend
 
-        return recommend(self.table, accuracy, of)
+        return recommend(self.table, accuracy, of, here)
 
     def profile(self, accuracy, of):
         """Performance profile of the solvers over the targets, {solver: (tau, share)}, at an accuracy of a figure."""

@@ -13,17 +13,17 @@ from .settings import digest
 
 
 class Target:
-    """One scene or problem of a study. path: of its file. options: what build(**options) gets.
+    """One scene or problem of a study. path: of its file. options, own: what build(**options) gets; own ones name the target.
 
     kind: "scene" (Scene.save), "script" (a .py that defines build) or "problem". fingerprint: changes with what is studied.
     dt: the scene's own time step [s] or None.
     """
 
-    def __init__(self, path, options=None, dt=None):
-        self.path, self.options = Path(path), dict(options or {})
+    def __init__(self, path, options=None, dt=None, own=None):
+        self.path, self.options = Path(path), {**(options or {}), **(own or {})}
         if not self.path.is_file():
             raise ValueError(f"{path}: there is no such file; give a scene, a .py that defines build(), or a problem")
-        self.name, self._dt = self.path.name, dt
+        self.name, self._dt = " ".join([self.path.name, *(f"{name}={value}" for name, value in (own or {}).items())]), dt
         self.kind = _kind(self.path)
         self._module = self._built = None
         if self.kind == "script":

@@ -72,9 +72,10 @@ def prepare(task):
                 sim.checkpoint(file)
         if n == steps:
             break
-        start = time.process_time()
-        info = sim.step()
-        cpu += time.process_time() - start
+        info, spent = _timed(sim)
+        if info is None:
+            raise ValueError(f"step {n} of the preparation cannot be made: take a smaller time step, or a tighter prepare_tol")
+        cpu += spent
         failed += info["status"] != "converged"
         if after is not None:
             after(sim)
@@ -82,12 +83,24 @@ def prepare(task):
     return {"cpu_seconds": cpu, "steps": steps, "not_converged": failed}
 
 
+def _timed(sim):
+    """One step: (its report, CPU seconds); the report is None if the scene has gone where no step can be made."""
+    from .. import Error
+
+    start = time.process_time()
+    try:
+        info = sim.step()
+    except Error:  # a setting that lets the scene blow up is an outcome, not an end of the study
+        info = None
+    return info, time.process_time() - start
+
+
 def _one_step(sim):
     """State after one step: velocities, momentum that contacts gave, forces on the boundaries."""
     parts, free = boundary_parts(sim)
-    start = time.process_time()
-    info = sim.step()
-    cpu = time.process_time() - start
+    info, cpu = _timed(sim)
+    if info is None:
+        raise ValueError("from this state no step can be made")
     dim = sim.scene.dim
     return info, cpu, {
         "velocity": sim.bodies.velocity[free, :dim],
@@ -185,11 +198,13 @@ def statistics(task):
     steps = max(2, int(round(task["seconds"] / sim.dt)))
     first = steps - max(1, int(round(steps * task["averaged"])))
     every = max(1, (steps - first) // task["samples"])
-    cpu, failed, iterations, worst, taken = 0.0, 0, 0, 0.0, 0
+    cpu, failed, iterations, worst, taken, contacts = 0.0, 0, 0, 0.0, 0, None
     for n in range(1, steps + 1):
-        start = time.process_time()
-        info = sim.step()
-        cpu += time.process_time() - start
+        info, spent = _timed(sim)
+        cpu += spent
+        if info is None:
+            break
+        contacts = info["contacts"]
         taken, iterations, worst = n, iterations + info["iterations"], max(worst, info["error"])
         failed += info["status"] != "converged"
         if after is not None:
@@ -202,9 +217,9 @@ def statistics(task):
             break
     whole = taken == steps
     return {
-        "cpu_seconds": cpu, "steps": taken, "not_converged": failed, "error": worst, "contacts": info["contacts"],
+        "cpu_seconds": cpu, "steps": taken, "not_converged": failed, "error": worst, "contacts": contacts,
         "iterations": iterations, "stopped": int(not whole),
-        **{name: value if whole else float("nan") for name, value in recorder.values().items()},
+        **(recorder.values() if whole else dict.fromkeys(task["figures"], float("nan"))),
         **{f"scale_{name}": value for name, value in recorder.scales().items()},
     }
 
