@@ -103,6 +103,7 @@ def test_one_more_error_stays_below_its_bound():
         held += errors[4] <= measures.upper_bound(errors[:4], 1e-12)
     assert abs(held / 2000 - 0.95) < 0.02
     assert measures.upper_bound([1e-9, 1e-9], 1e-4) == pytest.approx(1e-4)  # below the floor counts as the floor
+    assert 1e-2 < measures.upper_bound([1e-15, 1e-2, 1e-2, 1e-2], 1e-15) < 0.2  # one that is exact makes the others no worse
 
 
 # ------------------------------------------------------------------ profiles

@@ -48,9 +48,11 @@ def paired_error(values, reference, scale, confidence=CONFIDENCE):
 def upper_bound(errors, floor, confidence=CONFIDENCE):
     """What one more error of the same kind stays below: one-sided prediction interval of errors that spread over decades.
 
-    Errors below the floor count as the floor. With one error alone, nothing is known of their spread: three times it.
+    Errors below the floor count as the floor, and those below a tenth of the largest as that: an answer that happens to be
+    exact tells nothing of the others. With one error alone, nothing is known of their spread: three times it.
     """
-    logs = np.log(np.maximum(np.asarray(errors, float), max(floor, np.finfo(float).tiny)))
+    errors = np.asarray(errors, float)
+    logs = np.log(np.maximum(errors, max(floor, errors.max() / 10, np.finfo(float).tiny)))
     n = len(logs)
     if n == 1:
         return 3 * float(np.exp(logs[0]))

@@ -20,7 +20,7 @@ def work_precision(table, of, accuracy=None):
         raise ValueError(f"the study has no figure {of!r}: it has {known}")
     targets = list(dict.fromkeys(row["target"] for row in rows))
     solvers = list(dict.fromkeys(row["solver"] for row in rows))
-    columns = min(len(targets), 3)
+    columns = 2 if len(targets) in (2, 4) else min(len(targets), 3)
     lines = -(-len(targets) // columns)
     figure = Figure(figsize=(5.2 * columns, 4.2 * lines), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
@@ -29,11 +29,12 @@ def work_precision(table, of, accuracy=None):
         _one_target(ax, here, solvers)
         floor = max(row["floor"] for row in here)
         if np.isfinite(floor) and floor > 0:
-            ax.axhspan(ax.get_ylim()[0], floor, color="grey", alpha=0.15, lw=0, label=f"noise floor {floor:.1g}")
             ax.set_ylim(bottom=min(ax.get_ylim()[0], floor / 2))
+            ax.axhspan(ax.get_ylim()[0], floor, color="grey", alpha=0.15, lw=0, label=f"noise floor {floor:.1g}")
         if accuracy is not None:
             ax.axhline(accuracy, color="black", lw=0.8, ls=":", label=f"asked {accuracy:g}")
-        ax.set(title=target, xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of}")
+        ax.set_title(target, fontsize=9)
+        ax.set(xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of}")
         ax.legend(fontsize=8, frameon=False)
     for ax in axes[len(targets) :]:
         ax.set_axis_off()
