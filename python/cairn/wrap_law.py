@@ -89,7 +89,7 @@ def _adapter(path, given):
         "PARAMETERS": given.get("parameters", ""),
         "STATE": given.get("state", ""),
     }
-    text = (files("cairn") / "plugs" / "adapter.c").read_text(encoding="utf-8")
+    text = (files("cairn") / "plugs" / "adapter.c.in").read_text(encoding="utf-8")
     return re.sub(r"@([A-Z0-9_]+)@", lambda m: values[m[1]], text)
 
 
