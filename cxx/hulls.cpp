@@ -220,7 +220,12 @@ void Hulls::add_polyhedron(const HullBatch& batch, std::int64_t which) {
   for (std::int64_t f = batch.first_face[which]; f < batch.first_face[which + 1]; ++f)
     b.take_face(batch.corner.subspan(batch.first_corner[f], batch.first_corner[f + 1] - batch.first_corner[f]),
                 f - batch.first_face[which]);
+  const std::size_t planes = b.planes.size();
   b.make_loops();
+  if (b.planes.size() < 4 && planes > 3)
+    refuse(which,
+           "its faces leave vertices with fewer than three planes: it is not closed; add the missing faces or fill "
+           "the holes");
   if (b.planes.size() < 4)
     refuse(which, "its faces lie in " + std::to_string(b.planes.size()) + " planes: it has no volume");
 

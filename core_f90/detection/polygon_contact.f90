@@ -22,7 +22,8 @@ module polygon_contact
 contains
 
   !> Largest separation along the outward normals of p, q standing at `at`, and the vertex of q that is deepest there. The
-  !> deepest vertex turns with the sides (Shamos 1978).
+  !> deepest vertex turns with the sides (Shamos 1978); where they turn by much, all are looked at, since half a turn may
+  !> begin along a side of q, which leads nowhere.
   pure subroutine best_side(p, q, at, best, which, deepest)
     type(solid), intent(in) :: p, q
     real(c_double), intent(in) :: at(2)
@@ -30,13 +31,16 @@ contains
     integer, intent(out) :: which, deepest
     integer :: i, j, next, step
     real(c_double) :: low, height
+    logical :: anew
     best = -huge(best)
     which = 1
     deepest = 1
     j = 1
     do i = 1, p%faces
       low = dot_product(p%normal(i, :), q%v(j, :))
-      if (i == 1) then
+      anew = i == 1
+      if (i > 1) anew = dot_product(p%normal(i, :), p%normal(i - 1, :)) < 0.5_c_double
+      if (anew) then
         do next = 1, q%vertices
           height = dot_product(p%normal(i, :), q%v(next, :))
           if (height < low) then

@@ -12,6 +12,7 @@ import numpy as np
 from .bodies import DOFS, BodySet, ContactorSet, _density, checked
 from .pre import checks
 from .pre import mass_properties as exact
+from .pre import mesh as surface
 
 
 class Hulls(NamedTuple):
@@ -81,6 +82,7 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
     bodies = [[_mesh(f"meshes[{k}]", m) for m in parts] for k, parts in enumerate(bodies)]
     owner = np.repeat(np.arange(len(bodies)), [len(parts) for parts in bodies])
     flat = [m for parts in bodies for m in parts]
+    _closed(flat, owner)
     own = exact.polyhedra([_joined_points(parts) for parts in bodies], [_joined_faces(parts) for parts in bodies])
     several = len(flat) > len(bodies)
     middles = [_middle(v) if several else own.center[k] for (v, _), k in zip(flat, owner)]
@@ -184,6 +186,22 @@ def _mesh(name, x):
         if f.ndim != 1 or len(f) < 3 or np.any((f < 0) | (f >= len(vertices))):
             raise ValueError(f"{name}, faces[{k}] is {f}: give three or more vertices numbered 0 to {len(vertices) - 1}")
     return vertices, faces
+
+
+def _closed(flat, owner):
+    """Refuses the first mesh that has an edge without two faces: its volume would mean nothing."""
+    faces = [(f, k) for k, (_, faces) in enumerate(flat) for f in faces]
+    size = np.array([len(f) for f, _ in faces])
+    first = np.concatenate([[0], np.cumsum([len(v) for v, _ in flat])])
+    start = np.concatenate([f for f, _ in faces]) + np.repeat(first[[k for _, k in faces]], size)
+    last = np.cumsum(size) - 1
+    stop = np.roll(start, -1)
+    stop[last] = start[last - size + 1]
+    forward, backward = np.sort(start * first[-1] + stop), np.sort(stop * first[-1] + start)
+    odd = np.flatnonzero(forward != backward)
+    if len(odd):
+        k = int(np.searchsorted(first, min(forward[odd[0]], backward[odd[0]]) // first[-1], side="right")) - 1
+        surface.refuse_open(f"meshes[{owner[k]}]", exact.triangles(flat[k][1], len(flat[k][0])))
 
 
 def _polygon(name, x):

@@ -1,0 +1,77 @@
+"""Blocks with flat faces: at rest on many contacts, on slopes, in stacks."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from report import judge
+
+ROCK = cn.Material("rock", density=1.0)
+G = 9.81
+
+
+def simulation(scene, dt, tol, max_iter=20000):
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+    return cn.Simulation(scene, dt=dt, strategy=cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=max_iter)))
+
+
+@pytest.mark.parametrize("tiles", [1, 2, 8])
+def test_box_on_coplanar_contacts(tiles):
+    """On one plane's 4 corners, or on tiles x tiles blocks: only the resultant and its moment are unique."""
+    scene = cn.Scene(3, gravity=(0, 0, -G))
+    box = scene.add(cn.boxes([[0.1, 0.05, 0.5]], 1.0, ROCK))
+    if tiles == 1:
+        scene.add(cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    else:
+        middle = (np.arange(tiles) - (tiles - 1) / 2) * 2 / tiles
+        places = [[x, y, -0.5] for x in middle for y in middle]
+        scene.add(cn.boxes(places, (2 / tiles, 2 / tiles, 1.0), ROCK, fixed=True))
+    dt = 1e-3
+    sim = simulation(scene, dt, 1e-12)
+    sim.run(steps=20)
+    c = sim.contacts
+    sign = np.where(c.bodies[:, 0] == box[0], 1.0, -1.0)[:, None]
+    impulse = sign * c.impulse
+    moment = np.cross(c.point - sim.bodies.position[0], impulse)
+    weight = G * dt
+    errors = np.abs(impulse.sum(axis=0) - [0, 0, weight]).max() / weight, np.abs(moment.sum(axis=0)).max() / weight
+    judge(f"box on {len(c.gap)} coplanar contacts", max(errors), 0.0, 1e-10, 1.0)
+    assert len(c.gap) >= {1: 4, 2: 16, 8: 64}[tiles]
+    assert np.abs(sim.bodies.velocity[0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("tangent, expected", [(0.49, 0.0), (0.51, 1.0924)])
+def test_cube_on_a_slope(tangent, expected):
+    angle = np.arctan(tangent)
+    scene = cn.Scene(3, gravity=(G * np.sin(angle), 0, -G * np.cos(angle)))
+    scene.add(cn.boxes([[0, 0, 0.4]], 0.8, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    sim = simulation(scene, 1e-2, 1e-10)
+    sim.run(steps=500)
+    way = sim.bodies.position[0, 0]
+    judge(f"cube on a slope of {tangent}", way, expected, 1e-10 if expected == 0 else 1e-3, max(expected, 0.8))
+
+
+def test_stack_of_cubes_keeps_its_height():
+    scene = cn.Scene(3, gravity=(0, 0, -G))
+    places = np.array([[0, 0, k + 0.5] for k in range(20)])
+    scene.add(cn.boxes(places, 1.0, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    sim = simulation(scene, 1 / 240, 1e-8)
+    sim.run(steps=2400)
+    moved = np.abs(sim.bodies.position[:20] - places).max()
+    judge("stack of 20 cubes, 10 s", moved, 0.0, 1e-6, 1.0)
+
+
+def test_polygons_rest_and_slide():
+    """A square on a bar and a triangle on a half plane, 2D: exact weights; the square slides as a block does."""
+    angle = np.arctan(0.51)
+    scene = cn.Scene(2, gravity=(G * np.sin(angle), -G * np.cos(angle)))
+    scene.add(cn.polygons([[[0, 0], [0.8, 0], [0.8, 0.8], [0, 0.8]]], ROCK))
+    scene.add(cn.segment((-5, -0.1), (8, -0.1), ROCK, radius=0.1))
+    sim = simulation(scene, 1e-2, 1e-10)
+    sim.run(steps=500)
+    judge("square on a slope", sim.bodies.position[0, 0] - 0.4, 1.0924, 1e-3)
+    scene = cn.Scene(2, gravity=(0, -G))
+    scene.add(cn.polygons([[[0, 0], [3, 0], [1, 2]]], ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    sim = simulation(scene, 1e-3, 1e-12)
+    sim.run(steps=5)
+    share = sim.contacts.impulse[:, 1] / (3 * G * 1e-3)  # centre of mass at x = 4/3
+    np.testing.assert_allclose(np.sort(share), [4 / 9, 5 / 9], atol=1e-11)

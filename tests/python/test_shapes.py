@@ -1,0 +1,102 @@
+"""Polygons, polyhedra and boxes as sets of bodies: mass and axes, what is shared, what is refused, files."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from shape_pairs import CUBE, CUBE_FACES, ROCK, random_rotation, triangles
+
+
+def resting(sets, gravity=(0, 0, -9.81)):
+    scene = cn.Scene(3, gravity=gravity)
+    scene.add(*sets, cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+    return scene
+
+
+def pentagram():
+    """Two pyramids on a star that crosses itself: closed, its volumes all positive."""
+    angle = 4 * np.pi * np.arange(5) / 5
+    points = np.vstack([np.column_stack((np.cos(angle), np.sin(angle), np.zeros(5))), [0, 0, 1], [0, 0, -1]])
+    return points, [[k, (k + 1) % 5, 5] for k in range(5)] + [[(k + 1) % 5, k, 6] for k in range(5)]
+
+
+def test_box_as_polyhedron_of_triangles_is_the_box():
+    rng = np.random.default_rng(1)
+    sizes, turn = np.array([1.0, 2.0, 3.0]), random_rotation(rng)
+    meshes = [((CUBE * sizes) @ turn.T + [5, 6, 7], triangles(CUBE_FACES))]
+    a, b = cn.polyhedra(meshes, ROCK), cn.boxes([[5, 6, 7]], sizes, ROCK)
+    np.testing.assert_allclose(a.mass, b.mass, rtol=1e-14)
+    np.testing.assert_allclose(np.sort(a.inertia), np.sort(b.inertia), rtol=1e-13)
+    np.testing.assert_allclose(a.position, b.position, rtol=1e-14)
+    core = cn._core.Scene(3)
+    core.add_hulls(*a.contactors[0].hulls)
+    assert len(core.hulls["offset"]) == 6 and len(core.hulls["edge"]) == 4 * 12
+
+
+def test_bodies_share_a_shape_and_stand_where_told():
+    places = np.array([[0, 0, 0.5], [3, 0, 0.5], [6, 0, 0.5]])
+    tall = cn.polyhedra((CUBE + [0, 0, 0.0], CUBE_FACES), ROCK, position=places)
+    assert len(tall.contactors[0].hulls) == 1 and len(tall) == 3
+    np.testing.assert_array_equal(tall.position, places)
+    sim = cn.Simulation(resting([tall]), dt=1e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-12)))
+    sim.run(steps=3)
+    assert len(sim.contacts.gap) == 12
+    weight = 3 * 1000 * 9.81 * 1e-3
+    np.testing.assert_allclose(sim.contacts.impulse.sum(axis=0), [0, 0, weight], atol=1e-10 * weight)
+
+
+def test_needless_triangles_do_no_harm():
+    """A triangle without area in an edge, and vertices in edges and faces, leave a cube of 8 vertices and 12 edges."""
+    vertices = np.vstack([CUBE, [0, -0.5, -0.5], [0, 0, 0.5], [0.25, 0.25, 0.5]])
+    top = [[4, 5, 9], [5, 7, 10], [7, 6, 9], [7, 9, 10], [9, 5, 10], [6, 4, 9]]
+    faces = [[0, 2, 3, 1], [0, 1, 8], *top, [0, 8, 5, 4], [8, 1, 5], *CUBE_FACES[3:]]
+    core = cn._core.Scene(3)
+    core.add_hulls(*cn.polyhedra([(vertices, faces)], ROCK).contactors[0].hulls)
+    assert len(core.hulls["offset"]) == 6 and len(core.hulls["edge"]) == 4 * 12
+
+
+def test_body_of_several_parts():
+    """An L of two boxes: mass and centre of the whole, six or more corners on the floor."""
+    parts = [(CUBE * [3, 1, 1] + [1.5, 0, 0.5], CUBE_FACES), (CUBE + [0.5, 0, 1.5], CUBE_FACES)]
+    body = cn.polyhedra([parts], ROCK)
+    assert body.mass[0] == pytest.approx(4000)
+    np.testing.assert_allclose(body.position[0], [(3 * 1.5 + 0.5) / 4, 0, (3 * 0.5 + 1.5) / 4])
+    sim = cn.Simulation(resting([body]), dt=1e-3)
+    sim.run(steps=5)
+    assert np.abs(sim.bodies.velocity[0]).max() < 1e-4
+
+
+@pytest.mark.parametrize(
+    "mesh, words",
+    [
+        ((CUBE, CUBE_FACES[:-1]), "open"),
+        ((CUBE, triangles(CUBE_FACES)[:-1]), "open"),
+        ((np.where(np.arange(8)[:, None] == 3, np.nan, CUBE), CUBE_FACES), "meshes\\[0\\].* nan"),
+        ((CUBE, [t for k, t in enumerate(triangles(CUBE_FACES)) if k not in (0, 2)]), "open"),
+        ((CUBE * [1, 1, 0], CUBE_FACES), "volume"),
+        ((CUBE, [f[::-1] for f in CUBE_FACES]), "inside out"),
+        ((np.vstack([CUBE, [0, 0, 0]]), [*CUBE_FACES[:-1], [1, 3, 8], [3, 7, 8], [7, 5, 8], [5, 1, 8]]), "convex"),
+        ((CUBE, [*CUBE_FACES[:-1], [1, 3, 9, 5]]), r"faces\[5\]"),
+        (pentagram(), "convex"),
+    ],
+)
+def test_bad_meshes_are_refused(mesh, words):
+    with pytest.raises((ValueError, cn.Error), match=words):
+        scene = cn.Scene(3)
+        scene.add(cn.polyhedra([mesh], ROCK))
+
+
+def test_scene_file_and_checkpoint_keep_shapes(tmp_path):
+    scene = resting([cn.boxes([[0, 0, 0.5], [0, 0, 1.5]], 1.0, ROCK)])
+    scene.save(tmp_path / "scene.h5")
+    sims = [cn.Simulation(s, dt=1e-3) for s in (scene, cn.Scene.load(tmp_path / "scene.h5"))]
+    for sim in sims:
+        sim.run(steps=4)
+    assert np.array_equal(sims[0].bodies.position, sims[1].bodies.position)
+    sims[0].checkpoint(tmp_path / "state.h5")
+    other = cn.Simulation(scene, dt=1e-3)
+    other.restore(tmp_path / "state.h5")
+    for sim in (sims[1], other):
+        sim.run(steps=4)
+    assert np.array_equal(sims[1].bodies.velocity, other.bodies.velocity)
+    assert np.array_equal(sims[1].contacts.impulse, other.contacts.impulse)
