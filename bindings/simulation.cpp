@@ -1,5 +1,8 @@
+#include <pybind11/functional.h>
+
 #include "simulation.hpp"
 #include "smooth/smooth_dynamics.hpp"
+#include "solvers/contact_system.hpp"
 
 #include "arrays.hpp"
 
@@ -170,6 +173,11 @@ py::object contact_field(Simulation& s, const std::string& name) {
   if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.impulse_local(to); });
   if (name == "moment") return filled(n, dim == 2 ? 1 : 3, [&](double* to) { c.moment_space(to); });
   if (name == "relative_velocity") return filled(n, dim, [&](double* to) { c.relative_velocity(to); });
+  if (name == "key") {
+    py::array_t<std::int64_t> out({py::ssize_t(n), py::ssize_t(4)});
+    c.keys(out.mutable_data());
+    return out;
+  }
   if (name == "dissipated") return filled(n, 1, [&](double* to) { c.dissipated(to); });
   if (name == "status") {
     py::array_t<std::int32_t> out(n);
@@ -239,6 +247,30 @@ py::dict contact_rows(Simulation& s) {
   out["bodies"] = array_of(rows.bodies);
   out["kind"] = array_of(rows.kind);
   return out;
+}
+
+// Impulses of all candidates, local, and how they were found.
+void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict& found) {
+  const std::int64_t n = s.candidates.count;
+  if (s.smooth() || !s.contacts_known()) throw cairn::Error("there are no contacts at hand: prepare them first");
+  if (impulses.size() != n * s.scene.dim)
+    throw cairn::Error("impulses holds " + std::to_string(impulses.size()) + " numbers: " + std::to_string(n) +
+                       " contacts need " + std::to_string(n * s.scene.dim));
+  s.interactions.give_impulses(impulses.data());
+  cairn::SolveReport report;
+  const auto status = py::cast<std::string>(found["status"]);
+  report.status = status == "converged"  ? cairn::SolveStatus::converged
+                  : status == "diverged" ? cairn::SolveStatus::diverged
+                                         : cairn::SolveStatus::iteration_limit;
+  report.contacts = n;
+  report.iterations = py::cast<int>(found["iterations"]);
+  report.error = py::cast<double>(found["error"]);
+  report.worst_error = py::cast<double>(found["worst_error"]);
+  report.worst_contact = py::cast<std::int64_t>(found["worst_contact"]);
+  report.cone_distance = py::cast<double>(found["cone_distance"]);
+  report.penetration = s.interactions.system().penetration;
+  report.hint = py::cast<std::string>(found["hint"]);
+  s.report.solve = report;
 }
 
 void set_state(py::object self, const py::dict& state) {
@@ -317,7 +349,8 @@ void bind_simulation(py::module_& m) {
       .def("detect_contacts", &Simulation::detect_contacts)
       .def("prepare_contacts", &Simulation::prepare_contacts)
       .def("solve_contacts", &Simulation::solve_contacts)
-      .def("update_velocity", &Simulation::update_velocity)
+      .def("update_velocity", &Simulation::update_velocity, py::arg("correct") = std::function<void()>())
+      .def("give_impulses", &give_impulses)
       .def("commit_contacts", &Simulation::commit_contacts)
       .def("update_configuration", &Simulation::update_configuration)
       .def("project_positions", &Simulation::project_positions)

@@ -48,7 +48,14 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& optio
   return report;
 }
 
-void Interactions::update_velocity(Bodies& bodies) {
+void Interactions::give_impulses(const double* local) {
+  const int d = s_->dim();
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    for (int k = 0; k < d; ++k) at(b, b.r, lane, k) = local[d * i + k];
+  });
+}
+
+void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& correct) {
   State& s = *s_;
   ContactSystem& system = s.system;
   s.energy = {};
@@ -58,6 +65,11 @@ void Interactions::update_velocity(Bodies& bodies) {
     // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
     system.load(bodies.velocity_free);
     cairn_add_impulses(&schedule);
+    if (correct) {
+      system.unload(bodies.velocity);
+      correct();
+      system.load(bodies.velocity);
+    }
     system.unload_and_add(bodies.velocity, bodies.velocity_begin);
     cairn_contact_work(&schedule, s.work_sums.data());
     system.load(bodies.velocity);
@@ -206,6 +218,14 @@ void Interactions::relative_velocity(double* out) const {
 void Interactions::status(std::int32_t* out) const {
   std::fill(out, out + count(), std::int32_t(cairn_open));
   s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = b.status[lane]; });
+}
+
+void Interactions::keys(std::int64_t* out) const {
+  for (std::int64_t i = 0; i < count(); ++i) {
+    const ContactKey k = s_->key(i);
+    for (const std::int64_t word : {k.contactor_a, k.contactor_b, std::int64_t(k.feature), std::int64_t(k.image)})
+      *out++ = word;
+  }
 }
 
 void Interactions::dissipated(double* out) const {

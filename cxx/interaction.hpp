@@ -3,6 +3,7 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -161,9 +162,12 @@ public:
   void act_on_surfaces(bool surfaces);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
+  // Impulses (dim, count), local, that someone else solved for, instead of solve.
+  void give_impulses(const double* local);
   // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'
-  // energy.
-  void update_velocity(Bodies&);
+  // energy. correct, if given, then replaces the velocities of bodies that do not move on their own, such as the nodes
+  // of a mesh.
+  void update_velocity(Bodies&, const std::function<void()>& correct = {});
   // State of laws, then impulses and keys become the memory of the next step.
   ContactEnergy commit();
 
@@ -174,6 +178,7 @@ public:
   void moment_space(double* out) const;      // (1 or 3, count), on A, of bonds; zero elsewhere [N m s]
   void relative_velocity(double* out) const; // (dim, count), at the end of the step, local; after update_velocity [m/s]
   void status(std::int32_t* out) const;      // (count), see cairn_contact_status
+  void keys(std::int64_t* out) const;        // (4, count): ids of the contactors, feature, image
   void dissipated(double* out) const;        // (count), after update_velocity [J]
   ContactRows rows() const;                  // after assemble
   std::vector<ContactKey> bonds() const;     // contacts that detection must keep although they leave its margin

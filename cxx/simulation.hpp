@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -90,7 +91,8 @@ public:
   void detect_contacts();
   void prepare_contacts();
   void solve_contacts();
-  void update_velocity();
+  // correct: see Interactions::update_velocity
+  void update_velocity(const std::function<void()>& correct = {});
   void update_configuration();
   void commit_contacts();
   void project_positions();

@@ -52,6 +52,13 @@ void ContactSystem::load(const Field<double>& velocity) {
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
 }
 
+void ContactSystem::unload(Field<double>& velocity) const {
+  const auto copy = [&, v = velocity.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
+  };
+  dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+}
+
 void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>& more) {
   const auto both = [&, v = velocity.values.data(), w = more.values.data()](int n) {
     return [=, this](std::int64_t b, int k) {

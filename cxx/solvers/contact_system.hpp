@@ -28,6 +28,7 @@ struct ContactSystem {
   cairn_schedule schedule(int threads);
   // velocities of bodies into the records; inverse masses stay
   void load(const Field<double>& velocity);
+  void unload(Field<double>& velocity) const;
   // velocity = that of the records, to which `more` is then added
   void unload_and_add(Field<double>& velocity, const Field<double>& more);
 };

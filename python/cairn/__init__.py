@@ -16,6 +16,7 @@ from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, segment, spheres, tube, wall
 from .laws import Law
 from .materials import Material
+from .meshes import LinearBody, deformable
 from .plug import plug
 from .post.errors import FileError
 from .post.load import load
@@ -23,7 +24,7 @@ from .scene import Periodic, Scene
 from .servo import Servo
 from .shapes import boxes, polygons, polyhedra
 from .simulation import OverlapWarning, Simulation, StableStepWarning
-from .strategies import NLGS, NSCD, SmoothDEM
+from .strategies import NLGS, NSCD, Carpenter, GranularElement, SmoothDEM
 from .time_functions import Harmonic, Table
 
 
@@ -42,11 +43,14 @@ __all__ = [
     "NLGS",
     "NSCD",
     "BodySet",
+    "Carpenter",
     "ContactorSet",
     "Error",
     "FileError",
+    "GranularElement",
     "Harmonic",
     "Law",
+    "LinearBody",
     "Material",
     "OverlapWarning",
     "Periodic",
@@ -59,6 +63,7 @@ __all__ = [
     "box",
     "boxes",
     "clumps",
+    "deformable",
     "disks",
     "load",
     "plug",

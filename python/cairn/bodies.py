@@ -50,6 +50,7 @@ class BodySet:
     force: object = None
     damping: float | np.ndarray | None = None
     ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene
+    mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
 
     def __len__(self):
         return len(self.position)

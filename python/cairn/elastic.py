@@ -1,4 +1,4 @@
-"""A linear elastic body by finite elements: T3 and Q4 in 2D, TET4 and HEX8 in 3D; at rest, or by the theta-method against planes.
+"""A linear elastic body by finite elements: T3 and Q4 in 2D, TET4 and HEX8 in 3D; at rest, or in a scene (cairn.deformable).
 
 body = ElasticBody(points, {"quad": cells}, young=200e9, poisson=0.3, density=7800.0)
 u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)})
@@ -63,9 +63,13 @@ class ElasticBody:
         dim = max((e["dim"] for e in _core.elements() if any(c.type == e["cell"] for c in used)), default=2)
         solid = {e["cell"] for e in _core.elements() if e["dim"] == dim}
         groups = {}
-        for name, per_block in mesh.cell_sets.items():
+        sets = {name: rows for name, rows in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+        for name, (tag, group_dim) in mesh.field_data.items():  # as version 2 of gmsh's format has them
+            tags = zip(mesh.cell_data.get("gmsh:physical", ()), mesh.cells)
+            sets.setdefault(name, [np.flatnonzero((found == tag) & (c.dim == group_dim)) for found, c in tags])
+        for name, per_block in sets.items():
             nodes = [mesh.cells[b].data[rows] for b, rows in enumerate(per_block) if rows is not None and len(rows)]
-            if nodes and not name.startswith("gmsh:"):
+            if nodes:
                 groups[name] = np.unique(np.concatenate([part.ravel() for part in nodes]))
         cells = {kind: np.concatenate([c.data for c in used if c.type == kind]) for kind in {c.type for c in used} & solid}
         return cls(mesh.points[:, :dim], cells, groups=groups, **options)
@@ -80,6 +84,23 @@ class ElasticBody:
         if nodes.size and not (nodes.min() >= 0 and nodes.max() < len(self.points)):
             raise ValueError(f"{kind} cells name nodes {nodes.min()} to {nodes.max()}, there are {len(self.points)}")
         return nodes.astype(np.int64)
+
+    def boundary_edges(self):
+        """Edges (m, 2) of the boundary in 2D, the body on their left: those of one cell alone."""
+        turns = [np.stack([cells, np.roll(cells, -1, axis=1)], -1).reshape(-1, 2) for cells in self.cells.values()]
+        edges = np.concatenate(turns)
+        _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+        return edges[np.sort(first[count == 1])]
+
+    def nodal_stress(self, displacement):
+        """Mean of the stresses of the cells round each node, (n, 3 | 6) [Pa]."""
+        total = np.zeros((len(self.points), 3 * self.dim - 3))
+        count = np.zeros(len(self.points))
+        for kind, stress in self.stress(displacement).items():
+            for corner in self.cells[kind].T:
+                np.add.at(total, corner, stress)
+                np.add.at(count, corner, 1)
+        return total / np.maximum(count, 1)[:, None]
 
     def nodes(self, group):
         """Numbers of the nodes of a group, or the numbers themselves."""
@@ -141,72 +162,3 @@ def _elasticity(dim, young, poisson, plane):
     out[:dim, :dim] = lame + 2 * shear * np.eye(dim)
     out[range(dim, size), range(dim, size)] = shear
     return out
-
-
-class ElasticMotion:
-    """An elastic body in motion by the theta-method, its nodes kept out of planes by the contact solver (Jean 1999).
-
-    planes: [(group, point, normal, mu)]; the nodes of a group do not cross the plane whose normal points to them. force: as for
-    ElasticBody.solve. A = M + h theta C + h^2 theta^2 K is factorised once. Arrays displacement, velocity (n dofs), impulse
-    (contacts, dim) along n, t [, s] [N s].
-    """
-
-    def __init__(self, body, dt, *, fixed=None, force=None, velocity=None, planes=(), theta=0.5, tol=1e-12):
-        from scipy.sparse.linalg import splu
-
-        self.body, self.dt, self.theta, self.tol, self.time = body, checks.positive("dt", dt), theta, tol, 0.0
-        self.displacement = np.zeros(body.points.size)
-        self.velocity = np.zeros(body.points.size) if velocity is None else np.ascontiguousarray(velocity, float).ravel().copy()
-        self.force = body.load(force or {})
-        held = body.dofs(fixed or {})
-        self._free = np.setdiff1d(np.arange(body.points.size), held)
-        self.velocity[held] = 0
-        a = body.M + dt * theta * body.C + (dt * theta) ** 2 * body.K
-        self._factors = splu(a[self._free][:, self._free].tocsc())
-        self._contacts(planes)
-
-    def _contacts(self, planes):
-        """Rows of H', the mean gap at rest, and the Delassus operator of all candidates, condensed on them."""
-        dim, rows, self._gap, self._mu = self.body.dim, [], [], []
-        for group, point, normal, mu in planes:
-            n = np.asarray(normal, float) / np.linalg.norm(normal)
-            t = np.array([-n[1], n[0]]) if dim == 2 else np.cross(n, np.eye(3)[np.argmin(np.abs(n))])
-            frame = [n, t] if dim == 2 else [n, t / np.linalg.norm(t), np.cross(n, t / np.linalg.norm(t))]
-            for node in self.body.nodes(group):
-                for axis in frame:
-                    row = np.zeros(self.body.points.size)
-                    row[dim * node : dim * node + dim] = axis
-                    rows.append(row)
-                self._gap.append((self.body.points[node] - point) @ n)
-                self._mu.append(mu)
-        self._H = np.array(rows).reshape(-1, self.body.points.size)
-        self._gap, self._mu = np.array(self._gap), np.array(self._mu, float)
-        self.impulse = np.zeros((len(self._gap), dim))
-        free = np.ascontiguousarray(self._H[:, self._free].T)
-        self._AH = self._factors.solve(free) if len(rows) else free
-        self._W = self._H[:, self._free] @ self._AH
-
-    def step(self):
-        """One step; returns the contact force [N] (contacts, dim)."""
-        from .problems import Problem
-
-        body, h, theta, dim = self.body, self.dt, self.theta, self.body.dim
-        q, v = self.displacement, self.velocity
-        residual = h * (self.force - body.C @ v - body.K @ (q + h * theta * v))
-        free = v.copy()
-        free[self._free] += self._factors.solve(residual[self._free])
-        if len(self._gap):
-            gap = self._gap + self._H[::dim] @ (q + h * (1 - theta) * v)
-            local = self._H @ free
-            local[::dim] += np.maximum(gap, 0) / h
-            self.impulse[:] = Problem(dim, self._W, local, self._mu).solve(tol=self.tol).r
-            free[self._free] += self._AH @ self.impulse.ravel()
-        self.displacement = q + h * (theta * free + (1 - theta) * v)
-        self.velocity, self.time = free, self.time + h
-        return self.impulse / h
-
-    @property
-    def energy(self):
-        """Kinetic and elastic energy [J]."""
-        u, v = self.displacement, self.velocity
-        return float(0.5 * v @ (self.body.M @ v)), float(0.5 * u @ (self.body.K @ u))

@@ -45,6 +45,11 @@ def _nscd(simulation):
         "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
     )
     solver = strategy.solver
+    if simulation._blocks:
+        lines.append(f"Strategy {type(strategy).__name__}; contacts are solved in blocks of W = H' A^-1 H")
+    for mesh in simulation._blocks.meshes if simulation._blocks else ():
+        size, points = mesh.size, len(mesh.d.contact_nodes)
+        lines.append(f"Deformable {mesh.d.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
     lines += [
         f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "

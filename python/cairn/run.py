@@ -81,6 +81,8 @@ def snapshot(simulation):
     }
     if len(core.body("rotation")):
         out["rotation"] = core.body("rotation")
+    if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
+        out["stress"] = _stress(simulation)
     pairs = contacts.bodies
     return out, {
         "point": contacts.point,
@@ -91,6 +93,16 @@ def snapshot(simulation):
         "body_a": pairs[:, 0],
         "body_b": pairs[:, 1],
     }
+
+
+def _stress(simulation):
+    """Stress at the nodes of deformable bodies, zero for others, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
+    ids = simulation.bodies.id
+    out = np.zeros((len(ids), 3 * simulation.scene.dim - 3))
+    for mesh in simulation.meshes:
+        if hasattr(mesh.body, "nodal_stress"):
+            out[np.searchsorted(ids, mesh.ids)] = mesh.body.nodal_stress(mesh.displacement)
+    return out
 
 
 def _material(simulation):

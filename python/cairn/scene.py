@@ -82,6 +82,7 @@ class Scene:
             s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s)))
             self.count += len(s)
             self.sets.append(s)
+        apart_from_meshes(self.sets, self.rules)
         return np.arange(first, self.count)
 
     def interact(self, a, b, law):
@@ -143,6 +144,8 @@ class Scene:
 
         sets = {}
         for k, s in enumerate(self.sets):
+            if s.mesh is not None:
+                raise ValueError(f"a scene file holds no deformable body yet, and there is {s.mesh.name!r}")
             d = {
                 n: getattr(s, n)
                 for n in ("position", "mass", "inertia", "velocity", "rotation", "damping")
@@ -294,6 +297,18 @@ def _weight(a, first, b, second):
         else:
             return -1
     return total
+
+
+def apart_from_meshes(sets, rules):
+    """Rules by which a mesh does not touch itself, and nodes meet edges of other meshes, not their nodes."""
+    nodes = list(dict.fromkeys(s.mesh.name for s in sets if s.mesh is not None))
+    bars = {s.group for s in sets if s.mesh is not None and s.group != s.mesh.name}
+    wanted = [(a, b) for k, a in enumerate(nodes) for b in nodes[: k + 1]]
+    wanted += [(name, f"{name} edges") for name in nodes if f"{name} edges" in bars]
+    known = {n for s in sets for n in (s.group, *(c.material.name for c in s.contactors))}
+    there = {(a, b) for a, b, law in rules if law is None}
+    carrying = {s.group for s in sets if s.contactors}
+    rules += [(a, b, None) for a, b in wanted if (a, b) not in there and {a, b} <= known & carrying]
 
 
 def checked_sets(dim, given):

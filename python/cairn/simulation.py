@@ -50,6 +50,7 @@ class Simulation:
         self._sets, self._radii, self._info, self._warned_of_step = sets, None, {}, False
         self._shadows = []
         self._start_functions()
+        self._start_blocks()
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         if overlap not in ("warn", "error", "ignore"):
             raise ValueError(f"overlap is {overlap!r}: give 'warn', 'error' or 'ignore'")
@@ -78,6 +79,7 @@ class Simulation:
         self._core.set_strategy(value.settings())
         self._core.check_laws()
         self._constant_force_set = False
+        self._start_blocks()
 
     @property
     def time(self):
@@ -97,7 +99,13 @@ class Simulation:
     @property
     def energy(self):
         """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
-        return self._core.energy()
+        energy = self._core.energy()
+        return self._blocks.energy(energy) if self._blocks and self._blocks.meshes else energy
+
+    @property
+    def meshes(self):
+        """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
+        return [views.MeshView(self, mesh) for mesh in (self._blocks.meshes if self._blocks else ())]
 
     @property
     def raw(self):
@@ -128,7 +136,10 @@ class Simulation:
         h = self._dt if dt is None else checks.positive("dt", dt)
         self._follow_scene()
         self._apply_functions(h)
-        self._info = shadow.step(self, h, self._shadows) if self._shadows else self._core.step(h)
+        if self._blocks:
+            self._info = self._blocks.step(h)
+        else:
+            self._info = shadow.step(self, h, self._shadows) if self._shadows else self._core.step(h)
         if self._info.get("stable_step", h) < h and not self._warned_of_step and self.strategy.unstable != "ignore":
             self._warned_of_step = True
             warnings.warn(
@@ -188,6 +199,8 @@ class Simulation:
         tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
         for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
         """
+        if self._blocks:
+            raise ValueError("shadows stand beside the stages of NSCD with rigid bodies; this simulation steps by blocks")
         self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
         return self._shadows[-1]
 
@@ -237,6 +250,7 @@ class Simulation:
             self._sets.append(replace(s, ids=ids[-1]))
         self._radii = None
         self._start_functions()
+        self._start_blocks()
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
     def _ids(self, ids):
@@ -248,6 +262,9 @@ class Simulation:
     def remove(self, ids):
         """Removes bodies by their ids between steps. All or nothing."""
         ids = self._ids(ids)
+        for s in self._sets:
+            if s.mesh is not None and np.any(np.isin(s.ids, ids)):
+                raise ValueError(f"body {s.ids[np.isin(s.ids, ids)][0]} is a node of a deformable body, which cannot be removed")
         self._core.remove_bodies(ids)
         self._radii = None
         self._start_functions()
@@ -279,6 +296,7 @@ class Simulation:
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
+                **({"blocks": self._blocks.state()} if self._blocks else {}),
                 "later": {f"{k:06d}": _later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
@@ -316,6 +334,9 @@ class Simulation:
         self._sets = [*known[:start], *later]
         self._dt, self._radii, self._info = float(content["dt"]), None, {}
         self._start_functions()
+        self._start_blocks()
+        if self._blocks and "blocks" in content:
+            self._blocks.restore(content["blocks"])
 
     # ------------------------------------------------------------------ words
 
@@ -352,6 +373,19 @@ class Simulation:
                 damping[np.searchsorted(present, ids)] = s.damping[alive]
                 self._core.assign_body("damping", damping)
         self._constant_force_set = False
+
+    def _start_blocks(self):
+        """Scenes with deformable bodies, and strategies that pose another problem than NSCD, step by blocks."""
+        meshes = any(s.mesh is not None for s in self._sets)
+        plain = type(self._strategy) in (NSCD, SmoothDEM)
+        if meshes and isinstance(self._strategy, SmoothDEM):
+            raise ValueError("SmoothDEM moves rigid bodies alone: give NSCD or Carpenter to scenes with deformable bodies")
+        if plain and not meshes:
+            self._blocks = None
+            return
+        from .block_step import BlockStep
+
+        self._blocks = BlockStep(self)
 
     def _field(self, name, shape):
         values = self._core.scene.body(name)

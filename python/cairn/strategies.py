@@ -60,6 +60,16 @@ class NSCD:
         if not isinstance(self.solver, NLGS):
             raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...)")
 
+    explicit = False  # the bulk of deformable bodies is implicit
+    problem_solver = "nlgs"  # of the contact problem, where it is posed in blocks
+
+    def pose(self, step, w, q, rows, chosen):
+        """The contact problem (W, q, r0) that impulses r + r0 solve; see cairn.block_step. This is the one of Moreau and Jean."""
+        return w, q, None
+
+    def solved(self, step, r, chosen):
+        """Called with the solution of the problem."""
+
     def settings(self):
         """What the core reads."""
         return {
@@ -75,6 +85,91 @@ class NSCD:
             "min_iter": int(self.solver.min_iter),
             "max_iter": int(self.solver.max_iter),
         }
+
+
+@dataclass(frozen=True)
+class Carpenter(NSCD):
+    """Forward increments with Lagrange multipliers (Carpenter, Taylor & Katona 1991): explicit in the bulk, central differences,
+    contact imposed on the gap at the end of the step.
+
+    q(t+) = q + h v, v(t + h/2) = v(t - h/2) + h M^-1 (f(q) + H r / h) with gap + h H'v >= 0, r >= 0: a problem with
+    h^2 H' M^-1 H on displacements, for the same solvers. Velocities stand in the middle of steps. An overlap is pushed out in one
+    step. penalty: stiffness of a contact [N/m] that pushes by its overlap at the end of the step instead; None: multipliers.
+    unstable: what to do with a step beyond 2/omega of a deformable body, "error" or "ignore". Other options are those of NSCD.
+    """
+
+    theta: float = 1.0
+    penalty: float | None = None
+    unstable: str = "error"
+
+    explicit = True
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.theta != 1:
+            raise ValueError(f"theta is {self.theta}: Carpenter's scheme is explicit, leave it out")
+        if self.penalty is not None:
+            checks.positive("penalty", self.penalty)
+        if self.unstable not in ("error", "ignore"):
+            raise ValueError(f"unstable is {self.unstable!r}: give 'error' or 'ignore'")
+
+    def pose(self, step, w, q, rows, chosen):
+        """The condition is on gap + h u_n, whether the gap is open or not."""
+        q = q.copy()
+        q[:, 0] += step.gap[chosen] / step.h - rows.bias[chosen, 0]
+        if self.penalty is not None:
+            w = _softened(w, q.shape, 1 / (step.h**2 * self.penalty), 0.0)
+        return w, q, None
+
+
+@dataclass(frozen=True)
+class GranularElement(NSCD):
+    """The granular element method (Kishino 1988) under the theta-method: springs at the contacts, treated implicitly.
+
+    A contact pushes by stiffness [N/m] times its overlap and drags by ratio times that stiffness and its slip, up to Coulomb's
+    limit; its force over a step is theta f(t+) + (1 - theta) f(t), f(t+) from the gap at t+. The step is free of the limit of
+    explicit springs. Laws give the friction: Coulomb, Frictionless. theta 1/2 keeps the energy of springs, 1 damps most.
+    Other options are those of NSCD.
+    """
+
+    theta: float = 1.0
+    stiffness: float = math.nan
+    ratio: float = 2 / 7
+
+    def __post_init__(self):
+        super().__post_init__()
+        if math.isnan(self.stiffness):
+            raise ValueError("stiffness is missing: give GranularElement(stiffness=...) [N/m]")
+        checks.positive("stiffness", self.stiffness)
+        checks.positive("ratio", self.ratio)
+
+    def pose(self, step, w, q, rows, chosen):
+        """With rho = h theta f(t+): u_n + rho_n / (h^2 theta^2 k) + gap / (h theta) >= 0, the same for slip along tangents."""
+        import numpy as np
+
+        reach = step.h * self.theta
+        force = step.recall(chosen)
+        given = step.h * (1 - self.theta) * force
+        q = q + (w @ given.ravel()).reshape(q.shape)
+        q[:, 0] += step.gap[chosen] / reach - rows.bias[chosen, 0]
+        q[:, 1:] += (1 - self.theta) / self.theta * step.begin_velocity()[:, 1:]
+        q[:, 1:] -= force[:, 1:] / (reach * self.ratio * self.stiffness)
+        soft = 1 / (reach**2 * self.stiffness)
+        return _softened(w, q.shape, soft, soft / self.ratio), np.ascontiguousarray(q), given
+
+    def solved(self, step, r, chosen):
+        """Keeps the forces at the end of the step."""
+        step.remember(chosen, r / (step.h * self.theta))
+
+
+def _softened(w, shape, normal, tangential):
+    """W with compliances added along its diagonal."""
+    import numpy as np
+    from scipy import sparse
+
+    added = np.full(shape, tangential)
+    added[:, 0] = normal
+    return w + sparse.diags_array(added.ravel())
 
 
 @dataclass(frozen=True)

@@ -106,3 +106,30 @@ class RawView:
         if self._simulation._core.order_version != self._order:
             raise RuntimeError("bodies were renumbered since this view was taken: take sim.raw again after each step")
         return self._simulation._core.scene.raw_body(name)
+
+
+class MeshView:
+    """A deformable body: arrays of its nodes in the order of the mesh."""
+
+    def __init__(self, simulation, mesh):
+        self._simulation, self._mesh = simulation, mesh
+        self.name, self.body, self.ids = mesh.d.name, mesh.body, mesh.node_ids
+
+    def _of_nodes(self, name):
+        core = self._simulation._core.scene
+        return core.body(name)[np.searchsorted(core.body("id"), self.ids)]
+
+    @property
+    def displacement(self):
+        """(n, dim) [m]."""
+        return self._of_nodes("position") - self.body.points
+
+    @property
+    def velocity(self):
+        """(n, dim) [m/s]."""
+        return self._of_nodes("velocity")[:, : self._mesh.dim]
+
+    @property
+    def stress(self):
+        """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]."""
+        return self.body.stress(self.displacement)
