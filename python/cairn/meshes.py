@@ -229,8 +229,8 @@ class MovingMesh:
         limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) if omega > 0 else np.inf
         if h > limit * (1 + 1e-3):
             raise ValueError(
-                f"dt is {h:g} s, beyond the stable step {limit:.3g} s of the mesh {self.d.name!r} under central differences: give "
-                "a smaller dt, larger or softer cells, Carpenter(unstable='ignore'), or NSCD, which has no such limit"
+                f"dt is {h:g} s, beyond the stable step {limit:.3g} s of the mesh {self.d.name!r} under central differences: "
+                "give a smaller dt, larger or softer cells, Carpenter(unstable='ignore'), or NSCD, which has no such limit"
             )
 
     def _all(self, x):
