@@ -300,7 +300,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);
   else
     for (int lane = 0; lane < n; ++lane) b.delassus[lane] = w[lane], b.delassus[n + lane] = w[n * (c + 1) + lane];
-  if (law_infos()[b.law].has_solve)
+  if (law_infos()[b.law].has_solve && parameters > 0)
     std::copy_n(params, std::size_t(n) * parameters, b.params);
   else
     std::copy_n(mu, n, b.params);

@@ -109,7 +109,7 @@ def test_copy_of_coulomb_gives_the_same_bits(tmp_path, normal):
 
 
 def test_own_solution_of_a_frictionless_contact(tmp_path):
-    path = library(tmp_path, "own_frictionless", 'parameters="", solve=solve')
+    path = library(tmp_path, "own_frictionless", 'parameters="", solve=solve', prepare="mu = 0")
     mine = heap(cn.plug(path, law="own_frictionless", params=[]))
     assert np.allclose(mine.bodies.position, heap(cn.Frictionless()).bodies.position, rtol=1e-7)
     assert mine.info["status"] == "converged"
