@@ -59,8 +59,9 @@ struct Builder {
   std::int64_t which;
   std::vector<Vector> x;
   double size = 0;
+  std::vector<std::int32_t> first; // vertex in the same place with the lowest number
   std::vector<Plane> planes;
-  std::vector<Loop> loops;
+  std::vector<Loop> loops; // vertices of each plane: at first corners of its faces, then in order round it
 
   void take_vertices(std::span<const double> values);
   void take_face(std::span<const std::int64_t> corners, std::int64_t face);
@@ -79,6 +80,8 @@ void Builder::take_vertices(std::span<const double> values) {
       high[k] = std::max(high[k], v[k]);
     }
   for (int k = 0; k < 3; ++k) size = std::max(size, high[k] - low[k]);
+  std::map<Vector, std::int32_t> places;
+  for (const Vector& v : x) first.push_back(places.try_emplace(v, std::int32_t(first.size())).first->second);
 }
 
 // Faces of one plane are one: the plane is kept once.
@@ -103,16 +106,21 @@ void Builder::take_face(std::span<const std::int64_t> corners, std::int64_t face
   Plane plane{scaled(area, 1 / twice), 0};
   plane.offset = dot(plane.normal, x[corners[0]]);
   for (const auto c : corners) plane.offset = std::max(plane.offset, dot(plane.normal, x[c]));
-  for (const Plane& known : planes) {
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    const Plane& known = planes[p];
     if (dot(known.normal, plane.normal) < 0.999) continue;
     const bool same = std::all_of(corners.begin(), corners.end(), [&](std::int64_t c) {
       return std::abs(dot(known.normal, x[c]) - known.offset) <= hull_flatness * size;
     });
-    if (same) return;
+    if (!same) continue;
+    for (const auto c : corners) loops[p].push_back(first[c]);
+    return;
   }
   check_convex(plane, face);
   for (const Vector& v : x) plane.offset = std::max(plane.offset, dot(plane.normal, v));
   planes.push_back(plane);
+  loops.emplace_back();
+  for (const auto c : corners) loops.back().push_back(first[c]);
 }
 
 void Builder::check_convex(const Plane& plane, std::int64_t face) const {
@@ -134,24 +142,23 @@ void Builder::check_convex(const Plane& plane, std::int64_t face) const {
                     ": it is not convex; give it as several convex parts of one body");
 }
 
-// Each plane's vertices in order round it.
+// Each plane's vertices in order round it. Vertices of other faces are not of it, however near they are: what is one
+// face to one of two planes that hardly differ would be two to the other.
 void Builder::make_loops() {
-  for (const Plane& plane : planes) {
-    const int k = std::abs(plane.normal[0]) > 0.7 ? 1 : 0;
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    const Vector& normal = planes[p].normal;
+    const int k = std::abs(normal[0]) > 0.7 ? 1 : 0;
     Vector axis{};
     axis[k] = 1;
-    Vector t = cross(axis, plane.normal);
+    Vector t = cross(axis, normal);
     t = scaled(t, 1 / std::sqrt(dot(t, t)));
-    const Vector s = cross(plane.normal, t);
+    const Vector s = cross(normal, t);
     std::vector<std::array<double, 2>> seen(x.size());
-    Loop on;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      if (std::abs(dot(plane.normal, x[i]) - plane.offset) > hull_flatness * size) continue;
-      seen[i] = {dot(t, x[i]), dot(s, x[i])};
-      const bool known = std::any_of(on.begin(), on.end(), [&](std::int32_t j) { return x[j] == x[i]; });
-      if (!known) on.push_back(std::int32_t(i));
-    }
-    loops.push_back(outline(seen, on, size));
+    Loop& on = loops[p];
+    std::sort(on.begin(), on.end());
+    on.erase(std::unique(on.begin(), on.end()), on.end());
+    for (const auto i : on) seen[i] = {dot(t, x[i]), dot(s, x[i])};
+    on = outline(seen, on, size);
   }
   drop_vertices_in_edges();
 }
@@ -213,7 +220,7 @@ void Hulls::add_polygon(std::span<const double> values, std::int64_t which) {
 }
 
 void Hulls::add_polyhedron(const HullBatch& batch, std::int64_t which) {
-  Builder b{which, {}, 0, {}, {}};
+  Builder b{which, {}, 0, {}, {}, {}};
   b.take_vertices(batch.vertex.subspan(3 * batch.first_vertex[which],
                                        3 * (batch.first_vertex[which + 1] - batch.first_vertex[which])));
   if (b.x.size() < 4) refuse(which, "a polyhedron of " + std::to_string(b.x.size()) + " vertices; give four or more");

@@ -55,6 +55,16 @@ def test_needless_triangles_do_no_harm():
     assert len(core.hulls["offset"]) == 6 and len(core.hulls["edge"]) == 4 * 12
 
 
+def test_planes_that_hardly_differ_are_one_face_to_both():
+    """Corners of a roof so flat that the tolerance of planes lies between what one and what the other half of it sees."""
+    for height in np.geomspace(1e-9, 1e-5, 60):
+        vertices = np.vstack([CUBE, [0.3, 0.1, 0.5 + height]])
+        faces = [*(f for f in CUBE_FACES if f != [4, 5, 7, 6]), [4, 5, 8], [5, 7, 8], [7, 6, 8], [6, 4, 8]]
+        core = cn._core.Scene(3)
+        core.add_hulls(*cn.polyhedra([(vertices, faces)], ROCK).contactors[0].hulls)
+        assert 6 <= len(core.hulls["offset"]) <= 9
+
+
 def test_body_of_several_parts():
     """An L of two boxes: mass and centre of the whole, six or more corners on the floor."""
     parts = [(CUBE * [3, 1, 1] + [1.5, 0, 0.5], CUBE_FACES), (CUBE + [0.5, 0, 1.5], CUBE_FACES)]
