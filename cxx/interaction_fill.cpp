@@ -36,8 +36,8 @@ void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
 }
 
 void Interactions::State::fill() {
-  index.build(memory.keys, scratch);
   const int n = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
+  find_places(threads);
   double deepest = 0;
   fault = {};
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(max : deepest) if (threads > 1)
@@ -72,8 +72,15 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const LawInfo& law = law_infos()[b.law];
   const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
+  const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
-    const std::int64_t i = system.candidate[b.first + lane];
+    const std::int64_t i = who[lane];
+    if (const std::int64_t soon = lane + 16 < b.contacts ? who[lane + 16] : i; soon != i) {
+      __builtin_prefetch(&c.contactor_a[soon]);
+      __builtin_prefetch(&c.contactor_b[soon]);
+      __builtin_prefetch(&c.gap[soon]);
+      __builtin_prefetch(&c.normal[d * soon]);
+    }
     const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i], A = body(ca), B = body(cb);
     double* to = b.frame + lane / 8 * lines + lane % 8;
     const double *normal = &c.normal[d * i], ra = *contactors->radius[ca], rb = *contactors->radius[cb];
@@ -113,14 +120,13 @@ template <int d>
 void Interactions::State::inherit_packed(cairn_batch& b) const {
   const double scale = memory.h > 0 ? h / memory.h : 1;
   const int n = b.count, lines = 8 * b.pack, kept = memory.impulse_components;
-  std::int32_t place[128];
-  find_places(b, place);
-  std::fill(place + b.contacts, place + n, -1);
+  const std::int32_t* found = place + b.first;
   for (int first = 0; first < n; first += 8) {
     double *pack = b.frame + first / 8 * lines, *r = pack + 8 * (d + 4), p[d][8] = {};
     for (int i = 0; i < 8; ++i) {
-      if (place[first + i] < 0) continue;
-      const double* from = &memory.impulses[std::size_t(place[first + i]) * kept];
+      const std::int32_t where = first + i < b.contacts ? found[first + i] : -1;
+      if (where < 0) continue;
+      const double* from = &memory.impulses[std::size_t(where) * kept];
       for (int k = 0; k < d; ++k) p[k][i] = scale * from[k];
     }
     for (int i = 0; i < 8; ++i) {
@@ -199,11 +205,9 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
   const int states = int(law.state.size());
   std::fill(b.r, b.r + std::size_t(n) * b.components, 0.0);
   const double scale = memory.h > 0 ? h / memory.h : 1;
-  std::int32_t places[128];
-  find_places(b, places);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const ContactKey k = key(system.candidate[b.first + lane]);
-    const std::int32_t place = places[lane];
+    const std::int32_t where = place[b.first + lane];
     // The state of a new contact is the value that the law declares. One that declares none learns whether the
     // contactors are new, no number, or have been there before, huge. Huge also fills the memory of contacts without
     // state.
@@ -212,8 +216,8 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
       const bool fresh = k.contactor_a >= memory.contactors_seen || k.contactor_b >= memory.contactors_seen;
       double value = law.state_begin[s];
       if (!std::isfinite(value)) value = fresh ? std::numeric_limits<double>::quiet_NaN() : huge;
-      if (place >= 0 && s < memory.state_components) {
-        const double kept_state = memory.states[std::size_t(place) * memory.state_components + s];
+      if (where >= 0 && s < memory.state_components) {
+        const double kept_state = memory.states[std::size_t(where) * memory.state_components + s];
         if (!(kept_state >= huge))
           value = kept_state;
         else if (!std::isfinite(law.state_begin[s]))
@@ -221,8 +225,8 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
       }
       b.state[s * n + lane] = value;
     }
-    if (place < 0) continue;
-    const double* p = &memory.impulses[std::size_t(place) * kept];
+    if (where < 0) continue;
+    const double* p = &memory.impulses[std::size_t(where) * kept];
     if (d == 2) {
       for (int c = 0; c < std::min(kept, b.components); ++c) b.r[c * n + lane] = scale * p[c];
       continue;

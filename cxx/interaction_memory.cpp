@@ -1,63 +1,19 @@
 // What the next step inherits: impulses and states of laws, found again by the keys of their contacts.
 #include <algorithm>
-#include <bit>
 #include <limits>
 
 #include "interaction_state.hpp"
+#include "key_search.hpp"
 
 namespace cairn {
 
-void KeyIndex::build(const std::vector<ContactKey>& keys, Scratch& scratch) {
-  const auto size = std::bit_ceil(std::max<std::uint64_t>(16, keys.size() + keys.size() / 2));
-  mask_ = size - 1;
-  shift_ = 64 - std::countr_zero(size);
-  slots_ = scratch.take<std::int32_t>(std::int64_t(size));
-  std::fill_n(slots_, size, -1);
-  for (std::size_t i = 0; i < keys.size(); ++i) {
-    std::uint64_t s = hash(keys[i]);
-    while (slots_[s] >= 0) s = (s + 1) & mask_;
-    slots_[s] = std::int32_t(i);
-  }
-}
-
-void Interactions::State::find_places(const cairn_batch& b, std::int32_t* place) const {
-  std::int32_t near = 0;
-  for (int lane = 0; lane < b.contacts; ++lane) {
-    place[lane] = index.find(key(system.candidate[b.first + lane]), memory.keys, near);
-    if (place[lane] >= 0) near = place[lane] + 1;
-  }
-}
-
-namespace {
-
-bool acts(const cairn_batch& b, int lane) {
-  bool any = false;
-  for (int k = 0; k < b.components; ++k) any |= at(b, b.r, lane, k) != 0;
-  return any;
-}
-
-} // namespace
-
-// Contacts with an impulse or a state.
-std::int64_t Interactions::State::count_kept() const {
-  std::int64_t kept = 0;
-  for (const cairn_batch& b : system.batches) {
-    if (b.state) {
-      kept += b.contacts;
-    } else if (b.pack) { // dummies have no impulse
-      for (int first = 0; first < b.count; first += 8) {
-        const double* r = b.r + first * b.pack;
-        for (int i = 0; i < 8; ++i) {
-          bool any = false;
-          for (int k = 0; k < b.components; ++k) any |= r[8 * k + i] != 0;
-          kept += any;
-        }
-      }
-    } else {
-      for (int lane = 0; lane < b.contacts; ++lane) kept += acts(b, lane);
-    }
-  }
-  return kept;
+void Interactions::State::find_places(int threads) {
+  const auto n = std::int64_t(system.candidate.size());
+  place = scratch.take<std::int32_t>(n);
+  const auto key_of = [&](std::int64_t c) { // dummies have none
+    return system.candidate[c] < 0 ? ContactKey{-1, -1, 0, 0} : key(system.candidate[c]);
+  };
+  find_keys(memory.keys, n, key_of, threads, scratch, place);
 }
 
 void Interactions::State::remember() {
@@ -65,11 +21,11 @@ void Interactions::State::remember() {
   m.h = h;
   m.impulse_components = impulse_components;
   m.state_components = state_components;
-  // one more than are kept: each is written before it is known whether it is
-  const auto kept = std::size_t(count_kept());
-  fit(m.keys, kept + 1);
-  fit(m.impulses, (kept + 1) * impulse_components);
-  fit(m.states, (kept + 1) * state_components);
+  std::size_t kept = 0; // without an impulse, too: the order is what finds the others
+  for (const cairn_batch& b : system.batches) kept += std::size_t(b.contacts);
+  fit(m.keys, kept);
+  fit(m.impulses, kept * impulse_components);
+  fit(m.states, kept * state_components);
   std::int64_t to = 0;
   for (const cairn_batch& b : system.batches) {
     if (b.pack && state_components == 0 && impulse_components == dim())
@@ -77,9 +33,6 @@ void Interactions::State::remember() {
     else
       to = remember(b, to);
   }
-  m.keys.resize(kept);
-  m.impulses.resize(kept * impulse_components);
-  m.states.resize(kept * state_components);
   for (std::int64_t c = 0; c < contactors->count; ++c)
     m.contactors_seen = std::max(m.contactors_seen, *contactors->id[c] + 1);
 }
@@ -109,9 +62,7 @@ std::int64_t Interactions::State::remember_packed(const cairn_batch& b, std::int
     for (int i = 0; i < some; ++i) {
       memory.keys[to] = key(system.candidate[b.first + first + i]);
       for (int k = 0; k < d; ++k) memory.impulses[d * to + k] = p[k][i];
-      bool any = false;
-      for (int k = 0; k < d; ++k) any |= r[8 * k + i] != 0;
-      to += any;
+      ++to;
     }
   }
   return to;
@@ -120,7 +71,6 @@ std::int64_t Interactions::State::remember_packed(const cairn_batch& b, std::int
 std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to) {
   const int n = b.count, states = int(law_infos()[b.law].state.size());
   for (int lane = 0; lane < b.contacts; ++lane) {
-    if (!b.state && !acts(b, lane)) continue;
     memory.keys[to] = key(system.candidate[b.first + lane]);
     double p[6] = {};
     if (dim() == 2)

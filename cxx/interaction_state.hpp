@@ -17,30 +17,6 @@ inline constexpr int smallest_tile = 600, largest_tile = 2000, tiles = 24;
 // A body that moves with more contacts than this is a hub.
 inline constexpr int hub_degree = 32;
 
-// Where a key stands in the memory of the last step.
-class KeyIndex {
-public:
-  void build(const std::vector<ContactKey>& keys, Scratch& scratch);
-  // -1 if it is not there; looks at `near` first
-  std::int32_t find(const ContactKey& key, const std::vector<ContactKey>& keys, std::int32_t near) const {
-    if (std::size_t(near) < keys.size() && keys[near] == key) return near;
-    for (std::uint64_t s = hash(key); slots_[s] >= 0; s = (s + 1) & mask_)
-      if (keys[slots_[s]] == key) return slots_[s];
-    return -1;
-  }
-
-private:
-  std::uint64_t hash(const ContactKey& k) const { // multiplicative (Knuth 1973): the upper bits are the good ones
-    const std::uint64_t place = std::uint64_t(std::uint32_t(k.feature)) << 32 | std::uint32_t(k.image);
-    const std::uint64_t x = std::uint64_t(k.contactor_a) * 0x9e3779b97f4a7c15u +
-                            std::uint64_t(k.contactor_b) * 0xbf58476d1ce4e5b9u + place * 0x94d049bb133111ebu;
-    return ((x ^ x >> 32) * 0x9e3779b97f4a7c15u) >> shift_;
-  }
-  std::int32_t* slots_ = nullptr; // in the scratch
-  std::uint64_t mask_ = 0;
-  int shift_ = 0;
-};
-
 // Component k of a field of a batch, packed or not (see cairn/core.h).
 inline double& at(const cairn_batch& b, double* field, int lane, int k) {
   return b.pack ? field[lane / 8 * 8 * b.pack + 8 * k + lane % 8] : field[k * b.count + lane];
@@ -70,7 +46,7 @@ struct Interactions::State {
   Scratch scratch;
   ContactSystem system;
   ContactMemory memory;
-  KeyIndex index;
+  std::int32_t* place = nullptr; // per batched contact: where it stands in the memory, -1 if it was not there
   ContactEnergy energy;
   // of the step being assembled, the caller's
   const Bodies* bodies = nullptr;
@@ -130,8 +106,7 @@ struct Interactions::State {
 
 private:
   void load_further_inertia(std::int64_t n);
-  void find_places(const cairn_batch& b, std::int32_t* place) const; // of its contacts in the memory
-  std::int64_t count_kept() const;
+  void find_places(int threads);
   std::int64_t remember(const cairn_batch& b, std::int64_t to);
   template <int d>
   std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);

@@ -28,7 +28,9 @@ contains
     do i = first, last - 1
       centre(:, i) = position(:, body(i))
       if (has_offset /= 0) then
-        if (has_rotation == 0) then
+        if (.not. any(abs(offset(:, i)) > 0)) then ! most contactors stand where their body does
+          continue
+        else if (has_rotation == 0) then
           centre(:, i) = centre(:, i) + offset(:, i)
         else if (dim == 2) then
           centre(:, i) = centre(:, i) + turned_2d(rotation(1, body(i)), offset(:, i))
@@ -59,7 +61,7 @@ contains
 
     do i = first, last - 1
       turned(:, i) = direction(:, i)
-      if (has_rotation == 0) cycle
+      if (has_rotation == 0 .or. .not. any(abs(direction(:dim, i)) > 0)) cycle ! round ones have none
       if (dim == 2) then
         turned(1:2, i) = turned_2d(rotation(1, body(i)), direction(1:2, i))
       else

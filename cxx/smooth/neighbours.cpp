@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "../call.hpp"
-#include "../interaction_state.hpp"
+#include "../key_search.hpp"
 #include "lanes.hpp"
 
 namespace cairn {
@@ -268,18 +268,17 @@ void SmoothDynamics::remember(Simulation& s) {
 void SmoothDynamics::recall(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
   Scratch scratch;
-  KeyIndex index;
-  index.build(memory_.keys, scratch);
+  auto* place = scratch.take<std::int32_t>(list_.pairs);
+  const auto key_of = [&](std::int64_t p) {
+    return ContactKey{*c.id[list_.a[p]], *c.id[list_.b[p]], 0, list_.image[p]};
+  };
+  find_keys(memory_.keys, list_.pairs, key_of, 1, scratch, place);
   const int kept = states_ == memory_.state_components ? states_ : 0; // of other laws means something else
-  std::int32_t near = 0;
-  for (std::int64_t p = 0; p < list_.pairs && !memory_.keys.empty(); ++p) {
-    const ContactKey key{*c.id[list_.a[p]], *c.id[list_.b[p]], 0, list_.image[p]};
-    const std::int32_t place = index.find(key, memory_.keys, near);
-    if (place < 0) continue;
-    near = place + 1;
+  for (std::int64_t p = 0; p < list_.pairs; ++p) {
+    if (place[p] < 0) continue;
     list_.active[p] = 1;
-    std::copy_n(&memory_.states[std::size_t(place) * memory_.state_components], kept, &list_.state[p * states_]);
-    std::copy_n(&memory_.impulses[std::size_t(place) * dim_], dim_, &list_.force[p * dim_]);
+    std::copy_n(&memory_.states[std::size_t(place[p]) * memory_.state_components], kept, &list_.state[p * states_]);
+    std::copy_n(&memory_.impulses[std::size_t(place[p]) * dim_], dim_, &list_.force[p * dim_]);
   }
 }
 
