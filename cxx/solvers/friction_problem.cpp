@@ -14,8 +14,11 @@ namespace cairn {
 #include "../../core_f90/solvers/solvers.def"
 #undef CAIRN_SOLVER
 
+ProblemSolver solve_auto;
+
 const std::vector<ProblemSolverInfo>& problem_solvers() {
   static const std::vector<ProblemSolverInfo> rows = {
+      {"auto", "Auto", "chooses and switches by what it measures", solve_auto},
 #define CAIRN_SOLVER(name, python, summary, simulations, problems)                                                     \
   CAIRN_OF_PROBLEMS_##problems({#name, #python, summary, solve_##name}, )
 #include "../../core_f90/solvers/solvers.def"
@@ -36,7 +39,10 @@ void check_size(const char* name, std::size_t has, std::int64_t needs, const cha
 
 void check_finite(const char* name, const Array<double>& values, int per_item, const char* item) {
   double sum = 0; // x - x is 0 unless x is infinite or no number
-  for (const double x : values) sum += x - x;
+  const std::size_t n = values.size();
+  const double* x = values.data();
+#pragma omp simd reduction(+ : sum)
+  for (std::size_t i = 0; i < n; ++i) sum += x[i] - x[i];
   if (sum == 0) return;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!std::isfinite(values[i]))
@@ -47,17 +53,17 @@ void check_finite(const char* name, const Array<double>& values, int per_item, c
 void check_blocks(const FrictionProblem& p) {
   if (p.row_start.front() != 0) refuse("row_start begins with " + std::to_string(p.row_start.front()) + ": give 0");
   for (std::int64_t a = 0; a < p.contacts; ++a) {
-    const std::string row = "row " + std::to_string(a) + " of W ";
+    const auto row = [&] { return "row " + std::to_string(a) + " of W "; };
     if (p.row_start[a + 1] < p.row_start[a] || p.row_start[a + 1] > std::int64_t(p.column.size()))
-      refuse(row + "ends at block " + std::to_string(p.row_start[a + 1]) + ": row_start must rise to " +
+      refuse(row() + "ends at block " + std::to_string(p.row_start[a + 1]) + ": row_start must rise to " +
              std::to_string(p.column.size()));
     bool diagonal = false;
     for (std::int64_t k = p.row_start[a]; k < p.row_start[a + 1]; ++k) {
       const std::int32_t b = p.column[k];
       if (b < 0 || b >= p.contacts)
-        refuse(row + "has column " + std::to_string(b) + ": columns are 0 to " + std::to_string(p.contacts - 1));
+        refuse(row() + "has column " + std::to_string(b) + ": columns are 0 to " + std::to_string(p.contacts - 1));
       if (k > p.row_start[a] && b <= p.column[k - 1])
-        refuse(row + "has column " + std::to_string(b) + " after " + std::to_string(p.column[k - 1]) +
+        refuse(row() + "has column " + std::to_string(b) + " after " + std::to_string(p.column[k - 1]) +
                ": columns must rise");
       if (b != a) continue;
       diagonal = true;
@@ -66,7 +72,7 @@ void check_blocks(const FrictionProblem& p) {
         refuse("W_NN of contact " + std::to_string(a) + " is " + std::to_string(w) +
                ": it must be positive; leave out contacts between bodies that cannot move");
     }
-    if (!diagonal) refuse(row + "has no diagonal block: W_NN must be positive");
+    if (!diagonal) refuse(row() + "has no diagonal block: W_NN must be positive");
   }
 }
 

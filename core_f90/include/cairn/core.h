@@ -244,6 +244,18 @@ void cairn_anderson_store(int64_t n, int32_t columns, int32_t slot, const double
                           double* gram, double* work);
 void cairn_anderson_mix(int64_t n, int32_t columns, const double* weight, const double* f, const double* g,
                         const double* df, const double* dg, const double* gram, double* r, double* work);
+void cairn_tangent_gradient(int32_t dim, int64_t n, const double* mu, const double* rho, const double* r,
+                            const double* u, double* w);
+void cairn_conjugate_direction(int32_t dim, int64_t n, const double* mu, const double* r, const double* w, double b,
+                               double* p);
+void cairn_disk_step(int32_t dim, int64_t n, const double* mu, double step, const double* p, double* r);
+void cairn_contact_scales(int32_t dim, int64_t n, const double* block, const int64_t* place, double* rho);
+void cairn_gradient_step(int32_t dim, int64_t n, const double* mu, const double* rho, double step, const double* y,
+                         const double* u, double* r);
+void cairn_extrapolate(int64_t n, double momentum, const double* r, const double* r_last, double* y,
+                       int32_t* turned_back);
+double cairn_gradient_ratio(int32_t dim, int64_t n, const double* mu, const double* rho, const double* r,
+                            const double* u, const double* s, const double* v);
 enum { cairn_contact_block_size = 16 };
 void cairn_nlgs_prepare(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
                         int32_t* beside_column, double* beside, double* local);

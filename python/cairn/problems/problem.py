@@ -79,7 +79,7 @@ class Problem:
         size = self.dim * self.contacts
         return sparse.bsr_array((self._data, self._column, self._row_start), shape=(size, size))
 
-    def solve(self, solver="nlgs", tol=1e-8, *, max_iter=100000, max_seconds=math.inf, threads=1, seed=0, relaxation=1.0,
+    def solve(self, solver="auto", tol=1e-8, *, max_iter=100000, max_seconds=math.inf, threads=1, seed=0, relaxation=1.0,
               start=None):
         """Solves to a true error of tol, and returns a Result; what did not converge is a status, never an exception.
 
