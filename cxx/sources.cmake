@@ -29,10 +29,7 @@ set(CAIRN_CXX_SOURCES
   solvers/contact_system.cpp
   solvers/friction_problem.cpp
   solvers/auto.cpp
-  solvers/contact_system.cpp
-  solvers/friction_problem.cpp
   solvers/gradient_methods.cpp
-  solvers/linear_system.cpp
   solvers/newton.cpp
   solvers/newton_step.cpp
   solvers/nlgs.cpp

@@ -210,6 +210,12 @@ class Simulation:
 
         return problem_of(self)["problem"]
 
+    def dump_problem(self, path):
+        """Writes the contact problem of the last step as `cairn.problems.write` does: FCLIB's HDF5, or .dat for Siconos."""
+        from . import problems
+
+        problems.write(path, self.problem())
+
     # ------------------------------------------------------------------ changes between steps
 
     def interact(self, a, b, law):

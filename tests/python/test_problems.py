@@ -115,3 +115,55 @@ def test_limits_are_a_status():
     assert result.error == pytest.approx(p.error(result.r), rel=1e-12)
     more = p.solve("nlgs", tol=1e-12, max_iter=300, start=result.r)
     assert more.error < result.error
+
+
+def test_a_step_is_a_problem(tmp_path):
+    """What a simulation writes is what it solved: its own impulses are a solution of it."""
+    from cairn import problems
+
+    rock = cairn.Material("rock", density=2000.0)
+    scene = cairn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cairn.disks([(0.0, 0.1), (0.0, 0.3)], [0.1, 0.1], rock), cairn.wall(point=(0, 0), normal=(0, 1), material=rock))
+    scene.interact(rock, rock, cairn.Coulomb(mu=0.4))
+    simulation = cairn.Simulation(scene, dt=1e-3, strategy=cairn.NSCD(solver=cairn.NLGS(tol=1e-12)))
+    simulation.run(steps=1, progress=False)
+    simulation.dump_problem(tmp_path / "step.hdf5")
+    p = problems.read(tmp_path / "step.hdf5")
+    assert p.contacts == 2
+    result = p.solve(tol=1e-12)
+    assert result.converged
+    weight = 2000.0 * np.pi * 0.1**2 * 9.81 * 1e-3
+    assert np.allclose(sorted(result.r[:, 0]), [weight, 2 * weight], rtol=1e-9)
+
+
+def test_threads_leave_bits():
+    p, _ = resting_box(64)
+    one = p.solve("nlgs_coloured", tol=1e-9)
+    two = p.solve("nlgs_coloured", tol=1e-9, threads=2)
+    assert (one.r == two.r).all() and one.iterations == two.iterations
+
+
+def test_seed_draws_the_order():
+    p, _ = resting_box(8)
+    runs = [p.solve("nlgs_random", tol=1e-9, seed=seed) for seed in (1, 1, 2)]
+    assert (runs[0].r == runs[1].r).all() and (runs[0].r != runs[2].r).any()
+
+
+@pytest.mark.parametrize("ratio", [1e6, 1e12])
+def test_heavy_on_light(ratio):
+    """A column of masses, the top one `ratio` times heavier: each contact bears what stands on it."""
+    n = 20
+    mass = np.ones(n)
+    mass[-1] = ratio
+    H = np.zeros((2 * n, 2 * n))  # frictionless axis and tangent of each contact
+    for a in range(n):
+        for k in range(2):
+            H[2 * a + k, 2 * a + k] = 1
+            if a:
+                H[2 * (a - 1) + k, 2 * a + k] = -1
+    W = H.T @ (H / np.repeat(mass, 2)[:, None])
+    p = Problem(2, W, H.T @ np.tile([-1.0, 0.0], n), 0.5)
+    result = p.solve("auto", tol=1e-8)
+    assert result.converged, result.hint
+    expected = np.cumsum(mass[::-1])[::-1]
+    assert np.abs(result.r[:, 0] / expected - 1).max() < 1e-5
