@@ -22,6 +22,8 @@ cairn::Nscd nscd_of(const py::dict& d) {
   n.solver.min_iterations = py::cast<int>(d["min_iter"]);
   n.solver.max_iterations = py::cast<int>(d["max_iter"]);
   n.solver.threads = py::cast<int>(d["threads"]);
+  n.solver.solver = py::cast<std::string>(d["solver"]);
+  if (d.contains("memory")) n.solver.max_bytes = py::cast<double>(d["memory"]);
   return n;
 }
 
@@ -84,6 +86,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["contacts"] = r.contacts;
   out["unresolved_rotations"] = r.unresolved_rotations;
   out["status"] = name_of(r.solve.status);
+  out["solver"] = r.solve.solver;
   out["iterations"] = r.solve.iterations;
   out["error"] = r.solve.error;
   out["worst_error"] = r.solve.worst_error;

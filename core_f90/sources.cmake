@@ -37,11 +37,13 @@ set(CAIRN_CORE_SOURCES
   reference/detection_pairs.f90
   reference/plain_sweep.f90
   solvers/block_factors.f90
+  solvers/body_blocks.f90
   solvers/cone_projection.f90
   solvers/contact_block.f90
   solvers/contact_error.f90
   solvers/contact_passes.f90
   solvers/contact_velocity.f90
+  solvers/newton_bodies.f90
   solvers/newton_rows.f90
   solvers/nlgs_blocks.f90
   solvers/problem_blocks.f90

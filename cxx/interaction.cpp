@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "interaction_state.hpp"
-#include "solvers/nlgs.hpp"
+#include "solvers/step_solver.hpp"
 
 namespace cairn {
 
@@ -43,7 +43,7 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
 void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
-  SolveReport report = solve_nlgs(s_->system, bodies.velocity_free, options);
+  SolveReport report = solve_step(s_->system, bodies.velocity_free, options);
   if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
   return report;
 }

@@ -99,7 +99,9 @@ struct SolverOptions {
   double tolerance; // on the true error (DESIGN, section 5)
   int min_iterations;
   int max_iterations;
-  int threads; // 0: as OpenMP decides
+  int threads;                 // 0: as OpenMP decides
+  std::string solver = "nlgs"; // in steps: nlgs, auto, or a solver of problems (friction_problem.hpp)
+  double max_bytes = 1e9;      // that auto gives to factors
 };
 
 enum class SolveStatus { converged, iteration_limit, diverged };
@@ -116,6 +118,7 @@ struct SolveReport {
   double cone_distance = 0;        // distance of impulses outside the cone / impulse
   double energy_created = 0;       // energy that contacts made from nothing / energy in play; once it is committed
   std::string hint;                // empty when converged
+  const char* solver = "nlgs";     // that gave the answer
 };
 
 // Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.

@@ -25,20 +25,23 @@ set(CAIRN_CXX_SOURCES
   smooth/step.cpp
   solvers/active_set.cpp
   solvers/admm.cpp
+  solvers/auto.cpp
   solvers/block_factors.cpp
   solvers/contact_system.cpp
   solvers/friction_problem.cpp
-  solvers/auto.cpp
   solvers/gradient_methods.cpp
   solvers/newton.cpp
   solvers/newton_step.cpp
   solvers/nlgs.cpp
   solvers/nlgs_anderson.cpp
   solvers/nlgs_problem.cpp
-  solvers/ppa_newton.cpp
   solvers/nlgs_variants.cpp
+  solvers/ppa_newton.cpp
   solvers/problem_monitor.cpp
   solvers/scaled_problem.cpp
+  solvers/step_error.cpp
+  solvers/step_problem.cpp
+  solvers/step_solver.cpp
   space_filling_order.cpp
   step.cpp
   strategy.cpp

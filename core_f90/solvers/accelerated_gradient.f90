@@ -1,5 +1,5 @@
-!> Accelerated projected gradient with restart (Nesterov 1983; Mazhar, Heyn, Negrut & Tasora 2015). The gradient is De Saxce's: where
-!> it comes to rest, Coulomb's law holds, and not its convex relaxation.
+!> Accelerated projected gradient with restart (Nesterov 1983; Mazhar, Heyn, Negrut & Tasora 2015). The gradient is De Saxce's:
+!> where it comes to rest, Coulomb's law holds, and not its convex relaxation.
 module accelerated_gradient
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   use cone_projection, only: project_cone

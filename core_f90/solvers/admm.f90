@@ -48,7 +48,7 @@ contains
       call project_cone(dim, mu(a), z(:, a))
       v(:, a) = v(:, a) + w - z(:, a)
       slip = rho*v(2:, a)
-      s(a) = mu(a)*norm2(slip)
+      s(a) = mu(a)*sqrt(sum(slip**2))
       sums(1) = sums(1) + sum((r(:, a) - z(:, a))**2)
       sums(2) = sums(2) + sum((z(:, a) - before)**2)
       sums(3) = sums(3) + sum(z(:, a)**2)

@@ -1,6 +1,6 @@
-!> LU factors of a matrix in blocks, one row of blocks per contact, in an order given by the caller; rows are eliminated whole, with
-!> pivots inside a diagonal block only. Contacts that are not active are left out. Unlike a factorisation by scalars it takes the
-!> graph of contacts once, and every matrix on it after that costs its arithmetic alone.
+!> LU factors of a matrix in blocks, one row of blocks per contact or body, in an order given by the caller; rows are eliminated
+!> whole, with pivots inside a diagonal block only. Rows that are not active are left out. Unlike a factorisation by scalars it takes
+!> the graph once, and every matrix on it after that costs its arithmetic alone.
 module block_factors
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
@@ -13,7 +13,7 @@ contains
   integer(c_int64_t) function cairn_block_factor(dim, n, order, place, row_start, column, block, active, lower_start, lower, &
       upper_start, upper, lower_last, lower_kept, upper_last, upper_kept, lower_block, upper_block, diagonal, work) &
       result(failed) bind(c)
-    integer(c_int32_t), value      :: dim              !< 2 or 3
+    integer(c_int32_t), value      :: dim              !< of a block: 2, 3 or 6
     integer(c_int64_t), value      :: n                !< contacts
     integer(c_int32_t), intent(in) :: order(n)         !< contact at each place, from 0
     integer(c_int32_t), intent(in) :: place(n)         !< place of each contact, from 0
@@ -58,6 +58,9 @@ contains
         lower_kept(kept) = int(k, c_int32_t)
         if (dim == 3) then
           call eliminate3(upper_start(k) + 1, upper_last(k), upper_kept, upper_block, diagonal(:, k), work(:, k), &
+                          lower_block(:, kept), work)
+        else if (dim == 6) then
+          call eliminate6(upper_start(k) + 1, upper_last(k), upper_kept, upper_block, diagonal(:, k), work(:, k), &
                           lower_block(:, kept), work)
         else
           call eliminate2(upper_start(k) + 1, upper_last(k), upper_kept, upper_block, diagonal(:, k), work(:, k), &
@@ -104,6 +107,30 @@ contains
       end do
     end do
   end subroutine eliminate3
+
+  subroutine eliminate6(first, last, upper, upper_block, inverse, own, l, work)
+    integer(c_int64_t), intent(in) :: first, last
+    integer(c_int32_t), intent(in) :: upper(*)
+    real(c_double), intent(in)     :: upper_block(6, 6, *), inverse(6, 6), own(6, 6)
+    real(c_double), intent(out)    :: l(6, 6)
+    real(c_double), intent(inout)  :: work(6, 6, *)
+    real(c_double) :: x(6, 6), column(6)
+    integer(c_int64_t) :: m, j
+    integer :: c
+    do c = 1, 6
+      x(:, c) = own(:, 1)*inverse(1, c) + own(:, 2)*inverse(2, c) + own(:, 3)*inverse(3, c) + own(:, 4)*inverse(4, c) + &
+                own(:, 5)*inverse(5, c) + own(:, 6)*inverse(6, c)
+    end do
+    l = x
+    do m = first, last
+      j = upper(m)
+      do c = 1, 6
+        column = upper_block(:, c, m)
+        work(:, c, j) = work(:, c, j) - x(:, 1)*column(1) - x(:, 2)*column(2) - x(:, 3)*column(3) - x(:, 4)*column(4) - &
+                        x(:, 5)*column(5) - x(:, 6)*column(6)
+      end do
+    end do
+  end subroutine eliminate6
 
   subroutine eliminate2(first, last, upper, upper_block, inverse, own, l, work)
     integer(c_int64_t), intent(in) :: first, last
@@ -170,7 +197,7 @@ contains
   !> Solution in place of b; what is not active stays as it was.
   subroutine cairn_block_solve(dim, n, order, active, lower_start, lower_last, lower_kept, upper_start, upper_last, upper_kept, &
                                lower_block, upper_block, diagonal, b, x) bind(c)
-    integer(c_int32_t), value      :: dim              !< 2 or 3
+    integer(c_int32_t), value      :: dim              !< of a block: 2, 3 or 6
     integer(c_int64_t), value      :: n                !< contacts
     integer(c_int32_t), intent(in) :: order(n)         !< contact at each place, from 0
     integer(c_int32_t), intent(in) :: active(n)        !< of a contact
@@ -185,7 +212,7 @@ contains
     real(c_double), intent(in)     :: diagonal(dim*dim, n)
     real(c_double), intent(inout)  :: b(dim, n)        !< by contacts
     real(c_double), intent(inout)  :: x(dim, n)        !< workspace
-    real(c_double) :: y(3)
+    real(c_double) :: y(6)
     integer(c_int64_t) :: i, m
     do i = 1, n
       if (active(order(i)+1) == 0) cycle
@@ -212,10 +239,15 @@ contains
     integer(c_int32_t), intent(in) :: dim
     real(c_double), intent(in)     :: m(dim*dim), x(dim)
     real(c_double), intent(inout)  :: y(dim)
+    integer :: k
     if (dim == 3) then
       y(1) = y(1) - m(1)*x(1) - m(4)*x(2) - m(7)*x(3)
       y(2) = y(2) - m(2)*x(1) - m(5)*x(2) - m(8)*x(3)
       y(3) = y(3) - m(3)*x(1) - m(6)*x(2) - m(9)*x(3)
+    else if (dim == 6) then
+      do k = 1, 6
+        y = y - m(6*k-5:6*k)*x(k)
+      end do
     else
       y(1) = y(1) - m(1)*x(1) - m(3)*x(2)
       y(2) = y(2) - m(2)*x(1) - m(4)*x(2)

@@ -32,7 +32,7 @@ contains
       limit = mu(a)*max(normal, 0.0_c_double)
       x = 0
       x(:dim-1) = r(2:, a) - rho(2, a)*u(2:, a)
-      tangent = norm2(x)
+      tangent = sqrt(sum(x**2))
       f(1, a) = r(1, a) - max(normal, 0.0_c_double)
       if (tangent <= limit) then
         f(2:, a) = r(2:, a) - x(:dim-1)

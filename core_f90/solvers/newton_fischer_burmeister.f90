@@ -30,7 +30,7 @@ contains
     integer :: i
     do a = 1, n
       c = 1/max(1.0_c_double, mu(a))
-      slip = norm2(u(2:, a))
+      slip = sqrt(sum(u(2:, a)**2))
       x = c*r(:, a)
       y = c*rho(1, a)*mu(a)*u(:, a)
       x(1) = mu(a)*x(1)
@@ -79,7 +79,7 @@ contains
     real(c_double) :: w(dim), z(dim), bar, low, high, axis(dim-1)
     w = 2*(x(1)*x + y(1)*y)
     w(1) = sum(x*x) + sum(y*y)
-    bar = norm2(w(2:))
+    bar = sqrt(sum(w(2:)**2))
     axis = 0
     if (bar > 0) axis = w(2:)/bar
     low = sqrt(max(0.0_c_double, w(1) - bar))

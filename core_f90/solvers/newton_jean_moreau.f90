@@ -31,7 +31,7 @@ contains
       normal = r(1, a) - rho(1, a)*u(1, a)
       limit = mu(a)*max(r(1, a), 0.0_c_double)
       x = r(2:, a) - rho(2, a)*u(2:, a)
-      tangent = norm2(x)
+      tangent = sqrt(sum(x**2))
       part = 1
       if (tangent > limit) part = limit/tangent
       f(1, a) = r(1, a) - max(normal, 0.0_c_double)

@@ -8,7 +8,7 @@ module problem_error
   use cone_projection, only: project_cone, project_disk
   implicit none
   private
-  public :: cairn_problem_error, cairn_problem_figures
+  public :: cairn_problem_error, cairn_problem_figures, cairn_problem_speeds
 contains
 
   !> Sums of the error, in the order of contacts.
@@ -77,6 +77,23 @@ contains
     if (.not. sink > 0) figures(3) = 0
     if (.not. given > 0) figures(5) = 0
   end subroutine cairn_problem_figures
+
+  !> |F| W_NN of each contact: by how much its velocity breaks the law, but for what the rounding of impulses makes of it.
+  subroutine cairn_problem_speeds(dim, n, mu, w_nn, r, u, speed) bind(c)
+    integer(c_int32_t), value   :: dim        !< components of a contact, 2 or 3
+    integer(c_int64_t), value   :: n          !< contacts
+    real(c_double), intent(in)  :: mu(n)      !< friction [-]
+    real(c_double), intent(in)  :: w_nn(n)    !< 1/rho [1/kg]
+    real(c_double), intent(in)  :: r(dim, n)  !< impulse [N s]
+    real(c_double), intent(in)  :: u(dim, n)  !< relative velocity [m/s]
+    real(c_double), intent(out) :: speed(n)   !< [m/s]
+    real(c_double) :: f(dim)
+    integer(c_int64_t) :: a
+    do a = 1, n
+      call natural_map(dim, mu(a), w_nn(a), r(:, a), u(:, a), f)
+      speed(a) = max(0.0_c_double, sqrt(sum(f**2)) - 64*epsilon(f)*sqrt(sum(r(:, a)**2)))*w_nn(a)
+    end do
+  end subroutine cairn_problem_speeds
 
   !> F of one contact.
   pure subroutine natural_map(dim, mu, w_nn, r, u, f)

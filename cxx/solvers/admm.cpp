@@ -21,8 +21,8 @@ struct Multipliers {
   double sums[4] = {};
 
   explicit Multipliers(const FrictionProblem& problem)
-      : p(problem), factors(p), matrix(p.block.size()), r(p.unknowns()), u(p.unknowns()), z(p.unknowns()),
-        v(p.unknowns()), s(p.contacts), mu(p.mu), active(p.contacts, 1) {
+      : p(problem), factors(p.dim, p.row_start, p.column), matrix(p.block.size()), r(p.unknowns()), u(p.unknowns()),
+        z(p.unknowns()), v(p.unknowns()), s(p.contacts), mu(p.mu), active(p.contacts, 1) {
     for (double& m : mu)
       m = std::min(m, 1e3); // an angle of friction of 89.94 degrees: beyond it the cone has no width to project on
   }

@@ -4,39 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../call.hpp"
+#include "block_factors.hpp"
+#include "error_forecast.hpp"
 #include "nlgs_anderson.hpp"
 
 namespace cairn {
 
 ProblemSolver solve_ppa_newton;
-
-namespace {
-
-// Tells from the errors of sweeps how many are still to come: the rate of the later half of the way.
-class Forecast {
-public:
-  explicit Forecast(double tolerance) : tolerance_(tolerance) {}
-  double sweeps_to_come(std::int64_t iterations, double error) {
-    best_ = std::min(best_, error);
-    seen_.push_back({iterations, best_});
-    while (middle_ + 1 < seen_.size() && seen_[middle_ + 1].iterations <= iterations / 2) ++middle_;
-    const Seen& half = seen_[middle_];
-    const double fall = std::log(half.error / best_) / double(std::max<std::int64_t>(1, iterations - half.iterations));
-    return fall > 0 ? std::log(best_ / tolerance_) / fall : std::numeric_limits<double>::infinity();
-  }
-
-private:
-  struct Seen {
-    std::int64_t iterations;
-    double error;
-  };
-  double tolerance_, best_ = std::numeric_limits<double>::infinity();
-  std::vector<Seen> seen_;
-  std::size_t middle_ = 0;
-};
-
-} // namespace
 
 ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options, double* r) {
   // an iteration of Newton's method costs 10 sweeps where contacts have few neighbours, 170 where they have many
@@ -50,12 +24,12 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
   std::string last = "nlgs_anderson";
   std::int64_t iterations = 0, patience = least_sweeps;
   int newton_iterations = 60;
-  bool has_newton = true;
+  const bool has_newton = has_factorisations();
   Array<double> start(p.unknowns());
   while (!monitor.ended(iterations)) {
     last = "nlgs_anderson";
     start.assign(r, r + p.unknowns());
-    Forecast forecast(options.tolerance);
+    ErrorForecast forecast(options.tolerance);
     const std::int64_t begin = iterations;
     iterations = sweep_with_memory(p, inner, monitor, start.data(), iterations, [&](std::int64_t i, double error) {
       const double to_come = forecast.sweeps_to_come(i - begin, error);
@@ -69,14 +43,24 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
     newton.max_seconds = options.max_seconds - monitor.seconds();
     newton_iterations *= 4;
     start.assign(r, r + p.unknowns());
-    try {
-      const ProblemReport report = solve_ppa_newton(p, newton, start.data());
-      last = report.solver;
-      iterations += report.iterations;
-      monitor.error_of(start.data());
-    } catch (const Error&) { // this build has no factorisations
-      has_newton = false;
-    }
+    const ProblemReport report = solve_ppa_newton(p, newton, start.data());
+    last = report.solver;
+    iterations += report.iterations;
+    monitor.error_of(start.data());
+  }
+  product(p, r, start.data(), options.threads);
+  if (has_newton && monitor.best_error() <= options.tolerance &&
+      monitor.speed_error(r, start.data()) > std::sqrt(options.tolerance)) {
+    ProblemOptions newton = inner;
+    newton.warm_start = true;
+    newton.max_seconds = options.max_seconds - monitor.seconds();
+    start.assign(r, r + p.unknowns());
+    const ProblemReport report = solve_ppa_newton(p, newton, start.data());
+    iterations += report.iterations;
+    monitor.hold(true);
+    monitor.error_of(start.data());
+    monitor.hold(false);
+    last = report.solver;
   }
   return monitor.finish(last, iterations);
 }

@@ -1,26 +1,37 @@
-// LU factors of matrices on the graph of contacts: the order (approximate minimum degree, Amestoy, Davis & Duff 1996,
-// in SuiteSparse) and the fill are found once, whatever contacts are active afterwards.
+// LU factors of matrices on the graph of contacts, or of bodies: the order (approximate minimum degree, Amestoy, Davis
+// & Duff 1996, in SuiteSparse) and the fill are found once, whatever contacts are active afterwards.
 #pragma once
-#include "friction_problem.hpp"
+#include <cstdint>
+#include <vector>
+
+#include "../field.hpp"
 
 namespace cairn {
 
 // Throws Error where this build has no SuiteSparse, and says what to do.
 void need_factorisations(const char* solver);
+bool has_factorisations();
 
 class BlockFactors {
 public:
-  explicit BlockFactors(const FrictionProblem&);
-  // block (dim, dim, blocks) on the pattern of W; active (contacts): 0 leaves a contact out. False: a pivot vanished.
+  // Blocks of dim (2, 3 or 6) by rows, each diagonal block there; the caller keeps the pattern.
+  BlockFactors(int dim, const std::vector<std::int64_t>& row_start, const std::vector<std::int32_t>& column);
+  // block (dim, dim, blocks) on the pattern; active (rows): 0 leaves a row out. False: a pivot vanished.
   bool factor(const double* block, const std::int32_t* active);
-  // Solution in place of b (dim, contacts).
+  // Solution in place of b (dim, rows).
   void solve(double* b);
-  std::int64_t fill() const { return std::int64_t(upper_.size()); } // blocks right of the diagonal
+  // Of a factorisation with all rows active, and of the memory that it takes.
+  double operations() const;
+  double bytes() const;
 
 private:
   void find_order();
   void find_fill();
-  const FrictionProblem& p_;
+  void make_room();
+  int dim_;
+  std::int64_t n_;
+  const std::vector<std::int64_t>& row_start_;
+  const std::vector<std::int32_t>& column_;
   const std::int32_t* active_ = nullptr;
   std::vector<std::int32_t> order_, place_, lower_, upper_, lower_kept_, upper_kept_;
   std::vector<std::int64_t> lower_start_, upper_start_, lower_last_, upper_last_;

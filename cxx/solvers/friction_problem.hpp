@@ -4,12 +4,23 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "../field.hpp"
 
 namespace cairn {
+
+// The bodies under the contacts, where they are known: W = H' A^-1 H.
+struct ContactBodies {
+  int dofs = 6;                   // of a body: 3 in 2D, 6 in 3D
+  std::int64_t count = 0;         // that move
+  std::vector<std::int32_t> body; // (2, contacts); -1: does not move
+  Array<double> rows;             // (dim, dofs, 2, contacts) H' of each side, its sign in it [-], [m]
+  Array<double> mass, inverse;    // (dofs, dofs, count) A [kg], [kg m2] and A^-1
+  Array<double> velocity;         // (dofs, count) workspace of products
+};
 
 struct FrictionProblem {
   int dim = 3; // components of a contact: 2 or 3
@@ -20,6 +31,8 @@ struct FrictionProblem {
   Array<double> block;                 // (dim, dim, blocks) [1/kg]: row fastest, as Fortran has it
   Array<double> q;                     // (dim, contacts) [m/s]; a bias of the normal velocity is in it
   Array<double> mu;                    // (contacts) [-]
+  // Instead of the blocks beside the diagonal; solvers that say so take it.
+  std::shared_ptr<ContactBodies> bodies;
   std::int64_t unknowns() const { return dim * contacts; }
 };
 

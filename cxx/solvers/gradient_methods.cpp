@@ -48,22 +48,25 @@ ProblemReport solve_conjugate(const char* name, bool preconditioned, const Frict
     apply(p, direction, image, zero, options.threads);
     curvature = dot(direction, image);
     const double slope = -dot(direction, monitor.velocity());
-    if (!(slope > 0) || !(curvature > 0)) {
+    const bool descends = slope > 0 && curvature > 0;
+    if (descends) {
+      cairn_disk_step(p.dim, p.contacts, p.mu.data(), slope / curvature, direction.data(), r.data());
+      ++iterations;
+      ++since_restart;
+      double size = 0;
+      for (std::size_t i = 0; i < n; ++i) size += direction[i] * direction[i] / rho[i / p.dim];
+      steepest = std::max(steepest, curvature / size);
+      if (monitor.error_of(r.data()) < 0.5 * watched) {
+        watched = monitor.last_error();
+        watched_for = 0;
+      }
+      if (++watched_for < 20) continue;
+    } else if (!(steepest > 0) || (watched <= monitor.last_error() && plain_steps >= 100000)) {
       monitor.give_up(ProblemStatus::stalled, "no direction is left that lessens the energy; try nlgs_anderson");
       continue;
     }
-    cairn_disk_step(p.dim, p.contacts, p.mu.data(), slope / curvature, direction.data(), r.data());
-    ++iterations;
-    ++since_restart;
-    double size = 0;
-    for (std::size_t i = 0; i < n; ++i) size += direction[i] * direction[i] / rho[i / p.dim];
-    steepest = std::max(steepest, curvature / size);
-    if (monitor.error_of(r.data()) < 0.5 * watched) {
-      watched = monitor.last_error();
-      watched_for = 0;
-    }
-    if (++watched_for < 20) continue;
-    // conjugate directions circle: a run of plain projected gradient steps, each time longer, leads on
+    // conjugate directions circle, or end in rounding: a run of plain projected gradient steps, each time longer, leads
+    // on
     for (int k = 0; k < plain_steps && !monitor.ended(iterations); ++k, ++iterations) {
       cairn_gradient_step(p.dim, p.contacts, p.mu.data(), rho.data(), 0.7 / steepest, r.data(),
                           monitor.velocity().data(), w.data());

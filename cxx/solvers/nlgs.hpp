@@ -5,6 +5,20 @@
 
 namespace cairn {
 
-SolveReport solve_nlgs(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&);
+// Another solver, for where sweeps alone take too long.
+class SweepHelp {
+public:
+  virtual ~SweepHelp() = default;
+  // Told of each error; true: it wants to be called.
+  virtual bool pays(int iterations, double error) = 0;
+  // The error is small enough: whether that is all. False: it wants to be called.
+  virtual bool accepts(int iterations) = 0;
+  // Impulses of a smaller error, or as small, and records to go with them. False: they stay as they were.
+  virtual bool improve(const cairn_schedule& schedule, double error) = 0;
+  virtual const char* name() const = 0;
+};
+
+SolveReport solve_nlgs(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&,
+                       SweepHelp* help = nullptr);
 
 } // namespace cairn

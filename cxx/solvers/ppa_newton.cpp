@@ -4,95 +4,180 @@
 // 200 against 10 to 40).
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cairn/core.h"
-#include "newton_step.hpp"
-#include "scaled_problem.hpp"
+#include "ppa_newton.hpp"
 
 namespace cairn {
 
 namespace {
 
-struct Proximal {
-  static constexpr double largest = 10, smallest = 1e-11; // alpha, relative to the mean diagonal of W
-  static constexpr int most_steps = 12;
-  ScaledProblem& scaled;
-  NewtonStep& newton;
-  std::int64_t iterations = 0;
-  double alpha = 1e-2;
-  Array<double> centre, r, u, shifted;
-
-  Proximal(ScaledProblem& s, NewtonStep& step)
-      : scaled(s), newton(step), centre(s.problem().unknowns()), r(centre.size()), u(centre.size()),
-        shifted(centre.size()) {}
-
-  double error_of(const Array<double>& x) {
-    product(scaled.problem(), x.data(), u.data(), 1);
-    return scaled.monitor().error_of(x.data(), u.data());
-  }
-
-  // Newton's method around the centre. True: |f| fell tenfold. r is what it reached, error its true error.
-  bool solve_around(double& error, int& steps) {
-    ProblemMonitor& monitor = scaled.monitor();
-    r = centre;
-    error = error_of(r);
-    double first = 0, last[3] = {};
-    for (steps = 0;; ++steps) {
-      cairn_proximal_velocity(std::int64_t(r.size()), alpha, r.data(), centre.data(), u.data(), shifted.data());
-      double merit = 0;
-      if (steps == most_steps) {
-        merit = newton.merit(r.data(), shifted.data());
-        return merit <= 0.01 * first;
-      }
-      if (!newton.find(r.data(), shifted.data(), alpha, merit)) return false;
-      if (steps == 0) first = merit;
-      if (steps > 0 && merit <= 0.01 * first) return true;
-      if (steps > 6 && merit > first && merit > 0.5 * *std::min_element(last, last + 3)) return false;
-      last[steps % 3] = merit;
-      const Array<double>& step = newton.step();
-      for (std::size_t i = 0; i < r.size(); ++i) r[i] += step[i];
-      ++iterations;
-      error = error_of(r);
-      if (!std::isfinite(error) || monitor.ended(iterations)) return false;
-    }
-  }
-
-  void run(double error) {
-    ProblemMonitor& monitor = scaled.monitor();
-    int failures = 0;
-    while (!monitor.ended(iterations)) {
-      double next = 0;
-      int steps = 0;
-      const bool solved = solve_around(next, steps);
-      if (std::isfinite(next) && (solved || next < error)) centre = r;
-      if (solved || next < 0.3 * error) {
-        alpha = std::max(smallest, alpha * (steps <= 4 ? 0.1 : steps < 9 ? 0.3 : 1.0));
-        failures = 0;
-      } else {
-        alpha = std::min(largest, 5 * alpha);
-        if (++failures > 12) monitor.give_up(ProblemStatus::stalled, "Newton's method does not converge");
-      }
-      if (std::isfinite(next) && (solved || next < error)) error = next;
-    }
-  }
-};
+constexpr double largest = 10; // alpha
+constexpr int most_steps = 12;
+constexpr double alarm = 8; // velocities may err by so many tolerances
 
 } // namespace
 
+ProximalNewton::ProximalNewton(const FrictionProblem& p, const ProblemOptions& options, double* r)
+    : given_(p), scaled_(p, options, r),
+      newton_(scaled_.problem(), cairn_newton_alart_curnier, scaled_.monitor().diagonal()),
+      smallest_(p.bodies ? 1e-18 : 1e-15), centre_(p.unknowns()), r_(p.unknowns()), u_(p.unknowns()),
+      shifted_(p.unknowns()) {}
+
+double ProximalNewton::error_of(const Array<double>& x) {
+  product(scaled_.problem(), x.data(), u_.data(), 1);
+  return scaled_.monitor().error_of(x.data(), u_.data());
+}
+
+// Newton's method around the centre. True: |f| fell tenfold. r_ is what it reached, error its true error.
+bool ProximalNewton::solve_around(double& error, int& steps) {
+  ProblemMonitor& monitor = scaled_.monitor();
+  r_ = centre_;
+  error = error_of(r_);
+  double first = 0, last[3] = {};
+  for (steps = 0;; ++steps) {
+    cairn_proximal_velocity(std::int64_t(r_.size()), alpha_, r_.data(), centre_.data(), u_.data(), shifted_.data());
+    double merit = 0;
+    if (steps == most_steps) {
+      merit = newton_.merit(r_.data(), shifted_.data());
+      return merit <= 0.01 * first;
+    }
+    if (!newton_.find(r_.data(), shifted_.data(), alpha_, merit)) return false;
+    if (steps == 0) first = merit;
+    const bool rounding = settling_ && error < 1e-4 * monitor.tolerance();
+    if (rounding && steps > 1 && merit > 0.25 * last[(steps - 1) % 3]) return true;
+    if (steps > 0 && merit <= 0.01 * first) return true;
+    if (steps > 6 && merit > first && merit > 0.5 * *std::min_element(last, last + 3)) return false;
+    last[steps % 3] = merit;
+    const Array<double>& step = newton_.step();
+    for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += step[i];
+    ++iterations_;
+    error = error_of(r_);
+    if (!std::isfinite(error) || monitor.ended(iterations_)) return false;
+    if (error <= monitor.tolerance() && !settling_) return true;
+  }
+}
+
+void ProximalNewton::run(double error) {
+  ProblemMonitor& monitor = scaled_.monitor();
+  int failures = 0;
+  while (!monitor.ended(iterations_)) {
+    if (error <= monitor.tolerance()) return settle();
+    double next = 0;
+    int steps = 0;
+    const bool solved = solve_around(next, steps);
+    if (std::isfinite(next) && (solved || next < error)) centre_ = r_;
+    if (solved || next < 0.3 * error) {
+      alpha_ = std::max(smallest_, alpha_ * (steps <= 4 ? 0.1 : steps < 9 ? 0.3 : 1.0));
+      failures = 0;
+    } else {
+      alpha_ = std::min(largest, 5 * alpha_);
+      if (++failures > 12) monitor.give_up(ProblemStatus::stalled, "Newton's method does not converge");
+    }
+    if (std::isfinite(next) && (solved || next < error)) error = next;
+  }
+}
+
+// From a state in which every contact sticks: where little slips or opens Newton's method finds the rest in a few
+// steps, also along columns so long that a small change of alpha at a time would take many.
+void ProximalNewton::begin_sticking(double& error) {
+  constexpr int most = 8;
+  ProblemMonitor& monitor = scaled_.monitor();
+  const double alpha = 1e-7;
+  const int d = given_.dim;
+  error_of(centre_);
+  double push = 0;
+  for (std::size_t i = 0; i < centre_.size(); ++i) push = std::max({push, std::abs(centre_[i]), std::abs(u_[i])});
+  r_ = centre_;
+  for (std::size_t i = 0; i < r_.size(); i += d) r_[i] += 1e6 * push;
+  double merit = 0, now = error;
+  bool found = newton_.find(r_.data(), u_.data(), alpha, merit);
+  r_ = centre_;
+  for (int steps = 0; found && steps < most && !monitor.ended(iterations_); ++steps) {
+    for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += newton_.step()[i];
+    ++iterations_;
+    const double last = now;
+    now = error_of(r_);
+    if (!(now > monitor.tolerance()) || (steps > 1 && !(now < last)) || !std::isfinite(now)) break;
+    cairn_proximal_velocity(std::int64_t(r_.size()), alpha, r_.data(), centre_.data(), u_.data(), shifted_.data());
+    found = newton_.find(r_.data(), shifted_.data(), alpha, merit);
+  }
+  if (!(monitor.best_error() < 0.5 * error)) return;
+  std::copy_n(scaled_.best(), centre_.size(), centre_.begin());
+  alpha_ = monitor.best_error() < 0.01 * error ? 100 * alpha : alpha_;
+  error = monitor.best_error();
+}
+
+// The error is small enough. Where velocities are not, heavy bodies rest on light ones: with a far smaller alpha the
+// impulses go all the way, until they change no more by what bodies feel of them, r'W r.
+void ProximalNewton::settle() {
+  ProblemMonitor& monitor = scaled_.monitor();
+  const FrictionProblem& p = scaled_.problem();
+  const double limit = alarm * monitor.tolerance(), enough = 0.1 * monitor.tolerance();
+  error_of(centre_);
+  double speed = monitor.speed_error(centre_.data(), u_.data()), change = 0, energy = 0, factor = 1e-3;
+  settling_ = true;
+  Array<double> before(u_);
+  int failures = 0;
+  for (int round = 0; round < 60 && failures < 24 && !monitor.ended(iterations_); ++round) {
+    if (!(speed > limit) && !(change > enough * enough * energy)) break;
+    alpha_ = std::max(smallest_, factor * alpha_);
+    double error = 0, next = 0;
+    int steps = 0;
+    const bool solved = solve_around(error, steps) && error <= monitor.tolerance();
+    if (solved) next = monitor.speed_error(r_.data(), u_.data());
+    if (!solved || next > std::max(limit, 2 * speed)) {
+      alpha_ = std::min(largest, 100 * alpha_);
+      factor = 0.1;
+      ++failures;
+      continue;
+    }
+    change = energy = 0;
+    for (std::size_t i = 0; i < r_.size(); ++i) {
+      change += (r_[i] - centre_[i]) * (u_[i] - before[i]);
+      energy += r_[i] * (u_[i] - p.q[i]);
+    }
+    centre_ = r_;
+    before = u_;
+    speed = next;
+    if (alpha_ <= smallest_ && !(change > enough * enough * energy)) break;
+  }
+  error_of(centre_); // the last one that was good
+  monitor.hold(false);
+}
+
+// Sweeps of NLGS while they cost less than one factorisation and go on halving the error: many contacts on one body
+// fill the factors, and sweeps alone solve such problems. Returns the true error.
+double ProximalNewton::begin_with_sweeps() {
+  constexpr int batch = 20;
+  const FrictionProblem& p = scaled_.problem();
+  // a sweep's local solutions cost as much as some forty products with a block
+  const double sweep = 2.0 * p.dim * p.dim * (double(p.column.size()) + 40.0 * double(p.contacts));
+  double error = std::numeric_limits<double>::infinity();
+  for (double done = 0;; done += batch) {
+    const double before = error;
+    scaled_.sweep(centre_.data(), batch);
+    error = scaled_.monitor().error_of(centre_.data());
+    if (!std::isfinite(error) || error <= scaled_.monitor().tolerance() || scaled_.monitor().ended(0)) return error;
+    if ((done + 2 * batch) * sweep > newton_.operations() || error > 0.5 * before) return error;
+  }
+}
+
+ProblemReport ProximalNewton::solve() {
+  ProblemMonitor& monitor = scaled_.monitor();
+  monitor.hold(true); // until velocities are right, too: see settle
+  std::copy_n(scaled_.best(), given_.unknowns(), centre_.begin());
+  double error = monitor.error_of(centre_.data());
+  if (error > monitor.tolerance() && !given_.bodies) error = begin_with_sweeps();
+  if (error > monitor.tolerance()) begin_sticking(error);
+  run(error);
+  return scaled_.finish("ppa_newton", iterations_);
+}
+
 ProblemReport solve_ppa_newton(const FrictionProblem& p, const ProblemOptions& options, double* r) {
   need_factorisations("ppa_newton");
-  ScaledProblem scaled(p, options, r);
-  ProblemMonitor& monitor = scaled.monitor();
-  NewtonStep newton(scaled.problem(), cairn_newton_alart_curnier, monitor.diagonal());
-  Proximal proximal(scaled, newton);
-  std::copy_n(scaled.best(), p.unknowns(), proximal.centre.begin());
-  double error = monitor.error_of(proximal.centre.data());
-  if (!monitor.ended(0)) {
-    scaled.sweep(proximal.centre.data(), 20);
-    error = monitor.error_of(proximal.centre.data());
-  }
-  proximal.run(error);
-  return scaled.finish("ppa_newton", proximal.iterations);
+  return ProximalNewton(p, options, r).solve();
 }
 
 } // namespace cairn

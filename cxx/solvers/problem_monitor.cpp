@@ -17,6 +17,11 @@ double cpu_seconds() {
 }
 
 void product(const FrictionProblem& p, const double* r, double* u, int threads) {
+  if (p.bodies) {
+    ContactBodies& b = *p.bodies;
+    return cairn_body_product(p.dim, b.dofs, p.contacts, b.count, b.body.data(), b.rows.data(), b.inverse.data(), r,
+                              p.q.data(), b.velocity.data(), u);
+  }
   cairn_block_product(p.dim, p.contacts, p.row_start.data(), p.column.data(), p.block.data(), p.q.data(), r, u,
                       threads);
 }
@@ -44,16 +49,30 @@ double ProblemMonitor::error_of(const double* r, const double* u) {
   const double scale = std::max(size, scale_);
   last_error_ = scale > 0 ? std::sqrt(residual / scale) : std::sqrt(residual);
   if (!std::isfinite(size) || !std::isfinite(residual)) last_error_ = std::numeric_limits<double>::infinity();
-  if (last_error_ < best_error_) {
+  if (last_error_ < best_error_ || (held_ && last_error_ <= options_.tolerance)) {
     best_error_ = last_error_;
     if (r != best_) std::copy_n(r, problem_.unknowns(), best_);
   }
   return last_error_;
 }
 
+double ProblemMonitor::speed_error(const double* r, const double* u) {
+  speed_.resize(problem_.contacts);
+  cairn_problem_speeds(problem_.dim, problem_.contacts, problem_.mu.data(), w_nn_.data(), r, u, speed_.data());
+  double fastest = 0;
+  for (std::int64_t a = 0; a < problem_.contacts; ++a) {
+    double square = 0;
+    for (int i = 0; i < problem_.dim; ++i)
+      square += problem_.q[problem_.dim * a + i] * problem_.q[problem_.dim * a + i];
+    fastest = std::max(fastest, square);
+  }
+  const double speed = *std::max_element(speed_.begin(), speed_.end());
+  return speed > 0 ? speed / std::sqrt(fastest) : 0;
+}
+
 bool ProblemMonitor::ended(std::int64_t iterations) {
   if (status_) return true;
-  if (best_error_ <= options_.tolerance) {
+  if (best_error_ <= options_.tolerance && !held_) {
     status_ = ProblemStatus::converged;
   } else if (std::isinf(last_error_)) {
     give_up(ProblemStatus::diverged, "the impulses are not finite");

@@ -20,6 +20,13 @@ public:
   double error_of(const double* r, const double* u);
   // Asked after an error: converged, out of iterations or time, interrupted, or r not finite.
   bool ended(std::int64_t iterations);
+  // How far velocities still are from what they shall be, for the r of the last error_of: largest |F| W_NN of a contact
+  // / largest |q|. The true error weighs a contact by its light side, so heavy bodies on light ones can be far from
+  // rest where it is already small.
+  double speed_error(const double* r, const double* u);
+  // While held, what meets the tolerance does not end the solve, and the last r that meets it is kept, not the best.
+  void hold(bool on) { held_ = on; }
+  double tolerance() const { return options_.tolerance; }
   // The solver gives up: stalled, diverged, no_solution.
   void give_up(ProblemStatus, const std::string& hint);
 
@@ -37,7 +44,8 @@ private:
   const FrictionProblem& problem_;
   const ProblemOptions& options_;
   double* best_;
-  Array<double> u_, w_nn_;
+  Array<double> u_, w_nn_, speed_;
+  bool held_ = false;
   std::vector<std::int64_t> place_;
   double scale_ = 0, best_error_ = std::numeric_limits<double>::infinity(), last_error_ = 0, begin_ = 0;
   std::optional<ProblemStatus> status_;

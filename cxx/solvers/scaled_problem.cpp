@@ -26,6 +26,14 @@ ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& opt
     }
     for (int i = 0; i < d; ++i) scaled_.q[d * a + i] *= scale_[a];
   }
+  if (p.bodies) {
+    scaled_.bodies = std::make_shared<ContactBodies>(*p.bodies);
+    ContactBodies& b = *scaled_.bodies;
+    const std::size_t rows = std::size_t(2 * d * b.dofs);
+    for (std::size_t k = 0; k < b.rows.size(); ++k) b.rows[k] *= scale_[k / rows];
+    for (double& x : b.inverse) x *= all;
+    for (double& x : b.mass) x /= all;
+  }
   for (std::int64_t a = 0; a < p.contacts; ++a) {
     scale_[a] *= all; // from here on that of impulses
     for (int i = 0; i < d; ++i) best_[d * a + i] = options.warm_start ? r[d * a + i] / scale_[a] : 0;

@@ -11,7 +11,7 @@ sim.run(steps=2000, output="pile.vtkhdf", every=20)
 """
 
 from . import _openmp  # noqa: F401  # isort: skip
-from . import _core, laws, pre
+from . import _core, laws, pre, strategies
 from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, segment, spheres, tube, wall
 from .laws import Law
@@ -24,7 +24,7 @@ from .scene import Periodic, Scene
 from .servo import Servo
 from .shapes import boxes, polygons, polyhedra
 from .simulation import OverlapWarning, Simulation, StableStepWarning
-from .strategies import NLGS, NSCD, Carpenter, GranularElement, SmoothDEM
+from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
 from .time_functions import Harmonic, Table
 
 
@@ -37,10 +37,10 @@ def __getattr__(name):
 
 
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list
+globals().update(strategies.SOLVERS)  # NLGS, Auto, PPANewton, ...
 
 __version__ = _core.build_info()["version"]
 __all__ = [
-    "NLGS",
     "NSCD",
     "BodySet",
     "Carpenter",
@@ -75,4 +75,5 @@ __all__ = [
     "tube",
     "wall",
     *laws.LAWS,
+    *strategies.SOLVERS,
 ]

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from . import _core
 from .pre import checks
 
 
 @dataclass(frozen=True)
-class NLGS:
-    """Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999).
+class ContactSolver:
+    """What every contact solver of a step has.
 
     tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
     """
@@ -18,6 +19,8 @@ class NLGS:
     tol: float = 1e-4
     min_iter: int = 1
     max_iter: int = 1000
+
+    name = ""  # in the core
 
     def __post_init__(self):
         if not 0 < checks.number("tol", self.tol) < 1:
@@ -27,20 +30,72 @@ class NLGS:
         if self.min_iter > self.max_iter:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
 
+    def settings(self):
+        """What the core reads."""
+        return {"solver": self.name, "tol": float(self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
+
+
+@dataclass(frozen=True)
+class NLGS(ContactSolver):
+    """Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999), over colours, on the velocities of bodies: W is never formed.
+
+    tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
+    """
+
+    name = "nlgs"
+
+
+@dataclass(frozen=True)
+class Auto(ContactSolver):
+    """NLGS, and proximal point around Newton's method as soon as the errors of the sweeps foretell a way longer than its own.
+
+    What fails to lessen the error is not taken, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts sweeps.
+    memory: bytes that factors may take; above them, sweeps alone.
+    """
+
+    memory: float = 1e9
+
+    name = "auto"
+
+    def __post_init__(self):
+        super().__post_init__()
+        checks.positive("memory", self.memory)
+
+    def settings(self):
+        """What the core reads."""
+        return {**super().settings(), "memory": float(self.memory)}
+
+
+def _class_of(name, python_name, summary):
+    text = f"""{summary[0].upper()}{summary[1:]}.
+
+    The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones alone.
+    tol: on the true error. max_iter: iterations of a step.
+    """
+    body = {"__doc__": text, "__module__": __name__, "name": name, "__qualname__": python_name}
+    return dataclass(frozen=True)(type(python_name, (ContactSolver,), body))
+
+
+# NLGS, Auto, and one class for each row of the kernels' list that solves problems
+SOLVERS = {"NLGS": NLGS, "Auto": Auto}
+for _row in _core.problem_solvers():
+    SOLVERS.setdefault(_row[1], _class_of(*_row))
+
 
 @dataclass(frozen=True)
 class NSCD:
     """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
 
-    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. margin: gap below which a pair is a candidate [m]; None: from sizes
-    and speeds. project_positions: remove overlap after each step without changing a velocity (Acary 2013).
+    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. solver: NLGS(...), Auto(...), PPANewton(...), ...
+    margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
+    project_positions: remove overlap after each step without changing a velocity (Acary 2013).
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
     "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90 has it.
     """
 
     theta: float = 0.5
-    solver: NLGS = field(default_factory=NLGS)
+    solver: ContactSolver = field(default_factory=NLGS)
     margin: float | None = None
     project_positions: bool = False
     warm_start: bool = True
@@ -57,11 +112,15 @@ class NSCD:
         checks.count("renumber_every", self.renumber_every, 1)
         if self.contact_point not in ("middle", "surface"):
             raise ValueError(f"contact_point is {self.contact_point!r}: give 'middle' or 'surface'")
-        if not isinstance(self.solver, NLGS):
-            raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...)")
+        if not isinstance(self.solver, ContactSolver) or not self.solver.name:
+            raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...), cairn.Auto(...) or one of {', '.join(SOLVERS)}")
 
     explicit = False  # the bulk of deformable bodies is implicit
-    problem_solver = "nlgs"  # of the contact problem, where it is posed in blocks
+
+    @property
+    def problem_solver(self):
+        """Of the contact problem, where it is posed in blocks."""
+        return self.solver.name
 
     def pose(self, step, w, q, rows, chosen):
         """The contact problem (W, q, r0) that impulses r + r0 solve; see cairn.block_step. This is the one of Moreau and Jean."""
@@ -81,9 +140,7 @@ class NSCD:
             "act_on_surfaces": self.contact_point == "surface",
             "renumber_every": int(self.renumber_every),
             "threads": int(self.threads),
-            "tol": float(self.solver.tol),
-            "min_iter": int(self.solver.min_iter),
-            "max_iter": int(self.solver.max_iter),
+            **self.solver.settings(),
         }
 
 

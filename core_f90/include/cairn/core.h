@@ -235,6 +235,8 @@ void cairn_problem_error(int32_t dim, int64_t n, const double* mu, const double*
                          double* residual, double* size);
 void cairn_problem_figures(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* q,
                            const double* r, const double* u, double* figures);
+void cairn_problem_speeds(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* r,
+                          const double* u, double* speed);
 void cairn_project_disks(int32_t dim, int64_t n, const double* mu, double* r);
 void cairn_shuffle(int64_t n, int64_t* state, int32_t* order);
 void cairn_colour_blocks(int64_t n, const int64_t* row_start, const int32_t* column, int32_t* colour, int32_t* order,
@@ -279,6 +281,23 @@ void cairn_newton_targets(int32_t dim, int64_t n, double alpha, const int32_t* u
                           const double* step, const double* change, const double* target, double* rhs);
 void cairn_newton_step(int32_t dim, int64_t n, const int32_t* unknowns, const double* basis, const double* y,
                        double* step);
+/* The same over bodies: rows (dim, dofs, 2, n) of H' with their signs, body (2, n), -1 where a side does not move. */
+void cairn_newton_answers(int32_t dim, int64_t n, double alpha, const int32_t* unknowns, const double* left,
+                          const double* basis, const double* own, const double* step, const double* target,
+                          double* answer, double* known);
+void cairn_newton_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,
+                              const double* answer, const double* mass, const int64_t* diagonal, const int64_t* place,
+                              int64_t blocks, double* matrix);
+void cairn_newton_body_step(int32_t dim, int64_t n, const double* answer, const double* known, const double* change,
+                            double* step);
+void cairn_body_impulses(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,
+                         const double* r, double* p);
+void cairn_body_velocities(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,
+                           const double* v, const double* q, double* u);
+void cairn_body_product(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,
+                        const double* inverse, const double* r, const double* q, double* v, double* u);
+void cairn_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,
+                       const double* inverse, const int64_t* row_start, const int32_t* column, double* block);
 void cairn_admm_load(int32_t dim, int64_t n, double rho, const double* q, const double* z, const double* v,
                      const double* s, double* load);
 void cairn_admm_update(int32_t dim, int64_t n, double rho, double relaxation, const double* mu, const double* r,

@@ -1,0 +1,33 @@
+// Proximal point around Newton's method, in parts: what it would cost can be asked before.
+#pragma once
+#include "newton_step.hpp"
+#include "scaled_problem.hpp"
+
+namespace cairn {
+
+class ProximalNewton {
+public:
+  // Finds the fill of the factors; r (dim, contacts) in and out, as a solver has it.
+  ProximalNewton(const FrictionProblem&, const ProblemOptions&, double* r);
+  // Of one iteration, about, and the memory of the factors.
+  double operations() const { return newton_.operations(); }
+  double bytes() const { return newton_.bytes(); }
+  ProblemReport solve();
+
+private:
+  bool solve_around(double& error, int& steps);
+  void run(double error);
+  void begin_sticking(double& error);
+  void settle();
+  double begin_with_sweeps();
+  double error_of(const Array<double>& x);
+  const FrictionProblem& given_;
+  ScaledProblem scaled_;
+  NewtonStep newton_;
+  std::int64_t iterations_ = 0;
+  double alpha_ = 1e-2, smallest_; // of the proximal term, relative to the mean diagonal of W
+  bool settling_ = false;
+  Array<double> centre_, r_, u_, shifted_;
+};
+
+} // namespace cairn

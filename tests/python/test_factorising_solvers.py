@@ -1,0 +1,113 @@
+"""Solvers of frictional contact problems that factorise: singular W, extreme masses, towers, real problems, warm starts."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cairn import problems
+from cairn.problems import Problem
+from made_up_problems import plain_true_error, random_problem, resting_box
+from scipy import sparse
+
+DATA = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[3] / "shared")) / "problems"
+NEWTON = ("newton_alart_curnier", "newton_jean_moreau", "newton_fischer_burmeister", "ppa_newton")
+FACTORISING = (*NEWTON, "admm")
+
+
+def stack(spheres, heaviest, h=1e-3):
+    """A column of spheres on the ground, the top one `heaviest` times as heavy as the others: (problem, weights that each contact
+    carries, times the step)."""
+    mass = np.ones(spheres)
+    mass[-1] = heaviest
+    rows, columns, values = [], [], []
+    for a in range(spheres):  # contact a: sphere a on sphere a - 1, or the ground; normal up
+        for body, sign in ((a, 1.0), (a - 1, -1.0)):
+            if body < 0:
+                continue
+            arm = -0.5 * sign  # of the contact point above the centre, z up; v at the point: v + omega x arm
+            for row, column, value in ((0, 2, 1.0), (1, 0, 1.0), (1, 4, arm), (2, 1, 1.0), (2, 3, -arm)):
+                rows.append(3 * a + row)
+                columns.append(6 * body + column)
+                values.append(sign * value)
+    H = sparse.csr_array((values, (rows, columns)), shape=(3 * spheres, 6 * spheres))
+    inverse = np.repeat(1 / mass, 6).reshape(-1, 6)
+    inverse[:, 3:] /= 0.1
+    free = np.zeros((spheres, 6))
+    free[:, 2] = -9.81 * h
+    W = sparse.bsr_array((H @ sparse.diags_array(inverse.ravel()) @ H.T).tocsr(), blocksize=(3, 3))
+    return Problem(3, W, (H @ free.ravel()).reshape(-1, 3), 0.5), 9.81 * h * np.cumsum(mass[::-1])[::-1]
+
+
+@pytest.mark.parametrize("spheres", [10, 100, 1000])
+@pytest.mark.parametrize("heaviest", [1.0, 1e3, 1e6])  # W = 1/m + 1/M in doubles tells no heavier M from infinity
+def test_stack_with_the_heaviest_on_top(spheres, heaviest):
+    p, weights = stack(spheres, heaviest)
+    result = p.solve("ppa_newton", tol=1e-10)
+    assert result.converged, result.hint
+    of_tol = 1e-9 * spheres  # what tol is worth in a reaction
+    assert np.abs(result.r[:, 0] - weights).max() <= (of_tol + 1e-15 * heaviest) * weights[0]
+
+
+@pytest.mark.parametrize("contacts", [8, 1000])
+def test_box_on_duplicate_contacts(contacts):
+    p, H = resting_box(contacts)
+    result = p.solve("ppa_newton", tol=1e-11)
+    assert result.converged, result.hint
+    resultant = (H @ result.r.ravel())[:3]
+    weight = 9.81e-3
+    assert np.abs(resultant - np.array([-0.2, 0.0, 1.0]) * weight).max() <= 1e-10 * weight
+
+
+@pytest.mark.parametrize("solver", FACTORISING)
+def test_masses_apart(solver):
+    """Contacts of bodies 1e12 times as heavy beside light ones: against NLGS."""
+    for seed in range(5):
+        p = random_problem(3, contacts=5, mu=0.3, seed=seed)
+        scale = np.repeat(np.array([1.0, 1e-6, 1.0, 1e-6, 1e-3]), 3)
+        apart = Problem(3, sparse.diags_array(scale) @ p.W @ sparse.diags_array(scale), p.q * scale.reshape(-1, 3), p.mu)
+        result = apart.solve(solver, tol=1e-10)
+        assert result.converged, (seed, result.hint)
+        assert plain_true_error(apart, result.r) <= 1.0001e-10
+        other = apart.solve("nlgs", tol=1e-12)
+        energy = np.sqrt(apart.W.diagonal()).reshape(-1, 3)
+        assert np.abs(energy * (result.r - other.r)).max() <= 1e-8 * np.abs(energy * other.r).max()
+
+
+@pytest.mark.parametrize("solver", FACTORISING)
+@pytest.mark.parametrize("mu", [0.0, 0.05, 1.0, 30.0])
+def test_friction_from_none_to_much(solver, mu):
+    if solver == "admm" and mu > 3:
+        pytest.skip("its cones become too flat to project on")
+    for dim in (2, 3):
+        p = random_problem(dim, contacts=4, mu=mu, seed=7)
+        result = p.solve(solver, tol=1e-9)
+        assert result.converged, result.hint
+
+
+@pytest.mark.parametrize("solver", FACTORISING)
+def test_warm_start(solver):
+    p = random_problem(3, contacts=12, mu=0.4, seed=2)
+    solved = p.solve(solver, tol=1e-10)
+    again = p.solve(solver, tol=1e-9, start=solved.r)
+    assert again.converged and again.iterations == 0 and (again.r == solved.r).all()
+
+
+def test_units_leave_bits():
+    p, _ = resting_box(8, 3, tilt=0.6)
+    base = p.solve("ppa_newton", tol=1e-9)
+    for mass, speed in ((2.0**40, 2.0**-30), (2.0**-31, 2.0**17)):
+        other = Problem(3, p.W / mass, p.q * speed, p.mu).solve("ppa_newton", tol=1e-9)
+        assert other.iterations == base.iterations and other.error == base.error
+        assert (other.r == base.r * (mass * speed)).all()
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="the problems of reference are not here (CAIRN_REFERENCE_DATA)")
+def test_real_problems():
+    """Every problem of the reference data to 1e-8; the error is computed again here."""
+    for path in sorted(DATA.glob("*.hdf5")):
+        p = problems.read(path)
+        result = p.solve("ppa_newton", tol=1e-8)
+        assert result.converged, (path.name, result.hint)
+        if p.contacts < 400:
+            assert plain_true_error(p, result.r) <= 1.0001e-8, path.name
