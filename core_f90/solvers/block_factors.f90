@@ -1,6 +1,6 @@
 !> LU factors of a matrix in blocks, one row of blocks per contact or body, in an order given by the caller; rows are eliminated
-!> whole, with pivots inside a diagonal block only. Rows that are not active are left out. Unlike a factorisation by scalars it takes
-!> the graph once, and every matrix on it after that costs its arithmetic alone.
+!> whole, with pivots inside a diagonal block only. Rows that are not active are left out. Unlike a factorisation by scalars it
+!> takes the graph once, and every matrix on it after that costs its arithmetic alone.
 module block_factors
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
