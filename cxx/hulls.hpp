@@ -19,7 +19,7 @@ struct HullBatch {
 // Vertices closer to a plane than this, relative to the size of the hull, are on it: as exact as files in single
 // precision are. Coplanar triangles make one face, and faces whose neighbours stand out by no more are convex.
 inline constexpr double hull_flatness = 1e-7;
-inline constexpr std::int64_t most_face_corners = 512, most_hull_edges = 16383;
+inline constexpr std::int64_t most_face_corners = 1024, most_hull_edges = 16383;
 
 struct Hulls {
   explicit Hulls(int dimension) : dim(dimension) {}

@@ -7,7 +7,7 @@ module hull_patch
   private
   public :: outline, find_outline, cut_faces, name_patch, across, face_corners
 
-  integer, parameter :: face_corners = 512 !< corners a face may have
+  integer, parameter :: face_corners = 1024 !< corners a face may have
   real(c_double), parameter :: steep = 1e-3_c_double !< a face whose normal is so far from the axis has no depths inside
   real(c_double), parameter :: outside = 1e-9_c_double !< of the smaller size: corners no farther out count as inside
 

@@ -16,6 +16,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+import blocks
 import scenes as s
 from refusals import REFUSALS, refused
 from scenes import Extreme
@@ -228,20 +229,26 @@ LARGE = [
 ]
 
 
+def at_extreme(scene, dim, values):
+    """The call of a scene: what an Extreme does not know, the scene takes."""
+    known = {name: value for name, value in values.items() if name in Extreme.__dataclass_fields__}
+    return partial(scene, dim, Extreme(**known), **{name: value for name, value in values.items() if name not in known})
+
+
 def cells():
     """All cells, in the order of the table."""
     rows = []
-    for scene, dims, expected, reference, extremes in BOARD:
+    for scene, dims, expected, reference, extremes in BOARD + blocks.BOARD:
         title = scene.__name__.replace("_", " ")
         for dim in dims:
             for name, values in extremes.items():
-                rows.append(Cell(f"{title} {dim}D", name, expected, reference, partial(scene, dim, Extreme(**values))))
+                rows.append(Cell(f"{title} {dim}D", name, expected, reference, at_extreme(scene, dim, values)))
     for name, call, pattern in REFUSALS:
         rows.append(Cell("input", name, "ValueError with field, value and remedy", pattern, partial(refused, call, pattern)))
-    for scene, dim, name, values in LARGE:
-        _, _, expected, reference, _ = next(row for row in BOARD if row[0] is scene)
+    for scene, dim, name, values in LARGE + blocks.LARGE:
+        _, _, expected, reference, _ = next(row for row in BOARD + blocks.BOARD if row[0] is scene)
         title = f"{scene.__name__.replace('_', ' ')} {dim}D"
-        rows.append(Cell(title, name, expected, reference, partial(scene, dim, Extreme(**values)), small=False))
+        rows.append(Cell(title, name, expected, reference, at_extreme(scene, dim, values), small=False))
     return rows
 
 
