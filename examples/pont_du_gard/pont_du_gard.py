@@ -33,7 +33,7 @@ DENSITY, FRICTION, GRAVITY = 2300.0, 0.5, 9.81
 
 def options_from(arguments):
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--detail", type=float, default=0.3, help="1 makes 10,000 blocks, 2 makes 38,000")
+    parser.add_argument("--detail", type=float, default=0.3, help="1 makes 10,000 blocks, 1.65 makes 35,000")
     parser.add_argument("--full", action="store_true", help="35,000 blocks")
     parser.add_argument("--bridge", type=int, default=0, help="instead, a small bridge of one tier of so many arches")
     parser.add_argument("--dt", type=float, default=1e-3, help="[s]")
@@ -46,7 +46,7 @@ def options_from(arguments):
     parser.add_argument("--output", type=Path, default=Path("."))
     options = parser.parse_args(arguments)
     if options.full:
-        options.detail = 1.9
+        options.detail = 1.65
     return options
 
 
