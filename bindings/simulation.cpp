@@ -115,6 +115,20 @@ py::array_t<std::int64_t> contact_bodies(Simulation& s) {
   return out;
 }
 
+// What tells a contact from all others, from step to step (ContactMemory).
+py::array_t<std::int64_t> contact_keys(Simulation& s) {
+  const auto& c = s.candidates;
+  py::array_t<std::int64_t> out({py::ssize_t(c.count), py::ssize_t(4)});
+  std::int64_t* to = out.mutable_data();
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    *to++ = *s.scene.contactors.id[c.contactor_a[k]];
+    *to++ = *s.scene.contactors.id[c.contactor_b[k]];
+    *to++ = c.feature[k];
+    *to++ = c.image[k];
+  }
+  return out;
+}
+
 template <class T>
 py::array_t<T> array_of(const std::vector<T>& v) {
   return py::array_t<T>(py::ssize_t(v.size()), v.data());
@@ -158,6 +172,7 @@ py::object contact_field(Simulation& s, const std::string& name) {
     return filled(n, components, [&](double* to) { std::copy_n(from.data(), n * components, to); });
   };
   if (name == "bodies") return contact_bodies(s);
+  if (name == "key") return contact_keys(s);
   if (name == "gap") return copied(s.candidates.gap, 1);
   if (name == "normal") return copied(s.candidates.normal, dim);
   if (name == "point") {

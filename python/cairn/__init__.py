@@ -14,6 +14,7 @@ from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, laws, pre, strategies
 from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, segment, spheres, tube, wall
+from .equilibrium import find_equilibrium
 from .laws import Law
 from .materials import Material
 from .meshes import LinearBody, deformable
@@ -65,6 +66,7 @@ __all__ = [
     "clumps",
     "deformable",
     "disks",
+    "find_equilibrium",
     "load",
     "plug",
     "polygons",

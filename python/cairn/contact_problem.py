@@ -31,10 +31,8 @@ class Rows:
         return np.flatnonzero(self.kind == 1)
 
 
-def operator(rows, chosen, bodies):
-    """H' as a scipy.sparse matrix (dim contacts, dofs bodies): relative velocities u = H'v."""
-    from scipy import sparse
-
+def jacobians(rows, chosen):
+    """Relative velocity of each contact from the velocities of its two bodies, (m, dim, 2, dofs)."""
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
     axes, lever = rows.axes[chosen], rows.lever[chosen]
     values = np.zeros((m, dim, 2, dofs))
@@ -45,6 +43,15 @@ def operator(rows, chosen, bodies):
             values[:, :, side, 2] = sign * (arm[:, None, 0] * axes[:, :, 1] - arm[:, None, 1] * axes[:, :, 0])
         else:
             values[:, :, side, 3:] = sign * np.cross(arm[:, None, :], axes)
+    return values
+
+
+def operator(rows, chosen, bodies):
+    """H' as a scipy.sparse matrix (dim contacts, dofs bodies): relative velocities u = H'v."""
+    from scipy import sparse
+
+    dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
+    values = jacobians(rows, chosen)
     place = np.repeat(np.arange(dim * m), 2 * dofs)
     column = dofs * rows.bodies[chosen][:, None, :, None] + np.arange(dofs)
     column = np.broadcast_to(column, (m, dim, 2, dofs))

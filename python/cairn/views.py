@@ -61,10 +61,11 @@ class BodyView:
 
 class ContactView:
     """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
-    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids."""
+    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids, key (n, 4), by which a contact is found again."""
 
     _names = (
         "bodies",
+        "key",
         "gap",
         "normal",
         "point",

@@ -1,0 +1,121 @@
+"""Impulses of rest found for all bodies at once: against closed forms, numerical derivatives, and the step that follows."""
+
+from types import SimpleNamespace
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.equilibrium import on_faces, project
+from cairn.post.masonry import Structure
+from cairn.pre import masonry
+from report import judge
+
+G = 9.81
+
+
+def structure(blocks, mu=0.6, dt=2e-3, iterations=1):
+    """Blocks under gravity with a solver that has no time to find anything itself."""
+    scene = cn.Scene(dim=blocks.dim, gravity=(0.0,) * (blocks.dim - 1) + (-G,))
+    ids = blocks.add_to(scene, cn.Material("stone", density=2500.0))
+    scene.interact("*", "*", cn.Coulomb(mu=mu))
+    solver = cn.NLGS(tol=1e-5, max_iter=iterations)
+    return Structure(blocks, cn.Simulation(scene, dt, cn.NSCD(theta=1.0, solver=solver, threads=1)), ids)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_projection_and_its_derivative(dim):
+    """p - P is in the polar cone and orthogonal to P, which is in the cone; the derivative against differences."""
+    generator = np.random.default_rng(4)
+    p, mu = generator.normal(size=(300, dim)), generator.uniform(0, 2, 300)
+    mu[:10] = 0
+    r, d = project(p, mu)
+    away = p - r
+    size = np.linalg.norm
+    assert np.all(size(r[:, 1:], axis=1) <= mu * r[:, 0] * (1 + 1e-12) + 1e-15)
+    assert np.all(away[:, 0] <= -mu * size(away[:, 1:], axis=1) + 1e-12)
+    assert np.max(np.abs(np.sum(r * away, axis=1))) < 1e-12
+    step = 1e-6
+    for k in range(dim):
+        by = step * np.eye(dim)[k]
+        difference = (project(p + by, mu)[0] - project(p - by, mu)[0]) / (2 * step)
+        assert np.quantile(np.abs(difference - d[:, :, k]), 0.999) < 1e-5  # but for what lies at a corner of the cone
+
+
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        masonry.arch(radius=1.0, thickness=0.2, voussoirs=21),
+        masonry.arch(radius=1.0, thickness=0.2, voussoirs=9, depth=0.5),
+        masonry.wall(1.1, 5, (0.22, 0.11, 0.055)),
+        masonry.panel(4, 30, brick=(0.4, 0.2)),
+    ],
+    ids=["arch", "arch with a depth", "wall", "high panel"],
+)
+def test_a_step_from_impulses_of_rest_is_at_rest(blocks):
+    """One iteration finds nothing to do, in the first step and in those that follow."""
+    s = structure(blocks)
+    found = cn.find_equilibrium(s.simulation, tol=1e-8, unbalanced=1e-7)
+    assert found["converged"] and s.simulation.steps == 0 and s.displacement().max() == 0
+    for _ in range(5):
+        s.simulation.step()
+        info, balance = s.simulation.info, s.balance()
+        print(found, info["error"], balance["unbalanced"], balance["reaction_error"])
+        assert info["status"] == "converged" and info["iterations"] == 1
+        assert balance["unbalanced"] < 1e-5 and balance["reaction_error"] < 1e-6
+    assert s.displacement().max() < 1e-7
+
+
+def test_without_them_one_iteration_is_far_from_rest():
+    s = structure(masonry.panel(4, 30, brick=(0.4, 0.2)))
+    s.simulation.step()
+    assert s.simulation.info["status"] == "iteration_limit" and s.balance()["unbalanced"] > 0.1
+
+
+def test_stack_carries_what_is_above():
+    n = 20
+    s = structure(masonry.panel(1, n, brick=(1.0, 1.0), bond="stack"))
+    cn.find_equilibrium(s.simulation, tol=1e-10, unbalanced=1e-9)
+    s.simulation.step()
+    r = s.resultants()
+    judge("joint forces of a stack", np.sort(r.pressure), 2500.0 * G * np.arange(1, n + 1), 1e-8)
+
+
+def test_what_cannot_stand_does_not_converge():
+    """An arch thinner than any that stands: the step's own problem is solved, and bodies move."""
+    s = structure(masonry.arch(radius=1.0, thickness=0.08, voussoirs=21))
+    found = cn.find_equilibrium(s.simulation, rounds=40)
+    assert not found["converged"] and found["unbalanced"] > 1e-2
+
+
+def test_edges_and_corners_are_no_faces():
+    """Blocks that touch along a line or at a corner: the normal there is not determined, so they are given nothing."""
+    face = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]
+    line = [[5, 5, 5], [6, 6, 6], [5.5, 5.5, 5.5]]
+    corner = [[9, 9, 9]]
+    bodies = [[1, 0], [0, 1], [0, 1], [1, 0]] + 3 * [[1, 2]] + [[2, 3]]
+    touch = SimpleNamespace(point=np.array(face + line + corner, float), bodies=np.array(bodies))
+    assert on_faces(touch).tolist() == 4 * [True] + 4 * [False]
+    touch = SimpleNamespace(point=np.array([[0.0, 0], [1, 0], [3, 3]]), bodies=np.array([[0, 1], [0, 1], [1, 2]]))
+    assert on_faces(touch).tolist() == [True, True, False]
+
+
+def test_bridge_stays_at_rest():
+    """A tier of two arches, where many blocks touch along edges: impulses there would be lost as soon as normals turn."""
+    s = structure(masonry.bridge([masonry.Tier(2, 6.0, 3.0, 3.0, 3.0, 0.9, 0.4, voussoirs=9, across=2)]), mu=0.5, dt=1e-3)
+    assert cn.find_equilibrium(s.simulation, tol=1e-6, unbalanced=2e-5)["converged"]
+    for _ in range(4):
+        s.simulation.step()
+    balance = s.balance()
+    assert s.simulation.info["iterations"] == 1 and s.simulation.info["error"] < 1e-5
+    assert balance["unbalanced"] < 1e-3 and balance["reaction_error"] < 1e-5
+
+
+def test_wrong_inputs_are_refused():
+    s = structure(masonry.panel(1, 2, brick=(1.0, 1.0), bond="stack"))
+    for wrong in ({"tol": 0}, {"tol": np.nan}, {"unbalanced": -1}, {"rounds": 0}, {"stiffness": np.inf}):
+        with pytest.raises(ValueError, match=next(iter(wrong))):
+            cn.find_equilibrium(s.simulation, **wrong)
+    scene = cn.Scene(dim=2, gravity=(0, -G))
+    scene.add(cn.disks([[0.0, 5.0]], [1.0], cn.Material("stone", density=1.0)))
+    with pytest.raises(ValueError, match="touch"):
+        cn.find_equilibrium(cn.Simulation(scene, 1e-3))
