@@ -91,8 +91,8 @@ def test_disagreement_is_found(tmp_path, right, wrong):
 
 def test_a_changed_type_of_a_real_kernel_is_found(tmp_path):
     source = ROOT / "core_f90" / "integrators" / "theta.f90"
-    for lists in ("contact_laws", "kinematics", "detection", "solvers"):
-        shutil.copytree(ROOT / "core_f90" / lists, tmp_path / lists, ignore=shutil.ignore_patterns("*.f90"))
+    for lists in {path.parent for path in (ROOT / "core_f90").glob("*/*.def")}:
+        shutil.copytree(lists, tmp_path / lists.name, ignore=shutil.ignore_patterns("*.f90"))
     include = tmp_path / "include"
     shutil.copytree(HEADER.parent.parent, include)
     header = HEADER.read_text()
