@@ -27,7 +27,7 @@ namespace cairn::test {
 namespace {
 
 // Disks or spheres on a lattice that settles on a floor, at will under a heavy plate that all of the upper row touch.
-Simulation pile(int dim, int per_side, bool lid) {
+Simulation pile(int dim, int per_side, bool lid, Law law, bool project) {
   Scene scene(dim);
   scene.gravity[dim - 1] = -9.81;
   std::vector<double> x, mass, inertia, radius;
@@ -59,9 +59,10 @@ Simulation pile(int dim, int per_side, bool lid) {
   if (lid) plane(2.0 * per_side, -1, 1000);
   LawTable laws({"rock"});
   const double mu = 0.4;
-  laws.set_default(Law::signorini_coulomb, {&mu, 1});
+  laws.set_default(law, {&mu, 1});
   Nscd nscd;
   nscd.solver = {1e-4, 1, 500, 1};
+  nscd.project_positions = project;
   return Simulation(std::move(scene), std::move(laws), nscd);
 }
 
@@ -69,12 +70,14 @@ struct Case {
   const char* name;
   int dim, per_side;
   bool lid;
+  Law law = Law::signorini_coulomb;
+  bool project = false;
 };
 class Step : public testing::TestWithParam<Case> {};
 
 TEST_P(Step, AllocatesNothing) {
   const Case& c = GetParam();
-  Simulation s = pile(c.dim, c.per_side, c.lid);
+  Simulation s = pile(c.dim, c.per_side, c.lid, c.law, c.project);
   for (int k = 0; k < 80; ++k) s.step(1e-3);
   EXPECT_GT(s.report.contacts, c.per_side);
   for (int k = 0; k < 20; ++k) {
@@ -87,7 +90,11 @@ TEST_P(Step, AllocatesNothing) {
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Step,
                          testing::Values(Case{"disks", 2, 40, false}, Case{"spheres", 3, 10, false},
-                                         Case{"disks_lid", 2, 40, true}, Case{"spheres_lid", 3, 8, true}),
+                                         Case{"disks_lid", 2, 40, true}, Case{"spheres_lid", 3, 8, true},
+                                         Case{"bonded_disks", 2, 20, false, Law::bonded},
+                                         Case{"bonded_spheres", 3, 6, false, Law::bonded},
+                                         Case{"projected_disks", 2, 40, false, Law::signorini_coulomb, true},
+                                         Case{"projected_spheres", 3, 10, false, Law::signorini_coulomb, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 } // namespace

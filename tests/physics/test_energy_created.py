@@ -1,0 +1,41 @@
+"""Newton's restitution with friction may create energy (Kane & Levinson 1985): a step says how much."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+HALF, RADIUS, MASS = 0.5, 0.05, 1.0
+INERTIA = MASS * HALF**2 / 2
+
+
+def hit(angle, slide, mu, normal):
+    """A dumbbell that falls on a floor with one end: what the step says, kinetic energy before and after [J]."""
+    rock = cn.Material("rock", density=1000.0)
+    ends = np.array([[-HALF, 0.0], [HALF, 0.0]])
+    height = max(-np.sin(angle) * end[0] for end in ends) + RADIUS
+    scene = cn.Scene(2, gravity=(0, 0))
+    scene.add(
+        cn.clumps([[0, height]], ends, [RADIUS] * 2, MASS, INERTIA, rock, velocity=[[slide, -1.0]], rotation=[angle]),
+        cn.wall(point=(0, 0), normal=(0, 1), material=rock),
+    )
+    scene.interact(rock, rock, cn.Restitution(mu=mu, normal=normal))
+    sim = cn.Simulation(scene, 1e-6, cn.NSCD(theta=0.5, solver=cn.NLGS(tol=1e-12)))
+    before = MASS * (slide**2 + 1) / 2
+    info = sim.step()
+    vx, vy, spin = sim.bodies.velocity[0]
+    return info, before, MASS * (vx**2 + vy**2) / 2 + INERTIA * spin**2 / 2
+
+
+def test_energy_that_a_contact_creates_is_told():
+    made = []
+    for angle in np.linspace(0.1, 1.4, 9):
+        for slide in (-2.0, -0.5, 0.5, 2.0):
+            for mu, normal in ((0.2, 1.0), (0.6, 1.0), (0.6, 0.7), (0.0, 1.0)):
+                info, before, after = hit(angle, slide, mu, normal)
+                # what a step turns over is its larger kinetic energy and the size of the work of its contacts
+                whole = max(before, after) + abs(after - before)
+                assert info["energy_created"] * whole == pytest.approx(max(0.0, after - before), abs=1e-12)
+                made.append((mu, after - before))
+    gains = np.array([gain for mu, gain in made if mu > 0])
+    assert (gains > 1e-3).any() and (gains < -1e-3).any()  # both kinds were seen
+    assert all(abs(gain) < 1e-12 for mu, gain in made if mu == 0)  # e = 1 without friction keeps it
