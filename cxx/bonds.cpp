@@ -45,7 +45,7 @@ void Simulation::make_bonds() {
     contacts_known_ = false;
     compute_free_velocity(); // detection leaves out pairs that nothing moves
     scene.bodies.velocity.values = scene.bodies.velocity_begin.values;
-    handler.set_declared({});
+    handler.declared().clear();
     handler.detect(scene.bodies, c, scene.cell, margin, candidates, {}, &interactions.scratch());
     for (std::int64_t i = 0; i < candidates.count; ++i) {
       const std::int32_t a = candidates.contactor_a[i], b = candidates.contactor_b[i];

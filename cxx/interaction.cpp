@@ -264,8 +264,9 @@ ContactRows Interactions::rows() const {
   return rows;
 }
 
-std::vector<ContactKey> Interactions::bonds() const {
-  std::vector<ContactKey> all;
+const std::vector<ContactKey>& Interactions::bonds() {
+  std::vector<ContactKey>& all = s_->bonds;
+  all.clear();
   const ContactMemory& m = s_->memory;
   for (std::size_t k = 0; k < m.keys.size() && m.state_components > 0; ++k)
     if (m.states[k * m.state_components] < std::numeric_limits<double>::max()) all.push_back(m.keys[k]);
@@ -284,6 +285,8 @@ Scratch& Interactions::scratch() {
   s_->scratch.begin();
   return s_->scratch;
 }
+
+void Interactions::forget_impulses() { std::fill(s_->memory.impulses.begin(), s_->memory.impulses.end(), 0.0); }
 
 const ContactMemory& Interactions::memory() const { return s_->memory; }
 

@@ -184,7 +184,8 @@ public:
   void keys(std::int64_t* out) const;        // (4, count): ids of the contactors, feature, image
   void dissipated(double* out) const;        // (count), after update_velocity [J]
   ContactRows rows() const;                  // after assemble
-  std::vector<ContactKey> bonds() const;     // contacts that detection must keep although they leave its margin
+  const std::vector<ContactKey>& bonds();    // contacts that detection must keep although they leave its margin
+  void forget_impulses();                    // the next step begins from none
 
   const ContactMemory& memory() const; // after commit: what the next assemble will inherit
   void restore(ContactMemory);         // throws std::invalid_argument if sizes do not agree

@@ -76,7 +76,7 @@ void InteractionHandler::set_filter(std::int32_t materials, std::vector<std::uin
   work->allowed.assign(allowed.begin(), allowed.end());
 }
 
-void InteractionHandler::set_declared(std::vector<DeclaredPair> pairs) { work->declared = std::move(pairs); }
+std::vector<DeclaredPair>& InteractionHandler::declared() { return work->declared; }
 
 // Nothing of the last call is left.
 void InteractionHandler::Workspace::begin(Scratch& in) {

@@ -49,8 +49,8 @@ public:
   // meet.
   void set_filter(std::int32_t materials, std::vector<std::uint8_t> allowed);
 
-  // Replaces the list of declared pairs. A pair whose contactors no longer exist is passed over.
-  void set_declared(std::vector<DeclaredPair> pairs);
+  // Pairs to keep whatever their gap, the caller's to fill. One whose contactors no longer exist is passed over.
+  std::vector<DeclaredPair>& declared();
 
   std::size_t bytes() const; // kept between calls
 

@@ -46,6 +46,7 @@ struct Interactions::State {
   Scratch scratch;
   ContactSystem system;
   ContactMemory memory;
+  std::vector<ContactKey> bonds;
   std::int32_t* place = nullptr; // per batched contact: where it stands in the memory, -1 if it was not there
   ContactEnergy energy;
   // of the step being assembled, the caller's

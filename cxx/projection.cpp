@@ -16,8 +16,10 @@ void Simulation::restore_projection(ContactMemory memory) {
 }
 
 // A condition on the gap at the end, without friction: overlap is pushed back.
-LawTable Simulation::projection_laws() const {
-  LawTable table = laws;
+const LawTable& Simulation::projection_laws() {
+  if (!projection_laws_) projection_laws_.emplace(laws);
+  LawTable& table = *projection_laws_;
+  table = laws;
   for (int a = 0; a < table.materials(); ++a)
     for (int b = 0; b <= a; ++b) {
       const double mu = 0;
@@ -30,7 +32,7 @@ void Simulation::project_positions() {
   Bodies& b = scene.bodies;
   const int nd = b.dofs(), dim = scene.dim;
   b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
-  auto forces = b.reaction.values;
+  reaction_kept_ = b.reaction.values;
   std::fill(b.velocity.values.begin(), b.velocity.values.end(), 0.0);
   std::fill(b.velocity_free.values.begin(), b.velocity_free.values.end(), 0.0);
   const std::int8_t* driven = b.driven.active ? reinterpret_cast<const std::int8_t*>(b.driven.values.data()) : nullptr;
@@ -65,7 +67,7 @@ void Simulation::project_positions() {
                  driven, &unsolved);
   }
   b.velocity_begin.values.swap(b.velocity.values);
-  b.reaction.values = std::move(forces);
+  b.reaction.values.swap(reaction_kept_);
   scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
   energy.potential += potential;
   energy.work_projection += potential;

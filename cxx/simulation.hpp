@@ -147,7 +147,7 @@ private:
   void measure_margins();
   void check_free_velocity() const;
   void account(const ContactEnergy& contacts);
-  LawTable projection_laws() const;
+  const LawTable& projection_laws();
 
   double h_ = 0;
   bool begun_ = false, contacts_known_ = false;
@@ -155,6 +155,8 @@ private:
   Array<double> margins_;
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own
   Candidates projection_candidates_;
+  std::optional<LawTable> projection_laws_;
+  Array<double> reaction_kept_;
   std::unique_ptr<SmoothDynamics> smooth_;
   std::vector<std::pair<std::string, double>> stage_seconds_;
 };

@@ -185,7 +185,8 @@ void Simulation::detect_contacts() {
   } else {
     margin.constant = strategy.margin;
   }
-  std::vector<DeclaredPair> declared;
+  std::vector<DeclaredPair>& declared = handler.declared();
+  declared.clear();
   const auto bonding = [](Law law) { return law_infos()[std::size_t(law)].bonds(); };
   if (std::any_of(laws.laws().begin(), laws.laws().end(), bonding))
     for (const ContactKey& key : interactions.bonds()) {
@@ -194,17 +195,12 @@ void Simulation::detect_contacts() {
       const int entry = laws.find(*scene.contactors.material[a], *scene.contactors.material[b]);
       if (entry >= 0 && bonding(laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
     }
-  handler.set_declared(std::move(declared));
   contacts_known_ = false;
   handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates, {}, &interactions.scratch());
 }
 
 void Simulation::prepare_contacts() {
-  if (!strategy.warm_start) {
-    ContactMemory cold = interactions.memory();
-    std::fill(cold.impulses.begin(), cold.impulses.end(), 0.0);
-    interactions.restore(std::move(cold));
-  }
+  if (!strategy.warm_start) interactions.forget_impulses();
   interactions.act_on_surfaces(strategy.act_on_surfaces);
   interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta);
   contacts_known_ = true;

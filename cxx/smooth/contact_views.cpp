@@ -11,7 +11,7 @@ void SmoothDynamics::view(Simulation& s) {
   if (s.contacts_known_) return;
   Candidates& out = s.candidates;
   if (list_is_old(s)) {
-    s.handler.set_declared({});
+    s.handler.declared().clear();
     make_list(s);
   }
   if (lanes_.empty()) lanes_.push_back(std::make_unique<Lanes>());

@@ -145,7 +145,7 @@ void SmoothDynamics::make_list(Simulation& s) {
   for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
   Margin margin{};
   margin.constant = reach + skin();
-  s.handler.set_declared({});
+  s.handler.declared().clear();
   s.handler.detect(b, c, s.scene.cell, margin, found_);
   lay_out(s);
   recall(s);

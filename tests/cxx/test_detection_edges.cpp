@@ -325,7 +325,7 @@ TEST(DetectionEdges, declared_pairs_are_there_whatever_their_gap_and_once) {
   scene.add(scene.add_body({0, -20}, false), Shape::half_plane, 0, 0, {}, {0, 1, 0});
   InteractionHandler handler;
   EXPECT_EQ(scene.detect(handler).count, 1);
-  handler.set_declared({{1, 0}, {2, 0}, {0, 2}, {3, 1}, {0, 77}}); // found too; far; twice; a wall; gone
+  handler.declared() = {{1, 0}, {2, 0}, {0, 2}, {3, 1}, {0, 77}}; // found too; far; twice; a wall; gone
   const Candidates found = scene.detect(handler);
   const ContactMap map = by_key(scene, found);
   ASSERT_EQ(found.count, 3);
@@ -343,10 +343,10 @@ TEST(DetectionEdges, declared_pairs_are_there_whatever_their_gap_and_once) {
   EXPECT_NEAR(images.at({0, 1, 0, encode_image(3, 0, 0)}).gap, 0, 1e-14);
 
   for (auto& id : scene.contactors.id.values) id *= std::int64_t(1) << 50; // sparse ids
-  handler.set_declared({{0, std::int64_t(2) << 50}, {5, 0}});
+  handler.declared() = {{0, std::int64_t(2) << 50}, {5, 0}};
   EXPECT_EQ(by_key(scene, scene.detect(handler)).count({0, std::int64_t(2) << 50, 0, encode_image(2, 0, 0)}), 1u);
 
-  handler.set_declared({{std::int64_t(3) << 50, std::int64_t(3) << 50}});
+  handler.declared() = {{std::int64_t(3) << 50, std::int64_t(3) << 50}};
   EXPECT_THROW(scene.detect(handler), Error);
 }
 
