@@ -101,7 +101,7 @@ class BlockStep:
 
     def _give(self, mesh, carriers, velocity, field):
         """Velocities of a mesh's dofs to the bodies that carry them, in a live field of the core."""
-        rows = np.concatenate([mesh.nodes, mesh.edges])
+        rows = np.concatenate([mesh.nodes, mesh.points, mesh.edges])
         field[rows] = (carriers @ velocity).reshape(field.shape)[rows]
 
     # ------------------------------------------------------------------ the contact problem
@@ -113,6 +113,7 @@ class BlockStep:
         core, dim = self.simulation._core, self.simulation.scene.dim
         rows = Rows(self.simulation)
         chosen = rows.chosen()
+        chosen = chosen[np.lexsort(core.contact("key")[chosen].T[::-1])]  # sweeps take contacts in the order of their keys
         free = np.array(core.scene.raw_body("velocity_free"))
         h = operator(rows, chosen, len(free))
         w = h @ self._rigid_inverse() @ h.T
@@ -142,7 +143,7 @@ class BlockStep:
         dofs = 3 * self.simulation.scene.dim - 3
         own = np.ones((inverse.shape[0] // dofs, dofs))
         for mesh in self.meshes:
-            own[mesh.nodes] = own[mesh.edges] = 0
+            own[mesh.nodes] = own[mesh.points] = own[mesh.edges] = 0
         return sparse.diags_array(own.ravel()) @ inverse
 
     def _solve(self, h):

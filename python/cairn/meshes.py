@@ -54,33 +54,37 @@ class LinearBody:
 class Deformable:
     """A linear body as scenes have it; made by `deformable`."""
 
-    def __init__(self, body, fixed, drive, force, edges, storage, name):
-        self.body, self.fixed, self.drive, self.force, self.edges = body, fixed, drive, force, edges
+    def __init__(self, body, fixed, drive, force, points, edges, storage, name):
+        self.body, self.fixed, self.drive, self.force = body, fixed, drive, force
+        self.points, self.edges = points, edges  # (nodes (m, k), weights (m, k)) of points between nodes; nodes (m, 2)
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
 
 
-def deformable(body, material, *, contact=(), edges=(), fixed=None, drive=None, force=None, velocity=None, displacement=None,
-               storage=None, name="mesh"):  # fmt: skip
+def deformable(body, material, *, contact=(), points=None, edges=(), fixed=None, drive=None, force=None, velocity=None,
+               displacement=None, storage=None, name="mesh", edge_material=None):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes and edges.
 
     body: cairn.elastic.ElasticBody, or LinearBody with matrices of your own. material: of its contacts. contact: names of groups
     (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges of other
-    meshes. edges: names of groups whose boundary edges are antagonists, in 2D: they meet disks and the nodes of other meshes.
+    meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: names of groups, or pairs (m, 2), whose boundary edges are antagonists, in 2D: they meet disks and the nodes of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
     time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. velocity,
     displacement: (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that
     rules of contact may name, that of its edges is "NAME edges". Displacements are small; the body does not touch itself.
     """
-    dim, points = body.dim, body.points
-    n = len(points)
+    dim, places = body.dim, body.points
+    n = len(places)
     nodes = _nodes(body, contact)
-    pairs = _edges(body, edges) if len(_listed(edges)) else np.zeros((0, 2), int)
+    pairs = edges if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
+    points = (np.zeros((0, 2), int), np.zeros((0, 2))) if points is None else (np.asarray(points[0]), np.asarray(points[1], float))
+    if points[0].shape != points[1].shape or points[0].ndim != 2:
+        raise ValueError(f"points have shapes {points[0].shape} and {points[1].shape}: give nodes (m, k) and their weights (m, k)")
     fixed, drive = dict(fixed or {}), dict(drive or {})
     for group, by_axis in drive.items():
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
-    d = Deformable(body, fixed, drive, force, pairs, storage, name)
-    d.contact_nodes = np.unique(np.concatenate([nodes, pairs.ravel()]))
+    d = Deformable(body, fixed, drive, force, points, pairs, storage, name)
+    d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel()]))
     mass = np.asarray(body.M.sum(axis=1)).reshape(n, dim)[:, 0]
     if not np.all(mass > 0):
         at = int(np.argmin(mass))
@@ -88,17 +92,21 @@ def deformable(body, material, *, contact=(), edges=(), fixed=None, drive=None, 
     start = np.zeros((n, dim)) if displacement is None else np.broadcast_to(np.asarray(displacement, float), (n, dim))
     speed = np.zeros((n, dim)) if velocity is None else np.broadcast_to(np.asarray(velocity, float), (n, dim))
     spins = bodies.DOFS[dim][dim:]
-    point = "disk" if dim == 2 else "sphere"
-    contactors = [bodies.ContactorSet(point, material, nodes, np.zeros(len(nodes)))] if len(nodes) else []
-    size = np.ptp(points, axis=0).max()
+    size = np.ptp(places, axis=0).max()
+    followers = len(points[0])
+    at, speeds = places + start, speed
+    if followers:  # they have no inertia of their own
+        at, speeds = (np.concatenate([f, np.einsum("mk,mkd->md", points[1], f[points[0]])]) for f in (at, speed))
+        mass = np.concatenate([mass, np.full(followers, 1e-20 * mass.min())])
+    touching = np.concatenate([nodes, np.arange(n, n + followers)])
+    shape = "disk" if dim == 2 else "sphere"
+    contactors = [bodies.ContactorSet(shape, material, touching, np.zeros(len(touching)))] if len(touching) else []
     inertia = np.repeat((mass * size**2)[:, None], 2 * dim - 3, axis=1)
     sets = [
-        bodies.checked(
-            bodies.BodySet(dim, points + start, mass, inertia, contactors, velocity=speed, driven=spins, group=name, mesh=d)
-        )
+        bodies.checked(bodies.BodySet(dim, at, mass, inertia, contactors, velocity=speeds, driven=spins, group=name, mesh=d))
     ]
     if len(pairs):
-        sets.append(_edge_set(points + start, pairs, mass.min(), material, d))
+        sets.append(_edge_set(places + start, pairs, mass[:n].min(), edge_material or material, d))
     return sets
 
 
@@ -120,6 +128,8 @@ def _group(body, group):
 
 
 def _edges(body, groups):
+    if not len(_listed(groups)):
+        return np.zeros((0, 2), int)
     if body.dim != 2:
         raise ValueError("edges are antagonists in 2D alone: in 3D give nodes as contact")
     pairs = body.boundary_edges()
@@ -153,7 +163,9 @@ class MovingMesh:
     """A Deformable in a simulation: which bodies its nodes and edges are, its factors, what it stored and dissipated [J]."""
 
     def __init__(self, d, node_ids, edge_ids):
-        self.d, self.body, self.node_ids, self.edge_ids = d, d.body, node_ids, edge_ids
+        n = len(d.body.points)
+        self.d, self.body = d, d.body
+        self.node_ids, self.point_ids, self.edge_ids = node_ids[:n], node_ids[n:], edge_ids
         self.dim, self.size = d.body.dim, d.body.points.size
         held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
@@ -168,7 +180,8 @@ class MovingMesh:
 
     def place(self, ids, order):
         """Finds its rows among bodies in internal order; order sorts their ids."""
-        self.nodes, self.edges = (order[np.searchsorted(ids, mine, sorter=order)] for mine in (self.node_ids, self.edge_ids))
+        mine = (self.node_ids, self.point_ids, self.edge_ids)
+        self.nodes, self.points, self.edges = (order[np.searchsorted(ids, some, sorter=order)] for some in mine)
 
     def displacement(self, position):
         """(n dofs) [m] from places of bodies in internal order."""
@@ -300,6 +313,11 @@ class MovingMesh:
         n = np.arange(self.size).reshape(-1, dim)
         rows, columns = [dofs * self.nodes[:, None] + np.arange(dim)], [n]
         values = [np.ones(n.shape)]
+        followed, weights = self.d.points
+        for k in range(dim if len(self.points) else 0):
+            rows.append(np.repeat(dofs * self.points + k, followed.shape[1]))
+            columns.append(dim * followed + k)
+            values.append(weights)
         if len(self.edges):
             one, two = self.d.edges.T
             along = position[self.nodes[two]] - position[self.nodes[one]]
@@ -314,7 +332,10 @@ class MovingMesh:
         return sparse.csr_array((flat[0], (flat[1], flat[2])), shape=(dofs * bodies_count, self.size))
 
     def follow(self, position, rotation):
-        """Puts the bars where their nodes are."""
+        """Puts points and bars where their nodes are."""
+        followed, weights = self.d.points
+        if len(self.points):
+            position[self.points] = np.einsum("mk,mkd->md", weights, position[self.nodes[followed]])
         if not len(self.edges):
             return
         one, two = (position[self.nodes[end]] for end in self.d.edges.T)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .mesh import read_mesh
 from .text import LegacyError, Reader
 
 DIMENSION = {"RBDY2": 2, "RBDY3": 3}
@@ -95,7 +96,7 @@ class Datbox:
     dim: int = 0
     gravity: tuple = (0.0, 0.0, 0.0)
     bodies: list = field(default_factory=list)
-    meshes: list = field(default_factory=list)  # numbers of MAILx
+    meshes: list = field(default_factory=list)  # of MAILx, see cairn.legacy.mesh
     materials: dict = field(default_factory=dict)
     laws: dict = field(default_factory=dict)
     see: list = field(default_factory=list)
@@ -137,10 +138,7 @@ def read_bodies(box):
             reader.fail("a body starts with $bdyty")
         kind, number = reader.header(reader.next())
         if kind == "MAILx":
-            box.meshes.append(number)
-            while not reader.ended and reader.line.strip() != "$$$$$$":
-                reader.next()
-            reader.next()
+            box.meshes.append(read_mesh(reader, number))
             continue
         if kind not in DIMENSION:
             reader.fail(f"bodies of type {kind} are not known: RBDY2, RBDY3 or MAILx was expected")

@@ -11,7 +11,7 @@ from .. import bodies, laws, shapes, time_functions
 from ..materials import Material
 from ..scene import Scene
 from ..shapes import Hulls
-from . import datbox
+from . import datbox, mesh
 from .text import LegacyError
 
 # Law of LMGC90: law of Cairn, and its parameters from those of the file.
@@ -60,6 +60,8 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None):
     materials = {}
     for group in _groups(box, origin):
         scene.add(_set_of(box, group, materials, origin))
+    if box.meshes:
+        scene.add(mesh.deformables(box, materials, origin))
     _add_laws(scene, box, materials, origin)
     if origin.unmapped:
         text = f"{box.folder}: Cairn has nothing to map this to: " + "; ".join(origin.unmapped)
@@ -72,8 +74,6 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None):
 
 def _check_extras(origin):
     box, miss = origin.datbox, origin.unmapped
-    if box.meshes:
-        miss.append(f"{len(box.meshes)} meshed bodies MAILx with their models, materials and contactors")
     if (box.folder / "MP_DEM.DAT").is_file():
         miss.append("MP_DEM.DAT: currents and heat between rigid bodies")
     if box.initial_contacts:

@@ -1,0 +1,214 @@
+"""Meshed bodies (MAILx) of a DATBOX: their part of the files, and the deformable bodies they make."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..materials import Material
+from .text import LegacyError, Reader
+
+CELLS = {"T3xxx": "triangle", "Q4xxx": "quad", "TE4xx": "tetra", "H8xxx": "hexahedron"}
+
+
+@dataclass
+class Mesh:
+    """A body of type MAILx. cells: [(element, nodes from 0, model, material)]; points: (m, dim) [m]; contactors:
+    [(type, colour, nodes from 0, share)] with the share apab of CLxxx."""
+
+    number: int
+    cells: list = field(default_factory=list)
+    points: list = field(default_factory=list)
+    contactors: list = field(default_factory=list)
+
+
+def read_mesh(reader, number):
+    """From the line after the header on."""
+    mesh, part = Mesh(number), ""
+    while True:
+        line = reader.next()
+        if line.strip() == "$$$$$$":
+            return mesh
+        if line.startswith("$"):
+            part = line.strip()
+        elif part == "$blmty":
+            nodes = [reader.whole(line, c, c + 6) - 1 for c in range(21, len(line), 7) if line[c - 1 : c + 6].strip()]
+            words = reader.next()
+            mesh.cells.append((line[1:6].strip(), nodes, words[22:27].strip(), words[36:41].strip()))
+        elif part == "$nodty":
+            mesh.points.append(reader.values(line, 2 if line[1:6] == "NO2xx" else 3))
+        elif part == "$tacty":
+            columns = (35, 47, 59, 71)
+            words = [line[c - 1 : c + 4] for c in columns if line[c - 6 : c - 2].strip().startswith("nod")]
+            if not all(w.strip().isdigit() for w in words):
+                reader.fail("nodes of a contactor are no whole numbers")
+            share = reader.number(line, 59, 72) if line[53:58] == "apab=" else 0.0
+            mesh.contactors.append((line[1:6].strip(), line[22:27].strip(), [int(w) - 1 for w in words], share))
+        else:
+            reader.fail(f"{line.strip()!r} stands in no block of the body")
+
+
+def read_models(box):
+    """{model: (physics, {option: value})} of MODELS.DAT."""
+    path = box.folder / "MODELS.DAT"
+    models, options = {}, None
+    if not path.is_file():
+        return models
+    reader = Reader(path)
+    while not reader.ended:
+        line = reader.next()
+        if line.startswith("$"):
+            continue
+        if line[1:6].strip():
+            models[line[1:6].strip()] = options = {}
+            continue
+        if options is None:
+            reader.fail("an option stands before the name of its model")
+        if line[8:13].strip():
+            options["physics"] = line[8:13].strip()
+        options[line[22:27].strip()] = line[29:34].strip()
+    return models
+
+
+def read_mesh_drives(box):
+    """{mesh: [(node from 0, Drive)]} of DRV_DOF.DAT."""
+    from .datbox import _drive
+
+    found = {}
+    path = box.folder / "DRV_DOF.DAT"
+    if not path.is_file():
+        return found
+    reader = Reader(path)
+    body, node, wanted = None, 0, False
+    while not reader.ended:
+        line = reader.next()
+        if line.startswith("$bdyty"):
+            body, wanted = reader.header(reader.next()), False
+        elif line.startswith("$nodty"):
+            node, wanted = reader.whole(reader.next(), 7, 13) - 1, False
+        elif line.startswith("$dofty"):
+            wanted = True
+        elif line.startswith("$"):
+            wanted = False
+        elif wanted and body[0] == "MAILx":
+            found.setdefault(body[1], []).append((node, _drive(box, reader, line)))
+    return found
+
+
+def read_mesh_states(path, meshes):
+    """{mesh: (displacement, velocity)}, each (n, dim), of a DOF file; what it does not list is at rest."""
+    found = {m.number: tuple(np.zeros((len(m.points), len(m.points[0]))) for _ in range(2)) for m in meshes}
+    reader = Reader(path)
+    body = None
+    while not reader.ended:
+        line = reader.next()
+        if line.startswith("$bdyty"):
+            body = reader.header(reader.next())
+        elif not line.startswith("$") and body is not None and body[0] == "MAILx" and line[1:3] == "NO":
+            if body[1] not in found:
+                reader.fail(f"MAILx {body[1]} is not in BODIES.DAT")
+            node, dim = reader.whole(line, 7, 13) - 1, found[body[1]][0].shape[1]
+            if line[29:33] == "X(1)":
+                found[body[1]][0][node] = reader.values(line, dim)
+                found[body[1]][1][node] = reader.values(reader.next(), dim)
+    return found
+
+
+def deformables(box, materials, origin):
+    """Sets of the meshed bodies that map; the others are named in origin.unmapped."""
+    models, drives = read_models(box), read_mesh_drives(box)
+    path = next((box.folder / n for n in ("DOF.INI", "DOF.DAT") if (box.folder / n).is_file()), None)
+    states = read_mesh_states(path, box.meshes) if path else {}
+    sets = []
+    for mesh in box.meshes:
+        why = _why_not(box, mesh, models, drives.get(mesh.number, []))
+        if why:
+            origin.unmapped.append(f"MAILx {mesh.number}: {why}")
+            continue
+        sets += _deformable(box, mesh, models, drives.get(mesh.number, []), states.get(mesh.number), materials, origin)
+    return sets
+
+
+def _why_not(box, mesh, models, drives):
+    """What Cairn has nothing to map to, in words, or nothing."""
+    for element, _, model, material in mesh.cells:
+        options = models.get(model)
+        if options is None:
+            raise LegacyError(f"{box.folder / 'MODELS.DAT'}: has no model {model!r} of MAILx {mesh.number}")
+        if options.get("physics") != "MECAx":
+            return f"physics {options.get('physics')}"
+        if element not in CELLS:
+            return f"element {element}"
+        asked = (options.get("kine_", "small"), options.get("mater", "elas_"), options.get("aniso", "iso__"))
+        if asked != ("small", "elas_", "iso__") or box.materials[material].law != "ELAS":
+            return f"model {model} ({', '.join(asked)}) of material {material} ({box.materials[material].law})"
+    if len({(model, material) for _, _, model, material in mesh.cells}) > 1:
+        return "several models or materials in one body"
+    for kind, *_ in mesh.contactors:
+        if kind not in ("CLxxx", "ALpxx"):
+            return f"contactor {kind}"
+    for _, d in drives:
+        if d.kind not in ("vlocy", "force"):
+            return f"dofs driven by {d.kind}"
+    return ""
+
+
+def _elastic(box, mesh, models):
+    from ..elastic import ElasticBody
+
+    _, _, model, name = mesh.cells[0]
+    material = box.materials[name]
+    values = {}
+    for part in material.parts:
+        for label in ("EYng=", "Epss="):
+            if label in part:
+                values[label] = float(part.split(label)[1].split()[0].replace("D", "e").replace("d", "e"))
+    if len(values) < 2 or material.density is None:
+        raise LegacyError(f"{box.folder / 'BULK_BEHAV.DAT'}: material {name} lacks EYng=, Epss= or Umas=")
+    cells = {}
+    for element, nodes, *_ in mesh.cells:
+        cells.setdefault(CELLS[element], []).append(nodes)
+    return ElasticBody(
+        np.array(mesh.points), {kind: np.array(nodes) for kind, nodes in cells.items()}, young=values["EYng="],
+        poisson=values["Epss="], density=material.density, lumped=models[model].get("mstrg") == "lump_",
+        groups={f"node {k}": [k] for k in range(len(mesh.points))},
+    )  # fmt: skip
+
+
+def _deformable(box, mesh, models, drives, state, materials, origin):
+    from ..meshes import deformable
+    from .scene import _function
+
+    body = _elastic(box, mesh, models)
+    if body.dim == 2 and not any("plane strain" in note for note in origin.notes):
+        origin.notes.append("meshes in 2D are taken in plane strain: the files do not say")
+    drive, pushed = {}, {}
+    for node, d in drives:
+        target = drive if d.kind == "vlocy" else pushed
+        target.setdefault(f"node {node}", {})["xyz"[d.component - 1]] = _function(d)
+
+    def force(t):
+        at = {g: {a: v(t) if callable(v) else v for a, v in by.items()} for g, by in pushed.items()}
+        return {g: [by.get(a, 0.0) for a in "xyz"[: body.dim]] for g, by in at.items()}
+
+    material = mesh.cells[0][3]
+    density = box.materials[material].density
+    names = {}
+    for kind in ("CLxxx", "ALpxx"):
+        colors = {c for k, c, *_ in mesh.contactors if k == kind}
+        if len(colors) > 1:
+            raise LegacyError(f"{box.folder}: MAILx {mesh.number} has {kind} of several colours, which is not mapped")
+        for color in colors:
+            names[kind] = f"{material} {color} {kind}"
+            materials[names[kind]] = ("MAILx", kind, color)
+    points = [(nodes, (1 - share, share)) for kind, _, nodes, share in mesh.contactors if kind == "CLxxx"]
+    # an antagonist edge has its body on the right, here it is on the left
+    edges = np.array([nodes[::-1] for kind, _, nodes, _ in mesh.contactors if kind == "ALpxx"], int).reshape(-1, 2)
+    moved, velocity = state if state is not None else (None, None)
+    return deformable(
+        body, Material(names.get("CLxxx", material), density=density), edges=edges, drive=drive,
+        points=(np.array([p[0] for p in points]), np.array([p[1] for p in points])) if points else None,
+        edge_material=Material(names.get("ALpxx", material), density=density), force=force if pushed else None,
+        velocity=velocity, displacement=moved, name=f"MAILx {mesh.number}",
+    )  # fmt: skip
