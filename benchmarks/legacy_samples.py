@@ -17,6 +17,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 from cairn import legacy
+from cairn.legacy.mesh import read_mesh_states
 
 GATE = 1e-4
 # Sweeps a step, copies: of a wall whose hyperstatic joints stall the residual, in LMGC90 too.
@@ -109,6 +110,30 @@ def compare(folder, case, copies):
     }
 
 
+def compare_meshes(folder, case):
+    """One row of the table for a case of deformable bodies: its tracked nodes at the stored steps, all nodes at the end."""
+    scene = legacy.read_datbox(folder, "skip")
+    sim = simulation(scene, case, 1e-10)
+    with open(folder / "history.csv") as file:
+        stored = {int(row["step"]): row for row in csv.DictReader(file)}
+    meshes, axes = scene.legacy.datbox.meshes, "xyz"[: scene.dim]
+    size = float(np.ptp(meshes[0].points, axis=0).max())
+    horizon, within, largest = 0, True, 0.0
+    for k in range(1, case["steps"] + 1):
+        sim.step()
+        if k not in stored:
+            continue
+        for m, n in case["tracked_nodes"]:
+            x = np.array([float(stored[k][f"mesh{m}_node{n}_{a}"]) for a in axes])
+            mine = sim.meshes[m - 1]
+            largest = max(largest, float(np.max(np.abs(mine.body.points[n - 1] + mine.displacement[n - 1] - x))) / size)
+        within = within and largest <= GATE
+        horizon = k if within else horizon
+    final = read_mesh_states(folder / "OUTBOX" / "DOF.OUT.1", meshes)
+    at_end = max(np.max(np.abs(v.displacement - final[m.number][0])) for v, m in zip(sim.meshes, meshes))
+    return {"steps": case["steps"], "horizon": horizon, "largest_tracked": largest, "largest_at_end": float(at_end) / size}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--copies", type=int, default=8)
@@ -132,7 +157,8 @@ def main():
             row["unmapped"] = str(error).split("map this to: ")[-1].split(". Say")[0]
             row["mapped"] = "mechanics" if row["unmapped"].startswith("MP_DEM") else "no"
         if row["mapped"] != "no":
-            row |= compare(folder, case, FEWER.get(folder.name, (0, options.copies))[1])
+            meshed = compare_meshes(folder, case) if case["meshes"] else None
+            row |= meshed or compare(folder, case, FEWER.get(folder.name, (0, options.copies))[1])
         rows.append(row)
         print({k: f"{v:.2e}" if isinstance(v, float) else v for k, v in row.items()}, flush=True)
     names = list(dict.fromkeys(name for row in rows for name in row))

@@ -1,7 +1,7 @@
 """The same heap by NSCD and by smooth DEM with stiffness going up: how far apart they are, and what each costs.
 
-A column of disks in two dimensions collapses beside a wall. Three figures, shares of a radius, means over perturbed columns: how far
-grains are from where NSCD with a short step has them while the column lands, before a collapse forgets where it began; the height
+A column of disks in two dimensions collapses beside a wall. Three figures, shares of a radius, means over perturbed columns: how
+far grains are from where NSCD with a short step has them while the column lands, before a collapse forgets its start; the height
 of the centre of mass over the collapse, against the same; and, for the heap at rest, how far its grains settle when it is given
 springs, which rigid grains do not. With the CPU time of a run.
 

@@ -156,7 +156,7 @@ class BlockStep:
         if len(chosen):
             start = np.reshape(core.contact("impulse_local"), (-1, dim))[chosen] if strategy.warm_start else None
             solver = strategy.solver
-            result = problem.solve(strategy.problem_solver, tol=solver.tol, max_iter=solver.max_iter, start=start)
+            result = problem.solve(solver.name, tol=solver.tol, max_iter=solver.max_iter, start=start)
             strategy.solved(self, result.r, chosen)
             impulses[chosen] = result.r if given is None else result.r + given
             found |= {name: getattr(result, name) for name in found}

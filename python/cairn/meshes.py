@@ -67,7 +67,9 @@ def deformable(body, material, *, contact=(), points=None, edges=(), fixed=None,
 
     body: cairn.elastic.ElasticBody, or LinearBody with matrices of your own. material: of its contacts. contact: names of groups
     (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges of other
-    meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: names of groups, or pairs (m, 2), whose boundary edges are antagonists, in 2D: they meet disks and the nodes of other meshes.
+    meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
+    boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left: they meet disks, and points of other
+    meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
     time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. velocity,
     displacement: (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that
@@ -77,9 +79,9 @@ def deformable(body, material, *, contact=(), points=None, edges=(), fixed=None,
     n = len(places)
     nodes = _nodes(body, contact)
     pairs = edges if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
-    points = (np.zeros((0, 2), int), np.zeros((0, 2))) if points is None else (np.asarray(points[0]), np.asarray(points[1], float))
+    points = [np.zeros((0, 2), int), np.zeros((0, 2))] if points is None else [np.asarray(part) for part in points]
     if points[0].shape != points[1].shape or points[0].ndim != 2:
-        raise ValueError(f"points have shapes {points[0].shape} and {points[1].shape}: give nodes (m, k) and their weights (m, k)")
+        raise ValueError(f"points have shapes {points[0].shape}, {points[1].shape}: give nodes (m, k) and their weights (m, k)")
     fixed, drive = dict(fixed or {}), dict(drive or {})
     for group, by_axis in drive.items():
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))

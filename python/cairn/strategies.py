@@ -117,11 +117,6 @@ class NSCD:
 
     explicit = False  # the bulk of deformable bodies is implicit
 
-    @property
-    def problem_solver(self):
-        """Of the contact problem, where it is posed in blocks."""
-        return self.solver.name
-
     def pose(self, step, w, q, rows, chosen):
         """The contact problem (W, q, r0) that impulses r + r0 solve; see cairn.block_step. This is the one of Moreau and Jean."""
         return w, q, None

@@ -86,6 +86,9 @@ class _Writer:
         self.extent = max(float(np.max(span)), 1e-300)
         number = 0
         for b in s.sets:
+            if b.mesh is not None:
+                self.missed.append(f"the deformable body {b.mesh.name!r}")
+                continue
             if b.damping is not None and np.any(b.damping):
                 self.missed.append("damping of bodies")
             for row in range(len(b)):
