@@ -43,9 +43,10 @@ def solve(path, solver, local, tol, out):
         options.dparam[sn.SICONOS_DPARAM_TOL] = tol
         options.iparam[sn.SICONOS_IPARAM_MAX_ITER] = 10_000_000
         r, u = np.zeros(dim * n), np.zeros(dim * n)
-        begin = time.clock_gettime(time.CLOCK_PROCESS_CPUTIME_ID)
+        begin, wall = time.clock_gettime(time.CLOCK_PROCESS_CPUTIME_ID), time.perf_counter()
         info = driver(problem, r, u, options)
-        seconds = time.clock_gettime(time.CLOCK_PROCESS_CPUTIME_ID) - begin
+        wall = time.perf_counter() - wall  # where the clock of the CPU is too coarse, the least of many is as good
+        seconds = wall if wall < 0.02 else time.clock_gettime(time.CLOCK_PROCESS_CPUTIME_ID) - begin
         best = seconds if best is None else min(best, seconds)
         np.save(out, np.concatenate([[best, options.dparam[1], info], r]))
         if seconds > 0.02:

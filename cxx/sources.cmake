@@ -28,8 +28,11 @@ set(CAIRN_CXX_SOURCES
   solvers/auto.cpp
   solvers/block_factors.cpp
   solvers/contact_system.cpp
+  solvers/enumeration.cpp
   solvers/friction_problem.cpp
   solvers/gradient_methods.cpp
+  solvers/interior_point.cpp
+  solvers/lemke.cpp
   solvers/newton.cpp
   solvers/newton_step.cpp
   solvers/nlgs.cpp

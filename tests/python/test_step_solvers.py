@@ -54,10 +54,10 @@ def test_sweeps_alone_do_not_carry_it():
     assert np.abs(reactions(sim, 100) / weights - 1).max() > 0.5
 
 
-FIRST_ORDER = ("ConjugateGradient", "PreconditionedConjugateGradient")  # they may stall
+NOT_FOR_IT = ("ConjugateGradient", "PreconditionedConjugateGradient", "Enumeration")  # these may stall; 12 contacts
 
 
-@pytest.mark.parametrize("name", [name for name in strategies.SOLVERS if name not in FIRST_ORDER])
+@pytest.mark.parametrize("name", [name for name in strategies.SOLVERS if name not in NOT_FOR_IT])
 def test_every_solver_of_problems(name):
     """Each solver ends on the true error of the step's own kernel, warm starts included."""
     solver = strategies.SOLVERS[name](tol=1e-7, max_iter=50000)

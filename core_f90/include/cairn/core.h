@@ -302,6 +302,19 @@ void cairn_admm_load(int32_t dim, int64_t n, double rho, const double* q, const 
                      const double* s, double* load);
 void cairn_admm_update(int32_t dim, int64_t n, double rho, double relaxation, const double* mu, const double* r,
                        double* z, double* v, double* s, double* sums);
+void cairn_interior_scaling(int32_t dim, int64_t n, const double* mu, const double* r, const double* y, double* theta,
+                            double* inverse);
+void cairn_interior_length(int32_t dim, int64_t n, const double* mu, const double* r, const double* dr, const double* y,
+                           const double* dy, double* length);
+void cairn_lemke_tableau(int32_t dim, int64_t n, int32_t facets, const int64_t* row_start, const int32_t* column,
+                         const double* block, const double* q, const double* mu, const double* angle, int64_t m,
+                         double* tableau);
+int32_t cairn_lemke_pivots(int64_t m, int64_t most, double* tableau, int64_t* basis, int64_t* other, int64_t* pivots);
+void cairn_lemke_impulses(int32_t dim, int64_t n, int32_t facets, const double* angle, int64_t m, const double* tableau,
+                          const int64_t* basis, double* r);
+void cairn_enumeration_impulses(int32_t dim, int64_t n, const double* w, const double* q, const double* mu,
+                                const int32_t* state, int32_t rounds, double* matrix, double* right, double* direction,
+                                double* r);
 int64_t cairn_block_factor(int32_t dim, int64_t n, const int32_t* order, const int32_t* place, const int64_t* row_start,
                            const int32_t* column, const double* block, const int32_t* active,
                            const int64_t* lower_start, const int32_t* lower, const int64_t* upper_start,
