@@ -3,7 +3,7 @@
 python benchmarks/stacks.py [--shapes spheres boxes] [--counts 10 100 1000] [--ratios 1 1e3 1e6 1e12] [--seconds 5]. Writes
 benchmarks/results/stacks.csv: CPU seconds of a step, iterations, the true error and the largest deviation of a reaction from the
 weight above it, relative. Since the true error hardly sees the heavy body sink, NLGS goes on, a longer run each time, until its
-reactions are as good as 1e-4 or its seconds are over: the row says how far it came, and `times` how much longer it took than Auto.
+reactions are as good as 1e-4 or its seconds are over: the row says how far it came; `times`: its time / that of Auto.
 """
 
 import argparse
