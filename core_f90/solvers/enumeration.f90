@@ -1,5 +1,5 @@
-!> The impulses that belong to given states of contacts, for whoever tries all: open, stick, slip. A dense linear system; in space the
-!> directions of slip follow from it and are put in again (fixed point).
+!> The impulses that belong to given states of contacts, for whoever tries all: open, stick, slip. A dense linear system; in
+!> space the directions of slip follow from it and are put in again (fixed point).
 module enumeration
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

@@ -1,6 +1,7 @@
-!> Primal-dual interior point for the convex problem that is left when s = mu |u_T| is held: r in K, y = W r + q + s in K*, r.y = 0
-!> (cone quadratic programs: Andersen, Roos & Terlaky 2003; s follows from iteration to iteration: Acary, Cadoux, Lemarechal &
-!> Malick 2011). In variables x = (mu r_N, r_T), z = (y_N / mu, y_T) both cones are Lorentz's; directions are those of Nesterov & Todd.
+!> Primal-dual interior point for the convex problem that is left when s = mu |u_T| is held: r in K, y = W r + q + s in K*, r.y
+!> = 0 (cone quadratic programs: Andersen, Roos & Terlaky 2003; s follows from iteration to iteration: Acary, Cadoux, Lemarechal
+!> & Malick 2011). In variables x = (mu r_N, r_T), z = (y_N / mu, y_T) both cones are Lorentz's; directions are those of
+!> Nesterov & Todd.
 module interior_point
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none

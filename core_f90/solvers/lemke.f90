@@ -1,6 +1,6 @@
-!> Friction as a linear complementarity problem (Klarbring 1986; Stewart & Trinkle 1996), by Lemke's pivots (Cottle, Pang & Stone
-!> 1992) on a dense tableau: for small problems. In the plane it is Coulomb's law; in space the cone has facets, turned by an angle at
-!> each contact. Unknowns of a contact: r_N, beta of each facet, and the slip speed gamma;
+!> Friction as a linear complementarity problem (Klarbring 1986; Stewart & Trinkle 1996), by Lemke's pivots (Cottle, Pang &
+!> Stone 1992) on a dense tableau: for small problems. In the plane it is Coulomb's law; in space the cone has facets, turned by
+!> an angle at each contact. Unknowns of a contact: r_N, beta of each facet, and the slip speed gamma;
 !>   w_N = u_N,   w_k = d_k.u_T + gamma,   w_gamma = mu r_N - sum beta,   r_T = sum beta_k d_k.
 module lemke
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double

@@ -93,6 +93,9 @@ def _run_parser(commands):
     run.add_argument("--checkpoint-every", type=int, help="steps between checkpoints, written beside the output")
     run.add_argument("--restart", metavar="CHECKPOINT", help="go on from this checkpoint")
     run.add_argument("--overwrite", action="store_true", help="replace the output file if it is there")
+    run.add_argument("--solver", help="of contacts, by its name in Python: NLGS (default), Auto, PPANewton, ...")
+    run.add_argument("--tol", type=float, help="true error of the contact solver (default: 1e-4)")
+    run.add_argument("--dump-problem", metavar="WHEN", help="step=120, or worst: write that contact problem beside the output")
     run.add_argument("--quiet", "-q", action="store_true", help="no progress bar, no figures")
 
 
@@ -243,7 +246,7 @@ def run(options, passed_on):
         raise ValueError("a scene has no time step of its own: give one, --dt 1e-3 [s] say")
     if options.steps is None and options.until is None:
         raise ValueError("say how long to run: --steps 1000, or --until 2.0 [s]")
-    simulation = Simulation(Scene.load(options.what), dt=options.dt)
+    simulation = Simulation(Scene.load(options.what), dt=options.dt, strategy=_strategy(options))
     if options.restart:
         simulation.restore(options.restart)
         simulation.dt = options.dt
@@ -251,19 +254,38 @@ def run(options, passed_on):
     for ending in (".h5", ".scene"):
         stem = stem.removesuffix(ending)
     output = options.output or stem + ".vtkhdf"
+    dump = None
+    if options.dump_problem:
+        from .contact_problem import Dump
+
+        dump = Dump(options.dump_problem, os.path.splitext(output)[0] + ".problem.hdf5")
     taken = simulation.run(
         steps=options.steps,
         until=options.until,
         output=output,
         every=options.every,
         checkpoint_every=options.checkpoint_every,
+        callback=dump,
         progress=not options.quiet,
         overwrite=options.overwrite,
     )
+    if dump and dump.written is None:
+        raise ValueError(f"--dump-problem {options.dump_problem}: no such step was made, {taken} were")
     if not options.quiet:
+        if dump:
+            print(f"the contact problem of step {dump.written}, error {dump.error:.2e}, is in {dump.path}")
         print(f"{taken} steps, t = {simulation.time:g} s, written to {output}")
     wanted = options.steps if options.steps is not None else taken
     return 130 if taken < wanted else 0
+
+
+def _strategy(options):
+    from .strategies import NSCD, SOLVERS
+
+    if options.solver is not None and options.solver not in SOLVERS:
+        raise ValueError(f"--solver is {options.solver!r}: give one of {', '.join(SOLVERS)}")
+    solver = SOLVERS[options.solver or "NLGS"]
+    return NSCD(solver=solver() if options.tol is None else solver(tol=options.tol))
 
 
 def info(options):

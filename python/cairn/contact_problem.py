@@ -90,3 +90,24 @@ def problem_of(simulation):
     w = (h @ inverse @ h.T).tobsr(blocksize=(rows.dim, rows.dim))
     problem = Problem(rows.dim, w, q, rows.mu[chosen])
     return {"problem": problem, "rows": rows, "chosen": chosen, "operator": h, "inverse": inverse}
+
+
+class Dump:
+    """A callback of Simulation.run that writes the contact problem of one step: when is "step=N", or "worst", the step that ended
+    with the largest error. written: that step; error: its true error."""
+
+    def __init__(self, when, path):
+        self.path, self.written, self.error = path, None, -1.0
+        self.step = None
+        if when != "worst":
+            name, _, number = when.partition("=")
+            if name != "step" or not number.isdecimal():
+                raise ValueError(f"the step of the problem is {when!r}: give step=120, say, or worst")
+            self.step = int(number)
+
+    def __call__(self, simulation):
+        info = simulation._info
+        wanted = info["error"] > self.error if self.step is None else info["step"] == self.step
+        if wanted and info["contacts"]:
+            self.written, self.error = info["step"], info["error"]
+            simulation.dump_problem(self.path)

@@ -125,3 +125,23 @@ def test_a_step_again_has_the_same_bits():
             sim.step()
         ends.append(np.concatenate([sim.bodies.velocity.ravel(), sim.contacts.impulse.ravel()]))
     assert (ends[0] == ends[1]).all()
+
+
+def test_a_problem_from_the_shell(tmp_path, capsys):
+    """The problem of a step, or of the worst one, beside the output of `cairn run`."""
+    from cairn import cli, problems
+
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.spheres([(0, 0, 0.5), (0.1, 0, 1.5)], 0.5, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+    path = tmp_path / "two.scene.h5"
+    scene.save(path)
+    for when, steps in (("step=3", 5), ("worst", 4)):
+        output = tmp_path / f"{steps}.vtkhdf"
+        words = ["run", str(path), "--dt", "1e-3", "--steps", str(steps), "-o", str(output), "-q", "--overwrite"]
+        assert cli.main([*words, "--solver", "Auto", "--tol", "1e-10", "--dump-problem", when]) == 0
+        p = problems.read(tmp_path / f"{steps}.problem.hdf5")
+        assert p.contacts == 2 and p.solve(tol=1e-9).converged
+    assert cli.main([*words, "--dump-problem", "step=9"]) == 1
+    assert cli.main([*words, "--dump-problem", "last"]) == 1
+    assert "step=120" in capsys.readouterr().err
