@@ -31,6 +31,13 @@ void bind_laws(py::module_& m) {
     const cairn::Law law = cairn::plug_law(library, name, {replace, serial});
     return py::make_tuple(int(law), described(cairn::law_infos()[std::size_t(law)]));
   });
+  py::class_<cairn::PluggedRoutine>(m, "PluggedRoutine")
+      .def(py::init(&cairn::open_routine))
+      .def("described", [](const cairn::PluggedRoutine& r) { return described(r.declared); })
+      .def("plug_solver",
+           [](const cairn::PluggedRoutine& r, std::vector<double> p) { cairn::plug_solver(r, std::move(p)); })
+      .def("plug_pair", [](const cairn::PluggedRoutine& r, const std::string& pair) { cairn::plug_pair(r, pair); });
+  m.def("unplug_pair", [](const std::string& pair) { cairn::plug_pair({}, pair); });
 
   py::class_<cairn::LawTable>(m, "LawTable")
       .def(py::init<std::vector<std::string>>(), py::arg("material_names"))

@@ -1,5 +1,6 @@
 #include <pybind11/functional.h>
 
+#include "plug.hpp"
 #include "simulation.hpp"
 #include "smooth/smooth_dynamics.hpp"
 #include "solvers/contact_system.hpp"
@@ -333,6 +334,16 @@ void bind_simulation(py::module_& m) {
            [](Simulation& s, const cairn::LawTable& laws) {
              s.laws = laws;
              if (s.smooth()) s.smooth()->invalidate(false);
+           })
+      .def("plug_force",
+           [](Simulation& s, const cairn::PluggedRoutine& r, std::vector<double> params) {
+             auto* routine = reinterpret_cast<cairn_plug_body_force*>(r.routine);
+             s.forces.push_back({r.name, routine, std::move(params)});
+           })
+      .def("plug_velocity",
+           [](Simulation& s, const cairn::PluggedRoutine& r, std::vector<double> params) {
+             auto* routine = reinterpret_cast<cairn_plug_free_velocity*>(r.routine);
+             s.free_velocity = {r.name, routine, std::move(params)};
            })
       .def("set_strategy", &use)
       .def("check_laws", &Simulation::check_laws)

@@ -15,10 +15,11 @@ struct PairKind {
   int most;                    // contacts of one pair
   cairn_pair_contact* contact; // null: see hull_contact
   cairn_hull_contact* hull_contact;
+  cairn_pair_contact* built_in; // contact may come from a user's library
 };
-inline const PairKind pair_kinds[] = {
-#define CAIRN_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, cairn_pair_##name, nullptr},
-#define CAIRN_HULL_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, nullptr, cairn_pair_##name},
+inline PairKind pair_kinds[] = {
+#define CAIRN_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, cairn_pair_##name, nullptr, cairn_pair_##name},
+#define CAIRN_HULL_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, nullptr, cairn_pair_##name, nullptr},
 #include "../core_f90/detection/pairs.def"
 };
 inline constexpr int kinds = int(std::size(pair_kinds));
@@ -95,6 +96,7 @@ struct InteractionHandler::Workspace {
   // options
   std::int32_t materials = 0;
   Array<std::int8_t> allowed;
+  std::int64_t spoilt = -1; // a pair to which a user's routine gave no number
   std::vector<DeclaredPair> declared;
 
   // the scene of this call

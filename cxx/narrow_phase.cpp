@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "call.hpp"
@@ -38,6 +39,7 @@ void InteractionHandler::Workspace::narrow(Candidates& out) {
   keep.make_room(*scratch, slots);
   std::int64_t kept = 0, slot = 0;
   begin = 0;
+  spoilt = -1;
   for (int k = 0; k < kinds; ++k) {
     const bool hulls = pair_kinds[k].hull_contact;
     const int most = pair_kinds[k].most, size = hulls ? hull_batch : batch;
@@ -50,6 +52,12 @@ void InteractionHandler::Workspace::narrow(Candidates& out) {
     }
     slot += (kind_end[k] - begin) * most;
     begin = kind_end[k];
+  }
+  if (spoilt >= 0) {
+    out.count = 0;
+    throw Error("the plugged routine of a pair gave a gap that is no number to " +
+                name_of(*contactors, *bodies, a[spoilt]) + " and " + name_of(*contactors, *bodies, b[spoilt]) +
+                ": look at its input, or remove it");
   }
   out.count = kept;
 }
@@ -68,6 +76,12 @@ std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t 
                     directed(pair_kinds[kind].b), direction.data(), any_periodic, cell->vectors, between, radius_a,
                     radius_b, direction_b);
   pair_kinds[kind].contact(n, between, radius_a, radius_b, direction_b, gap, normal, point, status);
+  if (pair_kinds[kind].contact != pair_kinds[kind].built_in)
+    for (std::int32_t i = 0; i < n; ++i)
+      if (!std::isfinite(gap[i])) {
+#pragma omp atomic write
+        spoilt = first + i;
+      }
   std::int32_t kept = 0;
   cairn_pair_store(dim, n, a + first, b + first, image + first, centre.data(), gap, normal, point, status,
                    margin->per_contactor ? -1 : margin->constant, margin->per_contactor, out.gap.data() + slot,

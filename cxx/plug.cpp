@@ -2,10 +2,14 @@
 
 #include <dlfcn.h>
 
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 
 #include "cairn/plug.h"
+#include "call.hpp"
+#include "detection_workspace.hpp"
+#include "solvers/problem_monitor.hpp"
 
 namespace cairn {
 
@@ -33,15 +37,18 @@ std::string text_of(const std::string& library, const char* what, const char* te
   return text;
 }
 
-void check(const std::string& library, const std::string& name, const cairn_plug_descriptor& d) {
+void check(const std::string& library, const std::string& name, int kind, const cairn_plug_descriptor& d) {
   expect(library, "ABI version of the descriptor", d.abi, CAIRN_PLUG_ABI);
   expect(library, "size of the descriptor", d.size, sizeof(cairn_plug_descriptor));
   expect(library, "size of cairn_law_context", d.context_size, sizeof(cairn_law_context));
-  if (d.kind != cairn_plug_law)
-    refuse(library, name + " is of kind " + std::to_string(d.kind) + ", not a contact law (" +
-                        std::to_string(cairn_plug_law) + ")");
+  static const char* const kinds[] = {"",          "contact law", "contact solver", "detection pair", "free velocity",
+                                      "body force"};
+  if (d.kind != kind)
+    refuse(library, name + " is of kind " + std::to_string(d.kind) + ", not a " + kinds[kind] + " (" +
+                        std::to_string(kind) + ")");
   if (text_of(library, "name", d.name, sizeof d.name) != name)
     refuse(library, "cairn_describe_" + name + " describes '" + d.name + "': its name must be " + name);
+  if (kind != cairn_plug_law) return;
   const auto one_of = [&](const char* what, int have, int few, int many) {
     if (have != 0 && have != few && have != many)
       refuse(library, name + ": " + what + " is " + std::to_string(have) + ", must be " + std::to_string(few) + ", " +
@@ -59,7 +66,10 @@ void check(const std::string& library, const std::string& name, const cairn_plug
 
 } // namespace
 
-Law plug_law(const std::string& library, const std::string& name, const PlugOptions& options) {
+namespace {
+
+// Opens the library, reads and checks the descriptor.
+void describe(const std::string& library, const std::string& name, int kind, Descriptor& filled) {
   void* handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!handle) {
     const char* why = dlerror();
@@ -71,10 +81,11 @@ Law plug_law(const std::string& library, const std::string& name, const PlugOpti
     dlclose(handle);
     refuse(library, "has no " + symbol + ": the library must export a descriptor under that name (Fortran: bind(c))");
   }
-  Descriptor filled{};
   describe(&filled.known);
-  const cairn_plug_descriptor& d = filled.known;
-  check(library, name, d);
+  check(library, name, kind, filled.known);
+}
+
+LawInfo declared(const std::string& library, const std::string& name, const cairn_plug_descriptor& d) {
   LawInfo law;
   law.name = law.python_name = name;
   law.library = library;
@@ -85,6 +96,58 @@ Law plug_law(const std::string& library, const std::string& name, const PlugOpti
   try {
     declare_law(law, parameters, state);
   } catch (const std::invalid_argument& wrong) { refuse(library, name + ": " + wrong.what()); }
+  return law;
+}
+
+} // namespace
+
+PluggedRoutine open_routine(const std::string& library, const std::string& name, int kind) {
+  Descriptor filled{};
+  describe(library, name, kind, filled);
+  PluggedRoutine found{name, library, declared(library, name, filled.known), nullptr};
+  found.routine = reinterpret_cast<cairn_plug_slot*>(filled.known.prepare);
+  if (!found.routine) refuse(library, name + " has no routine: the descriptor must hold it in `prepare`");
+  return found;
+}
+
+void plug_solver(const PluggedRoutine& r, std::vector<double> params) {
+  auto* solve = reinterpret_cast<cairn_plug_solve*>(r.routine);
+  const auto driver = [solve, params, name = r.name](const FrictionProblem& p, const ProblemOptions& o, double* best) {
+    ProblemMonitor monitor(p, o, best);
+    Array<double> impulses(best, best + p.unknowns());
+    if (!o.warm_start) std::fill(impulses.begin(), impulses.end(), 0.0);
+    std::int32_t iterations = 0;
+    solve(p.dim, p.contacts, p.row_start.data(), p.column.data(), p.block.data(), p.q.data(), p.mu.data(), o.tolerance,
+          o.max_iterations, params.data(), impulses.data(), &iterations);
+    for (std::int64_t i = 0; i < p.unknowns(); ++i)
+      if (!std::isfinite(impulses[i]))
+        throw Error("the plugged solver " + name + " gave the impulse " + std::to_string(impulses[i]) + " to contact " +
+                    std::to_string(i / p.dim) + ": look at its input by Simulation.problem, or give another solver");
+    if (monitor.error_of(impulses.data()) > o.tolerance)
+      monitor.give_up(ProblemStatus::iteration_limit, "the plugged solver " + name + " ended above the tolerance");
+    monitor.ended(iterations);
+    return monitor.finish(name, iterations);
+  };
+  register_problem_solver({r.name, r.name, "from " + r.library, driver});
+}
+
+void plug_pair(const PluggedRoutine& r, const std::string& pair) {
+  std::string known;
+  for (detection::PairKind& kind : detection::pair_kinds) {
+    if (!kind.built_in) continue;
+    known += (known.empty() ? "" : ", ") + std::string(kind.name);
+    if (kind.name != pair) continue;
+    kind.contact = r.routine ? reinterpret_cast<cairn_pair_contact*>(r.routine) : kind.built_in;
+    return;
+  }
+  refuse(r.library, "there is no pair '" + pair + "' that a routine may replace: give one of " + known);
+}
+
+Law plug_law(const std::string& library, const std::string& name, const PlugOptions& options) {
+  Descriptor filled{};
+  describe(library, name, cairn_plug_law, filled);
+  const cairn_plug_descriptor& d = filled.known;
+  LawInfo law = declared(library, name, d);
   for (std::size_t k = 0; k < law.state.size(); ++k)
     if (!std::isfinite(law.state_begin[k]))
       refuse(library, "state variable '" + law.state[k] + "' of " + name + " has no value for a new contact: write " +

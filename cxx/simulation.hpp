@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "cairn/plug.h"
 #include "interaction.hpp"
 #include "interaction_handler.hpp"
 #include "scene.hpp"
@@ -63,6 +64,18 @@ struct StepReport {
   Energy energy;
 };
 
+// See cairn/plug.h.
+struct PluggedForce {
+  std::string name;
+  cairn_plug_body_force* routine;
+  std::vector<double> params;
+};
+struct PluggedVelocity {
+  std::string name;
+  cairn_plug_free_velocity* routine;
+  std::vector<double> params;
+};
+
 class Simulation {
 public:
   Simulation(Scene scene, LawTable laws, Nscd strategy);
@@ -97,6 +110,10 @@ public:
   void commit_contacts();
   void project_positions();
   void undo_step();
+
+  // Routines of users' libraries: forces on bodies, which are added, and the free velocity, which is replaced.
+  std::vector<PluggedForce> forces;
+  std::optional<PluggedVelocity> free_velocity;
 
   // Contacts can be read until bodies go, numbers change or a step is undone.
   bool contacts_known() const { return contacts_known_; }
@@ -146,13 +163,15 @@ private:
   void advance_cell(double time);
   void measure_margins();
   void check_free_velocity() const;
+  void add_plugged_forces();
+  void leave_plugged_forces();
   void account(const ContactEnergy& contacts);
   const LawTable& projection_laws();
 
   double h_ = 0;
   bool begun_ = false, contacts_known_ = false;
   Cell cell_begin_;
-  Array<double> margins_;
+  Array<double> margins_, force_given_;
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own
   Candidates projection_candidates_;
   std::optional<LawTable> projection_laws_;

@@ -36,6 +36,8 @@ void Simulation::use(const Nscd& nscd) {
 
 // Contacts of one strategy mean nothing to the other.
 void Simulation::use(const SmoothDem& dem) {
+  if (!forces.empty() || free_velocity)
+    throw Error("SmoothDEM calls no plugged routines of bodies, and this simulation has some: keep NSCD");
   if (!smooth_) {
     interactions.restore({});
     forget_contacts();
@@ -90,6 +92,7 @@ void Simulation::save_begin() {
 
 void Simulation::undo_step() {
   if (!begun_) return;
+  leave_plugged_forces();
   Bodies& b = scene.bodies;
   b.position.values = b.position_begin.values;
   b.velocity.values = b.velocity_begin.values;
@@ -133,16 +136,48 @@ void Simulation::predict_configuration() {
 
 void Simulation::compute_free_velocity() {
   Bodies& b = scene.bodies;
+  if (!forces.empty()) add_plugged_forces();
   cairn_theta_free_velocity(scene.dim, b.dofs(), b.count, h_, strategy.theta, scene.gravity.data(),
                             b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
                             b.velocity_free.values.data(), b.inverse_mass.values.data(), pointer(b.force),
                             pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
-  if (!b.angular_momentum.active) return;
-  cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
-                        b.inverse_inertia.values.data(), bits(b.driven));
-  cairn_free_spin(b.count, h_, strategy.theta, b.inertia.values.data(), b.angular_momentum.values.data(),
-                  b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
-                  pointer(b.force), pointer(b.damping), bits(b.driven));
+  if (b.angular_momentum.active) {
+    cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
+                          b.inverse_inertia.values.data(), bits(b.driven));
+    cairn_free_spin(b.count, h_, strategy.theta, b.inertia.values.data(), b.angular_momentum.values.data(),
+                    b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
+                    pointer(b.force), pointer(b.damping), bits(b.driven));
+  }
+  if (!free_velocity) return;
+  free_velocity->routine(scene.dim, b.dofs(), b.count, h_, strategy.theta, time, free_velocity->params.data(),
+                         b.id.values.data(), b.mass.values.data(), b.inertia.values.data(), b.position.values.data(),
+                         b.velocity.values.data(), bits(b.driven), b.velocity_free.values.data(),
+                         b.inverse_mass.values.data());
+  for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
+    if (!(b.inverse_mass.values[i] >= 0) || !std::isfinite(b.inverse_mass.values[i]))
+      throw Error("the plugged free velocity " + free_velocity->name + " gave the inverse mass " +
+                  std::to_string(b.inverse_mass.values[i]) + " to body " + std::to_string(*b.id[i / b.dofs()]) +
+                  ": give finite numbers >= 0");
+}
+
+// Beside the forces that were given; these come back when the step is accounted for.
+void Simulation::add_plugged_forces() {
+  Bodies& b = scene.bodies;
+  if (!b.force.active) b.force.activate(b.count);
+  force_given_ = b.force.values;
+  for (const PluggedForce& f : forces) {
+    f.routine(scene.dim, b.dofs(), b.count, time + strategy.theta * h_, f.params.data(), b.id.values.data(),
+              b.mass.values.data(), b.position.values.data(), b.velocity.values.data(), b.force.values.data());
+    for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
+      if (!std::isfinite(b.force.values[i]))
+        throw Error("the plugged body force " + f.name + " gave " + std::to_string(b.force.values[i]) + " to body " +
+                    std::to_string(*b.id[i / b.dofs()]) + ": give finite numbers");
+  }
+}
+
+void Simulation::leave_plugged_forces() {
+  if (!force_given_.empty()) scene.bodies.force.values.swap(force_given_);
+  force_given_.clear();
 }
 
 // Forces and steps that are each in order may together be too much for a double.
@@ -253,6 +288,7 @@ void Simulation::account(const ContactEnergy& contacts) {
 // q+ = q_m + h theta v+
 void Simulation::update_configuration() {
   Bodies& b = scene.bodies;
+  leave_plugged_forces();
   const double ahead = h_ * strategy.theta;
   cairn_theta_advance(scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       scene.dim == 2 ? pointer(b.rotation) : nullptr);

@@ -16,8 +16,10 @@ namespace cairn {
 
 ProblemSolver solve_auto;
 
-const std::vector<ProblemSolverInfo>& problem_solvers() {
-  static const std::vector<ProblemSolverInfo> rows = {
+namespace {
+
+std::vector<ProblemSolverInfo>& solver_rows() {
+  static std::vector<ProblemSolverInfo> rows = {
       {"auto", "Auto", "chooses and switches by what it measures", solve_auto},
 #define CAIRN_SOLVER(name, python, summary, simulations, problems)                                                     \
   CAIRN_OF_PROBLEMS_##problems({#name, #python, summary, solve_##name}, )
@@ -25,6 +27,23 @@ const std::vector<ProblemSolverInfo>& problem_solvers() {
 #undef CAIRN_SOLVER
   };
   return rows;
+}
+
+const std::size_t built_in = solver_rows().size();
+
+} // namespace
+
+const std::vector<ProblemSolverInfo>& problem_solvers() { return solver_rows(); }
+
+void register_problem_solver(ProblemSolverInfo solver) {
+  std::vector<ProblemSolverInfo>& rows = solver_rows();
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    if (rows[k].name != solver.name) continue;
+    if (k < built_in) throw Error("there is a built-in solver '" + solver.name + "': give another name");
+    rows[k] = std::move(solver);
+    return;
+  }
+  rows.push_back(std::move(solver));
 }
 
 namespace {

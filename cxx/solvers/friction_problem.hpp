@@ -68,10 +68,12 @@ using ProblemSolver = ProblemReport(const FrictionProblem&, const ProblemOptions
 
 struct ProblemSolverInfo {
   std::string name, python_name, summary;
-  ProblemSolver* solve;
+  std::function<ProblemSolver> solve;
 };
 // `auto`, and rows of solvers.def that solve problems, each by a driver ProblemReport solve_<name>(...) in this folder.
 const std::vector<ProblemSolverInfo>& problem_solvers();
+// Adds a solver, or replaces that of the same name if it was added too. Throws Error for the name of a built-in one.
+void register_problem_solver(ProblemSolverInfo solver);
 ProblemReport solve_problem(const FrictionProblem&, const std::string& solver, const ProblemOptions&, double* r);
 // Error and figures of r (dim, contacts), which nobody solved for.
 ProblemReport measure_problem(const FrictionProblem&, const double* r);

@@ -218,6 +218,17 @@ class Simulation:
 
     # ------------------------------------------------------------------ changes between steps
 
+    def plug(self, routine):
+        """A body force or a free velocity from a library (cairn.plug) counts from now on; forces add up. Not with SmoothDEM."""
+        from .plug import Routine
+
+        if not isinstance(routine, Routine):
+            raise ValueError(f"routine is {routine!r}: give cairn.plug(library, force=...) or cairn.plug(library, velocity=...)")
+        if isinstance(self.strategy, SmoothDEM):
+            raise ValueError("SmoothDEM calls no plugged routines of bodies: give NSCD")
+        call = self._core.plug_force if routine.kind == "force" else self._core.plug_velocity
+        call(routine._core, list(routine.params.values()))
+
     def interact(self, a, b, law):
         """The law between two materials or groups from now on, as Scene.interact."""
         rules = [*self._rules, rule(a, b, law)]

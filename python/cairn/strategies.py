@@ -66,7 +66,8 @@ class Auto(ContactSolver):
         return {**super().settings(), "memory": float(self.memory)}
 
 
-def _class_of(name, python_name, summary):
+def solver_class(name, python_name, summary):
+    """The class by which a strategy names a solver of problems."""
     text = f"""{summary[0].upper()}{summary[1:]}.
 
     The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones alone.
@@ -79,7 +80,7 @@ def _class_of(name, python_name, summary):
 # NLGS, Auto, and one class for each row of the kernels' list that solves problems
 SOLVERS = {"NLGS": NLGS, "Auto": Auto}
 for _row in _core.problem_solvers():
-    SOLVERS.setdefault(_row[1], _class_of(*_row))
+    SOLVERS.setdefault(_row[1], solver_class(*_row))
 
 
 @dataclass(frozen=True)

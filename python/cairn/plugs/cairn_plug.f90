@@ -1,12 +1,15 @@
 !> What a contact law of one's own needs to be plugged into Cairn: the context of a step, and the descriptor by which the library
 !> says what it offers. Compile it with the law; it says the same as cairn/plug.h.
 module cairn_plug
-  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int32_t, c_null_char, c_ptr, c_sizeof
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_funloc, c_funptr, c_int32_t, c_int64_t, c_null_char, c_ptr, &
+                                         c_sizeof
   implicit none
   private
   public :: cairn_law_context, cairn_plug_descriptor, describe_law
   public :: law_prepare, law_solve, law_commit
-  integer(c_int32_t), parameter :: abi = 1, kind_law = 1
+  public :: describe_solver, describe_pair, describe_velocity, describe_force
+  public :: contact_solver, pair_contact, free_velocity, body_force
+  integer(c_int32_t), parameter :: abi = 1, kind_law = 1, kind_solver = 2, kind_pair = 3, kind_velocity = 4, kind_force = 5
 
   !> What a law may ask about the step beside its own contacts.
   type, bind(c) :: cairn_law_context
@@ -57,8 +60,116 @@ module cairn_plug
       real(c_double), intent(in)          :: params(n, *)
       real(c_double), intent(inout)       :: state(n, *)
     end subroutine law_commit
+
+    !> r of the frictional contact problem u = W r + q, N, T (, T) at each contact, from the r that is there.
+    subroutine contact_solver(dim, contacts, row_start, column, block, q, mu, tolerance, max_iterations, params, r, iterations) &
+      bind(c)
+      import :: c_int32_t, c_int64_t, c_double
+      integer(c_int32_t), value       :: dim
+      integer(c_int64_t), value       :: contacts
+      integer(c_int64_t), intent(in)  :: row_start(0:contacts) !< blocks row_start(a) .. row_start(a+1) - 1 are of row a
+      integer(c_int32_t), intent(in)  :: column(0:*)           !< from 0, rising in a row
+      real(c_double), intent(in)      :: block(dim, dim, 0:*)  !< [1/kg]
+      real(c_double), intent(in)      :: q(dim, 0:contacts - 1) !< [m/s]
+      real(c_double), intent(in)      :: mu(0:contacts - 1)
+      real(c_double), value           :: tolerance
+      integer(c_int32_t), value       :: max_iterations
+      real(c_double), intent(in)      :: params(*)
+      real(c_double), intent(inout)   :: r(dim, 0:contacts - 1) !< [N s]
+      integer(c_int32_t), intent(out) :: iterations
+    end subroutine contact_solver
+    !> Contacts of n pairs of shapes; see cairn_pair_contact of cairn/core.h. The shape (n, 2) is of 2D, (n, 3) of 3D.
+    subroutine pair_contact(n, between, radius_a, radius_b, direction_b, gap, normal, point, status) bind(c)
+      import :: c_int32_t, c_double
+      integer(c_int32_t), value       :: n
+      real(c_double), intent(in)      :: between(n, *)      !< centre of A - centre of B [m]
+      real(c_double), intent(in)      :: radius_a(n), radius_b(n) !< [m]
+      real(c_double), intent(in)      :: direction_b(n, *)  !< unit vector and half length of B, if it has one
+      real(c_double), intent(out)     :: gap(n)             !< [m]
+      real(c_double), intent(out)     :: normal(n, *)       !< from B to A
+      real(c_double), intent(out)     :: point(n, *)        !< middle of the gap - centre of A [m]
+      integer(c_int32_t), intent(out) :: status(n)          !< 0 may touch, 1 never
+    end subroutine pair_contact
+    !> Velocities of all bodies at the end of the step without contacts; what Cairn found is there.
+    subroutine free_velocity(dim, dofs, bodies, h, theta, time, params, id, mass, inertia, position, velocity, driven, &
+                             velocity_free, inverse_mass) bind(c)
+      import :: c_int32_t, c_int64_t, c_double, c_ptr
+      integer(c_int32_t), value      :: dim, dofs
+      integer(c_int64_t), value      :: bodies
+      real(c_double), value          :: h, theta, time        !< [s, -, s]
+      real(c_double), intent(in)     :: params(*)
+      integer(c_int64_t), intent(in) :: id(bodies)
+      real(c_double), intent(in)     :: mass(bodies), inertia(2*dim - 3, bodies), position(dim, bodies), velocity(dofs, bodies)
+      type(c_ptr), value             :: driven                !< (bodies) int8, bit j: dof j is driven; null if none is
+      real(c_double), intent(inout)  :: velocity_free(dofs, bodies) !< [m/s, rad/s]
+      real(c_double), intent(inout)  :: inverse_mass(dofs, bodies)  !< diagonal of A^-1, 0 for what does not move
+    end subroutine free_velocity
+    !> Forces and torques to be added, in space axes.
+    subroutine body_force(dim, dofs, bodies, time, params, id, mass, position, velocity, force) bind(c)
+      import :: c_int32_t, c_int64_t, c_double
+      integer(c_int32_t), value      :: dim, dofs
+      integer(c_int64_t), value      :: bodies
+      real(c_double), value          :: time                  !< of the theta-method [s]
+      real(c_double), intent(in)     :: params(*)
+      integer(c_int64_t), intent(in) :: id(bodies)
+      real(c_double), intent(in)     :: mass(bodies), position(dim, bodies), velocity(dofs, bodies)
+      real(c_double), intent(inout)  :: force(dofs, bodies)   !< [N, N m]
+    end subroutine body_force
   end interface
 contains
+
+  !> Fills the descriptor of a contact solver.
+  subroutine describe_solver(descriptor, name, routine, parameters)
+    type(cairn_plug_descriptor), intent(inout) :: descriptor
+    character(*), intent(in)                   :: name
+    procedure(contact_solver)                  :: routine
+    character(*), intent(in), optional         :: parameters
+    call describe_routine(descriptor, name, kind_solver, parameters)
+    descriptor%prepare = c_funloc(routine)
+  end subroutine describe_solver
+
+  !> Fills the descriptor of the contact of a pair of shapes.
+  subroutine describe_pair(descriptor, name, routine)
+    type(cairn_plug_descriptor), intent(inout) :: descriptor
+    character(*), intent(in)                   :: name
+    procedure(pair_contact)                    :: routine
+    call describe_routine(descriptor, name, kind_pair)
+    descriptor%prepare = c_funloc(routine)
+  end subroutine describe_pair
+
+  !> Fills the descriptor of a free velocity.
+  subroutine describe_velocity(descriptor, name, routine, parameters)
+    type(cairn_plug_descriptor), intent(inout) :: descriptor
+    character(*), intent(in)                   :: name
+    procedure(free_velocity)                   :: routine
+    character(*), intent(in), optional         :: parameters
+    call describe_routine(descriptor, name, kind_velocity, parameters)
+    descriptor%prepare = c_funloc(routine)
+  end subroutine describe_velocity
+
+  !> Fills the descriptor of a body force.
+  subroutine describe_force(descriptor, name, routine, parameters)
+    type(cairn_plug_descriptor), intent(inout) :: descriptor
+    character(*), intent(in)                   :: name
+    procedure(body_force)                      :: routine
+    character(*), intent(in), optional         :: parameters
+    call describe_routine(descriptor, name, kind_force, parameters)
+    descriptor%prepare = c_funloc(routine)
+  end subroutine describe_force
+
+  !> Not given the routine: gfortran 12 hands on a c_funloc as the place of a copy on the stack.
+  subroutine describe_routine(descriptor, name, kind, parameters)
+    type(cairn_plug_descriptor), intent(inout) :: descriptor
+    character(*), intent(in)                   :: name
+    integer(c_int32_t), intent(in)             :: kind
+    character(*), intent(in), optional         :: parameters
+    descriptor%abi = abi
+    descriptor%size = int(c_sizeof(descriptor), c_int32_t)
+    descriptor%context_size = int(4*c_sizeof(0.0_c_double), c_int32_t)
+    descriptor%kind = kind
+    call put(descriptor%name, name)
+    if (present(parameters)) call put(descriptor%parameters, parameters)
+  end subroutine describe_routine
 
   !> Fills the descriptor of a contact law.
   subroutine describe_law(descriptor, name, prepare, parameters, state, components, solve, commit, normal_bias, thread_safe)
