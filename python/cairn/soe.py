@@ -11,7 +11,8 @@ class SOE:
     """A x = b with A symmetric and positive definite, any scipy.sparse matrix (n, n).
 
     storage: "diagonal"; "banded", Cholesky in LAPACK after Cuthill & McKee's renumbering (1969); "dense", Cholesky in LAPACK;
-    "sparse", the LU factors of SuperLU on the minimum degree order of A' + A; None: diagonal if A is, dense up to 60 unknowns,
+    "sparse", the simplicial LDL' factors of CHOLMOD if scikit-sparse is installed, else the LU factors of SuperLU on the minimum
+    degree order of A' + A; None: diagonal if A is, dense up to 60 unknowns,
     banded while its band is short, else sparse. Raises ValueError for a matrix that is not square, not finite, not
     definite, or not of the storage asked for.
     """
@@ -107,6 +108,24 @@ def _dense(a):
 
 
 def _sparse(a):
+    try:
+        from sksparse import cholmod
+    except ImportError:
+        return _superlu(a)
+    from scipy import sparse
+
+    indices = (a.indices.astype(np.int32), a.indptr.astype(np.int32))  # as CHOLMOD takes them
+    a = sparse.csc_matrix((a.data, *indices), shape=a.shape)
+    try:
+        factor = cholmod.cholesky(a, mode="simplicial", use_long=False)
+    except cholmod.CholmodNotPositiveDefiniteError:
+        raise np.linalg.LinAlgError from None
+    if not np.all(factor.D() > 0):
+        raise np.linalg.LinAlgError
+    return factor
+
+
+def _superlu(a):
     from scipy.sparse.linalg import splu
 
     # with its pivots on the diagonal: all are positive exactly when a symmetric matrix is definite

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cairn import soe
 from cairn.soe import SOE, STORAGES
 from scipy import sparse
 
@@ -28,6 +29,16 @@ def test_each_storage_solves(storage):
         x = soe.solve(b)
         expected = np.linalg.solve(a.toarray(), b)
         assert np.max(np.abs(x - expected)) < 1e-13 * np.max(np.abs(expected))
+
+
+def test_sparse_factors_of_both_libraries_agree():
+    pytest.importorskip("sksparse", reason="scikit-sparse is not installed: CHOLMOD is not tried")
+    rng = np.random.default_rng(5)
+    a = chain(400, rng).tocsc()
+    b = rng.random((400, 2))
+    one, two = SOE(a, "sparse").solve(b), soe._superlu(a)(b)
+    assert "sksparse" in type(SOE(a, "sparse")._solve).__module__
+    assert np.max(np.abs(one - two)) < 1e-13 * np.max(np.abs(two))
 
 
 def test_storage_that_fits_is_chosen():
