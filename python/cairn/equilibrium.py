@@ -19,7 +19,7 @@ from .contact_problem import Rows, inverse_mass, jacobians
 from .pre import checks
 
 
-def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=1e4, report=None):
+def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=1e6, report=None):
     """Starts the next step from impulses that keep the scene at rest, if there are any; positions stay as they are.
 
     simulation: bodies at rest, Coulomb's law or another cone at all contacts. tol: of the true error; unbalanced: largest
@@ -50,19 +50,21 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
     return result
 
 
-def project(p, mu):
-    """Projection of p (m, dim) on Coulomb's cones, and its derivative (m, dim, dim)."""
+def project(p, mu, derived=True):
+    """Projection of p (m, dim) on Coulomb's cones, and its derivative (m, dim, dim), None unless it is asked for."""
     m, dim = p.shape
     normal, size = p[:, 0], np.linalg.norm(p[:, 1:], axis=1)
-    derivative = np.zeros((m, dim, dim))
     inside = size <= mu * normal
-    derivative[inside] = np.eye(dim)
     side = ~inside & (mu * size > -normal)
     pn, way, k = normal[side], p[side, 1:] / size[side, None], mu[side]
     scale = (pn + k * size[side]) / (1 + k * k)
     axis = np.concatenate((np.ones((len(pn), 1)), k[:, None] * way), axis=1)
     out = np.where(inside[:, None], p, 0.0)
     out[side] = scale[:, None] * axis
+    if not derived:
+        return out, None
+    derivative = np.zeros((m, dim, dim))
+    derivative[inside] = np.eye(dim)
     d = axis[:, :, None] * axis[:, None, :] / (1 + k * k)[:, None, None]
     if dim == 3:  # the cone turns about its axis
         across = np.stack((-way[:, 1], way[:, 0]), axis=1)
@@ -154,7 +156,7 @@ class System:
                 break
         return result
 
-    def minimise(self, v, c, slack, tol, most=40):
+    def minimise(self, v, c, slack, tol, most=100):
         """The velocities of a round by Newton's method; and how many steps and products with the matrix it took."""
         weight = np.sqrt(np.sum(self.v_free * self.momentum(self.v_free)))
         used = steps = 0
@@ -162,18 +164,19 @@ class System:
         def value(v):
             u = self.relative(v) + self.bias
             u[:, 0] += slack
-            p, d = project(self.r - c[:, None] * u, self.mu)
+            asked = self.r - c[:, None] * u
+            p = project(asked, self.mu, False)[0]
             gap = v - self.v_free
-            return 0.5 * np.sum(gap * self.momentum(gap)) + 0.5 * np.sum(np.sum(p * p, axis=1) / c), p, d
+            return 0.5 * np.sum(gap * self.momentum(gap)) + 0.5 * np.sum(np.sum(p * p, axis=1) / c), p, asked
 
-        energy, p, d = value(v)
+        energy, p, asked = value(v)
         while True:
             gradient = self.momentum(v - self.v_free) - self.gathered(p)
             left = np.sqrt(np.sum(gradient * np.einsum("nij,nj->ni", self.inverse, gradient))) / weight
             if left <= tol or steps == most:
                 return v, steps, used
             steps += 1
-            matrix, precondition = self.newton_matrix(c[:, None, None] * d)
+            matrix, precondition = self.newton_matrix(c[:, None, None] * project(asked, self.mu)[1])
             way, products = conjugate_gradients(matrix, -gradient, precondition, min(0.1, np.sqrt(left)))
             used += products
             slope, t = np.sum(gradient * way), 1.0
@@ -182,7 +185,7 @@ class System:
                 if trial[0] <= energy + 1e-4 * t * slope or abs(t * slope) <= 1e-14 * abs(energy):
                     break
                 t /= 2
-            v, (energy, p, d) = v + t * way, trial
+            v, (energy, p, asked) = v + t * way, trial
 
     def newton_matrix(self, d):
         """M + H D H', and its preconditioner."""

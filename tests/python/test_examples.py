@@ -120,3 +120,10 @@ def test_rocking_column(tmp_path):
     assert figures["stands"] == 1 and figures["widest open joint"] > 1e-3
     calm = ran("rocking_column", tmp_path, *size, "--peak", "0.05", endings=(".vtkhdf",))
     assert calm["largest drift of the top"] < 1e-4  # below b / h nothing lifts
+
+
+def test_rockfall(tmp_path):
+    size = ["--blocks", "3", "--cells", "12", "--seconds", "4", "--dt", "0.008", "--frames", "10"]
+    figures = ran("rockfall", tmp_path, *size, endings=(".stl", ".vtkhdf", ".png"))
+    assert figures["lost through the ground"] == 0 and figures["energy that does not close"] < 1e-12
+    assert figures["farthest run"] > 5.0 and figures["highest jump"] > 0.5

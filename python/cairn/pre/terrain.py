@@ -1,0 +1,64 @@
+"""Ground for bodies to fall on: a surface of triangles, from a file or from heights, as convex prisms below it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import checks
+
+
+def read_surface(path, scale=1.0):
+    """Vertices (m, 3) [m] and triangles (k, 3) of an open or closed surface in a file that trimesh reads: STL, OBJ, PLY.
+
+    Corners of an STL's triangles that lie in one place become one vertex. scale: metres of the file's unit.
+    """
+    import trimesh
+
+    scale = checks.positive("scale", scale)
+    mesh = trimesh.load(path, force="mesh", process=False)
+    vertices, faces = scale * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+    if not len(faces):
+        raise ValueError(f"{path} holds no triangles")
+    bad = np.flatnonzero(~np.all(np.isfinite(vertices), axis=1))
+    if len(bad):
+        raise ValueError(f"{path}: vertex {bad[0]} is {vertices[bad[0]]}: give finite numbers")
+    known, which = np.unique(vertices, axis=0, return_inverse=True)
+    return known, which.ravel()[faces]
+
+
+def heights(x, y, z):
+    """The surface z (len(x), len(y)) over a grid: vertices, triangles anticlockwise from above."""
+    x, y = (checks.real_array(name, v, (len(v),)) for name, v in (("x", x), ("y", y)))
+    z = checks.real_array("z", z, (len(x), len(y)))
+    vertices = np.column_stack([v.ravel() for v in (*np.meshgrid(x, y, indexing="ij"), z)])
+    corner = np.arange(len(x) * len(y)).reshape(len(x), len(y))
+    a, b, c, d = corner[:-1, :-1].ravel(), corner[1:, :-1].ravel(), corner[1:, 1:].ravel(), corner[:-1, 1:].ravel()
+    return vertices, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+
+
+def prisms(vertices, faces, depth):
+    """A surface that looks upwards as a list of convex meshes for `cairn.polyhedra`: each triangle with what lies below it down
+    to `depth` [m] under the lowest vertex. Fixed, they carry what falls, and nothing slips between them.
+
+    Raises ValueError for triangles that stand upright or look down, of which there is no prism: cut overhangs into blocks.
+    """
+    vertices = checks.real_array("vertices", vertices, (len(vertices), 3))
+    faces = np.asarray(faces, np.int64)
+    depth = checks.positive("depth", depth)
+    if faces.ndim != 2 or faces.shape[1] != 3 or np.any(faces < 0) or np.any(faces >= len(vertices)):
+        raise ValueError(f"faces: give triangles (k, 3) of vertex numbers from 0 to {len(vertices) - 1}")
+    corner = vertices[faces]
+    ab, ac = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    plan = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]  # twice the area seen from above
+    size = np.max(np.abs(corner[:, :, :2] - corner[:, :1, :2]), axis=(1, 2))
+    bad = np.flatnonzero(~(plan > 1e-9 * size * size))
+    if len(bad):
+        k = bad[0]
+        how = "has no area seen from above" if abs(plan[k]) <= 1e-9 * size[k] ** 2 else "looks down"
+        remedy = "turn all triangles if the surface is upside down, and cut overhangs into blocks of their own"
+        raise ValueError(f"faces[{k}] {how} ({len(bad)} of {len(faces)} do): {remedy}")
+    floor = vertices[:, 2].min() - depth
+    below = corner.copy()
+    below[:, :, 2] = floor
+    sides = [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]]
+    return [(np.concatenate((top, bottom)), sides) for top, bottom in zip(corner, below)]
