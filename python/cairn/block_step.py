@@ -117,8 +117,14 @@ class BlockStep:
         free = np.array(core.scene.raw_body("velocity_free"))
         h = operator(rows, chosen, len(free))
         w = h @ self._rigid_inverse() @ h.T
+        position = np.array(core.scene.raw_body("position"))
+        q = (h @ free.ravel()).reshape(-1, dim) + rows.bias[chosen]
+        self._stretching = []
         for mesh, carriers in zip(self.meshes, self._carriers):
-            g = (h @ carriers)[:, mesh.contact_dofs]
+            more = mesh.stretching(position, rows.bodies[chosen], rows.lever[chosen], rows.axes[chosen])
+            self._stretching.append(more)
+            q += (more @ mesh._now["free"]).reshape(q.shape)
+            g = (h @ carriers + more).tocsr()[:, mesh.contact_dofs]
             touching = np.flatnonzero(np.diff(g.indptr))
             if len(touching):
                 part = g[touching]
@@ -127,9 +133,10 @@ class BlockStep:
         moving = w.diagonal().reshape(-1, dim)[:, 0] > 0
         if not moving.all():
             kept = np.repeat(moving, dim)
-            h, w, chosen = h[kept], w.tocsr()[kept][:, kept], chosen[moving]
+            h, w, q, chosen = h[kept], w.tocsr()[kept][:, kept], q[moving], chosen[moving]
+            self._stretching = [more[kept] for more in self._stretching]
+        w = _where_held(w, dim)
         self._operator = h
-        q = (h @ free.ravel()).reshape(-1, dim) + rows.bias[chosen]
         self.gap = core.contact("gap")
         w, q, given = self.simulation.strategy.pose(self, w, q, rows, chosen)
         return Problem(dim, w, q, rows.mu[chosen]), chosen, given
@@ -162,27 +169,34 @@ class BlockStep:
             found |= {name: getattr(result, name) for name in found}
             found["worst_contact"] = int(chosen[result.worst_contact]) if result.worst_contact >= 0 else -1
         core.give_impulses(impulses, found)
-        self._impulses = self._operator.T @ impulses[chosen].ravel()
+        r = impulses[chosen].ravel()
+        pushed = self._operator.T @ r
+        self._pushed = [carriers.T @ pushed + more.T @ r for carriers, more in zip(self._carriers, self._stretching)]
+        self._stretch_of = [more.T @ r for more in self._stretching]
 
     def _correct(self):
         """Velocities of nodes and bars at the end of the step, with the impulses that their bodies got."""
         field = self.simulation._core.scene.raw_body("velocity")
-        for mesh, carriers in zip(self.meshes, self._carriers):
-            self._give(mesh, carriers, mesh.pushed_velocity(carriers.T @ self._impulses), field)
+        for mesh, carriers, pushed in zip(self.meshes, self._carriers, self._pushed):
+            self._give(mesh, carriers, mesh.pushed_velocity(pushed), field)
 
     def _account(self):
         scene, dim = self.simulation._core.scene, self.simulation.scene.dim
         velocity, force = scene.raw_body("velocity"), scene.raw_body("force")
-        for mesh, carriers in zip(self.meshes, self._carriers):
+        for mesh, pushed, stretch in zip(self.meshes, self._pushed, self._stretch_of):
             end = velocity[mesh.nodes, :dim].ravel()
-            force[mesh.nodes, :dim] = mesh.account(end, carriers.T @ self._impulses, self._gravity).reshape(-1, dim)
+            force[mesh.nodes, :dim] = mesh.account(end, pushed, self._gravity).reshape(-1, dim)
+            mesh.work["stretch"] += 0.5 * float(stretch @ (end + mesh._now["v"]))
 
     # ------------------------------------------------------------------ what strategies ask for
 
     def begin_velocity(self):
         """Relative velocities (contacts of the problem, dim) at the start of the step [m/s]."""
         velocity = np.array(self.simulation._core.scene.raw_body("velocity"))
-        return (self._operator @ velocity.ravel()).reshape(-1, self.simulation.scene.dim)
+        u = self._operator @ velocity.ravel()
+        for mesh, more in zip(self.meshes, self._stretching):
+            u += more @ mesh._now["v"]
+        return u.reshape(-1, self.simulation.scene.dim)
 
     def recall(self, chosen):
         """What `remember` kept of these contacts, zero for new ones, (n, dim) along their axes."""
@@ -231,8 +245,20 @@ class BlockStep:
             energy["kinetic"] += inertia
             energy["work_external"] += mesh.work["elastic"] + mesh.work["damping"] + mesh.work["inertia"]
             energy["dissipated_bulk"] += mesh.work["damping"]
+            energy["dissipated_friction"] -= mesh.work["stretch"]
+            energy["closure"] -= mesh.work["stretch"]
             energy["dissipated_theta"] += mesh.work["elastic"] - (stored - mesh.stored_first)
         return energy
+
+
+def _where_held(w, dim):
+    """W with a share of W_NN on tangents along which nearly nothing moves, so that friction has its sign there and not 0/0."""
+    from scipy import sparse
+
+    diagonal = w.diagonal().reshape(-1, dim)
+    least = 1e-9 * diagonal[:, :1]
+    missing = np.where(diagonal < least, least, 0.0)
+    return w + sparse.diags_array(missing.ravel()) if missing.any() else w
 
 
 def _scattered(block, rows, size):

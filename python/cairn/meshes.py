@@ -175,7 +175,7 @@ class MovingMesh:
         self.masses = np.repeat(np.asarray(d.body.M.sum(axis=1)).reshape(-1, self.dim)[:, 0], self.dim)
         dofs = (self.dim * d.contact_nodes[:, None] + np.arange(self.dim)).ravel()
         self.contact_dofs = np.intersect1d(dofs, self.free)
-        self.work = {"elastic": 0.0, "damping": 0.0, "inertia": 0.0}
+        self.work = {"elastic": 0.0, "damping": 0.0, "inertia": 0.0, "stretch": 0.0}
         self._factors, self.allow_unstable = {}, False
 
     # ------------------------------------------------------------------ state
@@ -332,6 +332,29 @@ class MovingMesh:
                     values += [np.full(len(node), share), sign * across[:, k]]
         flat = [np.concatenate([part.ravel() for part in parts]) for parts in (values, rows, columns)]
         return sparse.csr_array((flat[0], (flat[1], flat[2])), shape=(dofs * bodies_count, self.size))
+
+    def stretching(self, position, bodies, lever, axes):
+        """What relative velocities of contacts have besides those of the bars, since edges stretch, scipy.sparse (dim contacts,
+        n dofs). bodies (m, 2), lever (m, 2, dim) [m], axes (m, dim, dim) of the contacts."""
+        from scipy import sparse
+
+        dim, parts = self.dim, []
+        for side, sign in ((0, 1.0), (1, -1.0)) if len(self.edges) else ():
+            order = np.argsort(self.edges)
+            place = np.minimum(np.searchsorted(self.edges, bodies[:, side], sorter=order), len(order) - 1)
+            edge = order[place]
+            on = np.flatnonzero(self.edges[edge] == bodies[:, side])
+            one, two = self.d.edges[edge[on]].T
+            along = position[self.nodes[two]] - position[self.nodes[one]]
+            square = np.sum(along**2, axis=1)
+            share = sign * np.sum(lever[on, side] * along, axis=1) / square**2
+            values = share[:, None, None] * np.einsum("mkd,md->mk", axes[on], along)[:, :, None] * along[:, None, :]
+            rows = np.broadcast_to((dim * on[:, None] + np.arange(dim))[:, :, None], values.shape)
+            for node, end in ((two, 1.0), (one, -1.0)):
+                columns = np.broadcast_to((dim * node[:, None] + np.arange(dim))[:, None, :], values.shape)
+                parts.append((end * values.ravel(), rows.ravel(), columns.ravel()))
+        values, rows, columns = [np.concatenate(x) for x in zip(*parts)] if parts else [np.zeros(0), [], []]
+        return sparse.csr_array((values, (rows, columns)), shape=(dim * len(bodies), self.size))
 
     def follow(self, position, rotation):
         """Puts points and bars where their nodes are."""
