@@ -39,9 +39,10 @@ std::int64_t add_contactors(Scene& s, const std::string& shape, const Input<std:
 
 std::int32_t add_hulls(Scene& s, const Input<double>& vertex, const Input<std::int64_t>& first_vertex,
                        const Input<std::int64_t>& first_face, const Input<std::int64_t>& first_corner,
-                       const Input<std::int64_t>& corner) {
+                       const Input<std::int64_t>& corner, bool facets) {
   const auto span = [](const auto& a) { return std::span(a.data(), std::size_t(a.size())); };
-  return s.contactors.hulls.add({span(vertex), span(first_vertex), span(first_face), span(first_corner), span(corner)});
+  return s.contactors.hulls.add(
+      {span(vertex), span(first_vertex), span(first_face), span(first_corner), span(corner), facets});
 }
 
 // Calls f(name, array) for every array of the hulls.
@@ -169,7 +170,8 @@ void bind_scene(py::module_& m) {
       .def_readwrite("gravity", &Scene::gravity)
       .def_readwrite("origin", &Scene::origin)
       .def("add_bodies", &add_bodies)
-      .def("add_hulls", &add_hulls)
+      .def("add_hulls", &add_hulls, py::arg("vertex"), py::arg("first_vertex"), py::arg("first_face"),
+           py::arg("first_corner"), py::arg("corner"), py::arg("facets") = false)
       .def("add_contactors", &add_contactors, py::arg("shape"), py::arg("body"), py::arg("material"),
            py::arg("radius") = py::none(), py::arg("offset") = py::none(), py::arg("direction") = py::none(),
            py::arg("hull") = py::none())

@@ -281,18 +281,84 @@ void Hulls::add_polyhedron(const HullBatch& batch, std::int64_t which) {
   first_edge.push_back(std::int32_t(edge.size()) / 4);
 }
 
+// See sphere_facet.f90 for what the edges of a facet hold.
+void Hulls::add_facet(const HullBatch& batch, std::int64_t which) {
+  const std::int64_t base = batch.first_vertex[which], end = batch.first_vertex[which + 1];
+  std::vector<std::array<std::int64_t, 3>> triangles;
+  std::size_t own = 0;
+  bool found = false;
+  for (std::int64_t f = batch.first_face[which]; f < batch.first_face[which + 1]; ++f) {
+    const auto c = batch.corner.subspan(batch.first_corner[f], batch.first_corner[f + 1] - batch.first_corner[f]);
+    if (c.size() != 3 || std::any_of(c.begin(), c.end(), [&](auto i) { return i < 0 || i >= end - base; }))
+      refuse(which, "a surface has faces that are no triangles of its vertices; give three vertices each");
+    if (c[0] == 0 && c[1] == 1 && c[2] == 2) own = triangles.size(), found = true;
+    triangles.push_back({c[0], c[1], c[2]});
+  }
+  if (!found) refuse(which, "a facet is missing among the triangles around it; give it as 0, 1, 2");
+  std::vector<Vector> x;
+  for (std::int64_t i = base; i < end; ++i)
+    x.push_back({batch.vertex[3 * i], batch.vertex[3 * i + 1], batch.vertex[3 * i + 2]});
+  const Vector area = cross(x[1] - x[0], x[2] - x[0]);
+  const double size = std::sqrt(dot(area, area)),
+               longest = std::max(dot(x[1] - x[0], x[1] - x[0]), dot(x[2] - x[0], x[2] - x[0]));
+  if (!(size > 1e-12 * longest)) refuse(which, "this facet has no area; drop it and merge its vertices");
+  const auto at = [&](std::size_t t, std::int64_t vertex) {
+    return std::find(triangles[t].begin(), triangles[t].end(), vertex) - triangles[t].begin();
+  };
+  for (std::int64_t k = 0; k < 3; ++k) {
+    const std::int64_t next = (k + 1) % 3;
+    std::int32_t opposite = 0, owner = 1;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const auto i = at(t, k);
+      if (t == own || i == 3 || at(t, next) == 3) continue;
+      if (opposite != 0 || triangles[t][(i + 1) % 3] == next)
+        refuse(which,
+               "its edge from vertex " + std::to_string(k) +
+                   " belongs to more than two triangles, or to one that looks the other way; split the surface or "
+                   "turn the triangle round");
+      opposite = std::int32_t(triangles[t][(i + 1) % 3]) + 1;
+      owner = own < t;
+    }
+    edge.insert(edge.end(), {std::int32_t(k) + 1, std::int32_t(next) + 1, owner, opposite});
+  }
+  for (std::int64_t k = 0; k < 3; ++k) {
+    bool owner = true;
+    for (std::size_t t = 0; t < own; ++t) owner = owner && at(t, k) == 3;
+    edge.insert(edge.end(), {std::int32_t(k) + 1, std::int32_t(k) + 1, std::int32_t(owner), 0});
+  }
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    for (std::int64_t k = 0; k < 3 && t != own; ++k) {
+      const auto i = at(t, k);
+      if (i == 3) continue;
+      edge.insert(edge.end(), {std::int32_t(k) + 1, std::int32_t(triangles[t][(i + 1) % 3]) + 1, 0,
+                               std::int32_t(triangles[t][(i + 2) % 3]) + 1});
+    }
+  for (const Vector& v : x) vertex.insert(vertex.end(), v.begin(), v.end());
+  const Vector n = scaled(area, 1 / size);
+  normal.insert(normal.end(), n.begin(), n.end());
+  offset.push_back(dot(n, x[0]));
+  for (std::int32_t k = 1; k <= 3; ++k) {
+    corner_vertex.push_back(k);
+    corner_edge.push_back(k);
+  }
+  first_corner.push_back(std::int32_t(corner_vertex.size()));
+  first_vertex.push_back(std::int32_t(vertex.size()) / 3);
+  first_face.push_back(std::int32_t(offset.size()));
+  first_edge.push_back(std::int32_t(edge.size()) / 4);
+}
+
 // Balls around 0 of the last hull.
-void Hulls::measure() {
+void Hulls::measure(bool facet) {
   const std::int32_t h = count() - 1;
   double most = 0, least = std::numeric_limits<double>::max();
-  for (std::int32_t i = first_vertex[h]; i < first_vertex[h + 1]; ++i) {
+  for (std::int32_t i = first_vertex[h]; i < (facet ? first_vertex[h] + 3 : first_vertex[h + 1]); ++i) {
     double square = 0;
     for (int k = 0; k < dim; ++k) square += vertex[dim * i + k] * vertex[dim * i + k];
     most = std::max(most, std::sqrt(square));
   }
   for (std::int32_t f = first_face[h]; f < first_face[h + 1]; ++f) least = std::min(least, offset[f]);
   radius.push_back(most * (1 + 4 * std::numeric_limits<double>::epsilon()));
-  inner.push_back(least > 0 ? least : -most); // 0 outside: no ball, and no direction without reach
+  inner.push_back(least > 0 && !facet ? least : -most); // 0 outside: no ball, and no direction without reach
 }
 
 std::int32_t Hulls::add(const HullBatch& batch) {
@@ -328,8 +394,8 @@ std::int32_t Hulls::add(const HullBatch& batch) {
             batch.vertex.subspan(2 * batch.first_vertex[i], 2 * (batch.first_vertex[i + 1] - batch.first_vertex[i])),
             i);
       else
-        add_polyhedron(batch, i);
-      measure();
+        batch.facets ? add_facet(batch, i) : add_polyhedron(batch, i);
+      measure(batch.facets);
     }
   } catch (...) {
     std::size_t k = 0;

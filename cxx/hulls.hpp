@@ -14,6 +14,9 @@ struct HullBatch {
   std::span<const std::int64_t> first_face;   // (n + 1), empty in 2D
   std::span<const std::int64_t> first_corner; // (faces + 1), empty in 2D
   std::span<const std::int64_t> corner;       // (corners), empty in 2D
+  // Each is triangle (0, 1, 2) of a surface, among the triangles that share a vertex with it, in the order of the
+  // surface.
+  bool facets = false;
 };
 
 // Vertices closer to a plane than this, relative to the size of the hull, are on it: as exact as files in single
@@ -41,7 +44,8 @@ struct Hulls {
 private:
   void add_polygon(std::span<const double> x, std::int64_t which);
   void add_polyhedron(const HullBatch& batch, std::int64_t which);
-  void measure();
+  void add_facet(const HullBatch& batch, std::int64_t which);
+  void measure(bool facet);
 };
 
 } // namespace cairn

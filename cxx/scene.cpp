@@ -160,7 +160,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   check_size("offset", b.offset.size(), b.count, dim, true);
   check_size("direction", b.direction.size(), b.count, components, true);
   const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || b.shape == Shape::tube;
-  const bool hull = b.shape == Shape::polygon || b.shape == Shape::polyhedron;
+  const bool hull = b.shape == Shape::polygon || b.shape == Shape::polyhedron || b.shape == Shape::facet;
   check_positive("radius", b.radius, 1, b.shape != Shape::tube, false); // a disk or sphere of radius 0 is a point
   if (round && b.radius.empty() && b.count > 0) throw Error("radius is missing; a round contactor needs one");
   check_finite("offset", b.offset, dim);

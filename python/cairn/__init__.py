@@ -26,6 +26,7 @@ from .servo import Servo
 from .shapes import boxes, polygons, polyhedra
 from .simulation import OverlapWarning, Simulation, StableStepWarning
 from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
+from .surfaces import surface
 from .time_functions import Harmonic, Table
 
 
@@ -74,6 +75,7 @@ __all__ = [
     "pre",
     "segment",
     "spheres",
+    "surface",
     "tube",
     "wall",
     *laws.LAWS,

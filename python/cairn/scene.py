@@ -345,7 +345,7 @@ def insert(core, s, species, time=0.0):
         number = species.setdefault((c.material.name, s.group or ""), len(species))
         hull = None
         if c.hulls is not None:
-            hull = (core.add_hulls(*c.hulls) + c.hull).astype(np.int32)
+            hull = (core.add_hulls(*c.hulls[:5], bool(c.hulls.facets)) + c.hull).astype(np.int32)
         core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction, hull)
     if s.mask:
         core.drive(ids, s.mask, None)

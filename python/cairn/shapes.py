@@ -25,6 +25,7 @@ class Hulls(NamedTuple):
     first_face: np.ndarray
     first_corner: np.ndarray
     corner: np.ndarray
+    facets: bool = False  # each is triangle (0, 1, 2) of a surface, among those around it
 
     def __len__(self):
         return len(self.first_vertex) - 1

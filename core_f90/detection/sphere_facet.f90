@@ -1,0 +1,161 @@
+!> Contact of a sphere with one triangle of a surface that is solid behind it.
+module sphere_facet
+  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+  use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
+  implicit none
+  private
+  public :: cairn_pair_sphere_facet
+
+  ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets.
+  real(c_double), parameter :: on_edge = 1e-9_c_double
+
+contains
+
+  !> Only where the nearest point of the whole surface around is on this facet: a point of an edge or a vertex counts once, for
+  !> the facet that owns it, and not where the surface beyond is nearer. So a sphere rolls over edges of a plane without a jolt.
+  !> Of a facet, edges 1 to 3 are its own: vertices from and to, whether it owns it, the vertex opposite in the neighbour (0:
+  !> none). Edges 4 to 6: its vertices and whether it owns them. The others: triangles around that have one of its vertices,
+  !> which is first; the other two are second and fourth, anticlockwise.
+  subroutine cairn_pair_sphere_facet(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
+                                     normal, point, feature) bind(c)
+    integer(c_int32_t), value :: n                      !< pairs
+    type(cairn_hulls), intent(in) :: hulls
+    integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
+    real(c_double), intent(in) :: between(n, 3)         !< centre of A - centre of B [m]
+    real(c_double), intent(in) :: radius_a(n)           !< of the sphere [m]
+    real(c_double), intent(in) :: radius_b(n)           !< of the ball around B [m]
+    real(c_double), intent(in) :: direction_b(n, 4)     !< not read
+    real(c_double), intent(in) :: limit(n)              !< gaps above do not count [m]
+    integer(c_int32_t), intent(out) :: count(n)         !< points of each pair
+    real(c_double), intent(out) :: gap(hulls%most, n)   !< negative when overlapping [m]
+    real(c_double), intent(out) :: normal(3, hulls%most, n) !< unit, from B to A
+    real(c_double), intent(out) :: point(3, hulls%most, n)  !< middle of the gap - centre of A [m]
+    integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< 0
+    type(hulls_view) :: view
+    type(solid) :: q
+    real(c_double) :: m(3), distance
+    integer :: i
+    logical :: found
+
+    call open_hulls(hulls, view)
+    do i = 1, n
+      call view_solid(view, b(i), radius_b(i), q)
+      call nearest_of_facet(q, between(i, :), radius_a(i) + limit(i), found, distance, m)
+      count(i) = merge(1, 0, found .and. distance - radius_a(i) <= limit(i))
+      gap(1, i) = distance - radius_a(i)
+      normal(:, 1, i) = m
+      point(:, 1, i) = -(radius_a(i) + gap(1, i)/2)*m
+      feature(1, i) = 0
+    end do
+  end subroutine cairn_pair_sphere_facet
+
+  !> Signed distance of a point and the direction from the nearest point of the facet, if it is the nearest around.
+  pure subroutine nearest_of_facet(q, x, depth, found, distance, m)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: x(3), depth !< how far behind the facet the point may be [m]
+    logical, intent(out) :: found
+    real(c_double), intent(out) :: distance, m(3)
+    real(c_double) :: slack, d(3)
+    integer :: k
+    m = q%normal(1, :)
+    distance = dot_product(m, x) - q%offset(1)
+    slack = on_edge*q%size
+    found = distance >= -depth
+    if (.not. found) return
+    do k = 1, 3
+      found = found .and. inside_of(q, k, modulo(k + 1, 3) + 1, x) > slack
+    end do
+    if (found) return
+    do k = 1, 3
+      if (q%edge(3, k) == 0) cycle
+      call try_edge(q, k, x, distance >= -slack, slack, found, d)
+      if (found) exit
+    end do
+    do k = 1, 3
+      if (found) exit
+      if (q%edge(3, 3 + k) /= 0) call try_vertex(q, k, x, slack, found, d)
+    end do
+    if (.not. found) return
+    distance = sqrt(dot_product(d, d))
+    if (distance > slack) m = d/distance
+  end subroutine nearest_of_facet
+
+  !> How far a point is from edge k towards vertex `third` of a triangle at that edge, in the plane of the triangle [m].
+  pure function inside_of(q, k, third, x) result(s)
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k, third
+    real(c_double), intent(in) :: x(3)
+    real(c_double) :: s, from(3), e(3), w(3)
+    from = q%v(k, :)
+    e = q%v(modulo(k, 3) + 1, :) - from
+    w = q%v(third, :) - from
+    w = w - dot_product(w, e)/dot_product(e, e)*e
+    s = dot_product(w, x - from)/sqrt(dot_product(w, w))
+  end function inside_of
+
+  !> An edge is nearest where it is so to both of its facets, and outside where the point is in front of one of them.
+  pure subroutine try_edge(q, k, x, in_front, slack, found, d)
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: x(3), slack
+    logical, intent(in) :: in_front !< of this facet
+    logical, intent(out) :: found
+    real(c_double), intent(inout) :: d(3) !< from the nearest point of the edge [m]
+    real(c_double) :: e(3), w(3), along, length
+    logical :: outside
+    found = .false.
+    if (inside_of(q, k, modulo(k + 1, 3) + 1, x) > slack) return
+    e = q%v(modulo(k, 3) + 1, :) - q%v(k, :)
+    w = x - q%v(k, :)
+    outside = in_front
+    if (q%edge(4, k) > 0) then
+      if (inside_of(q, k, int(q%edge(4, k)), x) > slack) return
+      outside = outside .or. dot_product(w, cross(q%v(q%edge(4, k), :) - q%v(k, :), e)) >= 0
+    end if
+    if (.not. outside) return
+    length = sqrt(dot_product(e, e))
+    along = dot_product(w, e)/length
+    found = along > slack .and. along < length - slack
+    d = w - along/length*e
+  end subroutine try_edge
+
+  !> A vertex is nearest where no edge from it leads nearer, and outside where the point is in front of a triangle around it.
+  pure subroutine try_vertex(q, k, x, slack, found, d)
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: x(3), slack
+    logical, intent(out) :: found
+    real(c_double), intent(inout) :: d(3) !< from the vertex [m]
+    real(c_double) :: w(3), e(3), f(3)
+    logical :: in_front
+    integer :: j
+    found = .false.
+    w = x - q%v(k, :)
+    e = q%v(modulo(k, 3) + 1, :) - q%v(k, :)
+    f = q%v(modulo(k + 1, 3) + 1, :) - q%v(k, :)
+    in_front = dot_product(w, q%normal(1, :)) >= -slack
+    if (leads(e) .or. leads(f)) return
+    do j = 7, q%edges
+      if (q%edge(1, j) /= k) cycle
+      e = q%v(q%edge(2, j), :) - q%v(k, :)
+      f = q%v(q%edge(4, j), :) - q%v(k, :)
+      if (leads(e) .or. leads(f)) return
+      in_front = in_front .or. dot_product(w, cross(e, f)) >= 0
+    end do
+    found = in_front
+    d = w
+  contains
+    pure function leads(e)
+      real(c_double), intent(in) :: e(3)
+      logical :: leads
+      leads = dot_product(w, e) > slack*sqrt(dot_product(e, e))
+    end function leads
+  end subroutine try_vertex
+
+  pure function cross(a, b) result(c)
+    real(c_double), intent(in) :: a(3), b(3)
+    real(c_double) :: c(3)
+    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
+  end function cross
+
+end module sphere_facet

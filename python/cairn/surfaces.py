@@ -1,0 +1,62 @@
+"""Surfaces of triangles as boundaries: terrain, hoppers, chutes, whatever an STL file holds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bodies import BodySet, ContactorSet, _boundary
+from .pre import checks, mass_properties
+from .pre import mesh as meshes
+from .shapes import Hulls
+
+
+def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
+    """A surface of triangles in 3D against spheres, solid behind: seen from the free side its faces run anticlockwise.
+
+    vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0. It need not be closed. It is held, or moves as one
+    body: velocity, mass, inertia, free, force as of a wall. Each triangle is a contactor of its own; what touches an edge or a
+    vertex touches one of them, and rolls over the edges of a plane as over a plane. A sphere whose centre lies deeper than its
+    radius behind a triangle is not seen.
+    """
+    vertices = checks.real_array("vertices", vertices, (None, 3))
+    fans = mass_properties.triangles(faces, len(vertices))
+    if not len(fans):
+        raise ValueError("faces is empty: give at least one triangle")
+    edges = np.linalg.norm(vertices[fans] - vertices[np.roll(fans, -1, axis=1)], axis=2)
+    meshes.refuse_slivers("faces", vertices, fans, edges)
+    vertices, fans = meshes.weld(vertices, fans)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    place = low + (high - low) / 2
+    centre = vertices[fans].mean(axis=1)
+    hulls = _with_neighbours(vertices, fans, centre)
+    count = len(fans)
+    contactor = ContactorSet(
+        "facet", material, np.zeros(count, int), np.zeros(count), centre - place, None, np.arange(count), hulls
+    )
+    return _boundary(3, place, contactor, mass, inertia, free, velocity, force, options)
+
+
+def _with_neighbours(vertices, fans, centre):
+    """Each facet with the triangles that share a vertex with it, in their order; its own vertices first."""
+    by_vertex = np.argsort(fans.ravel(), kind="stable") // 3
+    first = np.concatenate([[0], np.cumsum(np.bincount(fans.ravel(), minlength=len(vertices)))])
+    points, corners, counts, sizes = [], [], [], []
+    for k, own in enumerate(fans):
+        around = np.unique(np.concatenate([by_vertex[first[v] : first[v + 1]] for v in own]))
+        others = np.setdiff1d(fans[around], own)
+        used = np.concatenate([own, others])
+        order = np.argsort(used)
+        local = order[np.searchsorted(used, fans[around], sorter=order)]
+        points.append(vertices[used] - centre[k])
+        corners.append(local)
+        counts.append(len(used))
+        sizes.append(len(around))
+    total = int(np.sum(sizes))
+    return Hulls(
+        np.concatenate(points),
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        3 * np.arange(total + 1),
+        np.concatenate(corners).ravel().astype(np.int64),
+        True,
+    )
