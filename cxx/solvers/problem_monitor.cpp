@@ -28,7 +28,8 @@ void product(const FrictionProblem& p, const double* r, double* u, int threads) 
 
 ProblemMonitor::ProblemMonitor(const FrictionProblem& problem, const ProblemOptions& options, double* best)
     : problem_(problem), options_(options), best_(best), u_(problem.unknowns()), w_nn_(problem.contacts),
-      place_(problem.contacts), begin_(cpu_seconds()), asked_(std::chrono::steady_clock::now()) {
+      place_(problem.contacts), begin_(std::isfinite(options.max_seconds) ? cpu_seconds() : 0),
+      asked_(std::chrono::steady_clock::now()) {
   cairn_block_diagonal(problem.dim, problem.contacts, problem.row_start.data(), problem.column.data(),
                        problem.block.data(), place_.data(), w_nn_.data());
   const Array<double> zero(problem.unknowns());
@@ -124,7 +125,6 @@ ProblemReport ProblemMonitor::finish(const std::string& solver, std::int64_t ite
                   static_cast<long long>(iterations), options_.tolerance, static_cast<long long>(report.worst_contact));
     report.hint = text + hint_;
   }
-  report.cpu_seconds = seconds();
   return report;
 }
 

@@ -1,6 +1,7 @@
 // What every solver of problems shares: the true error, the best iterate, and when to end.
 #pragma once
 #include <chrono>
+#include <cmath>
 #include <optional>
 
 #include "friction_problem.hpp"
@@ -36,7 +37,8 @@ public:
   const Array<double>& w_nn() const { return w_nn_; }                  // (contacts) [1/kg]
   const std::vector<std::int64_t>& diagonal() const { return place_; } // (contacts) place of the diagonal block
   double scale() const { return scale_; }                              // sum |F(0)|^2 / rho [J]
-  double seconds() const { return cpu_seconds() - begin_; }
+  // Since the start, where time is limited: the clock of the CPU costs as much as a small problem.
+  double seconds() const { return std::isfinite(options_.max_seconds) ? cpu_seconds() - begin_ : 0; }
   // Figures of the best r.
   ProblemReport finish(const std::string& solver, std::int64_t iterations);
 

@@ -27,7 +27,6 @@ private:
   const FrictionProblem& given_;
   ProblemOptions options_;
   double* r_;
-  double begin_;
   FrictionProblem scaled_;
   Array<double> scale_, best_; // scale (contacts): r / r'
   std::optional<Sweeper> sweeper_;
