@@ -1,7 +1,7 @@
-"""Dense scenes of 20,000 disks and 20,000 spheres: CPU seconds of one step to a true error, by each solver, warm and from nothing.
+"""Dense scenes of 20,000 disks and spheres: CPU seconds of one step to a true error, by each solver, warm and from nothing.
 
-python benchmarks/dense.py [--count 20000] [--seconds 20]. Both deposits settle for some steps by NLGS first; every row begins from
-that state. A solver that is not there after its iterations says how far it came. Writes benchmarks/results/dense.csv.
+python benchmarks/dense.py [--count 20000] [--seconds 20]. Both deposits settle for some steps by NLGS first; every row begins
+from that state. A solver that is not there after its iterations says how far it came. Writes benchmarks/results/dense.csv.
 """
 
 import argparse
