@@ -135,8 +135,8 @@ private:
     StepProblem step(system_, schedule, velocity_free_);
     Array<double> r(step.problem().unknowns());
     const ProximalNewton newton(step.problem(), ProblemOptions{}, r.data());
-    constexpr double iterations = 12, of_contact = 3000;
-    cost_ = iterations * (newton.operations() + of_contact * double(step.problem().contacts));
+    constexpr double iterations = 15, of_contact = 6000, of_operation = 3; // in small blocks, measured
+    cost_ = iterations * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
     given_up_ = newton.bytes() > options_.max_bytes;
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
