@@ -36,7 +36,8 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance) {}
 
   bool pays(int iterations, double error) override {
-    const double to_come = forecast_.sweeps_to_come(iterations, error);
+    constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
+    const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     if (given_up_ || iterations < patience_) return false;
     const bool last = iterations >= options_.max_iterations; // rather than fail
     if (!last && to_come * sweep_operations() < 0.5 * cost_) return false;
@@ -48,7 +49,7 @@ public:
   bool accepts(int iterations) override {
     constexpr double few_contacts = 5000, few_sweeps = 256;
     const double speed = iterations > 0 ? speed_error() : 0;
-    const bool urgent = speed > std::sqrt(options_.tolerance);
+    const bool urgent = speed > 0.1; // something sinks
     if (speed <= alarm * options_.tolerance || (!urgent && contacts() > few_contacts)) return true;
     if (!(cost_ > 0)) ask();
     return given_up_ || (!urgent && cost_ > few_sweeps * sweep_operations());
@@ -121,7 +122,7 @@ private:
 
   // At the rate of arithmetic in factors: round bodies take a twentieth of what full blocks do.
   double sweep_operations() const {
-    const double packed = system_.dim == 2 ? 30 : 50, full = system_.dim == 2 ? 100 : 400;
+    const double packed = system_.dim == 2 ? 30 : 50, full = system_.dim == 2 ? 200 : 800;
     double sum = 0;
     for (const cairn_batch& b : system_.batches) sum += b.contacts * (b.pack ? packed : full);
     return sum;
@@ -135,7 +136,8 @@ private:
     StepProblem step(system_, schedule, velocity_free_);
     Array<double> r(step.problem().unknowns());
     const ProximalNewton newton(step.problem(), ProblemOptions{}, r.data());
-    constexpr double iterations = 15, of_contact = 6000, of_operation = 3; // in small blocks, measured
+    constexpr double iterations = 15, of_contact = 6000;
+    const double of_operation = system_.dim == 2 ? 3 : 1; // small blocks are slower, measured
     cost_ = iterations * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
     given_up_ = newton.bytes() > options_.max_bytes;
     system_.load(velocity_free_);
