@@ -36,13 +36,14 @@ def row_of(sim, path, case, name, tol, warm):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=20000)
+    parser.add_argument("--cases", nargs="+", default=["disks", "spheres"])
     parser.add_argument("--steps", type=int, default=20, help="to settle")
     parser.add_argument("--solvers", nargs="+", default=list(SOLVERS))
     parser.add_argument("--seconds", type=float, default=20.0, help="a solver that took longer is not asked for more")
     options = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for case in ("disks", "spheres"):
+        for case in options.cases:
             sim = deposit(case, options.count, steps=options.steps)
             path = Path(folder) / f"{case}.h5"
             sim.checkpoint(path)
