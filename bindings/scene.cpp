@@ -163,6 +163,13 @@ void set_state(Scene& s, const py::dict& state) {
 } // namespace
 
 void bind_scene(py::module_& m) {
+  m.def("pairs", [] { // of shapes that meet
+    return std::vector<std::pair<std::string, std::string>>{
+#define CAIRN_PAIR(name, a, b, most) {#a, #b},
+#define CAIRN_HULL_PAIR(name, a, b, most) {#a, #b},
+#include "../core_f90/detection/pairs.def"
+    };
+  });
   m.def("shapes", [] { return std::vector<std::string>(std::begin(shape_names), std::end(shape_names)); });
   py::class_<Scene>(m, "Scene")
       .def(py::init<int>())

@@ -82,7 +82,7 @@ contains
       m = mu(i)
       under = merge(w(i, 1, 1) + side*m*w(i, 1, 2), w(i, 1, 1)/max(m, 1.0_c_double) + side*w(i, 1, 2), m <= 1)
       under = push/max(under, tiny(under))
-      if (abs(tangent) > m*normal) then
+      if (.not. abs(tangent) <= m*normal) then ! no number, too: nothing resists along the tangent
         normal = merge(under, under/max(m, 1.0_c_double), m <= 1)
         tangent = side*merge(m*under, under, m <= 1)
       end if

@@ -24,7 +24,7 @@ from .post.load import load
 from .scene import Periodic, Scene
 from .servo import Servo
 from .shapes import boxes, polygons, polyhedra
-from .simulation import OverlapWarning, Simulation, StableStepWarning
+from .simulation import OverlapWarning, ShapesWarning, Simulation, StableStepWarning
 from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
 from .surfaces import surface
 from .time_functions import Harmonic, Table
@@ -58,6 +58,7 @@ __all__ = [
     "Periodic",
     "Scene",
     "Servo",
+    "ShapesWarning",
     "Simulation",
     "SmoothDEM",
     "StableStepWarning",

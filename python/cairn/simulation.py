@@ -17,6 +17,10 @@ class OverlapWarning(UserWarning):
     """Bodies overlap at the start by more than the share that was allowed."""
 
 
+class ShapesWarning(UserWarning):
+    """Bodies of the scene have shapes between which there is no contact."""
+
+
 class StableStepWarning(UserWarning):
     """The step is longer than the contacts of a smooth scene keep stable."""
 
@@ -54,6 +58,8 @@ class Simulation:
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         if overlap not in ("warn", "error", "ignore"):
             raise ValueError(f"overlap is {overlap!r}: give 'warn', 'error' or 'ignore'")
+        self._unmet = set()
+        self._warn_of_unmet()
         if overlap != "ignore" and len(self.bodies):
             self._check_overlap(overlap, checks.number("overlap_share", overlap_share))
 
@@ -128,6 +134,21 @@ class Simulation:
             owners = np.searchsorted(ids, internal[core.contactor("body")])
             np.maximum.at(self._radii, owners[round_], reach[round_])
         return self._radii.copy()
+
+    def _warn_of_unmet(self):
+        """Shapes that pass through each other, of which one at least is of a body that moves and is no wall: once a pair."""
+        core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
+        names = np.array(_core.shapes())[core.contactor("shape")]
+        moves = np.isfinite(core.raw_body("mass")).ravel()[core.contactor("body")]
+        for a in {"disk", "sphere", "polygon", "polyhedron"} & set(names[moves]):
+            for b in set(names) - {a}:
+                pair = frozenset((a, b))
+                if pair in known or pair in self._unmet:
+                    continue
+                self._unmet.add(pair)
+                first, second = sorted(pair)
+                text = f"there is no contact between shapes {first} and {second}: these bodies pass through each other"
+                warnings.warn(text, ShapesWarning, stacklevel=4)
 
     # ------------------------------------------------------------------ stepping
 
@@ -268,6 +289,7 @@ class Simulation:
         self._radii = None
         self._start_functions()
         self._start_blocks()
+        self._warn_of_unmet()
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
     def _ids(self, ids):

@@ -170,3 +170,14 @@ def test_heavy_on_light(ratio):
     assert result.converged, result.hint
     expected = np.cumsum(mass[::-1])[::-1]
     assert np.abs(result.r[:, 0] / expected - 1).max() < 1e-5
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("tangential", [0.0, 5e-324, 1e-310, 1e-200, 1e-16])
+def test_what_nothing_resists_along_the_tangent_slips(dim, tangential):
+    q = [-1.0, 0.3] + [0.0] * (dim - 2)
+    p = Problem(dim, np.diag([1.0] + [tangential] * (dim - 1)), np.array(q), 0.5)
+    for solver in ("nlgs", "nlgs_coloured", "auto"):
+        result = p.solve(solver=solver, tol=1e-8)
+        assert result.status == "converged"
+        assert result.r.ravel() == pytest.approx([1.0, -0.5] + [0.0] * (dim - 2))

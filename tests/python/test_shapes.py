@@ -1,5 +1,7 @@
 """Polygons, polyhedra and boxes as sets of bodies: mass and axes, what is shared, what is refused, files."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -110,3 +112,16 @@ def test_scene_file_and_checkpoint_keep_shapes(tmp_path):
         sim.run(steps=4)
     assert np.array_equal(sims[1].bodies.velocity, other.bodies.velocity)
     assert np.array_equal(sims[1].contacts.impulse, other.contacts.impulse)
+
+
+def test_shapes_that_do_not_meet_are_told_once():
+    rock = cn.Material("rock", density=2000.0)
+    ground = cn.surface([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], [[0, 1, 2], [0, 2, 3]], rock)
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(ground, cn.boxes([[0, 0, 1]], [1.0, 1.0, 1.0], rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    with pytest.warns(cn.ShapesWarning, match="facet and polyhedron"):
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.add(cn.spheres([[3.0, 3.0, 1.0]], 0.5, rock))  # meets both
