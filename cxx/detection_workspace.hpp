@@ -118,6 +118,7 @@ struct InteractionHandler::Workspace {
   ScratchArray<double> centre, direction, reach;
   // of hulls: see cairn_hulls in cairn/core.h; boxes of all contactors
   ScratchArray<std::int64_t> hull_place;
+  ScratchArray<std::int8_t> movable; // per body
   ScratchArray<double> turned, box;
   std::vector<std::int32_t> walls;
   ScratchArray<std::int32_t> bounded;

@@ -75,11 +75,14 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = who[lane];
-    if (const std::int64_t soon = lane + 16 < b.contacts ? who[lane + 16] : i; soon != i) {
-      __builtin_prefetch(&c.contactor_a[soon]);
-      __builtin_prefetch(&c.contactor_b[soon]);
-      __builtin_prefetch(&c.gap[soon]);
-      __builtin_prefetch(&c.normal[d * soon]);
+    if (lane + 24 < b.contacts) { // contacts, then their bodies, lie far apart
+      const std::int64_t far = who[lane + 24], near = who[lane + 12];
+      __builtin_prefetch(&c.contactor_a[far]);
+      __builtin_prefetch(&c.contactor_b[far]);
+      __builtin_prefetch(&c.gap[far]);
+      __builtin_prefetch(&c.normal[d * far]);
+      __builtin_prefetch(&system.record[body(c.contactor_a[near])].x[d == 2 ? 3 : 6]);
+      __builtin_prefetch(&system.record[body(c.contactor_b[near])].x[d == 2 ? 3 : 6]);
     }
     const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i], A = body(ca), B = body(cb);
     double* to = b.frame + lane / 8 * lines + lane % 8;

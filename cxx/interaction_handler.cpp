@@ -85,6 +85,7 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
   for (auto* array : {&centre, &direction, &reach, &item_x, &item_reach, &turned, &box}) *array = {};
   for (auto* array : {&bounded, &item_contactor, &item_lattice, &ghost_of, &place}) *array = {};
   hull_place = {};
+  movable = {};
   keep = {};
   lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
   for (PairList& list : lists) list.begin();
@@ -170,6 +171,10 @@ void InteractionHandler::Workspace::place_contactors() {
       if (at_centre >= 0) bad_centre = std::min(bad_centre, at_centre);
       if (at_reach >= 0) bad_reach = std::min(bad_reach, at_reach);
     }
+  });
+  movable.make_room(*scratch, bodies->count);
+  in_slices(bodies->count, [&](std::int64_t first, std::int64_t last) {
+    cairn_pair_movable(bodies->dofs(), first, last, bodies->inverse_mass.values.data(), movable.data());
   });
   if (contactors->hull.active) place_hulls();
   if (bad_centre < n) {
@@ -261,10 +266,10 @@ void InteractionHandler::Workspace::make_items() {
 void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) const {
   std::int64_t kept = 0;
   const std::int64_t at = list.count;
-  cairn_pair_admit(bodies->dofs(), added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind,
-                   kind_table.turn, contactors->body.values.data(), contactors->shape.values.data(),
-                   contactors->id.values.data(), bodies->inverse_mass.values.data(), materials, allowed.data(),
-                   contactors->material.values.data(), list.kind + at, &kept);
+  cairn_pair_admit(added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind, kind_table.turn,
+                   contactors->body.values.data(), contactors->shape.values.data(), contactors->id.values.data(),
+                   movable.data(), materials, allowed.data(), contactors->material.values.data(), list.kind + at,
+                   &kept);
   list.count += kept;
 }
 

@@ -3,7 +3,7 @@ module pair_lists
   use, intrinsic :: iso_c_binding, only: c_double, c_int16_t, c_int32_t, c_int64_t, c_int8_t
   implicit none
   private
-  public :: cairn_pairs_of_hits, cairn_pairs_of_ghosts, cairn_pair_admit
+  public :: cairn_pairs_of_hits, cairn_pairs_of_ghosts, cairn_pair_movable, cairn_pair_admit
   public :: cairn_pair_count, cairn_pair_starts, cairn_pair_scatter, cairn_pair_tidy
 
   integer(c_int32_t), parameter :: own_image = 512 + 1024*(512 + 1024*512), longest_insertion = 24
@@ -76,11 +76,24 @@ contains
     upward = d(3) > 0 .or. (d(3) == 0 .and. (d(2) > 0 .or. (d(2) == 0 .and. d(1) > 0)))
   end function upward
 
+  !> Which bodies something could move: a byte each, which the pairs then find in the cache.
+  pure subroutine cairn_pair_movable(dofs, first, last, inverse_mass, movable) bind(c)
+    integer(c_int32_t), value :: dofs                   !< of a body
+    integer(c_int64_t), value :: first, last            !< bodies to treat
+    real(c_double), intent(in) :: inverse_mass(dofs, 0:last - 1) !< [1/kg, 1/(kg m2)]
+    integer(c_int8_t), intent(inout) :: movable(0:last - 1) !< 1, or 0
+    integer(c_int64_t) :: i
+
+    do i = first, last - 1
+      movable(i) = 1_c_int8_t
+      if (.not. inverse_mass(1, i) > 0) movable(i) = merge(1_c_int8_t, 0_c_int8_t, any(inverse_mass(:, i) > 0))
+    end do
+  end subroutine cairn_pair_movable
+
   !> Keeps the pairs of different bodies, not both immovable, of shapes that a row of pairs.def serves and of materials that
   !> meet; turns each so that a is the candidate. Works in place.
-  pure subroutine cairn_pair_admit(dofs, n, a, b, image, shapes, kind_of, turn_of, body, shape, id, inverse_mass, materials, &
-                                   allowed, material, kind, kept) bind(c)
-    integer(c_int32_t), value :: dofs                   !< of a body
+  pure subroutine cairn_pair_admit(n, a, b, image, shapes, kind_of, turn_of, body, shape, id, movable, materials, allowed, &
+                                   material, kind, kept) bind(c)
     integer(c_int64_t), value :: n                      !< pairs
     integer(c_int32_t), intent(inout) :: a(n), b(n), image(n)
     integer(c_int32_t), value :: shapes
@@ -89,7 +102,7 @@ contains
     integer(c_int32_t), intent(in) :: body(0:*)
     integer(c_int16_t), intent(in) :: shape(0:*)
     integer(c_int64_t), intent(in) :: id(0:*)
-    real(c_double), intent(in) :: inverse_mass(dofs, 0:*) !< of the bodies
+    integer(c_int8_t), intent(in) :: movable(0:*)       !< of the bodies
     integer(c_int32_t), value :: materials              !< 0: all meet
     integer(c_int8_t), intent(in) :: allowed(0:*)       !< (materials, materials), 0: do not meet
     integer(c_int16_t), intent(in) :: material(0:*)     !< of the contactors
@@ -105,9 +118,7 @@ contains
       if (body(i) == body(j)) cycle
       row = kind_of(shape(i), shape(j))
       if (row < 0) cycle
-      if (.not. inverse_mass(1, body(i)) > 0) then
-        if (.not. (any(inverse_mass(:, body(i)) > 0) .or. any(inverse_mass(:, body(j)) > 0))) cycle
-      end if
+      if (movable(body(i)) == 0 .and. movable(body(j)) == 0) cycle
       if (materials > 0) then
         if (allowed(material(i) + materials*material(j)) == 0) cycle
       end if
