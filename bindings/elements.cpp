@@ -24,8 +24,10 @@ py::tuple matrices(const std::string& cell, const Input<double>& x, double densi
   const py::ssize_t n = x.shape(0), dofs = e.nodes * e.dim;
   py::array_t<double> stiffness({n, dofs, dofs}), mass({n, dofs, dofs});
   py::array_t<std::int32_t> wrong(n);
-  e.matrices(n, x.data(), density, elasticity.data(), stiffness.mutable_data(), mass.mutable_data(),
-             wrong.mutable_data());
+  const cairn::ElementShape shape(e);
+  cairn_elastic_matrices(e.dim, e.nodes, e.points, shape.value.data(), shape.gradient.data(), shape.weight.data(), n,
+                         x.data(), density, elasticity.data(), stiffness.mutable_data(), mass.mutable_data(),
+                         wrong.mutable_data());
   return py::make_tuple(stiffness, mass, wrong);
 }
 
@@ -34,7 +36,8 @@ py::array_t<double> stress(const std::string& cell, const Input<double>& x, cons
   const cairn::ElementInfo& e = element_of(cell, x, elasticity);
   if (displacement.size() != x.size()) throw cairn::Error("displacements must be as many as places of nodes");
   py::array_t<double> out({x.shape(0), py::ssize_t(3 * e.dim - 3)});
-  e.stress(x.shape(0), x.data(), elasticity.data(), displacement.data(), out.mutable_data());
+  cairn_elastic_stress(e.dim, e.nodes, cairn::ElementShape(e).middle.data(), x.shape(0), x.data(), elasticity.data(),
+                       displacement.data(), out.mutable_data());
   return out;
 }
 

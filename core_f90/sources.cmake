@@ -21,6 +21,7 @@ set(CAIRN_CORE_SOURCES
   detection/separation.f90
   detection/wall_search.f90
   elements/elastic_integrals.f90
+  elements/shape_families.f90
   integrators/energy.f90
   integrators/rotation.f90
   integrators/theta.f90

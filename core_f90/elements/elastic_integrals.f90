@@ -1,12 +1,49 @@
-!> Integrals over an isoparametric element from its shape functions (Zienkiewicz & Taylor 2000): stiffness B'DB, consistent mass
-!> N'N, and the stress at a point. What the files of the elements share.
+!> Integrals over isoparametric elements from their shape functions (Zienkiewicz & Taylor 2000): stiffness B'DB, consistent mass
+!> N'N, and the stress at a point.
 module elastic_integrals
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   implicit none
   private
-  public :: integrate, stress_at
+  public :: cairn_elastic_matrices, cairn_elastic_stress
 
 contains
+
+  !> Stiffness and consistent mass of n elements of a kind.
+  pure subroutine cairn_elastic_matrices(dim, nodes, points, value, gradient, weight, n, x, density, elasticity, stiffness, mass, &
+                                         wrong) bind(c)
+    integer(c_int32_t), value       :: dim, nodes
+    integer(c_int32_t), value       :: points                  !< of the rule of integration
+    real(c_double), intent(in)      :: value(nodes, points)    !< of the shape functions there
+    real(c_double), intent(in)      :: gradient(dim, nodes, points) !< of them in the parent element
+    real(c_double), intent(in)      :: weight(points)
+    integer(c_int64_t), value       :: n                       !< elements
+    real(c_double), intent(in)      :: x(dim, nodes, n)        !< places of their nodes [m]
+    real(c_double), value           :: density                 !< [kg/m3], times the thickness in 2D
+    real(c_double), intent(in)      :: elasticity(3*dim - 3, 3*dim - 3) !< of strains (xx yy [zz] xy [yz zx]) [Pa], as density
+    real(c_double), intent(out)     :: stiffness(dim*nodes, dim*nodes, n) !< [N/m]
+    real(c_double), intent(out)     :: mass(dim*nodes, dim*nodes, n) !< [kg]
+    integer(c_int32_t), intent(out) :: wrong(n)                !< 1: flat or inside out
+    integer(c_int64_t) :: i
+    do i = 1, n
+      call integrate(dim, nodes, points, gradient, value, weight, x(:, :, i), density, elasticity, stiffness(:, :, i), &
+                     mass(:, :, i), wrong(i))
+    end do
+  end subroutine cairn_elastic_matrices
+
+  !> Stress of n elements of a kind at one place in the parent element, tension positive.
+  pure subroutine cairn_elastic_stress(dim, nodes, gradient, n, x, elasticity, displacement, stress) bind(c)
+    integer(c_int32_t), value       :: dim, nodes
+    real(c_double), intent(in)      :: gradient(dim, nodes)    !< of the shape functions there
+    integer(c_int64_t), value       :: n                       !< elements
+    real(c_double), intent(in)      :: x(dim, nodes, n)        !< [m]
+    real(c_double), intent(in)      :: elasticity(3*dim - 3, 3*dim - 3) !< [Pa]
+    real(c_double), intent(in)      :: displacement(dim*nodes, n) !< of their nodes [m]
+    real(c_double), intent(out)     :: stress(3*dim - 3, n)    !< (xx yy [zz] xy [yz zx]) [Pa]
+    integer(c_int64_t) :: i
+    do i = 1, n
+      call stress_at(dim, nodes, gradient, x(:, :, i), elasticity, displacement(:, i), stress(:, i))
+    end do
+  end subroutine cairn_elastic_stress
 
   !> Stiffness and mass of one element; wrong is set to 1 where its Jacobian is not positive.
   pure subroutine integrate(dim, nodes, points, gradient, value, weight, x, density, elasticity, stiffness, mass, wrong)

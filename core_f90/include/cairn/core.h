@@ -330,15 +330,20 @@ void cairn_proximal_velocity(int64_t n, double alpha, const double* r, const dou
                              double* shifted);
 
 /* ------------------------------------------------------------------ finite elements
- * n elements: x (dim, nodes, n); stiffness and mass (dofs, dofs, n), consistent; wrong (n) 1: flat or inside out;
- * stress (3 | 6, n) in the middle, of displacements (dofs, n). */
-typedef void cairn_element_matrices(int64_t n, const double* x, double density, const double* elasticity,
-                                    double* stiffness, double* mass, int32_t* wrong);
-typedef void cairn_element_stress(int64_t n, const double* x, const double* elasticity, const double* displacement,
-                                  double* stress);
-#define CAIRN_ELEMENT(name, cell, dim, nodes)                                                                          \
-  cairn_element_matrices cairn_element_##name##_matrices;                                                              \
-  cairn_element_stress cairn_element_##name##_stress;
+ * An element is its rule of integration, xi (dim, points) and weight (points), and its shape functions at xi (dim):
+ * value (nodes), gradient (dim, nodes). */
+typedef void cairn_element_rule(double* xi, double* weight);
+typedef void cairn_element_shape(const double* xi, double* value, double* gradient);
+/* n elements: x (dim, nodes, n); stiffness and mass (dofs, dofs, n), consistent; wrong (n) 1: flat or inside out;
+ * stress (3 | 6, n), of displacements (dofs, n). */
+void cairn_elastic_matrices(int32_t dim, int32_t nodes, int32_t points, const double* value, const double* gradient,
+                            const double* weight, int64_t n, const double* x, double density, const double* elasticity,
+                            double* stiffness, double* mass, int32_t* wrong);
+void cairn_elastic_stress(int32_t dim, int32_t nodes, const double* gradient, int64_t n, const double* x,
+                          const double* elasticity, const double* displacement, double* stress);
+#define CAIRN_ELEMENT(name, cell, dim, nodes, points)                                                                  \
+  cairn_element_rule cairn_element_##name##_rule;                                                                      \
+  cairn_element_shape cairn_element_##name##_shape;
 #include "../../elements/elements.def"
 #undef CAIRN_ELEMENT
 
