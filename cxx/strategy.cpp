@@ -261,12 +261,12 @@ void Simulation::commit_contacts() {
 
 void Simulation::account(const ContactEnergy& contacts) {
   Bodies& b = scene.bodies;
-  double terms[7];
+  double terms[8];
   cairn_energy_terms(scene.dim, b.dofs(), b.count, h_, strategy.theta, scene.gravity.data(), b.mass.values.data(),
                      b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms,
                      pointer(b.force), pointer(b.damping), bits(b.driven), pointer(b.reaction),
                      pointer(b.momentum_begin), pointer(b.angular_momentum));
-  const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta] = terms;
+  const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   energy.kinetic = kinetic;
   energy.potential += d_potential;
   energy.work_external += external;
@@ -281,7 +281,7 @@ void Simulation::account(const ContactEnergy& contacts) {
                         std::abs(contacts.tangential) + std::abs(bulk);
   energy.largest_kinetic = std::max({energy.largest_kinetic, kinetic, kinetic - d_kinetic});
   energy.in_play = energy.largest_kinetic + energy.turned_over;
-  const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over;
+  const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over + fall;
   report.solve.energy_created = of_step > 0 ? contacts.created / of_step : 0;
 }
 

@@ -24,7 +24,8 @@ contains
       real(c_double), intent(in) :: inertia(2*dim - 3, 0:nb - 1) !< principal moments [kg m2]
       real(c_double), intent(in) :: velocity_begin(nd, 0:nb - 1) !< [m/s, rad/s]
       real(c_double), intent(in) :: velocity(nd, 0:nb - 1) !< at the end, as the contacts see it [m/s, rad/s]
-      real(c_double), intent(out) :: terms(7) !< T at the end, dT, dU, W_external, W_driven, D_bulk, D_theta [J]
+      real(c_double), intent(out) :: terms(8) !< T at the end, dT, dU, W_external, W_driven, D_bulk, D_theta; what the
+      !! forces alone would give bodies at rest, the scale of a step in which nothing moves [J]
       real(c_double), intent(in), optional :: force(nd, 0:nb - 1) !< [N, N m]
       real(c_double), intent(in), optional :: damping(0:nb - 1) !< [1/s]
       integer(c_int8_t), intent(in), optional :: driven(0:nb - 1) !< bit j: dof j is driven
@@ -32,11 +33,12 @@ contains
       real(c_double), intent(in), optional :: momentum_begin(3, 0:nb - 1) !< angular momentum before the kick [N m s]
       real(c_double), intent(in), optional :: angular_momentum(3, 0:nb - 1) !< and after it [N m s]
       integer(c_int64_t) :: first, i
-      real(c_double) :: part(7)
+      real(c_double) :: part(8), fallen
       logical :: plain
 
       ! most scenes: weight alone, and no body that stores angular momentum beside its spin
       plain = .not. (present(force) .or. present(damping) .or. present(momentum_begin) .or. present(angular_momentum))
+      fallen = (h*norm2(gravity))**2/2
       terms = 0
       do first = 0, nb - 1, chunk
          part = 0
@@ -80,6 +82,7 @@ contains
             part(2) = part(2) + gain/2
             part(3) = part(3) - m*(h*fall)
             part(7) = part(7) + (theta - 0.5_c_double)*h*(m*turn)
+            part(8) = part(8) + m*fallen
          end associate
          if (present(reaction)) reaction(:, i) = 0
       end subroutine
@@ -124,6 +127,7 @@ contains
             part(4) = part(4) + push*moved
             part(6) = part(6) + drag*mean
             part(7) = part(7) + (theta - 0.5_c_double)*h*(pull + push)*(velocity(j, i) - velocity_begin(j, i))
+            part(8) = part(8) + (h*(pull + push))*(h*(pull + push)/inertial)/2
             if (held) then
                contact = change - h*(pull + push) + drag - contact
                part(5) = part(5) + contact*mean

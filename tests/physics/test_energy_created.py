@@ -39,3 +39,15 @@ def test_energy_that_a_contact_creates_is_told():
     gains = np.array([gain for mu, gain in made if mu > 0])
     assert (gains > 1e-3).any() and (gains < -1e-3).any()  # both kinds were seen
     assert all(abs(gain) < 1e-12 for mu, gain in made if mu == 0)  # e = 1 without friction keeps it
+
+
+def test_a_pile_at_rest_makes_none():
+    """What rounding leaves of the work of contacts is measured by what gravity would give in a step."""
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks([(x, 0.5 + y) for y in range(5) for x in range(10)], np.full(50, 0.5), rock))
+    scene.add(cn.wall(point=(0, 0), normal=(0, 1), material=rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.4))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-12)))
+    created = [sim.step()["energy_created"] for _ in range(20)]
+    assert max(created) < 1e-10 and sim.energy["kinetic"] < 1e-9

@@ -2,7 +2,10 @@
 
 import csv
 import json
+import subprocess
+import sys
 
+import cairn as cn
 import h5py
 import numpy as np
 import pytest
@@ -165,3 +168,8 @@ def test_run_a_scene(tmp_path, capsys):
         assert run[-1].step == 105
     assert "pile" in call(capsys, "info", out)[1]
     assert "checkpoint" in call(capsys, "info", restart)[1] and "scene" in call(capsys, "info", path)[1]
+
+
+def test_the_package_runs_as_the_command():
+    told = subprocess.run([sys.executable, "-m", "cairn", "--version"], capture_output=True, text=True, check=True)
+    assert cn.__version__ in told.stdout
