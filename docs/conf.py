@@ -16,10 +16,20 @@ autodoc_typehints = "description"
 html_theme = "furo"
 exclude_patterns = ["_build"]
 
-# warnings of pages that only users of other tools see
-suppress_warnings = ["myst.xref_missing"]
+# links that only users of other tools see; templates of programs, with @NAME@ in them
+suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]
 
 sys.path.insert(0, str(ROOT / "docs"))
 import tables  # noqa: E402
 
 tables.write(ROOT / "docs" / "api")
+
+
+def plain(app, what, name, thing, options, lines):
+    """Docstrings are text: bars and stars in formulas mark nothing."""
+    lines[:] = [line.replace("|", r"\|").replace("**", r"\*\*") for line in lines]
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.connect("autodoc-process-docstring", plain, priority=100)

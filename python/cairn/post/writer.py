@@ -195,13 +195,14 @@ class RunWriter:
     def write_step(self, time, time_detection, step, bodies, contacts=None, info=None):
         """Write one output.
 
-        time, time_detection : end of the step, to which the bodies belong, and the time of the detection
-            configuration, to which the contacts belong [s].
-        bodies : arrays over the bodies; "position" (n, dim) [m] is needed, "velocity" (n, 3 | 6) [m/s, rad/s],
-            "rotation" (n,) or (n, 4), "radius" (n,) [m], "material", "id" and any other field are welcome.
-        contacts : arrays over the contacts: "point" (m, dim) [m], "normal" (m, dim), "gap" (m,) [m], "impulse"
-            (m, dim) [N s] on A in the axes of space, "status" (m,), "body_a", "body_b" (m,) ids; None for none.
-        info : numbers of this step; goes to the history unless `write_history` had it.
+        time, time_detection: end of the step, to which the bodies belong, and the time of the detection configuration, to which
+        the contacts belong [s].
+        bodies: arrays over the bodies; "position" (n, dim) [m] is needed, "velocity" (n, 3 | 6) [m/s, rad/s], "rotation" (n,)
+        or (n, 4), "radius" (n,) [m], "material", "id" and any other field are welcome.
+        contacts: arrays over the contacts: "point" (m, dim) [m], "normal" (m, dim), "gap" (m,) [m], "impulse" (m, dim) [N s]
+        on A in the axes of space, "status" (m,), "body_a", "body_b" (m,) ids; None for none.
+        info: numbers of this step; goes to the history unless `write_history` had it.
+
         The fields of the first output are the fields of all. Raises ValueError if they differ, FileError.
         """
         points, fields = self._body_fields(bodies)
