@@ -1,18 +1,60 @@
-!> One contact of a problem in space, the others held fixed, by what its block has been prepared to: find r in K with u = W r + q,
+!> One contact of a problem, the others held fixed, by what its block has been prepared to: find r in K with u = W r + q,
 !> u + (mu |u_T|, 0, 0) in K* and both orthogonal (De Saxce & Feng 1998). The same solution as coulomb_cone's, for sweeps that come
 !> back to the same block many times.
 module contact_block
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
   private
-  public :: prepare_block3, solve_block3, block3_size
-  integer, parameter :: block3_size = 16
+  public :: prepare_block2, solve_block2, prepare_block3, solve_block3, contact_block_size
+  integer, parameter :: contact_block_size = 16
 contains
+
+  !> The same in the plane.
+  pure subroutine prepare_block2(w, local)
+    real(c_double), intent(in)  :: w(2, 2)                   !< Delassus block, W_NN > 0 [1/kg]
+    real(c_double), intent(out) :: local(contact_block_size) !< 1/W_NN, W_NT/W_NN, W_TN/W_NN, 1/V, W_NN, unused
+    real(c_double) :: least
+    local = 0
+    local(1) = 1/w(1, 1)
+    local(2) = w(1, 2)*local(1)
+    local(3) = w(2, 1)*local(1)
+    ! a tangent that cannot move takes what rounding leaves of its block
+    least = 4*epsilon(least)*max(w(1, 1), abs(w(2, 2)))
+    local(4) = 1/max(w(2, 2) - local(3)*w(1, 2), least)
+    local(5) = w(1, 1)
+  end subroutine prepare_block2
+
+  !> It sticks, or slips against the tangential velocity that sticking would have to stop. Where mu is so large that there are
+  !> several solutions (Painleve), this is one of them.
+  pure subroutine solve_block2(local, q, mu, r)
+    real(c_double), intent(in)  :: local(contact_block_size) !< of prepare_block2
+    real(c_double), intent(in)  :: q(2)                      !< velocity with r = 0 at this contact [m/s]
+    real(c_double), intent(in)  :: mu                        !< friction [-]
+    real(c_double), intent(out) :: r(2)                      !< impulse [N s]
+    real(c_double) :: push, side, under
+    r = 0
+    push = -q(1)*local(1)
+    if (.not. push > 0) return
+    r(2) = -(q(2) - local(3)*q(1))*local(4)
+    r(1) = push - local(2)*r(2)
+    if (abs(r(2)) <= mu*r(1)) return
+    side = sign(1.0_c_double, r(2))
+    if (mu <= 1) then
+      under = 1 + side*mu*local(2)
+      r(1) = push/max(under, tiny(under))
+      r(2) = side*mu*r(1)
+    else ! divided by mu where mu is large
+      under = 1/mu + side*local(2)
+      under = push/max(under, tiny(under))
+      r(1) = under/mu
+      r(2) = side*under
+    end if
+  end subroutine solve_block2
 
   !> Tangential block V with the normal eliminated, and its inverse.
   pure subroutine prepare_block3(w, local)
     real(c_double), intent(in)  :: w(3, 3)            !< Delassus block, W_NN > 0 [1/kg]
-    real(c_double), intent(out) :: local(block3_size) !< 1/W_NN, W_NT (2), W_TN/W_NN (2), V (4), V^-1 (4), unused
+    real(c_double), intent(out) :: local(contact_block_size) !< 1/W_NN, W_NT (2), W_TN/W_NN (2), V (4), V^-1 (4), unused
     real(c_double) :: v(2, 2), determinant, least
     local = 0
     local(1) = 1/w(1, 1)
@@ -32,7 +74,7 @@ contains
   !> If the contact slips, u_T = -a r_T with some a > 0, and u_N = 0: with r_N eliminated, (V + a) r_T = -p, and 1 - mu r_N/|r_T|
   !> is positive at a = 0 (or it would stick) and negative as a grows: Newton's search for its root is kept between the two.
   pure subroutine solve_block3(local, q, mu, slip, r)
-    real(c_double), intent(in)    :: local(block3_size) !< of prepare_block3
+    real(c_double), intent(in)    :: local(contact_block_size) !< of prepare_block3
     real(c_double), intent(in)    :: q(3)               !< velocity with r = 0 at this contact [m/s]
     real(c_double), intent(in)    :: mu                 !< friction [-]
     real(c_double), intent(inout) :: slip               !< a where it slipped last, to begin from; 0 if it did not [1/kg]
@@ -83,7 +125,7 @@ contains
 
   pure subroutine residual(a, local, q, p, mu, r, f, slope)
     real(c_double), intent(in)  :: a                  !< u_T = -a r_T [1/kg]
-    real(c_double), intent(in)  :: local(block3_size) !< of prepare_block3
+    real(c_double), intent(in)  :: local(contact_block_size) !< of prepare_block3
     real(c_double), intent(in)  :: q(3)               !< free velocity [m/s]
     real(c_double), intent(in)  :: p(2)               !< tangential free velocity, the normal eliminated [m/s]
     real(c_double), intent(in)  :: mu                 !< friction [-]
@@ -116,7 +158,7 @@ contains
 
   !> Keeps the direction of slip, and puts the impulse on the cone with u_N = 0. Divided by mu where mu is large.
   pure subroutine put_on_cone(local, q, mu, r)
-    real(c_double), intent(in)    :: local(block3_size) !< of prepare_block3
+    real(c_double), intent(in)    :: local(contact_block_size) !< of prepare_block3
     real(c_double), intent(in)    :: q(3)               !< free velocity [m/s]
     real(c_double), intent(in)    :: mu                 !< friction [-]
     real(c_double), intent(inout) :: r(3)               !< impulse [N s]

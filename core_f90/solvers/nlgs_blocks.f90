@@ -3,9 +3,8 @@
 !> vector register holds, and of each diagonal block what its contact's solution needs.
 module nlgs_blocks
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
-  use coulomb_cone, only: cairn_cone_full2
   use cone_projection, only: project_disk
-  use contact_block, only: prepare_block3, solve_block3, block3_size
+  use contact_block, only: prepare_block2, solve_block2, prepare_block3, solve_block3, contact_block_size
   implicit none
   private
   public :: cairn_nlgs_prepare, cairn_nlgs_blocks
@@ -20,7 +19,7 @@ contains
     real(c_double), intent(in)      :: block(dim, dim, *) !< [1/kg]
     integer(c_int32_t), intent(out) :: beside_column(*) !< (blocks - n) from 0
     real(c_double), intent(out)     :: beside(2*dim - 2, dim, *) !< (.., blocks - n) [1/kg]
-    real(c_double), intent(out)     :: local(block3_size, n) !< of each contact
+    real(c_double), intent(out)     :: local(contact_block_size, n) !< of each contact
     integer(c_int64_t) :: a, k, to
     to = 0
     do a = 1, n
@@ -29,7 +28,7 @@ contains
           if (dim == 3) then
             call prepare_block3(block(:, :, k), local(:, a))
           else
-            local(1:4, a) = reshape(block(:, :, k), [4])
+            call prepare_block2(block(:, :, k), local(:, a))
           end if
         else
           to = to + 1
@@ -49,7 +48,7 @@ contains
     integer(c_int64_t), intent(in) :: row_start(n+1)   !< of W, from 0
     integer(c_int32_t), intent(in) :: beside_column(*) !< of cairn_nlgs_prepare
     real(c_double), intent(in)     :: beside(2*dim - 2, dim, *) !< of cairn_nlgs_prepare [1/kg]
-    real(c_double), intent(in)     :: local(block3_size, n) !< of cairn_nlgs_prepare
+    real(c_double), intent(in)     :: local(contact_block_size, n) !< of cairn_nlgs_prepare
     real(c_double), intent(in)     :: q(dim, n)        !< velocity with r = 0 [m/s]
     real(c_double), intent(in)     :: mu(n)            !< friction [-]
     integer(c_int64_t), value      :: first            !< place in order, from 0
@@ -60,45 +59,59 @@ contains
     real(c_double), intent(inout)  :: r(dim, n)        !< impulse [N s]
     real(c_double), intent(inout)  :: change(n)        !< W_NN |change of r|^2 of these contacts [J]
     integer(c_int32_t), value      :: threads
-    integer(c_int64_t) :: i, a
-    if (dim == 3) then
-      !$omp parallel do if (threads > 1) num_threads(threads) schedule(static) private(a)
-      do i = first + 1, last
-        a = order(i) + 1
-        call one3(a, row_start, beside_column, beside, local(:, a), q, mu(a), relaxation, slip(a), r, change(a))
-      end do
-    else
-      !$omp parallel do if (threads > 1) num_threads(threads) schedule(static) private(a)
-      do i = first + 1, last
-        a = order(i) + 1
-        call one2(a, row_start, beside_column, beside, local(1:4, a), q, mu(a), relaxation, r, change(a))
-      end do
+    integer(c_int64_t) :: t
+    if (threads <= 1) then ! a region of one thread costs as much as a sweep of a small problem
+      call some(first, last)
+      return
     end if
+    !$omp parallel do num_threads(threads) schedule(static)
+    do t = 0, threads - 1
+      call some(first + (last - first)*t/threads, first + (last - first)*(t + 1)/threads)
+    end do
+  contains
+    subroutine some(from, to)
+      integer(c_int64_t), intent(in) :: from !< place in order, from 0
+      integer(c_int64_t), intent(in) :: to   !< one past the last place
+      integer(c_int64_t) :: i, a
+      if (dim == 3) then
+        do i = from + 1, to
+          a = order(i) + 1
+          call one3(a, row_start, beside_column, beside, local(:, a), q, mu(a), relaxation, slip(a), r, change(a))
+        end do
+      else
+        do i = from + 1, to
+          a = order(i) + 1
+          call one2(a, row_start, beside_column, beside, local(:, a), q, mu(a), relaxation, r, change(a))
+        end do
+      end if
+    end subroutine some
   end subroutine cairn_nlgs_blocks
 
-  subroutine one2(a, row_start, column, beside, w, q, mu, relaxation, r, change)
+  subroutine one2(a, row_start, column, beside, local, q, mu, relaxation, r, change)
     integer(c_int64_t), intent(in) :: a               !< contact, from 1
     integer(c_int64_t), intent(in) :: row_start(*)    !< of W, from 0
     integer(c_int32_t), intent(in) :: column(*)       !< from 0
     real(c_double), intent(in)     :: beside(2, 2, *) !< [1/kg]
-    real(c_double), intent(in)     :: w(1, 2, 2)      !< diagonal block [1/kg]
+    real(c_double), intent(in)     :: local(contact_block_size) !< of prepare_block2
     real(c_double), intent(in)     :: q(2, *)         !< [m/s]
     real(c_double), intent(in)     :: mu              !< friction [-]
     real(c_double), intent(in)     :: relaxation      !< [-]
     real(c_double), intent(inout)  :: r(2, *)         !< [N s]
     real(c_double), intent(out)    :: change          !< [J]
-    real(c_double) :: u(2), free(1, 2), solved(1, 2), none(1, 2), friction(1)
+    real(c_double) :: u(2), solved(2)
     integer(c_int64_t) :: k, b
     u = q(:, a)
     do k = row_start(a) - a + 2, row_start(a+1) - a
       b = column(k) + 1
       u = u + beside(:, 1, k)*r(1, b) + beside(:, 2, k)*r(2, b)
     end do
-    none = 0
-    friction = mu
-    free(1, :) = u
-    call cairn_cone_full2(1_c_int32_t, 2_c_int32_t, w, free, none, friction, none, solved)
-    call take(2_c_int32_t, w(1, 1, 1), mu, relaxation, solved(1, :), r(:, a), change)
+    call solve_block2(local, u, mu, solved)
+    if (abs(relaxation - 1) > 0) then
+      call take(2_c_int32_t, 1/local(1), mu, relaxation, solved, r(:, a), change)
+    else
+      change = ((solved(1) - r(1, a))**2 + (solved(2) - r(2, a))**2)*local(5)
+      r(:, a) = solved
+    end if
   end subroutine one2
 
   subroutine one3(a, row_start, column, beside, local, q, mu, relaxation, slip, r, change)
@@ -106,7 +119,7 @@ contains
     integer(c_int64_t), intent(in) :: row_start(*)    !< of W, from 0
     integer(c_int32_t), intent(in) :: column(*)       !< from 0
     real(c_double), intent(in)     :: beside(4, 3, *) !< [1/kg]
-    real(c_double), intent(in)     :: local(block3_size) !< of prepare_block3
+    real(c_double), intent(in)     :: local(contact_block_size) !< of prepare_block3
     real(c_double), intent(in)     :: q(3, *)         !< [m/s]
     real(c_double), intent(in)     :: mu              !< friction [-]
     real(c_double), intent(in)     :: relaxation      !< [-]

@@ -17,26 +17,39 @@ contains
     real(c_double), intent(in)      :: r(dim, n)      !< impulse [N s]
     real(c_double), intent(out)     :: u(dim, n)      !< relative velocity [m/s]
     integer(c_int32_t), value       :: threads
-    if (dim == 3) then
-      call product3(n, row_start, column, block, q, r, u, threads)
-    else
-      call product2(n, row_start, column, block, q, r, u, threads)
+    integer(c_int64_t) :: t
+    if (threads <= 1) then ! a region of one thread costs as much as the product of a small problem
+      call rows(0_c_int64_t, n)
+      return
     end if
+    !$omp parallel do num_threads(threads) schedule(static)
+    do t = 0, threads - 1
+      call rows(n*t/threads, n*(t + 1)/threads)
+    end do
+  contains
+    subroutine rows(first, last)
+      integer(c_int64_t), intent(in) :: first !< from 0
+      integer(c_int64_t), intent(in) :: last  !< one past the last
+      if (dim == 3) then
+        call product3(first, last, row_start, column, block, q, r, u)
+      else
+        call product2(first, last, row_start, column, block, q, r, u)
+      end if
+    end subroutine rows
   end subroutine cairn_block_product
 
-  subroutine product2(n, row_start, column, block, q, r, u, threads)
-    integer(c_int64_t), value      :: n              !< contacts
-    integer(c_int64_t), intent(in) :: row_start(n+1) !< from 0
+  subroutine product2(first, last, row_start, column, block, q, r, u)
+    integer(c_int64_t), intent(in) :: first          !< row, from 0
+    integer(c_int64_t), intent(in) :: last           !< one past the last
+    integer(c_int64_t), intent(in) :: row_start(*)   !< from 0
     integer(c_int32_t), intent(in) :: column(*)      !< from 0
     real(c_double), intent(in)     :: block(2, 2, *) !< [1/kg]
-    real(c_double), intent(in)     :: q(2, n)        !< [m/s]
-    real(c_double), intent(in)     :: r(2, n)        !< [N s]
-    real(c_double), intent(out)    :: u(2, n)        !< [m/s]
-    integer(c_int32_t), value      :: threads
+    real(c_double), intent(in)     :: q(2, *)        !< [m/s]
+    real(c_double), intent(in)     :: r(2, *)        !< [N s]
+    real(c_double), intent(inout)  :: u(2, *)        !< [m/s]
     real(c_double) :: x, y
     integer(c_int64_t) :: a, k, b
-    !$omp parallel do if (threads > 1) num_threads(threads) schedule(static) private(x, y, k, b)
-    do a = 1, n
+    do a = first + 1, last
       x = q(1, a)
       y = q(2, a)
       do k = row_start(a) + 1, row_start(a+1)
@@ -49,19 +62,18 @@ contains
     end do
   end subroutine product2
 
-  subroutine product3(n, row_start, column, block, q, r, u, threads)
-    integer(c_int64_t), value      :: n              !< contacts
-    integer(c_int64_t), intent(in) :: row_start(n+1) !< from 0
+  subroutine product3(first, last, row_start, column, block, q, r, u)
+    integer(c_int64_t), intent(in) :: first          !< row, from 0
+    integer(c_int64_t), intent(in) :: last           !< one past the last
+    integer(c_int64_t), intent(in) :: row_start(*)   !< from 0
     integer(c_int32_t), intent(in) :: column(*)      !< from 0
     real(c_double), intent(in)     :: block(3, 3, *) !< [1/kg]
-    real(c_double), intent(in)     :: q(3, n)        !< [m/s]
-    real(c_double), intent(in)     :: r(3, n)        !< [N s]
-    real(c_double), intent(out)    :: u(3, n)        !< [m/s]
-    integer(c_int32_t), value      :: threads
+    real(c_double), intent(in)     :: q(3, *)        !< [m/s]
+    real(c_double), intent(in)     :: r(3, *)        !< [N s]
+    real(c_double), intent(inout)  :: u(3, *)        !< [m/s]
     real(c_double) :: x, y, z
     integer(c_int64_t) :: a, k, b
-    !$omp parallel do if (threads > 1) num_threads(threads) schedule(static) private(x, y, z, k, b)
-    do a = 1, n
+    do a = first + 1, last
       x = q(1, a)
       y = q(2, a)
       z = q(3, a)

@@ -20,7 +20,7 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
   bool stopped = false;
   if (options.interrupted) inner.interrupted = [&] { return stopped = stopped || options.interrupted(); };
   ProblemMonitor monitor(p, inner, r);
-  monitor.error_of(r);
+  monitor.start_error();
   std::string last = "nlgs_anderson";
   std::int64_t iterations = 0, patience = least_sweeps;
   int newton_iterations = 60;
@@ -48,9 +48,8 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
     iterations += report.iterations;
     monitor.error_of(start.data());
   }
-  product(p, r, start.data(), options.threads);
   if (has_newton && monitor.best_error() <= options.tolerance &&
-      monitor.speed_error(r, start.data()) > std::sqrt(options.tolerance)) {
+      monitor.best_power_error() > std::sqrt(options.tolerance)) {
     ProblemOptions newton = inner;
     newton.warm_start = true;
     newton.max_seconds = options.max_seconds - monitor.seconds();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "cairn/core.h"
 
@@ -9,7 +11,7 @@ namespace cairn {
 
 Anderson::Anderson(const FrictionProblem& p, const Array<double>& w_nn, int memory)
     : problem_(p), size_(p.unknowns()), memory_(memory), weight_(size_), f_(size_), f_last_(size_), g_(size_),
-      g_last_(size_), df_(size_ * memory), dg_(size_ * memory), work_(size_), gram_(32 * 32) {
+      g_last_(size_), df_(size_ * memory), dg_(size_ * memory), work_(size_), gram_(32 * memory) {
   for (std::int64_t i = 0; i < size_; ++i) weight_[i] = w_nn[i / p.dim];
 }
 
@@ -51,10 +53,12 @@ void Anderson::next(const double* g, double change, double* r) {
 std::int64_t sweep_with_memory(const FrictionProblem& p, const ProblemOptions& options, ProblemMonitor& monitor,
                                const double* start, std::int64_t iterations, const GivesUp& gives_up) {
   Sweeper sweeper(p);
-  Anderson anderson(p, monitor.w_nn(), 10);
-  Array<double> r(start, start + p.unknowns()), g(p.unknowns());
+  constexpr double quick = 0.05; // of the squared change that a sweep alone leaves: no memory is needed
+  std::optional<Anderson> anderson;
+  Array<double> r(start, start + p.unknowns()), g(p.unknowns()), before(p.unknowns());
   std::int64_t next_check = iterations + 1;
   const std::int64_t begin = iterations;
+  double last_change = std::numeric_limits<double>::infinity();
   double ratio = 0; // of the squared error to the change of a sweep: both fall together
   const double wanted = options.tolerance * options.tolerance * monitor.scale();
   while (!monitor.ended(iterations)) {
@@ -70,14 +74,24 @@ std::int64_t sweep_with_memory(const FrictionProblem& p, const ProblemOptions& o
       if (change == 0)
         monitor.give_up(ProblemStatus::stalled, "a sweep changes nothing any more: only rounding is left");
     }
-    anderson.next(g.data(), change, r.data());
+    if (!anderson && change <= quick * last_change) {
+      before.swap(r);
+      r.swap(g);
+    } else {
+      if (!anderson) {
+        anderson.emplace(p, monitor.w_nn(), 10);
+        anderson->next(r.data(), last_change, before.data()); // r came of it
+      }
+      anderson->next(g.data(), change, r.data());
+    }
+    last_change = change;
   }
   return iterations;
 }
 
 ProblemReport solve_nlgs_anderson(const FrictionProblem& p, const ProblemOptions& options, double* r) {
   ProblemMonitor monitor(p, options, r);
-  monitor.error_of(r);
+  monitor.start_error();
   const Array<double> start(r, r + p.unknowns());
   return monitor.finish("nlgs_anderson", sweep_with_memory(p, options, monitor, start.data(), 0, {}));
 }

@@ -32,7 +32,7 @@ ProblemReport sweep_problem(const FrictionProblem& p, const ProblemOptions& opti
   Array<double> r(best, best + p.unknowns());
   std::int64_t iterations = 0, next_check = 1;
   double ratio = 0; // of the squared error to the change of a sweep: both fall together
-  monitor.error_of(r.data());
+  monitor.start_error();
   while (!monitor.ended(iterations)) {
     if (next) next(sweeper.order);
     const double change = sweeper.sweep(r.data(), options.relaxation);

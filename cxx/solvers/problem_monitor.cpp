@@ -32,9 +32,8 @@ ProblemMonitor::ProblemMonitor(const FrictionProblem& problem, const ProblemOpti
       asked_(std::chrono::steady_clock::now()) {
   cairn_block_diagonal(problem.dim, problem.contacts, problem.row_start.data(), problem.column.data(),
                        problem.block.data(), place_.data(), w_nn_.data());
-  const Array<double> zero(problem.unknowns());
-  double none = 0;
-  cairn_problem_error(problem.dim, problem.contacts, problem.mu.data(), w_nn_.data(), zero.data(), problem.q.data(),
+  double none = 0; // u_ holds zeros so far
+  cairn_problem_error(problem.dim, problem.contacts, problem.mu.data(), w_nn_.data(), u_.data(), problem.q.data(),
                       &scale_, &none);
   if (!options.warm_start) std::fill_n(best_, problem.unknowns(), 0.0);
 }
@@ -42,6 +41,19 @@ ProblemMonitor::ProblemMonitor(const FrictionProblem& problem, const ProblemOpti
 double ProblemMonitor::error_of(const double* r) {
   product(problem_, r, u_.data(), options_.threads);
   return error_of(r, u_.data());
+}
+
+double ProblemMonitor::start_error() {
+  if (options_.warm_start || !std::isfinite(scale_)) return error_of(best_);
+  u_ = problem_.q;
+  u_is_of_best_ = true;
+  return last_error_ = best_error_ = scale_ > 0 ? 1 : 0;
+}
+
+const double* ProblemMonitor::best_velocity() {
+  if (!u_is_of_best_) product(problem_, best_, u_.data(), options_.threads);
+  u_is_of_best_ = true;
+  return u_.data();
 }
 
 double ProblemMonitor::error_of(const double* r, const double* u) {
@@ -53,6 +65,9 @@ double ProblemMonitor::error_of(const double* r, const double* u) {
   if (last_error_ < best_error_ || (held_ && last_error_ <= options_.tolerance)) {
     best_error_ = last_error_;
     if (r != best_) std::copy_n(r, problem_.unknowns(), best_);
+    u_is_of_best_ = u == u_.data();
+  } else if (u == u_.data()) {
+    u_is_of_best_ = false;
   }
   return last_error_;
 }
@@ -69,6 +84,22 @@ double ProblemMonitor::speed_error(const double* r, const double* u) {
   }
   const double speed = *std::max_element(speed_.begin(), speed_.end());
   return speed > 0 ? speed / std::sqrt(fastest) : 0;
+}
+
+double ProblemMonitor::best_power_error() {
+  const double speed = speed_error(best_, best_velocity());
+  const int d = problem_.dim;
+  double lost = 0, play = 0;
+  for (std::int64_t a = 0; a < problem_.contacts; ++a) {
+    double square = 0, work = 0;
+    for (int i = 0; i < d; ++i) {
+      square += best_[d * a + i] * best_[d * a + i];
+      work += best_[d * a + i] * problem_.q[d * a + i];
+    }
+    lost += std::sqrt(square) * speed_[a];
+    play += std::abs(work);
+  }
+  return lost > 0 ? std::max(speed, lost / play) : speed;
 }
 
 bool ProblemMonitor::ended(std::int64_t iterations) {
@@ -102,14 +133,12 @@ ProblemReport ProblemMonitor::finish(const std::string& solver, std::int64_t ite
   if (!std::isfinite(best_error_)) { // nothing better than no impulse was seen
     std::fill_n(best_, problem_.unknowns(), 0.0);
     error_of(best_);
-  } else {
-    product(problem_, best_, u_.data(), options_.threads);
   }
   report.error = best_error_;
   if (problem_.contacts > 0) {
     double figures[5];
     cairn_problem_figures(problem_.dim, problem_.contacts, problem_.mu.data(), w_nn_.data(), problem_.q.data(), best_,
-                          u_.data(), figures);
+                          best_velocity(), figures);
     report.worst_error = std::sqrt(figures[0]);
     report.worst_contact = std::int64_t(figures[1]);
     report.penetration_rate = figures[2];

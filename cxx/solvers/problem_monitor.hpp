@@ -19,12 +19,17 @@ public:
   // True error of r; keeps r if it is the best. u = W r + q is left in velocity(), or given where the caller has it.
   double error_of(const double* r);
   double error_of(const double* r, const double* u);
+  // The same of what `best` begins with; costs next to nothing where that is no impulse.
+  double start_error();
   // Asked after an error: converged, out of iterations or time, interrupted, or r not finite.
   bool ended(std::int64_t iterations);
   // How far velocities still are from what they shall be, for the r of the last error_of: largest |F| W_NN of a contact
   // / largest |q|. The true error weighs a contact by its light side, so heavy bodies on light ones can be far from
   // rest where it is already small.
   double speed_error(const double* r, const double* u);
+  // The same for the best r as a share of energy: sum |r| |F| W_NN / sum |r.q|. What falls on top of a column adds up
+  // its contacts' velocities, each of which may be small. Not less than speed_error.
+  double best_power_error();
   // While held, what meets the tolerance does not end the solve, and the last r that meets it is kept, not the best.
   void hold(bool on) { held_ = on; }
   double tolerance() const { return options_.tolerance; }
@@ -43,11 +48,13 @@ public:
   ProblemReport finish(const std::string& solver, std::int64_t iterations);
 
 private:
+  const double* best_velocity(); // W best + q
+
   const FrictionProblem& problem_;
   const ProblemOptions& options_;
   double* best_;
   Array<double> u_, w_nn_, speed_;
-  bool held_ = false;
+  bool held_ = false, u_is_of_best_ = false;
   std::vector<std::int64_t> place_;
   double scale_ = 0, best_error_ = std::numeric_limits<double>::infinity(), last_error_ = 0, begin_ = 0;
   std::optional<ProblemStatus> status_;
