@@ -96,7 +96,7 @@ contains
     real(c_double), intent(in)  :: r(dim, n)  !< impulse [N s]
     real(c_double), intent(in)  :: u(dim, n)  !< relative velocity [m/s]
     real(c_double), intent(out) :: speed(n)   !< [m/s]
-    real(c_double), parameter :: rounding = 64*epsilon(rounding)
+    real(c_double), parameter :: rounding = 8*epsilon(rounding)
     real(c_double) :: square
     integer(c_int64_t) :: a
     if (dim == 3) then

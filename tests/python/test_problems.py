@@ -169,7 +169,7 @@ def test_heavy_on_light(ratio):
     result = p.solve("auto", tol=1e-8)
     assert result.converged, result.hint
     expected = np.cumsum(mass[::-1])[::-1]
-    assert np.abs(result.r[:, 0] / expected - 1).max() < 1e-5
+    assert np.abs(result.r[:, 0] / expected - 1).max() < 1e-6 + 1e-15 * ratio  # roundings of the heaviest on a light one
 
 
 @pytest.mark.parametrize("dim", [2, 3])
