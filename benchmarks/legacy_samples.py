@@ -2,8 +2,10 @@
 
 Each case that maps runs its stored steps from its DATBOX. Beside it run copies whose grains were shifted at random by 1e-8 of
 their radius, the digits that the files hold: what they do not agree on, no comparison can decide. `horizon` is the last stored
-step to which tracked bodies stay within 1e-4 of a body size of what was stored; statistics are compared with the mean of the
-copies.
+step to which tracked bodies stay within 1e-4 of a body size of what was stored, `horizon_of_copies` the same of the copies among
+each other (least and greatest of them against the run as it is read), `horizon_of_last_digit` that of a copy shifted by 1e-12.
+Statistics are compared with the mean of the copies; `inside` says whether what was stored lies where 95 of 100 copies would (mean
++- t(n - 1) sqrt(1 + 1/n) standard deviations).
 Writes benchmarks/results/legacy_samples.csv, and the table that docs/legacy.md shows.
 """
 
@@ -45,7 +47,7 @@ def run(folder, case, tol, shift=0.0, seed=0):
     with open(folder / "history.csv") as file:
         stored = {int(row["step"]): row for row in csv.DictReader(file)}
     axes = "xyz"[: scene.dim]
-    differences, statistics, theirs = [], [], []
+    differences, tracked, statistics, theirs = [], [], [], []
     free = ~np.array([bool(scene.legacy.datbox.drives.get((b.type, b.number))) for b in scene.legacy.datbox.bodies])
     mass = np.concatenate([s.mass for s in scene.sets])
     for k in range(1, case["steps"] + 1):
@@ -54,7 +56,8 @@ def run(folder, case, tol, shift=0.0, seed=0):
         if row is None:
             continue
         x = np.array([[float(row[f"body{b}_{a}"]) for a in axes] for b in case["tracked_bodies"]])
-        differences.append((k, float(np.max(np.abs(np.array(sim.bodies.position)[[b - 1 for b in case["tracked_bodies"]]] - x)))))
+        tracked.append((k, np.array(sim.bodies.position)[[b - 1 for b in case["tracked_bodies"]]]))
+        differences.append((k, float(np.max(np.abs(tracked[-1][1] - x)))))
         if k > 0.9 * case["steps"]:
             impulse = sim.contacts.impulse
             active = int(np.sum(np.any(impulse != 0, axis=1)))
@@ -64,6 +67,7 @@ def run(folder, case, tol, shift=0.0, seed=0):
     height = float(np.sum(mass[free] * position[free, -1]) / np.sum(mass[free]))
     return {
         "differences": differences,
+        "tracked": tracked,
         "counts": np.mean(statistics, axis=0),
         "stored_counts": np.mean(theirs, axis=0),
         "height": height,
@@ -76,6 +80,30 @@ def run(folder, case, tol, shift=0.0, seed=0):
     }
 
 
+def horizon_of(differences, size):
+    """Last of the steps before the first difference beyond the gate."""
+    horizon = 0
+    for k, d in differences:
+        if d > GATE * size:
+            break
+        horizon = k
+    return horizon
+
+
+def between(one, two, size):
+    """The horizon of two runs of ours."""
+    return horizon_of([(k, float(np.max(np.abs(a - b)))) for (k, a), (_, b) in zip(one["tracked"], two["tracked"])], size)
+
+
+def inside(values, stored):
+    """Whether a figure lies where 95 of 100 more copies would."""
+    from scipy.stats import t
+
+    n = len(values)
+    room = t.ppf(0.975, n - 1) * np.sqrt(1 + 1 / n) * np.std(values, ddof=1)
+    return bool(abs(np.mean(values) - stored) <= room)
+
+
 def compare(folder, case, copies):
     """One row of the table."""
     exact = run(folder, case, 1e-10)
@@ -84,11 +112,8 @@ def compare(folder, case, copies):
     size, free = exact["size"], exact["free"]
     start = np.array([b.position for b in exact["datbox"].bodies])[:, : stored.displacement.shape[1]]
     final = start + stored.displacement
-    horizon = 0
-    for k, d in exact["differences"]:
-        if d > GATE * size:
-            break
-        horizon = k
+    last_digit = run(folder, case, 1e-10, 1e-12, 99)
+    horizons = [between(exact, o, size) for o in others]
     spread = max(float(np.max(np.abs(o["position"][free] - exact["position"][free]))) for o in others) if np.any(free) else 0.0
     mass = exact["mass"][free]
     height = float(np.sum(mass * final[free, -1]) / np.sum(mass))
@@ -97,7 +122,9 @@ def compare(folder, case, copies):
     error = np.std([o["counts"] for o in others], axis=0, ddof=1) / exact["stored_counts"]
     return {
         "steps": case["steps"],
-        "horizon": horizon,
+        "horizon": horizon_of(exact["differences"], size),
+        "horizon_of_copies": f"{min(horizons)} to {max(horizons)}",
+        "horizon_of_last_digit": between(exact, last_digit, size),
         "largest_tracked": max(d for _, d in exact["differences"]) / size,
         "largest_at_end": float(np.max(np.abs(exact["position"] - final))) / size,
         "spread_of_copies": spread / size,
@@ -106,6 +133,15 @@ def compare(folder, case, copies):
         "active_of_one_copy": error[0],
         "interactions": abs(ours["counts"][1] / exact["stored_counts"][1] - 1),
         "interactions_of_one_copy": error[1],
+        "inside": " ".join(
+            name
+            for name, values, figure in (
+                ("height", [o["height"] for o in others], height),
+                ("active", [o["counts"][0] for o in others], exact["stored_counts"][0]),
+                ("interactions", [o["counts"][1] for o in others], exact["stored_counts"][1]),
+            )
+            if inside(values, figure)
+        ),
         "unmapped": "; ".join(exact["unmapped"]),
     }
 

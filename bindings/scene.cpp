@@ -191,6 +191,10 @@ void bind_scene(py::module_& m) {
            [](Scene& s, const Input<std::int64_t>& ids, int mask, const Doubles& velocity) {
              s.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask), span_of(velocity));
            })
+      .def("move_facets",
+           [](Scene& s, const Input<std::int64_t>& bodies, const Input<double>& vertex) {
+             s.move_facets({bodies.data(), std::size_t(bodies.size())}, {vertex.data(), std::size_t(vertex.size())});
+           })
       .def("set_cell", &set_cell)
       .def("get_cell", &get_cell)
       .def("renumber", &Scene::renumber)

@@ -37,7 +37,9 @@ inline constexpr int shapes = int(std::size(shape_bounded));
 constexpr bool is_hull(Shape shape) {
   return shape == Shape::polygon || shape == Shape::polyhedron || shape == Shape::facet;
 }
-constexpr bool directed(Shape shape) { return shape != Shape::disk && shape != Shape::sphere && !is_hull(shape); }
+constexpr bool directed(Shape shape) {
+  return shape != Shape::disk && shape != Shape::sphere && shape != Shape::ring && !is_hull(shape);
+}
 
 inline constexpr std::int32_t declared_bit = 1 << 30; // beside an image
 inline constexpr std::int32_t image_bits = declared_bit - 1;

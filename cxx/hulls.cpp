@@ -347,18 +347,30 @@ void Hulls::add_facet(const HullBatch& batch, std::int64_t which) {
   first_edge.push_back(std::int32_t(edge.size()) / 4);
 }
 
-// Balls around 0 of the last hull.
-void Hulls::measure(bool facet) {
-  const std::int32_t h = count() - 1;
-  double most = 0, least = std::numeric_limits<double>::max();
+// Radius of the ball around 0 that holds a hull.
+double Hulls::measure(std::int32_t h, bool facet) const {
+  double most = 0;
   for (std::int32_t i = first_vertex[h]; i < (facet ? first_vertex[h] + 3 : first_vertex[h + 1]); ++i) {
     double square = 0;
     for (int k = 0; k < dim; ++k) square += vertex[dim * i + k] * vertex[dim * i + k];
     most = std::max(most, std::sqrt(square));
   }
-  for (std::int32_t f = first_face[h]; f < first_face[h + 1]; ++f) least = std::min(least, offset[f]);
-  radius.push_back(most * (1 + 4 * std::numeric_limits<double>::epsilon()));
-  inner.push_back(least > 0 && !facet ? least : -most); // 0 outside: no ball, and no direction without reach
+  return most * (1 + 4 * std::numeric_limits<double>::epsilon());
+}
+
+void Hulls::move_facet(std::int32_t h, std::span<const double> x) {
+  std::copy(x.begin(), x.end(), vertex.begin() + 3 * first_vertex[h]);
+  const double* v = &vertex[std::size_t(3) * first_vertex[h]];
+  const Vector first{v[0], v[1], v[2]}, e{v[3] - v[0], v[4] - v[1], v[5] - v[2]},
+      f{v[6] - v[0], v[7] - v[1], v[8] - v[2]};
+  const Vector area = cross(e, f);
+  const double size = std::sqrt(dot(area, area));
+  if (!(size > 1e-12 * std::max(dot(e, e), dot(f, f)))) refuse(h, "this facet has no area any more");
+  const Vector n = scaled(area, 1 / size);
+  std::copy(n.begin(), n.end(), normal.begin() + 3 * first_face[h]);
+  offset[first_face[h]] = dot(n, first);
+  radius[h] = measure(h, true);
+  inner[h] = -radius[h];
 }
 
 std::int32_t Hulls::add(const HullBatch& batch) {
@@ -395,7 +407,11 @@ std::int32_t Hulls::add(const HullBatch& batch) {
             i);
       else
         batch.facets ? add_facet(batch, i) : add_polyhedron(batch, i);
-      measure(batch.facets);
+      const std::int32_t h = count() - 1;
+      radius.push_back(measure(h, batch.facets));
+      const double least = *std::min_element(offset.begin() + first_face[h], offset.begin() + first_face[h + 1]);
+      inner.push_back(least > 0 && !batch.facets ? least
+                                                 : -radius[h]); // 0 outside: no ball, and no direction without reach
     }
   } catch (...) {
     std::size_t k = 0;

@@ -39,13 +39,16 @@ struct Hulls {
   // All or nothing: throws Error, naming hull, face and vertex, for what is not closed, not convex or has no volume.
   // Returns the number of the first.
   std::int32_t add(const HullBatch& batch);
+  // Other places (3, vertices) for the vertices of a facet, from its centre: its plane and ball follow. Throws Error
+  // where it has no area.
+  void move_facet(std::int32_t hull, std::span<const double> x);
   std::size_t bytes() const;
 
 private:
   void add_polygon(std::span<const double> x, std::int64_t which);
   void add_polyhedron(const HullBatch& batch, std::int64_t which);
   void add_facet(const HullBatch& batch, std::int64_t which);
-  void measure(bool facet);
+  double measure(std::int32_t hull, bool facet) const;
 };
 
 } // namespace cairn

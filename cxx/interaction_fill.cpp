@@ -313,6 +313,43 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     std::copy_n(mu, n, b.params);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
+  else if (packable(b) && !acts_along_tangents(b, compliance))
+    dim() == 2 ? pack_columns<2>(b) : pack_columns<3>(b);
+}
+
+// Whether the law gave what a pack has no line for: a bias of tangential velocities, a compliance.
+bool Interactions::State::acts_along_tangents(const cairn_batch& b, const double* compliance) {
+  const auto something = [&](const double* column, int columns) {
+    bool some = false;
+    for (int k = 0; k < columns; ++k)
+      for (int lane = 0; lane < b.contacts; ++lane) some |= !(std::abs(column[k * b.count + lane]) <= 0);
+    return some;
+  };
+  return something(b.bias + b.count, b.components - 1) || something(compliance, b.components);
+}
+
+// From columns to a pack, in the same memory: for this step the law is as good as one with a bias along the normal
+// alone.
+template <int d>
+void Interactions::State::pack_columns(cairn_batch& b) const {
+  constexpr int lines = 2 * d + 4;
+  const int n = b.count;
+  alignas(64) double old[(d + 4) * 128];
+  for (int k = 0; k < d; ++k) std::copy_n(b.frame + k * n, n, old + k * n);
+  std::copy_n(b.lever_a, n, old + d * n);
+  std::copy_n(b.lever_b, n, old + (d + 1) * n);
+  std::copy_n(b.bias, n, old + (d + 2) * n);
+  std::copy_n(b.params, n, old + (d + 3) * n);
+  for (int lane = 0; lane < n; ++lane) {
+    double* to = b.frame + lane / 8 * 8 * lines + lane % 8;
+    for (int k = 0; k < d + 4; ++k) to[8 * k] = old[k * n + lane];
+    constexpr int mass = d == 2 ? 3 : 6; // to the bit what a batch has that is packed from the start
+    if (lane < b.contacts)
+      b.rho[lane] = 1 / (system.record[b.body_a[lane]].x[mass] + system.record[b.body_b[lane]].x[mass]);
+  }
+  b.delassus = nullptr;
+  place_pack(b, d);
+  inherit_packed<d>(b);
 }
 
 void Interactions::State::commit_laws() {
@@ -322,7 +359,7 @@ void Interactions::State::commit_laws() {
     const cairn_batch& b = system.batches[k];
     if (!law_infos()[b.law].commit) continue;
     const int n = b.count, parameters = int(law_infos()[b.law].parameters.size());
-    alignas(64) double u[6 * 128], gap[128] = {}, params[LawTable::max_parameters * 128] = {};
+    alignas(64) double u[6 * 128], r[6 * 128], gap[128] = {}, params[LawTable::max_parameters * 128] = {};
     cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
     for (int lane = 0; lane < b.contacts; ++lane) {
       const std::int64_t i = system.candidate[b.first + lane];
@@ -330,7 +367,9 @@ void Interactions::State::commit_laws() {
       gap[lane] = candidates->gap[i];
       for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
     }
-    law_infos()[b.law].commit(n, b.components, &context, gap, u, b.r, params, b.state);
+    for (int c = 0; c < b.components; ++c)
+      for (int lane = 0; lane < n; ++lane) r[c * n + lane] = at(b, b.r, lane, c);
+    law_infos()[b.law].commit(n, b.components, &context, gap, u, r, params, b.state);
     if (!law_infos()[b.law].plugged()) continue;
     for (int s = 0; s < int(law_infos()[b.law].state.size()); ++s)
       for (int lane = 0; lane < b.contacts; ++lane)

@@ -301,16 +301,17 @@ void InteractionHandler::Workspace::search_grid() {
 void InteractionHandler::Workspace::search_walls() {
   if (walls.empty() || real_items == 0) return;
   for (std::int32_t wall : walls) {
-    const double* axis = &direction[std::int64_t(wall) * (dim + 1)];
     const double* origin = &centre[std::int64_t(wall) * dim];
-    const bool tube = contactors->shape.values[wall] == std::int16_t(Shape::tube);
+    const auto shape = Shape(contactors->shape.values[wall]);
+    const bool tube = shape == Shape::tube || shape == Shape::ring;
+    const double* axis = directed(shape) ? &direction[std::int64_t(wall) * (dim + 1)] : nullptr;
     in_slices(real_items, [&](std::int64_t first, std::int64_t last) {
       PairList& list = lists[omp_get_thread_num()];
       list.reserve(list.count + (last - first), *scratch);
       std::int32_t* near = list.a + list.count;
       std::int64_t found = 0;
       if (tube)
-        cairn_tube_search(last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
+        cairn_tube_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
                           contactors->radius.values[wall], share(wall), last - first, near, &found);
       else
         cairn_plane_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,

@@ -1,6 +1,7 @@
 // Which contact stands in which batch. It depends on the candidates and their order alone.
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <stdexcept>
 
 #include "interaction_state.hpp"
@@ -223,8 +224,8 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   b.block = law.has_solve || !diagonal;
   b.hub = hub;
   b.relaxes = !law.has_solve;
-  const bool plain = b.block == 0 && radial_a && radial_b && b.moves_a && b.moves_b && hub == 0;
-  b.pack = plain && law.normal_bias && !law.has_commit && !sheared ? (dim() == 2 ? 8 : 10) : 0;
+  b.bonds = law.has_solve && !law.state.empty() && !std::isfinite(law.state_begin[0]);
+  b.pack = packable(b) && law.normal_bias && !sheared ? 2 * dim() + 4 : 0;
   b.group = hub ? n : 1;
   b.velocities = system.velocities();
   b.first = std::int32_t(system.candidate.size());
@@ -317,14 +318,8 @@ void Interactions::State::lay_out() {
       return here;
     };
     if (b.pack) {
-      const int d = dim();
-      double* pack = take(b.pack);
-      b.frame = pack;
-      b.lever_a = pack + 8 * d;
-      b.lever_b = pack + 8 * (d + 1);
-      b.bias = pack + 8 * (d + 2);
-      b.params = pack + 8 * (d + 3);
-      b.r = pack + 8 * (d + 4);
+      b.frame = take(b.pack);
+      place_pack(b, dim());
       continue;
     }
     b.frame = take(frame);

@@ -21,6 +21,20 @@ inline constexpr int hub_degree = 32;
 inline double& at(const cairn_batch& b, double* field, int lane, int k) {
   return b.pack ? field[lane / 8 * 8 * b.pack + 8 * k + lane % 8] : field[k * b.count + lane];
 }
+// Where the lines of a batch's pack stand, from the frame on.
+inline void place_pack(cairn_batch& b, int dim) {
+  b.pack = 2 * dim + 4;
+  b.lever_a = b.frame + 8 * dim;
+  b.lever_b = b.frame + 8 * (dim + 1);
+  b.bias = b.frame + 8 * (dim + 2);
+  b.params = b.frame + 8 * (dim + 3);
+  b.r = b.frame + 8 * (dim + 4);
+}
+// Two round bodies that move under a cone: a pack, if the law has a bias along the normal and nothing else.
+inline bool packable(const cairn_batch& b) {
+  const auto radial = [](std::int32_t side) { return side == radial2 || side == radial3; };
+  return b.block == 0 && radial(b.side_a) && radial(b.side_b) && b.moves_a && b.moves_b && b.hub == 0;
+}
 // A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
 inline void tangent_of(const double n[3], double t[3]) {
   const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
@@ -125,6 +139,9 @@ private:
   void fill_packed(cairn_batch& b, double& deepest);
   template <int d>
   void inherit_packed(cairn_batch& b) const;
+  static bool acts_along_tangents(const cairn_batch& b, const double* compliance);
+  template <int d>
+  void pack_columns(cairn_batch& b) const;
   void check_prepared(const cairn_batch& b, const double* bias, const double* compliance, const double* mu);
 };
 

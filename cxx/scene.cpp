@@ -159,9 +159,10 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   check_size("radius", b.radius.size(), b.count, 1, true);
   check_size("offset", b.offset.size(), b.count, dim, true);
   check_size("direction", b.direction.size(), b.count, components, true);
-  const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || b.shape == Shape::tube;
+  const bool hollow = b.shape == Shape::tube || b.shape == Shape::ring;
+  const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || hollow;
   const bool hull = b.shape == Shape::polygon || b.shape == Shape::polyhedron || b.shape == Shape::facet;
-  check_positive("radius", b.radius, 1, b.shape != Shape::tube, false); // a disk or sphere of radius 0 is a point
+  check_positive("radius", b.radius, 1, !hollow, false); // a disk or sphere of radius 0 is a point
   if (round && b.radius.empty() && b.count > 0) throw Error("radius is missing; a round contactor needs one");
   check_finite("offset", b.offset, dim);
   if (!round && !hull && b.direction.empty() && b.count > 0)
@@ -283,6 +284,22 @@ std::int32_t Scene::internal(std::int64_t id) const {
   if (found == insertion_order_.end() || *bodies.id[*found] != id)
     throw Error("there is no body " + std::to_string(id) + "; it was never added, or was removed");
   return *found;
+}
+
+void Scene::move_facets(std::span<const std::int64_t> body, std::span<const double> vertex) {
+  std::vector<std::int32_t> facet(bodies.count, -1);
+  for (std::int64_t c = 0; c < contactors.count; ++c)
+    if (*contactors.shape[c] == std::int16_t(Shape::facet)) facet[*contactors.body[c]] = std::int32_t(c);
+  std::size_t at = 0;
+  for (const std::int64_t b : body) {
+    if (b < 0 || b >= bodies.count || facet[b] < 0) throw Error("body " + std::to_string(b) + " carries no facet");
+    const std::int32_t c = facet[b], hull = *contactors.hull[c];
+    const auto size = 3 * std::size_t(contactors.hulls.vertices(hull));
+    if (at + size > vertex.size()) throw Error("vertex holds fewer numbers than the facets have");
+    contactors.hulls.move_facet(hull, vertex.subspan(at, size));
+    *contactors.radius[c] = contactors.hulls.radius[hull];
+    at += size;
+  }
 }
 
 } // namespace cairn

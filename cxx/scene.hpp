@@ -47,6 +47,9 @@ public:
   std::int64_t add_bodies(const BodyBatch& batch);
   std::int64_t add_contactors(const ContactorBatch& batch);
   void remove_bodies(std::span<const std::int64_t> ids);
+  // Vertices of the facets of these bodies, one after the other, from the centres of the bodies in space axes: bodies
+  // of a facet each that follow the nodes of a mesh and do not turn. body: internal numbers.
+  void move_facets(std::span<const std::int64_t> body, std::span<const double> vertex);
 
   // Dofs of bodies whose bit is set in mask take their velocity from velocity (3 | 6, n) or stay at zero without one.
   void drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::span<const double> velocity);

@@ -57,6 +57,7 @@ contains
     real(c_double), intent(out) :: distance, m(3)
     real(c_double) :: slack, d(3)
     integer :: k
+    logical :: outside, valley
     m = q%normal(1, :)
     distance = dot_product(m, x) - q%offset(1)
     slack = on_edge*q%size
@@ -68,16 +69,23 @@ contains
     if (found) return
     do k = 1, 3
       if (q%edge(3, k) == 0) cycle
-      call try_edge(q, k, x, distance >= -slack, slack, found, d)
+      call try_edge(q, k, x, distance >= -slack, slack, found, outside, d)
+      valley = q%edge(4, k) > 0
       if (found) exit
     end do
     do k = 1, 3
       if (found) exit
-      if (q%edge(3, 3 + k) /= 0) call try_vertex(q, k, x, slack, found, d)
+      valley = .false.
+      if (q%edge(3, 3 + k) /= 0) call try_vertex(q, k, x, slack, found, outside, d)
     end do
     if (.not. found) return
+    if (all(abs(d - distance*m) <= 2*slack)) return ! over the edge: as deep as from the plane, with its sign
     distance = sqrt(dot_product(d, d))
-    if (distance > slack) m = d/distance
+    m = d/distance
+    if (outside) return
+    distance = -distance ! under a valley, where neither facet has the point; at a border there is nothing
+    m = -m
+    found = valley .and. distance >= -depth
   end subroutine nearest_of_facet
 
   !> How far a point is from edge k towards vertex `third` of a triangle at that edge, in the plane of the triangle [m].
@@ -93,16 +101,16 @@ contains
     s = dot_product(w, x - from)/sqrt(dot_product(w, w))
   end function inside_of
 
-  !> An edge is nearest where it is so to both of its facets, and outside where the point is in front of one of them.
-  pure subroutine try_edge(q, k, x, in_front, slack, found, d)
+  !> An edge is nearest where it is so to both of its facets; the point is outside where it is in front of one of them.
+  pure subroutine try_edge(q, k, x, in_front, slack, found, outside, d)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
     real(c_double), intent(in) :: x(3), slack
     logical, intent(in) :: in_front !< of this facet
     logical, intent(out) :: found
+    logical, intent(inout) :: outside
     real(c_double), intent(inout) :: d(3) !< from the nearest point of the edge [m]
     real(c_double) :: e(3), w(3), along, length
-    logical :: outside
     found = .false.
     if (inside_of(q, k, modulo(k + 1, 3) + 1, x) > slack) return
     e = q%v(modulo(k, 3) + 1, :) - q%v(k, :)
@@ -112,19 +120,19 @@ contains
       if (inside_of(q, k, int(q%edge(4, k)), x) > slack) return
       outside = outside .or. dot_product(w, cross(q%v(q%edge(4, k), :) - q%v(k, :), e)) >= 0
     end if
-    if (.not. outside) return
     length = sqrt(dot_product(e, e))
     along = dot_product(w, e)/length
     found = along > slack .and. along < length - slack
     d = w - along/length*e
   end subroutine try_edge
 
-  !> A vertex is nearest where no edge from it leads nearer, and outside where the point is in front of a triangle around it.
-  pure subroutine try_vertex(q, k, x, slack, found, d)
+  !> A vertex is nearest where no edge from it leads nearer; the point is outside where it is in front of a triangle around it.
+  pure subroutine try_vertex(q, k, x, slack, found, outside, d)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
     real(c_double), intent(in) :: x(3), slack
     logical, intent(out) :: found
+    logical, intent(inout) :: outside
     real(c_double), intent(inout) :: d(3) !< from the vertex [m]
     real(c_double) :: w(3), e(3), f(3)
     logical :: in_front
@@ -142,7 +150,8 @@ contains
       if (leads(e) .or. leads(f)) return
       in_front = in_front .or. dot_product(w, cross(e, f)) >= 0
     end do
-    found = in_front
+    found = .true.
+    outside = in_front
     d = w
   contains
     pure function leads(e)

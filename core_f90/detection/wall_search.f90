@@ -64,26 +64,28 @@ contains
     end do
   end subroutine cairn_plane_search
 
-  !> Those of the listed contactors that reach the wall of a tube, or what is outside it, taken as endless.
-  pure subroutine cairn_tube_search(n, listed, centre, reach, origin, axis, radius, margin, capacity, near, found) bind(c)
+  !> Those of the listed contactors that reach the wall of a tube, in 2D of a ring, or what is outside it, taken as endless.
+  pure subroutine cairn_tube_search(dim, n, listed, centre, reach, origin, axis, radius, margin, capacity, near, found) bind(c)
+    integer(c_int32_t), value :: dim                  !< 2 or 3
     integer(c_int64_t), value :: n                    !< contactors asked
     integer(c_int32_t), intent(in) :: listed(n)       !< their numbers
-    real(c_double), intent(in) :: centre(3, 0:*)      !< of all contactors [m]
+    real(c_double), intent(in) :: centre(dim, 0:*)    !< of all contactors [m]
     real(c_double), intent(in) :: reach(0:*)          !< of all contactors, with their share of the margin [m]
-    real(c_double), intent(in) :: origin(3)           !< a point of the axis [m]
-    real(c_double), intent(in) :: axis(3)             !< unit
+    real(c_double), intent(in) :: origin(dim)         !< a point of the axis [m]
+    real(c_double), intent(in) :: axis(dim)           !< unit; in 2D not read
     real(c_double), value :: radius                   !< of the tube [m]
     real(c_double), value :: margin                   !< the tube's share of the margin [m]
     integer(c_int64_t), value :: capacity             !< of near
     integer(c_int32_t), intent(inout) :: near(capacity)
     integer(c_int64_t), intent(out) :: found
     integer(c_int64_t) :: k
-    real(c_double) :: d(3), r(3), clear
+    real(c_double) :: d(dim), r(dim), clear
 
     found = 0
     do k = 1, n
       d = centre(:, listed(k)) - origin
-      r = d - dot_product(d, axis)*axis
+      r = d
+      if (dim == 3) r = d - dot_product(d, axis)*axis
       clear = radius - reach(listed(k)) - margin - slack*(sum(abs(d)) + radius)
       if (clear > 0) then
         if (dot_product(r, r) < clear*clear) cycle

@@ -34,7 +34,7 @@ module contact_batch
     integer(c_int32_t) :: velocities
     integer(c_int32_t) :: pack
     integer(c_int32_t) :: relaxes
-    integer(c_int32_t) :: unused
+    integer(c_int32_t) :: bonds
     type(c_ptr) :: body_a
     type(c_ptr) :: body_b
     type(c_ptr) :: frame

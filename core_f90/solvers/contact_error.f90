@@ -4,7 +4,7 @@
 !> (De Saxce & Feng 1998; the natural map: Acary & Brogliato 2008). Laws with their own local solution give F = D^-1 (u + b) where
 !> they hold the contact fast, D the diagonal of W, and the cone's F where they do not.
 module contact_error
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_associated
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace
   use contact_schedule, only: schedule_view, open_schedule
   use contact_velocity, only: contact_columns, find_columns
@@ -81,14 +81,14 @@ contains
       if (any(at%mu > 1)) call disk_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
     end if
     sums = 0
-    if (what > 1 .and. .not. c_associated(batch%state)) then
+    if (what > 1 .and. batch%bonds == 0) then
       call add_up_cone(n, axes, least_scale, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
       if (what == 3) call c_f_pointer(batch%status, status, [n])
       if (what == 3) call find_status(n, axes, at%mu, at%r, status)
       return
     end if
     call weights(n, c, axes, rho, at%free(weight:))
-    if (c_associated(batch%state)) then
+    if (batch%bonds /= 0) then
       call c_f_pointer(batch%delassus, delassus, [c*c*n])
       call c_f_pointer(batch%state, state, [n])
       call bond_map(n, c, axes, state, delassus, at%u, at%free(f:), at%free(weight:))
@@ -101,7 +101,7 @@ contains
     if (what < 3) return
     call c_f_pointer(batch%status, status, [n])
     call find_status(n, axes, at%mu, at%r, status)
-    if (c_associated(batch%state)) where (state < huge(state)) status = 3
+    if (batch%bonds /= 0) where (state < huge(state)) status = 3
   end subroutine one_batch
 
   !> F of the cone in the plane.

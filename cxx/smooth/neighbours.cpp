@@ -15,10 +15,10 @@ int row_of(Shape a, Shape b) {
   throw Error("SmoothDEM knows no contact of these shapes yet; use disks, spheres, walls and clumps of them, or NSCD");
 }
 
-// 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube is hollow.
+// 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow.
 double curvature(Shape shape, double radius) {
   if (shape == Shape::disk || shape == Shape::sphere) return 1 / radius;
-  return shape == Shape::tube ? -1 / radius : 0;
+  return shape == Shape::tube || shape == Shape::ring ? -1 / radius : 0;
 }
 
 } // namespace

@@ -65,7 +65,7 @@ void ActiveSet::choose_contact(const cairn_batch& b, int lane, double* u) {
   const auto stick = [&](int k, double scale) {
     memory_.unknowns.push_back({&r(k), u + k * n + lane, {nullptr, nullptr}, {0, 0}, scale});
   };
-  if (b.state && b.state[lane] < std::numeric_limits<double>::max()) {
+  if (b.bonds && b.state[lane] < std::numeric_limits<double>::max()) {
     for (int k = 0; k < c; ++k) stick(k, b.delassus[n * (k * c + k) + lane]);
     return;
   }

@@ -13,7 +13,7 @@ sim.run(steps=2000, output="pile.vtkhdf", every=20)
 from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, laws, pre, strategies
 from ._core import Error
-from .bodies import BodySet, ContactorSet, box, clumps, disks, segment, spheres, tube, wall
+from .bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
 from .equilibrium import find_equilibrium
 from .laws import Law
 from .materials import Material
@@ -23,7 +23,7 @@ from .post.errors import FileError
 from .post.load import load
 from .scene import Periodic, Scene
 from .servo import Servo
-from .shapes import boxes, polygons, polyhedra
+from .shapes import boxes, polygons, polyhedra, with_corners
 from .simulation import OverlapWarning, ShapesWarning, Simulation, StableStepWarning
 from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
 from .surfaces import surface
@@ -74,11 +74,13 @@ __all__ = [
     "polygons",
     "polyhedra",
     "pre",
+    "ring",
     "segment",
     "spheres",
     "surface",
     "tube",
     "wall",
+    "with_corners",
     *laws.LAWS,
     *strategies.SOLVERS,
 ]

@@ -42,6 +42,8 @@ class BlockStep:
         try:
             self._place()
             core.predict_configuration()
+            for mesh in self.meshes:
+                mesh.place_faces(core.scene)
             core.compute_free_velocity()
             self._free_velocity(h)
             self._memory_next = NOTHING
@@ -59,7 +61,7 @@ class BlockStep:
         if self.meshes:
             scene = core.scene
             for mesh in self.meshes:
-                mesh.follow(scene.raw_body("position"), scene.raw_body("rotation"))
+                mesh.follow(scene)
         if strategy.settings().get("project_positions"):
             core.project_positions()
         return core.report()
@@ -92,7 +94,7 @@ class BlockStep:
             carriers = mesh.carriers(position, len(free), free.shape[1])
             self._carriers.append(carriers)
             self._give(mesh, carriers, at_end, free)
-            if len(mesh.edges):  # they turned since their velocity was written
+            if len(mesh.sides):  # they turned since their velocity was written
                 self._give(mesh, carriers, v, scene.raw_body("velocity"))
         if strategy.margin is None:
             moved = max(np.max(np.linalg.norm(v[:, :dim], axis=1), initial=0.0) for v in (velocity, np.array(free)))
@@ -101,7 +103,7 @@ class BlockStep:
 
     def _give(self, mesh, carriers, velocity, field):
         """Velocities of a mesh's dofs to the bodies that carry them, in a live field of the core."""
-        rows = np.concatenate([mesh.nodes, mesh.points, mesh.edges])
+        rows = np.concatenate([mesh.nodes, mesh.points, mesh.sides])
         field[rows] = (carriers @ velocity).reshape(field.shape)[rows]
 
     # ------------------------------------------------------------------ the contact problem
@@ -150,7 +152,7 @@ class BlockStep:
         dofs = 3 * self.simulation.scene.dim - 3
         own = np.ones((inverse.shape[0] // dofs, dofs))
         for mesh in self.meshes:
-            own[mesh.nodes] = own[mesh.points] = own[mesh.edges] = 0
+            own[mesh.nodes] = own[mesh.points] = own[mesh.sides] = 0
         return sparse.diags_array(own.ravel()) @ inverse
 
     def _solve(self, h):

@@ -1,4 +1,4 @@
-"""Sets of bodies to add to a scene: disks, spheres, clumps, walls, segments, tubes.
+"""Sets of bodies to add to a scene: disks, spheres, clumps, walls, segments, tubes, rings.
 
 A set is arrays, not objects: a million disks are one set. Dofs are named vx, vy, w in 2D and vx, vy, vz, wx, wy, wz in 3D.
 """
@@ -306,6 +306,14 @@ def tube(
         np.append(axis / np.max(np.abs(axis)), half_length or np.inf)[None],
     )
     return _boundary(3, point, contactor, mass, inertia, free, velocity, force, options)
+
+
+def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
+    """A circle seen from inside, in 2D: a drum. center (2,), radius [m]; all outside is solid. It is held, or moves as a wall
+    does: velocity (3,) with its spin, mass, inertia, free, force."""
+    center = checks.real_array("center", center, (2,))
+    contactor = ContactorSet("ring", material, np.zeros(1, int), np.array([checks.positive("radius", radius)]))
+    return _boundary(2, center, contactor, mass, inertia, free, velocity, force, options)
 
 
 def box(low, high, material, *, lid=True, **options) -> list[BodySet]:

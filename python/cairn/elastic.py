@@ -11,6 +11,12 @@ import numpy as np
 from . import _core
 from .pre import checks
 
+# Of a cell, anticlockwise from outside.
+FACES = {
+    "tetra": np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+    "hexahedron": np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]),
+}
+
 
 class ElasticBody:
     """Small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
@@ -91,6 +97,15 @@ class ElasticBody:
         edges = np.concatenate(turns)
         _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
         return edges[np.sort(first[count == 1])]
+
+    def boundary_faces(self):
+        """Faces (m, 3 | 4) of the boundary in 3D, anticlockwise from outside: those of one cell alone; the fourth node
+        of a triangle is -1."""
+        parts = [cells[:, FACES[kind]].reshape(-1, FACES[kind].shape[1]) for kind, cells in self.cells.items()]
+        wide = [np.pad(p, ((0, 0), (0, 4 - p.shape[1])), constant_values=-1) for p in parts]
+        faces = np.concatenate(wide)
+        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        return faces[np.sort(first[count == 1])]
 
     def nodal_stress(self, displacement):
         """Mean of the stresses of the cells round each node, (n, 3 | 6) [Pa]."""

@@ -1,4 +1,4 @@
-"""Bodies that deform, in a scene: their nodes and edges are bodies of the scene that move as the mesh does.
+"""Bodies that deform, in a scene: their nodes, edges and faces are bodies of the scene that move as the mesh does.
 
 body = ElasticBody(points, cells, young=200e9, poisson=0.3, density=7800.0, groups={"top": nodes}, lumped=True)
 scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import bodies
+from .mesh_faces import Faces
 from .pre import checks
 
 
@@ -16,12 +17,13 @@ class LinearBody:
     """A body whose matrices another finite element code made.
 
     points (n, dim) places of the nodes [m]; mass, stiffness, damping (n dim, n dim), scipy.sparse or dense, dof `dim i + k` the
-    displacement of node i along axis k; groups: {name: nodes}; edges (m, 2) of the boundary in 2D, the body on their left.
+    displacement of node i along axis k; groups: {name: nodes}; edges (m, 2) of the boundary in 2D, the body on their left; faces
+    (m, 3 | 4) of the boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle.
     stiffness and damping may be operators (scipy.sparse.linalg.LinearOperator) if `solver` is given: solver(h, theta, held)
     returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the dofs that are not held, (m,) or (m, k).
     """
 
-    def __init__(self, points, mass, stiffness, *, damping=None, groups=None, edges=None, solver=None):
+    def __init__(self, points, mass, stiffness, *, damping=None, groups=None, edges=None, faces=None, solver=None):
         from scipy import sparse
         from scipy.sparse.linalg import LinearOperator
 
@@ -31,6 +33,7 @@ class LinearBody:
         self.dim, n = self.points.shape[1], self.points.size
         self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
         self.edges = None if edges is None else np.asarray(edges, int).reshape(-1, 2)
+        self.faces = None if faces is None else np.asarray(faces, int)
         self.solver = solver
         matrices = {"mass": mass, "stiffness": stiffness, "damping": 0 * mass if damping is None else damping}
         for name, a in matrices.items():
@@ -50,43 +53,55 @@ class LinearBody:
             raise ValueError("the edges of this body are not known: give edges=(m, 2) to LinearBody")
         return self.edges
 
+    def boundary_faces(self):
+        """Faces (m, 3 | 4) of the boundary, anticlockwise from outside."""
+        if self.faces is None:
+            raise ValueError("the faces of this body are not known: give faces=(m, 3 | 4) to LinearBody")
+        return self.faces
+
 
 class Deformable:
     """A linear body as scenes have it; made by `deformable`."""
 
-    def __init__(self, body, fixed, drive, force, points, edges, storage, name):
+    def __init__(self, body, fixed, drive, force, points, edges, faces, storage, name):
         self.body, self.fixed, self.drive, self.force = body, fixed, drive, force
         self.points, self.edges = points, edges  # (nodes (m, k), weights (m, k)) of points between nodes; nodes (m, 2)
+        self.faces = faces  # a Faces, or None
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
 
 
-def deformable(body, material, *, contact=(), points=None, edges=(), fixed=None, drive=None, force=None, velocity=None,
-               displacement=None, storage=None, name="mesh", edge_material=None):  # fmt: skip
-    """A deformable body for a scene: list of the sets of its nodes and edges.
+def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, force=None, velocity=None,
+               displacement=None, storage=None, name="mesh", edge_material=None, face_material=None):  # fmt: skip
+    """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: cairn.elastic.ElasticBody, or LinearBody with matrices of your own. material: of its contacts. contact: names of groups
-    (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges of other
-    meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
+    (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges and faces
+    of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
     boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left: they meet disks, and points of other
-    meshes.
+    meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
+    outside: they meet spheres, and points of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
     time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. velocity,
     displacement: (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that
-    rules of contact may name, that of its edges is "NAME edges". Displacements are small; the body does not touch itself.
+    rules of contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements are small; the
+    body does not touch itself.
     """
     dim, places = body.dim, body.points
     n = len(places)
     nodes = _nodes(body, contact)
     pairs = edges if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
+    patches = faces if isinstance(faces, np.ndarray) and faces.ndim == 2 else _faces(body, faces)
+    patches = Faces(patches) if len(patches) else None
     points = [np.zeros((0, 2), int), np.zeros((0, 2))] if points is None else [np.asarray(part) for part in points]
     if points[0].shape != points[1].shape or points[0].ndim != 2:
         raise ValueError(f"points have shapes {points[0].shape}, {points[1].shape}: give nodes (m, k) and their weights (m, k)")
     fixed, drive = dict(fixed or {}), dict(drive or {})
     for group, by_axis in drive.items():
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
-    d = Deformable(body, fixed, drive, force, points, pairs, storage, name)
-    d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel()]))
+    d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
+    faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
+    d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
     mass = np.asarray(body.M.sum(axis=1)).reshape(n, dim)[:, 0]
     if not np.all(mass > 0):
         at = int(np.argmin(mass))
@@ -109,6 +124,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), fixed=None,
     ]
     if len(pairs):
         sets.append(_edge_set(places + start, pairs, mass[:n].min(), edge_material or material, d))
+    if patches:
+        sets.append(patches.body_set(places + start, mass[:n].min(), face_material or material, d))
     return sets
 
 
@@ -133,12 +150,24 @@ def _edges(body, groups):
     if not len(_listed(groups)):
         return np.zeros((0, 2), int)
     if body.dim != 2:
-        raise ValueError("edges are antagonists in 2D alone: in 3D give nodes as contact")
+        raise ValueError("edges are antagonists in 2D alone: in 3D give faces")
     pairs = body.boundary_edges()
     kept = np.isin(pairs, _nodes(body, groups)).all(axis=1)
     if not kept.any():
         raise ValueError(f"no edge of the boundary has both nodes in {groups!r}")
     return pairs[kept]
+
+
+def _faces(body, groups):
+    if not len(_listed(groups)):
+        return np.zeros((0, 4), int)
+    if body.dim != 3:
+        raise ValueError("faces are antagonists in 3D alone: in 2D give edges")
+    faces = body.boundary_faces()
+    kept = (np.isin(faces, _nodes(body, groups)) | (faces < 0)).all(axis=1)
+    if not kept.any():
+        raise ValueError(f"no face of the boundary has all its nodes in {groups!r}")
+    return faces[kept]
 
 
 def _edge_set(places, pairs, mass, material, d):
@@ -162,12 +191,13 @@ def _edge_set(places, pairs, mass, material, d):
 
 
 class MovingMesh:
-    """A Deformable in a simulation: which bodies its nodes and edges are, its factors, what it stored and dissipated [J]."""
+    """A Deformable in a simulation: which bodies its nodes and sides (edges, faces) are, its factors, what it stored and
+    dissipated [J]."""
 
-    def __init__(self, d, node_ids, edge_ids):
+    def __init__(self, d, node_ids, side_ids):
         n = len(d.body.points)
         self.d, self.body = d, d.body
-        self.node_ids, self.point_ids, self.edge_ids = node_ids[:n], node_ids[n:], edge_ids
+        self.node_ids, self.point_ids, self.side_ids = node_ids[:n], node_ids[n:], side_ids
         self.dim, self.size = d.body.dim, d.body.points.size
         held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
@@ -182,8 +212,8 @@ class MovingMesh:
 
     def place(self, ids, order):
         """Finds its rows among bodies in internal order; order sorts their ids."""
-        mine = (self.node_ids, self.point_ids, self.edge_ids)
-        self.nodes, self.points, self.edges = (order[np.searchsorted(ids, some, sorter=order)] for some in mine)
+        mine = (self.node_ids, self.point_ids, self.side_ids)
+        self.nodes, self.points, self.sides = (order[np.searchsorted(ids, some, sorter=order)] for some in mine)
 
     def displacement(self, position):
         """(n dofs) [m] from places of bodies in internal order."""
@@ -320,55 +350,83 @@ class MovingMesh:
             rows.append(np.repeat(dofs * self.points + k, followed.shape[1]))
             columns.append(dim * followed + k)
             values.append(weights)
-        if len(self.edges):
+        if self.d.faces:
+            corners, spins = self.d.faces.nodes, self.d.faces.spins(position[self.nodes])
+            for i in range(3):
+                for k in range(3):
+                    rows += [dofs * self.sides + k] + [dofs * self.sides + 3 + axis for axis in range(3)]
+                    columns += [dim * corners[:, i] + k] * 4
+                    values += [np.full(len(corners), 1 / 3)] + [spins[:, i, axis, k] for axis in range(3)]
+        elif len(self.sides):
             one, two = self.d.edges.T
             along = position[self.nodes[two]] - position[self.nodes[one]]
             square = np.sum(along**2, axis=1)
             across = np.stack([-along[:, 1], along[:, 0]], axis=1) / square[:, None]
             for node, share, sign in ((one, 0.5, -1.0), (two, 0.5, 1.0)):
                 for k in range(2):
-                    rows += [dofs * self.edges + k, dofs * self.edges + 2]
+                    rows += [dofs * self.sides + k, dofs * self.sides + 2]
                     columns += [2 * node + k] * 2
                     values += [np.full(len(node), share), sign * across[:, k]]
         flat = [np.concatenate([part.ravel() for part in parts]) for parts in (values, rows, columns)]
         return sparse.csr_array((flat[0], (flat[1], flat[2])), shape=(dofs * bodies_count, self.size))
 
     def stretching(self, position, bodies, lever, axes):
-        """What relative velocities of contacts have besides those of the bars, since edges stretch, scipy.sparse (dim contacts,
-        n dofs). bodies (m, 2), lever (m, 2, dim) [m], axes (m, dim, dim) of the contacts."""
+        """What relative velocities of contacts have besides those of bars and facets, since edges and faces stretch, scipy.sparse
+        (dim contacts, n dofs). bodies (m, 2), lever (m, 2, dim) [m], axes (m, dim, dim) of the contacts."""
         from scipy import sparse
 
         dim, parts = self.dim, []
-        for side, sign in ((0, 1.0), (1, -1.0)) if len(self.edges) else ():
-            order = np.argsort(self.edges)
-            place = np.minimum(np.searchsorted(self.edges, bodies[:, side], sorter=order), len(order) - 1)
-            edge = order[place]
-            on = np.flatnonzero(self.edges[edge] == bodies[:, side])
-            one, two = self.d.edges[edge[on]].T
-            along = position[self.nodes[two]] - position[self.nodes[one]]
-            square = np.sum(along**2, axis=1)
-            share = sign * np.sum(lever[on, side] * along, axis=1) / square**2
-            values = share[:, None, None] * np.einsum("mkd,md->mk", axes[on], along)[:, :, None] * along[:, None, :]
-            rows = np.broadcast_to((dim * on[:, None] + np.arange(dim))[:, :, None], values.shape)
-            for node, end in ((two, 1.0), (one, -1.0)):
-                columns = np.broadcast_to((dim * node[:, None] + np.arange(dim))[:, None, :], values.shape)
-                parts.append((end * values.ravel(), rows.ravel(), columns.ravel()))
+        for end, sign in ((0, 1.0), (1, -1.0)) if len(self.sides) else ():
+            order = np.argsort(self.sides)
+            place = np.minimum(np.searchsorted(self.sides, bodies[:, end], sorter=order), len(order) - 1)
+            side = order[place]
+            on = np.flatnonzero(self.sides[side] == bodies[:, end])
+            rows = (dim * on[:, None] + np.arange(dim))[:, :, None]
+            more = self._more_of_faces if self.d.faces else self._more_of_edges
+            for node, values in more(position[self.nodes], side[on], lever[on, end], sign * axes[on]):
+                columns = (dim * node[:, None] + np.arange(dim))[:, None, :]
+                parts.append([x.ravel() for x in np.broadcast_arrays(values, rows, columns)])
         values, rows, columns = [np.concatenate(x) for x in zip(*parts)] if parts else [np.zeros(0), [], []]
         return sparse.csr_array((values, (rows, columns)), shape=(dim * len(bodies), self.size))
 
-    def follow(self, position, rotation):
-        """Puts points and bars where their nodes are."""
+    def _more_of_edges(self, places, edge, lever, axes):
+        """(node, values (m, dim, dim)) that edges add to the velocity of their bars where contacts are, by stretching."""
+        one, two = self.d.edges[edge].T
+        along = places[two] - places[one]
+        share = np.sum(lever * along, axis=1) / np.sum(along**2, axis=1) ** 2
+        values = share[:, None, None] * np.einsum("mkd,md->mk", axes, along)[:, :, None] * along[:, None, :]
+        return (two, values), (one, -values)
+
+    def _more_of_faces(self, places, facet, lever, axes):
+        """The same of faces: their motion there less that of the rigid facets."""
+        faces = self.d.faces
+        corners = faces.nodes[facet]
+        shares = faces.weights(facet, places, places[corners].mean(axis=1) + lever)
+        out = [(np.maximum(faces.faces[facet, i], 0), shares[:, i, None, None] * axes) for i in range(4)]
+        arms = np.cross(lever[:, None], axes)  # axes . (spin x lever) = spin . (lever x axes)
+        spins = faces.spins(places)[facet]
+        return out + [(corners[:, i], -axes / 3 - arms @ spins[:, i]) for i in range(3)]
+
+    def place_faces(self, scene):
+        """Facets to where their nodes are."""
+        if self.d.faces:
+            self.d.faces.follow(scene, self.sides, np.array(scene.raw_body("position"))[self.nodes])
+
+    def follow(self, scene):
+        """Puts points, bars and facets where their nodes are."""
+        position, rotation = scene.raw_body("position"), scene.raw_body("rotation")
         followed, weights = self.d.points
         if len(self.points):
             position[self.points] = np.einsum("mk,mkd->md", weights, position[self.nodes[followed]])
-        if not len(self.edges):
+        self.place_faces(scene)
+        if not len(self.d.edges):
             return
         one, two = (position[self.nodes[end]] for end in self.d.edges.T)
         along = two - one
         first = self.d.edge_start
         turned = np.arctan2(first[:, 0] * along[:, 1] - first[:, 1] * along[:, 0], np.sum(first * along, axis=1))
-        position[self.edges] = (one + two) / 2
-        rotation[self.edges] = turned.reshape(rotation[self.edges].shape)
+        position[self.sides] = (one + two) / 2
+        rotation[self.sides] = turned.reshape(rotation[self.sides].shape)
 
     def energy(self, position, velocity):
         """Elastic energy, and kinetic energy besides that of lumped masses [J]."""

@@ -300,11 +300,11 @@ def _weight(a, first, b, second):
 
 
 def apart_from_meshes(sets, rules):
-    """Rules by which a mesh does not touch itself, and nodes meet edges of other meshes, not their nodes."""
+    """Rules by which a mesh does not touch itself, and nodes meet edges and faces of other meshes, not their nodes."""
     nodes = list(dict.fromkeys(s.mesh.name for s in sets if s.mesh is not None))
-    bars = {s.group for s in sets if s.mesh is not None and s.group != s.mesh.name}
+    sides = {s.group for s in sets if s.mesh is not None and s.group != s.mesh.name}
     wanted = [(a, b) for k, a in enumerate(nodes) for b in nodes[: k + 1]]
-    wanted += [(name, f"{name} edges") for name in nodes if f"{name} edges" in bars]
+    wanted += [(name, side) for name in nodes for side in (f"{name} edges", f"{name} faces") if side in sides]
     known = {n for s in sets for n in (s.group, *(c.material.name for c in s.contactors))}
     there = {(a, b) for a, b, law in rules if law is None}
     carrying = {s.group for s in sets if s.contactors}

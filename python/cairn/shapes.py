@@ -5,6 +5,7 @@ A body is one convex shape, or several convex parts. Shapes that repeat are stor
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -109,6 +110,23 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
         quaternion = _product(_unit("rotation", rotation, len(which)), quaternion)
     contactors = _contactors("polyhedron", material, hulls, owner, which, offset)
     return _body_set(3, place, mass[which], inertia[which], contactors, quaternion, fixed, options)
+
+
+def with_corners(blocks, material) -> BodySet:
+    """Polyhedra with a point of `material` at every corner: corners are what meets the faces of deformable bodies in 3D.
+
+    scene.interact(corners, "*", None) first, then a law of corners with the material of the faces: all else knows the polyhedra.
+    """
+    more = []
+    for c in blocks.contactors:
+        if c.shape != "polyhedron":
+            raise ValueError(f"a contactor is a {c.shape}: give a set of polyhedra, or boxes")
+        first = c.hulls.first_vertex
+        corners = [c.hulls.vertex.reshape(-1, 3)[first[h] : first[h + 1]] for h in c.hull]
+        place = np.concatenate(corners) + (0.0 if c.offset is None else np.repeat(c.offset, [len(v) for v in corners], axis=0))
+        body = np.repeat(c.body, [len(v) for v in corners])
+        more.append(ContactorSet("sphere", material, body, np.zeros(len(body)), place))
+    return replace(blocks, contactors=[*blocks.contactors, *more])
 
 
 _CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], float)

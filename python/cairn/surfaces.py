@@ -28,7 +28,7 @@ def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     place = low + (high - low) / 2
     centre = vertices[fans].mean(axis=1)
-    hulls = _with_neighbours(vertices, fans, centre)
+    hulls, _ = with_neighbours(vertices, fans, centre)
     count = len(fans)
     contactor = ContactorSet(
         "facet", material, np.zeros(count, int), np.zeros(count), centre - place, None, np.arange(count), hulls
@@ -36,11 +36,12 @@ def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None
     return _boundary(3, place, contactor, mass, inertia, free, velocity, force, options)
 
 
-def _with_neighbours(vertices, fans, centre):
-    """Each facet with the triangles that share a vertex with it, in their order; its own vertices first."""
+def with_neighbours(vertices, fans, centre):
+    """Each facet with the triangles that share a vertex with it, in their order, its own vertices first; which vertices these
+    are, facet by facet."""
     by_vertex = np.argsort(fans.ravel(), kind="stable") // 3
     first = np.concatenate([[0], np.cumsum(np.bincount(fans.ravel(), minlength=len(vertices)))])
-    points, corners, counts, sizes = [], [], [], []
+    points, corners, numbers, sizes = [], [], [], []
     for k, own in enumerate(fans):
         around = np.unique(np.concatenate([by_vertex[first[v] : first[v + 1]] for v in own]))
         others = np.setdiff1d(fans[around], own)
@@ -49,14 +50,15 @@ def _with_neighbours(vertices, fans, centre):
         local = order[np.searchsorted(used, fans[around], sorter=order)]
         points.append(vertices[used] - centre[k])
         corners.append(local)
-        counts.append(len(used))
+        numbers.append(used)
         sizes.append(len(around))
     total = int(np.sum(sizes))
-    return Hulls(
+    hulls = Hulls(
         np.concatenate(points),
-        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        np.concatenate([[0], np.cumsum([len(used) for used in numbers])]).astype(np.int64),
         np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         3 * np.arange(total + 1),
         np.concatenate(corners).ravel().astype(np.int64),
         True,
     )
+    return hulls, numbers

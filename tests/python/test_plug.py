@@ -102,10 +102,36 @@ def test_copy_of_coulomb_gives_the_same_bits(tmp_path, normal):
     name = "copy_of_coulomb_" + normal.strip(".")
     path = library(tmp_path, name, f'parameters="mu::0:inf", normal_bias={normal}')
     mine, twin = heap(cn.plug(path, law=name, params=[0.4])), heap(cn.Coulomb(mu=0.4))
-    if normal == ".true.":  # the same path through the solver
-        assert np.array_equal(mine.bodies.position, twin.bodies.position)
-    assert np.allclose(mine.bodies.position, twin.bodies.position, rtol=1e-7)
+    assert np.array_equal(mine.bodies.position, twin.bodies.position)  # the same path through the solver
     assert not np.allclose(mine.bodies.position, heap(cn.Coulomb(mu=0.1)).bodies.position, rtol=1e-7)
+
+
+def spheres_on_a_floor(law, steps=40):
+    rng = np.random.default_rng(5)
+    rock = cn.Material("rock", density=2700.0)
+    x, y, z = np.meshgrid(*[0.21 * np.arange(3)] * 3, indexing="ij")
+    places = np.column_stack([x.ravel(), y.ravel(), z.ravel() + 0.1]) + rng.uniform(0, 5e-3, (27, 3))
+    scene = cn.Scene(dim=3, gravity=(1.0, 0.5, -9.81))
+    scene.add(cn.spheres(places, 0.1, rock), cn.wall((0, 0, 0), (0, 0, 1), rock))
+    scene.interact(rock, rock, law)
+    sim = cn.Simulation(scene, dt=2e-3, overlap="ignore", strategy=cn.NSCD(solver=cn.NLGS(tol=1e-10)))
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+def test_law_with_memory_that_acts_along_the_normal_takes_the_fast_path(tmp_path):
+    """Its commit sees the impulse of every contact, its state is kept."""
+    options = 'parameters="mu::0:inf", state="square:0 steps:0", commit=commit'
+    commit = "state(:, 1) = sum(r**2, 2); state(:, 2) = state(:, 2) + 1"
+    law = cn.plug(library(tmp_path, "counting", options, commit=commit), law="counting", params=[0.4])
+    mine, twin = spheres_on_a_floor(law), spheres_on_a_floor(cn.Coulomb(mu=0.4))
+    assert np.allclose(mine.bodies.position, twin.bodies.position, rtol=1e-9)
+    memory = mine._core.get_state()["memory"]
+    states, impulses = memory["states"].reshape(-1, 2), memory["impulses"].reshape(-1, 3)
+    assert np.count_nonzero(impulses[:, 0]) > 20
+    assert np.allclose(states[:, 0], np.sum(impulses**2, axis=1), rtol=1e-12, atol=0)
+    assert states[:, 1].max() > 30
 
 
 def test_own_solution_of_a_frictionless_contact(tmp_path):

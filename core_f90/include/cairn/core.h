@@ -117,25 +117,26 @@ cairn_smooth_scatter cairn_smooth_scatter2, cairn_smooth_scatter3;
 
 /* ------------------------------------------------------------------ batches of contacts and the sides they rest on */
 /* Mutually independent contacts of one law on one pair of kinds of side.
- * Most contacts rest on two round bodies that move and obey Coulomb's cone with a bias of the normal velocity alone.
- * They are swept in one loop, and stored for it: contacts by eights, one line of eight numbers after the other, normal
- * (2 or 3), lever of A, of B, bias, mu, r (2 or 3); `frame`, `lever_a` and so on then point to the first of their
- * lines, and their blocks do not exist. A field with c components is a block (count, c): each component contiguous.
- * count is a multiple of 8; past `contacts` stand dummies on the spare record, which never act. */
+ * Most contacts rest on two round bodies that move and obey Coulomb's cone with a bias of the normal velocity alone, by
+ * what their law says or by what it gave in this step. They are swept in one loop, and stored for it: contacts by
+ * eights, one line of eight numbers after the other, normal (2 or 3), lever of A, of B, bias, mu, r (2 or 3); `frame`,
+ * `lever_a` and so on then point to the first of their lines, and their blocks do not exist. A field with c components
+ * is a block (count, c): each component contiguous. count is a multiple of 8; past `contacts` stand dummies on the
+ * spare record, which never act. */
 typedef struct cairn_batch {
-  int32_t count, contacts;  /* with and without dummies */
-  int32_t components;       /* unknowns of a contact */
-  int32_t block;            /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
-  int32_t side_a, side_b;   /* rows of sides.def */
-  int32_t moves_a, moves_b; /* 0: no finite inverse mass on that side, read only */
-  int32_t hub;              /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
-  int32_t group;            /* by which the inverse mass of the hub is multiplied in delassus */
-  int32_t law;              /* row of laws.def */
-  int32_t first;            /* place of its first contact in the order of batches */
-  int32_t velocities;       /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
-  int32_t pack;             /* 0, or the lines of a pack: see above */
-  int32_t relaxes;          /* 1: over-relaxation applies */
-  int32_t unused;
+  int32_t count, contacts;   /* with and without dummies */
+  int32_t components;        /* unknowns of a contact */
+  int32_t block;             /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
+  int32_t side_a, side_b;    /* rows of sides.def */
+  int32_t moves_a, moves_b;  /* 0: no finite inverse mass on that side, read only */
+  int32_t hub;               /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
+  int32_t group;             /* by which the inverse mass of the hub is multiplied in delassus */
+  int32_t law;               /* row of laws.def */
+  int32_t first;             /* place of its first contact in the order of batches */
+  int32_t velocities;        /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
+  int32_t pack;              /* 0, or the lines of a pack: see above */
+  int32_t relaxes;           /* 1: over-relaxation applies */
+  int32_t bonds;             /* 1: state is the gap at which it bonded, huge where it did not */
   int32_t *body_a, *body_b;  /* (n) places of velocity records */
   double* frame;             /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
   double *lever_a, *lever_b; /* (n, lever of the side) [m] */
@@ -386,7 +387,7 @@ void cairn_grid_search(int32_t dim, int64_t n, const double* sorted, int64_t cel
 void cairn_plane_search(int32_t dim, int64_t n, const int32_t* listed, const double* centre, const double* reach,
                         const double* origin, const double* normal, double margin, int64_t capacity, int32_t* near,
                         int64_t* found);
-void cairn_tube_search(int64_t n, const int32_t* listed, const double* centre, const double* reach,
+void cairn_tube_search(int32_t dim, int64_t n, const int32_t* listed, const double* centre, const double* reach,
                        const double* origin, const double* axis, double radius, double margin, int64_t capacity,
                        int32_t* near, int64_t* found);
 void cairn_bar_search(int64_t n, int32_t* a, int32_t* b, int32_t* image, int32_t bar, const int16_t* shape,

@@ -11,6 +11,13 @@ from .text import LegacyError, Reader
 
 CELLS = {"T3xxx": "triangle", "Q4xxx": "quad", "TE4xx": "tetra", "H8xxx": "hexahedron"}
 
+# Shape functions of a quadrilateral at its two by two Gauss points: the candidate points of CSpx1.
+GAUSS = [
+    tuple((1 + a * x / 3**0.5) * (1 + b * y / 3**0.5) / 4 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
+    for x in (-1, 1)
+    for y in (-1, 1)
+]
+
 
 @dataclass
 class Mesh:
@@ -146,8 +153,10 @@ def _why_not(box, mesh, models, drives):
     if len({(model, material) for _, _, model, material in mesh.cells}) > 1:
         return "several models or materials in one body"
     for kind, *_ in mesh.contactors:
-        if kind not in ("CLxxx", "ALpxx"):
+        if kind not in ("CLxxx", "ALpxx", "CSpx1", "ASpxx"):
             return f"contactor {kind}"
+    if any(kind == "CSpx1" and len(nodes) != 4 for kind, _, nodes, _ in mesh.contactors):
+        return "contactor CSpx1 on triangles"
     for _, d in drives:
         if d.kind not in ("vlocy", "force"):
             return f"dofs driven by {d.kind}"
@@ -195,19 +204,22 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     material = mesh.cells[0][3]
     density = box.materials[material].density
     names = {}
-    for kind in ("CLxxx", "ALpxx"):
+    for kind in ("CLxxx", "ALpxx", "CSpx1", "ASpxx"):
         colors = {c for k, c, *_ in mesh.contactors if k == kind}
         if len(colors) > 1:
             raise LegacyError(f"{box.folder}: MAILx {mesh.number} has {kind} of several colours, which is not mapped")
         for color in colors:
             names[kind] = f"{material} {color} {kind}"
-            materials[names[kind]] = ("MAILx", kind, color)
+            materials[names[kind]] = ("MAILx", "CSxxx" if kind == "CSpx1" else kind, color)
     points = [(nodes, (1 - share, share)) for kind, _, nodes, share in mesh.contactors if kind == "CLxxx"]
+    points += [(nodes, w) for kind, _, nodes, _ in mesh.contactors if kind == "CSpx1" for w in GAUSS]
+    faces = [nodes + [-1] * (4 - len(nodes)) for kind, _, nodes, _ in mesh.contactors if kind == "ASpxx"]
     # an antagonist edge has its body on the right, here it is on the left
     edges = np.array([nodes[::-1] for kind, _, nodes, _ in mesh.contactors if kind == "ALpxx"], int).reshape(-1, 2)
     moved, velocity = state if state is not None else (None, None)
     return deformable(
-        body, Material(names.get("CLxxx", material), density=density), edges=edges, drive=drive,
+        body, Material(names.get("CLxxx", names.get("CSpx1", material)), density=density), edges=edges, drive=drive,
+        faces=np.array(faces, int).reshape(-1, 4), face_material=Material(names.get("ASpxx", material), density=density),
         points=(np.array([p[0] for p in points]), np.array([p[1] for p in points])) if points else None,
         edge_material=Material(names.get("ALpxx", material), density=density), force=force if pushed else None,
         velocity=velocity, displacement=moved, name=f"MAILx {mesh.number}",

@@ -285,6 +285,8 @@ def _shape(box, c):
         return None
     if c.type in ("DISKx", "SPHER"):
         return "disk" if box.dim == 2 else "sphere", c.sizes["byrd"], offset, None
+    if c.type == "xKSID":
+        return "ring", c.sizes["byrd"], offset, None
     if c.type == "JONCx":
         return "segment", c.sizes["axe2"], offset, (1.0, 0.0, c.sizes["axe1"])
     if c.type == "PLANx":

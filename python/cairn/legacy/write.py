@@ -13,7 +13,7 @@ from .scene import LAWS, UnmappedWarning
 from .text import LegacyError, real, triple
 
 HEAD = "! {0}\n\n$steps      0                time= 0.0000000D+00\n\n!" + "-" * 71 + "\n"
-TYPES = {"disk": "DISKx", "sphere": "SPHER", "segment": "JONCx", "plane": "PLANx", "tube": "DNLYC"}
+TYPES = {"disk": "DISKx", "sphere": "SPHER", "segment": "JONCx", "plane": "PLANx", "tube": "DNLYC", "ring": "xKSID"}
 
 
 def write_datbox(scene, folder, unmapped="error"):
@@ -189,7 +189,7 @@ class _Writer:
             sizes = [("High=", min(c.direction[at][-1], self.extent)), ("byrd=", radius)]
         else:
             sizes = [("byrd=", radius)]
-            if offset is not None and self.dim == 2:
+            if offset is not None and kind == "DISKx":
                 kind = "DISKb"
         if offset is not None and kind != "DISKb":
             self.missed.append(f"a {c.shape} beside the centre of its body")

@@ -160,7 +160,7 @@ def _frame(ax, view):
 
 
 def draw_walls(ax, contactors):
-    """Segments as lines with their round ends, half-planes as lines with the solid side shaded."""
+    """Segments as lines with their round ends, rings as circles, half-planes as lines with the solid side shaded."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     segments = contactors.select("segment")
@@ -171,6 +171,12 @@ def draw_walls(ax, contactors):
     if thick.any():
         outlines = _capsules(segments.center[thick], segments.direction[thick], segments.half[thick], segments.radius[thick])
         ax.add_collection(PolyCollection(outlines, facecolors=WALL, linewidths=0), autolim=False)
+    rings = contactors.select("ring")
+    if len(rings):
+        from matplotlib.patches import Circle
+
+        for center, radius in zip(rings.center, rings.radius):
+            ax.add_patch(Circle(center, radius, fill=False, color=WALL, linewidth=1.5))
     planes = contactors.select("half_plane")
     if len(planes):
         view = np.array([ax.get_xlim(), ax.get_ylim()])
