@@ -2,11 +2,11 @@
 
     script/bench pays_nothing [--before d7054eb] [--after HEAD] [--count 10000] [--builds FOLDER]
 
-`before` is the last commit without smooth DEM, elastic bodies, users' routines and the files of LMGC90. Both commits are built
-with the release preset. Then their processes take turns: the same deposits, a fixed number of sweeps, CPU time of a step (least of
-all chunks of steps), bytes by Cairn's own count and by the growth of the process, CPU time and bytes of `import cairn`.
-`step_one_sweep` is a step with a single sweep: what is left is everything but the solver. Writes
-benchmarks/results/pays_nothing.csv: a row for a scene and quantity, both commits, their ratio.
+`before` is the last commit without smooth DEM, elastic bodies and the files of LMGC90. Both commits are built with the release
+preset. Then their processes take turns: the same deposits, a fixed number of sweeps, CPU time of a step (least of all chunks of
+steps), bytes by Cairn's own count and by the growth of the process, CPU time and bytes of `import cairn`. `step_one_sweep` is a
+step with a single sweep: what is left is everything but the solver. Writes benchmarks/results/pays_nothing.csv: a row for a scene
+and quantity, both commits, their ratio.
 """
 
 import argparse
@@ -83,8 +83,9 @@ def run(python, case, options):
     command = [sys.executable, str(Path(__file__)), "--measure", case]
     for name in ("count", "chunks", "steps"):
         command += [f"--{name}", str(getattr(options, name))]
-    environment = os.environ | {"PYTHONPATH": str(python), "OMP_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
-    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout.splitlines()[-1])
+    environment = os.environ | {"PYTHONPATH": str(python), "OMP_NUM_THREADS": "1"}
+    printed = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+    return json.loads(printed.splitlines()[-1])
 
 
 def main():
@@ -103,8 +104,9 @@ def main():
         print(json.dumps(measure(options.measure, options.count, options.chunks, options.steps)))
         return
     with tempfile.TemporaryDirectory() as folder:
-        commits = [subprocess.run(["git", "-C", str(ROOT), "rev-parse", "--short", c], check=True, capture_output=True, text=True)
-                   .stdout.strip() for c in (options.before, options.after)]
+        short = ["git", "-C", str(ROOT), "rev-parse", "--short"]
+        wanted = (options.before, options.after)
+        commits = [subprocess.run([*short, c], check=True, capture_output=True, text=True).stdout.strip() for c in wanted]
         pythons = [build(c, options.builds or Path(folder)) for c in commits]
         rows = []
         for case in ("import", "disks", "spheres"):

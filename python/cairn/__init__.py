@@ -14,10 +14,8 @@ from . import _openmp  # noqa: F401  # isort: skip
 from . import _core, laws, pre, strategies
 from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
-from .equilibrium import find_equilibrium
 from .laws import Law
 from .materials import Material
-from .meshes import LinearBody, deformable
 from .plug import plug
 from .post.errors import FileError
 from .post.load import load
@@ -26,15 +24,19 @@ from .servo import Servo
 from .shapes import boxes, polygons, polyhedra, with_corners
 from .simulation import OverlapWarning, ShapesWarning, Simulation, StableStepWarning
 from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
-from .surfaces import surface
 from .time_functions import Harmonic, Table
 
+_LATER = {"LinearBody": "meshes", "deformable": "meshes", "find_equilibrium": "equilibrium", "surface": "surfaces"}
 
-def __getattr__(name):
-    if name in ("legacy", "problems", "study"):  # loaded when they are asked for
-        import importlib
 
+def __getattr__(name):  # what most scenes do not use is loaded when it is asked for
+    import importlib
+
+    if name in ("legacy", "problems", "study"):
         return importlib.import_module(f".{name}", __name__)
+    if name in _LATER:
+        found = globals()[name] = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+        return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 
-from . import _core, shadow, time_functions, views
+from . import _core, time_functions, views
 from .pre import checks
 from .scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
 from .strategies import NSCD, SmoothDEM
@@ -160,7 +160,7 @@ class Simulation:
         if self._blocks:
             self._info = self._blocks.step(h)
         else:
-            self._info = shadow.step(self, h, self._shadows) if self._shadows else self._core.step(h)
+            self._info = self._beside_shadows(h) if self._shadows else self._core.step(h)
         if self._info.get("stable_step", h) < h and not self._warned_of_step and self.strategy.unstable != "ignore":
             self._warned_of_step = True
             warnings.warn(
@@ -210,6 +210,11 @@ class Simulation:
 
     # ------------------------------------------------------------------ comparisons
 
+    def _beside_shadows(self, h):
+        from . import shadow
+
+        return shadow.step(self, h, self._shadows)
+
     def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None):
         """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
 
@@ -222,6 +227,8 @@ class Simulation:
         """
         if self._blocks:
             raise ValueError("shadows stand beside the stages of NSCD with rigid bodies; this simulation steps by blocks")
+        from . import shadow
+
         self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
         return self._shadows[-1]
 

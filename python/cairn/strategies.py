@@ -74,7 +74,7 @@ def solver_class(name, python_name, summary):
     tol: on the true error. max_iter: iterations of a step.
     """
     body = {"__doc__": text, "__module__": __name__, "name": name, "__qualname__": python_name}
-    return dataclass(frozen=True)(type(python_name, (ContactSolver,), body))
+    return type(python_name, (ContactSolver,), body)  # without fields of its own it is a dataclass as its base is one
 
 
 # NLGS, Auto, and one class for each row of the kernels' list that solves problems

@@ -1,0 +1,28 @@
+"""What `import cairn` and a scene of disks and spheres load, and what comes when it is asked for."""
+
+import subprocess
+import sys
+
+LATER = ["meshes", "elastic", "mesh_faces", "block_step", "surfaces", "equilibrium", "shadow", "legacy", "problems", "study", "soe"]
+
+SCRIPT = """
+import sys
+import cairn as cn
+rock = cn.Material("rock", density=2700.0)
+scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+scene.add(cn.disks([[0.0, 0.1]], 0.1, rock), cn.wall((0, 0), (0, 1), rock))
+scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+sim = cn.Simulation(scene, dt=1e-3)
+sim.step()
+sim.explain()
+print(*[m for m in sys.modules if m.startswith(("cairn", "scipy", "matplotlib"))])
+print(*[callable(getattr(cn, n)) for n in ("deformable", "LinearBody", "surface", "find_equilibrium")], cn.legacy.__name__)
+"""
+
+
+def test_scenes_load_what_they_use():
+    lines = subprocess.run([sys.executable, "-c", SCRIPT], check=True, capture_output=True, text=True).stdout.splitlines()
+    loaded = lines[-2].split()
+    assert "cairn.simulation" in loaded
+    assert not [name for name in loaded if name.removeprefix("cairn.") in LATER or not name.startswith("cairn")]
+    assert lines[-1] == "True True True True cairn.legacy"
