@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-LATER = ["meshes", "elastic", "mesh_faces", "block_step", "surfaces", "equilibrium", "shadow", "legacy", "problems", "study", "soe"]
+LATER = ["meshes", "elastic", "mesh_faces", "block_step", "surfaces", "equilibrium", "shadow", "legacy", "problems", "study"]
 
 SCRIPT = """
 import sys
