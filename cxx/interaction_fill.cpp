@@ -155,7 +155,8 @@ void Interactions::State::inherit_packed(cairn_batch& b) const {
 void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
   const Candidates& c = *candidates;
   const int n = b.count, d = dim();
-  const bool image = cell->any();
+  const bool image = cell->any(), hulls = d == 2 && contactors->hull.active;
+  const auto polygon = [&](std::int32_t contactor) { return hulls && *contactors->hull[contactor] >= 0; };
   const auto lever = [&](double* out, bool radial, std::int64_t i, std::int32_t contactor, double side, int lane) {
     if (radial) {
       out[lane] = side * (*contactors->radius[contactor] + gap_share * c.gap[i]);
@@ -164,7 +165,10 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
     double shift[3] = {0, 0, 0};
     if (image && side > 0) image_shift(*cell, c.image[i], shift);
     const double *x = bodies->position[body(contactor)], *p = &c.point[d * i];
-    const double *normal = &c.normal[d * i], beyond = side * (0.5 - gap_share) * c.gap[i];
+    const double* normal = &c.normal[d * i];
+    // LMGC90's impulses on surfaces: between two polygons it has them in the middle
+    const double beyond =
+        polygon(c.contactor_a[i]) && polygon(c.contactor_b[i]) ? 0 : side * (0.5 - gap_share) * c.gap[i];
     for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]) - beyond * normal[k];
   };
   const bool radial_a = b.side_a == radial2 || b.side_a == radial3,

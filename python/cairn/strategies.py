@@ -92,7 +92,8 @@ class NSCD:
     project_positions: remove overlap after each step without changing a velocity (Acary 2013).
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
-    "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90 has it.
+    "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90
+    has it: between two polygons the middle all the same.
     """
 
     theta: float = 0.5

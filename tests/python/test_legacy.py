@@ -146,8 +146,9 @@ def run_sample(name, steps=None):
         ("driven_wall2d_evolution", 100, 1e-5),
         ("driven_wall2d_harmonic", 80, 1e-5),
         ("disks2d_box", 30, 1e-9),
-        ("polygons2d_pile", 40, 1e-6),
+        ("polygons2d_pile", 60, 1e-6),
         ("spheres3d_box", 30, 1e-4),
+        ("clusters2d", 60, 1e-4),
     ],
 )
 def test_samples_follow_what_was_stored(name, steps, gate):

@@ -94,3 +94,25 @@ def test_side_on_side(second, gap):
         np.testing.assert_allclose(normal, np.broadcast_to(n, (2, 2)), atol=1e-13)
         order = np.argsort(np.linalg.norm(point - end[0], axis=1))
         np.testing.assert_allclose(point[order], end, atol=1e-7)
+
+
+def spins(contact_point, *sets):
+    """Spins after a corner struck a side across a gap that closes within the step."""
+    scene = cn.Scene(dim=2)
+    scene.add(*sets)
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+    strategy = cn.NSCD(0.5, cn.NLGS(tol=1e-12), margin=0.05, contact_point=contact_point)
+    sim = cn.Simulation(scene, 0.01, strategy)
+    assert sim.step()["contacts"] == 1
+    assert np.any(sim.contacts.impulse != 0)
+    return np.array(sim.bodies.velocity)[:, 2]
+
+
+def test_impulses_between_polygons_act_in_the_middle_of_the_gap():
+    """On surfaces, too, as in LMGC90; that of a disk on a polygon then acts on the surface of each."""
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    low = cn.polygons([square], ROCK)
+    high = cn.polygons([turned(square, 0.6, (0.1, 1.22))], ROCK, velocity=[[1.0, -4.0, 0.0]])
+    assert np.array_equal(spins("middle", low, high), spins("surface", low, high))
+    ball = cn.disks([[0.1, 1.03]], 0.5, ROCK, velocity=[[1.0, -4.0, 0.0]])
+    assert np.abs(spins("middle", low, ball) - spins("surface", low, ball)).max() > 1e-3
