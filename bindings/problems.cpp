@@ -14,6 +14,7 @@ const char* name_of(cairn::ProblemStatus status) {
   case cairn::ProblemStatus::diverged: return "diverged";
   case cairn::ProblemStatus::stalled: return "stalled";
   case cairn::ProblemStatus::no_solution: return "no solution";
+  case cairn::ProblemStatus::memory_limit: return "memory limit";
   }
   return "";
 }
@@ -70,9 +71,10 @@ void bind_problems(py::module_& m) {
       .def("solve",
            [](const FrictionProblem& p, const std::string& solver, py::array_t<double, py::array::c_style> r,
               double tol, int max_iter, double max_seconds, int threads, std::uint64_t seed, double relaxation,
-              bool warm_start) {
+              bool warm_start, double memory) {
              check_impulses(p, r);
-             cairn::ProblemOptions options{tol, max_iter, max_seconds, threads, seed, relaxation, warm_start, {}};
+             cairn::ProblemOptions options{tol,        max_iter,   max_seconds, threads, seed,
+                                           relaxation, warm_start, {},          memory};
              options.interrupted = [] {
                py::gil_scoped_acquire acquire;
                return PyErr_CheckSignals() != 0;

@@ -101,7 +101,7 @@ struct SolverOptions {
   int max_iterations;
   int threads;                 // 0: as OpenMP decides
   std::string solver = "nlgs"; // in steps: nlgs, auto, or a solver of problems (friction_problem.hpp)
-  double max_bytes = 1e9;      // that auto gives to factors
+  double max_bytes = 1e9;      // of factors, and of W where a solver takes it in blocks
 };
 
 enum class SolveStatus { converged, iteration_limit, diverged };

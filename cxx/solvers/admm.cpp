@@ -20,9 +20,9 @@ struct Multipliers {
   double rho = 0;
   double sums[4] = {};
 
-  explicit Multipliers(const FrictionProblem& problem)
-      : p(problem), factors(p.dim, p.row_start, p.column), matrix(p.block.size()), r(p.unknowns()), u(p.unknowns()),
-        z(p.unknowns()), v(p.unknowns()), s(p.contacts), mu(p.mu), active(p.contacts, 1) {
+  Multipliers(const FrictionProblem& problem, double max_bytes)
+      : p(problem), factors(p.dim, p.row_start, p.column, max_bytes), matrix(p.block.size()), r(p.unknowns()),
+        u(p.unknowns()), z(p.unknowns()), v(p.unknowns()), s(p.contacts), mu(p.mu), active(p.contacts, 1) {
     for (double& m : mu)
       m = std::min(m, 1e3); // an angle of friction of 89.94 degrees: beyond it the cone has no width to project on
   }
@@ -63,7 +63,7 @@ ProblemReport solve_admm(const FrictionProblem& given, const ProblemOptions& opt
   need_factorisations("admm");
   ScaledProblem scaled(given, options, best);
   ProblemMonitor& monitor = scaled.monitor();
-  Multipliers m(scaled.problem());
+  Multipliers m(scaled.problem(), options.max_bytes);
   Array<double> start(scaled.best(), scaled.best() + given.unknowns());
   monitor.error_of(start.data());
   std::int64_t iterations = 0, changed = 0, wait = 10, next_check = 1;

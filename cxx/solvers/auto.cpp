@@ -12,6 +12,18 @@ namespace cairn {
 
 ProblemSolver solve_ppa_newton;
 
+namespace {
+
+// False: its factors have no room.
+bool solve_by_newton(const FrictionProblem& p, const ProblemOptions& options, double* r, ProblemReport& report) {
+  try {
+    report = solve_ppa_newton(p, options, r);
+    return true;
+  } catch (const FactorsTooLarge&) { return false; }
+}
+
+} // namespace
+
 ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options, double* r) {
   // an iteration of Newton's method costs 10 sweeps where contacts have few neighbours, 170 where they have many
   constexpr std::int64_t least_sweeps = 16;
@@ -24,7 +36,7 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
   std::string last = "nlgs_anderson";
   std::int64_t iterations = 0, patience = least_sweeps;
   int newton_iterations = 60;
-  const bool has_newton = has_factorisations();
+  bool has_newton = has_factorisations();
   Array<double> start(p.unknowns());
   while (!monitor.ended(iterations)) {
     last = "nlgs_anderson";
@@ -43,7 +55,9 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
     newton.max_seconds = options.max_seconds - monitor.seconds();
     newton_iterations *= 4;
     start.assign(r, r + p.unknowns());
-    const ProblemReport report = solve_ppa_newton(p, newton, start.data());
+    ProblemReport report;
+    has_newton = solve_by_newton(p, newton, start.data(), report);
+    if (!has_newton) continue;
     last = report.solver;
     iterations += report.iterations;
     monitor.error_of(start.data());
@@ -54,12 +68,14 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
     newton.warm_start = true;
     newton.max_seconds = options.max_seconds - monitor.seconds();
     start.assign(r, r + p.unknowns());
-    const ProblemReport report = solve_ppa_newton(p, newton, start.data());
-    iterations += report.iterations;
-    monitor.hold(true);
-    monitor.error_of(start.data());
-    monitor.hold(false);
-    last = report.solver;
+    ProblemReport report;
+    if (solve_by_newton(p, newton, start.data(), report)) {
+      iterations += report.iterations;
+      monitor.hold(true);
+      monitor.error_of(start.data());
+      monitor.hold(false);
+      last = report.solver;
+    }
   }
   return monitor.finish(last, iterations);
 }

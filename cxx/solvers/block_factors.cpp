@@ -24,10 +24,12 @@ void need_factorisations(const char* solver) {
 }
 #endif
 
-BlockFactors::BlockFactors(int dim, const std::vector<std::int64_t>& row_start, const std::vector<std::int32_t>& column)
+BlockFactors::BlockFactors(int dim, const std::vector<std::int64_t>& row_start, const std::vector<std::int32_t>& column,
+                           double max_bytes)
     : dim_(dim), n_(std::int64_t(row_start.size()) - 1), row_start_(row_start), column_(column), order_(n_),
       place_(n_) {
-  find_order();
+  const double wanted = bytes_of(find_order());
+  if (wanted > max_bytes) throw FactorsTooLarge{wanted};
   for (std::int64_t i = 0; i < n_; ++i) place_[order_[i]] = std::int32_t(i);
   find_fill();
 }
@@ -47,11 +49,15 @@ void BlockFactors::make_room() {
   upper_last_.resize(n);
 }
 
-void BlockFactors::find_order() {
+double BlockFactors::find_order() {
   std::iota(order_.begin(), order_.end(), 0);
 #if CAIRN_HAS_SUITESPARSE
   const std::vector<std::int32_t> start(row_start_.begin(), row_start_.end());
-  amd_order(std::int32_t(n_), start.data(), column_.data(), order_.data(), nullptr, nullptr);
+  double info[AMD_INFO] = {};
+  amd_order(std::int32_t(n_), start.data(), column_.data(), order_.data(), nullptr, info);
+  return info[AMD_LNZ];
+#else
+  return 0;
 #endif
 }
 
@@ -101,7 +107,9 @@ double BlockFactors::operations() const {
   return 2.0 * dim_ * dim_ * dim_ * sum;
 }
 
-double BlockFactors::bytes() const { return (8.0 * dim_ * dim_ + 8) * double(2 * upper_.size() + 2 * order_.size()); }
+double BlockFactors::bytes_of(double blocks) const { return (8.0 * dim_ * dim_ + 8) * 2 * (blocks + double(n_)); }
+
+double BlockFactors::bytes() const { return bytes_of(double(upper_.size())); }
 
 bool BlockFactors::factor(const double* block, const std::int32_t* active) {
   active_ = active;

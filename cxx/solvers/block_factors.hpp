@@ -12,10 +12,17 @@ namespace cairn {
 void need_factorisations(const char* solver);
 bool has_factorisations();
 
+// Thrown before the memory is taken; solve_problem makes a status of it.
+struct FactorsTooLarge {
+  double bytes; // that they would take
+};
+
 class BlockFactors {
 public:
   // Blocks of dim (2, 3 or 6) by rows, each diagonal block there; the caller keeps the pattern.
-  BlockFactors(int dim, const std::vector<std::int64_t>& row_start, const std::vector<std::int32_t>& column);
+  // Throws FactorsTooLarge where they would take more than max_bytes.
+  BlockFactors(int dim, const std::vector<std::int64_t>& row_start, const std::vector<std::int32_t>& column,
+               double max_bytes);
   // block (dim, dim, blocks) on the pattern; active (rows): 0 leaves a row out. False: a pivot vanished.
   bool factor(const double* block, const std::int32_t* active);
   // Solution in place of b (dim, rows).
@@ -25,7 +32,8 @@ public:
   double bytes() const;
 
 private:
-  void find_order();
+  double find_order(); // returns the blocks of U beside the diagonal
+  double bytes_of(double blocks) const;
   void find_fill();
   void make_room();
   int dim_;

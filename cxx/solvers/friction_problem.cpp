@@ -1,8 +1,11 @@
 #include "friction_problem.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "../call.hpp"
+#include "block_factors.hpp"
 #include "problem_monitor.hpp"
 
 namespace cairn {
@@ -113,10 +116,24 @@ void check(const FrictionProblem& p, const ProblemOptions& o) {
   if (!(o.tolerance > 0 && o.tolerance < 1))
     refuse("tol is " + std::to_string(o.tolerance) + ": give a number between 0 and 1; 1e-8 is exact");
   if (o.max_iterations < 1) refuse("max_iterations is " + std::to_string(o.max_iterations) + ": give 1 or more");
+  if (!(o.max_bytes > 0)) refuse("memory is " + std::to_string(o.max_bytes) + ": give a positive number of bytes");
   if (!(o.max_seconds > 0)) refuse("max_seconds is " + std::to_string(o.max_seconds) + ": give a positive number");
   if (o.threads < 1) refuse("threads is " + std::to_string(o.threads) + ": give 1 or more");
   if (!(o.relaxation > 0 && o.relaxation < 2))
     refuse("relaxation is " + std::to_string(o.relaxation) + ": give a number in (0, 2); 1 is none");
+}
+
+// The figures of what it would have begun with.
+ProblemReport without_memory(const FrictionProblem& problem, const ProblemOptions& options, const std::string& solver,
+                             double bytes, const Array<double>& start, double* r) {
+  std::copy(start.begin(), start.end(), r);
+  ProblemMonitor monitor(problem, options, r);
+  monitor.start_error();
+  char hint[160];
+  std::snprintf(hint, sizeof hint, "factors would take %.2g bytes, memory is %.2g: allow more, or take nlgs_anderson",
+                bytes, options.max_bytes);
+  monitor.give_up(ProblemStatus::memory_limit, hint);
+  return monitor.finish(solver, 0);
 }
 
 } // namespace
@@ -137,9 +154,15 @@ ProblemReport solve_problem(const FrictionProblem& problem, const std::string& s
     return report;
   }
   std::string known;
+  const Array<double> start(r, r + (options.warm_start ? problem.unknowns() : 0));
   for (const ProblemSolverInfo& row : problem_solvers()) {
     if (row.name == solver || row.python_name == solver) {
-      ProblemReport report = row.solve(problem, options, r);
+      ProblemReport report;
+      try {
+        report = row.solve(problem, options, r);
+      } catch (const FactorsTooLarge& factors) {
+        report = without_memory(problem, options, row.name, factors.bytes, start, r);
+      }
       report.cpu_seconds = cpu_seconds() - begin;
       return report;
     }

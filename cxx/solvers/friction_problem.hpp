@@ -36,7 +36,7 @@ struct FrictionProblem {
   std::int64_t unknowns() const { return dim * contacts; }
 };
 
-enum class ProblemStatus { converged, iteration_limit, time_limit, diverged, stalled, no_solution };
+enum class ProblemStatus { converged, iteration_limit, time_limit, diverged, stalled, no_solution, memory_limit };
 
 struct ProblemOptions {
   double tolerance = 1e-8; // on the true error: natural map in the energy norm, no units
@@ -47,6 +47,7 @@ struct ProblemOptions {
   double relaxation = 1;             // of sweeps, (0, 2)
   bool warm_start = false;           // begin from the r that was given
   std::function<bool()> interrupted; // asked now and then; may be empty
+  double max_bytes = 4e9;            // that factors may take
 };
 
 struct ProblemReport {

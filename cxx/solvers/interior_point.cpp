@@ -18,8 +18,8 @@ struct InteriorPoint {
   Array<double> matrix, theta, inverse, r, y, u, rhs, step, change, mu, zero;
   std::vector<std::int32_t> active;
 
-  InteriorPoint(const FrictionProblem& problem, const std::vector<std::int64_t>& places)
-      : p(problem), diagonal(places), factors(p.dim, p.row_start, p.column), matrix(p.block.size()),
+  InteriorPoint(const FrictionProblem& problem, const std::vector<std::int64_t>& places, double max_bytes)
+      : p(problem), diagonal(places), factors(p.dim, p.row_start, p.column, max_bytes), matrix(p.block.size()),
         theta(p.dim * p.unknowns()), inverse(p.unknowns()), r(p.unknowns()), y(p.unknowns()), u(p.unknowns()),
         rhs(p.unknowns()), step(p.unknowns()), change(p.unknowns()), mu(p.mu), zero(p.unknowns()),
         active(p.contacts, 1) {
@@ -106,7 +106,7 @@ ProblemReport solve_interior_point(const FrictionProblem& given, const ProblemOp
   ScaledProblem scaled(given, options, best);
   ProblemMonitor& monitor = scaled.monitor();
   const FrictionProblem& p = scaled.problem();
-  InteriorPoint inside(p, monitor.diagonal());
+  InteriorPoint inside(p, monitor.diagonal(), options.max_bytes);
   Array<double> trial(scaled.best(), scaled.best() + p.unknowns());
   monitor.error_of(trial.data());
   std::int64_t iterations = 0;

@@ -16,7 +16,7 @@ ProblemReport solve_newton(const char* name, NewtonFunction* function, const Fri
   need_factorisations(name);
   ScaledProblem scaled(p, options, given);
   ProblemMonitor& monitor = scaled.monitor();
-  NewtonStep newton(scaled.problem(), function, monitor.diagonal());
+  NewtonStep newton(scaled.problem(), function, monitor.diagonal(), options.max_bytes);
   Array<double> r(scaled.best(), scaled.best() + p.unknowns()), u(r.size()), trial(r.size()), trial_u(r.size());
   double error = monitor.error_of(r.data());
   if (!monitor.ended(0)) {

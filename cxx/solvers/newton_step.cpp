@@ -6,7 +6,8 @@
 
 namespace cairn {
 
-NewtonStep::NewtonStep(const FrictionProblem& p, NewtonFunction* function, const std::vector<std::int64_t>& place)
+NewtonStep::NewtonStep(const FrictionProblem& p, NewtonFunction* function, const std::vector<std::int64_t>& place,
+                       double max_bytes)
     : p_(p), function_(function), rho_(2 * p.contacts), f_(p.unknowns()), left_(p.dim * p.unknowns()),
       basis_(p.dim * p.unknowns()), own_(p.dim * p.unknowns()), step_(p.unknowns()), target_(p.unknowns()),
       change_(p.unknowns()), rhs_(p.unknowns()), zero_(p.unknowns()), unknowns_(p.contacts) {
@@ -16,10 +17,10 @@ NewtonStep::NewtonStep(const FrictionProblem& p, NewtonFunction* function, const
     answer_.resize(p.dim * p.unknowns());
     known_.resize(p.unknowns());
     velocity_.resize(p.bodies->velocity.size());
-    factors_.emplace(p.bodies->dofs, row_start_, column_);
+    factors_.emplace(p.bodies->dofs, row_start_, column_, max_bytes);
   } else {
     matrix_.resize(p.block.size());
-    factors_.emplace(p.dim, p.row_start, p.column);
+    factors_.emplace(p.dim, p.row_start, p.column, max_bytes);
   }
 }
 

@@ -16,8 +16,8 @@ using NewtonFunction = void(std::int32_t dim, std::int64_t n, const double* mu, 
 
 class NewtonStep {
 public:
-  // place: of the diagonal blocks.
-  NewtonStep(const FrictionProblem&, NewtonFunction*, const std::vector<std::int64_t>& place);
+  // place: of the diagonal blocks; max_bytes: of factors, see BlockFactors.
+  NewtonStep(const FrictionProblem&, NewtonFunction*, const std::vector<std::int64_t>& place, double max_bytes);
   // |f|^2 / rho_N alone.
   double merit(const double* r, const double* u);
   // |f|^2 and dr, which stays in step(); u holds alpha (r - centre). False: the system is singular.

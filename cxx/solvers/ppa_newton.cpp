@@ -21,7 +21,7 @@ constexpr double alarm = 8; // velocities may err by so many tolerances
 
 ProximalNewton::ProximalNewton(const FrictionProblem& p, const ProblemOptions& options, double* r)
     : given_(p), scaled_(p, options, r),
-      newton_(scaled_.problem(), cairn_newton_alart_curnier, scaled_.monitor().diagonal()),
+      newton_(scaled_.problem(), cairn_newton_alart_curnier, scaled_.monitor().diagonal(), options.max_bytes),
       smallest_(p.bodies ? 1e-18 : 1e-15), centre_(p.unknowns()), r_(p.unknowns()), u_(p.unknowns()),
       shifted_(p.unknowns()) {}
 

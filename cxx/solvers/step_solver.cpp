@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <optional>
 
@@ -26,6 +27,7 @@ ProblemOptions problem_options(const SolverOptions& options) {
   o.max_iterations = options.max_iterations;
   o.threads = options.threads > 0 ? options.threads : omp_get_max_threads();
   o.warm_start = true;
+  o.max_bytes = options.max_bytes;
   return o;
 }
 
@@ -135,11 +137,14 @@ private:
     const cairn_schedule schedule = system_.schedule(1);
     StepProblem step(system_, schedule, velocity_free_);
     Array<double> r(step.problem().unknowns());
-    const ProximalNewton newton(step.problem(), ProblemOptions{}, r.data());
-    constexpr double iterations = 15, of_contact = 6000;
-    const double of_operation = system_.dim == 2 ? 3 : 1; // small blocks are slower, measured
-    cost_ = iterations * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
-    given_up_ = newton.bytes() > options_.max_bytes;
+    try {
+      const ProximalNewton newton(step.problem(), problem_options(options_), r.data());
+      constexpr double iterations = 15, of_contact = 6000;
+      const double of_operation = system_.dim == 2 ? 3 : 1; // small blocks are slower, measured
+      cost_ = iterations * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
+      given_up_ = false;
+    } catch (const FactorsTooLarge&) { // sweeps alone
+    }
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
   }
@@ -169,10 +174,20 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
   const cairn_schedule schedule = system.schedule(1);
   const FreeScale free = measure_free(system, schedule);
   StepProblem step(system, schedule, velocity_free);
-  if (solver.name != "ppa_newton") step.form_blocks();
   Array<double> r(step.problem().unknowns());
   step.read(r.data());
-  const ProblemReport solved = solve_problem(step.problem(), solver.name, problem_options(options), r.data());
+  const bool over_bodies = solver.name == "ppa_newton";
+  const double bytes = over_bodies ? 0 : 8.0 * system.dim * system.dim * step.blocks();
+  ProblemReport solved;
+  if (bytes > options.max_bytes) {
+    char hint[160];
+    std::snprintf(hint, sizeof hint, "W would take %.2g bytes, memory is %.2g: allow more, or take NLGS", bytes,
+                  options.max_bytes);
+    solved.hint = hint;
+  } else {
+    if (!over_bodies) step.form_blocks();
+    solved = solve_problem(step.problem(), solver.name, problem_options(options), r.data());
+  }
   step.write(r.data());
   system.load(velocity_free);
   cairn_add_impulses(&schedule);

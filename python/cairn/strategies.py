@@ -46,16 +46,10 @@ class NLGS(ContactSolver):
 
 
 @dataclass(frozen=True)
-class Auto(ContactSolver):
-    """NLGS, and proximal point around Newton's method as soon as the errors of the sweeps foretell a way longer than its own.
+class ProblemSolver(ContactSolver):
+    """What solvers of problems have, too: memory, bytes that W in blocks and factors may take."""
 
-    What fails to lessen the error is not taken, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts sweeps.
-    memory: bytes that factors may take; above them, sweeps alone.
-    """
-
-    memory: float = 1e9
-
-    name = "auto"
+    memory: float = 4e9
 
     def __post_init__(self):
         super().__post_init__()
@@ -66,15 +60,29 @@ class Auto(ContactSolver):
         return {**super().settings(), "memory": float(self.memory)}
 
 
+@dataclass(frozen=True)
+class Auto(ProblemSolver):
+    """NLGS, and proximal point around Newton's method as soon as the errors of the sweeps foretell a way longer than its own.
+
+    What fails to lessen the error is not taken, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts sweeps.
+    memory: bytes that factors may take; above them, sweeps alone.
+    """
+
+    memory: float = 1e9
+
+    name = "auto"
+
+
 def solver_class(name, python_name, summary):
     """The class by which a strategy names a solver of problems."""
     text = f"""{summary[0].upper()}{summary[1:]}.
 
     The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones alone.
-    tol: on the true error. max_iter: iterations of a step.
+    tol: on the true error. max_iter: iterations of a step. memory: bytes that W and its factors may take; above them the step
+    ends with the impulses it began with, and says so.
     """
     body = {"__doc__": text, "__module__": __name__, "name": name, "__qualname__": python_name}
-    return type(python_name, (ContactSolver,), body)  # without fields of its own it is a dataclass as its base is one
+    return type(python_name, (ProblemSolver,), body)  # without fields of its own it is a dataclass as its base is one
 
 
 # NLGS, Auto, and one class for each row of the kernels' list that solves problems

@@ -111,3 +111,15 @@ def test_real_problems():
         assert result.converged, (path.name, result.hint)
         if p.contacts < 400:
             assert plain_true_error(p, result.r) <= 1.0001e-8, path.name
+
+
+@pytest.mark.parametrize("solver", (*FACTORISING, "interior_point"))
+def test_factors_beyond_the_memory_are_not_begun(solver):
+    """The start comes back with its error, and the status says what would be needed; `auto` sweeps alone."""
+    p = random_problem(3, contacts=12, mu=0.4, seed=2)
+    start = p.solve("nlgs", tol=1e-6).r
+    result = p.solve(solver, tol=1e-10, start=start, memory=1e4)
+    assert result.status == "memory limit" and "memory is 1e+04" in result.hint
+    assert (result.r == start).all() and result.error == pytest.approx(p.error(start), rel=1e-12)
+    assert p.solve(solver, tol=1e-8, memory=1e6).converged
+    assert p.solve("auto", tol=1e-10, memory=1e4).solver == "nlgs_anderson"

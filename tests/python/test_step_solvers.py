@@ -145,3 +145,12 @@ def test_a_problem_from_the_shell(tmp_path, capsys):
     assert cli.main([*words, "--dump-problem", "step=9"]) == 1
     assert cli.main([*words, "--dump-problem", "last"]) == 1
     assert "step=120" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("solver, words", [(cn.PPANewton, "factors would take"), (cn.ADMM, "W would take")])
+def test_what_has_no_room_is_a_status_that_says_so(solver, words):
+    sim, _ = tower("boxes", 30, 1.0, solver(tol=1e-6, memory=1000.0))
+    info = sim.step()
+    assert info["status"] == "iteration_limit" and words in info["hint"] and "memory is 1e+03" in info["hint"]
+    with pytest.raises(ValueError, match="memory"):
+        solver(memory=0.0)

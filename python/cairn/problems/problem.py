@@ -80,11 +80,12 @@ class Problem:
         return sparse.bsr_array((self._data, self._column, self._row_start), shape=(size, size))
 
     def solve(self, solver="auto", tol=1e-8, *, max_iter=100000, max_seconds=math.inf, threads=1, seed=0, relaxation=1.0,
-              start=None):
+              start=None, memory=4e9):
         """Solves to a true error of tol, and returns a Result; what did not converge is a status, never an exception.
 
         solver: a name of `cairn.problems.solvers()`. max_seconds: of CPU. seed: of solvers that draw an order.
         relaxation: of sweeps, in (0, 2). start: (n, dim) impulses to begin from [N s].
+        memory: bytes that factors may take; above them the status is "memory limit", and `auto` sweeps alone.
         """
         r = np.zeros((self.contacts, self.dim))
         if start is not None:
@@ -94,7 +95,7 @@ class Problem:
             r[:] = start.reshape(r.shape)
         report = self._core.solve(
             solver, r, float(tol), int(max_iter), float(max_seconds), int(threads), int(seed), float(relaxation),
-            start is not None,
+            start is not None, float(memory),
         )
         return Result(r=r, u=self.velocity(r), **report)
 
