@@ -95,8 +95,8 @@ struct Pairs {
 
   void turn() {
     cairn_hull_place(3, 0, 2 * pairs, body.data(), hull.data(), place.data(), hulls.first_vertex.data(),
-                     hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), 1, rotation.data(),
-                     radius.data(), reach.data(), turned.data(), box.data());
+                     hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), hulls.offset.data(), 1,
+                     rotation.data(), radius.data(), reach.data(), turned.data(), box.data());
   }
 
   cairn_hulls view() const {

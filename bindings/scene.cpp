@@ -39,10 +39,11 @@ std::int64_t add_contactors(Scene& s, const std::string& shape, const Input<std:
 
 std::int32_t add_hulls(Scene& s, const Input<double>& vertex, const Input<std::int64_t>& first_vertex,
                        const Input<std::int64_t>& first_face, const Input<std::int64_t>& first_corner,
-                       const Input<std::int64_t>& corner, bool facets) {
+                       const Input<std::int64_t>& corner, bool facets, const Input<double>& plane,
+                       const Input<double>& ball) {
   const auto span = [](const auto& a) { return std::span(a.data(), std::size_t(a.size())); };
-  return s.contactors.hulls.add(
-      {span(vertex), span(first_vertex), span(first_face), span(first_corner), span(corner), facets});
+  return s.contactors.hulls.add({span(vertex), span(first_vertex), span(first_face), span(first_corner), span(corner),
+                                 facets, span(plane), span(ball)});
 }
 
 // Calls f(name, array) for every array of the hulls.
@@ -178,7 +179,8 @@ void bind_scene(py::module_& m) {
       .def_readwrite("origin", &Scene::origin)
       .def("add_bodies", &add_bodies)
       .def("add_hulls", &add_hulls, py::arg("vertex"), py::arg("first_vertex"), py::arg("first_face"),
-           py::arg("first_corner"), py::arg("corner"), py::arg("facets") = false)
+           py::arg("first_corner"), py::arg("corner"), py::arg("facets") = false, py::arg("plane") = Input<double>(0),
+           py::arg("ball") = Input<double>(0))
       .def("add_contactors", &add_contactors, py::arg("shape"), py::arg("body"), py::arg("material"),
            py::arg("radius") = py::none(), py::arg("offset") = py::none(), py::arg("direction") = py::none(),
            py::arg("hull") = py::none())

@@ -3,6 +3,11 @@ set(CAIRN_CORE_SOURCES
   contact_laws/law_context.f90
   contact_laws/spring_slider.f90
   detection/contactor_places.f90
+  detection/convex_axis.f90
+  detection/convex_contact.f90
+  detection/convex_shape.f90
+  detection/facet_points.f90
+  detection/facet_view.f90
   detection/grid_levels.f90
   detection/grid_search.f90
   detection/hilbert_keys.f90

@@ -10,12 +10,17 @@ enum class Shape : std::int16_t {
 #include "../core_f90/detection/shapes.def"
 #undef CAIRN_SHAPE
 };
+// Those whose shape is among the hulls.
+constexpr bool is_hull(Shape s) {
+  return s == Shape::polygon || s == Shape::polyhedron || s == Shape::facet || s == Shape::capsule ||
+         s == Shape::cylinder || s == Shape::superquadric;
+}
 
 struct Contactors {
   explicit Contactors(int dim);
   int dim;
   std::int64_t count = 0;
-  Hulls hulls; // what the polygons and polyhedra among them are
+  Hulls hulls; // what those of them are that have one
 
 #define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
 #include "fields.def"

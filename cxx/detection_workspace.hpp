@@ -34,9 +34,6 @@ inline constexpr bool shape_bounded[] = {
 #undef CAIRN_SHAPE
 };
 inline constexpr int shapes = int(std::size(shape_bounded));
-constexpr bool is_hull(Shape shape) {
-  return shape == Shape::polygon || shape == Shape::polyhedron || shape == Shape::facet;
-}
 constexpr bool directed(Shape shape) {
   return shape != Shape::disk && shape != Shape::sphere && shape != Shape::ring && !is_hull(shape);
 }

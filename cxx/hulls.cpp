@@ -281,7 +281,7 @@ void Hulls::add_polyhedron(const HullBatch& batch, std::int64_t which) {
   first_edge.push_back(std::int32_t(edge.size()) / 4);
 }
 
-// See sphere_facet.f90 for what the edges of a facet hold.
+// See facet_view.f90 for what the edges of a facet hold.
 void Hulls::add_facet(const HullBatch& batch, std::int64_t which) {
   const std::int64_t base = batch.first_vertex[which], end = batch.first_vertex[which + 1];
   std::vector<std::array<std::int64_t, 3>> triangles;
@@ -347,6 +347,35 @@ void Hulls::add_facet(const HullBatch& batch, std::int64_t which) {
   first_edge.push_back(std::int32_t(edge.size()) / 4);
 }
 
+void Hulls::add_round(const HullBatch& batch, std::int64_t which) {
+  const auto x = batch.vertex.subspan(3 * batch.first_vertex[which],
+                                      3 * (batch.first_vertex[which + 1] - batch.first_vertex[which]));
+  const auto planes =
+      batch.plane.subspan(4 * batch.first_face[which], 4 * (batch.first_face[which + 1] - batch.first_face[which]));
+  const bool axial = planes.size() == 4 && x.size() == 6, superquadric = planes.size() == 20 && x.size() == 24;
+  if (!axial && !superquadric)
+    refuse(which, "a round shape of " + std::to_string(x.size() / 3) + " vertices and " +
+                      std::to_string(planes.size() / 4) + " planes; give 2 and 1, or 8 and 5");
+  for (std::size_t f = 0; f < planes.size(); f += 4) {
+    if (!(planes[f + 3] > 0)) refuse(which, "a radius, half axis or exponent is not above 0");
+    normal.insert(normal.end(), planes.begin() + f, planes.begin() + f + 3);
+    offset.push_back(planes[f + 3]);
+    first_corner.push_back(std::int32_t(corner_vertex.size()));
+  }
+  vertex.insert(vertex.end(), x.begin(), x.end());
+  first_vertex.push_back(std::int32_t(vertex.size()) / 3);
+  first_face.push_back(std::int32_t(offset.size()));
+  first_edge.push_back(std::int32_t(edge.size()) / 4);
+  radius.push_back(batch.ball[which]);
+  inner.push_back(-batch.ball[which]);
+}
+
+Hulls::Form Hulls::form(std::int32_t hull) const {
+  if (dim == 2) return Form::polygon;
+  if (first_edge[hull + 1] > first_edge[hull]) return faces(hull) == 1 ? Form::facet : Form::polyhedron;
+  return faces(hull) == 1 ? Form::axial : Form::superquadric;
+}
+
 // Radius of the ball around 0 that holds a hull.
 double Hulls::measure(std::int32_t h, bool facet) const {
   double most = 0;
@@ -387,9 +416,19 @@ std::int32_t Hulls::add(const HullBatch& batch) {
     if (first.empty() || first.front() != 0 || first.back() != std::int64_t(size)) return false;
     return std::is_sorted(first.begin(), first.end());
   };
+  const bool round = !batch.plane.empty();
+  if (round && (dim == 2 || std::int64_t(batch.ball.size()) != n || !rises(batch.first_face, batch.plane.size() / 4)))
+    throw Error("hulls: round shapes are of 3D scenes, with a ball each and first_face from 0 to the number of planes");
+  for (std::size_t i = 0; i < batch.plane.size(); ++i)
+    if (!std::isfinite(batch.plane[i])) throw Error("plane[" + std::to_string(i / 4) + "] holds no finite number");
+  for (std::size_t i = 0; i < batch.ball.size(); ++i)
+    if (!(batch.ball[i] > 0) || !std::isfinite(batch.ball[i]))
+      throw Error("ball[" + std::to_string(i) + "] is " + std::to_string(batch.ball[i]) +
+                  "; give a finite radius above 0");
   if (!rises(batch.first_vertex, batch.vertex.size() / dim) ||
-      (dim == 3 && (batch.first_corner.empty() || !rises(batch.first_face, batch.first_corner.size() - 1) ||
-                    !rises(batch.first_corner, batch.corner.size()))))
+      (dim == 3 && !round &&
+       (batch.first_corner.empty() || !rises(batch.first_face, batch.first_corner.size() - 1) ||
+        !rises(batch.first_corner, batch.corner.size()))))
     throw Error("hulls: first_vertex, first_face or first_corner does not rise from 0 to the number of items it cuts");
   const std::int32_t first = count();
   const auto sizes = [this](auto&& f) {
@@ -401,6 +440,10 @@ std::int32_t Hulls::add(const HullBatch& batch) {
   sizes([&](auto& v) { before.push_back(v.size()); });
   try {
     for (std::int64_t i = 0; i < n; ++i) {
+      if (!batch.plane.empty()) {
+        add_round(batch, i);
+        continue;
+      }
       if (dim == 2)
         add_polygon(
             batch.vertex.subspan(2 * batch.first_vertex[i], 2 * (batch.first_vertex[i + 1] - batch.first_vertex[i])),

@@ -1,4 +1,4 @@
-// Convex polygons and polyhedra, shared by contactors. Once added a hull stays: its number is its place.
+// Convex polygons, polyhedra and round shapes, shared by contactors. Once added a hull stays: its number is its place.
 #pragma once
 #include <span>
 
@@ -17,6 +17,10 @@ struct HullBatch {
   // Each is triangle (0, 1, 2) of a surface, among the triangles that share a vertex with it, in the order of the
   // surface.
   bool facets = false;
+  // Of round shapes, which have no corners, see convex_shape.f90: normals and offsets of the faces, and the radii [m]
+  // of the balls around 0 that hold them.
+  std::span<const double> plane{}; // (4, faces) [-, m]; empty for all else
+  std::span<const double> ball{};  // (n) [m]
 };
 
 // Vertices closer to a plane than this, relative to the size of the hull, are on it: as exact as files in single
@@ -27,6 +31,9 @@ inline constexpr std::int64_t most_face_corners = 1024, most_hull_edges = 16383;
 struct Hulls {
   explicit Hulls(int dimension) : dim(dimension) {}
   int dim;
+  // Which of these a hull is, from its numbers of faces and edges.
+  enum class Form { polygon, polyhedron, facet, axial, superquadric };
+  Form form(std::int32_t hull) const;
   // see cairn_hulls in cairn/core.h
   std::vector<std::int32_t> first_vertex{0}, first_face{0}, first_edge{0}, first_corner{0};
   std::vector<std::int32_t> corner_vertex, corner_edge, edge;
@@ -48,6 +55,7 @@ private:
   void add_polygon(std::span<const double> x, std::int64_t which);
   void add_polyhedron(const HullBatch& batch, std::int64_t which);
   void add_facet(const HullBatch& batch, std::int64_t which);
+  void add_round(const HullBatch& batch, std::int64_t which);
   double measure(std::int32_t hull, bool facet) const;
 };
 

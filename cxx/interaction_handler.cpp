@@ -203,8 +203,8 @@ void InteractionHandler::Workspace::place_hulls() {
   in_slices(n, [&](std::int64_t first, std::int64_t last) {
     cairn_hull_place(dim, first, last, contactors->body.values.data(), hull, hull_place.data(),
                      hulls.first_vertex.data(), hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(),
-                     rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(), turned.data(),
-                     box.data());
+                     hulls.offset.data(), rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(),
+                     turned.data(), box.data());
   });
 }
 

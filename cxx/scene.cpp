@@ -139,6 +139,17 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   return first;
 }
 
+static Hulls::Form form_of(Shape shape) {
+  switch (shape) {
+  case Shape::polygon: return Hulls::Form::polygon;
+  case Shape::facet: return Hulls::Form::facet;
+  case Shape::capsule:
+  case Shape::cylinder: return Hulls::Form::axial;
+  case Shape::superquadric: return Hulls::Form::superquadric;
+  default: return Hulls::Form::polyhedron;
+  }
+}
+
 // Radii of the hulls of a batch.
 std::vector<double> Scene::check_hulls(const ContactorBatch& b) const {
   if ((b.shape == Shape::polygon) != (dim == 2)) throw Error("polygons are of 2D scenes, polyhedra of 3D scenes");
@@ -147,6 +158,8 @@ std::vector<double> Scene::check_hulls(const ContactorBatch& b) const {
   for (std::int64_t i = 0; i < b.count; ++i) {
     if (b.hull[i] < 0 || b.hull[i] >= contactors.hulls.count())
       refuse("hull", i, b.hull[i], "there are " + std::to_string(contactors.hulls.count()) + " hulls, numbered from 0");
+    if (contactors.hulls.form(b.hull[i]) != form_of(b.shape))
+      refuse("hull", i, b.hull[i], "it is of another kind of shape than the contactors");
     radius[i] = contactors.hulls.radius[b.hull[i]];
   }
   return radius;
@@ -161,7 +174,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   check_size("direction", b.direction.size(), b.count, components, true);
   const bool hollow = b.shape == Shape::tube || b.shape == Shape::ring;
   const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || hollow;
-  const bool hull = b.shape == Shape::polygon || b.shape == Shape::polyhedron || b.shape == Shape::facet;
+  const bool hull = is_hull(b.shape);
   check_positive("radius", b.radius, 1, !hollow, false); // a disk or sphere of radius 0 is a point
   if (round && b.radius.empty() && b.count > 0) throw Error("radius is missing; a round contactor needs one");
   check_finite("offset", b.offset, dim);

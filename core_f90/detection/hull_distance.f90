@@ -5,7 +5,7 @@ module hull_distance
   use hull_view, only: solid
   implicit none
   private
-  public :: nearest_points
+  public :: nearest_points, simplex, add_and_reduce
 
   integer, parameter :: most_rounds = 200
   real(c_double), parameter :: tolerance = 8*epsilon(1.0_c_double)

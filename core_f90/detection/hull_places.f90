@@ -9,7 +9,7 @@ contains
 
   !> Turns the hulls of contactors first to last-1 and bounds all of these contactors by boxes around their centres.
   pure subroutine cairn_hull_place(dim, first, last, body, hull, place, first_vertex, first_face, vertex, normal, &
-                                   has_rotation, rotation, radius, reach, turned, box) bind(c)
+                                   offset, has_rotation, rotation, radius, reach, turned, box) bind(c)
     integer(c_int32_t), value :: dim                      !< 2 or 3
     integer(c_int64_t), value :: first, last              !< contactors to treat
     integer(c_int32_t), intent(in) :: body(0:last - 1)    !< body that carries the contactor
@@ -19,6 +19,7 @@ contains
     integer(c_int32_t), intent(in) :: first_face(0:*)     !< of the hulls
     real(c_double), intent(in) :: vertex(dim, 0:*)        !< from the centre of the hull, in the axes of the body [m]
     real(c_double), intent(in) :: normal(dim, 0:*)        !< of the faces, unit
+    real(c_double), intent(in) :: offset(0:*)             !< of the faces [m]
     integer(c_int32_t), value :: has_rotation             !< 0: rotation is not read
     real(c_double), intent(in) :: rotation(3*dim - 5, 0:*) !< angle [rad] or unit quaternion (w, x, y, z)
     real(c_double), intent(in) :: radius(0:*), reach(0:*) !< of the contactors, without and with margin [m]
@@ -26,7 +27,7 @@ contains
     real(c_double), intent(inout) :: box(dim, 2, 0:last - 1) !< low and high from the centre, with margin [m]
     integer(c_int64_t) :: i, p
     integer :: h, nv, nf
-    real(c_double) :: r(dim, dim)
+    real(c_double) :: r(dim, dim), share
 
     r = unturned(dim)
     do i = first, last - 1
@@ -39,7 +40,10 @@ contains
       nf = first_face(h + 1) - first_face(h)
       p = place(i)
       call turn_all(dim, nv, r, vertex(1, first_vertex(h)), turned(p))
-      call bound(dim, nv, turned(p), reach(i) - radius(i), box(1, 1, i))
+      share = reach(i) - radius(i)
+      if (nv == 2) share = share + offset(first_face(h)) ! a capsule or cylinder around its axis
+      ! of a facet the vertices around it are none of it
+      call bound(dim, nv, merge(min(nv, 3), nv, dim == 3 .and. nf == 1), turned(p), share, box(1, 1, i))
       call turn_all(dim, nf, r, normal(1, first_face(h)), turned(p + int(nv, c_int64_t)*dim))
     end do
   end subroutine cairn_hull_place
@@ -87,15 +91,15 @@ contains
     end do
   end subroutine turn_all
 
-  pure subroutine bound(dim, n, x, share, box)
+  pure subroutine bound(dim, n, used, x, share, box)
     integer(c_int32_t), intent(in) :: dim
-    integer, intent(in) :: n
+    integer, intent(in) :: n, used
     real(c_double), intent(in) :: x(n, dim), share
     real(c_double), intent(out) :: box(dim, 2)
     integer :: k
     do k = 1, dim
-      box(k, 1) = minval(x(:, k)) - share
-      box(k, 2) = maxval(x(:, k)) + share
+      box(k, 1) = minval(x(:used, k)) - share
+      box(k, 2) = maxval(x(:used, k)) + share
     end do
   end subroutine bound
 

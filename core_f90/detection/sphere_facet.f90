@@ -2,20 +2,15 @@
 module sphere_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
+  use facet_view, only: after, edge_from, inside_of, on_edge, vertex_from
   implicit none
   private
-  public :: cairn_pair_sphere_facet
-
-  ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets.
-  real(c_double), parameter :: on_edge = 1e-9_c_double
+  public :: cairn_pair_sphere_facet, nearest_of_facet
 
 contains
 
   !> Only where the nearest point of the whole surface around is on this facet: a point of an edge or a vertex counts once, for
   !> the facet that owns it, and not where the surface beyond is nearer. So a sphere rolls over edges of a plane without a jolt.
-  !> Of a facet, edges 1 to 3 are its own: vertices from and to, whether it owns it, the vertex opposite in the neighbour (0:
-  !> none). Edges 4 to 6: its vertices and whether it owns them. The others: triangles around that have one of its vertices,
-  !> which is first; the other two are second and fourth, anticlockwise.
   subroutine cairn_pair_sphere_facet(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
                                      normal, point, feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs
@@ -64,19 +59,24 @@ contains
     found = distance >= -depth
     if (.not. found) return
     do k = 1, 3
-      found = found .and. inside_of(q, k, modulo(k + 1, 3) + 1, x) > slack
+      found = found .and. inside_of(q, k, after(after(k)), x) > slack
     end do
     if (found) return
+    valley = .false.
+    outside = .false.
+    d = 0
     do k = 1, 3
       if (q%edge(3, k) == 0) cycle
-      call try_edge(q, k, x, distance >= -slack, slack, found, outside, d)
+      call try_edge(q, k, x, slack, found, outside, d)
       valley = q%edge(4, k) > 0
       if (found) exit
     end do
     do k = 1, 3
       if (found) exit
       valley = .false.
-      if (q%edge(3, 3 + k) /= 0) call try_vertex(q, k, x, slack, found, outside, d)
+      if (q%edge(3, 3 + k) == 0) cycle
+      d = x - q%v(k, :)
+      call vertex_from(q, k, d, slack, found, outside)
     end do
     if (.not. found) return
     if (all(abs(d - distance*m) <= 2*slack)) return ! over the edge: as deep as from the plane, with its sign
@@ -88,83 +88,22 @@ contains
     found = valley .and. distance >= -depth
   end subroutine nearest_of_facet
 
-  !> How far a point is from edge k towards vertex `third` of a triangle at that edge, in the plane of the triangle [m].
-  pure function inside_of(q, k, third, x) result(s)
-    type(solid), intent(in) :: q
-    integer, intent(in) :: k, third
-    real(c_double), intent(in) :: x(3)
-    real(c_double) :: s, from(3), e(3), w(3)
-    from = q%v(k, :)
-    e = q%v(modulo(k, 3) + 1, :) - from
-    w = q%v(third, :) - from
-    w = w - dot_product(w, e)/dot_product(e, e)*e
-    s = dot_product(w, x - from)/sqrt(dot_product(w, w))
-  end function inside_of
-
   !> An edge is nearest where it is so to both of its facets; the point is outside where it is in front of one of them.
-  pure subroutine try_edge(q, k, x, in_front, slack, found, outside, d)
+  pure subroutine try_edge(q, k, x, slack, found, outside, d)
     type(solid), intent(in) :: q
     integer, intent(in) :: k
     real(c_double), intent(in) :: x(3), slack
-    logical, intent(in) :: in_front !< of this facet
-    logical, intent(out) :: found
-    logical, intent(inout) :: outside
+    logical, intent(out) :: found, outside
     real(c_double), intent(inout) :: d(3) !< from the nearest point of the edge [m]
     real(c_double) :: e(3), w(3), along, length
-    found = .false.
-    if (inside_of(q, k, modulo(k + 1, 3) + 1, x) > slack) return
-    e = q%v(modulo(k, 3) + 1, :) - q%v(k, :)
     w = x - q%v(k, :)
-    outside = in_front
-    if (q%edge(4, k) > 0) then
-      if (inside_of(q, k, int(q%edge(4, k)), x) > slack) return
-      outside = outside .or. dot_product(w, cross(q%v(q%edge(4, k), :) - q%v(k, :), e)) >= 0
-    end if
+    call edge_from(q, k, w, slack, found, outside)
+    if (.not. found) return
+    e = q%v(after(k), :) - q%v(k, :)
     length = sqrt(dot_product(e, e))
     along = dot_product(w, e)/length
     found = along > slack .and. along < length - slack
     d = w - along/length*e
   end subroutine try_edge
-
-  !> A vertex is nearest where no edge from it leads nearer; the point is outside where it is in front of a triangle around it.
-  pure subroutine try_vertex(q, k, x, slack, found, outside, d)
-    type(solid), intent(in) :: q
-    integer, intent(in) :: k
-    real(c_double), intent(in) :: x(3), slack
-    logical, intent(out) :: found
-    logical, intent(inout) :: outside
-    real(c_double), intent(inout) :: d(3) !< from the vertex [m]
-    real(c_double) :: w(3), e(3), f(3)
-    logical :: in_front
-    integer :: j
-    found = .false.
-    w = x - q%v(k, :)
-    e = q%v(modulo(k, 3) + 1, :) - q%v(k, :)
-    f = q%v(modulo(k + 1, 3) + 1, :) - q%v(k, :)
-    in_front = dot_product(w, q%normal(1, :)) >= -slack
-    if (leads(e) .or. leads(f)) return
-    do j = 7, q%edges
-      if (q%edge(1, j) /= k) cycle
-      e = q%v(q%edge(2, j), :) - q%v(k, :)
-      f = q%v(q%edge(4, j), :) - q%v(k, :)
-      if (leads(e) .or. leads(f)) return
-      in_front = in_front .or. dot_product(w, cross(e, f)) >= 0
-    end do
-    found = .true.
-    outside = in_front
-    d = w
-  contains
-    pure function leads(e)
-      real(c_double), intent(in) :: e(3)
-      logical :: leads
-      leads = dot_product(w, e) > slack*sqrt(dot_product(e, e))
-    end function leads
-  end subroutine try_vertex
-
-  pure function cross(a, b) result(c)
-    real(c_double), intent(in) :: a(3), b(3)
-    real(c_double) :: c(3)
-    c = [a(2)*b(3) - a(3)*b(2), a(3)*b(1) - a(1)*b(3), a(1)*b(2) - a(2)*b(1)]
-  end function cross
 
 end module sphere_facet

@@ -68,7 +68,7 @@ def build(options):
     vertices, faces = terrain.read_surface(path)
     ground, rock = cn.Material("ground", density=DENSITY), cn.Material("rock", density=DENSITY)
     scene = cn.Scene(dim=3, gravity=(0.0, 0.0, -GRAVITY))
-    scene.add(cn.polyhedra(terrain.prisms(vertices, faces, 2.0), ground, fixed=True))
+    scene.add(cn.surface(vertices, faces, ground))
     size = options.size * rng.uniform(0.6, 1.4, options.blocks)
     stones = cn.pre.masonry.random_polyhedra(options.blocks, size, elongation=0.7, angularity=0.8, rng=rng)
     head = vertices[vertices[:, 2] > vertices[:, 2].max() - 3.0]

@@ -19,6 +19,7 @@ from .materials import Material
 from .plug import plug
 from .post.errors import FileError
 from .post.load import load
+from .round_shapes import capsules, cylinders, superquadrics
 from .scene import Periodic, Scene
 from .servo import Servo
 from .shapes import boxes, polygons, polyhedra, with_corners
@@ -67,7 +68,9 @@ __all__ = [
     "Table",
     "box",
     "boxes",
+    "capsules",
     "clumps",
+    "cylinders",
     "deformable",
     "disks",
     "find_equilibrium",
@@ -79,6 +82,7 @@ __all__ = [
     "ring",
     "segment",
     "spheres",
+    "superquadrics",
     "surface",
     "tube",
     "wall",

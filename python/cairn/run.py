@@ -26,6 +26,10 @@ def scene_info(simulation):
         values = core.contactor(name)
         if len(values):
             contactors[name] = values
+    hull = core.contactor("hull")
+    if len(hull):
+        shown = ("first_vertex", "first_face", "first_corner", "corner_vertex", "vertex", "offset")
+        contactors |= {"hull": hull, "hulls": {name: core.hulls[name] for name in shown}}
     species = [f"{m} ({g})" if g else m for m, g in simulation._species]
     return {
         "materials": species,

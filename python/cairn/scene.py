@@ -345,7 +345,8 @@ def insert(core, s, species, time=0.0):
         number = species.setdefault((c.material.name, s.group or ""), len(species))
         hull = None
         if c.hulls is not None:
-            hull = (core.add_hulls(*c.hulls[:5], bool(c.hulls.facets)) + c.hull).astype(np.int32)
+            h = c.hulls
+            hull = (core.add_hulls(*h[:5], bool(h.facets), h.plane.reshape(-1), h.ball) + c.hull).astype(np.int32)
         core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction, hull)
     if s.mask:
         core.drive(ids, s.mask, None)

@@ -27,6 +27,9 @@ class Hulls(NamedTuple):
     first_corner: np.ndarray
     corner: np.ndarray
     facets: bool = False  # each is triangle (0, 1, 2) of a surface, among those around it
+    # of round shapes, which have no corners: normals and offsets (4, ...) in rows, and the balls (n,) that hold them [m]
+    plane: np.ndarray = np.zeros((0, 4))
+    ball: np.ndarray = np.zeros(0)
 
     def __len__(self):
         return len(self.first_vertex) - 1
@@ -115,7 +118,8 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
 def with_corners(blocks, material) -> BodySet:
     """Polyhedra with a point of `material` at every corner: corners are what meets the faces of deformable bodies in 3D.
 
-    scene.interact(corners, "*", None) first, then a law of corners with the material of the faces: all else knows the polyhedra.
+    scene.interact(corners, "*", None) first, then a law of corners with the material of the faces, and none of that with the
+    polyhedra, which would meet the faces too: all else knows the polyhedra.
     """
     more = []
     for c in blocks.contactors:

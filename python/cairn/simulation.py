@@ -140,7 +140,7 @@ class Simulation:
         core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
         names = np.array(_core.shapes())[core.contactor("shape")]
         moves = np.isfinite(core.raw_body("mass")).ravel()[core.contactor("body")]
-        for a in {"disk", "sphere", "polygon", "polyhedron"} & set(names[moves]):
+        for a in {"disk", "sphere", "polygon", "polyhedron", "capsule", "cylinder", "superquadric"} & set(names[moves]):
             for b in set(names) - {a}:
                 pair = frozenset((a, b))
                 if pair in known or pair in self._unmet:

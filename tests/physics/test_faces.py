@@ -66,18 +66,25 @@ def test_ball_rests_on_a_face(place, simplices):
     judge("weight", np.abs(force[:, 2]).sum(), 10 * 1000 * 4 / 3 * np.pi * 0.03**3, 1e-3)
 
 
-def test_corners_of_a_cube_rest_on_a_face():
-    """A rigid cube on four corners, between the nodes: its weight, and no moment about its centre."""
+@pytest.mark.parametrize("corners", [True, False])
+def test_corners_of_a_cube_rest_on_a_face(corners):
+    """A rigid cube on four corners, between the nodes: its weight, and no moment about its centre. As points, or as it is."""
     size, place, corner = 0.25, np.array([0.45, 0.52, 0.125 + 1e-4]), cn.Material("corner", density=1000.0)
-    cube = cn.with_corners(cn.boxes(place[None], size, STEEL), corner)
+    block = cn.Material("block", density=1000.0)
+    cube = cn.boxes(place[None], size, block)
+    if corners:
+        cube = cn.with_corners(cube, corner)
     scene = cn.Scene(dim=3, gravity=(0, 0, -10.0))
     scene.add(cube, floor())
     scene.interact(STEEL, STEEL, cn.Coulomb(mu=0.5))
-    scene.interact(corner, "*", None)
-    scene.interact(corner, STEEL, cn.Coulomb(mu=0.5))
+    if corners:
+        scene.interact(block, "*", None)
+    scene.interact(corner if corners else block, STEEL, cn.Coulomb(mu=0.5))
     sim = cn.Simulation(scene, dt=5e-3, strategy=cn.NSCD(theta=1.0, solver=SHARP))
     for _ in range(60):
-        assert sim.step()["status"] == "converged"
+        status = sim.step()["status"]
+        assert status == "converged" or not corners  # a dent has crests, which a block may touch besides: slow once or twice
+    assert status == "converged"
     force, point = sim.contacts.impulse / sim.dt, sim.contacts.point
     weight = 10 * 1000 * size**3
     judge("weight", np.abs(force[:, 2]).sum(), weight, 1e-3)

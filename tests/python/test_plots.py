@@ -1,8 +1,10 @@
 """Pictures are made, and show what they should: numbers read off the collections, not pixels."""
 
+import cairn as cn
 import numpy as np
 import pytest
 from cairn.post import FileError, RunWriter, load
+from cairn.post.convert import convert
 from made_up import info
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -140,6 +142,54 @@ def test_spheres(tmp_path, monkeypatch, with_pyvista):
             )
         with pytest.raises(ValueError, match="in 2D"):
             run.plot_force_chains()
+    matplotlib.pyplot.close("all")
+
+
+def shapes_run(tmp_path):
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(3)
+    turned = {"rotation": [[0.8, 0.6, 0, 0]]}
+    scene.add(cn.boxes([[0, 0, 0]], (1, 2, 3), rock, **turned), cn.capsules([[4, 0, 0]], 0.5, 2.0, rock, **turned))
+    scene.add(cn.cylinders([[8, 0, 0]], 0.5, 2.0, rock, **turned), cn.superquadrics([[12, 0, 0]], (1, 2, 3), (0.5, 1), rock))
+    scene.add(cn.surface([[0, -5, -5], [9, -5, -5], [0, 5, -5.0]], [[0, 1, 2]], rock), cn.spheres([[4, 0, 4]], 0.5, rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    cn.Simulation(scene, 1e-3).run(steps=1, output=tmp_path / "run.vtkhdf", progress=False)
+    return load(tmp_path / "run.vtkhdf")
+
+
+@pytest.mark.filterwarnings("ignore:there is no contact")
+def test_surfaces_of_shapes_are_closed_and_where_the_bodies_are(tmp_path):
+    """Volumes of the triangles, turned outward; points of each body at its place; files for other programs."""
+    from cairn.post.shape_meshes import meshes_of
+
+    with shapes_run(tmp_path) as run:
+        step = run[len(run) - 1]
+        points, triangles, rows = meshes_of(step)
+        assert sorted(set(rows.tolist())) == [0, 1, 2, 3, 4]
+        expected = [6.0, np.pi * 0.25 * (2 + 4 / 3 * 0.5), np.pi * 0.5, step.bodies["mass"][3] / 1000]
+        for k, volume in enumerate(expected):
+            x = points[triangles[rows == k]]
+            assert np.linalg.det(x).sum() / 6 == pytest.approx(volume, rel=1e-12 if k == 0 else 0.03)
+            np.testing.assert_allclose(x.reshape(-1, 3).mean(axis=0), step.bodies["position"][k], atol=0.05)
+        x = points[triangles[rows == 0]].reshape(-1, 3)
+        np.testing.assert_allclose(np.ptp(x, axis=0), [1, 0.28 * 2 + 0.96 * 3, 0.96 * 2 + 0.28 * 3], rtol=1e-12)
+        np.testing.assert_allclose(points[triangles[rows == 4]][0], [[0, -5, -5], [9, -5, -5], [0, 5, -5]], atol=1e-12)
+    vtk = pytest.importorskip("vtkmodules.vtkIOXML")
+    paths = convert(tmp_path / "run.vtkhdf", tmp_path / "out.vtp", step=0)
+    (path,) = (p for p in paths if "out_shapes_" in p and p.endswith(".vtp"))
+    reader = vtk.vtkXMLPolyDataReader()
+    reader.SetFileName(path)
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfPolys() == len(triangles)
+    assert reader.GetOutput().GetCellData().HasArray("mass")
+
+
+@pytest.mark.filterwarnings("ignore:there is no contact")
+def test_shapes_are_drawn(tmp_path):
+    pytest.importorskip("pyvista")
+    with shapes_run(tmp_path) as run:
+        image = run.plot().images[0].get_array()
+        assert (image < 250).any(axis=2).mean() > 0.05
     matplotlib.pyplot.close("all")
 
 

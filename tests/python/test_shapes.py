@@ -118,9 +118,9 @@ def test_shapes_that_do_not_meet_are_told_once():
     rock = cn.Material("rock", density=2000.0)
     ground = cn.surface([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], [[0, 1, 2], [0, 2, 3]], rock)
     scene = cn.Scene(3, gravity=(0, 0, -9.81))
-    scene.add(ground, cn.boxes([[0, 0, 1]], [1.0, 1.0, 1.0], rock))
+    scene.add(ground, cn.cylinders([[0, 0, 1]], 0.5, 1.0, rock))
     scene.interact(rock, rock, cn.Coulomb(mu=0.3))
-    with pytest.warns(cn.ShapesWarning, match="facet and polyhedron"):
+    with pytest.warns(cn.ShapesWarning, match="cylinder and facet"):
         sim = cn.Simulation(scene, 1e-3, cn.NSCD())
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -424,8 +424,8 @@ void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b
 typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
 enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
-/* Convex polygons and polyhedra: what contactors share, numbered within a hull from 1, and a copy of each contactor
- * turned to where it is. first_... (n + 1) count from 0. */
+/* Convex polygons, polyhedra and round shapes: what contactors share, numbered within a hull from 1, and a copy of each
+ * contactor turned to where it is. first_... (n + 1) count from 0. */
 typedef struct cairn_hulls {
   int32_t dim;
   int32_t most;                 /* contacts a pair of the present kind may have */
@@ -444,8 +444,8 @@ typedef struct cairn_hulls {
 } cairn_hulls;
 void cairn_hull_place(int32_t dim, int64_t first, int64_t last, const int32_t* body, const int32_t* hull,
                       const int64_t* place, const int32_t* first_vertex, const int32_t* first_face,
-                      const double* vertex, const double* normal, int32_t has_rotation, const double* rotation,
-                      const double* radius, const double* reach, double* turned, double* box);
+                      const double* vertex, const double* normal, const double* offset, int32_t has_rotation,
+                      const double* rotation, const double* radius, const double* reach, double* turned, double* box);
 void cairn_box_search(int32_t dim, int64_t n, int32_t* a, int32_t* b, int32_t* image, const double* centre,
                       const double* box, const double* vectors, int64_t* kept);
 /* The same for pairs that see hulls: count (n) points of each pair, gap and feature (most, n), normal and point

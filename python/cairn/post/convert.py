@@ -9,6 +9,7 @@ import numpy as np
 
 from .errors import FileError, as_file_error
 from .load import load
+from .shape_meshes import meshes_of
 
 AXES = "xyz"
 
@@ -112,6 +113,7 @@ def _vtk(run, steps, target, what):
         raise FileError(target, "the package vtk is needed for this format", "pip install vtk") from error
     stem, kind = os.path.splitext(target)
     paths, entries = [], {"bodies": [], "contacts": []}
+    shapes = []
     for step in steps:
         for name, listed in entries.items():
             fields = getattr(step, name)
@@ -139,7 +141,41 @@ def _vtk(run, steps, target, what):
                 raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
             listed.append((step.time if name == "bodies" else step.time_detection, path))
             paths.append(path)
+        mesh = meshes_of(step) if kind == ".vtp" else None
+        if mesh is not None:
+            path = f"{stem}_shapes_{step.index:04d}{kind}"
+            _write_shapes(path, step, *mesh)
+            shapes.append((step.time, path))
+            paths.append(path)
+    if shapes:
+        entries["shapes"] = shapes
     return paths + [_pvd(f"{stem}_{name}.pvd", listed) for name, listed in entries.items()]
+
+
+def _write_shapes(path, step, points, triangles, rows):
+    """Surfaces of the bodies, with the fields of their bodies on the triangles."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
+
+    at, cells, grid = vtkPoints(), vtkCellArray(), vtkPolyData()
+    at.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    cells.SetData(3, numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
+    grid.SetPoints(at)
+    grid.SetPolys(cells)
+    for name in step.bodies.names:
+        value = step.bodies[name]
+        if name in ("position", "rotation") or value.dtype.kind not in "fiu":
+            continue
+        array = numpy_to_vtk(np.ascontiguousarray(value[rows]), deep=True)
+        array.SetName(name)
+        grid.GetCellData().AddArray(array)
+    writer = vtkXMLPolyDataWriter()
+    writer.SetFileName(path)
+    writer.SetInputData(grid)
+    if not writer.Write():
+        raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
 
 
 def _three(vectors):

@@ -1,4 +1,4 @@
-"""Pictures of spheres: rendered by PyVista off-screen, or as points by matplotlib where PyVista is not there."""
+"""Pictures of bodies in space: rendered by PyVista off-screen, or spheres as points by matplotlib where PyVista is not."""
 
 import contextlib
 import ctypes
@@ -8,22 +8,24 @@ import numpy as np
 
 from .geometry import contactors_of
 from .plots import CATEGORIES, CLASSES, WALL, _axes, _pyplot, field_values, title_of, value_limits
+from .shape_meshes import meshes_of
 
 
 def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=(1200, 900)):
-    """Draw the spheres of one output, coloured by a field. Returns matplotlib Axes."""
+    """Draw the bodies of one output, coloured by a field. Returns matplotlib Axes."""
     values, label = field_values(step, what)
-    spheres = contactors_of(step).select("sphere")
-    values = values[spheres.body]
+    spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
+    of_bodies, values = values, values[spheres.body]
     classes = isinstance(what, str) and what in CATEGORIES and cmap is None
     if classes:
         limits = (-0.5, len(CLASSES) - 0.5)
-        values = values % len(CLASSES)
+        values, of_bodies = values % len(CLASSES), of_bodies % len(CLASSES)
     elif limits is None:
-        limits = (0.0, np.pi) if isinstance(what, str) and what == "rotation" else value_limits(values)
+        turned = isinstance(what, str) and what == "rotation"
+        limits = (0.0, np.pi) if turned else value_limits(values if mesh is None else of_bodies)
     palette = _palette(classes, cmap)
     try:
-        image = render_spheres(spheres.center, spheres.radius, values, palette, limits, window)
+        image = render_spheres(spheres.center, spheres.radius, values, palette, limits, window, mesh, of_bodies)
     except ImportError:
         return _scatter(step, spheres, values, palette, limits, ax, label if colorbar and not classes else None, title)
     ax = _axes(ax, (8.0, 6.0))
@@ -64,20 +66,34 @@ def choose_window():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
 
 
-def render_spheres(center, radius, values, palette, limits, window):
-    """An image (height, width, 3) of spheres. ImportError without PyVista, or without a system library to draw with."""
+def render_spheres(center, radius, values, palette, limits, window, mesh=None, of_bodies=None):
+    """An image (height, width, 3) of spheres, and of the mesh of other bodies. ImportError without PyVista, or without a system
+    library to draw with."""
     choose_window()
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
     plotter.set_background("white")
     add_spheres(plotter, center, radius, values, palette, limits)
+    add_mesh(plotter, mesh, of_bodies, palette, limits)
     plotter.camera_position = [(1.0, -1.6, 0.8), (0, 0, 0), (0, 0, 1)]
     plotter.reset_camera()
     with pyvista.vtk_verbosity("error"):  # without a display VTK warns, then draws in memory
         image = plotter.screenshot(return_img=True)
     plotter.close()
     return image
+
+
+def add_mesh(plotter, mesh, values, palette, limits):
+    """Bodies that are no spheres, as meshes_of gives them, each in the colour of its value."""
+    import pyvista
+
+    if mesh is None:
+        return
+    points, triangles, rows = mesh
+    surface = pyvista.PolyData(points, np.column_stack((np.full(len(triangles), 3), triangles)).ravel())
+    surface.cell_data["value"] = np.asarray(values, float)[rows]
+    plotter.add_mesh(surface, scalars="value", cmap=palette, clim=limits, show_scalar_bar=False, specular=0.2)
 
 
 def add_spheres(plotter, center, radius, values, palette, limits):
@@ -138,9 +154,10 @@ def view(run, what="velocity", off_screen=False):
         bodies = contactors_of(step).select("disk", "sphere")
         center = np.zeros((len(bodies), 3))
         center[:, : run.dim] = bodies.center
-        values = values[bodies.body]
+        of_bodies, values = values, values[bodies.body]
         plotter.clear_actors()
         add_spheres(plotter, center, bodies.radius, values % len(CLASSES) if classes else values, palette, limits)
+        add_mesh(plotter, meshes_of(step), of_bodies % len(CLASSES) if classes else of_bodies, palette, limits)
         plotter.add_text(title_of(step), font_size=9, color="black")
 
     show(len(run) - 1)

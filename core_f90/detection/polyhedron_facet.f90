@@ -1,0 +1,323 @@
+!> Contact of a convex polyhedron with one triangle of a surface that is solid behind it.
+module polyhedron_facet
+  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+  use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
+  use hull_distance, only: nearest_points
+  use hull_patch, only: across, find_outline, outline
+  use patch_points, only: add_point, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
+  use facet_points, only: add, findings, settle
+  use facet_view, only: after, cross, inside_of, inward, leaves_edge, leaves_vertex, nearer_elsewhere, on_edge, pokes_out, &
+                        stands_out
+  implicit none
+  private
+  public :: cairn_pair_polyhedron_facet
+
+  !> Sine of the angle by which a normal may lean out of what an edge or a vertex allows: points of a flat patch, some of
+  !> them lifted, stay in it.
+  real(c_double), parameter :: lean = 0.05_c_double
+
+contains
+
+  !> Each feature of the surface counts once, for the triangle that owns it, and only where it can be touched:
+  !> the inside by the face of the polyhedron that looks at it and its lowest corner, along the normal of the triangle; edges
+  !> and vertices that stand out by the edges and faces of the polyhedron across whose normals they lie, along these; what is
+  !> apart otherwise by its nearest points. So edges within a plane do nothing: the corners of a block are its contacts there,
+  !> each on one triangle, as on a plane.
+  subroutine cairn_pair_polyhedron_facet(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
+                                         normal, point, feature) bind(c)
+    integer(c_int32_t), value :: n                      !< pairs
+    type(cairn_hulls), intent(in) :: hulls
+    integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
+    real(c_double), intent(in) :: between(n, 3)         !< centre of A - centre of B [m]
+    real(c_double), intent(in) :: radius_a(n)           !< of the ball around A [m]
+    real(c_double), intent(in) :: radius_b(n)           !< of the ball around B [m]
+    real(c_double), intent(in) :: direction_b(n, 4)     !< not read
+    real(c_double), intent(in) :: limit(n)              !< gaps above do not count [m]
+    integer(c_int32_t), intent(out) :: count(n)         !< points of each pair
+    real(c_double), intent(out) :: gap(hulls%most, n)   !< negative when overlapping [m]
+    real(c_double), intent(out) :: normal(3, hulls%most, n) !< unit, from B to A
+    real(c_double), intent(out) :: point(3, hulls%most, n)  !< middle of the gap - centre of A [m]
+    integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< names of the points within the pair
+    type(hulls_view) :: view
+    type(solid) :: p, q
+    type(findings) :: f
+    integer :: i
+
+    call open_hulls(hulls, view)
+    do i = 1, n
+      call view_solid(view, a(i), radius_a(i), p)
+      call view_solid(view, b(i), radius_b(i), q)
+      call find_points(p, q, between(i, :), limit(i), f)
+      call settle(f, view%most, count(i), gap(:, i), normal(:, :, i), point(:, :, i), feature(:, i))
+    end do
+  end subroutine cairn_pair_polyhedron_facet
+
+  subroutine find_points(p, q, at, limit, f)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: at(3), limit
+    type(findings), intent(inout) :: f
+    real(c_double) :: low, high
+    integer :: k, lowest
+    f%count = 0
+    f%slack = on_edge*min(p%size, q%size) + 16*epsilon(low)*(p%size + q%size)
+    call extent(p, q%normal(1, :), low, high, lowest)
+    low = low + dot_product(q%normal(1, :), at) - q%offset(1)
+    if (low > limit) return
+    if (high + dot_product(q%normal(1, :), at) - q%offset(1) < 0) return
+    if (dot_product(q%normal(1, :), at) > q%offset(1)) call on_inside(p, q, at, limit, lowest, f)
+    do k = 1, 3
+      if (q%edge(3, k) == 0) cycle
+      if (stands_out(q, k)) call on_edges(p, q, k, at, limit, f)
+    end do
+    do k = 1, 3
+      if (q%edge(3, 3 + k) == 0) cycle
+      call on_vertex(p, q, k, at, limit, f)
+    end do
+    if (.not. any(f%gap(1:f%count) <= 0)) call nearest(p, q, at, limit, f)
+  end subroutine find_points
+
+  !> Heights of a polyhedron along m from its centre.
+  pure subroutine extent(p, m, low, high, lowest)
+    type(solid), intent(in) :: p
+    real(c_double), intent(in) :: m(3)
+    real(c_double), intent(out) :: low, high
+    integer, intent(out) :: lowest
+    real(c_double) :: height
+    integer :: k
+    low = huge(low)
+    high = -huge(high)
+    lowest = 1
+    do k = 1, p%vertices
+      height = m(1)*p%v(k, 1) + m(2)*p%v(k, 2) + m(3)*p%v(k, 3)
+      high = max(high, height)
+      if (height < low) then
+        low = height
+        lowest = k
+      end if
+    end do
+  end subroutine extent
+
+  !> Corners of the polyhedron over the triangle, at most 4.
+  subroutine on_inside(p, q, at, limit, lowest, f)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: at(3), limit
+    integer, intent(in) :: lowest
+    type(findings), intent(inout) :: f
+    type(outline) :: face
+    type(patch) :: cut
+    real(c_double) :: m(3), t(3), s(3), height, x(3)
+    integer :: k, i
+    m = q%normal(1, :)
+    call across(m, t, s)
+    call find_outline(p, at, m, t, s, -1.0_c_double, face)
+    call clear_patch(cut, min(p%size, q%size))
+    do k = 1, face%count + 1
+      i = lowest
+      if (k <= face%count) i = face%vertex(k)
+      x = at + p%v(i, :)
+      height = dot_product(m, x) - q%offset(1)
+      if (height > limit .or. height < -2*q%size) cycle
+      if (.not. is_over(q, x)) cycle
+      if (height < 0) then
+        if (nearer_elsewhere(q, x, -height)) cycle
+      end if
+      call add_point(cut, [dot_product(t, x), dot_product(s, x), dot_product(m, x) - height/2], height, int(i, c_int32_t))
+    end do
+    call reduce_patch(cut, 4)
+    do k = 1, cut%count
+      call add(f, t*cut%x(1, k) + s*cut%x(2, k) + m*cut%x(3, k) - at, m, cut%gap(k), cut%name(k))
+    end do
+  end subroutine on_inside
+
+  !> Whether a point is over the triangle, or over an edge or a vertex that it owns.
+  pure logical function is_over(q, x)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: x(3)
+    real(c_double) :: s(3), slack
+    integer :: k, on
+    slack = on_edge*q%size
+    on = 0
+    do k = 1, 3
+      s(k) = inside_of(q, k, after(after(k)), x)
+      if (s(k) <= slack) on = on + 1
+    end do
+    is_over = minval(s) >= -slack
+    if (.not. is_over .or. on == 0) return
+    do k = 1, 3
+      if (on == 1 .and. s(k) <= slack) is_over = q%edge(3, k) /= 0
+      ! two edges meet in the vertex where the second begins
+      if (on > 1 .and. s(k) <= slack .and. s(after(k)) <= slack) is_over = q%edge(3, 3 + after(k)) /= 0
+    end do
+  end function is_over
+
+  !> Edges of the polyhedron that cross edge k of the triangle, along the normal across both.
+  pure subroutine on_edges(p, q, k, at, limit, f)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), limit
+    type(findings), intent(inout) :: f
+    real(c_double) :: from(3), e(3), d(3), start(3), n(3), out(3), x(3), y(3), w(3), det, along, gap, length, ends
+    integer :: i
+    from = q%v(k, :)
+    e = q%v(after(k), :) - from
+    out = q%normal(1, :)
+    if (q%edge(4, k) == 0) out = out - inward(q, k, after(after(k)))
+    if (q%edge(4, k) > 0) out = -inward(q, k, after(after(k))) - inward(q, k, int(q%edge(4, k)))
+    do i = 1, p%edges
+      start = at + p%v(p%edge(1, i), :)
+      d = p%v(p%edge(2, i), :) - p%v(p%edge(1, i), :)
+      n = cross(d, e)
+      length = sqrt(dot_product(n, n))
+      if (length <= 1e-8_c_double*sqrt(dot_product(d, d)*dot_product(e, e))) cycle
+      n = n/length
+      if (dot_product(n, out) < 0) n = -n
+      w = from - start
+      gap = -dot_product(n, w)
+      if (gap > limit .or. gap < -2*q%size) cycle
+      if (.not. supports(p, i, d, n)) cycle
+      if (.not. leaves_edge(q, k, n, lean)) cycle
+      det = dot_product(cross(d, e), n)
+      along = dot_product(cross(w, e), n)/det
+      ends = f%slack/sqrt(dot_product(d, d))
+      if (along < ends .or. along > 1 - ends) cycle
+      x = start + along*d
+      along = dot_product(cross(w, d), n)/det
+      ends = f%slack/sqrt(dot_product(e, e))
+      if (along < ends .or. along > 1 - ends) cycle
+      y = from + along*e
+      if (dot_product(n, at - y) <= 0) cycle
+      if (gap < 0) then
+        if (shorter_way(p, q, k, at, -gap)) cycle
+      end if
+      call add(f, (x + y)/2 - at, n, gap, name_of_edges(i, k))
+    end do
+  end subroutine on_edges
+
+  !> Whether a polyhedron leaves a triangle at edge k along its normal, by its lowest corner, with less than `depth`.
+  pure logical function shorter_way(p, q, k, at, depth)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), depth
+    real(c_double) :: m(3), low, high, x(3)
+    integer :: i, lowest
+    shorter_way = .false.
+    m = q%normal(1, :)
+    do i = 1, 2
+      if (i == 2) then
+        if (q%edge(4, k) == 0) return
+        m = cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :))
+        m = m/sqrt(dot_product(m, m))
+      end if
+      call extent(p, m, low, high, lowest)
+      x = at + p%v(lowest, :)
+      low = dot_product(m, x - q%v(k, :))
+      if (low > -depth + on_edge*q%size) shorter_way = nearer_elsewhere(q, x, depth)
+      if (shorter_way) return
+    end do
+  end function shorter_way
+
+  !> Whether a polyhedron lies beyond one of its edges along n, but for what it leans.
+  pure logical function supports(p, i, d, n)
+    type(solid), intent(in) :: p
+    integer, intent(in) :: i
+    real(c_double), intent(in) :: d(3), n(3)
+    real(c_double) :: length
+    length = lean*sqrt(dot_product(d, d))
+    supports = dot_product(n, cross(p%normal(p%edge(3, i), :), d)) >= -length .and. &
+               dot_product(n, cross(d, p%normal(p%edge(4, i), :))) >= -length
+  end function supports
+
+  !> Vertex k of the triangle in front of a face of the polyhedron, or behind the nearest, along its normal.
+  pure subroutine on_vertex(p, q, k, at, limit, f)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: k
+    real(c_double), intent(in) :: at(3), limit
+    type(findings), intent(inout) :: f
+    real(c_double) :: x(3), n(3), height, best
+    integer :: i, face
+    x = q%v(k, :) - at
+    if (dot_product(x, x) > (p%size + limit)**2) return
+    best = -huge(best)
+    face = 1
+    do i = 1, p%faces
+      height = dot_product(p%normal(i, :), x) - p%offset(i)
+      if (height > best) then
+        best = height
+        face = i
+      end if
+    end do
+    if (best > limit) return
+    n = -p%normal(face, :)
+    if (.not. leaves_vertex(q, k, n, lean)) return
+    if (best > 0) then
+      if (.not. in_front(p, face, x, f%slack)) return
+    end if
+    if (.not. pokes_out(q, k)) return
+    call add(f, x + n*(best/2), n, best, int(vertex_of_b + k, c_int32_t))
+  end subroutine on_vertex
+
+  pure logical function in_front(p, face, x, slack)
+    type(solid), intent(in) :: p
+    integer, intent(in) :: face
+    real(c_double), intent(in) :: x(3), slack
+    real(c_double) :: from(3), e(3)
+    integer :: k
+    in_front = .false.
+    from = p%v(p%corner_vertex(p%first_corner(face + 1)), :)
+    do k = p%first_corner(face) + 1, p%first_corner(face + 1)
+      e = p%v(p%corner_vertex(k), :) - from
+      if (dot_product(p%normal(face, :), cross(e, x - from)) < -slack*sqrt(dot_product(e, e))) return
+      from = p%v(p%corner_vertex(k), :)
+    end do
+    in_front = .true.
+  end function in_front
+
+  !> The nearest points, if that of the triangle is its own and the nearest of the surface around, and nothing found is nearer.
+  subroutine nearest(p, q, at, limit, f)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: at(3), limit
+    type(findings), intent(inout) :: f
+    type(solid) :: triangle
+    real(c_double), target :: v(3, 3)
+    real(c_double) :: distance, x(3), y(3), d(3), slack
+    integer :: corners, va(4), vb(4), k
+    integer(c_int32_t) :: name
+    v = q%v(1:3, :)
+    triangle%vertices = 3
+    triangle%size = q%size
+    triangle%v => v
+    call nearest_points(p, triangle, at, q%normal(1, :), distance, x, y, corners, va, vb)
+    if (distance > limit .or. .not. distance > 0) return
+    do k = 1, f%count
+      if (f%gap(k) <= distance + f%slack) return
+    end do
+    d = at + x - y
+    slack = on_edge*q%size
+    if (.not. is_over(q, y)) return
+    if (.not. is_nearest(q, y, d, slack)) return
+    name = int(va(1), c_int32_t)
+    if (any(va(1:corners) /= va(1))) name = int(vertex_of_b + vb(1), c_int32_t)
+    if (distance <= slack) d = q%normal(1, :)
+    call add(f, (at + x + y)/2 - at, d/sqrt(dot_product(d, d)), distance, name)
+  end subroutine nearest
+
+  !> Whether a point of the triangle is the nearest of the surface to what stands at d from it. Edges and vertices that do not
+  !> stand out are nearest to nothing that has no corner nearer.
+  pure logical function is_nearest(q, y, d, slack)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: y(3), d(3), slack
+    logical :: on(3)
+    integer :: k
+    do k = 1, 3
+      on(k) = inside_of(q, k, after(after(k)), y) <= slack
+    end do
+    is_nearest = .false. ! inside, a corner is as near
+    do k = 1, 3
+      if (on(k) .and. on(after(k))) is_nearest = &
+        leaves_vertex(q, after(k), d, slack) .and. pokes_out(q, after(k))
+      if (on(k) .and. .not. on(after(k)) .and. .not. on(after(after(k)))) is_nearest = &
+        leaves_edge(q, k, d, slack) .and. stands_out(q, k)
+    end do
+  end function is_nearest
+
+end module polyhedron_facet

@@ -1,0 +1,91 @@
+"""Surfaces of what is no disk or sphere, where it is at a step: polyhedra, facets, capsules, cylinders, superquadrics."""
+
+import numpy as np
+
+from .geometry import turn
+
+AROUND, ALONG = 24, 12  # faces around an axis, and from pole to pole
+
+
+def meshes_of(step):
+    """Points (n, 3) [m], triangles (m, 3) and the rows (m,) of the bodies they are of; None where the step has no such shape."""
+    table = step.run.scene.get("contactors") or {}
+    hulls, which = table.get("hulls"), table.get("hull")
+    if step.dim != 3 or hulls is None or which is None or not len(step.bodies):
+        return None
+    which, owner = np.asarray(which, np.int64), np.asarray(table["body"], np.int64)
+    names = np.asarray(step.run.scene["shapes"])[np.asarray(table["shape_number"], np.int64)]
+    ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
+    order = np.argsort(ids, kind="stable")
+    row = order[np.minimum(np.searchsorted(ids, owner, sorter=order), len(ids) - 1)]
+    shown = np.flatnonzero((which >= 0) & (ids[row] == owner))
+    offset = np.asarray(table["offset"], float) if "offset" in table else np.zeros((len(owner), 3))
+    points, triangles, rows, count = [], [], [], 0
+    for (name, hull), group in _groups(names[shown], which[shown]):
+        k = shown[group]
+        x, t = _local_mesh(name, hulls, hull)
+        at = np.repeat(row[k], len(x))
+        local = np.tile(x, (len(k), 1)) + np.repeat(offset[k], len(x), axis=0)
+        if "rotation" in step.bodies:
+            local = turn(step.bodies["rotation"][at], local, 3)
+        points.append(local + step.bodies["position"][at])
+        triangles.append((t[None] + count + len(x) * np.arange(len(k))[:, None, None]).reshape(-1, 3))
+        rows.append(np.repeat(row[k], len(t)))
+        count += len(local)
+    if not points:
+        return None
+    return np.concatenate(points), np.concatenate(triangles), np.concatenate(rows)
+
+
+def _groups(names, which):
+    """Contactors of the same name and hull: ((name, hull), their places)."""
+    kinds, name = np.unique(names, return_inverse=True)
+    pairs, group = np.unique(np.stack([name, which], axis=1), axis=0, return_inverse=True)
+    places = np.split(np.argsort(group.ravel(), kind="stable"), np.cumsum(np.bincount(group.ravel()))[:-1])
+    return [((str(kinds[n]), int(h)), p) for (n, h), p in zip(pairs, places, strict=True)] if len(names) else []
+
+
+def _local_mesh(name, hulls, h):
+    """Points and triangles of one hull from its centre, in the axes of the body."""
+    first, last = (int(v) for v in np.asarray(hulls["first_vertex"])[h : h + 2])
+    face, end = (int(v) for v in np.asarray(hulls["first_face"])[h : h + 2])
+    x = np.asarray(hulls["vertex"], float).reshape(-1, 3)[first:last]
+    sizes = np.asarray(hulls["offset"], float)[face:end]
+    if name in ("capsule", "cylinder"):
+        return _grid(*_turned_outline(name, sizes[0], x[1, 2]))
+    if name == "superquadric":
+        return _grid(*_superquadric(*sizes))
+    corner = np.asarray(hulls["first_corner"], np.int64)
+    loops = [np.asarray(hulls["corner_vertex"], np.int64)[corner[f] : corner[f + 1]] - 1 for f in range(face, end)]
+    return x, np.array([[c[0], c[i], c[i + 1]] for c in loops for i in range(1, len(c) - 1)], np.int64)
+
+
+def _turned_outline(name, radius, half):
+    """Radius and height from pole to pole of a capsule or cylinder along z, and cosine and sine around it."""
+    if name == "cylinder":
+        r, z = np.array([0, radius, radius, 0]), np.array([-half, -half, half, half])
+    else:
+        angle = np.linspace(0, np.pi / 2, ALONG // 2 + 1)
+        r = radius * np.concatenate([np.sin(angle), np.sin(angle[::-1])])
+        z = np.concatenate([-half - radius * np.cos(angle), half + radius * np.cos(angle[::-1])])
+    around = 2 * np.pi * np.arange(AROUND) / AROUND
+    return r, r, z, np.cos(around), np.sin(around)
+
+
+def _superquadric(a, b, c, e1, e2):
+    def power(x, e):
+        return np.sign(x) * np.abs(x) ** e
+
+    up = np.linspace(-np.pi / 2, np.pi / 2, 2 * ALONG + 1)
+    around = 2 * np.pi * np.arange(2 * AROUND) / (2 * AROUND)
+    r = power(np.maximum(np.cos(up), 0), e1)
+    return a * r, b * r, c * power(np.sin(up), e1), power(np.cos(around), e2), power(np.sin(around), e2)
+
+
+def _grid(a, b, z, x, y):
+    """Points a_i x_j, b_i y_j, z_i and the triangles between them, closed around."""
+    n, m = len(z), len(x)
+    points = np.stack([np.outer(a, x), np.outer(b, y), np.repeat(z[:, None], m, axis=1)], axis=2).reshape(-1, 3)
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(n - 1), np.arange(m), indexing="ij"))
+    p, q, r, s = i * m + j, i * m + (j + 1) % m, (i + 1) * m + (j + 1) % m, (i + 1) * m + j
+    return points, np.concatenate([np.stack([p, q, r], axis=1), np.stack([p, r, s], axis=1)])
