@@ -3,14 +3,14 @@
 !> bettered by drawing them apart along it and looking for their nearest points, until the move is the shortest around.
 module convex_axis
   use, intrinsic :: iso_c_binding, only: c_double
-  use convex_shape, only: convex, guesses, is_cylinder, is_polyhedron, is_segment, most_guesses, support
+  use convex_shape, only: convex, guesses, is_cylinder, is_polyhedron, is_segment, is_superquadric, most_guesses, support
   use hull_distance, only: add_and_reduce, simplex
   use hull_patch, only: across
   implicit none
   private
   public :: axis_between, separation_along
 
-  integer, parameter :: most_rounds = 200, most_draws = 60
+  integer, parameter :: most_rounds = 40, most_draws = 20
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double)
   !> Of the sizes together: the distance below which differences tell no direction; of the smaller size: how far bodies are drawn.
   real(c_double), parameter :: blind = 1e-7_c_double, drawn = 0.02_c_double
@@ -77,6 +77,9 @@ contains
       flat = trial
       point_a = x - d
       point_b = y
+      call polish(a, b, at, extent, n, flat, point_a, point_b)
+      m = n
+      trial = flat
     end do
     call polish(a, b, at, extent, n, flat, point_a, point_b)
     gap = flat - layers
@@ -162,7 +165,7 @@ contains
     logical :: a_is_straight, b_is_straight
     call straight_edge(a, -n, a_is_straight, of_a)
     call straight_edge(b, n, b_is_straight, of_b)
-    call climb(a, b, at, extent, .false., of_a, n, n, best)
+    call climb(a, b, at, extent, .false., of_a, (n), n, best)
     if (a_is_straight) call climb(a, b, at, extent, .true., of_a, n - dot_product(n, of_a)*of_a, n, best)
     if (b_is_straight) call climb(a, b, at, extent, .true., of_b, n - dot_product(n, of_b)*of_b, n, best)
     if (a_is_straight .and. b_is_straight) then
@@ -263,9 +266,11 @@ contains
     real(c_double), intent(in) :: at(3), start(3), extent
     real(c_double), intent(out) :: distance, point_a(3), point_b(3)
     type(simplex) :: s, before
-    real(c_double) :: of_a(3, 0:most_rounds), of_b(3, 0:most_rounds), v(3), w(3), length, beyond
+    real(c_double) :: of_a(3, 0:most_rounds), of_b(3, 0:most_rounds), v(3), w(3), length, beyond, enough
     integer :: round, k
 
+    enough = 0
+    if (a%kind == is_superquadric .or. b%kind == is_superquadric) enough = 1e-8_c_double ! Newton's steps do the rest
     beyond = -huge(beyond)
     call reach(0, start)
     s%count = 1
@@ -277,7 +282,7 @@ contains
       length = sqrt(dot_product(v, v))
       if (length <= 8*epsilon(length)*extent) exit
       call reach(round, v)
-      if (dot_product(v, v - w) <= 4*epsilon(length)*extent*length) exit
+      if (dot_product(v, v - w) <= max(4*epsilon(length)*extent, enough*length)*length) exit
       if (known()) exit
       beyond = max(beyond, dot_product(v, w)/length)
       before = s
