@@ -155,11 +155,13 @@ def test_depths_are_those_between_solids():
     assert same >= 57
 
 
+@pytest.mark.parametrize("place", [1.9, 2.3])
 @pytest.mark.parametrize("sunk", [0.0, 1e-9, 1e-4])
-def test_a_block_overhanging_an_edge_is_not_caught(sunk):
-    """A plate on a table of triangles, half over its rim, slides in without friction, however little it has sunk."""
+def test_a_block_overhanging_an_edge_is_not_caught(sunk, place):
+    """A plate on a table of triangles, half or more over its rim, slides in without friction, however little it has sunk."""
     top, cliff = CUBE * (4, 4, 2) - [0, 0, 1], triangles(CUBE_FACES)
-    plate = cn.boxes([[1.9, 0.2, 0.1 - sunk]], (1.0, 0.6, 0.2), ROCK, velocity=[[-1.0, 0, 0, 0, 0, 0]])
+    moved = {"velocity": [[-1.0, 0, 0, 0, 0, 0]], "driven": ("wx", "wy", "wz")}
+    plate = cn.boxes([[place, 0.2, 0.1 - sunk]], (1.0, 0.6, 0.2), ROCK, **moved)
     _, _, velocity, sim = run(cn.surface(top, cliff, GROUND), plate, 300, mu=0.0)
     np.testing.assert_allclose(velocity, [-1, 0, 0, 0, 0, 0], atol=1e-8)
     assert abs(sim.bodies.position[0, 2] - 0.1) < 1e-8 + sunk
