@@ -1,176 +1,16 @@
-// Pairs of convex polyhedra a second and core, of 8 vertices unless another number is given. Column random: pairs whose
-// gap is within 2 % of their size, in random turns, seen for the first time. Column coherent: the same pairs a small
-// motion later, with what the step before left. CSV on standard output, best of the repetitions, CPU time.
+// Pairs of convex polyhedra a second and core, of 8 vertices unless another number is given; "flush": boxes face on
+// face. Column random: pairs whose gap is within 2 % of their size, in random turns, seen for the first time. Column
+// coherent: the same pairs a small motion later (a thousandth of the size; of flush ones a billionth), with what the
+// step before left. CSV on standard output, best of the repetitions, CPU time.
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
-#include <random>
 #include <string>
-#include <vector>
 
-#include "cairn/core.h"
-#include "hulls.hpp"
+#include "benchmarks/hull_pairs.hpp"
 
 namespace {
-
-using namespace cairn;
-
-struct Pairs {
-  static constexpr int pairs = 8192, most = 4;
-  Hulls hulls{3};
-  std::vector<std::int32_t> hull, body, a, b, count, feature;
-  std::vector<std::int64_t> place;
-  std::vector<double> rotation, radius, reach, turned, box, between, radius_a, radius_b, direction, limit;
-  std::vector<double> gap, normal, point;
-  std::mt19937 random{1};
-
-  explicit Pairs(int vertices) {
-    for (int k = 0; k < 2 * pairs; ++k) add(vertices);
-    reach = radius;
-    box.resize(6 * 2 * pairs);
-    limit.assign(pairs, 0.02);
-    direction.assign(4 * pairs, 0);
-    count.resize(pairs);
-    feature.resize(pairs * most);
-    gap.resize(pairs * most);
-    normal.resize(3 * pairs * most);
-    point.resize(3 * pairs * most);
-    turn();
-    bring_near();
-  }
-
-  // The hull of points on a sphere: every triple with all others behind it is a face.
-  void add(int vertices) {
-    std::normal_distribution<double> g;
-    std::uniform_real_distribution<double> part(vertices > 12 ? 1 : 0.7, 1);
-    std::vector<double> x;
-    std::vector<std::int64_t> corner, first_corner{0};
-    do {
-      x.clear();
-      corner.clear();
-      for (int i = 0; i < vertices; ++i) {
-        double v[3] = {g(random), g(random), g(random)};
-        const double scale = part(random) / std::hypot(v[0], v[1], v[2]);
-        for (double c : v) x.push_back(c * scale);
-      }
-      const auto volume = [&](int i, int j, int k, int l) {
-        double d[3][3];
-        const int other[3] = {j, k, l};
-        for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) d[r][c] = x[3 * other[r] + c] - x[3 * i + c];
-        return d[0][0] * (d[1][1] * d[2][2] - d[1][2] * d[2][1]) - d[0][1] * (d[1][0] * d[2][2] - d[1][2] * d[2][0]) +
-               d[0][2] * (d[1][0] * d[2][1] - d[1][1] * d[2][0]);
-      };
-      std::vector<char> used(vertices, 0);
-      for (int i = 0; i < vertices; ++i)
-        for (int j = i + 1; j < vertices; ++j)
-          for (int k = j + 1; k < vertices; ++k) {
-            int above = 0, below = 0;
-            for (int l = 0; l < vertices && !(above && below); ++l)
-              if (l != i && l != j && l != k) ++(volume(i, j, k, l) > 0 ? above : below);
-            if (above && below) continue;
-            used[i] = used[j] = used[k] = 1;
-            if (above)
-              corner.insert(corner.end(), {i, k, j});
-            else
-              corner.insert(corner.end(), {i, j, k});
-          }
-      if (std::count(used.begin(), used.end(), 1) < vertices) corner.clear();
-    } while (corner.empty());
-    for (std::size_t k = 3; k <= corner.size(); k += 3) first_corner.push_back(std::int64_t(k));
-    const std::int64_t first_vertex[] = {0, vertices}, first_face[] = {0, std::int64_t(first_corner.size()) - 1};
-    const std::int32_t h = hulls.add({x, first_vertex, first_face, first_corner, corner});
-    double q[4] = {g(random), g(random), g(random), g(random)};
-    const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    for (double c : q) rotation.push_back(c / size);
-    body.push_back(h);
-    hull.push_back(h);
-    radius.push_back(hulls.radius[h]);
-    place.push_back(place.empty() ? 0 : std::int64_t(turned.size()));
-    turned.resize(turned.size() + 3 * (hulls.vertices(h) + hulls.faces(h)));
-  }
-
-  void turn() {
-    cairn_hull_place(3, 0, 2 * pairs, body.data(), hull.data(), place.data(), hulls.first_vertex.data(),
-                     hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), hulls.offset.data(), 1,
-                     rotation.data(), radius.data(), reach.data(), turned.data(), box.data());
-  }
-
-  cairn_hulls view() const {
-    return {3,
-            most,
-            hull.data(),
-            hulls.first_vertex.data(),
-            hulls.first_face.data(),
-            hulls.first_edge.data(),
-            hulls.first_corner.data(),
-            hulls.corner_vertex.data(),
-            hulls.corner_edge.data(),
-            hulls.edge.data(),
-            hulls.offset.data(),
-            hulls.inner.data(),
-            place.data(),
-            turned.data()};
-  }
-
-  void detect() {
-    constexpr int batch = 64; // as detection calls it
-    const cairn_hulls h = view();
-    std::array<double, 3 * batch> at{};
-    for (int i = 0; i < pairs; i += batch) {
-      for (int k = 0; k < 3; ++k)
-        for (int j = 0; j < batch; ++j) at[k * batch + j] = between[3 * (i + j) + k];
-      cairn_pair_polyhedron_polyhedron(batch, &h, &a[i], &b[i], at.data(), &radius_a[i], &radius_b[i],
-                                       &direction[4 * i], &limit[i], &count[i], &gap[most * i], &normal[3 * most * i],
-                                       &point[3 * most * i], &feature[most * i]);
-    }
-  }
-
-  // Along a random direction, to where the gap is anything within 2 % of the size.
-  void bring_near() {
-    std::normal_distribution<double> g;
-    std::uniform_real_distribution<double> wanted(-0.02, 0.02);
-    std::vector<double> way, low(pairs, 0), high(pairs, 2.5), goal;
-    for (int i = 0; i < pairs; ++i) {
-      a.push_back(2 * i);
-      b.push_back(2 * i + 1);
-      radius_a.push_back(radius[2 * i]);
-      radius_b.push_back(radius[2 * i + 1]);
-      const double v[3] = {g(random), g(random), g(random)};
-      for (double c : v) way.push_back(c / std::hypot(v[0], v[1], v[2]));
-      goal.push_back(wanted(random));
-    }
-    between.resize(3 * pairs);
-    for (int round = 0; round < 20; ++round) {
-      for (int i = 0; i < pairs; ++i)
-        for (int k = 0; k < 3; ++k) between[3 * i + k] = way[3 * i + k] * (low[i] + high[i]) / 2;
-      detect();
-      for (int i = 0; i < pairs; ++i) {
-        double least = 1;
-        for (int k = 0; k < count[i]; ++k) least = std::min(least, gap[most * i + k]);
-        (least < goal[i] ? low : high)[i] = (low[i] + high[i]) / 2;
-      }
-    }
-  }
-
-  // Each body moves by about a thousandth of its size.
-  void move() {
-    std::normal_distribution<double> g(0, 1e-3);
-    for (double& x : between) x += g(random);
-    for (std::size_t k = 0; k < rotation.size(); k += 4) {
-      double square = 0;
-      for (int c = 0; c < 4; ++c) {
-        rotation[k + c] += g(random);
-        square += rotation[k + c] * rotation[k + c];
-      }
-      for (int c = 0; c < 4; ++c) rotation[k + c] /= std::sqrt(square);
-    }
-    turn();
-  }
-};
 
 double seconds() {
   timespec t;
@@ -181,21 +21,25 @@ double seconds() {
 } // namespace
 
 int main(int argc, char** argv) {
-  const int vertices = argc > 1 ? std::atoi(argv[1]) : 8;
-  Pairs pairs(vertices);
+  const std::string what = argc > 1 ? argv[1] : "8";
+  const bool flush = what == "flush";
+  cairn::Pairs pairs(flush ? 8 : std::atoi(what.c_str()), flush);
   double first = 1e300, again = 1e300;
   for (int repetition = 0; repetition < 20; ++repetition) {
     const double start = seconds();
     pairs.detect();
     first = std::min(first, seconds() - start);
   }
+  const double random = cairn::Pairs::pairs / first;
+  pairs.recalls = true;
+  pairs.detect();
   for (int repetition = 0; repetition < 20; ++repetition) {
-    pairs.move();
+    pairs.move(flush ? 1e-9 : 1e-3);
     const double start = seconds();
     pairs.detect();
     again = std::min(again, seconds() - start);
   }
-  std::printf("vertices,random_pairs_a_second,coherent_pairs_a_second\n%d,%.0f,%.0f\n", vertices, Pairs::pairs / first,
-              Pairs::pairs / again);
+  std::printf("vertices,random_pairs_a_second,coherent_pairs_a_second\n%s,%.0f,%.0f\n", what.c_str(), random,
+              cairn::Pairs::pairs / again);
   return 0;
 }

@@ -13,6 +13,7 @@ set(CAIRN_CORE_SOURCES
   detection/hilbert_keys.f90
   detection/hull_axes.f90
   detection/hull_distance.f90
+  detection/hull_features.f90
   detection/hull_patch.f90
   detection/hull_places.f90
   detection/hull_proofs.f90

@@ -5,6 +5,7 @@
 #include "cairn/core.h"
 #include "detection_grid.hpp"
 #include "interaction_handler.hpp"
+#include "recalled_pairs.hpp"
 
 namespace cairn {
 namespace detection {
@@ -28,6 +29,8 @@ inline const char* const shape_names[] = {
 #include "../core_f90/detection/shapes.def"
 #undef CAIRN_SHAPE
 };
+// Kinds whose kernel makes use of what it found the last time.
+inline bool recalls(const PairKind& kind) { return kind.hull_contact == cairn_pair_polyhedron_polyhedron; }
 inline constexpr bool shape_bounded[] = {
 #define CAIRN_SHAPE(name, dimension, bounded) bounded != 0,
 #include "../core_f90/detection/shapes.def"
@@ -133,6 +136,8 @@ struct InteractionHandler::Workspace {
   ScratchArray<std::int8_t> keep;
   Array<std::int32_t> number_of_id;
   Array<std::int32_t> pair_a, pair_b, pair_image; // where pairs have more contacts than one
+  detection::RecalledPairs recalled;
+  std::int64_t first_recalled = 0; // among the pairs
   std::int32_t slot_of_kind[detection::kinds] = {};
   std::int64_t kind_end[detection::kinds] = {};
 

@@ -420,7 +420,7 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
 
 std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
-  std::size_t total = w.grid.bytes() + w.own.bytes();
+  std::size_t total = w.grid.bytes() + w.own.bytes() + w.recalled.bytes();
   for (const auto* array : {&w.number_of_id, &w.pair_a, &w.pair_b, &w.pair_image}) total += bytes_of(*array);
   for (const PairList& list : w.lists) total += bytes_of(list.hits);
   return total;

@@ -43,6 +43,10 @@ void InteractionHandler::Workspace::narrow(Candidates& out) {
   for (int k = 0; k < kinds; ++k) {
     const bool hulls = pair_kinds[k].hull_contact;
     const int most = pair_kinds[k].most, size = hulls ? hull_batch : batch;
+    if (recalls(pair_kinds[k]) && kind_end[k] > begin) {
+      first_recalled = begin;
+      recalled.begin(kind_end[k] - begin, a + begin, b + begin, image + begin);
+    }
     const std::int64_t batches = (kind_end[k] - begin + size - 1) / size;
 #pragma omp parallel for schedule(static) reduction(+ : kept) if (batches > 8)
     for (std::int64_t i = 0; i < batches; ++i) {
@@ -119,7 +123,8 @@ std::int64_t InteractionHandler::Workspace::narrow_hulls(int kind, std::int64_t 
                           h.offset.data(),
                           h.inner.data(),
                           hull_place.data(),
-                          turned.data()};
+                          turned.data(),
+                          recalls(pair_kinds[kind]) ? recalled.features(first - first_recalled, n) : nullptr};
   cairn_pair_gather(dim, n, a + first, b + first, image + first, centre.data(), contactors->radius.values.data(),
                     directed(pair_kinds[kind].b), direction.data(), any_periodic, cell->vectors, between, radius_a,
                     radius_b, direction_b);

@@ -7,7 +7,8 @@ module hull_axes
   private
   public :: best_face, best_edges, axis_of_edges
 
-  integer, parameter :: faces_at_once = 32, edges_at_once = 64
+  integer, parameter :: lanes = 4, edges_at_once = 64
+  integer, parameter :: most_faces = 10922 !< two thirds of the most edges a hull may have, see hulls.hpp
 
   !> Edges of a hull that look at the other: from, along [m], normals of the faces left and right.
   type :: facing
@@ -26,31 +27,49 @@ contains
     real(c_double), intent(in) :: limit           !< [m]
     real(c_double), intent(inout) :: best         !< [m]
     integer, intent(inout) :: face                !< of p, from 1
-    real(c_double) :: low(faces_at_once), x, y, z
-    integer :: first, last, i, j, v
+    real(c_double) :: s(lanes)
+    integer :: first, from, j
 
-    do first = 1, p%faces, faces_at_once
-      last = min(first + faces_at_once - 1, p%faces)
-      low = huge(low)
-      do v = 1, q%vertices
-        x = at(1) + q%v(v, 1)
-        y = at(2) + q%v(v, 2)
-        z = at(3) + q%v(v, 3)
-        do i = first, last
-          j = i - first + 1
-          low(j) = min(low(j), p%normal(i, 1)*x + p%normal(i, 2)*y + p%normal(i, 3)*z)
-        end do
-      end do
-      do i = first, last
-        x = low(i - first + 1) - p%offset(i)
-        if (x > best) then
-          best = x
-          face = i
+    do first = 1, p%faces, lanes
+      from = max(min(first, p%faces - lanes + 1), 1) - 1
+      call separations(p%faces, p%normal, p%offset, q%vertices, q%v, at, from, s)
+      do j = 1, min(lanes, p%faces)
+        if (s(j) > best) then
+          best = s(j)
+          face = from + j
         end if
       end do
       if (best > limit) return
     end do
   end subroutine best_face
+
+  !> Separations along a few faces after `from`.
+  pure subroutine separations(faces, normal, offset, vertices, v, at, from, s)
+    integer, intent(in) :: faces, vertices, from
+    real(c_double), intent(in) :: normal(faces, 3), offset(faces), v(vertices, 3), at(3)
+    real(c_double), intent(out) :: s(lanes)
+    real(c_double) :: x, y, z
+    integer :: j, k
+    s = huge(s)
+    if (faces < lanes) then
+      do j = 1, faces
+        s(j) = minval(normal(j, 1)*(at(1) + v(:, 1)) + normal(j, 2)*(at(2) + v(:, 2)) + normal(j, 3)*(at(3) + v(:, 3))) &
+               - offset(j)
+      end do
+      return
+    end if
+    do k = 1, vertices
+      x = at(1) + v(k, 1)
+      y = at(2) + v(k, 2)
+      z = at(3) + v(k, 3)
+      do j = 1, lanes
+        s(j) = min(s(j), normal(from + j, 1)*x + normal(from + j, 2)*y + normal(from + j, 3)*z)
+      end do
+    end do
+    do j = 1, lanes
+      s(j) = s(j) - offset(from + j)
+    end do
+  end subroutine separations
 
   !> Separation along n, from b to a, a standing at `at` from b.
   pure function along_axis(a, b, at, n) result(s)
@@ -69,10 +88,21 @@ contains
     s = dot_product(n, at) + low - high
   end function along_axis
 
+  !> How far the centre of q, at `at` from that of p, is in front of the faces of p [m].
+  pure subroutine in_front_of_faces(faces, normal, offset, at, front)
+    integer, intent(in) :: faces
+    real(c_double), intent(in) :: normal(faces, 3), offset(faces), at(3)
+    real(c_double), intent(inout) :: front(faces)
+    integer :: i
+    do i = 1, faces
+      front(i) = normal(i, 1)*at(1) + normal(i, 2)*at(2) + normal(i, 3)*at(3) - offset(i)
+    end do
+  end subroutine in_front_of_faces
+
   !> Edges of p that may make an axis along which q is farther than `least`: those that see q beyond them.
-  subroutine facing_edges(p, q, at, least, first, f)
+  subroutine facing_edges(p, q, at, front, least, first, f)
     type(solid), intent(in) :: p, q
-    real(c_double), intent(in) :: at(3), least
+    real(c_double), intent(in) :: at(3), front(:), least
     integer, intent(inout) :: first               !< next edge to look at
     type(facing), intent(inout) :: f
     real(c_double) :: w(3), e(3), m(3), n1(3), n2(3), along1, along2, wanted, square
@@ -82,15 +112,16 @@ contains
     do k = first, p%edges
       if (f%count == edges_at_once) exit
       first = k + 1
+      along1 = front(p%edge(3, k))
+      along2 = front(p%edge(4, k))
+      ! between the two normals, w may reach farther than along either, if it looks along their middle at all
+      if (max(along1, along2) <= wanted .and. along1 + along2 <= 0) cycle
       from = p%edge(1, k)
       n1 = p%normal(p%edge(3, k), :)
       n2 = p%normal(p%edge(4, k), :)
-      w = at - p%v(from, :)
       e = p%v(p%edge(2, k), :) - p%v(from, :)
-      along1 = dot_product(n1, w)
-      along2 = dot_product(n2, w)
       if (max(along1, along2) <= wanted) then
-        ! between the two normals, w may reach farther than along either
+        w = at - p%v(from, :)
         m = cross(e, n1)
         if (dot_product(m, w) <= 0) cycle
         m = cross(n2, e)
@@ -108,24 +139,26 @@ contains
   end subroutine facing_edges
 
   !> Largest separation across an edge of a and one of b, where it beats `best`: a standing at `at` from b.
-  subroutine best_edges(a, b, at, limit, best, edge_a, edge_b, normal)
+  subroutine best_edges(a, b, at, limit, best, edge_a, edge_b)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), limit    !< [m]
     real(c_double), intent(inout) :: best         !< [m]
     integer, intent(inout) :: edge_a, edge_b
-    real(c_double), intent(inout) :: normal(3)    !< unit, from b to a
     type(facing) :: of_a, of_b
+    real(c_double) :: front_a(most_faces), front_b(most_faces)
     integer :: first_a, first_b, i
 
+    call in_front_of_faces(a%faces, a%normal, a%offset, -at, front_a)
+    call in_front_of_faces(b%faces, b%normal, b%offset, at, front_b)
     first_a = 1
     do while (first_a <= a%edges)
-      call facing_edges(a, b, -at, best, first_a, of_a)
+      call facing_edges(a, b, -at, front_a, best, first_a, of_a)
       if (of_a%count == 0) cycle
       first_b = 1
       do while (first_b <= b%edges)
-        call facing_edges(b, a, at, best, first_b, of_b)
+        call facing_edges(b, a, at, front_b, best, first_b, of_b)
         do i = 1, of_a%count
-          call with_edge(a, b, at, of_a, i, of_b, best, edge_a, edge_b, normal)
+          call with_edge(a, b, at, of_a, i, of_b, best, edge_a, edge_b)
           if (best > limit) return
         end do
       end do
@@ -133,12 +166,12 @@ contains
   end subroutine best_edges
 
   !> The same for one edge of a. Two edges make an axis where the arcs between the normals of their faces cross (Gregorius 2013).
-  subroutine with_edge(a, b, at, fa, i, fb, best, edge_a, edge_b, normal)
+  subroutine with_edge(a, b, at, fa, i, fb, best, edge_a, edge_b)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3)
     type(facing), intent(in) :: fa, fb
     integer, intent(in) :: i
-    real(c_double), intent(inout) :: best, normal(3)
+    real(c_double), intent(inout) :: best
     integer, intent(inout) :: edge_a, edge_b
     real(c_double) :: n1(3), n2(3), from(3), e(3), c(3), s, a1, a2, b1, b2, length
     integer :: j
@@ -167,7 +200,6 @@ contains
       best = s
       edge_a = fa%edge(i)
       edge_b = fb%edge(j)
-      normal = c
     end do
   end subroutine with_edge
 

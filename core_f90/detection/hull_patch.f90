@@ -5,7 +5,7 @@ module hull_patch
   use patch_points, only: patch, add_point, name_of_edges, name_points, vertex_of_b
   implicit none
   private
-  public :: outline, find_outline, cut_faces, name_patch, across, face_corners
+  public :: outline, find_outline, outline_of_face, face_along, cut_faces, name_patch, across, face_corners
 
   integer, parameter :: face_corners = 1024 !< corners a face may have
   real(c_double), parameter :: steep = 1e-3_c_double !< a face whose normal is so far from the axis has no depths inside
@@ -13,12 +13,26 @@ module hull_patch
 
   !> A face seen along the normal: corners counterclockwise across the normal, and along it.
   type :: outline
-    integer :: count = 0
-    logical :: flat = .false.            !< wide enough to tell depths inside
+    integer :: count
+    logical :: flat                                    !< wide enough to tell depths inside
     real(c_double) :: x(2, face_corners), height(face_corners) ! [m]
-    real(c_double) :: slope(2) = 0, level = 0  !< height = level + slope . x inside
+    real(c_double) :: slope(2), level                  !< height = level + slope . x inside
     integer(c_int32_t) :: vertex(face_corners), edge(face_corners) !< edge from this corner to the next
   end type outline
+
+  integer, parameter :: lanes = 4, room = face_corners + lanes
+  !> The lines of an outline, and its corners, filled up with the last of them to whole lanes. What is in is on the left.
+  type :: rim
+    integer :: count, filled
+    real(c_double), dimension(room) :: x, y, inward_x, inward_y, base
+  end type rim
+
+  !> Where the edge of A from corner i crosses that of B from corner j: how far along each.
+  type :: crossings
+    integer :: count
+    integer, dimension(2*face_corners) :: i, j
+    real(c_double), dimension(2*face_corners) :: along_a, along_b
+  end type crossings
 
 contains
 
@@ -39,116 +53,222 @@ contains
     type(solid), intent(in) :: p
     real(c_double), intent(in) :: at(3), n(3), t(3), s(3), sense
     type(outline), intent(inout) :: f
-    real(c_double) :: best, look, x(3), m(3)
-    integer :: i, k, c, face, base
-    face = 1
-    best = -2
-    do i = 1, p%faces
-      look = sense*(n(1)*p%normal(i, 1) + n(2)*p%normal(i, 2) + n(3)*p%normal(i, 3))
-      if (look > best) then
-        best = look
-        face = i
-      end if
-    end do
+    call outline_of_face(p, face_along(p%faces, p%normal, sense*n), at, n, t, s, sense, f)
+  end subroutine find_outline
+
+  pure subroutine outline_of_face(p, face, at, n, t, s, sense, f)
+    type(solid), intent(in) :: p
+    integer, intent(in) :: face
+    real(c_double), intent(in) :: at(3), n(3), t(3), s(3), sense
+    type(outline), intent(inout) :: f
+    real(c_double) :: look, m(3)
+    integer :: base
     base = p%first_corner(face)
     f%count = p%first_corner(face + 1) - base
-    do k = 1, f%count
-      ! seen from outside a face that looks against the normal, the turn is the other one
-      c = base + k
-      if (sense < 0) c = base + f%count + 1 - k
-      f%vertex(k) = p%corner_vertex(c)
-      x = at + p%v(f%vertex(k), :)
-      f%x(:, k) = [dot_product(t, x), dot_product(s, x)]
-      f%height(k) = dot_product(n, x)
-      if (sense < 0) c = base + modulo(f%count - k - 1, f%count) + 1
-      f%edge(k) = p%corner_edge(c)
-    end do
+    call see_corners(f, p%vertices, p%v, p%corner_vertex(base + 1:base + f%count), p%corner_edge(base + 1:base + f%count), &
+                     at, n, t, s, sense < 0)
     m = p%normal(face, :)
     look = dot_product(m, n)
     f%flat = abs(look) > steep
+    f%slope = 0
+    f%level = 0
     if (.not. f%flat) return
     f%slope = -[dot_product(m, t), dot_product(m, s)]/look
     f%level = (p%offset(face) + dot_product(m, at))/look
-  end subroutine find_outline
+  end subroutine outline_of_face
 
-  !> How far inside line i of an outline a point is [m].
-  pure function inside_line(f, i, x) result(d)
-    type(outline), intent(in) :: f
-    integer, intent(in) :: i
-    real(c_double), intent(in) :: x(2)
-    real(c_double) :: d, e(2), length
-    integer :: next
-    next = merge(1, i + 1, i == f%count)
-    e = f%x(:, next) - f%x(:, i)
-    length = sqrt(e(1)*e(1) + e(2)*e(2))
-    d = -huge(d)
-    if (length > 0) d = (e(1)*(x(2) - f%x(2, i)) - e(2)*(x(1) - f%x(1, i)))/length
-  end function inside_line
-
-  pure function inside(f, x, slack)
-    type(outline), intent(in) :: f
-    real(c_double), intent(in) :: x(2), slack
-    logical :: inside
-    integer :: i
-    inside = .false.
-    do i = 1, f%count
-      if (inside_line(f, i, x) < -slack) return
+  !> Seen from outside a face that looks against the normal, the turn is the other one.
+  pure subroutine see_corners(f, vertices, v, corner_vertex, corner_edge, at, n, t, s, back)
+    type(outline), intent(inout) :: f
+    integer, intent(in) :: vertices
+    real(c_double), intent(in) :: v(vertices, 3), at(3), n(3), t(3), s(3)
+    integer(c_int32_t), intent(in) :: corner_vertex(f%count), corner_edge(f%count)
+    logical, intent(in) :: back
+    real(c_double) :: x, y, z
+    integer :: k, c, e, step, i
+    c = merge(f%count, 1, back)
+    e = merge(f%count - 1, 1, back)
+    step = merge(-1, 1, back)
+    do k = 1, f%count
+      i = corner_vertex(c)
+      f%vertex(k) = i
+      x = at(1) + v(i, 1)
+      y = at(2) + v(i, 2)
+      z = at(3) + v(i, 3)
+      f%x(1, k) = t(1)*x + t(2)*y + t(3)*z
+      f%x(2, k) = s(1)*x + s(2)*y + s(3)*z
+      f%height(k) = n(1)*x + n(2)*y + n(3)*z
+      f%edge(k) = corner_edge(e)
+      c = c + step
+      e = merge(f%count, e + step, e + step == 0)
     end do
-    inside = .true.
-  end function inside
+  end subroutine see_corners
+
+  !> The first of the normals that reach farthest along n.
+  pure function face_along(faces, normal, n) result(face)
+    integer, intent(in) :: faces
+    real(c_double), intent(in) :: normal(faces, 3), n(3)
+    integer :: face
+    real(c_double) :: best, look(lanes)
+    integer :: first, from, j
+    face = 1
+    best = -2
+    do first = 1, faces, lanes
+      from = max(min(first, faces - lanes + 1), 1) - 1
+      if (faces >= lanes) then
+        do j = 1, lanes
+          look(j) = n(1)*normal(from + j, 1) + n(2)*normal(from + j, 2) + n(3)*normal(from + j, 3)
+        end do
+      else
+        look = -3
+        look(1:faces) = n(1)*normal(:, 1) + n(2)*normal(:, 2) + n(3)*normal(:, 3)
+      end if
+      do j = 1, lanes
+        if (look(j) > best) then
+          best = look(j)
+          face = from + j
+        end if
+      end do
+    end do
+  end function face_along
+
+  pure subroutine make_rim(f, r)
+    type(outline), intent(in) :: f
+    type(rim), intent(inout) :: r
+    real(c_double) :: length
+    integer :: i, next
+    r%count = f%count
+    r%filled = (f%count + lanes - 1)/lanes*lanes
+    do i = 1, r%filled
+      r%x(i) = f%x(1, min(i, f%count))
+      r%y(i) = f%x(2, min(i, f%count))
+    end do
+    do i = 1, f%count
+      next = merge(1, i + 1, i == f%count)
+      r%inward_x(i) = r%y(i) - r%y(next)
+      r%inward_y(i) = r%x(next) - r%x(i)
+    end do
+    r%inward_x(f%count + 1:r%filled) = r%inward_x(f%count)
+    r%inward_y(f%count + 1:r%filled) = r%inward_y(f%count)
+    do i = 1, r%filled
+      length = sqrt(r%inward_x(i)**2 + r%inward_y(i)**2)
+      r%base(i) = merge(0.0_c_double, -huge(length), length > 0) ! nothing is inside a line without length
+      length = merge(length, 1.0_c_double, length > 0)
+      r%inward_x(i) = r%inward_x(i)/length
+      r%inward_y(i) = r%inward_y(i)/length
+    end do
+  end subroutine make_rim
+
+  !> How far inside every line of r a point is [m].
+  pure subroutine inside_lines(r, x, y, d)
+    type(rim), intent(in) :: r
+    real(c_double), intent(in) :: x, y
+    real(c_double), intent(inout) :: d(room)
+    integer :: first, j
+    do first = 0, r%filled - 1, lanes
+      do j = first + 1, first + lanes
+        d(j) = r%inward_x(j)*(x - r%x(j)) + r%inward_y(j)*(y - r%y(j)) + r%base(j)
+      end do
+    end do
+  end subroutine inside_lines
+
+  !> How far inside line i of r all corners of q are [m], the first of them again at the end; and the least so far of each.
+  pure subroutine inside_line(r, i, q, d, least)
+    type(rim), intent(in) :: r, q
+    integer, intent(in) :: i
+    real(c_double), intent(inout) :: d(room + 1), least(room)
+    integer :: first, j
+    do first = 0, q%filled - 1, lanes
+      do j = first + 1, first + lanes
+        d(j) = r%inward_x(i)*(q%x(j) - r%x(i)) + r%inward_y(i)*(q%y(j) - r%y(i)) + r%base(i)
+        least(j) = min(least(j), d(j))
+      end do
+    end do
+    d(q%count + 1) = d(1)
+  end subroutine inside_line
 
   !> Corners of each face inside the other, and where their outlines cross. No gap is below `least`, the one of the axis.
   pure subroutine cut_faces(fa, fb, size_a, size_b, least, limit, p)
     type(outline), intent(in) :: fa, fb
     real(c_double), intent(in) :: size_a, size_b, least, limit
     type(patch), intent(inout) :: p
-    real(c_double) :: slack, low, high
-    integer :: i
+    type(rim) :: ra, rb
+    type(crossings) :: c
+    real(c_double) :: slack, low, high, x(2), within_a(room), within_b(room)
+    integer :: i, k
+    call make_rim(fa, ra)
+    call make_rim(fb, rb)
     slack = outside*min(size_a, size_b) + 16*epsilon(slack)*(size_a + size_b)
+    call compare(ra, rb, slack, within_a, within_b, c)
     if (fb%flat) then
       do i = 1, fa%count
+        if (within_b(i) < -slack) cycle
         low = fb%level + dot_product(fb%slope, fa%x(:, i))
-        if (fa%height(i) - low > limit) cycle
-        if (.not. inside(fb, fa%x(:, i), slack)) cycle
         call put(p, fa%x(:, i), low, fa%height(i), least, limit, fa%vertex(i))
       end do
     end if
     if (fa%flat) then
       do i = 1, fb%count
+        if (within_a(i) < -slack) cycle
         high = fa%level + dot_product(fa%slope, fb%x(:, i))
-        if (high - fb%height(i) > limit) cycle
-        if (.not. inside(fa, fb%x(:, i), slack)) cycle
         call put(p, fb%x(:, i), fb%height(i), high, least, limit, vertex_of_b + fb%vertex(i))
       end do
     end if
-    call cross_outlines(fa, fb, slack, least, limit, p)
+    do k = 1, c%count
+      x = between(fa%x, c%i(k), fa%count, c%along_a(k))
+      high = at_height(fa, c%i(k), c%along_a(k))
+      low = at_height(fb, c%j(k), c%along_b(k))
+      call put(p, x, low, high, least, limit, name_of_edges(int(fa%edge(c%i(k))), int(fb%edge(c%j(k)))))
+    end do
   end subroutine cut_faces
 
-  pure subroutine cross_outlines(fa, fb, slack, least, limit, p)
-    type(outline), intent(in) :: fa, fb
-    real(c_double), intent(in) :: slack, least, limit
-    type(patch), intent(inout) :: p
-    real(c_double) :: from, to, start, end, along, x(2), high, low
-    integer :: i, j, next_i, next_j
-    do i = 1, fa%count
-      next_i = merge(1, i + 1, i == fa%count)
-      do j = 1, fb%count
-        next_j = merge(1, j + 1, j == fb%count)
-        from = inside_line(fb, j, fa%x(:, i))
-        to = inside_line(fb, j, fa%x(:, next_i))
-        if (min(abs(from), abs(to)) <= slack .or. (from > 0 .eqv. to > 0)) cycle
-        start = inside_line(fa, i, fb%x(:, j))
-        end = inside_line(fa, i, fb%x(:, next_j))
-        if (min(abs(start), abs(end)) <= slack .or. (start > 0 .eqv. end > 0)) cycle
-        along = from/(from - to)
-        x = fa%x(:, i) + along*(fa%x(:, next_i) - fa%x(:, i))
-        high = fa%height(i) + along*(fa%height(next_i) - fa%height(i))
-        along = start/(start - end)
-        low = fb%height(j) + along*(fb%height(next_j) - fb%height(j))
-        call put(p, x, low, high, least, limit, name_of_edges(int(fa%edge(i)), int(fb%edge(j))))
+  pure function between(x, i, n, along) result(y)
+    real(c_double), intent(in) :: x(2, face_corners), along
+    integer, intent(in) :: i, n
+    real(c_double) :: y(2)
+    y = x(:, i) + along*(x(:, merge(1, i + 1, i == n)) - x(:, i))
+  end function between
+
+  pure function at_height(f, i, along) result(h)
+    type(outline), intent(in) :: f
+    integer, intent(in) :: i
+    real(c_double), intent(in) :: along
+    real(c_double) :: h
+    h = f%height(i) + along*(f%height(merge(1, i + 1, i == f%count)) - f%height(i))
+  end function at_height
+
+  !> How far inside all lines of B each corner of A is (within_b) and the other way, and where outlines cross, corners apart.
+  pure subroutine compare(ra, rb, slack, within_a, within_b, c)
+    type(rim), intent(in) :: ra, rb
+    real(c_double), intent(in) :: slack
+    real(c_double), intent(inout) :: within_a(room), within_b(room)
+    type(crossings), intent(inout) :: c
+    real(c_double) :: of_corner(room, 0:1), of_line(room + 1)
+    integer :: i, j, next, now, other
+    c%count = 0
+    within_a(1:rb%filled) = huge(slack)
+    now = 0
+    call inside_lines(rb, ra%x(1), ra%y(1), of_corner(:, now))
+    do i = 1, ra%count
+      next = merge(1, i + 1, i == ra%count)
+      other = 1 - now
+      call inside_lines(rb, ra%x(next), ra%y(next), of_corner(:, other))
+      call inside_line(ra, i, rb, of_line, within_a)
+      within_b(i) = huge(slack)
+      do j = 1, rb%count
+        within_b(i) = min(within_b(i), of_corner(j, now))
+        if ((of_corner(j, now) > 0 .eqv. of_corner(j, other) > 0) .or. (of_line(j) > 0 .eqv. of_line(j + 1) > 0)) cycle
+        if (min(abs(of_corner(j, now)), abs(of_corner(j, other)), abs(of_line(j)), abs(of_line(j + 1))) <= slack) cycle
+        if (c%count == 2*face_corners) cycle ! more than convex outlines have
+        c%count = c%count + 1
+        c%i(c%count) = i
+        c%j(c%count) = j
+        c%along_a(c%count) = of_corner(j, now)/(of_corner(j, now) - of_corner(j, other))
+        c%along_b(c%count) = of_line(j)/(of_line(j) - of_line(j + 1))
       end do
+      now = other
     end do
-  end subroutine cross_outlines
+  end subroutine compare
 
   pure subroutine put(p, x, low, high, least, limit, name)
     type(patch), intent(inout) :: p

@@ -6,7 +6,7 @@ module hull_proofs
   use hull_view, only: solid
   implicit none
   private
-  public :: face_is_nearest, edges_are_nearest, common_edges
+  public :: face_is_nearest, edges_are_nearest, common_edges, edge_between
 
 contains
 

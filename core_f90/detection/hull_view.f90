@@ -21,6 +21,7 @@ module hull_view
     type(c_ptr) :: inner                !< (hulls) radius of the ball around the centre that a hull holds [m]
     type(c_ptr) :: place                !< (contactors) where the turned copy begins
     type(c_ptr) :: turned               !< of each contactor: vertices (n, dim) from its centre [m], then normals (n, dim)
+    type(c_ptr) :: recalled             !< (2, pairs of the call) features of the axis last time, then of this; null: none
   end type cairn_hulls
 
   type :: hulls_view

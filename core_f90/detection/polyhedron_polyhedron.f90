@@ -1,25 +1,21 @@
 !> Contact of two convex polyhedra.
 module polyhedron_polyhedron
-  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use hull_axes, only: axis_of_edges, best_edges, best_face
   use hull_distance, only: nearest_points
-  use hull_proofs, only: common_edges, edges_are_nearest, face_is_nearest
-  use hull_patch, only: across, cut_faces, find_outline, name_patch, outline
+  use hull_features, only: alone, axis, edge_axis, face_axis, point_axis, rounding, vertex_from
+  use hull_proofs, only: common_edges, edge_between, edges_are_nearest
+  use hull_patch, only: across, cut_faces, face_along, name_patch, outline, outline_of_face
   use patch_points, only: add_deepest, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   implicit none
   private
   public :: cairn_pair_polyhedron_polyhedron
 
-  ! Of the sizes together: what rounding alone makes of a depth; and the distance below which differences tell no direction.
-  real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double), blind = 1e-9_c_double
+  ! Of the sizes together: the distance below which differences tell no direction; and how far features that were recalled must
+  ! be from those that could take their place, so that looking at all of them would find the same.
+  real(c_double), parameter :: blind = 1e-8_c_double, sure = 1e-5_c_double
   real(c_double), parameter :: drawn = 0.02_c_double !< of the smaller size: how far bodies are drawn apart to see their edges
-
-  !> Normal from b to a, gap along it, the nearest points [m] from the centre of b, and the name of their features.
-  type :: axis
-    real(c_double) :: n(3) = 0, gap = 0, point_a(3) = 0, point_b(3) = 0
-    integer(c_int32_t) :: name = 0
-  end type axis
 
 contains
 
@@ -47,20 +43,26 @@ contains
     type(patch) :: cut
     type(outline) :: fa, fb
     real(c_double) :: t(3), s(3), at(3)
-    logical :: apart
+    integer(c_int32_t), pointer, contiguous :: recalled(:, :)
     integer :: i, k
 
     call open_hulls(hulls, view)
+    nullify (recalled)
+    if (c_associated(hulls%recalled)) call c_f_pointer(hulls%recalled, recalled, [2, n])
     do i = 1, n
       count(i) = 0
       at = between(i, :)
       call view_solid(view, a(i), radius_a(i), p)
       call view_solid(view, b(i), radius_b(i), q)
-      call find_axis(p, q, at, limit(i), x, apart)
-      if (apart) cycle
+      x%feature = 0
+      if (associated(recalled)) x%feature = recalled(:, i)
+      call find_axis(p, q, at, limit(i), x)
+      if (associated(recalled)) recalled(:, i) = x%feature
+      if (x%gap > limit(i)) cycle
       call across(x%n, t, s)
-      call find_outline(p, at, x%n, t, s, -1.0_c_double, fa)
-      call find_outline(q, [0.0_c_double, 0.0_c_double, 0.0_c_double], x%n, t, s, 1.0_c_double, fb)
+      call outline_of_face(p, face_of(p, x%feature(1), -x%n), at, x%n, t, s, -1.0_c_double, fa)
+      call outline_of_face(q, face_of(q, x%feature(2), x%n), [0.0_c_double, 0.0_c_double, 0.0_c_double], x%n, t, s, &
+                           1.0_c_double, fb)
       call clear_patch(cut, min(p%size, q%size))
       call cut_faces(fa, fb, p%size, q%size, x%gap, limit(i), cut)
       call add_deepest(cut, middle(x, t, s), x%gap, 8*rounding*(p%size + q%size), x%name)
@@ -85,45 +87,106 @@ contains
     m = [dot_product(t, c), dot_product(s, c), dot_product(x%n, c)]
   end function middle
 
-  subroutine find_axis(a, b, at, limit, x, apart)
+  !> The face that meets the other body: that of the axis, or of those at its edge or of all the one that looks most along n.
+  pure function face_of(p, feature, n) result(face)
+    type(solid), intent(in) :: p
+    integer(c_int32_t), intent(in) :: feature
+    real(c_double), intent(in) :: n(3)
+    integer :: face, left, right
+    if (feature < 0) then
+      left = p%edge(3, -feature)
+      right = p%edge(4, -feature)
+      face = merge(left, right, dot_product(p%normal(left, :) - p%normal(right, :), n) >= 0)
+    else if (feature > 0 .and. feature < vertex_from) then
+      face = feature
+    else
+      face = face_along(p%faces, p%normal, n)
+    end if
+  end function face_of
+
+  !> The axis of the features that made it last time, if there is proof that no other could, or that the bodies are apart.
+  !> `least` is what is known without proof: the separation across edges is no less.
+  subroutine recall_axis(a, b, at, limit, feature, x, proved, least)
+    type(solid), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), limit
+    integer(c_int32_t), intent(in) :: feature(2) !< see axis
+    type(axis), intent(inout) :: x
+    logical, intent(out) :: proved
+    real(c_double), intent(out) :: least
+    real(c_double) :: s, n(3), margin
+    logical :: face(2), point(2)
+    integer :: i
+    proved = .false.
+    least = -huge(least)
+    if (any(feature < -[a%edges, b%edges]) .or. any(feature > vertex_from + [a%vertices, b%vertices])) return
+    face = feature > 0 .and. feature <= [a%faces, b%faces]
+    point = feature > vertex_from .or. feature < 0
+    margin = sure*(a%size + b%size)
+    if (all(feature < 0)) then
+      call axis_of_edges(a, b, at, -feature(1), -feature(2), s, n)
+      if (.not. alone(a, feature(1), n, margin)) return
+      if (.not. alone(b, feature(2), -n, margin)) return
+      if (s < limit) least = s
+      call edge_axis(a, b, at, -feature(1), -feature(2), s, n, margin, x, proved)
+      if (s > 0 .and. s <= margin) proved = .false.
+      if (s <= 0) proved = edges_are_nearest(a, b, -feature(1), -feature(2), at, n, margin - s)
+      if (s > limit + 4*rounding*(a%size + b%size)) proved = .true.
+    else if (all(point)) then
+      call point_axis(a, b, at, feature, margin, margin, x, proved)
+      if (proved) proved = alone(a, feature(1), x%n, margin)
+      if (proved) proved = alone(b, feature(2), -x%n, margin)
+    else if (any(face)) then
+      i = merge(1, 2, face(1))
+      if (i == 1) call face_axis(a, int(feature(1)), b, -at, .true., margin, x, proved)
+      if (i == 2) call face_axis(b, int(feature(2)), a, at, .false., margin, x, proved)
+      if (x%gap > limit + 4*rounding*(a%size + b%size)) proved = .true.
+    end if
+  end subroutine recall_axis
+
+  !> x%feature: what made the axis last time, or 0. The gap is above the limit if the bodies are as far apart.
+  subroutine find_axis(a, b, at, limit, x)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), limit
     type(axis), intent(inout) :: x
-    logical, intent(out) :: apart
-    real(c_double) :: of_a, of_b, best, slack, start(3)
+    real(c_double) :: of_a, of_b, best, slack, least, n(3)
+    integer(c_int32_t) :: feature(2)
     logical :: nearest
     integer :: face_a, face_b, edge_a, edge_b
 
-    apart = .true.
+    least = -huge(least)
+    if (any(x%feature /= 0)) then
+      feature = x%feature
+      call recall_axis(a, b, at, limit, feature, x, nearest, least)
+      if (nearest) return
+    end if
+    slack = rounding*(a%size + b%size)
     of_a = -huge(of_a)
     of_b = of_a
     face_a = 1
     face_b = 1
-    call best_face(b, a, at, limit, of_b, face_b)
-    if (of_b > limit) return
-    call best_face(a, b, -at, limit, of_a, face_a)
-    if (of_a > limit) return
-    apart = .false.
-    slack = rounding*(a%size + b%size)
+    call best_face(b, a, at, limit + slack, of_b, face_b)
+    if (of_b <= limit + slack) call best_face(a, b, -at, limit + slack, of_a, face_a)
     if (of_b > of_a + slack) then
-      call face_axis(b, face_b, a, at, of_b, .false., x, nearest)
+      call face_axis(b, face_b, a, at, .false., 0.0_c_double, x, nearest)
     else
-      call face_axis(a, face_a, b, -at, of_a, .true., x, nearest)
+      call face_axis(a, face_a, b, -at, .true., 0.0_c_double, x, nearest)
     end if
-    if (nearest) return
+    if (nearest .or. x%gap > limit) return
     if (x%gap <= 0) then
-      call try_edges(a, b, at, slack, x, nearest)
+      nearest = .false.
+      if (least < -huge(least)/2) call try_edges(a, b, at, slack, x, nearest)
       if (nearest) return
-      best = x%gap + slack
+      best = max(x%gap + slack, least - 2*slack)
       edge_a = 0
       edge_b = 0
-      call best_edges(a, b, at, limit, best, edge_a, edge_b, start)
-      if (edge_a > 0) call edge_axis(a, b, at, edge_a, edge_b, best, start, x, nearest)
-      apart = x%gap > limit
-      if (x%gap <= 0 .or. apart) return
+      call best_edges(a, b, at, limit, best, edge_a, edge_b)
+      if (edge_a > 0) then
+        call axis_of_edges(a, b, at, edge_a, edge_b, best, n)
+        call edge_axis(a, b, at, edge_a, edge_b, best, n, 0.0_c_double, x, nearest)
+      end if
+      if (x%gap <= 0 .or. x%gap > limit) return
     end if
     call spread_axis(a, b, at, x)
-    apart = x%gap > limit
   end subroutine find_axis
 
   !> Looks across the two edges that are nearest once the bodies are drawn apart along the axis; takes them if there is proof.
@@ -141,139 +204,56 @@ contains
     if (edge_a == 0) return
     call axis_of_edges(a, b, at, edge_a, edge_b, s, n)
     if (.not. s > x%gap + slack) return
-    call edge_axis(a, b, at, edge_a, edge_b, s, n, y, nearest)
+    call edge_axis(a, b, at, edge_a, edge_b, s, n, 0.0_c_double, y, nearest)
     if (s <= 0) nearest = edges_are_nearest(a, b, edge_a, edge_b, at, n, 2*slack - s)
     if (nearest) x = y
   end subroutine try_edges
-
-  !> The axis along a face of p towards the deepest vertex of q, which stands at `at` from p. `nearest` if that vertex is in
-  !> front of the face, so that there is no nearer pair of points, or if there is proof that the overlap is the least.
-  subroutine face_axis(p, face, q, at, gap, of_a, x, nearest)
-    type(solid), intent(in) :: p, q
-    integer, intent(in) :: face
-    real(c_double), intent(in) :: at(3), gap
-    logical, intent(in) :: of_a !< p is A
-    type(axis), intent(inout) :: x
-    logical, intent(out) :: nearest
-    real(c_double) :: m(3), low, height, at_vertex(3), foot(3)
-    integer :: i, deepest
-    m = p%normal(face, :)
-    low = huge(low)
-    deepest = 1
-    do i = 1, q%vertices
-      height = m(1)*q%v(i, 1) + m(2)*q%v(i, 2) + m(3)*q%v(i, 3)
-      if (height < low) then
-        low = height
-        deepest = i
-      end if
-    end do
-    at_vertex = at + q%v(deepest, :)
-    foot = at_vertex - gap*m
-    x%gap = gap
-    if (of_a) then
-      x%n = -m
-      x%point_a = foot - at
-      x%point_b = at_vertex - at
-      x%name = vertex_of_b + deepest
-    else
-      x%n = m
-      x%point_a = at_vertex
-      x%point_b = foot
-      x%name = deepest
-    end if
-    if (gap > 0) then
-      nearest = in_front(p, face, foot)
-    else
-      nearest = face_is_nearest(p, face, q, deepest, at, 2*rounding*(p%size + q%size) - gap)
-    end if
-  end subroutine face_axis
-
-  pure function in_front(p, face, x)
-    type(solid), intent(in) :: p
-    integer, intent(in) :: face
-    real(c_double), intent(in) :: x(3)
-    logical :: in_front
-    real(c_double) :: from(3), e(3), w(3), m(3)
-    integer :: k, first, last
-    first = p%first_corner(face) + 1
-    last = p%first_corner(face + 1)
-    m = p%normal(face, :)
-    in_front = .false.
-    from = p%v(p%corner_vertex(last), :)
-    do k = first, last
-      e = p%v(p%corner_vertex(k), :) - from
-      w = x - from
-      if (m(1)*(e(2)*w(3) - e(3)*w(2)) + m(2)*(e(3)*w(1) - e(1)*w(3)) + m(3)*(e(1)*w(2) - e(2)*w(1)) < 0) return
-      from = p%v(p%corner_vertex(k), :)
-    end do
-    in_front = .true.
-  end function in_front
-
-  !> The axis across two edges, with the nearest points of their lines; `nearest` if these are on the edges and apart.
-  pure subroutine edge_axis(a, b, at, edge_a, edge_b, gap, n, x, nearest)
-    type(solid), intent(in) :: a, b
-    real(c_double), intent(in) :: at(3), gap, n(3)
-    integer, intent(in) :: edge_a, edge_b
-    type(axis), intent(inout) :: x
-    logical, intent(out) :: nearest
-    real(c_double) :: p(3), q(3), d(3), e(3), w(3), dd, de, ee, det, along_a, along_b
-    p = at + a%v(a%edge(1, edge_a), :)
-    d = a%v(a%edge(2, edge_a), :) - a%v(a%edge(1, edge_a), :)
-    q = b%v(b%edge(1, edge_b), :)
-    e = b%v(b%edge(2, edge_b), :) - q
-    w = q - p
-    dd = dot_product(d, d)
-    de = dot_product(d, e)
-    ee = dot_product(e, e)
-    det = dd*ee - de*de
-    x%n = n
-    x%gap = gap
-    along_a = (dot_product(w, d)*ee - dot_product(w, e)*de)/det
-    along_b = (dot_product(w, d)*de - dot_product(w, e)*dd)/det
-    x%point_a = p + unit_part(along_a)*d
-    x%point_b = q + unit_part(along_b)*e
-    nearest = gap > 0 .and. min(along_a, along_b) >= 0 .and. max(along_a, along_b) <= 1
-    x%name = name_of_edges(edge_a, edge_b)
-  end subroutine edge_axis
-
-  pure function unit_part(s) result(t)
-    real(c_double), intent(in) :: s
-    real(c_double) :: t
-    t = 0
-    if (s > 0) t = min(s, 1.0_c_double)
-  end function unit_part
 
   !> From the best axis of bodies that are apart to their nearest points.
   subroutine spread_axis(a, b, at, x)
     type(solid), intent(in) :: a, b
     real(c_double), intent(in) :: at(3)
     type(axis), intent(inout) :: x
-    real(c_double) :: distance, point_a(3), point_b(3), d(3), extent
+    type(axis) :: y
+    real(c_double) :: distance, point_a(3), point_b(3), d(3), s, extent
     integer :: corners, va(4), vb(4)
+    integer(c_int32_t) :: feature(2)
+    logical :: nearest
     extent = a%size + b%size
     call nearest_points(a, b, at, x%n, distance, point_a, point_b, corners, va, vb)
     if (distance <= x%gap + 4*rounding*extent) return
+    feature = [feature_of(a, corners, va), feature_of(b, corners, vb)]
+    nearest = .false.
+    if (all(feature < 0)) then
+      call axis_of_edges(a, b, at, -feature(1), -feature(2), s, d)
+      call edge_axis(a, b, at, -feature(1), -feature(2), s, d, 0.0_c_double, y, nearest)
+    else if (all(feature /= 0) .and. any(feature > 0)) then
+      call point_axis(a, b, at, feature, blind*extent, 0.0_c_double, y, nearest)
+    end if
+    if (nearest .and. abs(y%gap - distance) <= 4*rounding*extent) then
+      x = y
+      return
+    end if
     x%gap = distance
     x%point_a = at + point_a
     x%point_b = point_b
+    x%feature = 0
+    x%name = va(1)
+    if (feature(1) <= vertex_from .and. feature(2) > vertex_from) x%name = vertex_of_b + vb(1)
+    if (all(feature < 0)) x%name = name_of_edges(-feature(1), -feature(2))
     d = x%point_a - x%point_b
-    x%name = name_of_nearest(a, b, corners, va, vb)
     if (distance > blind*extent) x%n = d/sqrt(dot_product(d, d))
   end subroutine spread_axis
 
-  pure function name_of_nearest(a, b, corners, va, vb) result(name)
-    type(solid), intent(in) :: a, b
-    integer, intent(in) :: corners, va(4), vb(4)
-    integer(c_int32_t) :: name
-    integer :: i, j
-    name = va(1)
-    if (all(va(1:corners) == va(1))) return
-    if (all(vb(1:corners) == vb(1))) then
-      name = vertex_of_b + vb(1)
-      return
+  pure function feature_of(p, corners, v) result(feature)
+    type(solid), intent(in) :: p
+    integer, intent(in) :: corners, v(4)
+    integer(c_int32_t) :: feature
+    if (all(v(1:corners) == v(1))) then
+      feature = vertex_from + v(1)
+    else
+      feature = -edge_between(p, corners, v)
     end if
-    call common_edges(a, b, corners, va, vb, i, j)
-    if (i > 0) name = name_of_edges(i, j)
-  end function name_of_nearest
+  end function feature_of
 
 end module polyhedron_polyhedron

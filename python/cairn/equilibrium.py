@@ -41,6 +41,7 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
         memory = core.get_state()["memory"]
     finally:
         core.set_state(state)
+        simulation._constant_force_set = False  # a state from before the first step has none
     result = system.solve(tol, unbalanced, rounds, stiffness, report)
     impulses = system.r if system.dim == 2 else np.einsum("mk,mki->mi", system.r, system.axes)
     act = np.any(impulses != 0, axis=1)

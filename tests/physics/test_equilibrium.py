@@ -119,3 +119,20 @@ def test_wrong_inputs_are_refused():
     scene.add(cn.disks([[0.0, 5.0]], [1.0], cn.Material("stone", density=1.0)))
     with pytest.raises(ValueError, match="touch"):
         cn.find_equilibrium(cn.Simulation(scene, 1e-3))
+
+
+def test_forces_on_bodies_count():
+    """A block pushed by 0.3 of its weight: what is found holds the push, and the step after has it still."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -G))
+    stone = cn.Material("stone", density=1000.0)
+    corners = [[-0.5, 0], [0.5, 0], [0.5, 0.5], [-0.5, 0.5]]
+    scene.add(cn.polygons([corners], stone, force=(0.3 * 500.0 * G, 0.0)))
+    scene.add(cn.wall(point=(0, 0), normal=(0, 1), material=stone))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    simulation = cn.Simulation(scene, 1e-3, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-5, max_iter=1)))
+    assert cn.find_equilibrium(simulation, tol=1e-9, unbalanced=1e-8)["converged"]
+    simulation.step()
+    c = simulation.contacts
+    up = np.where(c.normal[:, 1] > 0, 1.0, -1.0)[:, None]
+    np.testing.assert_allclose((up * c.force).sum(axis=0) / (500.0 * G), [-0.3, 1.0], atol=1e-6)
+    assert np.abs(simulation.bodies.velocity).max() < 1e-6 * G * 1e-3

@@ -441,6 +441,7 @@ typedef struct cairn_hulls {
   const double* inner;          /* (hulls) radius of the ball around the centre that a hull holds [m] */
   const int64_t* place;         /* (contactors) where the turned copy begins */
   const double* turned;         /* of each contactor: vertices (n, dim) from its centre [m], then normals (n, dim) */
+  int32_t* recalled;            /* (2, pairs of the call) features of each pair's axis last time, then now; or 0 */
 } cairn_hulls;
 void cairn_hull_place(int32_t dim, int64_t first, int64_t last, const int32_t* body, const int32_t* hull,
                       const int64_t* place, const int32_t* first_vertex, const int32_t* first_face,
