@@ -40,7 +40,7 @@ void expect_same_bits(Pairs& pairs, double part, double share_in_contact) {
 }
 
 TEST(HullRecall, changes_no_bit_of_random_pairs) {
-  for (const int vertices : {4, 8, 20}) {
+  for (const int vertices : {4, 8, 12}) {
     Pairs pairs(vertices);
     expect_same_bits(pairs, 1e-3, 0.6);
     expect_same_bits(pairs, 3e-2, 0.3);
