@@ -5,7 +5,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
-from shape_pairs import CUBE, CUBE_FACES, ROCK, random_rotation, triangles
+from shape_pairs import CUBE, CUBE_FACES, ROCK, random_polyhedron, random_rotation, triangles
 
 
 def resting(sets, gravity=(0, 0, -9.81)):
@@ -112,6 +112,31 @@ def test_scene_file_and_checkpoint_keep_shapes(tmp_path):
         sim.run(steps=4)
     assert np.array_equal(sims[1].bodies.velocity, other.bodies.velocity)
     assert np.array_equal(sims[1].contacts.impulse, other.contacts.impulse)
+
+
+def test_what_detection_remembers_changes_no_bit(tmp_path):
+    """A falling heap of stones: one run, one stopped and restarted every few steps, which remembers nothing, and two threads."""
+    rng = np.random.default_rng(3)
+    place = np.array([[x, y, z] for z in range(5) for y in range(3) for x in range(3)]) * 1.5 + rng.uniform(-0.2, 0.2, (45, 3))
+    stones = [random_polyhedron(rng) for _ in place]
+    scene = resting([cn.polyhedra([(v + p + [0, 0, 1], f) for (v, f), p in zip(stones, place)], ROCK)], (0, 0, -100))
+
+    def simulation(threads):
+        strategy = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=50), threads=threads)
+        return cn.Simulation(scene, dt=2e-3, strategy=strategy, overlap="ignore")
+
+    whole, two, parts = simulation(1), simulation(2), simulation(1)
+    for k in range(12):
+        whole.run(steps=5, progress=False)
+        two.run(steps=5, progress=False)
+        parts.run(steps=5, progress=False)
+        parts.checkpoint(tmp_path / f"{k}.h5")
+        parts = simulation(1)
+        parts.restore(tmp_path / f"{k}.h5")
+    assert len(whole.contacts) > 40
+    for other in (two, parts):
+        assert np.array_equal(whole.bodies.position, other.bodies.position)
+        assert np.array_equal(whole.bodies.velocity, other.bodies.velocity)
 
 
 def test_shapes_that_do_not_meet_are_told_once():
