@@ -1,5 +1,6 @@
-// Interior point for the convex relaxation, whose bias s = mu |u_T| follows the iterates: the end is true Coulomb
-// friction, and what is reported is its true error, not that of the relaxation.
+// Interior point for the convex relaxation, whose bias s = mu |u_T| follows the iterates and stands in the derivative,
+// too: the end is true Coulomb friction, and what is reported is its true error, not that of the relaxation. (With s
+// held in the derivative it lags behind: 2 to 10 times as many iterations, and 6 of 22 problems stay above 1e-8.)
 #include <algorithm>
 #include <cmath>
 
@@ -15,14 +16,14 @@ struct InteriorPoint {
   const FrictionProblem& p;
   const std::vector<std::int64_t>& diagonal;
   BlockFactors factors;
-  Array<double> matrix, theta, inverse, r, y, u, rhs, step, change, mu, zero;
+  Array<double> matrix, theta, inverse, r, y, u, rhs, step, change, mu, zero, slope; // slope: ds/du_T
   std::vector<std::int32_t> active;
 
   InteriorPoint(const FrictionProblem& problem, const std::vector<std::int64_t>& places, double max_bytes)
       : p(problem), diagonal(places), factors(p.dim, p.row_start, p.column, max_bytes), matrix(p.block.size()),
         theta(p.dim * p.unknowns()), inverse(p.unknowns()), r(p.unknowns()), y(p.unknowns()), u(p.unknowns()),
         rhs(p.unknowns()), step(p.unknowns()), change(p.unknowns()), mu(p.mu), zero(p.unknowns()),
-        active(p.contacts, 1) {
+        slope((p.dim - 1) * p.contacts), active(p.contacts, 1) {
     double size = 0;
     for (const double x : p.q) size = std::max(size, std::abs(x));
     for (std::int64_t a = 0; a < p.contacts; ++a) {
@@ -38,8 +39,15 @@ struct InteriorPoint {
     for (std::int64_t a = 0; a < p.contacts; ++a) {
       double square = 0;
       for (int i = 1; i < p.dim; ++i) square += u[p.dim * a + i] * u[p.dim * a + i];
-      u[p.dim * a] += mu[a] * std::sqrt(square);
+      const double slip = std::sqrt(square);
+      for (int i = 1; i < p.dim; ++i) slope[(p.dim - 1) * a + i - 1] = slip > 0 ? mu[a] * (u[p.dim * a + i] / slip) : 0;
+      u[p.dim * a] += mu[a] * slip;
     }
+  }
+
+  // What the changes v of velocities (dim) of a contact make of the normal one by s.
+  void add_bias(std::int64_t a, double* v) const {
+    for (int i = 1; i < p.dim; ++i) v[0] += slope[(p.dim - 1) * a + i - 1] * v[i];
   }
 
   // Velocities that follow from the impulses, inside their cones: those of the law before stand in the way.
@@ -65,8 +73,11 @@ struct InteriorPoint {
     cairn_interior_scaling(p.dim, p.contacts, mu.data(), r.data(), y.data(), theta.data(), inverse.data());
     matrix = p.block;
     const int size = p.dim * p.dim;
-    for (std::int64_t a = 0; a < p.contacts; ++a)
+    for (std::int64_t a = 0; a < p.contacts; ++a) {
+      for (std::int64_t k = p.row_start[a]; k < p.row_start[a + 1]; ++k)
+        for (int j = 0; j < p.dim; ++j) add_bias(a, &matrix[size * k + p.dim * j]);
       for (int i = 0; i < size; ++i) matrix[size * diagonal[a] + i] += theta[size * a + i];
+    }
     return factors.factor(matrix.data(), active.data());
   }
 
@@ -76,6 +87,7 @@ struct InteriorPoint {
     factors.solve(step.data());
     cairn_block_product(p.dim, p.contacts, p.row_start.data(), p.column.data(), p.block.data(), zero.data(),
                         step.data(), change.data(), 1);
+    for (std::int64_t a = 0; a < p.contacts; ++a) add_bias(a, &change[p.dim * a]);
     for (std::size_t i = 0; i < y.size(); ++i) change[i] += u[i] - y[i];
     cairn_interior_length(p.dim, p.contacts, mu.data(), r.data(), step.data(), y.data(), change.data(), length);
   }
