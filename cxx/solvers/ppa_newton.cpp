@@ -22,7 +22,7 @@ constexpr double alarm = 8; // velocities may err by so many tolerances
 ProximalNewton::ProximalNewton(const FrictionProblem& p, const ProblemOptions& options, double* r)
     : given_(p), scaled_(p, options, r),
       newton_(scaled_.problem(), cairn_newton_alart_curnier, scaled_.monitor().diagonal(), options.max_bytes),
-      smallest_(p.bodies ? 1e-18 : 1e-15), centre_(p.unknowns()), r_(p.unknowns()), u_(p.unknowns()),
+      smallest_(p.bodies ? 1e-16 : 1e-15), centre_(p.unknowns()), r_(p.unknowns()), u_(p.unknowns()),
       shifted_(p.unknowns()) {}
 
 double ProximalNewton::error_of(const Array<double>& x) {
@@ -116,7 +116,7 @@ void ProximalNewton::settle() {
   const FrictionProblem& p = scaled_.problem();
   const double limit = alarm * monitor.tolerance(), enough = 0.1 * monitor.tolerance();
   error_of(centre_);
-  double speed = monitor.speed_error(centre_.data(), u_.data()), change = 0, energy = 0, factor = 1e-3;
+  double speed = monitor.fall_error(centre_.data(), u_.data()), change = 0, energy = 0, factor = 1e-3;
   settling_ = true;
   Array<double> before(u_);
   int failures = 0;
@@ -126,7 +126,7 @@ void ProximalNewton::settle() {
     double error = 0, next = 0;
     int steps = 0;
     const bool solved = solve_around(error, steps) && error <= monitor.tolerance();
-    if (solved) next = monitor.speed_error(r_.data(), u_.data());
+    if (solved) next = monitor.fall_error(r_.data(), u_.data());
     if (!solved || next > std::max(limit, 2 * speed)) {
       alpha_ = std::min(largest, 100 * alpha_);
       factor = 0.1;

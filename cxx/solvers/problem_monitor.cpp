@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "cairn/core.h"
 
@@ -84,6 +85,22 @@ double ProblemMonitor::speed_error(const double* r, const double* u) {
   }
   const double speed = *std::max_element(speed_.begin(), speed_.end());
   return speed > 0 ? speed / std::sqrt(fastest) : 0;
+}
+
+double ProblemMonitor::fall_error(const double* r, const double* u) {
+  constexpr double rounding = std::numeric_limits<double>::epsilon();
+  const int d = problem_.dim;
+  double power = 0, play = 0, noise = 0;
+  for (std::int64_t a = 0; a < problem_.contacts; ++a) {
+    const double own = rounding * r[d * a] * r[d * a] * w_nn_[a];
+    power += r[d * a] * u[d * a];
+    noise += own * own;
+    double work = 0;
+    for (int i = 0; i < d; ++i) work += r[d * a + i] * problem_.q[d * a + i];
+    play += std::abs(work);
+  }
+  const double lost = std::abs(power) - std::sqrt(noise);
+  return std::max(speed_error(r, u), lost > 0 ? lost / play : 0);
 }
 
 double ProblemMonitor::best_power_error() {

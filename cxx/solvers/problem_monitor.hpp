@@ -27,8 +27,11 @@ public:
   // / largest |q|. The true error weighs a contact by its light side, so heavy bodies on light ones can be far from
   // rest where it is already small.
   double speed_error(const double* r, const double* u);
-  // The same for the best r as a share of energy: sum |r| |F| W_NN / sum |r.q|. What falls on top of a column adds up
-  // its contacts' velocities, each of which may be small. Not less than speed_error.
+  // The same, or |sum r_N u_N| / sum |r.q| beyond what rounding explains, whichever is larger: roundings of the
+  // contacts of a column hide how its top falls from each of them, but not from their sum.
+  double fall_error(const double* r, const double* u);
+  // speed_error for the best r as a share of energy: sum |r| |F| W_NN / sum |r.q|. What falls on top of a column adds
+  // up its contacts' velocities, each of which may be small. Not less than speed_error.
   double best_power_error();
   // While held, what meets the tolerance does not end the solve, and the last r that meets it is kept, not the best.
   void hold(bool on) { held_ = on; }

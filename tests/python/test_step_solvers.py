@@ -34,14 +34,16 @@ def reactions(sim, levels):
 @pytest.mark.parametrize("count", [10, 100, 1000])
 @pytest.mark.parametrize("ratio", [1.0, 1e3, 1e6, 1e12])
 def test_the_heaviest_on_top(shape, count, ratio):
-    if shape == "boxes" and count == 1000 and ratio not in (1e6,):
-        pytest.skip("the largest of boxes at one ratio: time")
+    if shape == "boxes" and count == 1000 and ratio not in (1e6, 1e12):
+        pytest.skip("the largest of boxes at two ratios: time")
     tol = 1e-6
     sim, weights = tower(shape, count, ratio, cn.Auto(tol=tol, max_iter=5000))
-    for _ in range(3):
+    largest = ratio == 1e12 and (shape, count) == ("boxes", 1000)
+    for k in range(1 if largest else 3):
         info = sim.step()
         assert info["status"] == "converged", info["hint"]
-        off = 100 * tol if ratio < 1e12 else 5e-2  # there 1e-16 of the weight is a ten thousandth of a light body's
+        # 1e-16 of the heaviest weight is a ten thousandth of a light body's own, and trembles on: see docs/problems.md
+        off = 3e-2 if largest else 5e-2 if ratio == 1e12 and k > 0 else 100 * tol
         assert np.abs(reactions(sim, count) / weights - 1).max() < off
     fall = np.abs(sim.bodies.velocity[:count, 2]).max()
     assert fall < off * 9.81e-3 * 10  # they stand
