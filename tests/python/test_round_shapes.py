@@ -352,3 +352,49 @@ def test_polyhedra_meet_round_shapes_as_their_own_kind():
     assert one(stone, nearly, 1.0)[0].min() == pytest.approx(one(stone, box, 1.0)[0].min(), abs=0.05)
     ball, none = cn.spheres([[0, 0, -0.2]], 0.5, OTHER), cn.capsules([[0, 0, -0.2]], 0.5, 0.0, OTHER)
     assert one(stone, ball, 1.0)[0].min() == pytest.approx(one(stone, none, 1.0)[0].min(), abs=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["waves", "cube"])
+def test_capsules_have_the_gap_of_the_nearest_triangle(kind):
+    """In front of a rough surface and around a cube, beside Coal over all triangles."""
+    coal = pytest.importorskip("coal")
+    from test_surfaces import grid, triangles
+
+    rng = np.random.default_rng(12)
+    if kind == "waves":
+        vertices, faces = grid(6, lambda x, y: 0.5 * np.sin(2.0 * x) * np.cos(1.7 * y))
+        places = np.column_stack((rng.uniform(2, 4, (60, 2)), rng.uniform(1.0, 1.8, 60)))
+    else:
+        vertices, faces = CUBE * 4, triangles(CUBE_FACES)
+        places = rng.uniform(-3.5, 3.5, (300, 3))
+        places = places[np.max(np.abs(places), axis=1) > 2.4][:60]
+    turns = [random_rotation(rng) for _ in places]
+    expected = []
+    for x, turn in zip(places, turns):
+        least = np.inf
+        for t in vertices[faces]:
+            points, both = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+            for v in t:
+                points.append(v)
+            for c in ((0, 1, 2), (0, 2, 1)):
+                both.append(coal.Triangle(*c))
+            request, result = coal.DistanceRequest(), coal.DistanceResult()
+            request.gjk_tolerance = 1e-12
+            request.gjk_max_iterations = 10000
+            frames = coal.Transform3s(turn, x), coal.Transform3s()
+            shapes = coal.Capsule(0.2, 0.8), coal.Convex(points, both)
+            least = min(least, coal.distance(shapes[0], frames[0], shapes[1], frames[1], request, result))
+        expected.append(least)
+    scene = cn.Scene(3)
+    scene.add(cn.capsules(places, 0.2, 0.8, ROCK, rotation=[quaternion(t) for t in turns]), cn.surface(vertices, faces, OTHER))
+    scene.interact(ROCK, ROCK, None)
+    scene.interact(ROCK, OTHER, cn.Coulomb(mu=0.0))
+    sim = cn.Simulation(scene, dt=1e-12, strategy=cn.NSCD(margin=2.0), overlap="ignore")
+    sim.step()
+    body = np.min(sim.contacts.bodies, axis=1)
+    clear = 0
+    for k, e in enumerate(expected):
+        if e > 1e-3:
+            clear += 1
+            assert sim.contacts.gap[body == k].min() == pytest.approx(e, abs=1e-9)
+    assert clear > 25
