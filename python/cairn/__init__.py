@@ -28,17 +28,22 @@ from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
 from .time_functions import Harmonic, Table
 
 _LATER = {"LinearBody": "meshes", "deformable": "meshes", "find_equilibrium": "equilibrium", "surface": "surfaces"}
+_PARTS = ("legacy", "problems", "soe", "study")
 
 
 def __getattr__(name):  # what most scenes do not use is loaded when it is asked for
     import importlib
 
-    if name in ("legacy", "problems", "study"):
+    if name in _PARTS:
         return importlib.import_module(f".{name}", __name__)
     if name in _LATER:
         found = globals()[name] = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
         return found
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__():
+    return sorted({*globals(), *_LATER, *_PARTS})
 
 
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list

@@ -26,3 +26,8 @@ def test_scenes_load_what_they_use():
     assert "cairn.simulation" in loaded
     assert not [name for name in loaded if name.removeprefix("cairn.") in LATER or not name.startswith("cairn")]
     assert lines[-1] == "True True True True cairn.legacy"
+
+
+def test_what_comes_later_is_listed():
+    told = "import cairn as cn; print(set(cn.__all__) <= set(dir(cn)), all(getattr(cn, n) for n in ('legacy', 'problems', 'soe', 'study')))"
+    assert subprocess.run([sys.executable, "-c", told], check=True, capture_output=True, text=True).stdout.split() == ["True"] * 2
