@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import bodies, laws, shapes, time_functions
+from .. import bodies, laws, round_shapes, shapes, time_functions
 from ..materials import Material
 from ..scene import Scene
 from ..shapes import Hulls
@@ -248,7 +248,12 @@ def _contactors(box, members, materials, origin):
     sets = []
     for (name, material, shape), rows in found.items():
         owner, radius, offset, direction, given = zip(*rows)
-        hulled = shape in ("polygon", "polyhedron")
+        hulls = which = None
+        if shape in ("polygon", "polyhedron"):
+            hulls, which = _hulls(given), np.arange(len(rows))
+        elif shape == "capsule":
+            size, half = (np.array([c.sizes[label] for c in given]) for label in ("byrd", "High"))
+            hulls, which = round_shapes._axial(size, 2 * half, half + size)
         sets.append(
             bodies.ContactorSet(
                 shape,
@@ -257,8 +262,8 @@ def _contactors(box, members, materials, origin):
                 np.array(radius, float),
                 np.array(offset, float) if np.any(offset) else None,
                 None if direction[0] is None else np.array(direction, float),
-                np.arange(len(rows)) if hulled else None,
-                _hulls(given) if hulled else None,
+                which,
+                hulls,
             )
         )
     return sets
@@ -293,6 +298,8 @@ def _shape(box, c):
         return "plane", 0.0, np.array([0, 0, c.sizes["axe3"]]), (0.0, 0.0, 1.0, 0.0)
     if c.type in ("POLYG", "POLYR"):
         return "polygon" if c.type == "POLYG" else "polyhedron", 0.0, offset, None
+    if c.type == "CYLND":
+        return "capsule", 0.0, offset, None
     if c.type == "DNLYC":
         return "tube", c.sizes["byrd"], offset, (0.0, 0.0, 1.0, c.sizes["High"])
     return None
