@@ -142,7 +142,7 @@ def project(r, mu):
     outside = tangent > mu * r[:, 0]
     along = np.maximum(0.0, r[:, 0] + mu * tangent) / (1 + mu**2)
     r[outside, 0] = along[outside]
-    r[outside, 1:] *= (mu * along / np.maximum(tangent, np.finfo(float).tiny))[outside, None]
+    r[outside, 1:] *= ((mu * along)[outside] / np.maximum(tangent[outside], np.finfo(float).tiny))[:, None]
     return r
 
 
