@@ -23,7 +23,7 @@ from .round_shapes import capsules, cylinders, superquadrics
 from .scene import Periodic, Scene
 from .servo import Servo
 from .shapes import boxes, polygons, polyhedra, with_corners
-from .simulation import OverlapWarning, ShapesWarning, Simulation, StableStepWarning
+from .simulation import EnergyCreatedWarning, OverlapWarning, ShapesWarning, Simulation, StableStepWarning
 from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
 from .time_functions import Harmonic, Table
 
@@ -55,6 +55,7 @@ __all__ = [
     "BodySet",
     "Carpenter",
     "ContactorSet",
+    "EnergyCreatedWarning",
     "Error",
     "FileError",
     "GranularElement",

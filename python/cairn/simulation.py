@@ -25,6 +25,14 @@ class StableStepWarning(UserWarning):
     """The step is longer than the contacts of a smooth scene keep stable."""
 
 
+class EnergyCreatedWarning(UserWarning):
+    """Contacts made energy from nothing in a step that converged: the residual does not see a heavy body on light ones."""
+
+
+# of the energy of a step; a bounce that ends within a step may show a sixth
+MOST_CREATED = 0.25
+
+
 class Simulation:
     """A scene on the move.
 
@@ -51,7 +59,8 @@ class Simulation:
         table, allowed = scene.law_table(self._species)
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core.set_filter(len(self._species), allowed.ravel())
-        self._sets, self._radii, self._info, self._warned_of_step = sets, None, {}, False
+        self._sets, self._radii, self._info = sets, None, {}
+        self._warned_of_step = self._warned_of_energy = False
         self._shadows = []
         self._start_functions()
         self._start_blocks()
@@ -169,7 +178,21 @@ class Simulation:
                 StableStepWarning,
                 stacklevel=2,
             )
+        if self._info.get("energy_created", 0.0) > MOST_CREATED and not self._warned_of_energy:
+            self._warn_of_energy()
         return self._info
+
+    def _warn_of_energy(self):
+        if type(self.strategy) is not NSCD or self._info["status"] != "converged":
+            return  # the springs of GranularElement give back what they stored
+        self._warned_of_energy = True
+        warnings.warn(
+            f"contacts made {self._info['energy_created']:.0%} of the energy of step {self.steps} from nothing, at an error of "
+            f"{self._info['error']:.1e}: the error does not see a heavy body that light ones carry; give solver=cn.Auto() or a "
+            "smaller tol (Restitution with friction may do so by its law)",
+            EnergyCreatedWarning,
+            stacklevel=3,
+        )
 
     def run(
         self,

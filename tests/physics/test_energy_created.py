@@ -1,5 +1,7 @@
 """Newton's restitution with friction may create energy (Kane & Levinson 1985): a step says how much."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -51,3 +53,24 @@ def test_a_pile_at_rest_makes_none():
     sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-12)))
     created = [sim.step()["energy_created"] for _ in range(20)]
     assert max(created) < 1e-10 and sim.energy["kinetic"] < 1e-9
+
+
+def test_a_heavy_sphere_that_a_light_box_does_not_carry_is_told():
+    """At a ratio of 1e12 the residual of sweeps is small and the sphere falls: they warn; Auto carries it."""
+
+    def stand(solver):
+        light, heavy = cn.Material("light", density=2400.0), cn.Material("heavy", density=2.4e15)
+        scene = cn.Scene(3, gravity=(0, 0, -9.81))
+        scene.add(cn.wall((0, 0, 0), (0, 0, 1), light), cn.boxes([[0, 0, 0.25]], (0.5, 0.5, 0.5), light))
+        scene.add(cn.spheres([[0, 0, 0.7]], 0.2, heavy))
+        scene.interact("*", "*", cn.Coulomb(mu=0.4))
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=solver))
+        for _ in range(20):
+            sim.step()
+        return sim.bodies.position[2, 2]
+
+    with pytest.warns(cn.EnergyCreatedWarning, match=r"contacts made \d+% of the energy .*cn.Auto"):
+        stand(cn.NLGS())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert stand(cn.Auto()) == pytest.approx(0.7, abs=1e-7)
