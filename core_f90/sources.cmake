@@ -5,6 +5,7 @@ set(CAIRN_CORE_SOURCES
   detection/contactor_places.f90
   detection/convex_axis.f90
   detection/convex_contact.f90
+  detection/convex_facet.f90
   detection/convex_shape.f90
   detection/facet_points.f90
   detection/facet_view.f90

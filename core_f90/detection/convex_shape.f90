@@ -12,6 +12,8 @@ module convex_shape
 
   integer, parameter, public :: is_point = 0, is_segment = 1, is_cylinder = 2, is_superquadric = 3, is_polyhedron = 4
   integer, parameter, public :: most_guesses = 6
+  !> Of the largest component: what is less is rounding, where the point of a superquadric like a box jumps across its face.
+  real(c_double), parameter :: level = 1e-14_c_double
 
   type :: convex
     integer :: kind = is_point
@@ -130,6 +132,7 @@ contains
     high = maxval(u)
     if (.not. high > 0) return
     u = u/high
+    where (u < level) u = 0
     p = c%dual(1) ! of z against the section
     q = c%dual(2) ! within the section
     g = norm_of(u(1), u(2), q)

@@ -7,8 +7,8 @@ module facet_view
   use hull_view, only: solid
   implicit none
   private
-  public :: on_edge, cross, inside_of, inward, after, stands_out, pokes_out, leaves_edge, leaves_vertex, &
-            edge_from, vertex_from, nearer_elsewhere
+  public :: on_edge, cross, inside_of, inward, is_over, after, stands_out, pokes_out, leaves_edge, &
+            leaves_vertex, edge_from, vertex_from, nearer_elsewhere
 
   ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets; and what stands out no farther
   ! of a plane is of it.
@@ -50,6 +50,27 @@ contains
     w = w - dot_product(w, e)/dot_product(e, e)*e
     s = dot_product(w, x - q%v(k, :))/sqrt(dot_product(w, w))
   end function inside_of
+
+  !> Whether a point is over the triangle, or over an edge or a vertex that it owns.
+  pure logical function is_over(q, x)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: x(3)
+    real(c_double) :: s(3), slack
+    integer :: k, on
+    slack = on_edge*q%size
+    on = 0
+    do k = 1, 3
+      s(k) = inside_of(q, k, after(after(k)), x)
+      if (s(k) <= slack) on = on + 1
+    end do
+    is_over = minval(s) >= -slack
+    if (.not. is_over .or. on == 0) return
+    do k = 1, 3
+      if (on == 1 .and. s(k) <= slack) is_over = q%edge(3, k) /= 0
+      ! two edges meet in the vertex where the second begins
+      if (on > 1 .and. s(k) <= slack .and. s(after(k)) <= slack) is_over = q%edge(3, 3 + after(k)) /= 0
+    end do
+  end function is_over
 
   !> Whether a body may touch edge k and no inside of a triangle: at the rim of the surface, and where it turns away behind.
   pure logical function stands_out(q, k)

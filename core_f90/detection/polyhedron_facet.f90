@@ -6,8 +6,8 @@ module polyhedron_facet
   use hull_patch, only: across, find_outline, outline
   use patch_points, only: add_point, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   use facet_points, only: add, findings, settle
-  use facet_view, only: after, cross, inside_of, inward, leaves_edge, leaves_vertex, nearer_elsewhere, on_edge, pokes_out, &
-                        stands_out
+  use facet_view, only: after, cross, inside_of, inward, is_over, leaves_edge, leaves_vertex, nearer_elsewhere, on_edge, &
+                        pokes_out, stands_out
   implicit none
   private
   public :: cairn_pair_polyhedron_facet
@@ -128,27 +128,6 @@ contains
       call add(f, t*cut%x(1, k) + s*cut%x(2, k) + m*cut%x(3, k) - at, m, cut%gap(k), cut%name(k))
     end do
   end subroutine on_inside
-
-  !> Whether a point is over the triangle, or over an edge or a vertex that it owns.
-  pure logical function is_over(q, x)
-    type(solid), intent(in) :: q
-    real(c_double), intent(in) :: x(3)
-    real(c_double) :: s(3), slack
-    integer :: k, on
-    slack = on_edge*q%size
-    on = 0
-    do k = 1, 3
-      s(k) = inside_of(q, k, after(after(k)), x)
-      if (s(k) <= slack) on = on + 1
-    end do
-    is_over = minval(s) >= -slack
-    if (.not. is_over .or. on == 0) return
-    do k = 1, 3
-      if (on == 1 .and. s(k) <= slack) is_over = q%edge(3, k) /= 0
-      ! two edges meet in the vertex where the second begins
-      if (on > 1 .and. s(k) <= slack .and. s(after(k)) <= slack) is_over = q%edge(3, 3 + after(k)) /= 0
-    end do
-  end function is_over
 
   !> Edges of the polyhedron that cross edge k of the triangle, along the normal across both.
   pure subroutine on_edges(p, q, k, at, limit, f)

@@ -141,12 +141,11 @@ def test_what_detection_remembers_changes_no_bit(tmp_path):
 
 def test_shapes_that_do_not_meet_are_told_once():
     rock = cn.Material("rock", density=2000.0)
-    ground = cn.surface([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], [[0, 1, 2], [0, 2, 3]], rock)
-    scene = cn.Scene(3, gravity=(0, 0, -9.81))
-    scene.add(ground, cn.cylinders([[0, 0, 1]], 0.5, 1.0, rock))
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.ring((0, 0), 5.0, rock), cn.polygons([[[0, 0], [1, 0], [0, 1]]], rock))
     scene.interact(rock, rock, cn.Coulomb(mu=0.3))
-    with pytest.warns(cn.ShapesWarning, match="cylinder and facet"):
+    with pytest.warns(cn.ShapesWarning, match="polygon and ring"):
         sim = cn.Simulation(scene, 1e-3, cn.NSCD())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sim.add(cn.spheres([[3.0, 3.0, 1.0]], 0.5, rock))  # meets both
+        sim.add(cn.disks([[-2.0, 0.0]], 0.5, rock))  # meets both

@@ -1,0 +1,190 @@
+!> What round convex shapes share where they meet one triangle of a surface that is solid behind it.
+module convex_facet
+  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+  use hull_view, only: solid
+  use convex_contact, only: touch_plane
+  use convex_shape, only: convex, is_superquadric, support
+  use facet_points, only: add, findings
+  use facet_view, only: after, cross, inward, is_over, on_edge, pokes_out
+  implicit none
+  private
+  public :: arc, see_arc, is_near, on_inside, farthest_on_arc, height_along
+
+  !> An edge, and the directions that lead out of the surface from it: cos(a) middle + sin(a) aside, |a| <= half.
+  type :: arc
+    real(c_double) :: from(3) = 0, e(3) = 0, length = 0          !< start [m], unit direction, length [m]
+    real(c_double) :: middle(3) = 0, aside(3) = 0, half = 0      !< unit, unit, angle
+    real(c_double) :: first(3) = 0, last(3) = 0                  !< the ends, at -half and half, as the triangles have them
+  end type arc
+
+  integer, parameter :: most_points = 20                         !< that a plane may find of one body
+
+contains
+
+  pure subroutine see_arc(q, k, g)
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k
+    type(arc), intent(out) :: g
+    real(c_double) :: m(3), other(3), w(3)
+    g%from = q%v(k, :)
+    g%e = q%v(after(k), :) - g%from
+    g%length = sqrt(dot_product(g%e, g%e))
+    g%e = g%e/g%length
+    m = q%normal(1, :)
+    w = -inward(q, k, after(after(k)))
+    if (q%edge(4, k) == 0) then
+      other = w
+    else
+      other = normal_beyond(q, k)
+      w = w - inward(q, k, int(q%edge(4, k)))
+    end if
+    ! of two normals nearly the same their sum is the surer middle, of nearly opposite ones the ways out of both triangles
+    g%middle = m + other
+    if (dot_product(m, other) < 0) g%middle = w
+    g%middle = g%middle - dot_product(g%middle, g%e)*g%e
+    g%middle = g%middle/sqrt(dot_product(g%middle, g%middle))
+    g%aside = cross(g%e, g%middle)
+    g%half = atan2(dot_product(g%aside, m), dot_product(g%middle, m))
+    g%first = merge(m, other, g%half < 0)
+    g%last = merge(other, m, g%half < 0)
+    g%half = abs(g%half)
+  end subroutine see_arc
+
+  !> Unit normal of the triangle beyond edge k.
+  pure function normal_beyond(q, k) result(m)
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k
+    real(c_double) :: m(3)
+    m = cross(q%v(k, :) - q%v(after(k), :), q%v(q%edge(4, k), :) - q%v(after(k), :))
+    m = m/sqrt(dot_product(m, m))
+  end function normal_beyond
+
+  !> Whether the ball around a body at `at` reaches an edge.
+  pure logical function is_near(p, at, g, limit)
+    type(convex), intent(in) :: p
+    real(c_double), intent(in) :: at(3), limit
+    type(arc), intent(in) :: g
+    real(c_double) :: w(3)
+    w = at - g%from
+    w = w - max(0.0_c_double, min(g%length, dot_product(w, g%e)))*g%e
+    is_near = dot_product(w, w) <= (p%size + p%layer + limit)**2
+  end function is_near
+
+  !> How far a body is beyond a plane through y with unit normal n.
+  pure real(c_double) function height_along(p, at, n, y)
+    type(convex), intent(in) :: p
+    real(c_double), intent(in) :: at(3), n(3), y(3)
+    height_along = dot_product(n, at + support(p, -n) - y) - p%layer
+  end function height_along
+
+  !> The points that a body in front of the triangle has on its plane, where they are over it. On flat ground the triangles
+  !> share the few points of their plane; else each sees all of them.
+  subroutine on_inside(p, q, at, limit, f)
+    type(convex), intent(in) :: p
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: at(3), limit
+    type(findings), intent(inout) :: f
+    real(c_double) :: m(3), gap(most_points), normal(3, most_points), point(3, most_points), x(3), low
+    integer(c_int32_t) :: count, feature(most_points)
+    integer :: k, most
+    m = q%normal(1, :)
+    if (.not. dot_product(m, at) > q%offset(1)) return
+    low = height_along(p, at - q%offset(1)*m, m, [0.0_c_double, 0.0_c_double, 0.0_c_double])
+    if (low > limit .or. low < -2*q%size) return
+    most = 4
+    if (p%kind == is_superquadric) then
+      most = 1
+    else if (pokes_out(q, 1) .or. pokes_out(q, 2) .or. pokes_out(q, 3)) then
+      most = most_points
+    end if
+    call touch_plane(p, at - q%offset(1)*m, m, limit, most, count, gap(1:most), normal(:, 1:most), point(:, 1:most), &
+                     feature(1:most))
+    do k = 1, count
+      x = at + point(:, k) + (gap(k)/2)*m
+      if (.not. is_over(q, x)) cycle
+      if (gap(k) < 0) then
+        if (leaves_elsewhere(p, q, at, x, gap(k), low)) cycle
+      end if
+      call add(f, point(:, k), m, gap(k), feature(k))
+    end do
+  end subroutine on_inside
+
+  !> Whether a point at `height` behind this triangle is nearer to the inside of one around it, along whose normal the whole
+  !> body has a shorter way out than `low`.
+  pure logical function leaves_elsewhere(p, q, at, x, height, low)
+    type(convex), intent(in) :: p
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: at(3), x(3), height, low
+    real(c_double) :: a(3), b(3), c(3), m(3), h, slack
+    integer :: j
+    slack = on_edge*q%size
+    leaves_elsewhere = .false.
+    do j = 7, q%edges
+      a = q%v(q%edge(1, j), :)
+      b = q%v(q%edge(2, j), :)
+      c = q%v(q%edge(4, j), :)
+      m = cross(b - a, c - a)
+      m = m/sqrt(dot_product(m, m))
+      h = dot_product(m, x - a)
+      if (h > 0 .or. h <= height + slack) cycle
+      if (min(dot_product(cross(b - a, x - a), m), dot_product(cross(c - b, x - b), m), &
+              dot_product(cross(a - c, x - c), m)) < 0) cycle
+      leaves_elsewhere = height_along(p, at, m, a) > low + slack
+      if (leaves_elsewhere) return
+    end do
+  end function leaves_elsewhere
+
+  !> The direction within an arc along which a body is farthest from its edge, and the point it reaches against it, from the
+  !> centre; none where that is an end of the arc. The slope of the height is how far the point is aside of the edge.
+  pure subroutine farthest_on_arc(p, at, g, found, n, x)
+    type(convex), intent(in) :: p
+    real(c_double), intent(in) :: at(3)
+    type(arc), intent(in) :: g
+    logical, intent(out) :: found
+    real(c_double), intent(out) :: n(3), x(3)
+    real(c_double) :: low, high, here, of_low, of_high, of_here, trial, x_low(3), x_high(3), share
+    integer :: round
+    n = g%middle
+    x = 0
+    low = -g%half
+    high = g%half
+    call see(g%first, low, x_low, of_low)
+    call see(g%last, high, x_high, of_high)
+    found = of_low > 0 .and. of_high < 0
+    if (.not. found) return
+    do round = 1, 100
+      here = (low + high)/2
+      if (modulo(round, 3) /= 0) then
+        trial = low + (high - low)*(of_low/(of_low - of_high))
+        ! a little beyond the straight line's zero, so that both sides close in
+        if (round > 3) trial = trial + sign(0.1_c_double*min(trial - low, high - trial), here - trial)
+        if (trial > low .and. trial < high) here = trial
+      end if
+      if (.not. (here > low .and. here < high)) exit
+      call see(cos(here)*g%middle + sin(here)*g%aside, here, x, of_here)
+      if (of_here > 0) then
+        low = here
+        of_low = of_here
+        x_low = x
+      else
+        high = here
+        of_high = of_here
+        x_high = x
+      end if
+      if (.not. of_here < 0 .and. .not. of_here > 0) exit
+    end do
+    ! where the body is straight, the point jumps
+    share = of_low/(of_low - of_high)
+    x = x_low + share*(x_high - x_low)
+    here = low + share*(high - low)
+    n = cos(here)*g%middle + sin(here)*g%aside
+  contains
+    pure subroutine see(d, angle, reached, slope)
+      real(c_double), intent(in) :: d(3), angle
+      real(c_double), intent(out) :: reached(3), slope
+      reached = support(p, -d)
+      slope = dot_product(cos(angle)*g%aside - sin(angle)*g%middle, at + reached - g%from)
+    end subroutine see
+  end subroutine farthest_on_arc
+
+end module convex_facet
