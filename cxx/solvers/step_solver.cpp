@@ -35,25 +35,27 @@ ProblemOptions problem_options(const SolverOptions& options) {
 class NewtonHelp : public SweepHelp {
 public:
   NewtonHelp(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options)
-      : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance) {}
+      : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
+        patience_(heavy_on_light() ? 32 : 64), cost_(of_newton * of_contact * contacts()) {}
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     if (given_up_ || iterations < patience_) return false;
     const bool last = iterations >= options_.max_iterations; // rather than fail
-    if (!last && to_come * sweep_operations() < 0.5 * cost_) return false;
-    if (cost_ > 0) return true;
-    ask();
-    return !given_up_ && (last || to_come * sweep_operations() >= cost_);
+    const auto far = [&] { return last || to_come * sweep_operations() >= 0.5 * cost_; };
+    if (!far()) return false;
+    if (!asked_) ask();
+    return !given_up_ && far();
   }
 
   bool accepts(int iterations) override {
     constexpr double few_contacts = 5000, few_sweeps = 256;
+    if (given_up_ || !heavy_on_light()) return true;
     const double speed = iterations > 0 ? speed_error() : 0;
     const bool urgent = speed > 0.1; // something sinks
     if (speed <= alarm * options_.tolerance || (!urgent && contacts() > few_contacts)) return true;
-    if (!(cost_ > 0)) ask();
+    if (!asked_) ask();
     return given_up_ || (!urgent && cost_ > few_sweeps * sweep_operations());
   }
 
@@ -116,6 +118,20 @@ private:
     return wrong > 0 ? std::sqrt(wrong / given) : 0;
   }
 
+  // By masses alone: what touches what is not asked.
+  bool heavy_on_light() const {
+    constexpr double ratio = 100;
+    const int mass = system_.dim == 2 ? 3 : 6;
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (std::int64_t b = 0; b < system_.bodies; ++b) {
+      const double inverse = system_.record[b].x[mass];
+      if (!(inverse > 0)) continue;
+      least = std::min(least, inverse);
+      most = std::max(most, inverse);
+    }
+    return most > ratio * least;
+  }
+
   double contacts() const {
     double sum = 0;
     for (const cairn_batch& b : system_.batches) sum += b.contacts;
@@ -130,18 +146,17 @@ private:
     return sum;
   }
 
-  // What Newton's method would cost here.
+  // What Newton's method would cost here; before that, what it costs at least.
   void ask() {
-    given_up_ = true;
+    asked_ = given_up_ = true;
     if (!StepProblem::obstacle(system_).empty() || !has_factorisations()) return;
     const cairn_schedule schedule = system_.schedule(1);
     StepProblem step(system_, schedule, velocity_free_);
     Array<double> r(step.problem().unknowns());
     try {
       const ProximalNewton newton(step.problem(), problem_options(options_), r.data());
-      constexpr double iterations = 15, of_contact = 6000;
       const double of_operation = system_.dim == 2 ? 3 : 1; // small blocks are slower, measured
-      cost_ = iterations * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
+      cost_ = of_newton * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
       given_up_ = false;
     } catch (const FactorsTooLarge&) { // sweeps alone
     }
@@ -149,16 +164,17 @@ private:
     cairn_add_impulses(&schedule);
   }
 
-  static constexpr double alarm = 64; // tolerances: a pile that deep has it by its weight alone
+  static constexpr double alarm = 64;                        // tolerances: a pile that deep has it by its weight alone
+  static constexpr double of_newton = 15, of_contact = 6000; // iterations, operations
   ContactSystem& system_;
   const Field<double>& velocity_free_;
   const SolverOptions& options_;
   ErrorForecast forecast_;
-  std::int64_t patience_ = 32;
+  std::int64_t patience_; // sweeps; of few contacts 64 make the active set, which is exact where masses are alike
   static constexpr int most_iterations = 160;
   int newton_iterations_ = 60;
-  double cost_ = 0;
-  bool given_up_ = false;
+  double cost_; // operations
+  bool asked_ = false, given_up_ = false;
 };
 
 SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options,

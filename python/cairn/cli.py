@@ -93,7 +93,7 @@ def _run_parser(commands):
     run.add_argument("--checkpoint-every", type=int, help="steps between checkpoints, written beside the output")
     run.add_argument("--restart", metavar="CHECKPOINT", help="go on from this checkpoint")
     run.add_argument("--overwrite", action="store_true", help="replace the output file if it is there")
-    run.add_argument("--solver", help="of contacts, by its name in Python: NLGS (default), Auto, PPANewton, ...")
+    run.add_argument("--solver", help="of contacts, by its name in Python: Default, NLGS, Auto, PPANewton, ...")
     run.add_argument("--tol", type=float, help="true error of the contact solver (default: 1e-4)")
     run.add_argument("--dump-problem", metavar="WHEN", help="step=120, or worst: write that contact problem beside the output")
     run.add_argument("--quiet", "-q", action="store_true", help="no progress bar, no figures")
@@ -284,7 +284,7 @@ def _strategy(options):
 
     if options.solver is not None and options.solver not in SOLVERS:
         raise ValueError(f"--solver is {options.solver!r}: give one of {', '.join(SOLVERS)}")
-    solver = SOLVERS[options.solver or "NLGS"]
+    solver = SOLVERS[options.solver or "Default"]
     return NSCD(solver=solver() if options.tol is None else solver(tol=options.tol))
 
 

@@ -45,7 +45,7 @@ class Simulation:
     def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
         if not isinstance(scene, Scene):
             raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
-        self._strategy = _checked_strategy(NSCD() if strategy is None else strategy)
+        given = _checked_strategy(NSCD() if strategy is None else strategy)
         self._dt = checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
@@ -57,6 +57,7 @@ class Simulation:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species)) for s in scene.sets]
         table, allowed = scene.law_table(self._species)
+        self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core.set_filter(len(self._species), allowed.ravel())
         self._sets, self._radii, self._info = sets, None, {}
@@ -85,13 +86,14 @@ class Simulation:
 
     @property
     def strategy(self):
-        """How the scene moves; another may be given between steps."""
+        """How the scene moves, with the solver that was chosen; another may be given between steps."""
         return self._strategy
 
     @strategy.setter
     def strategy(self, value):
-        self._strategy = _checked_strategy(value)
-        self._core.set_strategy(value.settings())
+        self._given = _checked_strategy(value)
+        self._strategy = value.for_scene(self._core.scene)
+        self._core.set_strategy(self._strategy.settings())
         self._core.check_laws()
         self._constant_force_set = False
         self._start_blocks()
@@ -317,6 +319,8 @@ class Simulation:
             ids.append(insert(self._core.scene, s, species, self.time))
             self._sets.append(replace(s, ids=ids[-1]))
         self._radii = None
+        if self._given.for_scene(self._core.scene) != self._strategy:
+            self.strategy = self._given
         self._start_functions()
         self._start_blocks()
         self._warn_of_unmet()

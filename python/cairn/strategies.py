@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from . import _core
 from .pre import checks
@@ -29,6 +31,10 @@ class ContactSolver:
         checks.count("max_iter", self.max_iter, 1)
         if self.min_iter > self.max_iter:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
+
+    def for_scene(self, core):
+        """The solver that a simulation of this scene (of the core) takes."""
+        return self
 
     def settings(self):
         """What the core reads."""
@@ -73,6 +79,35 @@ class Auto(ProblemSolver):
     name = "auto"
 
 
+@dataclass(frozen=True)
+class Default(ContactSolver):
+    """NLGS, or Auto where a free body is over 1000 times as heavy as another, or where faces meet.
+
+    There sweeps alone end far from the answer: a box on ten light ones sinks, a wall takes thousands of them. Simulation
+    chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in NLGS.
+    """
+
+    name = "default"
+
+    def for_scene(self, core):
+        """The solver that a simulation of this scene (of the core) takes."""
+        shapes = np.array(_core.shapes())[core.contactor("shape")]
+        mass = core.raw_body("mass").ravel()
+        held = 2 ** (3 * core.dim - 3) - 1  # driven along all of its degrees of freedom
+        free = np.isfinite(mass) & (mass > 0)
+        if len(driven := core.raw_body("driven").ravel()):
+            free &= driven != held
+        light, heavy = (mass[free].min(), mass[free].max()) if free.any() else (1.0, 1.0)
+        faces = np.isin(shapes[free[core.contactor("body")]], FACED).any()
+        chosen = Auto if faces or heavy > HEAVY * light else NLGS
+        return chosen(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
+
+
+# a mass ratio beyond which sweeps alone end with bodies that sink (docs/problems.md), and shapes that meet at several points
+HEAVY = 1000
+FACED = ("polygon", "polyhedron", "cylinder")
+
+
 def solver_class(name, python_name, summary):
     """The class by which a strategy names a solver of problems."""
     text = f"""{summary[0].upper()}{summary[1:]}.
@@ -85,8 +120,8 @@ def solver_class(name, python_name, summary):
     return type(python_name, (ProblemSolver,), body)  # without fields of its own it is a dataclass as its base is one
 
 
-# NLGS, Auto, and one class for each row of the kernels' list that solves problems
-SOLVERS = {"NLGS": NLGS, "Auto": Auto}
+# what Cairn chooses, NLGS, Auto, and one class for each row of the kernels' list that solves problems
+SOLVERS = {"Default": Default, "NLGS": NLGS, "Auto": Auto}
 for _row in _core.problem_solvers():
     SOLVERS.setdefault(_row[1], solver_class(*_row))
 
@@ -95,7 +130,7 @@ for _row in _core.problem_solvers():
 class NSCD:
     """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
 
-    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. solver: NLGS(...), Auto(...), PPANewton(...), ...
+    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. solver: Default(...), NLGS(...), Auto(...), ...
     margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
     project_positions: remove overlap after each step without changing a velocity (Acary 2013).
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
@@ -105,7 +140,7 @@ class NSCD:
     """
 
     theta: float = 0.5
-    solver: ContactSolver = field(default_factory=NLGS)
+    solver: ContactSolver = field(default_factory=Default)
     margin: float | None = None
     project_positions: bool = False
     warm_start: bool = True
@@ -126,6 +161,10 @@ class NSCD:
             raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...), cairn.Auto(...) or one of {', '.join(SOLVERS)}")
 
     explicit = False  # the bulk of deformable bodies is implicit
+
+    def for_scene(self, core):
+        """This strategy with the solver that a simulation of this scene (of the core) takes."""
+        return replace(self, solver=self.solver.for_scene(core))
 
     def pose(self, step, w, q, rows, chosen):
         """The contact problem (W, q, r0) that impulses r + r0 solve; see cairn.block_step. This is the one of Moreau and Jean."""
@@ -263,6 +302,10 @@ class SmoothDEM:
             raise ValueError(f"unstable is {self.unstable!r}: give 'error', 'warn' or 'ignore'")
         checks.count("threads", self.threads)
         checks.count("renumber_every", self.renumber_every, 1)
+
+    def for_scene(self, core):
+        """This strategy: it chooses nothing by the scene."""
+        return self
 
     def settings(self):
         """What the core reads."""

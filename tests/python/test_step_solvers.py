@@ -1,5 +1,7 @@
 """Any solver of problems in a simulation, and `Auto`: towers with the heaviest on top, boxes, walls, what is refused."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -54,6 +56,42 @@ def test_sweeps_alone_do_not_carry_it():
     sim, weights = tower("spheres", 100, 1e6, cn.NLGS(tol=1e-6, max_iter=5000))
     sim.step()
     assert np.abs(reactions(sim, 100) / weights - 1).max() > 0.5
+
+
+@pytest.mark.parametrize("shape", [cn.boxes, cn.cylinders])
+@pytest.mark.parametrize("ratio", [1.0, 1e4, 1e6, 1e12])
+def test_what_is_chosen_by_default_carries_it(shape, ratio):
+    """Sweeps alone sink by a tenth of a block in these steps at 1e6, and lose it at 1e12."""
+    lead = cn.Material("lead", density=1000.0 * ratio)
+    centers = np.stack([np.zeros(5), np.zeros(5), np.arange(5) + 0.5], -1)
+    sizes = ((1.0, 1.0, 1.0),) if shape is cn.boxes else (0.5, 1.0)
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.wall((0, 0, 0), (0, 0, 1), ROCK), shape(centers[:-1], *sizes, ROCK), shape(centers[-1:], *sizes, lead))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 2e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert all(sim.step()["status"] == "converged" for _ in range(100))
+    assert np.abs(sim.bodies.position[1:] - centers).max() < 5e-5  # 1e-4 of g h^2 n (n + 1) / 2 is 2e-5
+
+
+def test_the_default_is_chosen_by_the_scene():
+    def chosen(*sets, **options):
+        scene = cn.Scene(3, gravity=(0, 0, -9.81))
+        scene.add(cn.wall((0, 0, 0), (0, 0, 1), ROCK), *sets)
+        scene.interact("*", "*", cn.Coulomb(mu=0.5))
+        return cn.Simulation(scene, 1e-3, cn.NSCD(**options), overlap="ignore")
+
+    grains = cn.spheres([[0, 0, 1], [3, 0, 1]], [1.0, 0.11], ROCK)  # a ratio of 751
+    floor = cn.boxes([[9, 9, 0.5]], (1.0, 1.0, 1.0), ROCK, fixed=True)
+    sim = chosen(grains, floor)
+    assert sim.strategy.solver == cn.NLGS() and "Solver NLGS" in str(sim.explain())
+    sim.add(cn.spheres([[6, 0, 2]], 2.0, ROCK))
+    assert sim.strategy.solver == cn.Auto() and "Solver Auto" in str(sim.explain())
+    assert chosen(cn.boxes([[0, 0, 0.5]], (1.0, 1.0, 1.0), ROCK)).strategy.solver == cn.Auto()
+    wanted = cn.Default(tol=1e-7, min_iter=3, max_iter=70)
+    assert chosen(grains, solver=wanted).strategy.solver == cn.NLGS(tol=1e-7, min_iter=3, max_iter=70)
+    assert chosen(grains, solver=cn.PPANewton()).strategy.solver == cn.PPANewton()
 
 
 NOT_FOR_IT = ("ConjugateGradient", "PreconditionedConjugateGradient", "Enumeration")  # these may stall; 12 contacts
