@@ -2,6 +2,7 @@ set(CAIRN_CORE_SOURCES
   contact_laws/coulomb_cone.f90
   contact_laws/law_context.f90
   contact_laws/spring_slider.f90
+  detection/bracketed_zero.f90
   detection/contactor_places.f90
   detection/convex_axis.f90
   detection/convex_contact.f90
@@ -26,6 +27,7 @@ set(CAIRN_CORE_SOURCES
   detection/periodic_items.f90
   detection/polygon_contact.f90
   detection/separation.f90
+  detection/tube_view.f90
   detection/wall_search.f90
   elements/elastic_integrals.f90
   elements/shape_families.f90

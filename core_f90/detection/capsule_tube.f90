@@ -3,14 +3,16 @@ module capsule_tube
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls
   use convex_shape, only: convex, see_capsule
+  use facet_points, only: add, findings, settle
   use sphere_tube, only: cairn_pair_sphere_tube
+  use tube_view, only: across_rims, is_beyond, see_tube, tube
   implicit none
   private
   public :: cairn_pair_capsule_tube
 
 contains
 
-  !> At both ends, as spheres: a wall that is hollow meets nothing between them, but at the rim of an open end.
+  !> At both ends, as spheres: a wall that is hollow meets nothing between them, but the rim of an open end.
   subroutine cairn_pair_capsule_tube(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
                                normal, point, feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs
@@ -28,27 +30,28 @@ contains
     integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< names of the points within the pair
     type(hulls_view) :: view
     type(convex) :: p
+    type(tube) :: q
+    type(findings) :: f
     real(c_double) :: x(3), depth(1), m(1, 3), y(1, 3)
     integer(c_int32_t) :: status(1)
-    integer :: i, k, c
+    integer :: i, k
 
     call open_hulls(hulls, view)
     do i = 1, n
       call see_capsule(view, a(i), radius_a(i), p)
-      c = 0
+      call see_tube(radius_b(i), direction_b(i, :), q)
+      f%count = 0
+      f%slack = 16*epsilon(f%slack)*(p%size + p%layer)
       do k = 1, 2
         x = (2*k - 3)*p%half(3)*p%frame(:, 3)
         call cairn_pair_sphere_tube(1_c_int32_t, between(i, :) + x, [p%layer], radius_b(i:i), direction_b(i:i, :), depth, m, y, &
                                     status)
         if (depth(1) > limit(i) .or. status(1) == 1) cycle
-        if (k == 2 .and. c == 1 .and. .not. p%half(3) > 0) cycle
-        c = c + 1
-        gap(c, i) = depth(1)
-        normal(:, c, i) = m(1, :)
-        point(:, c, i) = x + y(1, :)
-        feature(c, i) = int(k, c_int32_t)
+        call add(f, x + y(1, :), m(1, :), depth(1), int(k, c_int32_t))
       end do
-      count(i) = int(c, c_int32_t)
+      if (.not. is_beyond(q, between(i, :))) &
+        call across_rims(q, between(i, :), p%frame(:, 3), p%half(3), p%layer, limit(i), 3_c_int32_t, f)
+      call settle(f, view%most, count(i), gap(:, i), normal(:, :, i), point(:, :, i), feature(:, i))
     end do
   end subroutine cairn_pair_capsule_tube
 

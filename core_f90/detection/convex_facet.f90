@@ -1,6 +1,7 @@
 !> What round convex shapes share where they meet one triangle of a surface that is solid behind it.
 module convex_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+  use bracketed_zero, only: bracket, narrow, next_angle, where_it_falls
   use hull_view, only: solid
   use convex_contact, only: touch_plane
   use convex_shape, only: convex, is_superquadric, support
@@ -142,41 +143,24 @@ contains
     type(arc), intent(in) :: g
     logical, intent(out) :: found
     real(c_double), intent(out) :: n(3), x(3)
-    real(c_double) :: low, high, here, of_low, of_high, of_here, trial, x_low(3), x_high(3), share
-    integer :: round
+    type(bracket) :: b
+    real(c_double) :: here, slope
+    logical :: more
     n = g%middle
     x = 0
-    low = -g%half
-    high = g%half
-    call see(g%first, low, x_low, of_low)
-    call see(g%last, high, x_high, of_high)
-    found = of_low > 0 .and. of_high < 0
+    b%low = -g%half
+    b%high = g%half
+    call see(g%first, b%low, b%x_low, b%of_low)
+    call see(g%last, b%high, b%x_high, b%of_high)
+    found = b%of_low > 0 .and. b%of_high < 0
     if (.not. found) return
-    do round = 1, 100
-      here = (low + high)/2
-      if (modulo(round, 3) /= 0) then
-        trial = low + (high - low)*(of_low/(of_low - of_high))
-        ! a little beyond the straight line's zero, so that both sides close in
-        if (round > 3) trial = trial + sign(0.1_c_double*min(trial - low, high - trial), here - trial)
-        if (trial > low .and. trial < high) here = trial
-      end if
-      if (.not. (here > low .and. here < high)) exit
-      call see(cos(here)*g%middle + sin(here)*g%aside, here, x, of_here)
-      if (of_here > 0) then
-        low = here
-        of_low = of_here
-        x_low = x
-      else
-        high = here
-        of_high = of_here
-        x_high = x
-      end if
-      if (.not. of_here < 0 .and. .not. of_here > 0) exit
+    do
+      call next_angle(b, here, more)
+      if (.not. more) exit
+      call see(cos(here)*g%middle + sin(here)*g%aside, here, x, slope)
+      call narrow(b, here, slope, x)
     end do
-    ! where the body is straight, the point jumps
-    share = of_low/(of_low - of_high)
-    x = x_low + share*(x_high - x_low)
-    here = low + share*(high - low)
+    call where_it_falls(b, here, x)
     n = cos(here)*g%middle + sin(here)*g%aside
   contains
     pure subroutine see(d, angle, reached, slope)

@@ -4,6 +4,7 @@ module polyhedron_tube
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use facet_points, only: add, findings, settle
   use sphere_tube, only: cairn_pair_sphere_tube
+  use tube_view, only: is_beyond, see_tube, tube
   implicit none
   private
   public :: cairn_pair_polyhedron_tube
@@ -28,7 +29,9 @@ contains
     integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< names of the points within the pair
     type(hulls_view) :: view
     type(solid) :: p
+    type(tube) :: q
     type(findings) :: f
+    logical :: outside
     real(c_double) :: x(3), depth(1), m(1, 3), y(1, 3), reach
     integer(c_int32_t) :: status(1)
     integer :: i, k
@@ -36,6 +39,8 @@ contains
     call open_hulls(hulls, view)
     do i = 1, n
       call view_solid(view, a(i), radius_a(i), p)
+      call see_tube(radius_b(i), direction_b(i, :), q)
+      outside = is_beyond(q, between(i, :))
       f%count = 0
       f%slack = 16*epsilon(reach)*p%size
       do k = 1, p%vertices
@@ -43,7 +48,9 @@ contains
         reach = radius_b(i) - limit(i)
         if (reach > 0 .and. sum(x*x) - sum(x*direction_b(i, 1:3))**2 < reach*reach*(1 - 64*epsilon(reach))) cycle
         call cairn_pair_sphere_tube(1_c_int32_t, x, [0.0_c_double], radius_b(i:i), direction_b(i:i, :), depth, m, y, status)
-        if (depth(1) > limit(i) .or. status(1) == 1) cycle
+        if (depth(1) > limit(i)) cycle
+        ! a corner behind the wall is clear of its outer side if the whole body is, or beyond an end
+        if (status(1) == 1 .and. (outside .or. abs(sum(x*direction_b(i, 1:3))) > direction_b(i, 4))) cycle
         call add(f, p%v(k, :) + y(1, :), m(1, :), depth(1), int(k, c_int32_t))
       end do
       call settle(f, view%most, count(i), gap(:, i), normal(:, :, i), point(:, :, i), feature(:, i))

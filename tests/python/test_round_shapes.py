@@ -331,6 +331,7 @@ def test_files_keep_them_and_they_meet_each_other_and_walls(tmp_path):
     scene = cn.Scene(3)
     scene.add(*sets, cn.cylinders([[4, 0, 1]], 0.3, 0.5, ROCK))
     scene.add(cn.surface([[-5, -5, 0], [5, -5, 0], [0, 5, 0.0]], [[0, 1, 2]], ROCK), cn.wall((0, 0, -1), (0, 0, 1), ROCK))
+    scene.add(cn.tube((0, 0, 0), (0, 0, 1), 9.0, ROCK))
     scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
