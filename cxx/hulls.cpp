@@ -139,7 +139,7 @@ void Builder::check_convex(const Plane& plane, std::int64_t face) const {
     refuse(which, "face " + std::to_string(face) + " looks inward; turn the order of its vertices round");
   refuse(which, "vertex " + std::to_string(highest) + " stands " + std::to_string(high / size) +
                     " of the size out of face " + std::to_string(face) +
-                    ": it is not convex; give it as several convex parts of one body");
+                    ": it is not convex; give it as several convex parts of one body (cairn.pre.convex_parts)");
 }
 
 // Each plane's vertices in order round it. Vertices of other faces are not of it, however near they are: what is one
@@ -213,7 +213,8 @@ void Hulls::add_polygon(std::span<const double> values, std::int64_t which) {
   for (std::size_t i = 0; i < x.size(); ++i)
     if (!kept[i])
       refuse(which, "vertex " + std::to_string(i) +
-                        " is inside the others: it is not convex; give it as several convex parts of one body");
+                        " is inside the others: it is not convex; give it as several convex parts of one body "
+                        "(cairn.pre.convex_parts)");
   first_vertex.push_back(std::int32_t(vertex.size()) / 2);
   first_face.push_back(std::int32_t(offset.size()));
   first_edge.push_back(0);

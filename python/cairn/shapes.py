@@ -39,14 +39,15 @@ def polygons(vertices, material, *, position=None, rotation=None, fixed=False, d
     """Polygons in 2D, in either sense of turn. Options: those of BodySet.
 
     vertices: a list of arrays (m, 2) [m], one a body, or one array (m, 2) for all bodies at `position`. A body that is not
-    convex is a list of convex arrays. Without position they are where they stand; position (n, 2) is where the origin of their
-    coordinates goes, rotation (n,) the angle by which they turn about it. fixed: nothing moves them. mass = density area depth.
+    convex is a list of convex arrays, as cairn.pre.convex_parts makes it. Without position they are where they stand; position
+    (n, 2) is where the origin of their coordinates goes, rotation (n,) the angle by which they turn about it. fixed: nothing
+    moves them. mass = density area depth.
 
     >>> rock = Material("rock", density=2800.0)
     >>> polygons([[0, 0], [1, 0], [0, 1]], rock, position=[[0, 0], [5, 0]]).mass
     array([1400., 1400.])
     """
-    bodies, which = _bodies("vertices", vertices, position, lambda x: np.ndim(x) == 2 and np.shape(x)[1] == 2)
+    bodies, which = _bodies("vertices", vertices, position, _is_outline)
     bodies = [[_polygon(f"vertices[{k}]", x) for x in parts] for k, parts in enumerate(bodies)]
     flat = [x for parts in bodies for x in parts]
     own = exact.polygons(flat)
@@ -79,7 +80,7 @@ def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, de
 
     meshes: a list with one mesh a body, (vertices (m, 3) [m], faces), or one mesh for all bodies at `position`. faces: (k, 3)
     triangles or lists of vertices, numbered from 0, anticlockwise from outside; triangles in one plane make one face. A body
-    that is not convex is a list of convex meshes. Objects with `vertices` and `faces` are meshes, too.
+    that is not convex is a list of convex meshes (cairn.pre.convex_parts). Objects with `vertices` and `faces` are meshes, too.
     Without position they are where they stand; position (n, 3) is where the origin of their coordinates goes, rotation (n, 4)
     the quaternion (w, x, y, z) that turns them about it. fixed: nothing moves them.
     """
@@ -197,6 +198,13 @@ def _bodies(name, given, position, is_shape):
     return bodies, np.arange(n) if len(bodies) == n else np.zeros(n, np.int64)
 
 
+def _is_outline(x):
+    try:
+        return np.ndim(x) == 2 and np.shape(x)[1] == 2
+    except ValueError:  # outlines of several lengths make no array
+        return False
+
+
 def _is_mesh(x):
     return (isinstance(x, tuple) and len(x) == 2) or (hasattr(x, "vertices") and hasattr(x, "faces"))
 
@@ -231,7 +239,12 @@ def _polygon(name, x):
     x = checks.real_array(name, np.asarray(x, float), (None, 2))
     d = x - x[0]
     follower = np.roll(d, -1, axis=0)
-    return x[::-1] if np.sum(d[:, 0] * follower[:, 1] - d[:, 1] * follower[:, 0]) < 0 else x
+    fans = d[:, 0] * follower[:, 1] - d[:, 1] * follower[:, 0]
+    x, fans = (x[::-1], -fans) if np.sum(fans) < 0 else (x, fans)
+    # seen from a corner those of a convex outline follow each other; else the kernel would take the hull of a star
+    if len(x) and np.min(fans) < -1e-7 * np.max(np.abs(d)) ** 2:
+        raise ValueError(f"{name} is not convex, or its corners are not in order: give convex parts (cairn.pre.convex_parts)")
+    return x
 
 
 def _joined_points(parts):

@@ -4,6 +4,7 @@ import json
 import os
 from pathlib import Path
 
+import cairn as cn
 import numpy as np
 import pytest
 from cairn.pre import importing, masonry, mesh
@@ -130,3 +131,85 @@ def test_overlaps_are_reported():
     report = importing.report_of(b)
     assert len(report.overlaps) and report.overlap_depth.max() == pytest.approx(0.01)
     assert "the deepest 0.01 m" in str(report)
+
+
+@pytest.mark.parametrize("ending", [".stl", ".obj"])
+@pytest.mark.parametrize("shift", [0.0, 300.0])
+def test_blocks_that_touch_survive_rounding(tmp_path, ending, shift):
+    """Seven digits of each corner: the blocks come apart, faces are plane, joints are found, and the arch stands."""
+    trimesh = pytest.importorskip("trimesh")
+    c, s = np.cos(0.7), np.sin(0.7)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    b = masonry.arch(span=4, thickness=0.5, voussoirs=9, depth=1.0).moved((shift, shift / 2, 3), turn)
+    points, faces = triangulated(b)
+    path = tmp_path / f"arch{ending}"
+    trimesh.Trimesh(points, faces, process=False).export(path)
+    read, report = importing.read(path)
+    assert len(read) == 11 and report.joints == 10 and len(report.overlaps) == 0
+    assert all(len(f) == 6 for f in read.faces)
+    assert report.volume == pytest.approx(b.properties().measure.sum(), rel=1e-4)
+    assert 0 < report.flattened < 1e-7 * (shift + 4) and "so that faces are plane" in str(report)
+    out = [np.ptp(v[f] @ np.linalg.svd(v[f] - v[f].mean(axis=0))[2][2]) for v, fs in zip(read.vertices, read.faces) for f in fs]
+    assert max(out) < 1e-12 * (shift + 4)
+    for k in np.argsort([v[:, 2].mean() for v in read.vertices])[:2]:
+        read.part[k] = "support"
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    read.add_to(scene, cn.Material("stone", density=2400.0))
+    scene.interact("*", "*", cn.Coulomb(mu=0.6))
+    sim = cn.Simulation(scene, dt=2e-3)
+    sim.run(steps=5, progress=False)
+    assert len(sim.contacts.gap) == 40 and np.abs(sim.bodies.velocity).max() < 2e-3
+
+
+def test_physical_volumes_are_blocks(tmp_path):
+    """Two cubes that share the corners of a face, as gmsh meshes them: one block a volume, named after it."""
+    meshio = pytest.importorskip("meshio")
+    points = np.array([(x, y, z) for z in (0, 1, 2) for y in (0, 1) for x in (0, 1)], float)
+    low = [0, 1, 3, 2, 4, 5, 7, 6]
+    cells = [("hexahedron", np.array([low, [k + 4 for k in low]]))]
+    data = {"gmsh:physical": [np.array([1, 2])], "gmsh:geometrical": [np.array([1, 2])]}
+    path = tmp_path / "two.msh"
+    names = {"support": np.array([1, 3]), "stone": np.array([2, 3])}
+    meshio.write(path, meshio.Mesh(points, cells, cell_data=data, field_data=names), file_format="gmsh22", binary=False)
+    read, report = importing.read(path)
+    assert read.part == ["support", "stone"] and report.joints == 1 and report.volume == 2
+
+
+def test_what_is_not_convex_is_a_body_of_parts(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    path = tmp_path / "L.stl"
+    corners = np.array([(x, y, z) for y in (0, 1) for x, z in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))], float)
+    side = [(0, 1, 3), (1, 2, 3), (0, 3, 5), (3, 4, 5)]
+    faces = [*side, *([k + 6 for k in t[::-1]] for t in side)]
+    faces += [t for k in range(6) for t in ((k, 6 + k, (k + 1) % 6), ((k + 1) % 6, 6 + k, 6 + (k + 1) % 6))]
+    trimesh.Trimesh(corners / 3, faces, process=False).export(path)
+    with pytest.raises(mesh.MeshError, match="not convex.*importing.bodies"):
+        importing.read(path)
+    found, parts, report = importing.bodies(path)
+    assert [len(b) for b in found] == [2] and parts == ["block"] and report.parts == 2 and report.blocks == 1
+    assert report.joints == 0  # between the parts of one body there is none
+    body = cn.polyhedra(found, cn.Material("stone", density=1000.0))
+    assert body.mass[0] == pytest.approx(3000 / 27, rel=1e-6)
+
+
+@pytest.mark.parametrize("ending", [".vtk", ".vtu", ".msh", ".ply", ".stl", ".obj", ".json", ".dat"])
+def test_files_of_something_else_are_refused_by_name(tmp_path, ending, capfd):
+    """No library may end the program, nor an error come without the file's name."""
+    path = tmp_path / f"odd{ending}"
+    path.write_text("what is this?\n")
+    with pytest.raises(ValueError, match=f"odd{ending}"):
+        importing.read(path)
+    with pytest.raises(ValueError, match="scale is 0"):
+        importing.read(path, scale=0)
+    assert capfd.readouterr().out == ""
+
+
+def test_numbers_that_are_none(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    path = tmp_path / "nan.ply"
+    box = trimesh.creation.box()
+    points = box.vertices.copy()
+    points[3, 1] = np.nan
+    trimesh.Trimesh(points, box.faces, process=False).export(path)
+    with pytest.raises(mesh.MeshError, match=r"nan.ply: vertex 3 is .*nan"):
+        importing.read(path)

@@ -57,6 +57,30 @@ def test_needless_triangles_do_no_harm():
     assert len(core.hulls["offset"]) == 6 and len(core.hulls["edge"]) == 4 * 12
 
 
+def test_polygons_of_any_number_of_corners_in_one_set():
+    three, four = [[0, 0], [1, 0], [0, 1]], [[2, 0], [4, 0], [4, 1], [2, 1]]
+    np.testing.assert_allclose(cn.polygons([three, np.array(four)], ROCK).mass, [500, 2000])
+    np.testing.assert_allclose(cn.polygons([[three, four], four], ROCK).mass, [2500, 2000])
+    corners = [[(np.cos(2 * np.pi * k / n), np.sin(2 * np.pi * k / n)) for k in range(n)] for n in (3, 10, 100, 1000)]
+    scene = cn.Scene(2)
+    scene.add(cn.polygons(corners, ROCK, position=3 * np.arange(4)[:, None] * [1, 0]))
+    areas = [n / 2 * np.sin(2 * np.pi / n) for n in (3, 10, 100, 1000)]
+    np.testing.assert_allclose(cn.polygons(corners, ROCK).mass, 1000 * np.array(areas), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]],
+        [(np.cos(4 * np.pi * k / 5), np.sin(4 * np.pi * k / 5)) for k in range(5)],  # its area counts the middle twice
+        [[0, 0], [2, 0], [0, 1], [2, 1.5]],
+    ],
+)
+def test_outlines_that_are_not_convex_are_refused(corners):
+    with pytest.raises((ValueError, cn.Error), match="not convex.*convex_parts"):
+        cn.Scene(2).add(cn.polygons([corners], ROCK))
+
+
 def test_planes_that_hardly_differ_are_one_face_to_both():
     """Corners of a roof so flat that the tolerance of planes lies between what one and what the other half of it sees."""
     for height in np.geomspace(1e-9, 1e-5, 60):

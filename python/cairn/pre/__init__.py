@@ -2,6 +2,7 @@
 
 from . import clumps, grains, lattices, masonry, mass_properties, mesh
 from .clumps import clump
+from .decompose import convex_parts
 from .deposits import deposit_disks, deposit_spheres, layers, solid_fraction
 from .lattices import box_walls, lattice
 
@@ -9,6 +10,7 @@ __all__ = [
     "box_walls",
     "clump",
     "clumps",
+    "convex_parts",
     "deposit_disks",
     "deposit_spheres",
     "grains",

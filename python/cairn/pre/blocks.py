@@ -178,7 +178,7 @@ def joints(blocks: Blocks, flush=FLUSH) -> Joints:
     size = np.array([np.max(np.ptp(v, axis=0)) for v in blocks.vertices])[owner]
     low, high = corners.min(axis=1) - flush * size[:, None], corners.max(axis=1) + flush * size[:, None]
     i, j = overlapping_pairs(low, high).T
-    near = (owner[i] != owner[j]) & (np.einsum("ij,ij->i", normal[i], normal[j]) < -1 + 1e-9)
+    near = (owner[i] != owner[j]) & (np.einsum("ij,ij->i", normal[i], normal[j]) < -1 + max(1e-9, 8 * flush * flush))
     i, j = i[near], j[near]
     larger = np.maximum(size[i], size[j])
     step = np.einsum("ijk,ik->ij", corners[j] - corners[i][:, :1], normal[i])

@@ -1,7 +1,8 @@
 """Blocks from files: STL, OBJ, PLY (with trimesh), VTK and gmsh (with meshio), COMPAS assemblies, LMGC90's block lists.
 
 Each file becomes cairn.pre.blocks.Blocks with a report of what was found: whether each surface is closed, volumes, the
-smallest edge, overlaps and joints. What is not convex is refused, or replaced by its hull when asked.
+smallest edge, overlaps and joints. What is not convex is refused, replaced by its hull, or read as
+bodies of several convex parts.
 """
 
 from __future__ import annotations
@@ -12,16 +13,25 @@ from pathlib import Path
 
 import numpy as np
 
-from . import mesh
+from . import checks, mass_properties, mesh
 from .block_overlaps import overlaps
-from .blocks import Blocks
+from .blocks import FLUSH, Blocks
+from .decompose import convex_parts
+from .flatten import flattened, plane_groups, rim
+from .solids import solids
+
+REFUSED = (
+    "{} is not convex; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
+)
+KERNEL = 1e-7  # of a body's size: how far a corner may stand out of a face that the kernels take for plane
 
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What an import found. closed: blocks whose surface was closed as it came; repaired: what was done, by block; hulls:
-    blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
-    overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other."""
+    """What an import found. blocks: how many; closed: of which the surface was closed as it came; repaired: what was done, by
+    block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
+    overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: the farthest a corner was moved to
+    make faces plane; parts: convex parts of all blocks."""
 
     blocks: int
     closed: int
@@ -32,140 +42,219 @@ class ImportReport:
     overlaps: np.ndarray
     overlap_depth: np.ndarray
     joints: int
+    flattened: float = 0.0
+    parts: int = 0
 
     def __str__(self):
         lines = [
-            f"{self.blocks} blocks, {self.closed} closed as they came, {len(self.repaired)} repaired, {len(self.hulls)} hulls",
+            f"{self.blocks} blocks, {self.closed} closed as they came, {len(self.repaired)} repaired, {len(self.hulls)} hulls"
+            + (f", {self.parts} convex parts" if self.parts > self.blocks else ""),
             f"volume {self.volume:.6g}, smallest edge {self.smallest_edge:.3g} m, {self.joints} joints",
             f"{len(self.overlaps)} overlaps"
             + (f", the deepest {self.overlap_depth.max():.3g} m" if len(self.overlaps) else ""),
         ]
+        if self.flattened:
+            lines.append(f"corners moved by at most {self.flattened:.2g} m, so that faces are plane")
+        lines += [f"block {k}: {'; '.join(done)}" for k, done in list(self.repaired.items())[:5]]
         return "\n".join(lines)
 
 
 @dataclass
 class Raw:
-    """Blocks as a file holds them: surfaces (vertices, faces), or polygons; parts."""
+    """Bodies as a file holds them. soups: (vertices, triangles, part) of one or more bodies, whose corners may be shared;
+    bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: the name of each of these bodies."""
 
     dim: int = 3
+    soups: list = field(default_factory=list)
     bodies: list = field(default_factory=list)
     parts: list = field(default_factory=list)
 
 
-def read(path, *, repair=False, convex="refuse", scale=1.0) -> tuple[Blocks, ImportReport]:
+def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[Blocks, ImportReport]:
     """Blocks and report of a file: .stl .obj .ply .vtk .vtu .msh .json (COMPAS) .DAT (LMGC90 BODIES.DAT).
 
-    repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull";
-    scale: metres in a unit of the file. Raises cairn.pre.mesh.MeshError or ValueError naming file and block.
+    repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull" (`bodies`
+    keeps it as it is); scale: metres in a unit of the file; flat: over the largest coordinate, how far files round: corners
+    that stand out of their faces by less are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume of
+    gmsh) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or ValueError naming file and block.
     """
+    if convex not in ("refuse", "hull"):
+        raise ValueError(f'convex is {convex!r}: give "refuse" or "hull", or take cairn.pre.importing.bodies')
+    found, parts, dim, facts = gathered(path, repair, convex, scale, flat)
+    blocks = Blocks(dim)
+    for k, (body, part) in enumerate(zip(found, parts)):
+        if len(body) > 1:
+            raise mesh.MeshError("not convex", REFUSED.format(f"{Path(path).name}, block {k}"))
+        blocks.add(*([body[0]] if dim == 2 else body[0]), part=part)
+    return blocks, report_of(blocks, **facts)
+
+
+def bodies(path, *, repair=False, scale=1.0, flat=1e-6) -> tuple[list, list, ImportReport]:
+    """Bodies of a file, convex or not: a list with the convex parts of each, for `cairn.polyhedra(bodies, ...)` (polygons in 2D);
+    a list of their names; the report. Options: those of `read`."""
+    found, parts, dim, facts = gathered(path, repair, "parts", scale, flat)
+    blocks, owner = Blocks(dim), []
+    for k, body in enumerate(found):
+        for piece in body:
+            blocks.add(*([piece] if dim == 2 else piece), part=parts[k])
+            owner.append(k)
+    return found, parts, report_of(blocks, owner=np.array(owner), **facts)
+
+
+def gathered(path, repair, convex, scale, flat):
+    """What `read` and `bodies` make of a file: convex parts of each body, names, dim and facts for the report."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in READERS:
         raise ValueError(f"{path.name} ends in {ending!r}: give one of {', '.join(READERS)}")
-    if convex not in ("refuse", "hull"):
-        raise ValueError(f'convex is {convex!r}: give "refuse" or "hull"')
+    scale, flat = checks.positive("scale", scale), checks.number("flat", flat)
     if not path.exists():
         raise FileNotFoundError(f"{path} does not exist")
     raw = READERS[ending](path)
+    notes = {}
+    for vertices, faces, part in raw.soups:
+        apart(raw, path.name, vertices, faces, part, repair, notes, flat)
     if not raw.bodies:
         raise ValueError(f"{path.name} holds no surface of any block")
-    return assembled(raw, path.name, repair, convex, scale)
+    if raw.dim == 2:
+        found, facts = polygons(raw, path.name, convex, scale)
+        return found, raw.parts, 2, facts
+    found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes)
+    return found, raw.parts, 3, facts
 
 
-def assembled(raw: Raw, name, repair, convex, scale):
-    """Blocks and report from what a reader found."""
-    blocks, closed, repaired, hulls = Blocks(raw.dim), 0, {}, []
+def polygons(raw: Raw, name, convex, scale):
+    """Convex parts of each body in 2D, and facts for the report."""
+    found, hulls = [], []
+    for k, body in enumerate(raw.bodies):
+        corners = [mesh.check_polygon(np.asarray(p[0], float) * scale, f"{name}, block {k}") for p in body]
+        pieces = [q for c in corners for q in convex_parts(c)]
+        if len(pieces) > len(corners) and convex == "refuse":
+            raise mesh.MeshError("not convex", REFUSED.format(f"{name}, block {k}"))
+        if len(pieces) > len(corners) and convex == "hull":
+            qhull = mesh.library("scipy.spatial", "for convex hulls").ConvexHull
+            pieces = [c[qhull(c).vertices] for c in corners]
+            hulls.append(k)
+        found.append(pieces)
+    return found, {"closed": len(found), "hulls": hulls}
+
+
+def apart(raw, name, vertices, faces, part, repair, notes, flat):
+    """Adds the bodies that a heap of triangles bounds to raw."""
+    vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64).reshape(-1, 3)
+    wrong = np.flatnonzero((faces < 0).any(axis=1) | (faces >= len(vertices)).any(axis=1))
+    if len(wrong):
+        raise ValueError(f"{name}: face {wrong[0]} is {faces[wrong[0]].tolist()}: vertices go from 0 to {len(vertices) - 1}")
+    finite = np.isfinite(vertices).all(axis=1)
+    lost = ~finite[faces].all(axis=1)
+    if np.any(lost):
+        if not repair:
+            k = int(np.argmin(finite))
+            raise mesh.MeshError(
+                "not finite",
+                f"{name}: vertex {k} is {vertices[k]}: give finite numbers ({np.sum(lost)} faces have such a vertex; repair=True "
+                "drops them and fills the hole)",
+            )
+        faces = faces[~lost]
+    if not is_closed(faces):  # a format that repeats corners for each face; where it does not, blocks that touch stay apart
+        vertices, faces = mesh.weld(np.where(finite[:, None], vertices, 0.0), faces)
+    for body in solids(vertices, faces, flat * np.max(np.abs(vertices))) if len(faces) else []:
+        if np.any(lost):
+            notes.setdefault(len(raw.bodies), []).append(f"{np.sum(lost)} faces of the file had a vertex that is not finite")
+        raw.bodies.append([body])
+        raw.parts.append(part)
+
+
+def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
+    """Convex parts of each body, and facts for the report."""
+    closed, repaired, hulls, pieces = 0, {}, [], []
     for k, body in enumerate(raw.bodies):
         label = f"{name}, block {k}"
-        if raw.dim == 2:
-            blocks.add(mesh.check_polygon(np.asarray(body[0]) * scale, label), part=raw.parts[k])
-            closed += 1
-            continue
-        vertices, faces = np.asarray(body[0], float) * scale, body[1]
-        try:
-            report = mesh.check(vertices, faces, label)
-            closed += 1
-        except mesh.MeshError as error:
-            if not repair:
-                raise mesh.MeshError(error.fault, f"{error} (repair=True does so while reading)", error.items) from None
-            vertices, faces, repaired[k] = mesh.repair(vertices, faces, label)
-            report = mesh.check(vertices, faces, label)
-        if not report.convex:
-            if convex == "refuse":
-                raise mesh.MeshError(
-                    "not convex", f"{label} is not convex; cut it into convex blocks, or take its hull: convex='hull'"
-                )
-            vertices, faces = mesh.hull(vertices)
+        for surface in body:
+            vertices, faces = np.asarray(surface[0], float) * scale, surface[1]
+            try:
+                mesh.check(vertices, faces, label)
+                closed += surface is body[0] and k not in notes
+            except mesh.MeshError as error:
+                if not repair:
+                    raise mesh.MeshError(error.fault, f"{error} (repair=True does so while reading)", error.items) from None
+                vertices, faces, done = mesh.repair(vertices, faces, label)
+                repaired[k] = repaired.get(k, notes.get(k, [])) + done
+            pieces.append((k, vertices, mass_properties.triangles(faces, len(vertices))))
+    limit = flat * max(float(np.max(np.abs(v))) for _, v, _ in pieces)
+    grouped = [(v, fans, plane_groups(v, fans, limit)) for _, v, fans in pieces]
+    plane, farthest = flattened(grouped, limit)
+    found = [[] for _ in raw.bodies]
+    for (k, _, fans), vertices, (_, _, groups) in zip(pieces, plane, grouped):
+        if mesh.is_convex(vertices, fans, KERNEL):
+            found[k].append((vertices, [rim(fans[g]) for g in groups]))
+        elif convex == "parts":
+            found[k] += convex_parts(vertices, fans)
+        elif convex == "hull":
+            vertices, fans = mesh.hull(vertices)
+            small = FLUSH * np.max(np.ptp(vertices, axis=0))
+            found[k].append((vertices, [rim(fans[g]) for g in plane_groups(vertices, fans, small)]))
             hulls.append(k)
-        blocks.add(vertices, plane_faces(vertices, faces), raw.parts[k])
-    return blocks, report_of(blocks, closed, repaired, hulls)
+        else:
+            raise mesh.MeshError("not convex", REFUSED.format(f"{name}, block {k}"))
+    return found, {"closed": closed, "repaired": repaired, "hulls": hulls, "flattened": farthest, "flush": limit}
 
 
-def report_of(blocks: Blocks, closed=None, repaired=None, hulls=None) -> ImportReport:
-    """The report of any assembly, as an import gives it."""
+def report_of(blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, flush=0.0, owner=None) -> ImportReport:
+    """The report of any assembly, as an import gives it. flush [m]: what lies nearer lies on each other; owner (n,): the body
+    of each block, where bodies have several convex parts."""
     edges = []
     for k, v in enumerate(blocks.vertices):
         loops = blocks.faces[k] if blocks.dim == 3 else [range(len(v))]
         edges.append(min(np.linalg.norm(v[list(f)] - v[[*f[1:], f[0]]], axis=1).min() for f in loops))
-    pairs, depth = overlaps(blocks)
+    owner = np.arange(len(blocks)) if owner is None else owner
+    size = min(float(np.max(np.ptp(v, axis=0))) for v in blocks.vertices)
+    flush = max(FLUSH, min(flush / size, 1e-3))
+    pairs, depth = overlaps(blocks, flush)
+    joints = blocks.joints(flush).blocks
+    pairs, joints = owner[pairs], owner[joints]
+    foreign = pairs[:, 0] != pairs[:, 1]
+    count = int(owner[-1]) + 1
     return ImportReport(
-        len(blocks),
-        len(blocks) if closed is None else closed,
+        count,
+        count if closed is None else closed,
         repaired or {},
         hulls or [],
         float(blocks.properties().measure.sum()),
         float(min(edges)),
-        pairs,
-        depth,
-        len(blocks.joints().area),
+        pairs[foreign],
+        depth[foreign],
+        int(np.sum(joints[:, 0] != joints[:, 1])),
+        flattened,
+        len(blocks),
     )
-
-
-def plane_faces(vertices, faces, tolerance=1e-9):
-    """Triangles of one plane joined into polygons, so that joints and contacts see whole faces."""
-    faces = [list(f) for f in np.asarray(faces).tolist()] if isinstance(faces, np.ndarray) else [list(f) for f in faces]
-    size = np.max(np.ptp(vertices, axis=0))
-    normals = []
-    for f in faces:
-        p = vertices[f] - vertices[f[0]]
-        n = np.cross(p, np.roll(p, -1, axis=0)).sum(axis=0)
-        normals.append(n / np.linalg.norm(n))
-    normals = np.array(normals)
-    # a convex body's faces of one normal lie in one plane
-    left, joined = list(range(len(faces))), []
-    while left:
-        k = left[0]
-        heights = np.array([np.max(np.abs((vertices[faces[m]] - vertices[faces[k][0]]) @ normals[k])) for m in left])
-        same = [m for m, h in zip(left, heights) if h <= tolerance * size and normals[m] @ normals[k] > 0]
-        left = [m for m in left if m not in same]
-        joined.append(rim([faces[m] for m in same]))
-    return joined
-
-
-def rim(faces):
-    """The loop of edges that belong to one face only."""
-    edges = {(a, b) for f in faces for a, b in zip(f, [*f[1:], f[0]])}
-    follow = {a: b for a, b in edges if (b, a) not in edges}
-    loop = [next(iter(follow))]
-    while follow[loop[-1]] != loop[0]:
-        loop.append(follow[loop[-1]])
-    return loop
 
 
 # ---------------------------------------------------------------------- readers
 
 
+def by_library(path, read):
+    """What a library reads, which may raise anything and even end the program; its messages are kept from the screen."""
+    import contextlib
+    import io
+
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            return read(path)
+    except (Exception, SystemExit) as error:
+        words = " ".join(said.getvalue().split()) if isinstance(error, SystemExit) else f"{type(error).__name__}: {error}"
+        raise ValueError(f"{path.name} cannot be read as {path.suffix}: {words}") from None
+
+
 def read_trimesh(path) -> Raw:
     trimesh = mesh.library("trimesh", f"to read {path.suffix} files")
-    loaded = trimesh.load(path, process=False)
-    geometries = list(loaded.geometry.values()) if hasattr(loaded, "geometry") else [loaded]
+    loaded = by_library(path, lambda p: trimesh.load(p, process=False))
     raw = Raw()
-    for geometry in geometries:
-        vertices, faces = np.array(geometry.vertices), np.array(geometry.faces)
-        if not is_closed(faces):  # a format that repeats corners for each face; where it does not, blocks that touch stay apart
-            vertices, faces = mesh.weld(vertices, faces)
-        raw.bodies += mesh.parts(vertices, faces)
-    raw.parts = ["block"] * len(raw.bodies)
+    for geometry in list(loaded.geometry.values()) if hasattr(loaded, "geometry") else [loaded]:
+        if not hasattr(geometry, "faces"):
+            continue  # lines and points bound nothing
+        raw.soups.append((np.array(geometry.vertices), np.array(geometry.faces), "block"))
     return raw
 
 
@@ -178,32 +267,45 @@ def is_closed(faces) -> bool:
 
 
 def read_meshio(path) -> Raw:
-    """Surfaces of triangles or quadrilaterals, or the skin of volume elements; a block for each joined part."""
+    """Surfaces of triangles or quadrilaterals, or the skins of volume elements: of each volume that gmsh has tagged, else of
+    what hangs together. A physical volume gives its name to its blocks."""
     meshio = mesh.library("meshio", f"to read {path.suffix} files")
-    m = meshio.read(path)
-    faces = []
-    for block in m.cells:
-        table = SKINS.get(block.type)
-        if table is not None:
-            outer = [block.data[:, list(f)] for f in table]
-            faces += [tuple(row) for f in outer for row in f.tolist()]
-    if faces:  # a face that two elements share lies inside
-        seen = {}
-        for f in faces:
-            seen.setdefault(frozenset(f), []).append(f)
-        faces = [f[0] for f in seen.values() if len(f) == 1]
-    else:
-        faces = [tuple(row) for b in m.cells if b.type in ("triangle", "quad", "polygon") for row in np.asarray(b.data).tolist()]
-    if not faces:
-        raise ValueError(f"{path.name} holds no triangles, quadrilaterals or volume elements")
+    m = by_library(path, meshio.read)
     points = np.asarray(m.points, float)
     points = np.column_stack((points, np.zeros(len(points)))) if points.shape[1] == 2 else points
-    triangles = np.array([(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)])
+    names = {(int(tag), int(dim)): name for name, (tag, dim) in m.field_data.items()}
+    volumes, surface = {}, []
+    for k, block in enumerate(m.cells):
+        cells = np.asarray(block.data)
+        if block.type in SKINS:
+            entity, physical = (tags(m, f"gmsh:{kind}", k, len(cells)) for kind in ("geometrical", "physical"))
+            for pair in np.unique(np.column_stack((entity, physical)), axis=0).tolist():
+                mine = cells[(entity == pair[0]) & (physical == pair[1])]
+                volumes.setdefault(tuple(pair), []).extend(row for f in SKINS[block.type] for row in mine[:, list(f)].tolist())
+        elif block.type in ("triangle", "quad", "polygon"):
+            surface += cells.tolist()
     raw = Raw()
-    for part in mesh.parts(points, triangles):
-        raw.bodies.append(part)
-        raw.parts.append("block")
+    for (_, physical), faces in volumes.items():
+        seen = {}
+        for f in faces:  # a face that two elements share lies inside
+            seen.setdefault(frozenset(f), []).append(f)
+        outer = [f[0] for f in seen.values() if len(f) == 1]
+        raw.soups.append((points, fans_of(outer), names.get((physical, 3), "block")))
+    if not volumes and surface:
+        raw.soups.append((points, fans_of(surface), "block"))
+    if not raw.soups:
+        raise ValueError(f"{path.name} holds no triangles, quadrilaterals or volume elements")
     return raw
+
+
+def tags(m, name, k, count):
+    """Numbers of the volumes of the cells of block k, 0 where the file has none."""
+    found = m.cell_data.get(name)
+    return np.zeros(count, np.int64) if found is None else np.asarray(found[k], np.int64).reshape(count)
+
+
+def fans_of(loops):
+    return np.array([(f[0], f[k], f[k + 1]) for f in loops for k in range(1, len(f) - 1)])
 
 
 SKINS = {  # faces of meshio's volume elements, seen from outside anticlockwise
@@ -231,7 +333,7 @@ def read_compas(path) -> Raw:
             if isinstance(item.get("vertex"), dict) and isinstance(item.get("face"), dict) and item["vertex"]:
                 names = {str(name): k for k, name in enumerate(item["vertex"])}
                 vertices = [[float(v[axis]) for axis in "xyz"] for v in item["vertex"].values()]
-                raw.bodies.append((vertices, [[names[str(v)] for v in f] for f in item["face"].values()]))
+                raw.bodies.append([(vertices, [[names[str(v)] for v in f] for f in item["face"].values()])])
                 raw.parts.append("support" if support else "block")
             else:
                 for x in item.values():
@@ -242,31 +344,38 @@ def read_compas(path) -> Raw:
 
 
 def read_lmgc90(path) -> Raw:
-    """POLYG and POLYR of a BODIES.DAT at their reference positions; columns as LMGC90 writes them. The colour is the part."""
-    raw, node, lines = Raw(0), None, path.read_text().splitlines()
-    k = 0
+    """POLYG and POLYR of a BODIES.DAT at their reference positions; columns as LMGC90 writes them. The colour is the part; a body
+    of several contactors is a body of several parts."""
+    raw, node, lines = Raw(0), None, path.read_text(errors="replace").splitlines()
+    k, fresh = 0, True
     while k < len(lines):
         line = lines[k]
         kind = line[1:6].strip()
-        if kind in ("NO3xx", "NO6xx"):
-            dim = 2 if kind == "NO3xx" else 3
-            node = np.array([float(line[a : a + 14]) for a in (34, 55, 76)[:dim]])
-        elif kind in ("POLYG", "POLYR"):
-            dim = 2 if kind == "POLYG" else 3
-            if raw.dim not in (0, dim):
-                raise ValueError(f"{path.name}, line {k + 1}: polygons and polyhedra in one file")
-            raw.dim, count = dim, int(line[39:46])
-            starts = (34, 55, 76)[:dim]
-            vertices = [[float(x[a : a + 14]) for a in starts] for x in lines[k + 1 : k + 1 + count]]
-            k += count
-            faces = []
-            if dim == 3:
-                number = int(line[59:66])
-                rows = lines[k + 1 : k + 1 + number]
-                faces = np.array([[int(x[34:41]), int(x[55:62]), int(x[76:83])] for x in rows]) - 1
-                k += number
-            raw.bodies.append((np.array(vertices) + node, faces))
-            raw.parts.append(line[22:27].strip() or "block")
+        fresh = fresh or kind == "bdyty"
+        try:
+            if kind in ("NO3xx", "NO6xx"):
+                dim = 2 if kind == "NO3xx" else 3
+                node = np.array([float(line[a : a + 14]) for a in (34, 55, 76)[:dim]])
+            elif kind in ("POLYG", "POLYR"):
+                dim = 2 if kind == "POLYG" else 3
+                if raw.dim not in (0, dim):
+                    raise ValueError("polygons and polyhedra in one file")
+                raw.dim, count = dim, int(line[39:46])
+                starts = (34, 55, 76)[:dim]
+                vertices = [[float(x[a : a + 14]) for a in starts] for x in lines[k + 1 : k + 1 + count]]
+                faces = []
+                if dim == 3:
+                    rows = lines[k + 1 + count : k + 1 + count + int(line[59:66])]
+                    faces = np.array([[int(x[34:41]), int(x[55:62]), int(x[76:83])] for x in rows]) - 1
+                    count += len(rows)
+                part = line[22:27].strip() or "block"
+                if fresh:
+                    raw.bodies.append([])
+                    raw.parts.append(part)
+                raw.bodies[-1].append((np.array(vertices) + node, faces))
+                k, fresh = k + count, False
+        except (ValueError, TypeError) as error:
+            raise ValueError(f"{path.name}, line {k + 1}, {kind}: {error}") from None
         k += 1
     raw.dim = raw.dim or 3
     return raw
