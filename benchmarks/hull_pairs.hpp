@@ -83,9 +83,23 @@ struct Pairs {
           }
       if (std::count(used.begin(), used.end(), 1) < vertices) corner.clear();
     } while (corner.empty());
+    centre_mass(x, corner);
     for (std::size_t k = 3; k <= corner.size(); k += 3) first_corner.push_back(std::int64_t(k));
     double q[4] = {g(random), g(random), g(random), g(random)};
     add_hull(x, first_corner, corner, q);
+  }
+
+  // Vertices from the centre of mass, as every body has them: `corner` are triangles.
+  static void centre_mass(std::vector<double>& x, const std::vector<std::int64_t>& corner) {
+    double volume = 0, moment[3] = {0, 0, 0};
+    for (std::size_t k = 0; k < corner.size(); k += 3) {
+      const double *u = &x[3 * corner[k]], *v = &x[3 * corner[k + 1]], *w = &x[3 * corner[k + 2]];
+      const double part =
+          u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0]);
+      volume += part;
+      for (int c = 0; c < 3; ++c) moment[c] += part * (u[c] + v[c] + w[c]) / 4;
+    }
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] -= moment[i % 3] / volume;
   }
 
   // Of any sizes; the second of a pair is turned as the first.

@@ -19,6 +19,7 @@ set(CAIRN_CORE_SOURCES
   detection/hull_patch.f90
   detection/hull_places.f90
   detection/hull_proofs.f90
+  detection/hull_support.f90
   detection/hull_view.f90
   detection/key_sort.f90
   detection/pair_geometry.f90

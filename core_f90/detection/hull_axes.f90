@@ -216,8 +216,7 @@ contains
     n = cross(e, d)
     length = sqrt(dot_product(n, n))
     if (.not. length > 0) return
-    n = n/length
-    if (dot_product(n, b%normal(b%edge(3, edge_b), :) + b%normal(b%edge(4, edge_b), :)) < 0) n = -n
+    n = n*sign(1/length, dot_product(n, b%normal(b%edge(3, edge_b), :) + b%normal(b%edge(4, edge_b), :)))
     s = dot_product(n, at + a%v(a%edge(1, edge_a), :) - b%v(b%edge(1, edge_b), :))
     s = min(s, along_axis(a, b, at, n)) ! edges that are all but parallel know their axis badly
   end subroutine axis_of_edges

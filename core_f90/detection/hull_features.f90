@@ -4,6 +4,7 @@ module hull_features
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: solid
   use hull_proofs, only: face_is_nearest
+  use hull_support, only: lowest
   use patch_points, only: name_of_edges, vertex_of_b
   implicit none
   private
@@ -36,15 +37,7 @@ contains
     real(c_double) :: m(3), low, height, at_vertex(3), foot(3)
     integer :: i, deepest, flush
     m = p%normal(face, :)
-    low = huge(low)
-    deepest = 1
-    do i = 1, q%vertices
-      height = m(1)*q%v(i, 1) + m(2)*q%v(i, 2) + m(3)*q%v(i, 3)
-      if (height < low) then
-        low = height
-        deepest = i
-      end if
-    end do
+    call lowest(q%vertices, q%v, m, low, deepest)
     at_vertex = at + q%v(deepest, :)
     x%gap = m(1)*at_vertex(1) + m(2)*at_vertex(2) + m(3)*at_vertex(3) - p%offset(face)
     foot = at_vertex - x%gap*m
@@ -62,15 +55,11 @@ contains
       x%feature = [vertex_from + deepest, face]
     end if
     ! of vertices that rounding alone keeps from being the deepest, one may give the proof where another does not
-    nearest = .false.
-    do i = 1, q%vertices
+    nearest = face_meets(p, face, q, deepest, at, x%gap, margin)
+    do i = 1, merge(0, q%vertices, nearest)
       height = m(1)*q%v(i, 1) + m(2)*q%v(i, 2) + m(3)*q%v(i, 3)
       if (height > low + rounding*(p%size + q%size)) cycle
-      if (x%gap > 0) then
-        nearest = in_front(p, face, at + q%v(i, :), margin)
-      else
-        nearest = face_is_nearest(p, face, q, i, at, margin + 2*rounding*(p%size + q%size) - x%gap)
-      end if
+      nearest = face_meets(p, face, q, i, at, x%gap, margin)
       if (nearest) exit
     end do
     if (of_a .or. .not. nearest .or. .not. margin > 0) return
@@ -80,6 +69,18 @@ contains
     end do
     nearest = flush < 3
   end subroutine face_axis
+
+  pure function face_meets(p, face, q, vertex, at, gap, margin) result(nearest)
+    type(solid), intent(in) :: p, q
+    integer, intent(in) :: face, vertex
+    real(c_double), intent(in) :: at(3), gap, margin
+    logical :: nearest
+    if (gap > 0) then
+      nearest = in_front(p, face, at + q%v(vertex, :), margin)
+    else
+      nearest = face_is_nearest(p, face, q, vertex, at, margin + 2*rounding*(p%size + q%size) - gap)
+    end if
+  end function face_meets
 
   pure function in_front(p, face, x, margin)
     type(solid), intent(in) :: p
@@ -180,14 +181,15 @@ contains
     inside = min(along, 1 - along)*sqrt(square)
   end subroutine foot_on_edge
 
-  !> Whether all vertices but those of a feature, an edge or a vertex, are farther along n than it by more than the margin.
+  !> Whether all vertices but those of a feature, an edge or a vertex, are farther along n than it by more than the margin, which
+  !> is well above rounding.
   pure function alone(p, feature, n, margin)
     type(solid), intent(in) :: p
     integer(c_int32_t), intent(in) :: feature
     real(c_double), intent(in) :: n(3), margin
     logical :: alone
-    real(c_double) :: low, own, height
-    integer :: i, from, to
+    real(c_double) :: own, height
+    integer :: i, from, to, low
     if (feature < 0) then
       from = p%edge(1, -feature)
       to = p%edge(2, -feature)
@@ -196,19 +198,18 @@ contains
       to = from
     end if
     own = max(dot_product(n, p%v(from, :)), dot_product(n, p%v(to, :)))
-    low = huge(low)
+    low = 0
     do i = 1, p%vertices
       height = n(1)*p%v(i, 1) + n(2)*p%v(i, 2) + n(3)*p%v(i, 3)
-      low = min(low, merge(huge(low), height, i == from .or. i == to))
+      low = low + merge(1, 0, height <= own + margin)
     end do
-    alone = low > own + margin
+    alone = low == merge(1, 2, from == to)
   end function alone
 
   pure function unit_part(s) result(t)
     real(c_double), intent(in) :: s
     real(c_double) :: t
-    t = 0
-    if (s > 0) t = min(s, 1.0_c_double)
+    t = merge(min(s, 1.0_c_double), 0.0_c_double, s > 0)
   end function unit_part
 
 end module hull_features

@@ -2,6 +2,7 @@
 module hull_patch
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: solid
+  use hull_support, only: lowest
   use patch_points, only: patch, add_point, name_of_edges, name_points, vertex_of_b
   implicit none
   private
@@ -27,12 +28,22 @@ module hull_patch
     real(c_double), dimension(room) :: x, y, inward_x, inward_y, base
   end type rim
 
-  !> Where the edge of A from corner i crosses that of B from corner j: how far along each.
+  ! What follows is written down before it is known to count, in the place after those that do: there are no branches that no
+  ! processor foresees.
+
+  !> Where the edge of A from corner i crosses that of B from corner j: how far inside the other's line each begins and ends [m].
   type :: crossings
     integer :: count
-    integer, dimension(2*face_corners) :: i, j
-    real(c_double), dimension(2*face_corners) :: along_a, along_b
+    integer, dimension(2*face_corners + 1) :: i, j
+    real(c_double), dimension(2, 2*face_corners + 1) :: of_a, of_b
   end type crossings
+
+  !> Points of the cut within the limit, across the normal and along it the middle of the gap [m].
+  type :: offers
+    integer :: count
+    real(c_double) :: x(3, 4*face_corners + 1), gap(4*face_corners + 1)
+    integer(c_int32_t) :: name(4*face_corners + 1)
+  end type offers
 
 contains
 
@@ -85,12 +96,9 @@ contains
     integer(c_int32_t), intent(in) :: corner_vertex(f%count), corner_edge(f%count)
     logical, intent(in) :: back
     real(c_double) :: x, y, z
-    integer :: k, c, e, step, i
-    c = merge(f%count, 1, back)
-    e = merge(f%count - 1, 1, back)
-    step = merge(-1, 1, back)
+    integer :: k, e, i
     do k = 1, f%count
-      i = corner_vertex(c)
+      i = corner_vertex(merge(f%count + 1 - k, k, back))
       f%vertex(k) = i
       x = at(1) + v(i, 1)
       y = at(2) + v(i, 2)
@@ -98,9 +106,8 @@ contains
       f%x(1, k) = t(1)*x + t(2)*y + t(3)*z
       f%x(2, k) = s(1)*x + s(2)*y + s(3)*z
       f%height(k) = n(1)*x + n(2)*y + n(3)*z
-      f%edge(k) = corner_edge(e)
-      c = c + step
-      e = merge(f%count, e + step, e + step == 0)
+      e = merge(f%count - k, k, back)
+      f%edge(k) = corner_edge(merge(f%count, e, e == 0))
     end do
   end subroutine see_corners
 
@@ -109,53 +116,40 @@ contains
     integer, intent(in) :: faces
     real(c_double), intent(in) :: normal(faces, 3), n(3)
     integer :: face
-    real(c_double) :: best, look(lanes)
-    integer :: first, from, j
-    face = 1
-    best = -2
-    do first = 1, faces, lanes
-      from = max(min(first, faces - lanes + 1), 1) - 1
-      if (faces >= lanes) then
-        do j = 1, lanes
-          look(j) = n(1)*normal(from + j, 1) + n(2)*normal(from + j, 2) + n(3)*normal(from + j, 3)
-        end do
-      else
-        look = -3
-        look(1:faces) = n(1)*normal(:, 1) + n(2)*normal(:, 2) + n(3)*normal(:, 3)
-      end if
-      do j = 1, lanes
-        if (look(j) > best) then
-          best = look(j)
-          face = from + j
-        end if
-      end do
-    end do
+    real(c_double) :: least
+    call lowest(faces, normal, -n, least, face)
   end function face_along
 
   pure subroutine make_rim(f, r)
     type(outline), intent(in) :: f
     type(rim), intent(inout) :: r
-    real(c_double) :: length
-    integer :: i, next
+    real(c_double) :: length(lanes)
+    integer :: i, next, first
     r%count = f%count
     r%filled = (f%count + lanes - 1)/lanes*lanes
-    do i = 1, r%filled
-      r%x(i) = f%x(1, min(i, f%count))
-      r%y(i) = f%x(2, min(i, f%count))
-    end do
     do i = 1, f%count
       next = merge(1, i + 1, i == f%count)
-      r%inward_x(i) = r%y(i) - r%y(next)
-      r%inward_y(i) = r%x(next) - r%x(i)
+      r%x(i) = f%x(1, i)
+      r%y(i) = f%x(2, i)
+      r%inward_x(i) = f%x(2, i) - f%x(2, next)
+      r%inward_y(i) = f%x(1, next) - f%x(1, i)
     end do
-    r%inward_x(f%count + 1:r%filled) = r%inward_x(f%count)
-    r%inward_y(f%count + 1:r%filled) = r%inward_y(f%count)
-    do i = 1, r%filled
-      length = sqrt(r%inward_x(i)**2 + r%inward_y(i)**2)
-      r%base(i) = merge(0.0_c_double, -huge(length), length > 0) ! nothing is inside a line without length
-      length = merge(length, 1.0_c_double, length > 0)
-      r%inward_x(i) = r%inward_x(i)/length
-      r%inward_y(i) = r%inward_y(i)/length
+    do i = f%count + 1, r%filled
+      r%x(i) = r%x(f%count)
+      r%y(i) = r%y(f%count)
+      r%inward_x(i) = r%inward_x(f%count)
+      r%inward_y(i) = r%inward_y(f%count)
+    end do
+    do first = 0, r%filled - 1, lanes
+      do i = first + 1, first + lanes
+        length(i - first) = sqrt(r%inward_x(i)**2 + r%inward_y(i)**2)
+      end do
+      do i = first + 1, first + lanes
+        r%base(i) = merge(0.0_c_double, -huge(length), length(i - first) > 0) ! nothing is inside a line without length
+        length(i - first) = 1/merge(length(i - first), 1.0_c_double, length(i - first) > 0)
+        r%inward_x(i) = r%inward_x(i)*length(i - first)
+        r%inward_y(i) = r%inward_y(i)*length(i - first)
+      end do
     end do
   end subroutine make_rim
 
@@ -194,48 +188,67 @@ contains
     type(patch), intent(inout) :: p
     type(rim) :: ra, rb
     type(crossings) :: c
-    real(c_double) :: slack, low, high, x(2), within_a(room), within_b(room)
-    integer :: i, k
+    type(offers) :: o
+    real(c_double) :: slack, within_a(room), within_b(room)
+    integer :: k
     call make_rim(fa, ra)
     call make_rim(fb, rb)
     slack = outside*min(size_a, size_b) + 16*epsilon(slack)*(size_a + size_b)
     call compare(ra, rb, slack, within_a, within_b, c)
-    if (fb%flat) then
-      do i = 1, fa%count
-        if (within_b(i) < -slack) cycle
-        low = fb%level + dot_product(fb%slope, fa%x(:, i))
-        call put(p, fa%x(:, i), low, fa%height(i), least, limit, fa%vertex(i))
-      end do
-    end if
-    if (fa%flat) then
-      do i = 1, fb%count
-        if (within_a(i) < -slack) cycle
-        high = fa%level + dot_product(fa%slope, fb%x(:, i))
-        call put(p, fb%x(:, i), fb%height(i), high, least, limit, vertex_of_b + fb%vertex(i))
-      end do
-    end if
-    do k = 1, c%count
-      x = between(fa%x, c%i(k), fa%count, c%along_a(k))
-      high = at_height(fa, c%i(k), c%along_a(k))
-      low = at_height(fb, c%j(k), c%along_b(k))
-      call put(p, x, low, high, least, limit, name_of_edges(int(fa%edge(c%i(k))), int(fb%edge(c%j(k)))))
+    o%count = 0
+    if (fb%flat) call offer_corners(fa, fb, within_b, slack, 1.0_c_double, limit, 0_c_int32_t, o)
+    if (fa%flat) call offer_corners(fb, fa, within_a, slack, -1.0_c_double, limit, vertex_of_b, o)
+    call offer_crossings(fa, fb, c, limit, o)
+    do k = 1, o%count
+      call add_point(p, o%x(:, k), max(o%gap(k), least), o%name(k))
     end do
   end subroutine cut_faces
 
-  pure function between(x, i, n, along) result(y)
-    real(c_double), intent(in) :: x(2, face_corners), along
-    integer, intent(in) :: i, n
-    real(c_double) :: y(2)
-    y = x(:, i) + along*(x(:, merge(1, i + 1, i == n)) - x(:, i))
-  end function between
+  !> Corners of f that are inside the other face. sense: 1 if f is that of A, else -1.
+  pure subroutine offer_corners(f, other, within, slack, sense, limit, name, o)
+    type(outline), intent(in) :: f, other
+    real(c_double), intent(in) :: within(room), slack, sense, limit
+    integer(c_int32_t), intent(in) :: name
+    type(offers), intent(inout) :: o
+    real(c_double) :: opposite
+    integer :: i, k
+    do i = 1, f%count
+      k = o%count + 1
+      opposite = other%level + other%slope(1)*f%x(1, i) + other%slope(2)*f%x(2, i)
+      o%x(1, k) = f%x(1, i)
+      o%x(2, k) = f%x(2, i)
+      o%x(3, k) = (f%height(i) + opposite)/2
+      o%gap(k) = sense*(f%height(i) - opposite)
+      o%name(k) = name + f%vertex(i)
+      o%count = o%count + iand(merge(1, 0, within(i) >= -slack), merge(1, 0, o%gap(k) <= limit))
+    end do
+  end subroutine offer_corners
 
-  pure function at_height(f, i, along) result(h)
-    type(outline), intent(in) :: f
-    integer, intent(in) :: i
-    real(c_double), intent(in) :: along
-    real(c_double) :: h
-    h = f%height(i) + along*(f%height(merge(1, i + 1, i == f%count)) - f%height(i))
-  end function at_height
+  pure subroutine offer_crossings(fa, fb, c, limit, o)
+    type(outline), intent(in) :: fa, fb
+    type(crossings), intent(in) :: c
+    real(c_double), intent(in) :: limit
+    type(offers), intent(inout) :: o
+    real(c_double) :: along_a, along_b, low, high
+    integer :: i, j, k, m, next
+    do m = 1, c%count
+      k = o%count + 1
+      i = c%i(m)
+      j = c%j(m)
+      along_a = c%of_a(1, m)/(c%of_a(1, m) - c%of_a(2, m))
+      along_b = c%of_b(1, m)/(c%of_b(1, m) - c%of_b(2, m))
+      next = merge(1, i + 1, i == fa%count)
+      o%x(1, k) = fa%x(1, i) + along_a*(fa%x(1, next) - fa%x(1, i))
+      o%x(2, k) = fa%x(2, i) + along_a*(fa%x(2, next) - fa%x(2, i))
+      high = fa%height(i) + along_a*(fa%height(next) - fa%height(i))
+      next = merge(1, j + 1, j == fb%count)
+      low = fb%height(j) + along_b*(fb%height(next) - fb%height(j))
+      o%x(3, k) = (high + low)/2
+      o%gap(k) = high - low
+      o%name(k) = name_of_edges(int(fa%edge(i)), int(fb%edge(j)))
+      o%count = o%count + merge(1, 0, o%gap(k) <= limit)
+    end do
+  end subroutine offer_crossings
 
   !> How far inside all lines of B each corner of A is (within_b) and the other way, and where outlines cross, corners apart.
   pure subroutine compare(ra, rb, slack, within_a, within_b, c)
@@ -243,8 +256,8 @@ contains
     real(c_double), intent(in) :: slack
     real(c_double), intent(inout) :: within_a(room), within_b(room)
     type(crossings), intent(inout) :: c
-    real(c_double) :: of_corner(room, 0:1), of_line(room + 1)
-    integer :: i, j, next, now, other
+    real(c_double) :: of_corner(room, 0:1), of_line(room + 1), least, apart
+    integer :: i, j, k, next, now, other, cross
     c%count = 0
     within_a(1:rb%filled) = huge(slack)
     now = 0
@@ -254,28 +267,25 @@ contains
       other = 1 - now
       call inside_lines(rb, ra%x(next), ra%y(next), of_corner(:, other))
       call inside_line(ra, i, rb, of_line, within_a)
-      within_b(i) = huge(slack)
+      least = huge(least)
       do j = 1, rb%count
-        within_b(i) = min(within_b(i), of_corner(j, now))
-        if ((of_corner(j, now) > 0 .eqv. of_corner(j, other) > 0) .or. (of_line(j) > 0 .eqv. of_line(j + 1) > 0)) cycle
-        if (min(abs(of_corner(j, now)), abs(of_corner(j, other)), abs(of_line(j)), abs(of_line(j + 1))) <= slack) cycle
-        if (c%count == 2*face_corners) cycle ! more than convex outlines have
-        c%count = c%count + 1
-        c%i(c%count) = i
-        c%j(c%count) = j
-        c%along_a(c%count) = of_corner(j, now)/(of_corner(j, now) - of_corner(j, other))
-        c%along_b(c%count) = of_line(j)/(of_line(j) - of_line(j + 1))
+        least = min(least, of_corner(j, now))
+        k = min(c%count, 2*face_corners) + 1 ! convex outlines have no more
+        c%i(k) = i
+        c%j(k) = j
+        c%of_a(1, k) = of_corner(j, now)
+        c%of_a(2, k) = of_corner(j, other)
+        c%of_b(1, k) = of_line(j)
+        c%of_b(2, k) = of_line(j + 1)
+        apart = min(min(abs(of_corner(j, now)), abs(of_corner(j, other))), min(abs(of_line(j)), abs(of_line(j + 1))))
+        cross = ieor(merge(1, 0, of_corner(j, now) > 0), merge(1, 0, of_corner(j, other) > 0))
+        cross = iand(cross, ieor(merge(1, 0, of_line(j) > 0), merge(1, 0, of_line(j + 1) > 0)))
+        c%count = k - 1 + iand(cross, merge(1, 0, apart > slack))
       end do
+      within_b(i) = least
       now = other
     end do
   end subroutine compare
-
-  pure subroutine put(p, x, low, high, least, limit, name)
-    type(patch), intent(inout) :: p
-    real(c_double), intent(in) :: x(2), low, high, least, limit
-    integer(c_int32_t), intent(in) :: name
-    if (high - low <= limit) call add_point(p, [x, (high + low)/2], max(high - low, least), name)
-  end subroutine put
 
   pure subroutine name_patch(p, fa, fb)
     type(patch), intent(inout) :: p

@@ -6,6 +6,7 @@ module patch_points
   public :: patch, clear_patch, add_point, add_deepest, reduce_patch, name_points, name_of_edges, vertex_of_b
 
   integer, parameter :: most_points = 64
+  integer, parameter :: few = 4 !< points that a pair whose points are named may have
   !> Names: vertices of A from 1, of B from `vertex_of_b`, crossings of edges from `crossing`.
   integer(c_int32_t), parameter :: vertex_of_b = 2_c_int32_t**28, crossing = 2_c_int32_t**29, edge_names = 2_c_int32_t**14
   integer(c_int32_t), parameter :: second_name = 2_c_int32_t**27
@@ -165,46 +166,87 @@ contains
   end function area
 
   !> Names points after a vertex that is near, of A before B, so that a corner keeps its name while rounding moves it in and
-  !> out of the other face; then sorts by name. xa (2, na), xb (2, nb): vertices of the two faces, across the normal.
+  !> out of the other face; then sorts by name. Of at most a few points. xa (2, na), xb (2, nb): vertices of the two faces,
+  !> across the normal. What is done for each of few places, be it taken or not, needs no branches.
   pure subroutine name_points(p, na, xa, name_a, nb, xb, name_b)
     type(patch), intent(inout) :: p
     integer, intent(in) :: na, nb
-    real(c_double), intent(in) :: xa(:, :), xb(:, :)
-    integer(c_int32_t), intent(in) :: name_a(:), name_b(:)
-    integer(c_int32_t) :: own, name
-    real(c_double) :: x(3), gap
+    real(c_double), intent(in) :: xa(2, na), xb(2, nb)
+    integer(c_int32_t), intent(in) :: name_a(na), name_b(nb)
+    integer(c_int32_t), dimension(few) :: of_a, of_b, name
     integer :: i, k
-    do k = 1, p%count
-      own = p%name(k)
-      name = 0
-      do i = 1, na
-        if (max(abs(xa(1, i) - p%x(1, k)), abs(xa(2, i) - p%x(2, k))) <= near*p%size) name = name_a(i)
-      end do
-      do i = 1, nb
-        if (name > 0) exit
-        if (max(abs(xb(1, i) - p%x(1, k)), abs(xb(2, i) - p%x(2, k))) <= near*p%size) name = vertex_of_b + name_b(i)
-      end do
-      if (name == 0) name = own
-      if (any(p%name(1:k - 1) == name)) name = own
-      do while (any(p%name(1:k - 1) == name))
-        name = name + second_name
-      end do
-      p%name(k) = name
+    logical :: twice
+    call reduce_patch(p, few)
+    call names_near(p, na, xa, name_a, of_a)
+    call names_near(p, nb, xb, name_b, of_b)
+    do k = 1, few
+      name(k) = merge(vertex_of_b + of_b(k), p%name(k), of_b(k) > 0)
+      name(k) = merge(of_a(k), name(k), of_a(k) > 0)
+      name(k) = merge(name(k), huge(name) - k, k <= p%count)
     end do
-    do k = 2, p%count
-      x = p%x(:, k)
-      gap = p%gap(k)
-      name = p%name(k)
-      do i = k - 1, 1, -1
-        if (p%name(i) <= name) exit
-        p%x(:, i + 1) = p%x(:, i)
-        p%gap(i + 1) = p%gap(i)
-        p%name(i + 1) = p%name(i)
+    twice = .false.
+    do k = 2, few
+      do i = 1, k - 1
+        twice = twice .or. name(i) == name(k)
       end do
-      p%x(:, i + 1) = x
-      p%gap(i + 1) = gap
-      p%name(i + 1) = name
     end do
+    if (twice) call tell_apart(p, name)
+    call sort_points(p, name)
   end subroutine name_points
+
+  !> The name of a vertex that is near each point, the first of them; 0: none.
+  pure subroutine names_near(p, n, x, name, of)
+    type(patch), intent(in) :: p
+    integer, intent(in) :: n
+    real(c_double), intent(in) :: x(2, n)
+    integer(c_int32_t), intent(in) :: name(n)
+    integer(c_int32_t), intent(out) :: of(few)
+    real(c_double) :: away(few), found(few)
+    integer :: i, k
+    found = 0
+    do i = n, 1, -1
+      do k = 1, few
+        away(k) = max(abs(x(1, i) - p%x(1, k)), abs(x(2, i) - p%x(2, k)))
+      end do
+      do k = 1, few
+        found(k) = merge(real(name(i), c_double), found(k), away(k) <= near*p%size)
+      end do
+    end do
+    of = int(found, c_int32_t)
+  end subroutine names_near
+
+  !> Points that have the name of one before keep their own, or get one of a row of second names.
+  pure subroutine tell_apart(p, name)
+    type(patch), intent(in) :: p
+    integer(c_int32_t), intent(inout) :: name(few)
+    integer :: k
+    do k = 2, p%count
+      if (any(name(1:k - 1) == name(k))) name(k) = p%name(k)
+      do while (any(name(1:k - 1) == name(k)))
+        name(k) = name(k) + second_name
+      end do
+    end do
+  end subroutine tell_apart
+
+  !> By name, which are all different.
+  pure subroutine sort_points(p, name)
+    type(patch), intent(inout) :: p
+    integer(c_int32_t), intent(in) :: name(few)
+    real(c_double) :: x(3, few), gap(few)
+    integer :: i, k, place(few)
+    place = 1
+    do i = 1, few
+      do k = 1, few
+        place(k) = place(k) + merge(1, 0, name(i) < name(k))
+      end do
+    end do
+    x = p%x(:, 1:few)
+    gap = p%gap(1:few)
+    do k = 1, few
+      p%x(:, place(k)) = x(:, k)
+      p%gap(place(k)) = gap(k)
+      p%name(place(k)) = name(k)
+    end do
+  end subroutine sort_points
 
 end module patch_points

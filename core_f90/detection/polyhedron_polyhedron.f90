@@ -15,7 +15,17 @@ module polyhedron_polyhedron
   ! Of the sizes together: the distance below which differences tell no direction; and how far features that were recalled must
   ! be from those that could take their place, so that looking at all of them would find the same.
   real(c_double), parameter :: blind = 1e-8_c_double, sure = 1e-5_c_double
+  integer, parameter :: ahead = 2 !< how many pairs before its turn what a pair needs is fetched
   real(c_double), parameter :: drawn = 0.02_c_double !< of the smaller size: how far bodies are drawn apart to see their edges
+
+  interface
+    !> See cairn/core.h.
+    subroutine cairn_fetch_hull(hulls, contactor, feature) bind(c)
+      import :: cairn_hulls, c_int32_t
+      type(cairn_hulls), intent(in) :: hulls
+      integer(c_int32_t), value :: contactor, feature
+    end subroutine cairn_fetch_hull
+  end interface
 
 contains
 
@@ -44,12 +54,19 @@ contains
     type(outline) :: fa, fb
     real(c_double) :: t(3), s(3), at(3)
     integer(c_int32_t), pointer, contiguous :: recalled(:, :)
+    integer(c_int32_t) :: recall(2)
     integer :: i, k
 
     call open_hulls(hulls, view)
     nullify (recalled)
     if (c_associated(hulls%recalled)) call c_f_pointer(hulls%recalled, recalled, [2, n])
     do i = 1, n
+      if (i + ahead <= n) then
+        recall = 0
+        if (associated(recalled)) recall = recalled(:, i + ahead)
+        call cairn_fetch_hull(hulls, a(i + ahead), recall(1))
+        call cairn_fetch_hull(hulls, b(i + ahead), recall(2))
+      end if
       count(i) = 0
       at = between(i, :)
       call view_solid(view, a(i), radius_a(i), p)
@@ -69,7 +86,7 @@ contains
       call reduce_patch(cut, view%most)
       call name_patch(cut, fa, fb)
       count(i) = cut%count
-      do k = 1, cut%count
+      do k = 1, view%most
         gap(k, i) = cut%gap(k)
         normal(:, k, i) = x%n
         point(:, k, i) = t*cut%x(1, k) + s*cut%x(2, k) + x%n*cut%x(3, k) - at

@@ -443,6 +443,8 @@ typedef struct cairn_hulls {
   const double* turned;         /* of each contactor: vertices (n, dim) from its centre [m], then normals (n, dim) */
   int32_t* recalled;            /* (2, pairs of the call) features of each pair's axis last time, then now; or 0 */
 } cairn_hulls;
+/* Begins to bring what kernels read of a contactor's hull, in 3D, into the cache. feature: as recalled. */
+void cairn_fetch_hull(const cairn_hulls* hulls, int32_t contactor, int32_t feature);
 void cairn_hull_place(int32_t dim, int64_t first, int64_t last, const int32_t* body, const int32_t* hull,
                       const int64_t* place, const int32_t* first_vertex, const int32_t* first_face,
                       const double* vertex, const double* normal, const double* offset, int32_t has_rotation,
