@@ -36,7 +36,7 @@ contains
     is_beyond = b%half <= huge(b%half) .and. dot_product(w, w) > b%radius**2
   end function is_beyond
 
-  !> Directions across two axes: g across both, w across that of the tube and g, k across the other and g, on the side of w.
+  !> Directions across two axes: g across both, w across that of the tube and g, k across the other and g.
   pure subroutine look_across(b, axis, g, w, k)
     type(tube), intent(in) :: b
     real(c_double), intent(in) :: axis(3)
@@ -50,7 +50,6 @@ contains
     w = cross(b%axis, g)
     k = cross(axis, g)
     k = k/sqrt(dot_product(k, k))
-    if (dot_product(k, w) < 0) k = -k
   end subroutine look_across
 
   !> Unit vectors z at which x z(1) + y z(2) + d/2 z(1)^2, d >= 0, has tops: one in the quarter of (x, y), and a lower one beyond

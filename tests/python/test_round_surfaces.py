@@ -248,6 +248,20 @@ def test_of_any_size_they_lie_as_on_a_plane(size, cell, place, turned, share):
         np.testing.assert_allclose(x @ turn[:, 2], gap / 2, rtol=0, atol=1e-14 * (size + cell) + 1e-15 * place)
 
 
+def test_flat_faces_have_one_point_on_turned_floors():
+    """What is nearly a box, flush with a floor of triangles whose normals differ by rounding: one of them has the point."""
+    rng = np.random.default_rng(10)
+    v, f = floor(12)
+    for _ in range(5):
+        turn = random_rotation(rng)
+        places = np.column_stack((rng.uniform(-5, 5, (60, 2)), np.full(60, 0.3))) @ turn.T
+        turned = {"rotation": [quaternion(turn)] * 60}
+        bodies = cn.superquadrics(places, (1.4, 0.9, 0.3), (0.05, 0.05), ROCK, **turned)
+        for gap, normal, _ in contacts(bodies, (v @ turn.T, f), 0.01):
+            assert len(gap) == 1
+            assert abs(gap[0]) < 1e-14 and abs(normal[0] @ turn[:, 2] - 1) < 1e-14
+
+
 def test_units_by_powers_of_two_leave_the_bits():
     rng = np.random.default_rng(8)
     v, f = grid(6, lambda x, y: 0.5 * np.sin(2.0 * x) * np.cos(1.7 * y))
