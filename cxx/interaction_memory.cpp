@@ -14,6 +14,50 @@ void Interactions::State::find_places(int threads) {
     return system.candidate[c] < 0 ? ContactKey{-1, -1, 0, 0} : key(system.candidate[c]);
   };
   find_keys(memory.keys, n, key_of, threads, scratch, place);
+  if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) follow_across_facets();
+}
+
+// A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about
+// the way the other looks. Points named after edges and vertices of a triangle stay there.
+void Interactions::State::follow_across_facets() {
+  constexpr std::int32_t names_of_facets = 1 << 27; // and above: see patch_points.f90
+  const auto n = std::int64_t(system.candidate.size());
+  const auto is_lost = [&](std::int64_t c) {
+    const std::int64_t i = system.candidate[c];
+    return place[c] < 0 && i >= 0 && candidates->feature[i] < names_of_facets &&
+           *contactors->shape[candidates->contactor_b[i]] == std::int16_t(Shape::facet);
+  };
+  std::int64_t lost = 0;
+  for (std::int64_t c = 0; c < n; ++c) lost += is_lost(c);
+  if (lost == 0) return;
+  const auto on_body = [&](std::int64_t c) { // the key with the body in place of the triangle
+    ContactKey k = key(system.candidate[c]);
+    k.contactor_b = body(candidates->contactor_b[system.candidate[c]]);
+    return k;
+  };
+  KeyTable table(lost, scratch);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (is_lost(c)) table.insert(on_body(c), c);
+  auto* owner = scratch.take<std::int32_t>(memory.contactors_seen);
+  std::fill_n(owner, memory.contactors_seen, -1);
+  for (std::int64_t c = 0; c < contactors->count; ++c)
+    if (*contactors->shape[c] == std::int16_t(Shape::facet) && *contactors->id[c] < memory.contactors_seen)
+      owner[*contactors->id[c]] = body(std::int32_t(c));
+  auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
+  std::fill_n(taken, memory.keys.size(), 0);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (place[c] >= 0) taken[place[c]] = 1;
+  for (std::size_t i = 0; i < memory.keys.size(); ++i) {
+    ContactKey k = memory.keys[i];
+    if (taken[i] || k.feature >= names_of_facets || owner[k.contactor_b] < 0) continue;
+    k.contactor_b = owner[k.contactor_b];
+    const std::int32_t c = table.find(k, on_body);
+    if (c < 0 || place[c] >= 0) continue;
+    const double *p = &memory.impulses[i * memory.impulse_components],
+                 *m = &candidates->normal[3 * std::int64_t(system.candidate[c])];
+    const double along = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
+    if (along > 0 && 4 * along * along > p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) place[c] = std::int32_t(i);
+  }
 }
 
 void Interactions::State::remember() {

@@ -122,6 +122,7 @@ struct Interactions::State {
 private:
   void load_further_inertia(std::int64_t n);
   void find_places(int threads);
+  void follow_across_facets();
   std::int64_t remember(const cairn_batch& b, std::int64_t to);
   template <int d>
   std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);

@@ -60,27 +60,18 @@ contains
     real(c_double), intent(in) :: at(3), limit
     type(findings), intent(inout) :: f
     type(bracket) :: fall(most_falls), finer(most_falls)
-    real(c_double) :: t(3), s(3), x(3), reach, best, far, here, low, two_pi
+    real(c_double) :: t(3), s(3), x(3), reach, far, ahead, two_pi
     integer :: k, level, falling, found
     call across(q%axis, t, s)
     two_pi = 4*acos(0.0_c_double)
-    best = -huge(best)
-    far = 0 ! the farthest point seen
-    low = 0
-    do k = 0, looks - 1
-      call look(p, at, t, s, two_pi*k/looks, x, reach, here)
-      if (reach > best) low = two_pi*k/looks
-      best = max(best, reach)
-      far = max(far, sqrt(reach**2 + here**2))
-    end do
-    if (q%radius - best/cos(two_pi/(2*looks)) > limit) return
-    ! from the direction in which it reaches farthest, once around and to the fall next to it
+    far = 0
     falling = 0
-    call falls(p, at, t, s, low - two_pi/looks, low + two_pi, looks + 1, far, falling, fall)
+    ! once around, and once more what was first, whose beginning was not seen
+    call falls(p, at, t, s, 0.0_c_double, two_pi + two_pi/looks, looks + 1, q%radius - limit, far, falling, fall)
     do level = 1, levels
       found = 0
       do k = 1, falling
-        call falls(p, at, t, s, fall(k)%low, fall(k)%high, parts, far, found, finer)
+        call falls(p, at, t, s, fall(k)%low, fall(k)%high, parts, q%radius - limit, far, found, finer)
       end do
       falling = found
       fall(1:falling) = finer(1:falling)
@@ -88,7 +79,7 @@ contains
     found = 0
     do k = 1, falling
       if (.not. fall(k)%of_high < 0) cycle
-      if (fall(k)%low > fall(1)%low + two_pi*(1 - 1.0_c_double/looks)) cycle ! a fall seen twice
+      if (fall(k)%low >= two_pi*(1 - epsilon(far))) cycle ! seen already
       found = found + 1
       fall(found) = fall(k)
     end do
@@ -98,15 +89,16 @@ contains
       call close_in(p, q, at, t, s, fall(k), limit, level, f)
     end do
     if (found > 0) return
-    call look(p, at, t, s, low, x, reach, here) ! as far out all around
+    call look(p, at, t, s, 0.0_c_double, x, reach, ahead) ! as far out all around
     call at_point(q, at, x, limit, 1_c_int32_t, f)
   end subroutine find_points
 
   !> Adds the parts of an interval of angles in which the point falls from ahead of the direction to behind it, what lies within
-  !> rounding being neither; and those in which it may be farther out than `far`, by where the tangents at both ends meet.
-  pure subroutine falls(p, at, t, s, low, high, pieces, far, count, fall)
+  !> rounding being neither; and those in which it may be farther out than `far`, the farthest seen, by where the tangents at both
+  !> ends meet. Not those that are nearer to the axis than `enough` throughout.
+  pure subroutine falls(p, at, t, s, low, high, pieces, enough, far, count, fall)
     type(convex), intent(in) :: p
-    real(c_double), intent(in) :: at(3), t(3), s(3), low, high
+    real(c_double), intent(in) :: at(3), t(3), s(3), low, high, enough
     integer, intent(in) :: pieces
     real(c_double), intent(inout) :: far
     integer, intent(inout) :: count
@@ -124,9 +116,9 @@ contains
       if (k == pieces) angle = high
       call look(p, at, t, s, angle, x, reach, ahead)
       far = max(far, sqrt(reach**2 + ahead**2))
-      meet = (before - reach*cos(step))/sin(step)
+      meet = sqrt(((before - reach*cos(step))/sin(step))**2 + reach**2)
       fell = rising .and. ahead < -noise
-      if (count < most_falls .and. (fell .or. (k > 0 .and. meet**2 + reach**2 > (far*(1 + 1e-9_c_double))**2))) then
+      if (k > 0 .and. meet >= enough .and. (fell .or. meet > far*(1 + 1e-9_c_double)) .and. count < most_falls) then
         count = count + 1
         fall(count) = bracket(low=angle - step, high=angle, of_high=1.0_c_double)
         if (fell) fall(count) = bracket(low=b%low, high=angle, of_low=b%of_low, of_high=ahead, x_low=b%x_low, x_high=x)
