@@ -1,9 +1,10 @@
-// Pairs of convex polyhedra, near each other or flush, and what the kernel says of them.
+// Pairs of convex polyhedra, near each other or flush, and of round shapes, and what their kernel says of them.
 #pragma once
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "cairn/core.h"
@@ -18,6 +19,7 @@ struct Pairs {
   std::vector<std::int64_t> place;
   std::vector<std::int32_t> recalled = std::vector<std::int32_t>(2 * pairs, 0);
   bool recalls = false;
+  cairn_hull_contact* kernel = cairn_pair_polyhedron_polyhedron;
   std::vector<double> rotation, radius, reach, turned, box, between, radius_a, radius_b, direction, limit;
   std::vector<double> gap, normal, point;
   std::mt19937 random{1};
@@ -25,6 +27,18 @@ struct Pairs {
   // Of as many vertices each; or boxes, the upper flush on the lower one.
   explicit Pairs(int vertices, bool boxes = false) {
     for (int k = 0; k < 2 * pairs; ++k) boxes ? add_box() : add(vertices);
+    begin();
+    boxes ? lay_flush() : bring_near();
+  }
+
+  // Of round shapes, spheres and boxes by name, of sizes of a factor of three.
+  Pairs(const std::string& first, const std::string& second, cairn_hull_contact* contact) : kernel(contact) {
+    for (int k = 0; k < 2 * pairs; ++k) add_shape(k % 2 ? second : first);
+    begin();
+    bring_near();
+  }
+
+  void begin() {
     reach = radius;
     box.resize(6 * 2 * pairs);
     limit.assign(pairs, 0.02);
@@ -42,7 +56,6 @@ struct Pairs {
       radius_b.push_back(radius[2 * i + 1]);
     }
     between.resize(3 * pairs);
-    boxes ? lay_flush() : bring_near();
   }
 
   // The hull of points on a sphere: every triple with all others behind it is a face.
@@ -122,11 +135,49 @@ struct Pairs {
     const std::int32_t h = hulls.add({x, first_vertex, first_face, first_corner, corner});
     const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     for (int c = 0; c < 4; ++c) rotation.push_back(q[c] / size);
-    body.push_back(h);
+    body.push_back(std::int32_t(body.size()));
     hull.push_back(h);
     radius.push_back(hulls.radius[h]);
-    place.push_back(place.empty() ? 0 : std::int64_t(turned.size()));
+    place.push_back(std::int64_t(turned.size()));
     turned.resize(turned.size() + 3 * (hulls.vertices(h) + hulls.faces(h)));
+  }
+
+  void add_shape(const std::string& shape) {
+    if (shape == "box") return add_box();
+    if (shape == "polyhedron") return add(8);
+    std::normal_distribution<double> g;
+    std::uniform_real_distribution<double> size(0.3, 0.9), exponent(0.3, 1.5);
+    const double r = size(random), l = size(random);
+    std::vector<double> x, plane;
+    double ball = std::hypot(r, l);
+    if (shape == "capsule" || shape == "cylinder") {
+      x = {0, 0, -l, 0, 0, l};
+      plane = {0, 0, 1, r};
+      if (shape == "capsule") ball = r + l;
+    } else if (shape != "sphere") {
+      const double half[3] = {r, l, size(random)};
+      const bool round = shape == "ellipsoid";
+      for (int i = 0; i < 8; ++i)
+        for (int k = 0; k < 3; ++k) x.push_back(i >> k & 1 ? half[k] : -half[k]);
+      plane = {1, 0, 0, half[0], 0, 1, 0, half[1], 0, 0, 1, half[2]};
+      for (int k = 0; k < 2; ++k) plane.insert(plane.end(), {0, 0, 0, round ? 1 : exponent(random)});
+      ball = std::hypot(half[0], half[1], half[2]);
+    }
+    double q[4] = {g(random), g(random), g(random), g(random)};
+    const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (double c : q) rotation.push_back(c / norm);
+    body.push_back(std::int32_t(body.size()));
+    place.push_back(std::int64_t(turned.size()));
+    if (shape == "sphere") {
+      hull.push_back(-1);
+      radius.push_back(r);
+      return;
+    }
+    const std::int64_t first_vertex[] = {0, std::int64_t(x.size()) / 3},
+                       first_face[] = {0, std::int64_t(plane.size()) / 4};
+    hull.push_back(hulls.add({x, first_vertex, first_face, {}, {}, false, plane, {&ball, 1}}));
+    radius.push_back(ball);
+    turned.resize(turned.size() + x.size() + 3 * plane.size() / 4);
   }
 
   void turn() {
@@ -160,17 +211,17 @@ struct Pairs {
       const cairn_hulls h = view(i);
       for (int k = 0; k < 3; ++k)
         for (int j = 0; j < batch; ++j) at[k * batch + j] = between[3 * (i + j) + k];
-      cairn_pair_polyhedron_polyhedron(batch, &h, &a[i], &b[i], at.data(), &radius_a[i], &radius_b[i],
-                                       &direction[4 * i], &limit[i], &count[i], &gap[most * i], &normal[3 * most * i],
-                                       &point[3 * most * i], &feature[most * i]);
+      kernel(batch, &h, &a[i], &b[i], at.data(), &radius_a[i], &radius_b[i], &direction[4 * i], &limit[i], &count[i],
+             &gap[most * i], &normal[3 * most * i], &point[3 * most * i], &feature[most * i]);
     }
   }
 
-  // Along a random direction, to where the gap is anything within 2 % of the size.
-  void bring_near() {
+  // Along a random direction, to where the gap is anything between two; 1 is half the size.
+  void bring_near(double least = -0.02, double largest = 0.02) {
     std::normal_distribution<double> g;
-    std::uniform_real_distribution<double> wanted(-0.02, 0.02);
-    std::vector<double> way, low(pairs, 0), high(pairs, 2.5), goal;
+    std::uniform_real_distribution<double> wanted(least, largest);
+    std::vector<double> way, low(pairs, 0), high(pairs, 3.5), goal;
+    limit.assign(pairs, largest);
     for (int i = 0; i < pairs; ++i) {
       const double v[3] = {g(random), g(random), g(random)};
       for (double c : v) way.push_back(c / std::hypot(v[0], v[1], v[2]));
@@ -181,11 +232,12 @@ struct Pairs {
         for (int k = 0; k < 3; ++k) between[3 * i + k] = way[3 * i + k] * (low[i] + high[i]) / 2;
       detect();
       for (int i = 0; i < pairs; ++i) {
-        double least = 1;
-        for (int k = 0; k < count[i]; ++k) least = std::min(least, gap[most * i + k]);
-        (least < goal[i] ? low : high)[i] = (low[i] + high[i]) / 2;
+        double nearest = 1;
+        for (int k = 0; k < count[i]; ++k) nearest = std::min(nearest, gap[most * i + k]);
+        (nearest < goal[i] ? low : high)[i] = (low[i] + high[i]) / 2;
       }
     }
+    limit.assign(pairs, 0.02);
   }
 
   // The first on top of the second, shifted by up to half its width; the gap is rounding.

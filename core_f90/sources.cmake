@@ -5,9 +5,11 @@ set(CAIRN_CORE_SOURCES
   detection/bracketed_zero.f90
   detection/contactor_places.f90
   detection/convex_axis.f90
+  detection/convex_climb.f90
   detection/convex_contact.f90
   detection/convex_facet.f90
   detection/convex_shape.f90
+  detection/convex_top.f90
   detection/facet_points.f90
   detection/facet_view.f90
   detection/grid_levels.f90

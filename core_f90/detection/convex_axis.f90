@@ -3,9 +3,10 @@
 !> bettered by drawing them apart along it and looking for their nearest points, until the move is the shortest around.
 module convex_axis
   use, intrinsic :: iso_c_binding, only: c_double
-  use convex_shape, only: convex, guesses, is_cylinder, is_polyhedron, is_segment, is_superquadric, most_guesses, support
+  use convex_climb, only: climb
+  use convex_shape, only: convex, guesses, is_cylinder, is_polyhedron, is_segment, is_superquadric, most_guesses, reach, support
+  use convex_top, only: meet_across
   use hull_distance, only: add_and_reduce, simplex
-  use hull_patch, only: across
   implicit none
   private
   public :: axis_between, separation_along
@@ -14,6 +15,8 @@ module convex_axis
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double)
   !> Of the sizes together: the distance below which differences tell no direction; of the smaller size: how far bodies are drawn.
   real(c_double), parameter :: blind = 1e-7_c_double, drawn = 0.02_c_double
+  !> Of the smaller size: how far what meets may be apart across the normal.
+  real(c_double), parameter :: slack = 1e-10_c_double
   real(c_double), parameter :: nearly = 0.02_c_double !< sine: edges that lean by less may be where a body is touched
 
 contains
@@ -25,28 +28,80 @@ contains
     real(c_double), intent(in) :: at(3), limit
     real(c_double), intent(out) :: n(3), gap, point_a(3), point_b(3)
     logical, intent(out) :: apart
-    real(c_double) :: extent, layers, flat, distance, d(3), m(3), trial, x(3), y(3)
-    integer :: round
+    real(c_double) :: extent, layers, flat
+    logical :: known
     extent = a%size + b%size
     layers = a%layer + b%layer
     point_a = at
     point_b = 0
-    call best_guess(a, b, at, n, flat)
+    call best_guess(a, b, at, limit + layers, n, flat)
+    apart = flat - layers > limit
+    if (.not. apart) then
+      call at_once(a, b, at, extent, limit + layers, n, flat, point_a, point_b, known)
+      apart = flat - layers > limit
+      if (.not. (apart .or. known)) call search(a, b, at, extent, limit + layers, n, flat, point_a, point_b)
+    end if
     gap = flat - layers
     apart = gap > limit
-    if (apart) return
-    call nearest(a, b, at, n, extent, distance, x, y)
-    if (distance > drawn*smaller(a, b)) then
-      apart = distance - layers > limit
+  end subroutine axis_between
+
+  !> The axis where a guess, or a top near it or near the line of the nearest points, can be proved to be the best around.
+  subroutine at_once(a, b, at, extent, limit, n, best, point_a, point_b, known)
+    type(convex), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), extent, limit
+    real(c_double), intent(inout) :: n(3), best, point_a(3), point_b(3)
+    logical, intent(out) :: known
+    real(c_double) :: x(3), y(3), d(3), m(3), distance, trial
+    logical :: sharp
+    integer :: round
+    call meet_across(a, b, at, n, extent, slack*smaller(a, b) + 4*rounding*extent, known, sharp, x, y)
+    known = known .and. (sharp .or. best > rounding*extent)
+    if (known) then
       point_a = x
       point_b = y
-      gap = distance - layers
-      if (apart .or. distance <= flat + rounding*extent) return
+      return
+    end if
+    if (a%kind /= is_polyhedron .and. b%kind /= is_polyhedron) then
+      call polish(a, b, at, extent, limit, n, best, point_a, point_b, known)
+      if (known .or. best > limit) return
+    end if
+    do round = 1, 2
+      d = max(drawn*smaller(a, b) - best, 0.0_c_double)*n
+      call nearest(a, b, at + d, n, extent, 1e-5_c_double, distance, x, y)
+      if (.not. distance > blind*extent) return
+      m = x - y
+      m = m/sqrt(dot_product(m, m))
+      trial = separation_along(a, b, at, m)
+      if (trial > best + rounding*extent) then
+        n = m
+        best = trial
+      end if
+      if (best > limit) return
+      call polish(a, b, at, extent, limit, n, best, point_a, point_b, known)
+      if (known .or. best > limit) return
+    end do
+  end subroutine at_once
+
+  !> The same by all means, whatever it takes.
+  subroutine search(a, b, at, extent, limit, n, flat, point_a, point_b)
+    type(convex), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), extent, limit
+    real(c_double), intent(inout) :: n(3), flat, point_a(3), point_b(3)
+    real(c_double) :: distance, d(3), m(3), trial, x(3), y(3), enough
+    logical :: known
+    integer :: round
+    enough = 0
+    if (a%kind == is_superquadric .or. b%kind == is_superquadric) enough = 1e-8_c_double ! Newton's steps do the rest
+    call nearest(a, b, at, n, extent, enough, distance, x, y)
+    if (distance > drawn*smaller(a, b)) then
+      point_a = x
+      point_b = y
+      if (distance > limit) flat = distance
+      if (distance > limit .or. distance <= flat + rounding*extent) return
       d = x - y
       n = d/sqrt(dot_product(d, d))
-      distance = separation_along(a, b, at, n)
-      call polish(a, b, at, extent, n, distance, point_a, point_b)
-      gap = distance - layers
+      flat = separation_along(a, b, at, n)
+      call polish(a, b, at, extent, limit, n, flat, point_a, point_b, known)
       return
     end if
     ! a gap too small for differences to tell the direction well, or an overlap
@@ -63,7 +118,7 @@ contains
     trial = flat
     do round = 1, most_draws
       d = (max(drawn*smaller(a, b), 4*blind*extent) - trial)*m
-      call nearest(a, b, at + d, m, extent, distance, x, y)
+      call nearest(a, b, at + d, m, extent, enough, distance, x, y)
       if (round == 1) then
         point_a = x - d
         point_b = y
@@ -77,14 +132,13 @@ contains
       flat = trial
       point_a = x - d
       point_b = y
-      call polish(a, b, at, extent, n, flat, point_a, point_b)
+      call polish(a, b, at, extent, limit, n, flat, point_a, point_b, known)
+      if (known) return
       m = n
       trial = flat
     end do
-    call polish(a, b, at, extent, n, flat, point_a, point_b)
-    gap = flat - layers
-    apart = gap > limit
-  end subroutine axis_between
+    call polish(a, b, at, extent, limit, n, flat, point_a, point_b, known)
+  end subroutine search
 
   pure real(c_double) function smaller(a, b)
     type(convex), intent(in) :: a, b
@@ -97,13 +151,13 @@ contains
   pure real(c_double) function separation_along(a, b, at, n)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), n(3)
-    separation_along = dot_product(n, at + support(a, -n)) - dot_product(n, support(b, n))
+    separation_along = dot_product(n, at) - reach(a, -n) - reach(b, n)
   end function separation_along
 
-  !> The best of the line of the centres, axes, faces, and what is across axes.
-  subroutine best_guess(a, b, at, n, best)
+  !> The best of the line of the centres, axes, faces, and what is across axes; or the first that exceeds the limit.
+  subroutine best_guess(a, b, at, limit, n, best)
     type(convex), intent(in) :: a, b
-    real(c_double), intent(in) :: at(3)
+    real(c_double), intent(in) :: at(3), limit
     real(c_double), intent(out) :: n(3), best
     real(c_double) :: d(3, most_guesses), e(3), f(3)
     integer :: k, count
@@ -111,121 +165,112 @@ contains
     best = -huge(best)
     n = [0.0_c_double, 0.0_c_double, 1.0_c_double]
     call try(at)
+    if (best > limit) return
     call guesses(a, count, d)
-    do k = 1, count
+    do k = 1, count/2 ! the others are their opposites
       call try(d(:, k))
     end do
     call guesses(b, count, d)
-    do k = 1, count
+    do k = 1, count/2 ! the others are their opposites
       call try(d(:, k))
     end do
+    if (best > limit) return
     long_a = a%kind == is_cylinder .or. a%kind == is_segment
     long_b = b%kind == is_cylinder .or. b%kind == is_segment
     e = a%frame(:, 3)
     f = b%frame(:, 3)
     if (long_a) call try(at - dot_product(at, e)*e)
     if (long_b) call try(at - dot_product(at, f)*f)
-    if (long_a .and. long_b) then
-      e = cross(e, f)
-      call try(e)
-      call try(-e)
-    end if
+    if (long_a .and. long_b) call try(cross(e, f))
     if (a%kind == is_polyhedron) then
       do k = 1, a%hull%faces
-        call try(-a%hull%normal(k, :))
+        call weigh(-a%hull%normal(k, :), dot_product(at, -a%hull%normal(k, :)) - a%hull%offset(k) - reach(b, -a%hull%normal(k, :)))
       end do
     end if
     if (b%kind == is_polyhedron) then
       do k = 1, b%hull%faces
-        call try(b%hull%normal(k, :))
+        call weigh(b%hull%normal(k, :), dot_product(at, b%hull%normal(k, :)) - reach(a, -b%hull%normal(k, :)) - b%hull%offset(k))
       end do
     end if
   contains
+    !> The way it looks from b to a.
     subroutine try(w)
       real(c_double), intent(in) :: w(3)
-      real(c_double) :: length, s, m(3)
+      real(c_double) :: length, m(3)
       length = sqrt(dot_product(w, w))
       if (.not. length > 0) return
       m = w/length
-      s = separation_along(a, b, at, m)
-      if (s > best) then
-        best = s
-        n = m
-      end if
+      if (dot_product(m, at) < 0) m = -m
+      call weigh(m, separation_along(a, b, at, m))
     end subroutine try
+    subroutine weigh(m, s)
+      real(c_double), intent(in) :: m(3), s
+      if (.not. s > best) return
+      best = s
+      n = m
+    end subroutine weigh
   end subroutine best_guess
 
   !> Betters a normal: the largest separation is at a smooth top, or on a crest across a straight edge or side of one body, or
   !> where the crests of both cross. Keeps what is better only, and the points reached, where these are the nearest.
-  subroutine polish(a, b, at, extent, n, best, point_a, point_b)
+  !> known: they are, for certain.
+  subroutine polish(a, b, at, extent, limit, n, best, point_a, point_b, known)
     type(convex), intent(in) :: a, b
-    real(c_double), intent(in) :: at(3), extent
+    real(c_double), intent(in) :: at(3), extent, limit
     real(c_double), intent(inout) :: n(3), best, point_a(3), point_b(3)
+    logical, intent(out) :: known
     real(c_double) :: of_a(3), of_b(3), x(3), y(3)
-    logical :: a_is_straight, b_is_straight
+    real(c_double) :: slope
+    logical :: a_is_straight, b_is_straight, top
     call straight_edge(a, -n, a_is_straight, of_a)
     call straight_edge(b, n, b_is_straight, of_b)
-    call climb(a, b, at, extent, .false., of_a, (n), n, best)
-    if (a_is_straight) call climb(a, b, at, extent, .true., of_a, n - dot_product(n, of_a)*of_a, n, best)
-    if (b_is_straight) call climb(a, b, at, extent, .true., of_b, n - dot_product(n, of_b)*of_b, n, best)
+    known = .false.
+    if (.not. (a_is_straight .and. b_is_straight)) call try(.false., of_a, n)
+    if (known .or. best > limit) return
     if (a_is_straight .and. b_is_straight) then
       x = cross(of_a, of_b)
       x = sign(1.0_c_double, dot_product(x, n))*x
-      if (dot_product(x, x) > 1e-12_c_double) call climb(a, b, at, extent, .true., of_a, x, n, best)
+      top = .false.
+      if (dot_product(x, x) > 1e-12_c_double) &
+        call weigh(x/sqrt(dot_product(x, x)), separation_along(a, b, at, x)/sqrt(dot_product(x, x)))
+      if (known .or. best > limit) return
     end if
+    if (a_is_straight) call try(.true., of_a, n - dot_product(n, of_a)*of_a)
+    if (known .or. best > limit) return
+    if (b_is_straight) call try(.true., of_b, n - dot_product(n, of_b)*of_b)
+    if (known .or. best > limit) return
+    if (a_is_straight .and. b_is_straight) call try(.false., of_a, n)
+    if (known .or. best > limit) return
     x = at + support(a, -n)
     y = support(b, n)
     if (maxval(abs(x - y - best*n)) > blind*extent) return
     point_a = x
     point_b = y
-  end subroutine polish
-
-  !> Newton's steps from m towards the largest separation, whose slope is the difference of what both reach across it; on a
-  !> crest, among normals across `edge` alone.
-  subroutine climb(a, b, at, extent, on_crest, edge, start, n, best)
-    type(convex), intent(in) :: a, b
-    real(c_double), intent(in) :: at(3), extent, edge(3), start(3)
-    logical, intent(in) :: on_crest
-    real(c_double), intent(inout) :: n(3), best
-    real(c_double), parameter :: step = 1e-6_c_double
-    real(c_double) :: t(3, 2), w(3), f(2), j(2, 2), m(3), here, trial, det, x(2)
-    integer :: round, k
-    m = start/sqrt(dot_product(start, start))
-    here = separation_along(a, b, at, m)
-    do round = 1, 10
-      if (here > best) then
-        best = here
-        n = m
-      end if
-      call across(m, t(:, 1), t(:, 2))
-      if (on_crest) t(:, 1) = cross(edge, m)
-      w = at + support(a, -m) - support(b, m)
-      f = matmul(w, t)
-      do k = 1, 2
-        j(:, k) = matmul(at + support(a, -m - step*t(:, k)) - support(b, m + step*t(:, k)) - w, t)/step
-        j(k, k) = j(k, k) - here
-      end do
-      if (.not. j(1, 1) < 0) return ! no top
-      if (on_crest) then
-        x = [-f(1)/j(1, 1), 0.0_c_double]
-      else
-        det = j(1, 1)*j(2, 2) - j(1, 2)*j(2, 1)
-        if (.not. det > 0) return
-        x = -[f(1)*j(2, 2) - f(2)*j(1, 2), f(2)*j(1, 1) - f(1)*j(2, 1)]/det
-      end if
-      if (.not. dot_product(x, x) < 0.01_c_double) return
-      m = m + x(1)*t(:, 1) + x(2)*t(:, 2)
-      m = m/sqrt(dot_product(m, m))
-      trial = separation_along(a, b, at, m)
-      if (.not. trial > here - epsilon(here)*extent) return
-      here = trial
-      if (dot_product(x, x) < 1e-28_c_double) exit
-    end do
-    if (here > best) then
-      best = here
+  contains
+    subroutine try(on_crest, edge, start)
+      logical, intent(in) :: on_crest
+      real(c_double), intent(in) :: edge(3), start(3)
+      real(c_double) :: m(3), trial
+      call climb(a, b, at, extent, limit, on_crest, edge, start, m, trial, top, slope)
+      call weigh(m, trial)
+    end subroutine try
+    subroutine weigh(m, trial)
+      real(c_double), intent(in) :: m(3), trial
+      real(c_double) :: room
+      logical :: sharp
+      if (trial < best - rounding*extent) return
+      room = slack*smaller(a, b) + 4*rounding*extent
+      if (top) room = max(room, 2*slope)
+      call meet_across(a, b, at, m, extent, room, known, sharp, x, y)
+      known = known .and. (top .or. sharp)
+      if (.not. (known .or. trial > best)) return
       n = m
-    end if
-  end subroutine climb
+      best = trial
+      if (.not. known) return
+      point_a = x
+      point_b = y
+    end subroutine weigh
+  end subroutine polish
 
   !> A straight edge or side of c that lies nearly across d where c reaches farthest along it: its unit direction.
   pure subroutine straight_edge(c, d, found, e)
@@ -261,18 +306,17 @@ contains
 
   !> Nearest points of a, at `at` from b, and b, from the centre of b; distance 0 where they overlap. Where a direction along
   !> which they are apart is known, rounding within a flat set of points does not make them overlap.
-  subroutine nearest(a, b, at, start, extent, distance, point_a, point_b)
+  subroutine nearest(a, b, at, start, extent, enough, distance, point_a, point_b)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), start(3), extent
+    real(c_double), intent(in) :: enough !< of the distance, how far it may be from the least
     real(c_double), intent(out) :: distance, point_a(3), point_b(3)
     type(simplex) :: s, before
-    real(c_double) :: of_a(3, 0:most_rounds), of_b(3, 0:most_rounds), v(3), w(3), length, beyond, enough
+    real(c_double) :: of_a(3, 0:most_rounds), of_b(3, 0:most_rounds), v(3), w(3), length, beyond
     integer :: round, k
 
-    enough = 0
-    if (a%kind == is_superquadric .or. b%kind == is_superquadric) enough = 1e-8_c_double ! Newton's steps do the rest
     beyond = -huge(beyond)
-    call reach(0, start)
+    call difference(0, start)
     s%count = 1
     s%w(:, 1) = w
     s%share(1) = 1
@@ -281,7 +325,7 @@ contains
     do round = 1, most_rounds
       length = sqrt(dot_product(v, v))
       if (length <= 8*epsilon(length)*extent) exit
-      call reach(round, v)
+      call difference(round, v)
       if (dot_product(v, v - w) <= max(4*epsilon(length)*extent, enough*length)*length) exit
       if (known()) exit
       beyond = max(beyond, dot_product(v, w)/length)
@@ -304,13 +348,13 @@ contains
     end do
     point_a = at + point_a
   contains
-    subroutine reach(i, d)
+    subroutine difference(i, d)
       integer, intent(in) :: i
       real(c_double), intent(in) :: d(3)
       of_a(:, i) = support(a, -d)
       of_b(:, i) = support(b, d)
       w = at + (of_a(:, i) - of_b(:, i))
-    end subroutine reach
+    end subroutine difference
     pure logical function known()
       integer :: i
       known = .false.

@@ -8,7 +8,7 @@ module convex_shape
   use hull_view, only: hulls_view, solid, view_solid
   implicit none
   private
-  public :: convex, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, guesses
+  public :: convex, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, guesses
 
   integer, parameter, public :: is_point = 0, is_segment = 1, is_cylinder = 2, is_superquadric = 3, is_polyhedron = 4
   integer, parameter, public :: most_guesses = 6
@@ -92,7 +92,7 @@ contains
   pure function support(c, d) result(x)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: d(3)
-    real(c_double) :: x(3), reach, high, w(3), length
+    real(c_double) :: x(3), far, high, w(3), length
     integer :: k, best
     x = 0
     select case (c%kind)
@@ -111,9 +111,9 @@ contains
       best = 1
       high = -huge(high)
       do k = 1, c%hull%vertices
-        reach = d(1)*c%hull%v(k, 1) + d(2)*c%hull%v(k, 2) + d(3)*c%hull%v(k, 3)
-        if (reach > high) then
-          high = reach
+        far = d(1)*c%hull%v(k, 1) + d(2)*c%hull%v(k, 2) + d(3)*c%hull%v(k, 3)
+        if (far > high) then
+          high = far
           best = k
         end if
       end do
@@ -121,31 +121,161 @@ contains
     end select
   end function support
 
+  !> How far c, without its layer, reaches along d, from its centre, times the length of d.
+  pure real(c_double) function reach(c, d)
+    type(convex), intent(in) :: c
+    real(c_double), intent(in) :: d(3)
+    real(c_double) :: high, w(3)
+    integer :: k
+    reach = 0
+    select case (c%kind)
+    case (is_segment)
+      reach = c%half(3)*abs(dot_product(c%frame(:, 3), d))
+    case (is_cylinder)
+      high = dot_product(c%frame(:, 3), d)
+      w = d - high*c%frame(:, 3)
+      w = w - dot_product(w, c%frame(:, 3))*c%frame(:, 3)
+      reach = c%half(3)*abs(high) + c%half(1)*sqrt(dot_product(w, w))
+    case (is_superquadric)
+      w = abs(c%half*matmul(d, c%frame))
+      reach = norm_of(norm_of(w(1), w(2), c%dual(2)), w(3), c%dual(1))
+    case (is_polyhedron)
+      reach = -huge(reach)
+      do k = 1, c%hull%vertices
+        reach = max(reach, d(1)*c%hull%v(k, 1) + d(2)*c%hull%v(k, 2) + d(3)*c%hull%v(k, 3))
+      end do
+    end select
+  end function reach
+
+  !> The point of c that reaches farthest along d, unit, and the second derivatives (t1 t1, t1 t2, t2 t2) of the reach across it.
+  pure subroutine bend(c, d, t, x, second)
+    type(convex), intent(in) :: c
+    real(c_double), intent(in) :: d(3), t(3, 2)
+    real(c_double), intent(out) :: x(3), second(3)
+    real(c_double), parameter :: upright = 1e-9_c_double
+    real(c_double) :: e(3), w(3), g(3), high, length
+    second = 0
+    select case (c%kind)
+    case (is_cylinder)
+      e = c%frame(:, 3)
+      high = dot_product(e, d)
+      w = d - high*e
+      w = w - dot_product(w, e)*e
+      length = sqrt(dot_product(w, w))
+      x = sign(c%half(3), high)*e
+      if (length > upright) then
+        w = w/length
+        x = x + c%half(1)*w
+        g = [e(2)*w(3) - e(3)*w(2), e(3)*w(1) - e(1)*w(3), e(1)*w(2) - e(2)*w(1)]
+        g(1:2) = matmul(g, t)
+        second = (c%half(1)/length)*[g(1)*g(1), g(1)*g(2), g(2)*g(2)]
+      else ! any of its end: a step away from there is of a tenth
+        second = 10*c%half(1)*[1, 0, 1]
+      end if
+    case (is_superquadric)
+      call bend_superquadric(c, matmul(d, c%frame), matmul(transpose(c%frame), t), w, second)
+      x = matmul(c%frame, w)
+    case default
+      x = support(c, d)
+    end select
+  end subroutine bend
+
   !> ((|x/a|^(2/e2) + |y/b|^(2/e2))^(e2/e1) + |z/c|^(2/e1) <= 1 (Barr 1981) is the unit ball of a norm within a norm, and what
   !> it reaches is the dual norm: exponents 2/(2 - e). The point is the slope of the reach.
   pure function farthest_of_superquadric(c, d) result(x)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: d(3)
-    real(c_double) :: x(3), u(3), high, g, h, p, q
+    real(c_double) :: x(3), u(3), g, h, of_g(2), of_h(2), second(3)
     u = abs(c%half*d)
     x = 0
-    high = maxval(u)
-    if (.not. high > 0) return
-    u = u/high
-    where (u < level) u = 0
-    p = c%dual(1) ! of z against the section
-    q = c%dual(2) ! within the section
-    g = norm_of(u(1), u(2), q)
-    h = norm_of(g, u(3), p)
-    if (g > 0) x(1:2) = sign(c%half(1:2)*(u(1:2)/g)**(q - 1)*(g/h)**(p - 1), d(1:2))
-    x(3) = sign(c%half(3)*(u(3)/h)**(p - 1), d(3))
+    if (.not. maxval(u) > 0) return
+    where (u < level*maxval(u)) u = 0
+    call bend_norm(u(1), u(2), c%dual(2), g, of_g, second)
+    call bend_norm(g, u(3), c%dual(1), h, of_h, second)
+    x = sign(c%half*[of_g(1)*of_h(1), of_g(2)*of_h(1), of_h(2)], d)
   end function farthest_of_superquadric
+
+  pure subroutine bend_superquadric(c, d, t, x, second)
+    type(convex), intent(in) :: c
+    real(c_double), intent(in) :: d(3), t(3, 2)
+    real(c_double), intent(out) :: x(3), second(3)
+    real(c_double), parameter :: least = 1e-12_c_double
+    real(c_double) :: u(3), v(3, 2), g, h, of_g(2), of_h(2), bent_g(3), bent_h(3), along(2, 2)
+    integer :: i, j, k
+    u = abs(c%half*d)
+    where (u < level*maxval(u)) u = 0
+    call bend_norm(u(1), u(2), c%dual(2), g, of_g, bent_g)
+    call bend_norm(g, u(3), c%dual(1), h, of_h, bent_h)
+    x = sign(c%half*[of_g(1)*of_h(1), of_g(2)*of_h(1), of_h(2)], d)
+    if (minval(u) < least*maxval(u)) then ! there the second derivatives may have no bound
+      u = max(u, least*maxval(u))
+      call bend_norm(u(1), u(2), c%dual(2), g, of_g, bent_g)
+      call bend_norm(g, u(3), c%dual(1), h, of_h, bent_h)
+    end if
+    do k = 1, 2
+      v(:, k) = sign(1.0_c_double, d)*c%half*t(:, k)
+      along(:, k) = [of_g(1)*v(1, k) + of_g(2)*v(2, k), v(3, k)]
+    end do
+    do k = 1, 3
+      i = merge(2, 1, k == 3)
+      j = merge(1, 2, k == 1)
+      second(k) = of_h(1)*product_of(bent_g, v(1:2, i), v(1:2, j)) + product_of(bent_h, along(:, i), along(:, j))
+    end do
+  contains
+    pure real(c_double) function product_of(bent, p, q)
+      real(c_double), intent(in) :: bent(3), p(2), q(2)
+      product_of = bent(1)*p(1)*q(1) + bent(2)*(p(1)*q(2) + p(2)*q(1)) + bent(3)*p(2)*q(2)
+    end function product_of
+  end subroutine bend_superquadric
 
   pure real(c_double) function norm_of(a, b, p)
     real(c_double), intent(in) :: a, b, p
+    real(c_double) :: part
     norm_of = max(a, b)
-    if (norm_of > 0) norm_of = norm_of*((a/norm_of)**p + (b/norm_of)**p)**(1/p)
+    if (.not. norm_of > 0) return
+    part = min(a, b)/norm_of
+    if (abs(p - 2) <= 0) then
+      norm_of = norm_of*sqrt(1 + part*part)
+    else if (part > 0) then
+      norm_of = norm_of*(1 + part**p)**(1/p)
+    end if
   end function norm_of
+
+  !> The norm of exponent p of a and b, not negative, with its slope and its second derivatives (aa, ab, bb).
+  pure subroutine bend_norm(a, b, p, norm, slope, second)
+    real(c_double), intent(in) :: a, b, p
+    real(c_double), intent(out) :: norm, slope(2), second(3)
+    real(c_double) :: large, part, power, root, bent
+    large = max(a, b)
+    norm = 0
+    slope = 0
+    second = 0
+    if (.not. large > 0) return
+    part = min(a, b)/large
+    power = 0
+    root = 1
+    if (abs(p - 2) <= 0) then
+      power = part*part
+      root = sqrt(1 + power)
+    else if (part > 0) then
+      power = part**p
+      root = (1 + power)**(1/p)
+    end if
+    norm = large*root
+    slope(1) = root/(1 + power)
+    bent = (p - 1)*slope(1)/((1 + power)*large)
+    if (part > 0) then
+      power = power/part
+      slope(2) = slope(1)*power
+      second = bent*[power*part, -power, power/part]
+    else if (abs(p - 2) <= 0) then
+      second(3) = bent
+    end if
+    if (b > a) then
+      slope = slope([2, 1])
+      second = second([3, 2, 1])
+    end if
+  end subroutine bend_norm
 
   !> Directions in which faces or sides of c may look: what contacts often have as normal.
   pure subroutine guesses(c, count, d)
