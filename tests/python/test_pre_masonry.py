@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from cairn.post import limit_analysis
 from cairn.pre import block_overlaps, blocks, masonry, mesh
 
 
@@ -37,6 +38,11 @@ def test_arches(kind, size, joints):
     assert len(flat.joints().area) == 13 and tied(flat) and tied(deep)
     left, right = flat.vertices[0], flat.vertices[11] * (-1, 1)
     assert {tuple(p) for p in left} == {tuple(p) for p in right}  # mirrors to the bit
+    if joints == "vertical":  # the springers stand on beds, all other joints are upright
+        bed = [n for n, pair in zip(flat.joints().normal, flat.joints().blocks) if max(pair) >= 12]
+        assert len(bed) == 2 and all(abs(n[1]) > 0.2 for n in bed)
+        assert sum(abs(n[1]) < 1e-12 for n in flat.joints().normal) == 11
+        assert limit_analysis.Assembly(flat, 4.0).stands().status == "optimal"
     if kind == "semicircular" and joints == "radial":
         exact = 12 * (5.5**2 - 4.5**2) / 2 * np.sin(np.pi / 12)
         assert sound(flat, kind) == pytest.approx(exact, rel=1e-13)
@@ -54,6 +60,9 @@ def test_walls(bond):
     assert sum(holed.mask("lintel")) == 1 and tied(holed)
     jointed = masonry.wall(10 * 0.23 - 0.01, 6, (0.22, 0.105, 0.055), bond, gap=0.01)
     assert sound(jointed, bond) > 0 and len(jointed.joints().area) == 0
+    filled = masonry.wall(2.29, 6, (0.22, 0.105, 0.055), bond, gap=0.01, openings=[(0.69, 0.13, 1.15, 0.26)], filled=True)
+    whole = (2.29 * (6 * 0.065 - 0.01) - 0.46 * 0.13) * (0.105 if bond in ("running", "stack") else 0.22)
+    assert sound(filled, bond) == pytest.approx(whole, rel=1e-12) and tied(filled)
     if bond != "stack":  # a joint between two bricks of a course has brick above it
         joint = {round(v[:, 0].max(), 9) for v in plain.vertices if v[:, 2].min() == 0.0}
         above = {round(v[:, 0].max(), 9) for v in plain.vertices if abs(v[:, 2].min() - h) < 1e-9}
@@ -67,6 +76,7 @@ def test_columns_stairs_panels():
     assert sound(column, "column") == pytest.approx(area * 6 / 3 * (0.25 + 0.2 + 0.16) + 0.96**2 * 0.3, rel=1e-13)
     flight = masonry.stairs(5, 0.3, 0.17, 1.0)
     assert sound(flight, "stairs") == pytest.approx(5 * 0.4 * 0.17) and tied(flight)
+    assert limit_analysis.Assembly(flight, 0.5).stands().status == "optimal"
     panel = masonry.panel(5, 6)
     assert sound(panel, "panel") == pytest.approx(30) and tied(panel)
 

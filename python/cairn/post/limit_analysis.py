@@ -17,13 +17,15 @@ from ..pre import checks
 from ..pre.blocks import Blocks, Joints
 from ..pre.mesh import library
 
+TIME_LIMIT = 600.0  # s
+
 
 @dataclass(frozen=True)
 class Limit:
-    """Result of a linear programme. status: "optimal", "infeasible" (nothing stands), "unbounded" (it never falls) or
-    HiGHS's message; multiplier: of the live load; forces: (p, dim) [N] at corners, on the first block of their joint; joint:
-    (p,) their joints; points (p, dim) [m]; mechanism: (n, 3 | 6) velocities of the blocks at collapse, of which the live
-    load's power is 1 (None without a live load), translation of the centre then rotation."""
+    """Result of a linear programme. status: "optimal", "infeasible" (nothing stands), "unbounded" (it never falls) or HiGHS's
+    message where it gives up, after 10 minutes say; multiplier: of the live load; forces: (p, dim) [N] at corners, on the first
+    block of their joint; joint: (p,) their joints; points (p, dim) [m]; mechanism: (n, 3 | 6) velocities of the blocks at
+    collapse, of which the live load's power is 1 (None without a live load), translation of the centre then rotation."""
 
     status: str
     multiplier: float
@@ -160,7 +162,7 @@ class Assembly:
 
     def _limit(self, result, value, live=None):
         status = {0: "optimal", 2: "infeasible", 3: "unbounded"}.get(result.status, result.message)
-        if result.x is None:
+        if result.x is None or result.status != 0:
             return Limit(status, np.inf if status == "unbounded" else np.nan)
         forces = np.zeros((len(self.points), self.dim))
         np.add.at(forces, self.ray_point, self.rays * result.x[: len(self.rays), None] * self.weight)
@@ -184,7 +186,12 @@ def solve(cost, matrix, right, free=0):
     """min cost . x, matrix x = right, x >= 0 but for the last `free` ones."""
     linprog = library("scipy.optimize", "for limit analysis").linprog
     bounds = [(0, None)] * (len(cost) - free) + [(None, None)] * free
-    return linprog(cost, A_eq=matrix, b_eq=right, bounds=bounds, method="highs")
+    for method in ("highs", "highs-ipm"):  # what one gives up on, splinters among blocks say, the other may solve
+        options = {"time_limit": TIME_LIMIT}
+        result = linprog(cost, A_eq=matrix, b_eq=right, bounds=bounds, method=method, options=options)
+        if result.status in (0, 2, 3):
+            break
+    return result
 
 
 def bisect(stands, low, high, tol=1e-4):

@@ -16,7 +16,7 @@ def ring(radius, thickness, voussoirs, half_angle=np.pi / 2, joints="radial"):
     """Corners of the joints of a circular ring, left to right: intrados and extrados, each (voussoirs + 1, 2) [m].
 
     radius: of the middle line [m]; half_angle: from the crown to a springing joint [rad]; joints: "radial" or "vertical"
-    (both corners of a joint above each other; the arch then ends where the circles of intrados does).
+    (both corners of a joint above each other).
     """
     radius, thickness = checks.positive("radius", radius), checks.positive("thickness", thickness)
     n = checks.count("voussoirs", voussoirs, 1)
@@ -60,37 +60,53 @@ def arch(
     """An arch between two supports.
 
     kind: "semicircular", "segmental" (span and rise of the middle line) or "pointed" (two arcs of the given radius, which
-    is above span / 2, meet at the crown, where a vertical joint stands). radius, span, rise of the middle line [m];
-    depth: along y [m], None for polygons in 2D. Parts: "voussoir", numbered from the left, then "support".
+    is above span / 2, meet at the crown, where a vertical joint stands). radius, span, rise of the middle line [m]; joints:
+    "radial" or "vertical", the beds of the first and last voussoir being radial still; depth: along y [m], None for polygons
+    in 2D. Parts: "voussoir", numbered from the left, then "support".
     """
-    intrados, extrados = profile(kind, radius, span, rise, thickness, voussoirs, joints)
+    outlines, beds = profile(kind, radius, span, rise, thickness, voussoirs, joints)
     blocks = Blocks(2 if depth is None else 3)
-    outlines = [np.array([a, b, d, c]) for a, b, c, d in zip(intrados[:-1], intrados[1:], extrados[:-1], extrados[1:])]
     for outline in outlines:
         put(blocks, outline, depth, "voussoir")
     if supports:
-        for end in (0, -1):
-            put(blocks, skewback(intrados[end], extrados[end], thickness), depth, "support")
+        for inner, outer in beds:
+            put(blocks, skewback(inner, outer, thickness), depth, "support")
     return blocks
 
 
 def profile(kind, radius, span, rise, thickness, voussoirs, joints="radial"):
-    """Corners of the joints of an arch; see `arch`."""
+    """Outlines of the voussoirs of an arch, from the left, and its two beds, each (inner, outer corner); see `arch`."""
+    thickness = checks.positive("thickness", thickness)
     if kind == "semicircular":
         if (radius is None) == (span is None):
             raise ValueError("a semicircular arch needs radius or span, one of them")
-        return ring(radius if span is None else checks.positive("span", span) / 2, thickness, voussoirs, joints=joints)
-    if kind == "segmental":
+        radius, low, half = (radius if span is None else checks.positive("span", span) / 2), 0.0, np.pi / 2
+        sides = ring(radius, thickness, voussoirs, joints=joints)
+    elif kind == "segmental":
         span, rise = checks.positive("span", span), checks.positive("rise", rise)
         if rise > span / 2:
             raise ValueError(f"rise is {rise}, above half the span {span}: give at most {span / 2}")
         radius = (span * span / 4 + rise * rise) / (2 * rise)
-        half = np.arctan2(span / 2, radius - rise)
-        intrados, extrados = ring(radius, thickness, voussoirs, half, joints)
-        return intrados - (0, radius - rise), extrados - (0, radius - rise)
-    if kind == "pointed":
-        return pointed(radius, span, thickness, voussoirs, joints)
-    raise ValueError(f'kind is {kind!r}: give "semicircular", "segmental" or "pointed"')
+        low, half = radius - rise, np.arctan2(span / 2, radius - rise)
+        sides = [side - (0, low) for side in ring(radius, thickness, voussoirs, half, joints)]
+    elif kind == "pointed":
+        sides = pointed(radius, span, thickness, voussoirs, joints)
+        low, half = 0.0, np.pi / 2
+    else:
+        raise ValueError(f'kind is {kind!r}: give "semicircular", "segmental" or "pointed"')
+    intrados, extrados = sides
+    outlines = [np.array([a, b, d, c]) for a, b, c, d in zip(intrados[:-1], intrados[1:], extrados[:-1], extrados[1:])]
+    outer = extrados[[0, -1]]
+    if joints == "vertical":  # springers stand on a radial bed: between upright joints alone an arch would fall as one
+        across = span / 2 + thickness / 2 if kind == "pointed" else (radius + thickness / 2) * np.sin(half)
+        height = (radius + thickness / 2) * np.cos(half) - low if half < np.pi / 2 else 0.0
+        outer = np.array([(-across, height), (across, height)])
+        if len(outlines) == 1:
+            outlines = [np.concatenate([outlines[0][:2], outer[1:], outlines[0][2:], outer[:1]])]
+        else:
+            outlines[0] = np.concatenate([outlines[0], outer[:1]])
+            outlines[-1] = np.concatenate([outlines[-1][:2], outer[1:], outlines[-1][2:]])
+    return outlines, list(zip(intrados[[0, -1]], outer))
 
 
 def pointed(radius, span, thickness, voussoirs, joints):

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import checks
+from . import checks, mass_properties
 from .arches import profile, skewback, symmetric
 from .blocks import Blocks, cut
 
+SPLINTER = 0.1  # of a whole block's volume: what is less is no block of its own
 
 def barrel_vault(length, courses, *, bonded=True, supports=True, **arch) -> Blocks:
     """A barrel vault along y, `courses` blocks long, every other voussoir's joints shifted by half a block when bonded.
@@ -19,18 +20,17 @@ def barrel_vault(length, courses, *, bonded=True, supports=True, **arch) -> Bloc
     arch: options of cairn.pre.masonry.arch (kind, radius or span, thickness, voussoirs, ...). Parts: "voussoir", "support".
     """
     length, courses = checks.positive("length", length), checks.count("courses", courses, 1)
-    intrados, extrados = arch_profile(arch)
+    outlines, beds = arch_profile(arch)
     cuts = symmetric(length / 2, courses)
     shifted = np.concatenate([cuts[:1], (cuts[1:] + cuts[:-1]) / 2, cuts[-1:]])
     blocks = Blocks(3)
-    for k in range(len(intrados) - 1):
+    for k, outline in enumerate(outlines):
         rows = shifted if bonded and k % 2 and courses > 1 else cuts
-        outline = np.array([intrados[k], intrados[k + 1], extrados[k + 1], extrados[k]])
         for low, high in zip(rows[:-1], rows[1:]):
             blocks.add_prism(outline, low, high, "voussoir")
     if supports:
-        for end in (0, -1):
-            blocks.add_prism(skewback(intrados[end], extrados[end], arch["thickness"]), cuts[0], cuts[-1], "support")
+        for inner, outer in beds:
+            blocks.add_prism(skewback(inner, outer, arch["thickness"]), cuts[0], cuts[-1], "support")
     return blocks
 
 
@@ -44,30 +44,30 @@ def arch_profile(options):
 
 def groin_vault(courses=4, *, supports=True, **arch) -> Blocks:
     """A groin vault over a square bay: two barrels along x and y, each kept where it is the higher, |x| < |y| for the
-    barrel along y. courses: blocks along half a barrel. Parts: "web", "support" under the four corners."""
+    barrel along y. courses: blocks along half a barrel; what the diagonal leaves of one that is a splinter stays with the next.
+    Parts: "web", "support" under the four corners."""
     courses = checks.count("courses", courses, 1)
-    intrados, extrados = arch_profile(arch)
-    reach = float(np.max(extrados[:, 0]))
+    outlines, beds = arch_profile(arch)
+    reach = float(max(np.max(o[:, 0]) for o in outlines))
     cuts = reach * np.arange(courses + 1) / courses
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     web = Blocks(3)
-    for k in range(len(intrados) - 1):
-        outline = np.array([intrados[k], intrados[k + 1], extrados[k + 1], extrados[k]])
-        for low, high in zip(cuts[:-1], cuts[1:]):
-            whole = Blocks(3)
-            whole.add_prism(outline, low, high)
-            left = whole.vertices[0], whole.faces[0]
-            for normal in ((1.0, -1.0, 0.0), (-1.0, -1.0, 0.0)):
-                left = cut(*left, (0.0, 0.0, 0.0), normal) if left is not None else None
-            if left is not None and thick_enough(left[0], arch["thickness"]):
+    for outline in outlines:
+        low = cuts[0]
+        for high in cuts[1:]:
+            left, share = behind_diagonals(outline, low, high)
+            least = 0.0 if high == cuts[-1] else SPLINTER * cuts[1] / (high - low)
+            if share > least:
                 web.add(*left, "web")
+            if left is None or share > least:
+                low = high
     blocks, one = Blocks(3), web
     for _ in range(4):
         blocks = blocks + one
         one = one.moved(rotation=turn)
     if supports:
-        inner, deep = float(np.min(np.abs(intrados[[0, -1], 0]))), arch["thickness"]
-        level = float(intrados[0, 1])
+        inner, deep = float(min(abs(b[0][0]) for b in beds)), arch["thickness"]
+        level = float(beds[0][0][1])
         for sx in (-1, 1):
             for sy in (-1, 1):
                 x, y = sorted((sx * (inner - deep), sx * reach)), sorted((sy * (inner - deep), sy * reach))
@@ -75,9 +75,19 @@ def groin_vault(courses=4, *, supports=True, **arch) -> Blocks:
     return blocks
 
 
-def thick_enough(vertices, thickness):
-    """Whether a piece that the planes left is a block and no splinter of rounding."""
-    return np.min(np.ptp(vertices, axis=0)) > 1e-9 * thickness
+def behind_diagonals(outline, low, high):
+    """What |x| < y leaves of the prism over an outline from low to high along y, None for nothing; its share of the volume."""
+    whole = Blocks(3)
+    whole.add_prism(outline, low, high)
+    left = whole.vertices[0], whole.faces[0]
+    for normal in ((1.0, -1.0, 0.0), (-1.0, -1.0, 0.0)):
+        left = cut(*left, (0.0, 0.0, 0.0), normal) if left is not None else None
+    if left is None:
+        return None, 0.0
+    if np.min(np.ptp(left[0], axis=0)) <= 1e-9 * (high - low):  # rounding's, of which no volume can be said
+        return left, 0.0
+    volume = mass_properties.polyhedra([left[0]], [left[1]]).measure[0]
+    return left, float(volume / whole.properties().measure[0])
 
 
 def cross_vault(span, radius, thickness, voussoirs, courses=4, *, supports=True) -> Blocks:

@@ -14,13 +14,24 @@ from .blocks import Blocks
 BONDS = ("running", "stack", "English", "Flemish", "Dutch")
 
 
-def wall(length, courses, brick=(0.22, 0.11, 0.055), bond="running", gap=0.0, openings=(), lintel=None, base=True) -> Blocks:
+def wall(
+    length,
+    courses,
+    brick=(0.22, 0.11, 0.055),
+    bond="running",
+    gap=0.0,
+    openings=(),
+    lintel=None,
+    base=True,
+    filled=False,
+) -> Blocks:
     """A straight wall along x from x = 0, standing on z = 0, its face at y = 0.
 
     length [m], a whole number of bricks with their joints; courses; brick: (l, w, h) [m]; bond: "running", "stack" (one
     brick thick, w), "English", "Flemish" or "Dutch" (l thick); gap [m]; openings: list of (x0, z0, x1, z1) [m]; lintel:
-    bearing [m] on each side of one block in the course above an opening, l / 2 unless told; base: a support below.
-    Parts: "brick", "lintel", "support".
+    bearing [m] on each side of one block in the course above an opening, l / 2 unless told; base: a support below; filled:
+    bricks reach to the middle of their joints, so that mortar of no thickness and the joint's own law is between them (Lourenco &
+    Rots 1997), while joints left open close as the wall falls. Parts: "brick", "lintel", "support".
     """
     l, w, h = (checks.positive(f"brick[{k}]", v) for k, v in enumerate(brick))
     length, gap = checks.positive("length", length), checks.number("gap", gap)
@@ -38,17 +49,25 @@ def wall(length, courses, brick=(0.22, 0.11, 0.055), bond="running", gap=0.0, op
     holes = [tuple(checks.number("openings", x) for x in hole) for hole in openings]
     # x is counted in quarters of a brick with its joint, so that equal joints are equal numbers
     quarter = (l + gap) / 4
-    blocks = Blocks(3)
+    blocks, height, joint = Blocks(3), courses * (h + gap) - gap, 0.0 if filled else gap
+
+    def middle(end):
+        return max(end - gap / 2, 0.0)
+
     for course in range(courses):
         z0 = course * (h + gap)
         for q0, q1, y0, y1 in plan(bond, course, count, w, gap, l):
             rectangle = (q0 * quarter, z0, q1 * quarter - gap, z0 + h)
-            for x0, a, x1, b in outside(rectangle, holes, gap):
+            if filled:  # the same numbers from both sides
+                rectangle = (middle(q0 * quarter), middle(z0), middle(q1 * quarter), middle((course + 1) * (h + gap)))
+                rectangle = tuple(min(v, top) for v, top in zip(rectangle, (length, height) * 2))
+                y0, y1 = (0.0 if y0 == 0 else l / 2), (l / 2 if thick and y1 < l else y1)
+            for x0, a, x1, b in outside(rectangle, holes, joint):
                 blocks.add_box((x0, y0, a), (x1, y1, b), "brick")
     thickness = l if thick else w
-    blocks = with_lintels(blocks, holes, l / 2 if lintel is None else lintel, thickness, courses * (h + gap), gap)
+    blocks = with_lintels(blocks, holes, l / 2 if lintel is None else lintel, thickness, height + gap, joint)
     if base:
-        blocks.add_box((-l, -w, -h), (count * (l + gap) + l, thickness + w, 0.0 if gap == 0 else -gap), "support")
+        blocks.add_box((-l, -w, -h), (count * (l + gap) + l, thickness + w, -joint), "support")
     return blocks
 
 
@@ -164,8 +183,8 @@ def column(drums, height, radius, top_radius=None, sides=24, capital=0.0, base=T
 
 
 def stairs(steps, tread, rise, width, lap=0.1, base=True) -> Blocks:
-    """A straight flight of solid steps up along x, each resting with a lap [m] on the one below and built in at the wall
-    behind y = width. Parts: "step", "support"."""
+    """A straight flight of solid steps up along x, each resting with a lap [m] on the one below and built in, with a fifth of its
+    width, at the wall behind y = width. Parts: "step", "support"."""
     steps = checks.count("steps", steps, 1)
     tread, rise, width = (checks.positive(n, v) for n, v in (("tread", tread), ("rise", rise), ("width", width)))
     lap = checks.positive("lap", lap)
@@ -180,4 +199,7 @@ def stairs(steps, tread, rise, width, lap=0.1, base=True) -> Blocks:
             blocks.add_box(
                 (k * tread + lap, width * 0.8, 0.0), ((k + 1) * tread + lap, width, k * rise), "support"
             )
+        for k in range(steps):  # and from above, or the flight would turn about the wall's edge
+            right = (k + 1) * tread + (lap if k == steps - 1 else 0.0)
+            blocks.add_box((k * tread, width * 0.8, (k + 1) * rise), (right, width, (k + 2) * rise), "support")
     return blocks
