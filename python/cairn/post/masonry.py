@@ -137,12 +137,20 @@ class Structure:
         mass = self.simulation.bodies.mass[self.rows()]
         return np.where(self.held[:, None], 0.0, np.where(self.held, 0.0, mass)[:, None] * gravity)
 
+    def applied(self):
+        """Forces (n, dim) [N] of the last step that were given to free blocks beside their weight (`force` of their sets)."""
+        given = getattr(self.simulation.bodies, "force", None)
+        if given is None:
+            return np.zeros((len(self.ids), self.dim))
+        return np.where(self.held[:, None], 0.0, given[self.rows()][:, : self.dim])
+
     def balance(self):
-        """How near to rest: a dict. reaction (dim,) [N] of the supports on the blocks; weight (dim,) [N]; reaction_error,
-        |reaction + weight| / |weight|; unbalanced, the largest force left on a free block over its weight; speed [m/s]."""
+        """How near to rest: a dict. reaction (dim,) [N] of the supports on blocks; weight, applied (dim,) [N]; reaction_error,
+        |reaction + weight + applied| over what they bear; unbalanced, the largest force left on a free block over its weight and
+        what is applied to it; speed [m/s]."""
         numbers, _, _, force = self.contacts()
-        weight = self.weight()
-        left = weight.copy()
+        weight, applied = self.weight(), self.applied()
+        left = weight + applied
         reaction = np.zeros(self.dim)
         for side, sign in ((0, 1.0), (1, -1.0)):
             for axis in range(self.dim):
@@ -150,13 +158,14 @@ class Structure:
             other = numbers[:, 1 - side]
             by_support = self.held[other] & ~self.held[numbers[:, side]]
             reaction += sign * force[by_support].sum(axis=0)
-        size = np.linalg.norm(weight[~self.held], axis=1)
-        total = weight.sum(axis=0)
+        size = np.linalg.norm(weight[~self.held], axis=1) + np.linalg.norm(applied[~self.held], axis=1)
+        total, more = weight.sum(axis=0), applied.sum(axis=0)
         velocity = self.simulation.bodies.velocity[self.rows()][~self.held, : self.dim]
         return {
             "reaction": reaction,
             "weight": total,
-            "reaction_error": float(np.linalg.norm(reaction + total) / np.linalg.norm(total)),
+            "applied": more,
+            "reaction_error": float(np.linalg.norm(reaction + total + more) / (np.linalg.norm(total) + np.linalg.norm(more))),
             "unbalanced": float(np.max(np.linalg.norm(left[~self.held], axis=1) / size)),
             "speed": float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)),
         }

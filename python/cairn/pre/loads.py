@@ -16,6 +16,7 @@ from ..time_functions import Table
 from . import checks
 
 STANDARD_GRAVITY = 9.80665  # [m/s2], the unit of PEER's records
+LENGTHS = {"M": 1.0, "CM": 0.01, "MM": 0.001}  # [m]
 
 
 def displaced(displacement, duration, start=0.0, ramp=0.25) -> Table:
@@ -102,6 +103,8 @@ class Accelerogram:
         """What drives the base: velocity along a direction (dim,), of which the length counts, as a Table (n, dim)."""
         direction = checks.real_array("direction", np.asarray(direction, float), (None,))
         checks.dimension(len(direction))
+        if not np.any(direction):
+            raise ValueError(f"direction is {direction}: give one of non-zero length, by which the record is multiplied")
         rotations = 1 if len(direction) == 2 else 3
         row = np.concatenate([direction, np.zeros(rotations)])
         return Table(self.times, self.velocity(corrected)[:, None] * row)
@@ -111,59 +114,89 @@ def read_accelerogram(path, unit=None, step=None) -> Accelerogram:
     """A record from a file: PEER's .AT2 (accelerations in g), or CSV.
 
     CSV: columns time [s] and acceleration, or acceleration alone with `step` [s] between samples; separated by comma,
-    semicolon, tab or blanks; lines that begin with no number are titles. unit: of the acceleration [m/s2], 1 for CSV and
-    9.80665 for .AT2 unless given. Raises ValueError naming the file and line that make no sense.
+    semicolon, tab or blanks (with semicolons a comma may be the decimal point); lines that begin with no number are titles.
+    unit: of the acceleration [m/s2]; unless given that of the file: of .AT2 what its title says, of CSV 9.80665 where a title has
+    (g) or [g], else 1. Raises ValueError naming the file and line that make no sense.
     """
     path = Path(path)
     lines = path.read_text(errors="replace").splitlines()
-    if path.suffix.lower() == ".at2":
-        times, values = at2(path, lines)
-        unit = STANDARD_GRAVITY if unit is None else unit
-    else:
-        times, values = columns(path, lines, step)
-    return Accelerogram(times, values * (1.0 if unit is None else checks.positive("unit", unit)), path.stem)
+    times, values, unit = at2(path, lines, unit) if path.suffix.lower() == ".at2" else columns(path, lines, step, unit)
+    try:
+        return Accelerogram(times, values * unit, path.stem)
+    except ValueError as error:
+        raise ValueError(f"{path.name}: {error}") from None
 
 
-def at2(path, lines):
-    """Times and values of PEER's format: three lines of title, one with NPTS and DT, then the samples."""
-    patterns = r"NPTS\s*=\s*(\d+).*DT\s*=\s*([0-9.]+)", r"^\s*(\d+)\s+([0-9.]+)\s+NPTS,\s*DT"
+def number(word):
+    """A number as Fortran or anyone writes it."""
+    return float(word.upper().replace("D", "E"))
+
+
+def at2(path, lines, unit):
+    """Times, values and unit of PEER's format: three lines of title, one with NPTS and DT, then the samples."""
+    patterns = r"NPTS\s*=\s*(\d+).*DT\s*=\s*([-+.0-9EeDd]+)", r"^\s*(\d+)\s+([-+.0-9EeDd]+)\s+NPTS,\s*DT"
     titles = [(k, re.search(p, line)) for k, line in enumerate(lines[:10]) for p in patterns]
     titles = [(k, match) for k, match in titles if match]
     if not titles:
         raise ValueError(f"{path.name} has no line 'NPTS= ..., DT= ...' among its first ten: it is no PEER record")
     k, title = titles[0]
-    wanted, step = int(title.group(1)), float(title.group(2))
+    try:
+        wanted, step = int(title.group(1)), checks.positive("DT", number(title.group(2)))
+    except ValueError:
+        raise ValueError(f"{path.name}, line {k + 1}: {lines[k].strip()!r} gives no step of time") from None
     values = []
-    for number, line in enumerate(lines[k + 1 :], k + 2):
+    for at, line in enumerate(lines[k + 1 :], k + 2):
         try:
-            values += [float(word.replace("D", "E").replace("d", "e")) for word in line.split()]
+            values += [number(word) for word in line.split()]
         except ValueError:
-            raise ValueError(f"{path.name}, line {number}: {line.strip()!r} is not a row of numbers") from None
+            raise ValueError(f"{path.name}, line {at}: {line.strip()!r} is not a row of numbers") from None
     if len(values) != wanted:
         raise ValueError(f"{path.name} says NPTS = {wanted} and holds {len(values)} samples: it is cut or damaged")
-    return np.arange(wanted) * step, np.array(values)
+    return np.arange(wanted) * step, np.array(values), at2_unit(path, " ".join(lines[:k]).upper(), unit)
 
 
-def columns(path, lines, step):
-    """Times and values of a CSV file."""
-    rows = []
-    for number, line in enumerate(lines, 1):
-        words = [w for w in re.split(r"[,;\s]+", line.strip()) if w]
-        if not words or line.lstrip().startswith("#"):
-            continue
+def at2_unit(path, title, given):
+    """What a unit of the file is [m/s2], given or by its title."""
+    for other in ("VELOCITY", "DISPLACEMENT"):
+        if f"{other} TIME" in title:
+            raise ValueError(f"{path.name} holds a {other.lower()}, not an acceleration: take the .AT2 file of the record")
+    if given is not None:
+        return checks.positive("unit", given)
+    unit = re.search(r"UNITS? (?:OF|IN|ARE|:)\s*([A-Z/*0-9^]+)", title)
+    if unit is None or unit.group(1) == "G":
+        return STANDARD_GRAVITY
+    known = {"GAL": 0.01} | {f"{length}/{time}2": size for length, size in LENGTHS.items() for time in ("S", "SEC")}
+    name = re.sub(r"/(S|SEC)/\1$", r"/\g<1>2", re.sub(r"[*^]+2$", "2", unit.group(1)))
+    if name not in known:
+        raise ValueError(f"{path.name} is in units of {unit.group(1)}, which are unknown here: give unit= [m/s2]")
+    return known[name]
+
+
+def columns(path, lines, step, given):
+    """Times, values and unit of a CSV file."""
+    rows, unit = [], (1.0 if given is None else checks.positive("unit", given))
+    for at, line in enumerate(lines, 1):
+        text = line.replace(",", ".") if ";" in line else line
+        words = [w for w in re.split(r"[,;\s]+", text.strip()) if w]
         try:
-            rows.append([float(w) for w in words])
+            if words and not line.lstrip().startswith("#"):
+                rows.append([number(w) for w in words])
+                continue
         except ValueError:
             if rows:
-                raise ValueError(f"{path.name}, line {number}: {line.strip()!r} is not a row of numbers") from None
+                raise ValueError(f"{path.name}, line {at}: {line.strip()!r} is not a row of numbers") from None
+        unit = STANDARD_GRAVITY if given is None and re.search(r"[(\[]\s*g\s*[)\]]", line, re.IGNORECASE) else unit
     widths = {len(r) for r in rows}
     wanted = 2 if step is None else 1
     if widths != {wanted}:
+        found = f"rows of {' and '.join(map(str, sorted(widths)))} numbers" if rows else "no row of numbers"
         raise ValueError(
-            f"{path.name} has rows of {sorted(widths)} numbers: give time and acceleration, or acceleration alone with step="
+            f"{path.name} has {found}: give rows of time and acceleration, or of acceleration alone and step= [s]"
         )
     table = np.array(rows)
-    return (table[:, 0], table[:, 1]) if step is None else (np.arange(len(table)) * checks.positive("step", step), table[:, 0])
+    if step is None:
+        return table[:, 0], table[:, 1], unit
+    return np.arange(len(table)) * checks.positive("step", step), table[:, 0], unit
 
 
 def point_load(force, point, center) -> np.ndarray:
