@@ -1,7 +1,7 @@
 !> Separating axes of two convex polyhedra: how far apart they are along the normals of faces and across pairs of edges. The
 !> largest is the depth of penetration of overlapping ones (Gottschalk, Lin & Manocha 1996), a bound of the gap of others.
 module hull_axes
-  use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
+  use, intrinsic :: iso_c_binding, only: c_double, c_int64_t
   use hull_view, only: solid
   implicit none
   private
@@ -27,20 +27,30 @@ contains
     real(c_double), intent(in) :: limit           !< [m]
     real(c_double), intent(inout) :: best         !< [m]
     integer, intent(inout) :: face                !< of p, from 1
-    real(c_double) :: s(lanes)
-    integer :: first, from, j
+    real(c_double) :: s(lanes), high(lanes), top
+    integer(c_int64_t) :: found(lanes)
+    integer :: first, from, j, last
 
+    high = best
+    found = p%faces + 1
+    top = best
     do first = 1, p%faces, lanes
       from = max(min(first, p%faces - lanes + 1), 1) - 1
       call separations(p%faces, p%normal, p%offset, q%vertices, q%v, at, from, s)
-      do j = 1, min(lanes, p%faces)
-        if (s(j) > best) then
-          best = s(j)
-          face = from + j
-        end if
+      do j = 1, lanes
+        found(j) = merge(int(from + j, c_int64_t), found(j), s(j) > high(j))
+        high(j) = max(high(j), s(j))
       end do
-      if (best > limit) return
+      top = max(max(high(1), high(2)), max(high(3), high(4)))
+      if (top > limit) exit
     end do
+    if (.not. top > best) return
+    best = top
+    last = p%faces + 1
+    do j = 1, lanes
+      last = min(last, merge(int(found(j)), last, high(j) >= top))
+    end do
+    face = last
   end subroutine best_face
 
   !> Separations along a few faces after `from`.
@@ -50,14 +60,15 @@ contains
     real(c_double), intent(out) :: s(lanes)
     real(c_double) :: x, y, z
     integer :: j, k
-    s = huge(s)
     if (faces < lanes) then
+      s = -huge(s)
       do j = 1, faces
         s(j) = minval(normal(j, 1)*(at(1) + v(:, 1)) + normal(j, 2)*(at(2) + v(:, 2)) + normal(j, 3)*(at(3) + v(:, 3))) &
                - offset(j)
       end do
       return
     end if
+    s = huge(s)
     do k = 1, vertices
       x = at(1) + v(k, 1)
       y = at(2) + v(k, 2)

@@ -3,14 +3,16 @@
 module hull_features
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: solid
-  use hull_proofs, only: face_is_nearest
+  use hull_proofs, only: along_likest_face, face_is_nearest
   use hull_support, only: lowest
   use patch_points, only: name_of_edges, vertex_of_b
   implicit none
   private
-  public :: axis, face_axis, edge_axis, point_axis, alone, rounding, vertex_from
+  public :: axis, face_axis, edge_axis, edges_stand_out, point_axis, alone, rounding, vertex_from
 
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double) !< of the sizes together: what rounding alone makes of a depth
+
+  real(c_double), parameter :: unlike = 8*rounding !< of the sizes together: depths that are not taken for the same
 
   real(c_double), parameter :: parallel = 1e-6_c_double !< square of the sine of edges that know the axis across them badly
   integer(c_int32_t), parameter :: vertex_from = 2_c_int32_t**20 !< see axis
@@ -67,7 +69,8 @@ contains
     do i = 1, q%vertices
       flush = flush + merge(1, 0, m(1)*q%v(i, 1) + m(2)*q%v(i, 2) + m(3)*q%v(i, 3) < low + margin)
     end do
-    nearest = flush < 3
+    ! of faces of both that lie on each other that of A is taken, unless rounding can tell that it is less far
+    if (flush > 2) nearest = x%gap > along_likest_face(q, p, -at, -m) + unlike*(p%size + q%size)
   end subroutine face_axis
 
   pure function face_meets(p, face, q, vertex, at, gap, margin) result(nearest)
@@ -205,6 +208,21 @@ contains
     end do
     alone = low == merge(1, 2, from == to)
   end function alone
+
+  !> Whether two edges are what is deepest along the axis n across them, at depth s [m], and no two faces that all but lie on each
+  !> other are as far apart.
+  pure function edges_stand_out(a, b, at, edge_a, edge_b, s, n)
+    type(solid), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), s, n(3)
+    integer, intent(in) :: edge_a, edge_b
+    logical :: edges_stand_out
+    real(c_double) :: own
+    own = dot_product(n, at + a%v(a%edge(1, edge_a), :) - b%v(b%edge(1, edge_b), :))
+    edges_stand_out = own <= s + rounding*(a%size + b%size)
+    if (.not. edges_stand_out) return
+    own = max(along_likest_face(a, b, -at, -n), along_likest_face(b, a, at, n))
+    edges_stand_out = s > own + unlike*(a%size + b%size)
+  end function edges_stand_out
 
   pure function unit_part(s) result(t)
     real(c_double), intent(in) :: s

@@ -3,10 +3,11 @@
 !> ball around 0 that touches that face is in the pyramid, no other face is as near.
 module hull_proofs
   use, intrinsic :: iso_c_binding, only: c_double
+  use hull_support, only: lowest
   use hull_view, only: solid
   implicit none
   private
-  public :: face_is_nearest, edges_are_nearest, common_edges, edge_between
+  public :: along_likest_face, face_is_nearest, edges_are_nearest, common_edges, edge_between
 
 contains
 
@@ -70,6 +71,18 @@ contains
     if (.not. beyond(x(:, 3), x(:, 4), at, depth)) return
     proved = beyond(x(:, 4), x(:, 1), at, depth)
   end function edges_are_nearest
+
+  !> How far q, at `at` from p, is in front of the face of p that looks most along n [m].
+  pure function along_likest_face(p, q, at, n) result(s)
+    type(solid), intent(in) :: p, q
+    real(c_double), intent(in) :: at(3), n(3)
+    real(c_double) :: s, m(3)
+    integer :: face, vertex
+    call lowest(p%faces, p%normal, -n, s, face)
+    m = p%normal(face, :)
+    call lowest(q%vertices, q%v, m, s, vertex)
+    s = s + dot_product(m, at) - p%offset(face)
+  end function along_likest_face
 
   !> The edge of each body between two of the vertices its nearest point lies on; 0 if there is none.
   pure subroutine common_edges(a, b, corners, va, vb, edge_a, edge_b)

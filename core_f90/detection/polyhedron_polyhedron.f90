@@ -4,7 +4,7 @@ module polyhedron_polyhedron
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use hull_axes, only: axis_of_edges, best_edges, best_face
   use hull_distance, only: nearest_points
-  use hull_features, only: alone, axis, edge_axis, face_axis, point_axis, rounding, vertex_from
+  use hull_features, only: alone, axis, edge_axis, edges_stand_out, face_axis, point_axis, rounding, vertex_from
   use hull_proofs, only: common_edges, edge_between, edges_are_nearest
   use hull_patch, only: across, cut_faces, face_along, name_patch, outline, outline_of_face
   use patch_points, only: add_deepest, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
@@ -131,7 +131,7 @@ contains
     logical, intent(out) :: proved
     real(c_double), intent(out) :: least
     real(c_double) :: s, n(3), margin
-    logical :: face(2), point(2)
+    logical :: face(2), point(2), lone
     integer :: i
     proved = .false.
     least = -huge(least)
@@ -141,12 +141,14 @@ contains
     margin = sure*(a%size + b%size)
     if (all(feature < 0)) then
       call axis_of_edges(a, b, at, -feature(1), -feature(2), s, n)
-      if (.not. alone(a, feature(1), n, margin)) return
-      if (.not. alone(b, feature(2), -n, margin)) return
-      if (s < limit) least = s
+      lone = alone(a, feature(1), n, margin)
+      if (lone) lone = alone(b, feature(2), -n, margin)
+      if (.not. lone .and. s > 0) return
+      if (lone .and. s < limit) least = s
       call edge_axis(a, b, at, -feature(1), -feature(2), s, n, margin, x, proved)
       if (s > 0 .and. s <= margin) proved = .false.
       if (s <= 0) proved = edges_are_nearest(a, b, -feature(1), -feature(2), at, n, margin - s)
+      if (proved .and. .not. lone) proved = edges_stand_out(a, b, at, -feature(1), -feature(2), s, n)
       if (s > limit + 4*rounding*(a%size + b%size)) proved = .true.
     else if (all(point)) then
       call point_axis(a, b, at, feature, margin, margin, x, proved)
