@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 
+from .pre import command as import_command
 from .problems import command as problem_command
 from .study import command as study_command
 
@@ -12,6 +13,7 @@ examples:
   cairn run pile.py                            run a Python script
   cairn run pile.scene.h5 --dt 1e-3 --steps 2000 --output pile.vtkhdf --every 20
                                                run a scene that Scene.save wrote
+  cairn import wall.stl -o wall.scene.h5       blocks of a file: what is wrong with them, and a scene to run
   cairn info pile.vtkhdf                       what is in a file, and how the solver did
   cairn plot pile.vtkhdf -o pile.png           the last output, coloured by speed
   cairn plot pile.vtkhdf --what forces -o chains.png
@@ -40,6 +42,7 @@ def build_parser():
     parser.add_argument("--version", action="store_true", help="show the version and how it was built")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     _run_parser(commands)
+    import_command.add_parser(_add, commands)
     _info_parser(commands)
     _plot_parser(commands)
     _convert_parser(commands)
@@ -196,6 +199,8 @@ def main(arguments=None):
             return wrap_law(options)
         if options.command == "verify":
             return verify(options)
+        if options.command == "import":
+            return import_command.import_blocks(options)
         if options.command == "solve":
             return problem_command.solve(options)
         if options.command == "study":

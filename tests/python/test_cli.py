@@ -29,7 +29,7 @@ def call(capsys, *arguments):
 def test_help_teaches(capsys):
     status, out, _ = call(capsys)
     assert status == 2 and "cairn run pile.py" in out and "cairn convert pile.vtkhdf pile.csv" in out
-    for command in ("run", "info", "plot", "convert", "view"):
+    for command in ("run", "import", "info", "plot", "convert", "view"):
         with pytest.raises(SystemExit) as exit_:
             cli.main([command, "--help"])
         assert exit_.value.code == 0
@@ -168,6 +168,39 @@ def test_run_a_scene(tmp_path, capsys):
         assert run[-1].step == 105
     assert "pile" in call(capsys, "info", out)[1]
     assert "checkpoint" in call(capsys, "info", restart)[1] and "scene" in call(capsys, "info", path)[1]
+
+
+def test_import_blocks(tmp_path, capsys):
+    """A file of an L on a step: the report, a scene that runs, and errors in one line with the shell's remedies."""
+    from test_pre_decompose import L, prism
+
+    def obj(path, bodies):
+        lines, count = [], 1
+        for v, faces in bodies:
+            lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in v.tolist()]
+            lines += ["f " + " ".join(str(i + count) for i in f) for f in faces]
+            count += len(v)
+        path.write_text("\n".join(lines))
+
+    block = prism([[0, 0], [2, 0], [2, 2], [0, 2]], 1.0)
+    upper = prism(L, 1.0)
+    path, scene, out = tmp_path / "two.obj", tmp_path / "two.scene.h5", tmp_path / "two.vtkhdf"
+    obj(path, [block, (upper[0] + [0, 0, 1], upper[1])])
+    status, said, _ = call(capsys, "import", path)
+    assert status == 0 and "2 blocks, 2 closed" in said and "3 convex parts" in said and "2 joints" in said
+    status, said, _ = call(capsys, "import", path, "--hold", "lowest", "-o", scene, "--density", 1000, "--scale", 0.5)
+    assert status == 0 and "held: 1 blocks (lowest)" in said and f"cairn run {scene}" in said
+    assert call(capsys, "run", scene, "--dt", 1e-3, "--steps", 5, "--output", out, "-q")[0] == 0
+    with cn.load(out) as run:
+        assert run[-1].bodies["mass"].min() == pytest.approx(3000 / 8)
+        assert np.abs(run[-1].bodies["velocity"]).max() < 1e-3
+    assert "a floor at 0 m" in call(capsys, "import", path, "-o", tmp_path / "floor.scene.h5")[1]
+    status, _, error = call(capsys, "import", path, "--hold", "support", "-o", scene)
+    assert status == 1 and 'no block is named "support"' in error
+    obj(path, [(block[0], block[1][1:])])
+    status, _, error = call(capsys, "import", path)
+    assert status == 1 and "block 0 is open" in error and "--repair" in error and error.count("\n") == 1
+    assert "1 repaired" in call(capsys, "import", path, "--repair")[1]
 
 
 def test_the_package_runs_as_the_command():
