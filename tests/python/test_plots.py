@@ -193,6 +193,40 @@ def test_shapes_are_drawn(tmp_path):
     matplotlib.pyplot.close("all")
 
 
+def test_polygons_are_drawn_where_they_are(tmp_path):
+    """Outlines, colours, force chains, the view and surfaces for other programs; a body of two parts, disks beside them."""
+    from cairn.post.shape_meshes import meshes_of, outlines_of
+
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2, gravity=(0, -9.81), origin=(100.0, 50.0))
+    box = np.array([[0, 0], [2, 0], [2, 1], [0, 1.0]])
+    scene.add(cn.polygons([box + [100, 50], box[:3] + [103, 50]], rock))
+    turned = cn.pre.convex_parts([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])
+    scene.add(cn.polygons([turned], rock, position=[[108, 50]], rotation=[np.pi / 2]))
+    scene.add(cn.disks([[101.0, 51.5]], [0.5], rock), cn.wall((0, 50), (0, 1), rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.5))
+    cn.Simulation(scene, dt=1e-3).run(steps=2, output=tmp_path / "run.vtkhdf", every=2, progress=False)
+    with cn.load(tmp_path / "run.vtkhdf") as run:
+        step = run[len(run) - 1]
+        outlines, rows = outlines_of(step)
+        assert sorted(rows.tolist()) == [0, 1, 2, 2]
+        first = outlines[rows.tolist().index(0)]
+        assert {tuple(p) for p in np.round(first, 3)} == {tuple(p) for p in box + [100, 50]}
+        of_l = np.concatenate([o for o, r in zip(outlines, rows) if r == 2])
+        np.testing.assert_allclose([of_l.min(axis=0), of_l.max(axis=0)], [[106, 50], [108, 52]], atol=1e-3)
+        points, triangles, owners = meshes_of(step)
+        a, b, c = (points[triangles[:, k]] for k in range(3))
+        areas = np.bincount(owners, np.cross(b - a, c - a)[:, 2] / 2)
+        np.testing.assert_allclose(areas, [2, 1, 3], rtol=1e-12)
+        ax = run.plot()
+        assert ax.get_xlim()[0] < 100 and ax.get_xlim()[1] > 108 and ax.get_ylim()[1] > 52
+        assert sorted(len(c.get_array()) for c in ax.collections if c.get_array() is not None) == [1, 4]
+        chains = run.plot_force_chains()
+        lines = chains.collections[-1].get_segments()
+        assert max(np.ptp(line, axis=0).max() for line in lines) > 0.4  # from the middle of a block to the point
+    matplotlib.pyplot.close("all")
+
+
 def test_many_disks_are_quick(tmp_path):
     """43,000 disks within a few seconds."""
     import time

@@ -4,6 +4,7 @@ import numpy as np
 
 from .errors import FileError
 from .geometry import contactors_of, lever_arms
+from .shape_meshes import outlines_of
 
 COMPRESSION, TENSION, WALL, PALE = "#8c1515", "#1f4e9c", "#3b3b3b", "#d9d4c7"
 # one colour per layer or material: told apart also by those who do not see red and green
@@ -75,11 +76,17 @@ def plot_step(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=T
         return plot_step_3d(step, what, ax=ax, cmap=cmap, limits=limits, colorbar=colorbar, title=title)
     values, label = field_values(step, what)
     contactors = contactors_of(step)
-    disks = contactors.select("disk")
-    view = _view(disks, contactors.select("segment")) if view is None else view
+    disks, (outlines, rows) = contactors.select("disk"), outlines_of(step)
+    view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
-    painted = draw_disks(ax, disks.center, disks.radius)
-    paint(ax, painted, values[disks.body], what, label, step.run.scene, cmap, limits, colorbar)
+    if limits is None and not (isinstance(what, str) and what in CATEGORIES):
+        limits = value_limits(values[np.concatenate([disks.body, rows])], what)
+    if len(disks) or not len(rows):
+        painted = draw_disks(ax, disks.center, disks.radius)
+        paint(ax, painted, values[disks.body], what, label, step.run.scene, cmap, limits, colorbar)
+    if len(rows):
+        painted = draw_polygons(ax, outlines)
+        paint(ax, painted, values[rows], what, label, step.run.scene, cmap, limits, colorbar and not len(disks))
     _frame(ax, view)
     if walls:
         draw_walls(ax, contactors)
@@ -103,6 +110,16 @@ def draw_disks(ax, centers, radii, **style):
     )
     ax.add_collection(disks, autolim=False)
     return disks
+
+
+def draw_polygons(ax, outlines, **style):
+    """All polygons, a list of corners (m, 2) [m], as one collection; thin edges, so that neighbours are told apart."""
+    from matplotlib.collections import PolyCollection
+
+    style = {"edgecolors": "#5a5346", "linewidths": min(0.5, 20 / np.sqrt(len(outlines) + 1))} | style
+    polygons = PolyCollection(outlines, **style)
+    ax.add_collection(polygons, autolim=False)
+    return polygons
 
 
 def paint(ax, collection, values, what, label, scene, cmap, limits, colorbar):
@@ -141,11 +158,13 @@ def value_limits(values, what=None):
     return (low, high) if high > low else (low, float(values.max()) if values.max() > low else low + (abs(low) or 1.0))
 
 
-def _view(disks, segments):
+def _view(step):
     """Limits (2, 2) around all that is bounded, with some room."""
+    contactors, outlines = contactors_of(step), outlines_of(step)[0]
+    disks, segments = contactors.select("disk"), contactors.select("segment")
     points = [disks.center - disks.radius[:, None], disks.center + disks.radius[:, None]]
     reach = segments.direction * segments.half[:, None]
-    points = np.concatenate([*points, segments.center - reach, segments.center + reach])
+    points = np.concatenate([*points, *outlines, segments.center - reach, segments.center + reach])
     low, high = (points.min(0), points.max(0)) if len(points) else (np.zeros(2), np.ones(2))
     room = 0.03 * (high - low).max() or 1.0
     return np.stack([low - room, high + room], axis=1)
@@ -212,11 +231,12 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
     if step.dim == 3:
         raise ValueError("force chains are drawn in 2D; for 3D open the file in ParaView and glyph the block contacts")
     contactors = contactors_of(step)
-    disks = contactors.select("disk")
-    view = _view(disks, contactors.select("segment")) if view is None else view
+    disks, (outlines, _) = contactors.select("disk"), outlines_of(step)
+    view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
     if bodies:
         draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
+        draw_polygons(ax, outlines, facecolors=PALE)
     _frame(ax, view)
     draw_walls(ax, contactors)
     contacts, dt = step.contacts, step_size(step) if dt is None else dt
@@ -228,7 +248,8 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
         mean = np.abs(force).mean()
         if width is None:
             points_per_metre = 72.0 * ax.figure.get_size_inches()[0] * 0.9 / (view[0][1] - view[0][0])
-            diameter = 2 * points_per_metre * float(np.median(disks.radius)) if len(disks) else 5.0
+            sizes = [*(2 * disks.radius), *(np.ptp(o, axis=0).min() for o in outlines)]
+            diameter = points_per_metre * float(np.median(sizes)) if sizes else 5.0
             width = float(np.clip(0.2 * diameter, 0.1, 4.0))
         order = np.argsort(np.abs(force))  # strong chains on top
         ax.add_collection(
@@ -258,11 +279,12 @@ def step_size(step):
 
 
 def contact_lines(step):
-    """Ends (m, 2, dim) of a line through each contact point: to the centres of round bodies, to the point on a wall."""
+    """Ends (m, 2, dim) of a line through each contact point: to the centres of bodies, to the point on a wall."""
     point = step.contacts["point"]
     row_a, row_b, arm_a, arm_b = lever_arms(step)
-    radius = step.bodies["radius"] if "radius" in step.bodies else np.zeros(len(step.bodies))
-    ends = [np.where(radius[row, None] > 0, point - arm, point) for row, arm in ((row_a, arm_a), (row_b, arm_b))]
+    solid = step.bodies["radius"] > 0 if "radius" in step.bodies else np.zeros(len(step.bodies), bool)
+    solid[outlines_of(step)[1]] = True
+    ends = [np.where(solid[row, None], point - arm, point) for row, arm in ((row_a, arm_a), (row_b, arm_b))]
     return np.stack(ends, axis=1)
 
 
@@ -365,10 +387,9 @@ def _few(steps, most=12):
 
 
 def _view_of_run(run, steps):
-    """Limits that hold all disks of the run."""
+    """Limits that hold all disks and polygons of the run."""
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     for k in _few(steps):
-        contactors = contactors_of(run[k])
-        seen = _view(contactors.select("disk"), contactors.select("segment"))
+        seen = _view(run[k])
         low, high = np.minimum(low, seen[:, 0]), np.maximum(high, seen[:, 1])
     return np.stack([low, high], axis=1)

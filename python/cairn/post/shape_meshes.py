@@ -1,4 +1,5 @@
-"""Surfaces of what is no disk or sphere, where it is at a step: polyhedra, facets, capsules, cylinders, superquadrics."""
+"""Surfaces of what is no disk or sphere, where it is at a step: polygons, polyhedra, facets, capsules, cylinders,
+superquadrics."""
 
 import numpy as np
 
@@ -8,10 +9,48 @@ AROUND, ALONG = 24, 12  # faces around an axis, and from pole to pole
 
 
 def meshes_of(step):
-    """Points (n, 3) [m], triangles (m, 3) and the rows (m,) of the bodies they are of; None where the step has no such shape."""
+    """Points (n, 3) [m], triangles (m, 3) and the rows (m,) of the bodies they are of, polygons in 2D at z = 0; None where the
+    step has no such shape."""
+    found = _carried(step)
+    if found is None:
+        return None
+    if step.dim == 2:
+        outlines, rows = outlines_of(step)
+        size = np.array([len(o) for o in outlines])
+        first = np.repeat(np.cumsum(size) - size, size - 2)
+        turn_of = np.arange(len(first)) - np.repeat(np.cumsum(size - 2) - (size - 2), size - 2)
+        points = np.column_stack((np.concatenate(outlines), np.zeros(size.sum())))
+        return points, np.stack([first, first + turn_of + 1, first + turn_of + 2], axis=1), np.repeat(rows, size - 2)
+    names, which, row, offset, hulls = found
+    points, triangles, rows, count = [], [], [], 0
+    for (name, hull), k in _groups(names, which):
+        x, t = _local_mesh(name, hulls, hull)
+        points.append(_placed(step, x, row[k], offset[k]).reshape(-1, 3))
+        triangles.append((t[None] + count + len(x) * np.arange(len(k))[:, None, None]).reshape(-1, 3))
+        rows.append(np.repeat(row[k], len(t)))
+        count += len(points[-1])
+    return np.concatenate(points), np.concatenate(triangles), np.concatenate(rows)
+
+
+def outlines_of(step):
+    """Corners of the polygons of a step in 2D, a list of (m, 2) [m], and the rows of the bodies they are of."""
+    found = _carried(step) if step.dim == 2 else None
+    if found is None:
+        return [], np.zeros(0, np.int64)
+    names, which, row, offset, hulls = found
+    first, vertex = np.asarray(hulls["first_vertex"]), np.asarray(hulls["vertex"], float).reshape(-1, 2)
+    outlines, rows = [], []
+    for (_, hull), k in _groups(names, which):
+        outlines += list(_placed(step, vertex[first[hull] : first[hull + 1]], row[k], offset[k]))
+        rows.append(row[k])
+    return outlines, np.concatenate(rows)
+
+
+def _carried(step):
+    """Of the contactors that are hulls and whose body is there: names, hulls, rows of bodies, offsets; the table of hulls."""
     table = step.run.scene.get("contactors") or {}
     hulls, which = table.get("hulls"), table.get("hull")
-    if step.dim != 3 or hulls is None or which is None or not len(step.bodies):
+    if hulls is None or which is None or not len(step.bodies):
         return None
     which, owner = np.asarray(which, np.int64), np.asarray(table["body"], np.int64)
     names = np.asarray(step.run.scene["shapes"])[np.asarray(table["shape_number"], np.int64)]
@@ -19,22 +58,20 @@ def meshes_of(step):
     order = np.argsort(ids, kind="stable")
     row = order[np.minimum(np.searchsorted(ids, owner, sorter=order), len(ids) - 1)]
     shown = np.flatnonzero((which >= 0) & (ids[row] == owner))
-    offset = np.asarray(table["offset"], float) if "offset" in table else np.zeros((len(owner), 3))
-    points, triangles, rows, count = [], [], [], 0
-    for (name, hull), group in _groups(names[shown], which[shown]):
-        k = shown[group]
-        x, t = _local_mesh(name, hulls, hull)
-        at = np.repeat(row[k], len(x))
-        local = np.tile(x, (len(k), 1)) + np.repeat(offset[k], len(x), axis=0)
-        if "rotation" in step.bodies:
-            local = turn(step.bodies["rotation"][at], local, 3)
-        points.append(local + step.bodies["position"][at])
-        triangles.append((t[None] + count + len(x) * np.arange(len(k))[:, None, None]).reshape(-1, 3))
-        rows.append(np.repeat(row[k], len(t)))
-        count += len(local)
-    if not points:
+    if not len(shown):
         return None
-    return np.concatenate(points), np.concatenate(triangles), np.concatenate(rows)
+    offset = np.asarray(table["offset"], float) if "offset" in table else np.zeros((len(owner), step.dim))
+    return names[shown], which[shown], row[shown], offset[shown], hulls
+
+
+def _placed(step, local, rows, offset):
+    """Points (m, dim) of a shape where each of its bodies is, (k, m, dim)."""
+    k, m, dim = len(rows), len(local), step.dim
+    points = (local[None] + offset[:, None]).reshape(-1, dim)
+    at = np.repeat(rows, m)
+    if "rotation" in step.bodies:
+        points = turn(step.bodies["rotation"][at], points, dim)
+    return (points + step.bodies["position"][at]).reshape(k, m, dim)
 
 
 def _groups(names, which):
