@@ -1,12 +1,15 @@
-!> The normal, gap and nearest points of two convex shapes, from what they reach. Apart: the point of the set of differences
-!> nearest to 0 (Wolfe 1976; Gilbert, Johnson & Keerthi 1988). Overlapping: directions in which a move takes them apart, each
-!> bettered by drawing them apart along it and looking for their nearest points, until the move is the shortest around.
+!> The normal, gap and nearest points of two convex shapes, from what they reach: guesses, bettered by Newton's steps until they
+!> can be proved. Where they cannot: the point of the set of differences nearest to 0 (Wolfe 1976; Gilbert, Johnson & Keerthi
+!> 1988); of bodies that overlap, directions in which a move takes them apart, each bettered by drawing them apart along it and
+!> looking for their nearest points, until the move is the shortest around.
 module convex_axis
   use, intrinsic :: iso_c_binding, only: c_double
   use convex_climb, only: climb
-  use convex_shape, only: convex, guesses, is_cylinder, is_polyhedron, is_segment, is_superquadric, most_guesses, reach, support
+  use convex_shape, only: convex, guesses, is_cylinder, is_point, is_polyhedron, is_segment, is_superquadric, most_guesses, &
+    reach, support
   use convex_top, only: meet_across
   use hull_distance, only: add_and_reduce, simplex
+  use hull_view, only: solid
   implicit none
   private
   public :: axis_between, separation_along
@@ -34,9 +37,13 @@ contains
     layers = a%layer + b%layer
     point_a = at
     point_b = 0
-    call best_guess(a, b, at, limit + layers, n, flat)
+    call smooth_top(a, b, at, extent, limit + layers, n, flat, point_a, point_b, known)
     apart = flat - layers > limit
-    if (.not. apart) then
+    if (.not. (apart .or. known)) then
+      call best_guess(a, b, at, limit + layers, n, flat)
+      apart = flat - layers > limit
+    end if
+    if (.not. (apart .or. known)) then
       call at_once(a, b, at, extent, limit + layers, n, flat, point_a, point_b, known)
       apart = flat - layers > limit
       if (.not. (apart .or. known)) call search(a, b, at, extent, limit + layers, n, flat, point_a, point_b)
@@ -44,6 +51,28 @@ contains
     gap = flat - layers
     apart = gap > limit
   end subroutine axis_between
+
+  !> From the line of the centres, where no body has edges or sides; the top is not known for the highest if the overlap is deep.
+  subroutine smooth_top(a, b, at, extent, limit, n, best, point_a, point_b, known)
+    type(convex), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), extent, limit
+    real(c_double), intent(out) :: n(3), best, point_a(3), point_b(3)
+    logical, intent(out) :: known
+    real(c_double) :: slope
+    known = .false.
+    best = -huge(best)
+    n = 0
+    point_a = at
+    point_b = 0
+    if (.not. (is_smooth(a) .and. is_smooth(b) .and. dot_product(at, at) > 0)) return
+    call climb(a, b, at, extent, limit, .false., at, at, n, best, known, slope, point_a, point_b)
+    known = known .and. best > -drawn*smaller(a, b)
+  end subroutine smooth_top
+
+  pure logical function is_smooth(c)
+    type(convex), intent(in) :: c
+    is_smooth = c%kind == is_point .or. c%kind == is_superquadric
+  end function is_smooth
 
   !> The axis where a guess, or a top near it or near the line of the nearest points, can be proved to be the best around.
   subroutine at_once(a, b, at, extent, limit, n, best, point_a, point_b, known)
@@ -67,7 +96,7 @@ contains
     end if
     do round = 1, 2
       d = max(drawn*smaller(a, b) - best, 0.0_c_double)*n
-      call nearest(a, b, at + d, n, extent, 1e-5_c_double, distance, x, y)
+      call nearest(a, b, at + d, n, extent, 1e-2_c_double, distance, x, y)
       if (.not. distance > blind*extent) return
       m = x - y
       m = m/sqrt(dot_product(m, m))
@@ -182,16 +211,8 @@ contains
     if (long_a) call try(at - dot_product(at, e)*e)
     if (long_b) call try(at - dot_product(at, f)*f)
     if (long_a .and. long_b) call try(cross(e, f))
-    if (a%kind == is_polyhedron) then
-      do k = 1, a%hull%faces
-        call weigh(-a%hull%normal(k, :), dot_product(at, -a%hull%normal(k, :)) - a%hull%offset(k) - reach(b, -a%hull%normal(k, :)))
-      end do
-    end if
-    if (b%kind == is_polyhedron) then
-      do k = 1, b%hull%faces
-        call weigh(b%hull%normal(k, :), dot_product(at, b%hull%normal(k, :)) - reach(a, -b%hull%normal(k, :)) - b%hull%offset(k))
-      end do
-    end if
+    if (a%kind == is_polyhedron) call try_faces(a%hull, b, -1.0_c_double)
+    if (b%kind == is_polyhedron) call try_faces(b%hull, a, 1.0_c_double)
   contains
     !> The way it looks from b to a.
     subroutine try(w)
@@ -203,6 +224,19 @@ contains
       if (dot_product(m, at) < 0) m = -m
       call weigh(m, separation_along(a, b, at, m))
     end subroutine try
+    !> Along the outward normals of p, which look along sense*n. The other is around its own centre, so none is farther than that.
+    subroutine try_faces(p, other, sense)
+      type(solid), intent(in) :: p
+      type(convex), intent(in) :: other
+      real(c_double), intent(in) :: sense
+      real(c_double) :: m(3), s
+      do k = 1, p%faces
+        m = sense*p%normal(k, :)
+        s = dot_product(m, at) - p%offset(k)
+        if (s > best) s = s - reach(other, -sense*m)
+        call weigh(m, s)
+      end do
+    end subroutine try_faces
     subroutine weigh(m, s)
       real(c_double), intent(in) :: m(3), s
       if (.not. s > best) return
@@ -225,8 +259,6 @@ contains
     call straight_edge(a, -n, a_is_straight, of_a)
     call straight_edge(b, n, b_is_straight, of_b)
     known = .false.
-    if (.not. (a_is_straight .and. b_is_straight)) call try(.false., of_a, n)
-    if (known .or. best > limit) return
     if (a_is_straight .and. b_is_straight) then
       x = cross(of_a, of_b)
       x = sign(1.0_c_double, dot_product(x, n))*x
@@ -239,7 +271,7 @@ contains
     if (known .or. best > limit) return
     if (b_is_straight) call try(.true., of_b, n - dot_product(n, of_b)*of_b)
     if (known .or. best > limit) return
-    if (a_is_straight .and. b_is_straight) call try(.false., of_a, n)
+    call try(.false., of_a, n)
     if (known .or. best > limit) return
     x = at + support(a, -n)
     y = support(b, n)
@@ -251,7 +283,7 @@ contains
       logical, intent(in) :: on_crest
       real(c_double), intent(in) :: edge(3), start(3)
       real(c_double) :: m(3), trial
-      call climb(a, b, at, extent, limit, on_crest, edge, start, m, trial, top, slope)
+      call climb(a, b, at, extent, limit, on_crest, edge, start, m, trial, top, slope, x, y)
       call weigh(m, trial)
     end subroutine try
     subroutine weigh(m, trial)
@@ -261,8 +293,12 @@ contains
       if (trial < best - rounding*extent) return
       room = slack*smaller(a, b) + 4*rounding*extent
       if (top) room = max(room, 2*slope)
-      call meet_across(a, b, at, m, extent, room, known, sharp, x, y)
-      known = known .and. (top .or. sharp)
+      if (is_smooth(a) .and. is_smooth(b)) then
+        known = top
+      else
+        call meet_across(a, b, at, m, extent, room, known, sharp, x, y)
+        known = known .and. (top .or. sharp)
+      end if
       if (.not. (known .or. trial > best)) return
       n = m
       best = trial

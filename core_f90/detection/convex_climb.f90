@@ -2,13 +2,13 @@
 !> separation, or along the crest across a straight edge or side of one of them.
 module convex_climb
   use, intrinsic :: iso_c_binding, only: c_double
-  use convex_shape, only: bend, convex
+  use convex_shape, only: bend, bow, convex
   use hull_patch, only: across
   implicit none
   private
   public :: climb
 
-  integer, parameter :: most_steps = 12, most_returns = 6
+  integer, parameter :: most_steps = 12, most_returns = 3
   real(c_double), parameter :: widest = 0.3_c_double !< step
   real(c_double), parameter :: blunt = 1e-2_c_double !< of the sizes together: points farther apart are no top, whatever the gain
   real(c_double), parameter :: still = 1e-13_c_double !< of the sizes together: points so near across the normal are as good as one
@@ -18,12 +18,13 @@ contains
   !> From `start`, which need not be of length 1, to the unit normal n from b to a, which stands at `at` from b; `best` is the
   !> separation along it. Ends where that exceeds `limit`. On a crest, among normals across `edge`, unit, alone.
   !> top: nothing more than rounding is to be gained, and the separation falls on all sides; what both reach is then within
-  !> `slope` across n, no more than rounding unless the bodies are so sharp that the normal is not known as well.
-  pure subroutine climb(a, b, at, extent, limit, on_crest, edge, start, n, best, top, slope)
+  !> `slope` across n, no more than rounding unless the bodies are so sharp that the normal is not known as well. What both
+  !> reach along n is at the points, from the centre of b.
+  pure subroutine climb(a, b, at, extent, limit, on_crest, edge, start, n, best, top, slope, point_a, point_b)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), extent, limit, edge(3), start(3)
     logical, intent(in) :: on_crest
-    real(c_double), intent(out) :: n(3), best, slope
+    real(c_double), intent(out) :: n(3), best, slope, point_a(3), point_b(3)
     logical, intent(out) :: top
     real(c_double) :: m(3), t(3, 2), x(3), y(3), of_a(3), of_b(3), here, f(2), step(2), gain, least
     integer :: round, returns
@@ -34,17 +35,23 @@ contains
     best = -huge(best)
     least = huge(least)
     slope = least
+    point_a = at
+    point_b = 0
     returns = 0
     step = 0
     t = 0
     do round = 1, most_steps
-      if (round > 1) m = n + step(1)*t(:, 1) + step(2)*t(:, 2)
+      if (round > 1) then
+        m = step(1)*t(:, 1) + step(2)*t(:, 2)
+        m = n + (m + bow(a, n, m) + bow(b, n, m))
+        if (on_crest) m = m - dot_product(m, edge)*edge
+      end if
       m = m/sqrt(dot_product(m, m))
       call frame_at(m, on_crest, edge, t, f) ! f is set below
       call bend(a, -m, t, x, of_a)
       call bend(b, m, t, y, of_b)
-      x = at + (x - y)
-      here = dot_product(m, x)
+      x = at + x
+      here = dot_product(m, x - y)
       if (here < best - 2*epsilon(here)*extent) then
         if (returns == most_returns .or. top) return
         returns = returns + 1
@@ -55,6 +62,9 @@ contains
       n = m
       best = here
       if (here > limit) return
+      point_a = x
+      point_b = y
+      x = x - y
       f = [dot_product(t(:, 1), x), dot_product(t(:, 2), x)]
       if (on_crest) f(2) = 0
       slope = maxval(abs(f))

@@ -10,6 +10,8 @@ module convex_contact
   public :: touch, touch_plane
 
   integer, parameter :: ring = 16            !< corners of the end of a cylinder
+  real(c_double), parameter :: turn(ring) = 2*acos(-1.0_c_double)/ring*[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]
+  real(c_double), parameter :: cosine(ring) = cos(turn), sine(ring) = sin(turn)
   real(c_double), parameter :: upright = 0.7_c_double !< cosine: an end of a cylinder looks along the normal, else its side
   real(c_double), parameter :: parallel = 0.1_c_double !< sine of two sides that have a line of contact
   real(c_double), parameter :: turned = 1e-4_c_double !< sine: a cylinder that leans by less has no lowest point of its end
@@ -136,9 +138,8 @@ contains
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: at(3), n(3), t(3), s(3), sense, high
     type(outline), intent(inout) :: f
-    real(c_double) :: axis(3), e(3), g(3), centre(3), angle, pi
+    real(c_double) :: axis(3), e(3), g(3), centre(3)
     integer :: k
-    pi = acos(-1.0_c_double)
     axis = sign(1.0_c_double, high*sense)*c%frame(:, 3) ! along n
     e = sense*(n - dot_product(n, axis)*axis)
     if (dot_product(e, e) > turned*turned) then
@@ -150,8 +151,7 @@ contains
     centre = at + sense*c%half(3)*axis
     f%count = ring
     do k = 1, ring
-      angle = 2*pi*(k - 1)/ring
-      call put_corner(f, k, centre + c%half(1)*(cos(angle)*e + sin(angle)*g), sense*c%layer, n, t, s)
+      call put_corner(f, k, centre + c%half(1)*(cosine(k)*e + sine(k)*g), sense*c%layer, n, t, s)
     end do
     f%flat = .true.
     f%slope = -[dot_product(axis, t), dot_product(axis, s)]/dot_product(axis, n)

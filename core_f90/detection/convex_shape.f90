@@ -8,7 +8,7 @@ module convex_shape
   use hull_view, only: hulls_view, solid, view_solid
   implicit none
   private
-  public :: convex, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, guesses
+  public :: convex, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, bow, guesses
 
   integer, parameter, public :: is_point = 0, is_segment = 1, is_cylinder = 2, is_superquadric = 3, is_polyhedron = 4
   integer, parameter, public :: most_guesses = 6
@@ -228,6 +228,32 @@ contains
     end function product_of
   end subroutine bend_superquadric
 
+  !> What is to be added to a step w from the normal n where the reach of c bends without bound: near the planes of symmetry of
+  !> superquadrics with flat faces, where it goes as a power below 2 of a component, a step that is Newton's for the point, the
+  !> slope of that power.
+  pure function bow(c, n, w) result(more)
+    type(convex), intent(in) :: c
+    real(c_double), intent(in) :: n(3), w(3)
+    real(c_double) :: more(3), d(3), e(3), q, part
+    real(c_double), parameter :: least = 1e-12_c_double, far = 0.1_c_double
+    integer :: k
+    more = 0
+    if (c%kind /= is_superquadric) return
+    if (.not. minval(c%dual) < 2) return
+    d = matmul(n, c%frame)
+    e = matmul(w, c%frame)
+    do k = 1, 3
+      q = c%dual(merge(1, 2, k == 3)) - 1
+      if (.not. q < 1) cycle
+      if (abs(d(k)) < least) d(k) = sign(least, e(k))
+      part = e(k)/d(k)
+      if (part > -0.5_c_double .and. abs(d(k)) > far) cycle
+      part = 1 + q*part
+      more(k) = sign(min(exp(log(max(abs(part), least))/q)*abs(d(k)), far + abs(d(k))), part*d(k)) - d(k) - e(k)
+    end do
+    more = matmul(c%frame, more)
+  end function bow
+
   pure real(c_double) function norm_of(a, b, p)
     real(c_double), intent(in) :: a, b, p
     real(c_double) :: part
@@ -237,7 +263,7 @@ contains
     if (abs(p - 2) <= 0) then
       norm_of = norm_of*sqrt(1 + part*part)
     else if (part > 0) then
-      norm_of = norm_of*(1 + part**p)**(1/p)
+      norm_of = norm_of*exp(log(1 + exp(p*log(part)))/p)
     end if
   end function norm_of
 
@@ -258,8 +284,8 @@ contains
       power = part*part
       root = sqrt(1 + power)
     else if (part > 0) then
-      power = part**p
-      root = (1 + power)**(1/p)
+      power = exp(p*log(part))
+      root = exp(log(1 + power)/p)
     end if
     norm = large*root
     slope(1) = root/(1 + power)
