@@ -146,6 +146,7 @@ def test_blocks_that_touch_survive_rounding(tmp_path, ending, shift):
     trimesh.Trimesh(points, faces, process=False).export(path)
     read, report = importing.read(path)
     assert len(read) == 11 and report.joints == 10 and len(report.overlaps) == 0
+    assert len(read.joints().area) == 10  # for limit analysis, loads and openings, too
     assert all(len(f) == 6 for f in read.faces)
     assert report.volume == pytest.approx(b.properties().measure.sum(), rel=1e-4)
     assert 0 < report.flattened < 1e-7 * (shift + 4) and "so that faces are plane" in str(report)

@@ -165,3 +165,17 @@ def test_loads():
             (0, 0, 1), (0, 0, 0), 0.1, 1))):
         with pytest.raises(ValueError, match=name):
             call()
+
+
+def test_loads_on_faces_that_a_file_rounded():
+    """Faces turned by 1e-5, as an import leaves them, carry the whole load where `flush` says so; and none is told."""
+    b = masonry.wall(0.44, 3, bond="stack")
+    whole = loads.distributed_load(b, (0, 0, -1e3), (0, 0, 1))
+    turn = np.array([[1, 0, 1e-5], [0, 1, 0], [-1e-5, 0, 1]])
+    leaning = b.moved(rotation=turn)
+    with pytest.raises(ValueError, match="no face looks along facing.*1e-05 rad"):
+        loads.distributed_load(leaning, (0, 0, -1e3), (0, 0, 1))
+    leaning.flush = 1e-5
+    np.testing.assert_allclose(loads.distributed_load(leaning, (0, 0, -1e3), (0, 0, 1))[:, 2], whole[:, 2], rtol=1e-4, atol=1e-9)
+    with pytest.raises(ValueError, match="facing is .* non-zero length"):
+        loads.distributed_load(b, (0, 0, -1e3), (0, 0, 0))

@@ -32,12 +32,14 @@ class Joints(NamedTuple):
 
 @dataclass
 class Blocks:
-    """n convex blocks. vertices: list of (m, dim) [m]; faces: list of lists of polygons, [] in 2D; part: list of n names."""
+    """n convex blocks. vertices: list of (m, dim) [m]; faces: list of lists of polygons, [] in 2D; part: list of n names; flush:
+    of the size of two blocks, faces closer than this lie on each other (files round their corners: an import sets more)."""
 
     dim: int
     vertices: list = field(default_factory=list)
     faces: list = field(default_factory=list)
     part: list = field(default_factory=list)
+    flush: float = FLUSH
 
     def __len__(self):
         return len(self.vertices)
@@ -85,7 +87,11 @@ class Blocks:
         if self.dim != other.dim:
             raise ValueError(f"blocks of {self.dim} and {other.dim} dimensions do not add up")
         return Blocks(
-            self.dim, self.vertices + other.vertices, self.faces + other.faces, self.part + other.part
+            self.dim,
+            self.vertices + other.vertices,
+            self.faces + other.faces,
+            self.part + other.part,
+            max(self.flush, other.flush),
         )
 
     def select(self, choice):
@@ -95,7 +101,7 @@ class Blocks:
             at = [k for k, p in enumerate(self.part) if p in words]
         else:
             at = np.arange(len(self))[np.asarray(choice)]
-        return Blocks(self.dim, *([x[k] for k in at] for x in (self.vertices, self.faces, self.part)))
+        return Blocks(self.dim, *([x[k] for k in at] for x in (self.vertices, self.faces, self.part)), self.flush)
 
     def mask(self, *parts):
         """Whether each block's part is one of the names, (n,)."""
@@ -107,7 +113,7 @@ class Blocks:
         center = np.zeros(self.dim) if about is None else np.asarray(about, float)
         shift = center if shift is None else center + np.asarray(shift, float)
         vertices = [(v - center) @ turn.T + shift for v in self.vertices]
-        return Blocks(self.dim, vertices, list(self.faces), list(self.part))
+        return Blocks(self.dim, vertices, list(self.faces), list(self.part), self.flush)
 
     def properties(self):
         """cairn.pre.mass_properties.Properties of the blocks."""
@@ -146,9 +152,9 @@ class Blocks:
         sets, rows = self.sets(material, **options)
         return scene.add(*sets)[rows]
 
-    def joints(self, flush=FLUSH) -> Joints:
-        """Parts of faces that lie on each other within `flush` of the size of the larger of both blocks."""
-        return joints(self, flush)
+    def joints(self, flush=None) -> Joints:
+        """Parts of faces that lie on each other, within `flush` (their own unless told) of the larger block's size."""
+        return joints(self, self.flush if flush is None else flush)
 
 
 def face_table(blocks: Blocks):

@@ -86,6 +86,7 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
         if len(body) > 1:
             raise mesh.MeshError("not convex", REFUSED.format(f"{Path(path).name}, block {k}"))
         blocks.add(*([body[0]] if dim == 2 else body[0]), part=part)
+    blocks.flush = facts.pop("flush", FLUSH)
     return blocks, report_of(blocks, **facts)
 
 
@@ -98,6 +99,7 @@ def bodies(path, *, repair=False, scale=1.0, flat=1e-6) -> tuple[list, list, Imp
         for piece in body:
             blocks.add(*([piece] if dim == 2 else piece), part=parts[k])
             owner.append(k)
+    blocks.flush = facts.pop("flush", FLUSH)
     return found, parts, report_of(blocks, owner=np.array(owner), **facts)
 
 
@@ -197,21 +199,21 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
             hulls.append(k)
         else:
             raise mesh.MeshError("not convex", REFUSED.format(f"{name}, block {k}"))
-    return found, {"closed": closed, "repaired": repaired, "hulls": hulls, "flattened": farthest, "flush": limit}
+    size = min(float(np.max(np.ptp(v, axis=0))) for v in plane)
+    flush = max(FLUSH, min(limit / size, 1e-3))
+    return found, {"closed": closed, "repaired": repaired, "hulls": hulls, "flattened": farthest, "flush": flush}
 
 
-def report_of(blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, flush=0.0, owner=None) -> ImportReport:
-    """The report of any assembly, as an import gives it. flush [m]: what lies nearer lies on each other; owner (n,): the body
-    of each block, where bodies have several convex parts."""
+def report_of(blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None) -> ImportReport:
+    """The report of any assembly, as an import gives it. owner (n,): the body of each block, where bodies have several convex
+    parts."""
     edges = []
     for k, v in enumerate(blocks.vertices):
         loops = blocks.faces[k] if blocks.dim == 3 else [range(len(v))]
         edges.append(min(np.linalg.norm(v[list(f)] - v[[*f[1:], f[0]]], axis=1).min() for f in loops))
     owner = np.arange(len(blocks)) if owner is None else owner
-    size = min(float(np.max(np.ptp(v, axis=0))) for v in blocks.vertices)
-    flush = max(FLUSH, min(flush / size, 1e-3))
-    pairs, depth = overlaps(blocks, flush)
-    joints = blocks.joints(flush).blocks
+    pairs, depth = overlaps(blocks, blocks.flush)
+    joints = blocks.joints().blocks
     pairs, joints = owner[pairs], owner[joints]
     foreign = pairs[:, 0] != pairs[:, 1]
     count = int(owner[-1]) + 1

@@ -212,26 +212,32 @@ def point_load(force, point, center) -> np.ndarray:
 def distributed_load(blocks, traction, facing, depth=1.0) -> np.ndarray:
     """Resultants (n, 3 | 6) about the blocks' centres of a traction (dim,) [Pa] on their faces that look along `facing`.
 
-    A face takes it if its normal is within 1e-6 of that direction and no other block lies on it: joints carry none, so that
-    what is on top of a wall, or on its outer side, is loaded. depth [m] in 2D.
+    A face takes it if its normal is within 1e-6 of that direction (more where blocks.flush is) and no other block lies on it:
+    joints carry none, so that what is on top of a wall, or on its outer side, is loaded. depth [m] in 2D. Raises ValueError
+    where no face looks that way.
     """
     from .blocks import face_table
 
     dim = blocks.dim
     traction = checks.real_array("traction", np.asarray(traction, float), (dim,))
     facing = checks.real_array("facing", np.asarray(facing, float), (dim,))
+    if not np.any(facing):
+        raise ValueError(f"facing is {facing}: give a vector of non-zero length, (0, 0, 1) for what looks up")
     facing = facing / np.linalg.norm(facing)
+    along = 1 - max(1e-12, 8 * blocks.flush**2)
     center = blocks.properties().center
     result = np.zeros((len(blocks), dim + (1 if dim == 2 else 3)))
     _, owner, normal, loops = face_table(blocks)
+    if not np.any(normal @ facing > along):
+        raise ValueError(f"no face looks along facing = {facing}: the nearest is at {np.arccos(np.max(normal @ facing)):.3g} rad")
     for body, n, loop in zip(owner, normal, loops):
-        if n @ facing > 1 - 1e-12:
+        if n @ facing > along:
             area, middle = face_area(loop, n)
             result[body] += point_load(traction * area * (depth if dim == 2 else 1.0), middle, center[body])
     found = blocks.joints()
     for (a, b), n, polygon in zip(found.blocks, found.normal, found.polygon):
         for body, outward in ((a, -n), (b, n)):
-            if outward @ facing > 1 - 1e-12:
+            if outward @ facing > along:
                 area, middle = face_area(polygon, outward)
                 result[body] -= point_load(traction * area * (depth if dim == 2 else 1.0), middle, center[body])
     return result
