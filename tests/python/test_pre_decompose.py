@@ -1,5 +1,7 @@
 """Bodies cut into convex parts: all of the body, nothing twice, each part convex; and bodies of a heap of triangles."""
 
+import time
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -61,6 +63,12 @@ def test_a_ring_is_cut_and_a_finer_one_is_too_much():
     assert mass_properties.polyhedra(*map(list, zip(*parts))).measure.sum() == pytest.approx(ring.volume, rel=1e-12)
     with pytest.raises(ValueError, match="more than 10 cells"):
         convex_parts(ring.vertices, ring.faces, most=10)
+    wavy = trimesh.creation.icosphere(6)
+    wavy.vertices *= 1 + 0.05 * np.sin(20 * wavy.vertices[:, :1])
+    start = time.process_time()
+    with pytest.raises(ValueError, match="more than 256 cells"):
+        convex_parts(wavy.vertices, wavy.faces)
+    assert time.process_time() - start < 20  # 82,000 triangles: a second or two
     with pytest.raises(mesh.MeshError, match="open"):
         convex_parts(ring.vertices, ring.faces[1:])
     with pytest.raises(mesh.MeshError, match="crosses itself"):

@@ -13,6 +13,10 @@ from . import checks, mass_properties, mesh
 from .blocks import cut
 from .flatten import plane_faces
 
+TOO_MUCH = (
+    "the body needs more than {} cells to be cut into convex parts: take its hull, or parts that are nearly it "
+    "(trimesh.convex_decomposition)"
+)
 ROUNDING = 1e-10  # of the size: what is nearer to a plane lies on it
 
 
@@ -36,13 +40,39 @@ def convex_parts(vertices, faces=None, *, most=256) -> list:
     fans = mass_properties.triangles(faces, len(vertices))
     size = float(np.max(np.ptp(vertices, axis=0)))
     soup = vertices[fans]
+    if reentrant(vertices, fans, ROUNDING * size) > 8 * checks.count("most", most, 1):
+        raise ValueError(TOO_MUCH.format(most))  # at once, instead of after minutes
     whole = mesh.hull(vertices)
-    cells = split(whole[0], plane_faces(*whole, ROUNDING), list(soup), ROUNDING * size, checks.count("most", most, 1))
+    cells = split(whole[0], plane_faces(*whole, ROUNDING), inner(soup, vertices, ROUNDING * size), ROUNDING * size, most)
     parts = joined([c for c in cells if winding(soup, c[0].mean(axis=0)) > 0.5], size)
     volume = sum(mass_properties.polyhedra([v], [f]).measure[0] for v, f in parts)
     if abs(volume - report.volume) > 1e-6 * report.volume:
         raise ValueError(f"the parts have {volume:.6g} of its {report.volume:.6g} m3: it has slivers that rounding swallows")
     return parts
+
+
+def reentrant(vertices, fans, small):
+    """How many edges of a closed surface bend inward by more than a height [m]."""
+    start, stop, apex = (np.roll(fans, -k, axis=1).ravel() for k in range(3))
+    a, b, c = (vertices[fans[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    key = start * len(vertices) + stop
+    order = np.argsort(key)
+    across = order[np.searchsorted(key[order], stop * len(vertices) + start)]
+    height = np.einsum("ij,ij->i", vertices[apex[across]] - vertices[start], np.repeat(normal, 3, axis=0))
+    return int(np.sum(height > small)) // 2
+
+
+def inner(soup, vertices, small):
+    """The triangles of which some corner of the body lies in front: the others are of its hull and cut nothing."""
+    normal = np.cross(soup[:, 1] - soup[:, 0], soup[:, 2] - soup[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    chunk = max(1, (1 << 22) // len(vertices))
+    parts = range(0, len(soup), chunk)
+    front = [(vertices @ normal[k : k + chunk].T).max(axis=0) for k in parts]
+    offset = np.einsum("ij,ij->i", normal, soup[:, 0])
+    return list(soup[np.concatenate(front) - offset > small])
 
 
 def anticlockwise(corners):
@@ -94,10 +124,7 @@ def split(vertices, faces, walls, small, most):
     while waiting:
         vertices, faces, walls = waiting.pop()
         if len(cells) + len(waiting) >= most:
-            raise ValueError(
-                f"the body needs more than {most} cells to be cut into convex parts: take its hull, or parts that are nearly it "
-                "(trimesh.convex_decomposition)"
-            )
+            raise ValueError(TOO_MUCH.format(most))
         if not walls:
             cells.append((vertices, faces))
             continue
@@ -114,7 +141,7 @@ def split(vertices, faces, walls, small, most):
 
 
 def best_plane(walls, small):
-    """Normal and point of the plane that cuts the fewest of the walls, of those the one with most wall in it."""
+    """Normal and point of the plane that cuts the fewest of the walls, of those the one with most walls in it."""
     best = None
     normals = [plane(w) for w in walls]
     corners = np.concatenate(walls)
@@ -124,7 +151,7 @@ def best_plane(walls, small):
         height = (corners - w[0]) @ (n / area)
         high, low = np.maximum.reduceat(height, first), np.minimum.reduceat(height, first)
         within = (high <= small) & (low >= -small)
-        score = (int(np.sum((high > small) & (low < -small))), -sum(np.linalg.norm(normals[k]) for k in np.flatnonzero(within)))
+        score = (int(np.sum((high > small) & (low < -small))), -int(np.sum(within)))
         if best is None or score < best[0]:
             best = score, n / area, w[0]
     return best[1:]
