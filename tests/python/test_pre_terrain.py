@@ -70,3 +70,33 @@ def test_a_box_on_many_prisms_slides_at_the_angle_of_friction(mu, slides):
     along = np.array([-np.cos(angle), 0, -np.sin(angle)])
     assert v[:3] @ along == pytest.approx(expected, rel=1e-3, abs=1e-6)
     assert np.linalg.norm(v[3:]) < 1e-4
+
+
+@pytest.mark.parametrize("ending", [".stl", ".ply", ".obj", ".dat"])
+def test_files_that_are_no_surface(tmp_path, ending):
+    pytest.importorskip("trimesh")
+    path = tmp_path / f"odd{ending}"
+    with pytest.raises(FileNotFoundError, match=f"odd{ending} does not exist"):
+        terrain.read_surface(path)
+    path.write_text("v 0 0 0\nf 1 2 3\n")
+    with pytest.raises(ValueError, match=f"odd{ending}"):
+        terrain.read_surface(path)
+
+
+def test_needless_triangles_of_a_file_are_left_out(tmp_path):
+    """One without area and one listed twice: told, and what is left carries a ball."""
+    pytest.importorskip("trimesh")
+    path = tmp_path / "ground.obj"
+    corners = ["0 0 0", "1 0 0", "1 1 0", "0 1 0", "0.5 0 0"]
+    faces = ["1 2 3", "1 3 4", "1 5 2", "3 4 1"]
+    path.write_text("".join(f"v {c}\n" for c in corners) + "".join(f"f {f}\n" for f in faces))
+    with pytest.warns(UserWarning, match="ground.obj: of 4 triangles 1 without area and 1 listed twice"):
+        vertices, kept = terrain.read_surface(path)
+    assert len(kept) == 2
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    rock = cn.Material("rock", density=2000.0)
+    scene.add(cn.surface(vertices, kept, rock), cn.spheres([[0.3, 0.3, 0.1]], 0.1, rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, dt=1e-3)
+    sim.run(steps=5, progress=False)
+    assert abs(sim.bodies.velocity[-1]).max() < 1e-9

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+import warnings
+from pathlib import Path
+
 import numpy as np
 
 from . import checks
+from .mesh import SLIVER, library
 
 
 def read_surface(path, scale=1.0):
     """Vertices (m, 3) [m] and triangles (k, 3) of an open or closed surface in a file that trimesh reads: STL, OBJ, PLY.
 
-    Corners of an STL's triangles that lie in one place become one vertex. scale: metres of the file's unit.
+    Corners of an STL's triangles that lie in one place become one vertex; triangles without area, or listed twice, are left out,
+    with a warning. scale: metres of the file's unit. Raises
+    FileNotFoundError, and ValueError naming the file that is no surface.
     """
-    import trimesh
+    from .importing import by_library
 
-    scale = checks.positive("scale", scale)
-    mesh = trimesh.load(path, force="mesh", process=False)
+    trimesh = library("trimesh", "to read a surface")
+    scale, path = checks.positive("scale", scale), Path(path)
+    if not path.exists():
+        raise FileNotFoundError(f"{path} does not exist")
+    mesh = by_library(path, lambda p: trimesh.load(p, force="mesh", process=False))
     vertices, faces = scale * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     if not len(faces):
         raise ValueError(f"{path} holds no triangles")
@@ -23,7 +32,20 @@ def read_surface(path, scale=1.0):
     if len(bad):
         raise ValueError(f"{path}: vertex {bad[0]} is {vertices[bad[0]]}: give finite numbers")
     known, which = np.unique(vertices, axis=0, return_inverse=True)
-    return known, which.ravel()[faces]
+    faces = which.ravel()[faces]
+    a, b, c = (known[faces[:, k]] for k in range(3))
+    longest = np.max([np.linalg.norm(p - q, axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
+    flat = np.linalg.norm(np.cross(b - a, c - a), axis=1) <= SLIVER * longest**2
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    twice = np.ones(len(faces), bool)
+    twice[first] = False
+    if np.any(flat | twice):
+        warnings.warn(
+            f"{path.name}: of {len(faces)} triangles {np.sum(flat)} without area and {np.sum(twice & ~flat)} listed twice are "
+            "left out",
+            stacklevel=2,
+        )
+    return known, faces[~(flat | twice)]
 
 
 def heights(x, y, z):
