@@ -16,8 +16,9 @@ module convex_axis
 
   integer, parameter :: most_rounds = 40, most_draws = 20
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double)
-  !> Of the sizes together: the distance below which differences tell no direction; of the smaller size: how far bodies are drawn.
-  real(c_double), parameter :: blind = 1e-7_c_double, drawn = 0.02_c_double
+  !> Of the sizes together: the distance below which differences tell no direction; of the smaller size: how far bodies are drawn,
+  !> and what overlap is deep.
+  real(c_double), parameter :: blind = 1e-7_c_double, drawn = 0.02_c_double, deep = 0.03_c_double
   !> Of the smaller size: how far what meets may be apart across the normal.
   real(c_double), parameter :: slack = 1e-10_c_double
   real(c_double), parameter :: nearly = 0.02_c_double !< sine: edges that lean by less may be where a body is touched
@@ -45,6 +46,7 @@ contains
     end if
     if (.not. (apart .or. known)) then
       call at_once(a, b, at, extent, limit + layers, n, flat, point_a, point_b, known)
+      if (flat < -deep*smaller(a, b)) call beyond_edges(a, b, at, extent, limit + layers, n, flat, point_a, point_b, known)
       apart = flat - layers > limit
       if (.not. (apart .or. known)) call search(a, b, at, extent, limit + layers, n, flat, point_a, point_b)
     end if
@@ -52,22 +54,45 @@ contains
     apart = gap > limit
   end subroutine axis_between
 
-  !> From the line of the centres, where no body has edges or sides; the top is not known for the highest if the overlap is deep.
+  !> Where no body has edges, from the line of the centres, or across the side of one that has its axis beside the other's
+  !> centre. The top is not known for the highest if the overlap is deep.
   subroutine smooth_top(a, b, at, extent, limit, n, best, point_a, point_b, known)
     type(convex), intent(in) :: a, b
     real(c_double), intent(in) :: at(3), extent, limit
     real(c_double), intent(out) :: n(3), best, point_a(3), point_b(3)
     logical, intent(out) :: known
-    real(c_double) :: slope
+    real(c_double) :: slope, along, start(3), x(3), y(3)
+    logical :: across_side, sharp
     known = .false.
     best = -huge(best)
     n = 0
     point_a = at
     point_b = 0
-    if (.not. (is_smooth(a) .and. is_smooth(b) .and. dot_product(at, at) > 0)) return
-    call climb(a, b, at, extent, limit, .false., at, at, n, best, known, slope, point_a, point_b)
+    start = at
+    across_side = .false.
+    if ((a%kind == is_segment .or. a%kind == is_cylinder) .and. b%kind == is_superquadric) then
+      along = -dot_product(at, a%frame(:, 3))
+      across_side = abs(along) < a%half(3)
+      if (a%kind == is_cylinder .and. .not. across_side) return
+      start = at + max(-a%half(3), min(a%half(3), along))*a%frame(:, 3)
+    else if (.not. (is_smooth(a) .and. is_smooth(b))) then
+      return
+    end if
+    if (.not. dot_product(start, start) > 0) return
+    call climb(a, b, at, extent, limit, across_side, a%frame(:, 3), start, n, best, known, slope, x, y)
     known = known .and. best > -drawn*smaller(a, b)
+    if (known .and. .not. is_smooth(a)) &
+      call meet_across(a, b, at, n, extent, max(room_of(a, b, extent), 2*slope), known, sharp, x, y)
+    point_a = x
+    point_b = y
   end subroutine smooth_top
+
+  !> How far points may be apart across the normal and be the nearest.
+  pure real(c_double) function room_of(a, b, extent)
+    type(convex), intent(in) :: a, b
+    real(c_double), intent(in) :: extent
+    room_of = slack*smaller(a, b) + 4*rounding*extent
+  end function room_of
 
   pure logical function is_smooth(c)
     type(convex), intent(in) :: c
@@ -83,7 +108,7 @@ contains
     real(c_double) :: x(3), y(3), d(3), m(3), distance, trial
     logical :: sharp
     integer :: round
-    call meet_across(a, b, at, n, extent, slack*smaller(a, b) + 4*rounding*extent, known, sharp, x, y)
+    call meet_across(a, b, at, n, extent, room_of(a, b, extent), known, sharp, x, y)
     known = known .and. (sharp .or. best > rounding*extent)
     if (known) then
       point_a = x
@@ -110,6 +135,40 @@ contains
       if (known .or. best > limit) return
     end do
   end subroutine at_once
+
+  !> Of a polyhedron deep in a body with sides or faces the shortest move may be across any edge: a better one is known no more.
+  subroutine beyond_edges(a, b, at, extent, limit, n, best, point_a, point_b, known)
+    type(convex), intent(in) :: a, b
+    real(c_double), intent(in) :: at(3), extent, limit
+    real(c_double), intent(inout) :: n(3), best, point_a(3), point_b(3)
+    logical, intent(inout) :: known
+    real(c_double) :: before
+    before = best
+    if (a%kind == is_polyhedron) call climb_all(a%hull, -1.0_c_double)
+    if (b%kind == is_polyhedron) call climb_all(b%hull, 1.0_c_double)
+    if (best > before) call polish(a, b, at, extent, limit, n, best, point_a, point_b, known)
+  contains
+    subroutine climb_all(p, sense)
+      type(solid), intent(in) :: p
+      real(c_double), intent(in) :: sense
+      real(c_double) :: m(3), e(3), x(3), y(3), trial, slope
+      logical :: top
+      integer :: k
+      do k = 1, p%edges
+        e = p%normal(p%edge(3, k), :)
+        m = p%normal(p%edge(4, k), :)
+        m = sense*(m + e)
+        if (.not. dot_product(m, at) > 0) cycle
+        e = p%v(p%edge(2, k), :)
+        e = e - p%v(p%edge(1, k), :)
+        e = e/sqrt(dot_product(e, e))
+        call climb(a, b, at, extent, limit, .true., e, m - dot_product(m, e)*e, x, trial, top, slope, y, m)
+        if (.not. trial > best + rounding*extent) cycle
+        best = trial
+        n = x
+      end do
+    end subroutine climb_all
+  end subroutine beyond_edges
 
   !> The same by all means, whatever it takes.
   subroutine search(a, b, at, extent, limit, n, flat, point_a, point_b)
@@ -291,7 +350,7 @@ contains
       real(c_double) :: room
       logical :: sharp
       if (trial < best - rounding*extent) return
-      room = slack*smaller(a, b) + 4*rounding*extent
+      room = room_of(a, b, extent)
       if (top) room = max(room, 2*slope)
       if (is_smooth(a) .and. is_smooth(b)) then
         known = top

@@ -5,7 +5,7 @@ import warnings
 import cairn as cn
 import numpy as np
 import pytest
-from round_pairs import FAMILIES, OTHER, PAIRS, ROUND, coal_gaps, judge, known_family, random_pairs
+from round_pairs import FAMILIES, OTHER, PAIRS, ROUND, Pairs, coal_gaps, judge, known_family, random_pairs
 from shape_pairs import CUBE, CUBE_FACES, ROCK, random_polyhedron, random_rotation
 
 
@@ -76,6 +76,21 @@ def test_superquadrics_of_any_exponents_have_the_gaps_of_proved_bounds(kinds):
     least = judge(part.part(some), [normal[found][some]])
     np.testing.assert_allclose(gap[found][some], least, rtol=0, atol=1e-10)
     assert np.all(judge(pairs.part(~found).part(slice(4)), []) > 0.3 - 1e-6)
+
+
+@pytest.mark.parametrize("kinds", [k for k in PAIRS if "polyhedron" not in k], ids=" ".join)
+def test_units_of_powers_of_two_leave_every_bit(kinds):
+    unit = 2.0**-20
+    pairs = random_pairs(np.random.default_rng(3), kinds, 200, near=(-0.05, 0.3), general=True)
+    lengths = [slice(3) if k == "superquadric" else slice(None) for k in kinds]
+    small = [np.copy(s) for s in pairs.sizes]
+    for s, which in zip(small, lengths):
+        s[:, which] *= unit
+    found = pairs.meet(0.25, spacing=8.0)
+    scaled = Pairs(kinds, small, pairs.turns, pairs.place * unit).meet(0.25 * unit, spacing=8.0 * unit)
+    assert np.isfinite(found[0]).sum() > 100
+    assert np.array_equal(found[0], scaled[0] / unit)
+    assert np.array_equal(found[1], scaled[1], equal_nan=True)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
