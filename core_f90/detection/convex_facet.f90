@@ -6,10 +6,10 @@ module convex_facet
   use convex_contact, only: touch_plane
   use convex_shape, only: convex, is_superquadric, support
   use facet_points, only: add, findings
-  use facet_view, only: after, cross, inward, is_over, on_edge, pokes_out
+  use facet_view, only: after, cross, inward, is_over, is_under_valley, on_edge, pokes_out
   implicit none
   private
-  public :: arc, see_arc, is_near, on_inside, farthest_on_arc, height_along
+  public :: arc, see_arc, is_near, on_inside, farthest_on_arc, height_along, leaves_elsewhere
 
   !> An edge, and the directions that lead out of the surface from it: cos(a) middle + sin(a) aside, |a| <= half.
   type :: arc
@@ -102,8 +102,10 @@ contains
                      feature(1:most))
     do k = 1, count
       x = at + point(:, k) + (gap(k)/2)*m
-      if (.not. is_over(q, x)) cycle
-      if (gap(k) < 0) then
+      if (.not. is_over(q, x)) then
+        if (gap(k) >= 0) cycle
+        if (.not. is_under_valley(q, x)) cycle
+      else if (gap(k) < 0) then
         if (leaves_elsewhere(p, q, at, x, gap(k), low)) cycle
       end if
       call add(f, point(:, k), m, gap(k), feature(k))
@@ -129,7 +131,7 @@ contains
       h = dot_product(m, x - a)
       if (h > 0 .or. h <= height + slack) cycle
       if (min(dot_product(cross(b - a, x - a), m), dot_product(cross(c - b, x - b), m), &
-              dot_product(cross(a - c, x - c), m)) < 0) cycle
+              dot_product(cross(a - c, x - c), m)) < -slack*q%size) cycle
       leaves_elsewhere = height_along(p, at, m, a) > low + slack
       if (leaves_elsewhere) return
     end do

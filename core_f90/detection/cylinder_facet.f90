@@ -2,7 +2,7 @@
 module cylinder_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
-  use convex_facet, only: arc, farthest_on_arc, height_along, is_near, on_inside, see_arc
+  use convex_facet, only: arc, farthest_on_arc, height_along, is_near, leaves_elsewhere, on_inside, see_arc
   use convex_shape, only: convex, see_cylinder
   use facet_points, only: add, findings, settle
   use facet_view, only: cross, leaves_edge, leaves_vertex, on_edge, pokes_out, stands_out
@@ -83,7 +83,11 @@ contains
       best = 1.01_c_double*min(best, 0.0_c_double) - on_edge*q%size
     end if
     do i = 1, c%count
-      if (c%gap(i) >= best) call add(f, c%x(:, i), c%n(:, i), c%gap(i), c%name(i))
+      if (c%gap(i) < best) cycle
+      if (c%gap(i) < 0) then
+        if (leaves_elsewhere(p, q, at, at + c%x(:, i) + (c%gap(i)/2)*c%n(:, i), c%gap(i), c%gap(i))) cycle
+      end if
+      call add(f, c%x(:, i), c%n(:, i), c%gap(i), c%name(i))
     end do
   end subroutine at_edge
 
@@ -109,7 +113,8 @@ contains
     call keep(q, k, g, at, at + along*axis - p%half(1)*n, n, lean, limit, p, name_of_edges(1, k), f)
   end subroutine by_side
 
-  !> An end lies on an edge within its plane where its rim crosses the edge; else it touches with the lowest point of the rim.
+  !> An end lies on an edge about in its plane where its rim crosses the edge, twice; else, and where it is nearer, it touches
+  !> with the point of the rim that is farthest out.
   subroutine by_end(p, q, k, g, at, which, limit, f)
     type(convex), intent(in) :: p
     type(solid), intent(in) :: q
@@ -118,48 +123,65 @@ contains
     real(c_double), intent(in) :: at(3), limit
     type(findings), intent(inout) :: f
     type(convex) :: disc
-    real(c_double) :: axis(3), centre(3), u(3), s(3), n(3), x(3), radial(3), steep, off, half_chord
+    real(c_double) :: axis(3), centre(3), n(3), x(3), least
     logical :: found
-    integer :: i
     axis = (2*which - 3)*p%frame(:, 3) ! outward
     centre = at + p%half(3)*axis
-    steep = dot_product(axis, g%e)
-    off = p%half(1)
-    if (abs(steep) < lean) then
-      u = g%e - steep*axis
-      u = u/sqrt(dot_product(u, u))
-      s = cross(axis, u)
-      off = dot_product(g%from - centre, s)
-    end if
-    if (.not. abs(off) < p%half(1)) then
-      disc = p
-      disc%half(3) = 0
-      call farthest_on_arc(disc, centre, g, found, n, x)
-      if (.not. found .or. dot_product(n, axis) > lean) return
-      call keep(q, k, g, at, centre + x, n, on_edge, limit, p, name_of_edges(1 + which, k), f)
-      return
-    end if
+    least = huge(least)
+    if (abs(dot_product(axis, g%e)) < lean) call at_crossings(p, q, k, g, at, axis, which, limit, least, f)
+    disc = p
+    disc%half(3) = 0
+    call farthest_on_arc(disc, centre, g, found, n, x)
+    if (.not. found .or. dot_product(n, axis) > lean) return
+    x = centre + x
+    if (dot_product(n, x - g%from) >= least - on_edge*q%size) return
+    call keep(q, k, g, at, x, n, on_edge, limit, p, name_of_edges(1 + which, k), f)
+  end subroutine by_end
+
+  !> least: the gap of the nearer crossing.
+  subroutine at_crossings(p, q, k, g, at, axis, which, limit, least, f)
+    type(convex), intent(in) :: p
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k, which
+    type(arc), intent(in) :: g
+    real(c_double), intent(in) :: at(3), axis(3), limit
+    real(c_double), intent(inout) :: least
+    type(findings), intent(inout) :: f
+    real(c_double) :: centre(3), u(3), s(3), n(3), x(3), radial(3), off, half_chord
+    logical :: found
+    integer :: i
+    centre = at + p%half(3)*axis
+    u = g%e - dot_product(axis, g%e)*axis
+    u = u/sqrt(dot_product(u, u))
+    s = cross(axis, u)
+    off = dot_product(g%from - centre, s)
+    if (.not. abs(off) < p%half(1)) return
     half_chord = sqrt((p%half(1) - off)*(p%half(1) + off))
     do i = -1, 1, 2
       radial = (off*s + i*half_chord*u)/p%half(1)
-      call nearest_of_rim(centre, p%half(1), axis, g, radial)
+      call nearest_of_rim(centre, p%half(1), axis, g, radial, found)
+      if (.not. found) cycle
       n = cross(cross(axis, radial), g%e)
       if (.not. dot_product(n, n) > 1e-16_c_double) cycle
       n = n/sqrt(dot_product(n, n))
       if (dot_product(n, axis) > 0) n = -n
       if (dot_product(n, radial) > lean) cycle
-      call keep(q, k, g, at, centre + p%half(1)*radial, n, lean, limit, p, name_of_edges(2 + 2*which + (i + 1)/2, k), f)
+      x = centre + p%half(1)*radial
+      least = min(least, dot_product(n, x - g%from))
+      call keep(q, k, g, at, x, n, lean, limit, p, name_of_edges(2 + 2*which + (i + 1)/2, k), f)
     end do
-  end subroutine by_end
+  end subroutine at_crossings
 
   !> Newton's steps along the rim of an end to where its distance from the line of the edge is the least around.
-  pure subroutine nearest_of_rim(centre, radius, axis, g, radial)
+  pure subroutine nearest_of_rim(centre, radius, axis, g, radial, found)
     real(c_double), intent(in) :: centre(3), radius, axis(3)
     type(arc), intent(in) :: g
     real(c_double), intent(inout) :: radial(3) !< unit, from the centre
+    logical, intent(out) :: found
     real(c_double) :: w(3), d(3), slope, curve, step
     integer :: round
-    do round = 1, 5
+    found = .false.
+    do round = 1, 8
       d = cross(axis, radial)
       w = centre + radius*radial - g%from
       w = w - dot_product(w, g%e)*g%e
@@ -170,6 +192,8 @@ contains
       if (.not. abs(step) < 0.1_c_double) return
       radial = radial + step*d
       radial = radial/sqrt(dot_product(radial, radial))
+      found = abs(step) < 1e-9_c_double
+      if (abs(step) < 1e-14_c_double) return
     end do
   end subroutine nearest_of_rim
 

@@ -7,7 +7,7 @@ module facet_view
   use hull_view, only: solid
   implicit none
   private
-  public :: on_edge, cross, inside_of, inward, is_over, after, stands_out, pokes_out, leaves_edge, &
+  public :: on_edge, cross, inside_of, inward, is_over, is_under_valley, after, stands_out, pokes_out, leaves_edge, &
             leaves_vertex, edge_from, vertex_from, nearer_elsewhere
 
   ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets; and what stands out no farther
@@ -71,6 +71,26 @@ contains
       if (on > 1 .and. s(k) <= slack .and. s(after(k)) <= slack) is_over = q%edge(3, 3 + after(k)) /= 0
     end do
   end function is_over
+
+  !> Whether a point behind the triangle is beyond one of its edges, where the triangle beyond looks at it, and beyond that edge
+  !> for this one too: neither is it over.
+  pure logical function is_under_valley(q, x)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: x(3)
+    real(c_double) :: slack
+    integer :: k, beyond
+    slack = on_edge*q%size
+    is_under_valley = .false.
+    beyond = 0
+    do k = 1, 3
+      if (inside_of(q, k, after(after(k)), x) > -slack) cycle
+      beyond = beyond + 1
+      if (q%edge(4, k) == 0) return
+      if (stands_out(q, k)) return
+      if (inside_of(q, k, int(q%edge(4, k)), x) > -slack) return
+    end do
+    is_under_valley = beyond == 1
+  end function is_under_valley
 
   !> Whether a body may touch edge k and no inside of a triangle: at the rim of the surface, and where it turns away behind.
   pure logical function stands_out(q, k)

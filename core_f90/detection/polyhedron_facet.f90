@@ -2,12 +2,14 @@
 module polyhedron_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
+  use convex_facet, only: leaves_elsewhere
+  use convex_shape, only: convex, is_polyhedron
   use hull_distance, only: nearest_points
   use hull_patch, only: across, find_outline, outline
   use patch_points, only: add_point, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   use facet_points, only: add, findings, settle
-  use facet_view, only: after, cross, inside_of, inward, is_over, leaves_edge, leaves_vertex, nearer_elsewhere, on_edge, &
-                        pokes_out, stands_out
+  use facet_view, only: after, cross, inside_of, inward, is_over, is_under_valley, leaves_edge, leaves_vertex, &
+                        nearer_elsewhere, on_edge, pokes_out, stands_out
   implicit none
   private
   public :: cairn_pair_polyhedron_facet
@@ -117,8 +119,10 @@ contains
       x = at + p%v(i, :)
       height = dot_product(m, x) - q%offset(1)
       if (height > limit .or. height < -2*q%size) cycle
-      if (.not. is_over(q, x)) cycle
-      if (height < 0) then
+      if (.not. is_over(q, x)) then
+        if (height >= 0) cycle
+        if (.not. is_under_valley(q, x)) cycle
+      else if (height < 0) then
         if (nearer_elsewhere(q, x, -height)) cycle
       end if
       call add_point(cut, [dot_product(t, x), dot_product(s, x), dot_product(m, x) - height/2], height, int(i, c_int32_t))
@@ -130,13 +134,15 @@ contains
   end subroutine on_inside
 
   !> Edges of the polyhedron that cross edge k of the triangle, along the normal across both.
-  pure subroutine on_edges(p, q, k, at, limit, f)
+  subroutine on_edges(p, q, k, at, limit, f)
     type(solid), intent(in) :: p, q
     integer, intent(in) :: k
     real(c_double), intent(in) :: at(3), limit
     type(findings), intent(inout) :: f
+    type(convex) :: body
     real(c_double) :: from(3), e(3), d(3), start(3), n(3), out(3), x(3), y(3), w(3), det, along, gap, length, ends
     integer :: i
+    body%kind = is_polyhedron
     from = q%v(k, :)
     e = q%v(after(k), :) - from
     out = q%normal(1, :)
@@ -167,17 +173,19 @@ contains
       if (dot_product(n, at - y) <= 0) cycle
       if (gap < 0) then
         if (shorter_way(p, q, k, at, -gap)) cycle
+        body%hull = p
+        if (leaves_elsewhere(body, q, at, x, gap, gap)) cycle
       end if
       call add(f, (x + y)/2 - at, n, gap, name_of_edges(i, k))
     end do
   end subroutine on_edges
 
-  !> Whether a polyhedron leaves a triangle at edge k along its normal, by its lowest corner, with less than `depth`.
+  !> Whether a polyhedron leaves the wedge at edge k along the normal of one of its triangles with less than `depth`.
   pure logical function shorter_way(p, q, k, at, depth)
     type(solid), intent(in) :: p, q
     integer, intent(in) :: k
     real(c_double), intent(in) :: at(3), depth
-    real(c_double) :: m(3), low, high, x(3)
+    real(c_double) :: m(3), low, high
     integer :: i, lowest
     shorter_way = .false.
     m = q%normal(1, :)
@@ -188,9 +196,7 @@ contains
         m = m/sqrt(dot_product(m, m))
       end if
       call extent(p, m, low, high, lowest)
-      x = at + p%v(lowest, :)
-      low = dot_product(m, x - q%v(k, :))
-      if (low > -depth + on_edge*q%size) shorter_way = nearer_elsewhere(q, x, depth)
+      shorter_way = low + dot_product(m, at - q%v(k, :)) > -depth + on_edge*q%size
       if (shorter_way) return
     end do
   end function shorter_way

@@ -3,7 +3,7 @@ module superquadric_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use convex_axis, only: axis_between
-  use convex_facet, only: arc, farthest_on_arc, is_near, on_inside, see_arc
+  use convex_facet, only: arc, farthest_on_arc, is_near, leaves_elsewhere, on_inside, see_arc
   use convex_shape, only: convex, see_point, see_superquadric
   use facet_points, only: add, findings, settle
   use facet_view, only: leaves_vertex, on_edge, pokes_out, stands_out
@@ -71,6 +71,9 @@ contains
     along = dot_product(g%e, at + x - g%from)
     if (gap > limit .or. .not. min(along, g%length - along) > on_edge*q%size) return
     if (.not. dot_product(n, at - g%from) > 0) return
+    if (gap < 0) then
+      if (leaves_elsewhere(p, q, at, at + x, gap, gap)) return
+    end if
     call add(f, x - (gap/2)*n, n, gap, name_of_edges(1, k))
   end subroutine at_edge
 

@@ -325,3 +325,55 @@ def test_impulses_follow_from_triangle_to_triangle(kind, tmp_path):
     parts.run(steps=100, progress=False)
     assert np.array_equal(parts.bodies.position, whole.bodies.position)
     assert np.array_equal(parts.bodies.velocity, whole.bodies.velocity)
+
+
+LOWERED = {
+    "drum": lambda x, q: cn.cylinders(x, 0.3, 0.7, ROCK, rotation=q),
+    "plate": lambda x, q: cn.cylinders(x, 0.5, 0.1, ROCK, rotation=q),
+    "pebble": lambda x, q: cn.superquadrics(x, (0.3, 0.2, 0.5), (0.3, 0.3), ROCK, rotation=q),
+    "tip": lambda x, q: cn.superquadrics(x, (0.3, 0.2, 0.5), (1.7, 1.7), ROCK, rotation=q),
+    "block": lambda x, q: cn.boxes(x, (0.6, 0.4, 1.0), ROCK, rotation=q),
+}
+
+
+@pytest.mark.parametrize("where", ["waves", "cube"])
+@pytest.mark.parametrize("kind", LOWERED)
+def test_what_is_lowered_a_little_too_far_comes_back_up(kind, where):
+    """Lowered by their gaps until they touch, upright and turned, over ridges, valleys, rims and corners; 0.005 farther down all
+    are touched, and no depth is more than the 0.005 by which they came."""
+    rng, count = np.random.default_rng(7), 70
+    waves = grid(6, lambda x, y: 0.5 * np.sin(2.0 * x) * np.cos(1.7 * y))
+    surface = waves if where == "waves" else (CUBE * 4, triangles(CUBE_FACES))
+    spots = rng.uniform(2, 4, (count, 2)) if where == "waves" else rng.uniform(-2.1, 2.1, (count, 2))
+    places = np.column_stack((spots, np.full(count, 3.5)))
+    turns = [quaternion(np.eye(3) if k % 2 else random_rotation(rng)) for k in range(count)]
+    for _ in range(25):
+        gap = np.array([g.min() for g, _, _ in contacts(LOWERED[kind](places, turns), surface, 4.0)])
+        places[:, 2] -= np.maximum(gap, 0)
+    touching = (np.abs(gap) < 1e-6) & (places[:, 2] > 0)
+    assert touching.sum() > 0.9 * count
+    found = contacts(LOWERED[kind](places - [0, 0, 0.005], turns), surface, 0.01)
+    for k in np.flatnonzero(touching):
+        assert len(found[k][0]) > 0
+        assert -0.0052 < found[k][0].min() < 0
+
+
+def test_the_gap_has_no_jumps():
+    """A plate that is moved over ridges at a small height, whose rim passes from crossing an edge to passing it by."""
+    surface = grid(6, lambda x, y: 0.5 * np.sin(2.0 * x) * np.cos(1.7 * y))
+    path = np.linspace([3.53, 3.5, 0.42], [3.44, 3.1, 0.49], 600)
+    gap = [g.min() for g, _, _ in contacts(cn.cylinders(path, 0.5, 0.1, ROCK, axis=(-0.1829, -0.45499, 0.87151)), surface, 0.5)]
+    assert 0.05 < np.min(gap) < np.max(gap) < 0.4
+    assert np.max(np.abs(np.diff(gap))) < np.linalg.norm(path[1] - path[0]) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("place", [(2.11023, 1.943), (-2.06673, -2.11105), (-2.17683, 1.41341), (2.1, 2.1)])
+def test_over_a_corner_of_a_table_nothing_is_pushed_aside(place):
+    """Of a drum, a plate and a block sunk by 0.005, with their centres beyond the rim or the corner, all contacts look up."""
+    at = [[*place, 1.995]]
+    drum, plate = (cn.cylinders(np.add(at, [0, 0, h]), r, 2 * h, ROCK) for r, h in ((0.4, 0.35), (0.5, 0.05)))
+    for body in (drum, plate, cn.boxes(np.add(at, [0, 0, 0.5]), (0.6, 0.4, 1.0), ROCK)):
+        ((gap, normal, _),) = contacts(body, (CUBE * 4, triangles(CUBE_FACES)), 0.01)
+        assert len(gap) >= 3
+        np.testing.assert_allclose(gap, -0.005, atol=1e-14)
+        np.testing.assert_allclose(normal, [[0, 0, 1]] * len(gap), atol=1e-12)
