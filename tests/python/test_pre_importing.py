@@ -162,6 +162,22 @@ def test_blocks_that_touch_survive_rounding(tmp_path, ending, shift):
     assert len(sim.contacts.gap) == 40 and np.abs(sim.bodies.velocity).max() < 2e-3
 
 
+def test_coordinates_of_a_map(tmp_path):
+    """5000 km from zero: read with all digits; refused with seven, of which half a metre is left."""
+    trimesh = pytest.importorskip("trimesh")
+    b = masonry.arch(span=4, thickness=0.5, voussoirs=9, depth=1.0).moved((5e5, 5e6, 100))
+    points, faces = triangulated(b)
+    path = tmp_path / "arch.obj"
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+    path.write_text("\n".join(lines + ["f " + " ".join(str(i + 1) for i in f) for f in faces.tolist()]))
+    read, report = importing.read(path)
+    assert len(read) == 11 and report.joints == 10 and all(len(f) == 6 for f in read.faces)
+    assert report.flattened < 1e-8 and report.volume == pytest.approx(b.properties().measure.sum(), rel=1e-7)
+    trimesh.Trimesh(points, faces, process=False).export(path.with_suffix(".stl"))
+    with pytest.raises(ValueError, match="arch.stl.*(seven digits|no area|closed|open|twice)"):
+        importing.read(path.with_suffix(".stl"))
+
+
 def test_physical_volumes_are_blocks(tmp_path):
     """Two cubes that share the corners of a face, as gmsh meshes them: one block a volume, named after it."""
     meshio = pytest.importorskip("meshio")

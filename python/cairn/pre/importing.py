@@ -23,6 +23,7 @@ from .solids import solids
 REFUSED = (
     "{} is not convex; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
 )
+SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # of the largest coordinate: how far corners of a face differ that were rounded
 KERNEL = 1e-7  # of a body's size: how far a corner may stand out of a face that the kernels take for plane
 
 
@@ -74,8 +75,9 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
     """Blocks and report of a file: .stl .obj .ply .vtk .vtu .msh .json (COMPAS) .DAT (LMGC90 BODIES.DAT).
 
     repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull" (`bodies`
-    keeps it as it is); scale: metres in a unit of the file; flat: over the largest coordinate, how far files round: corners
-    that stand out of their faces by less are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume of
+    keeps it as it is); scale: metres in a unit of the file; flat: how far corners may stand
+    out of their faces, over the extent of all blocks, beside what the file's numbers round (seven digits, if all are such): they
+    are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume of
     gmsh) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or ValueError naming file and block.
     """
     if convex not in ("refuse", "hull"):
@@ -160,11 +162,32 @@ def apart(raw, name, vertices, faces, part, repair, notes, flat):
         faces = faces[~lost]
     if not is_closed(faces):  # a format that repeats corners for each face; where it does not, blocks that touch stay apart
         vertices, faces = mesh.weld(np.where(finite[:, None], vertices, 0.0), faces)
-    for body in solids(vertices, faces, flat * np.max(np.abs(vertices))) if len(faces) else []:
+    for body in solids(vertices, faces, 4 * rounding([vertices[faces]], flat)) if len(faces) else []:
         if np.any(lost):
             notes.setdefault(len(raw.bodies), []).append(f"{np.sum(lost)} faces of the file had a vertex that is not finite")
         raw.bodies.append([body])
         raw.parts.append(part)
+
+
+def rounding(points, flat):
+    """How far [units of the file] corners may be from where they should: flat of their extent, and what their digits round."""
+    points = np.concatenate([p.reshape(-1, 3) for p in points])
+    single = np.array_equal(points.astype(np.float32), points)
+    return flat * float(np.max(np.ptp(points, axis=0))) + float(np.max(np.abs(points))) * (SINGLE if single else DOUBLE)
+
+
+def smallest_for(name, pieces, scale):
+    """The most by which corners may be moved: a thousandth of the smallest block. Refuses files whose digits are too few."""
+    sizes = [float(np.max(np.ptp(v, axis=0))) for _, v, _ in pieces]
+    points = np.concatenate([v for _, v, _ in pieces]) / scale
+    lost = float(np.max(np.abs(points))) * SINGLE * scale
+    if np.array_equal(points.astype(np.float32), points) and lost > 0.1 * min(sizes):
+        k = pieces[int(np.argmin(sizes))][0]
+        raise ValueError(
+            f"{name} keeps seven digits of coordinates up to {np.max(np.abs(points)):.3g}, that is {lost:.2g} m of block {k}, "
+            f"which is {min(sizes):.2g} m: move the model near zero before it is written, or write it with more digits"
+        )
+    return 1e-3 * min(sizes)
 
 
 def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
@@ -183,7 +206,7 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
                 vertices, faces, done = mesh.repair(vertices, faces, label)
                 repaired[k] = repaired.get(k, notes.get(k, [])) + done
             pieces.append((k, vertices, mass_properties.triangles(faces, len(vertices))))
-    limit = flat * max(float(np.max(np.abs(v))) for _, v, _ in pieces)
+    limit = min(rounding([v / scale for _, v, _ in pieces], flat) * scale, smallest_for(name, pieces, scale))
     grouped = [(v, fans, plane_groups(v, fans, limit)) for _, v, fans in pieces]
     plane, farthest = flattened(grouped, limit)
     found = [[] for _ in raw.bodies]
