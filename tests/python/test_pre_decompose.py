@@ -92,9 +92,10 @@ def test_blocks_that_share_corners_come_apart(blocks):
         count += len(v)
     vertices, faces = mesh.weld(np.concatenate(points), np.concatenate(fans))
     assert len(vertices) < count
-    found = solids(vertices, faces)
-    assert len(found) == len(blocks)
-    volumes = [mesh.check(*s).volume for s in found]
-    np.testing.assert_allclose(np.sort(volumes), np.sort(blocks.properties().measure), rtol=1e-12)
+    for order in (np.arange(len(faces)), np.random.default_rng(1).permutation(len(faces))):  # block after block, or mixed
+        found = solids(vertices, faces[order])
+        assert len(found) == len(blocks)
+        volumes = [mesh.check(*s).volume for s in found]
+        np.testing.assert_allclose(np.sort(volumes), np.sort(blocks.properties().measure), rtol=1e-12)
     with pytest.raises(mesh.MeshError, match="inside out"):
         mesh.check(*solids(vertices, faces[:, ::-1])[0])

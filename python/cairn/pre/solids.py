@@ -10,12 +10,36 @@ COINCIDE = 1e-6  # rad: faces round an edge nearer than this lie on each other
 def solids(vertices, faces, rounding=0.0) -> list[tuple[np.ndarray, np.ndarray]]:
     """The bodies that triangles (k, 3) bound, each (vertices, faces) with corners of its own.
 
-    At an edge of several bodies the faces are taken round it in order: a body lies between a face that it begins at and the
+    Files mostly list body after body: what is closed by itself is taken first. In what is left, at an edge of several bodies the faces are taken round it in order: a body lies between a face that it begins at and the
     next that it ends at (Weiler 1986). So blocks that stand flush on each other come apart, also where a file gives equal
     corners once. Where faces do not pair they stay together, for cairn.pre.mesh.check to say what is wrong. rounding [m]: of the
     corners; faces nearer than that, and than 1e-6 rad, lie on each other.
     """
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
+    ends = [0, *closed_after(faces), len(faces)]
+    runs = [faces[a:b] for a, b in zip(ends[:-1], ends[1:]) if b > a]
+    return [body for run in runs for body in parted(vertices, run, rounding)]
+
+
+def closed_after(faces):
+    """Numbers of triangles after which those since the number before make closed surfaces."""
+    waiting, ends = {}, []
+    for k, (i, j, m) in enumerate(faces.tolist(), 1):
+        for a, b in ((i, j), (j, m), (m, i)):
+            if waiting.get((b, a), 0):
+                if waiting[b, a] == 1:
+                    del waiting[b, a]
+                else:
+                    waiting[b, a] -= 1
+            else:
+                waiting[a, b] = waiting.get((a, b), 0) + 1
+        if not waiting:
+            ends.append(k)
+    return ends
+
+
+def parted(vertices, faces, rounding):
+    """The bodies of triangles in any order; see `solids`."""
     start, stop, apex = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     owner = np.repeat(np.arange(len(faces)), 3)
     key = np.minimum(start, stop) * len(vertices) + np.maximum(start, stop)
