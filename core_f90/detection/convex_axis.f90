@@ -109,7 +109,7 @@ contains
     logical :: sharp
     integer :: round
     call meet_across(a, b, at, n, extent, room_of(a, b, extent), known, sharp, x, y)
-    known = known .and. (sharp .or. best > rounding*extent)
+    known = known .and. (sharp .or. best > 1000*room_of(a, b, extent)) ! else what it is apart across counts
     if (known) then
       point_a = x
       point_b = y
