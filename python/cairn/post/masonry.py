@@ -103,7 +103,11 @@ class Structure:
         """Rows of the blocks among the bodies."""
         known = np.asarray(self.simulation.bodies.id)
         order = np.argsort(known)
-        return order[np.searchsorted(known[order], self.ids)]
+        rows = order[np.minimum(np.searchsorted(known[order], self.ids), len(order) - 1)]
+        if not np.array_equal(known[rows], self.ids):
+            k = int(np.argmax(known[rows] != self.ids))
+            raise ValueError(f"ids[{k}] is {self.ids[k]}: the simulation has no such body; give what Blocks.add_to returned")
+        return rows
 
     # ------------------------------------------------------------------ forces
 
@@ -165,8 +169,8 @@ class Structure:
             "reaction": reaction,
             "weight": total,
             "applied": more,
-            "reaction_error": float(np.linalg.norm(reaction + total + more) / (np.linalg.norm(total) + np.linalg.norm(more))),
-            "unbalanced": float(np.max(np.linalg.norm(left[~self.held], axis=1) / size)),
+            "reaction_error": share(np.linalg.norm(reaction + total + more), np.linalg.norm(total) + np.linalg.norm(more)),
+            "unbalanced": share(np.linalg.norm(left[~self.held], axis=1), size),
             "speed": float(np.max(np.linalg.norm(velocity, axis=1), initial=0.0)),
         }
 
@@ -241,6 +245,12 @@ class Structure:
     def displacement(self):
         """How far the centre of each block has moved, (n,) [m]."""
         return np.linalg.norm(self.places()[0] - self.start[0], axis=1)
+
+
+def share(part, whole):
+    """The largest part of its whole; 0 of what is nothing, as without gravity."""
+    part, whole = np.atleast_1d(part), np.atleast_1d(whole)
+    return float(np.max(np.divide(part, whole, out=np.where(part > 0, np.inf, 0.0), where=whole > 0), initial=0.0))
 
 
 def conjugate(q):

@@ -65,6 +65,7 @@ def arch(
     in 2D. Parts: "voussoir", numbered from the left, then "support".
     """
     outlines, beds = profile(kind, radius, span, rise, thickness, voussoirs, joints)
+    depth = None if depth is None else checks.positive("depth", depth)
     blocks = Blocks(2 if depth is None else 3)
     for outline in outlines:
         put(blocks, outline, depth, "voussoir")

@@ -58,6 +58,8 @@ def bridge(tiers, abutments=True) -> Blocks:
     level = 0.0
     below = 0.0
     tiers = list(tiers)
+    if not tiers:
+        raise ValueError("tiers is empty: give one Tier or more, the lowest first")
     for k, tier in enumerate(tiers):
         refuse(tier, k)
         piers, arches = pier_axes(tier), arch_axes(tier)

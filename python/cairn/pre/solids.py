@@ -10,10 +10,11 @@ COINCIDE = 1e-6  # rad: faces round an edge nearer than this lie on each other
 def solids(vertices, faces, rounding=0.0) -> list[tuple[np.ndarray, np.ndarray]]:
     """The bodies that triangles (k, 3) bound, each (vertices, faces) with corners of its own.
 
-    Files mostly list body after body: what is closed by itself is taken first. In what is left, at an edge of several bodies the faces are taken round it in order: a body lies between a face that it begins at and the
-    next that it ends at (Weiler 1986). So blocks that stand flush on each other come apart, also where a file gives equal
-    corners once. Where faces do not pair they stay together, for cairn.pre.mesh.check to say what is wrong. rounding [m]: of the
-    corners; faces nearer than that, and than 1e-6 rad, lie on each other.
+    Files mostly list body after body: what is closed by itself is taken first. In what is left, at an edge of several bodies the
+    faces are taken round it in order: a body lies between a face that it begins at and the next that it ends at (Weiler 1986). So
+    blocks that stand flush on each other come apart, also where a file gives equal corners once. Where faces do not pair they
+    stay together, for cairn.pre.mesh.check to say what is wrong. rounding [m]: of the corners; faces nearer than that, and than
+    1e-6 rad, lie on each other.
     """
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
     ends = [0, *closed_after(faces), len(faces)]

@@ -22,6 +22,9 @@ def voronoi(low, high, seeds, rng=None, part="cell") -> Blocks:
     seeds = checks.real_array("seeds", seeds, (None, dim))
     if np.any((seeds <= low) | (seeds >= high)):
         raise ValueError("seeds has points outside the box: give points inside it")
+    _, first, count = np.unique(seeds, axis=0, return_index=True, return_counts=True)
+    if np.any(count > 1):
+        raise ValueError(f"seeds[{first[np.argmax(count)]}] is there {count.max()} times: give places that differ")
     size = np.max(high - low)
     places = (seeds - low) / size
     top = (high - low) / size

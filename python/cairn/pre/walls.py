@@ -46,7 +46,7 @@ def wall(
     thick = bond not in ("running", "stack")
     if thick and abs(l - 2 * w - gap) > 1e-6 * l:
         raise ValueError(f"brick is {brick}: the bond {bond} needs l = 2 w + gap, here {2 * w + gap:.6g}")
-    holes = [tuple(checks.number("openings", x) for x in hole) for hole in openings]
+    holes = [opening(f"openings[{k}]", hole, length, courses * (h + gap) - gap) for k, hole in enumerate(openings)]
     # x is counted in quarters of a brick with its joint, so that equal joints are equal numbers
     quarter = (l + gap) / 4
     blocks, height, joint = Blocks(3), courses * (h + gap) - gap, 0.0 if filled else gap
@@ -69,6 +69,16 @@ def wall(
     if base:
         blocks.add_box((-l, -w, -h), (count * (l + gap) + l, thickness + w, -joint), "support")
     return blocks
+
+
+def opening(name, hole, length, height):
+    """An opening (x0, z0, x1, z1) [m] that lies in the wall, at least in part."""
+    hole = tuple(checks.number(name, x) for x in np.ravel(hole))
+    if len(hole) != 4 or not (hole[0] < hole[2] and hole[1] < hole[3]):
+        raise ValueError(f"{name} is {hole}: give (x0, z0, x1, z1) [m], x0 below x1, z0 below z1")
+    if hole[0] >= length or hole[2] <= 0 or hole[1] >= height or hole[3] <= 0:
+        raise ValueError(f"{name} is {hole}, outside the wall: its face goes from (0, 0) to ({length:g}, {height:g})")
+    return hole
 
 
 def plan(bond, course, count, w, gap, l):
@@ -163,6 +173,8 @@ def column(drums, height, radius, top_radius=None, sides=24, capital=0.0, base=T
     """
     drums, sides = checks.count("drums", drums, 1), checks.count("sides", sides, 3)
     height, radius = checks.positive("height", height), checks.positive("radius", radius)
+    if checks.number("capital", capital) < 0:
+        raise ValueError(f"capital is {capital}: give a height >= 0 [m]")
     top = radius if top_radius is None else checks.positive("top_radius", top_radius)
     levels = height * np.arange(drums + 1) / drums
     radii = radius + (top - radius) * np.arange(drums + 1) / drums
