@@ -90,8 +90,9 @@ class ContactView:
 
     @property
     def force(self):
-        """Mean force over the last step, impulse / dt, (n, dim) [N]."""
-        return self.impulse / self._simulation.info["dt"]
+        """Mean force over the last step, impulse / dt, (n, dim) [N]; none before the first step."""
+        impulse, info = self.impulse, self._simulation.info
+        return impulse / info["dt"] if "dt" in info else impulse
 
 
 class RawView:

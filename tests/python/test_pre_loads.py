@@ -107,6 +107,21 @@ def test_csv_of_spreadsheets(tmp_path):
         loads.read_accelerogram(path)
 
 
+def test_questions_before_the_first_step_and_without_gravity():
+    b = masonry.arch(span=4, thickness=0.5, voussoirs=7)
+    scene = cn.Scene(2)
+    ids = b.add_to(scene, cn.Material("stone", density=2000.0))
+    scene.interact("*", "*", cn.Coulomb(mu=0.6))
+    s = Structure(b, cn.Simulation(scene, dt=1e-3), ids)
+    for _ in range(2):
+        assert len(s.resultants().hinges()) == 0 and np.isnan(s.thrust_line([7, 0, 1])).all()
+        found = s.balance()
+        assert found["reaction_error"] == found["unbalanced"] == 0.0
+        s.simulation.step()
+    with pytest.raises(ValueError, match=r"ids\[0\] is 100: the simulation has no such body"):
+        Structure(b, s.simulation, ids + 100)
+
+
 def test_balance_counts_what_is_applied():
     b = masonry.panel(1, 3, bond="stack")
     sets, rows = b.sets(cn.Material("stone", density=2400.0))

@@ -69,6 +69,23 @@ def test_walls(bond):
         assert joint & above <= {2.2}
 
 
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: masonry.arch(span=4, thickness=0.3, voussoirs=5, depth=-1), "depth is -1"),
+        (lambda: masonry.wall(2.2, 6, openings=[(3, 0, 4, 0.2)]), r"openings\[0\].*outside the wall"),
+        (lambda: masonry.wall(2.2, 6, openings=[(1.4, 0.2, 0.7, 0.1)]), r"openings\[0\].*x0 below x1"),
+        (lambda: masonry.wall(2.2, 6, openings=[(1, 0, 2, 0.1), (1, 2, 3)]), r"openings\[1\].*give \(x0, z0, x1, z1\)"),
+        (lambda: masonry.column(3, 3.0, 0.5, capital=-1), "capital is -1"),
+        (lambda: masonry.bridge([]), "tiers is empty"),
+        (lambda: masonry.voronoi((0, 0), (1, 1), [[0.5, 0.5], [0.2, 0.2], [0.5, 0.5]]), r"seeds\[0\] is there 2 times"),
+    ],
+)
+def test_what_cannot_be_built_is_refused_by_name(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()
+
+
 def test_columns_stairs_panels():
     column = masonry.column(6, 6.0, 0.5, 0.4, capital=0.3)
     assert tied(column)
