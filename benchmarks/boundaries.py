@@ -3,7 +3,7 @@
     python benchmarks/boundaries.py
 
 Writes benchmarks/results/boundaries.csv, a row for each shape and boundary: 1,600 bodies turned at random, of size 0.6 to
-0.8, on rough ground of 7,200 triangles of side 1, or within 0.1 of the wall of a tube of radius 31; contacts of a body on average.
+0.8, on rough ground of 7,200 triangles of side 1, or within 0.1 of the wall of a tube of radius 31; the contacts of a body.
 """
 
 import csv
