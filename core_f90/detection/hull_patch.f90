@@ -6,7 +6,7 @@ module hull_patch
   use patch_points, only: patch, add_point, name_of_edges, name_points, vertex_of_b
   implicit none
   private
-  public :: outline, find_outline, outline_of_face, face_along, cut_faces, name_patch, across, face_corners
+  public :: outline, find_outline, outline_of_face, face_along, cut_faces, meet_barely, name_patch, across, face_corners
 
   integer, parameter :: face_corners = 1024 !< corners a face may have
   real(c_double), parameter :: steep = 1e-3_c_double !< a face whose normal is so far from the axis has no depths inside
@@ -203,6 +203,63 @@ contains
       call add_point(p, o%x(:, k), max(o%gap(k), least), o%name(k))
     end do
   end subroutine cut_faces
+
+  !> Faces that stand square to the normal and of which no more than a ten-thousandth lies before the other: a body that slides
+  !> over the seam of two flush ones, sunk or lifted by what a step leaves, meets the second at no side. p: their cut.
+  pure function meet_barely(fa, fb, p)
+    type(outline), intent(in) :: fa, fb
+    type(patch), intent(in) :: p
+    logical :: meet_barely
+    real(c_double), parameter :: level = 1e-2_c_double
+    meet_barely = .false.
+    if (.not. (fa%flat .and. fb%flat)) return
+    if (max(sum(fa%slope**2), sum(fb%slope**2)) > level**2) return
+    if (wide(p)) return
+    meet_barely = overlap_barely(fa, fb)
+    if (.not. meet_barely) meet_barely = overlap_barely(fb, fa)
+  end function meet_barely
+
+  !> Whether it is plain from its points that a cut is no sliver.
+  pure function wide(p)
+    type(patch), intent(in) :: p
+    logical :: wide
+    real(c_double) :: d(2), e(2)
+    integer :: k
+    wide = .false.
+    if (p%count < 3) return
+    d = p%x(1:2, 2) - p%x(1:2, 1)
+    do k = 3, p%count
+      e = p%x(1:2, k) - p%x(1:2, 1)
+      wide = wide .or. abs(d(1)*e(2) - d(2)*e(1)) > 1e-3_c_double*p%size**2
+    end do
+  end function wide
+
+  !> Whether across some side of a the two outlines share less than a ten-thousandth of the narrower, or are as little apart.
+  pure function overlap_barely(a, b) result(barely)
+    type(outline), intent(in) :: a, b
+    logical :: barely
+    real(c_double), parameter :: share = 1e-4_c_double
+    real(c_double) :: inward(2), wide_a, low, high, d
+    integer :: i, k, next
+    barely = .false.
+    do i = 1, a%count
+      next = merge(1, i + 1, i == a%count)
+      inward = [a%x(2, i) - a%x(2, next), a%x(1, next) - a%x(1, i)]
+      wide_a = 0
+      do k = 1, a%count
+        wide_a = max(wide_a, dot_product(inward, a%x(:, k) - a%x(:, i)))
+      end do
+      low = huge(low)
+      high = -huge(high)
+      do k = 1, b%count
+        d = dot_product(inward, b%x(:, k) - a%x(:, i))
+        low = min(low, d)
+        high = max(high, d)
+      end do
+      d = min(wide_a, high) - max(0.0_c_double, low)
+      barely = barely .or. abs(d) < share*min(wide_a, high - low)
+    end do
+  end function overlap_barely
 
   !> Corners of f that are inside the other face. sense: 1 if f is that of A, else -1.
   pure subroutine offer_corners(f, other, within, slack, sense, limit, name, o)

@@ -10,6 +10,7 @@ module polygon_contact
 
   ! Of the sizes together: what rounding alone makes of a depth; and the distance below which differences tell no direction.
   real(c_double), parameter :: rounding = 16*epsilon(1.0_c_double), blind = 1e-9_c_double
+  real(c_double), parameter :: level = 1e-2_c_double, barely = 1e-4_c_double !< see meet_barely
   real(c_double), parameter :: steep = 1e-3_c_double !< a side whose normal is so far from the axis is seen from its end
 
   !> A side seen along the normal: its ends across (first) and along it.
@@ -127,6 +128,7 @@ contains
     call find_side(b, [0.0_c_double, 0.0_c_double], n, 1.0_c_double, sb)
     low = max(sa%x(1), sb%x(1))
     high = min(sa%x(2), sb%x(2))
+    if (meet_barely(sa, sb, high - low)) return
     if (low <= high + rounding*extent) then
       do k = 1, 2
         x = merge(low, high, k == 1)
@@ -146,6 +148,20 @@ contains
         call add_point(p, [x, 0.0_c_double, (bottom + top)/2], max(top - bottom, gap - radius_b), name)
     end subroutine put
   end subroutine touch_polygons
+
+  !> Sides that stand square to the normal and of which no more than a ten-thousandth lies before the other: a body that
+  !> slides over the seam of two flush ones, sunk or lifted by what a step leaves, meets the second at no side.
+  pure function meet_barely(a, b, overlap)
+    type(side), intent(in) :: a, b
+    real(c_double), intent(in) :: overlap
+    logical :: meet_barely
+    real(c_double) :: wide_a, wide_b
+    wide_a = a%x(2) - a%x(1)
+    wide_b = b%x(2) - b%x(1)
+    meet_barely = abs(overlap) < barely*min(wide_a, wide_b)
+    if (meet_barely) meet_barely = abs(a%height(2) - a%height(1)) < level*wide_a
+    if (meet_barely) meet_barely = abs(b%height(2) - b%height(1)) < level*wide_b
+  end function meet_barely
 
   pure function flat(x) result(y)
     real(c_double), intent(in) :: x(2)

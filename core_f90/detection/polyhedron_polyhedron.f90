@@ -6,7 +6,7 @@ module polyhedron_polyhedron
   use hull_distance, only: nearest_points
   use hull_features, only: alone, axis, edge_axis, edges_stand_out, face_axis, point_axis, rounding, vertex_from
   use hull_proofs, only: common_edges, edge_between, edges_are_nearest
-  use hull_patch, only: across, cut_faces, face_along, name_patch, outline, outline_of_face
+  use hull_patch, only: across, cut_faces, face_along, meet_barely, name_patch, outline, outline_of_face
   use patch_points, only: add_deepest, clear_patch, name_of_edges, patch, reduce_patch, vertex_of_b
   implicit none
   private
@@ -82,6 +82,7 @@ contains
                            1.0_c_double, fb)
       call clear_patch(cut, min(p%size, q%size))
       call cut_faces(fa, fb, p%size, q%size, x%gap, limit(i), cut)
+      if (meet_barely(fa, fb, cut)) cycle
       call add_deepest(cut, middle(x, t, s), x%gap, 8*rounding*(p%size + q%size), x%name)
       call reduce_patch(cut, view%most)
       call name_patch(cut, fa, fb)

@@ -115,3 +115,31 @@ def test_polygons_rest_and_slide():
     sim.run(steps=5)
     share = sim.contacts.impulse[:, 1] / (3 * G * 1e-3)  # centre of mass at x = 4/3
     np.testing.assert_allclose(np.sort(share), [4 / 9, 5 / 9], atol=1e-11)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("parts", [True, False])
+@pytest.mark.parametrize("begin", [0.3, 0.5])
+def test_a_block_slides_over_the_seams_of_flush_blocks(dim, parts, begin):
+    """Without friction it keeps its speed: the sides of the next block, or part, begin where those before it end. Begun at 0.5
+    its edge stands on the first seam."""
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+    cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1.0)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    up, along = np.eye(dim)[-1], np.eye(dim)[0]
+
+    def shape(size, at):
+        return square * size + at if dim == 2 else (cube * size + at, faces)
+
+    make = cn.polygons if dim == 2 else cn.polyhedra
+    scene = cn.Scene(dim, gravity=-9.81 * up)
+    flush = [shape(1.0, k * along - up) for k in range(6)]
+    scene.add(make([flush] if parts else flush, ROCK, fixed=True))
+    scene.add(make([shape(0.5, begin * along)], ROCK, velocity=[[*along, *np.zeros(1 if dim == 2 else 3)]]))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.0))
+    sim = cn.Simulation(scene, 1e-3)
+    x = sim.bodies.position[-1].copy()
+    for _ in range(2000):
+        sim.step()
+    np.testing.assert_allclose(sim.bodies.position[-1], x + 2 * along, atol=1e-5)
+    np.testing.assert_allclose(sim.bodies.velocity[-1, :dim], along, atol=1e-5)

@@ -207,6 +207,33 @@ def test_wall_tilted_out_of_its_plane(courses, mu, slope):
     judge("slope by simulation", limit_analysis.bisect(upright, 0.9 * slope, 1.1 * slope, 0.01), slope, 0.01)
 
 
+@pytest.mark.parametrize("tie", [0, 2])
+def test_facade_on_a_table_that_tilts(tie):
+    """Untied, it overturns alone, to what joint forces hold; tied, before the slope of limit analysis, whose joints dilate."""
+    b, mu = masonry.facade(0.66, 0.22, 6, (0.22, 0.11, 0.055), tie=tie), 0.7
+    weight, center = 2500.0 * G * b.properties().measure, b.properties().center
+    front = b.mask("facade")
+    alone = weight[front].sum() * 0.055 / (weight[front] @ center[front, 2])
+    live = np.column_stack((0 * weight, -weight, 0 * weight))
+    limit = limit_analysis.Assembly(b, mu, density=2500.0).collapse(live).multiplier
+    begin, rate = (0.7 * limit, limit / 200) if tie else (0.95 * alone, alone / 500)
+
+    def down(t):
+        return tilted_gravity(np.arctan(begin + rate * t / 2e-3), 3, (0, -1, 0))
+
+    s = simulated(b, mu, gravity=down, tol=1e-7)
+    s.simulation.strategy = replace(s.simulation.strategy, solver=cn.Auto(tol=1e-7, max_iter=10_000))
+    while not s.simulation.steps or s.balance()["speed"] < 1e-3 * G * 2e-3:
+        s.simulation.step()
+        assert s.simulation.info["status"] == "converged" and s.simulation.steps < 400
+    slope = begin + rate * s.simulation.steps
+    if tie:
+        assert 1.1 * alone < slope < limit
+        judge("slope of a tied facade", slope, limit, 0.15)
+    else:
+        judge("slope of a facade that is not tied", slope, alone, 0.03)
+
+
 @pytest.mark.parametrize("project", [False, True])
 def test_wall_stands(project):
     """Base reaction is the weight; nothing sinks."""

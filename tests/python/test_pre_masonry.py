@@ -86,6 +86,29 @@ def test_what_cannot_be_built_is_refused_by_name(make, words):
         make()
 
 
+@pytest.mark.parametrize("tie", [0, 2, 4])
+def test_facades(tie):
+    w, h = 0.11, 0.055
+    for openings in ((), [(0.44, 3 * h, 0.66, 6 * h)]):
+        b = masonry.facade(1.1, 0.33, 10, (2 * w, w, h), tie=tie, openings=openings)
+        hole = 0.22 * 3 * h if openings else 0.0
+        assert sound(b, "facade") == pytest.approx((1.1 * 10 * h - hole) * w + 2 * 0.33 * w * 10 * h, rel=1e-12) and tied(b)
+        sides = b.select(b.mask("side"))
+        reach = [v[:, 1].min() < w / 2 for v in sides.vertices]  # into the facade
+        assert sum(reach) == (2 * len(range(1, 10, tie)) if tie else 0)
+        assert {v[:, 0].min() for v in sides.vertices} == {0.0, 9 * w}
+
+
+@pytest.mark.parametrize("wrong,words", [
+    ({"tie": 3}, "tie is 3: give an even"), ({"length": 1.0}, "length is 1.0: give a whole number of bricks, 1.1 say"),
+    ({"side": 0.3}, "side is 0.3"), ({"brick": (0.22, 0.1, 0.05)}, "corners need l = 2 w"),
+    ({"openings": [(0.4, 0.2, 0.3, 0.3)]}, "openings.0. is .*: give"),
+])  # fmt: skip
+def test_wrong_facades(wrong, words):
+    with pytest.raises(ValueError, match=words):
+        masonry.facade(**{"length": 1.1, "side": 0.33, "courses": 4, **wrong})
+
+
 def test_columns_stairs_panels():
     column = masonry.column(6, 6.0, 0.5, 0.4, capital=0.3)
     assert tied(column)

@@ -6,6 +6,7 @@ Each returns cairn.pre.blocks.Blocks; `blocks.sets(material)` makes bodies of th
 from .arches import arch
 from .blocks import Blocks, Joints
 from .bridges import Tier, bridge, pont_du_gard
+from .facades import facade
 from .stones import random_polygons, random_polyhedra, voronoi
 from .vaults import barrel_vault, cross_vault, dome, groin_vault
 from .walls import column, panel, stairs, wall
@@ -20,6 +21,7 @@ __all__ = [
     "column",
     "cross_vault",
     "dome",
+    "facade",
     "groin_vault",
     "panel",
     "pont_du_gard",
