@@ -23,7 +23,8 @@ from .round_shapes import capsules, cylinders, superquadrics
 from .scene import Periodic, Scene
 from .servo import Servo
 from .shapes import boxes, polygons, polyhedra, with_corners
-from .simulation import EnergyCreatedWarning, OverlapWarning, ShapesWarning, Simulation, StableStepWarning
+from .simulation import ShapesWarning, Simulation
+from .step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
 from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
 from .time_functions import Harmonic, Table
 

@@ -10,27 +10,12 @@ import numpy as np
 from . import _core, time_functions, views
 from .pre import checks
 from .scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
+from .step_warnings import OverlapWarning, StepWarnings
 from .strategies import NSCD, SmoothDEM
-
-
-class OverlapWarning(UserWarning):
-    """Bodies overlap at the start by more than the share that was allowed."""
 
 
 class ShapesWarning(UserWarning):
     """Bodies of the scene have shapes between which there is no contact."""
-
-
-class StableStepWarning(UserWarning):
-    """The step is longer than the contacts of a smooth scene keep stable."""
-
-
-class EnergyCreatedWarning(UserWarning):
-    """Contacts made energy from nothing in a step that converged: the residual does not see a heavy body on light ones."""
-
-
-# of the energy of a step; a bounce that ends within a step may show a sixth
-MOST_CREATED = 0.25
 
 
 class Simulation:
@@ -61,7 +46,7 @@ class Simulation:
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core.set_filter(len(self._species), allowed.ravel())
         self._sets, self._radii, self._info = sets, None, {}
-        self._warned_of_step = self._warned_of_energy = False
+        self._warnings = StepWarnings()
         self._shadows = []
         self._start_functions()
         self._start_blocks()
@@ -172,29 +157,8 @@ class Simulation:
             self._info = self._blocks.step(h)
         else:
             self._info = self._beside_shadows(h) if self._shadows else self._core.step(h)
-        if self._info.get("stable_step", h) < h and not self._warned_of_step and self.strategy.unstable != "ignore":
-            self._warned_of_step = True
-            warnings.warn(
-                f"dt is {h:g} s and the stable step of the contacts {self._info['stable_step']:.3g} s at time {self.time:g} s: "
-                "give a smaller dt, softer laws or heavier bodies",
-                StableStepWarning,
-                stacklevel=2,
-            )
-        if self._info.get("energy_created", 0.0) > MOST_CREATED and not self._warned_of_energy:
-            self._warn_of_energy()
+        self._warnings.look(self, self._info, h)
         return self._info
-
-    def _warn_of_energy(self):
-        if type(self.strategy) is not NSCD or self._info["status"] != "converged":
-            return  # the springs of GranularElement give back what they stored
-        self._warned_of_energy = True
-        warnings.warn(
-            f"contacts made {self._info['energy_created']:.0%} of the energy of step {self.steps} from nothing, at an error of "
-            f"{self._info['error']:.1e}: the error does not see a heavy body that light ones carry; give solver=cn.Auto() or a "
-            "smaller tol (Restitution with friction may do so by its law)",
-            EnergyCreatedWarning,
-            stacklevel=3,
-        )
 
     def run(
         self,

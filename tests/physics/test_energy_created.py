@@ -74,3 +74,18 @@ def test_a_heavy_sphere_that_a_light_box_does_not_carry_is_told():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert stand(cn.Auto()) == pytest.approx(0.7, abs=1e-7)
+
+
+def test_a_light_cube_that_sinks_under_what_doubles_cannot_carry_is_told():
+    """Under a cube 1e30 times as heavy no number of 16 digits holds the impulses of the light one: each step converges."""
+    rock, sizes = cn.Material("rock", density=2000.0), np.array([1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4])
+    heights = np.cumsum(sizes) - sizes / 2
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.wall((0, 0, 0), (0, 0, 1), rock), *(cn.boxes([[0, 0, z]], (s, s, s), rock) for z, s in zip(heights, sizes)))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 1e-4)
+    with pytest.warns(cn.OverlapWarning, match=r"overlaps another by \d+% of .* in step \d+, which converged"):
+        sim.run(steps=12, progress=False)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.run(steps=3, progress=False)  # once a run
