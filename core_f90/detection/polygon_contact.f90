@@ -128,7 +128,7 @@ contains
     call find_side(b, [0.0_c_double, 0.0_c_double], n, 1.0_c_double, sb)
     low = max(sa%x(1), sb%x(1))
     high = min(sa%x(2), sb%x(2))
-    if (meet_barely(sa, sb, high - low)) return
+    if (abs(gap) > blind*extent .and. meet_barely(sa, sb, high - low)) return
     if (low <= high + rounding*extent) then
       do k = 1, 2
         x = merge(low, high, k == 1)

@@ -82,7 +82,9 @@ contains
                            1.0_c_double, fb)
       call clear_patch(cut, min(p%size, q%size))
       call cut_faces(fa, fb, p%size, q%size, x%gap, limit(i), cut)
-      if (meet_barely(fa, fb, cut)) cycle
+      if (abs(x%gap) > blind*(p%size + q%size)) then
+        if (meet_barely(fa, fb, cut)) cycle
+      end if
       call add_deepest(cut, middle(x, t, s), x%gap, 8*rounding*(p%size + q%size), x%name)
       call reduce_patch(cut, view%most)
       call name_patch(cut, fa, fb)

@@ -151,8 +151,7 @@ def test_vertex_on_face(gap):
 
 @pytest.mark.parametrize("distance", [0.0, 1e-12, 1e-7, 1e-3, 0.05])
 def test_aligned_cubes_that_share_an_edge_or_a_vertex(distance):
-    """Corner to corner and edge to edge, along the diagonals: the gap is the distance, whatever the turn; where it is nothing
-    there is no normal either, and they are no contact: each may slide over the other."""
+    """Corner to corner and edge to edge, along the diagonals: the gap is the distance, whatever the turn."""
     rng = np.random.default_rng(8)
     pairs, expected = [], []
     for k in range(60):
@@ -164,9 +163,6 @@ def test_aligned_cubes_that_share_an_edge_or_a_vertex(distance):
         pairs.append((moved(moved(box(1.0), by=away), turn), moved(box(1.0), turn)))
         expected.append(2 if axes == 2 else 1)
     for (gaps, normals, _), count in zip(detect(pairs, 0.1, 8.0), expected):
-        if distance < 1e-9:
-            assert len(gaps) == 0
-            continue
         assert len(gaps) >= count
         assert abs(gaps.min() - distance) < 1e-13
         np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-14)
