@@ -77,7 +77,9 @@ def settle(structure, options, steps=10):
         history[-1]["unbalanced"] = found["unbalanced"]
         show(history[-1])
 
-    cn.find_equilibrium(structure.simulation, 0.1 * options.error, 0.05 * options.unbalanced, report=follow)
+    # the reactions are as far from the weight as the blocks are unbalanced, at most
+    unbalanced = min(0.05 * options.unbalanced, options.error)
+    cn.find_equilibrium(structure.simulation, 0.1 * options.error, unbalanced, report=follow)
     for step in range(1, steps + 1):
         structure.simulation.step()
         history.append({"stage": "step", "step": step, "iterations": structure.simulation.info["iterations"]})
