@@ -101,11 +101,114 @@ def test_text_comes_back(tmp_path, dense):
     same(p, problems.read(tmp_path / "p.dat"))
 
 
+# M and H of one contact, both 3 x 3: what comes first has the size of a local W
+GLOBAL = """3
+1
+0
+3
+3
+3 3
+2 0 0
+0 4 0
+0 0 8
+0
+3
+3
+3 3
+1 0 0
+1 1 0
+0 0 2
+-1 2 0.5
+0.25 -3 1
+0.7
+"""
+GLOBAL_BLOCKS = """3 1
+1 3 3 2 2 2  2 3  2 3  3 2  0 1 2  0 1
+0  2 0 0 4
+1  8
+1 3 3 4 2 2  1 3  2 3  3 4  0 2 4  0 1 0 1
+0  1 1
+1  0
+2  0 0 1 0
+3  0 2
+-1 2 0.5
+0.25 -3 1
+0.7
+1
+"""
+
+
+def sparse_text(matrix, origin):
+    """A matrix as CSparse prints it: 1 triplets, 2 columns, 3 rows."""
+    m, n = matrix.shape
+    lines = [str(origin), "CSparse Version 3.2.0, Sept 12, 2017.  Copyright (c) Timothy A. Davis, 2006-2016"]
+    if origin == 1:
+        coo = sparse.coo_array(matrix)
+        lines.append(f"triplet: {m}-by-{n}, nzmax: {coo.nnz + 5} nnz: {coo.nnz}")
+        lines += [f"    {i} {j} : {x:g}" for i, j, x in zip(coo.row, coo.col, coo.data)]
+    else:
+        packed = sparse.csc_array(matrix) if origin == 2 else sparse.csr_array(matrix)
+        lines.append(f"{'csr: ' if origin == 3 else ''}{m}-by-{n}, nzmax: {packed.nnz} nnz: {packed.nnz}, 1-norm: 7")
+        for k, (a, b) in enumerate(zip(packed.indptr[:-1], packed.indptr[1:])):
+            lines.append(f"    {'col' if origin == 2 else 'row'} {k} : locations {a} to {b - 1}")
+            lines += [f"      {i} : {x:g}" for i, x in zip(packed.indices[a:b], packed.data[a:b])]
+    return f"2\n{m}\n{n}\n" + "\n".join(lines) + "\n"
+
+
+def test_global_text_of_the_size_of_a_local_one(tmp_path):
+    """The first matrix may be M of a global problem as well as W: what follows it tells, and nothing is left over."""
+    M, H = np.diag([2.0, 4.0, 8.0]), np.array([[1.0, 1, 0], [0, 1, 0], [0, 0, 2]])
+    q, b, sparse_numbers = [-1, 2, 0.5], [0.25, -3, 1], "-1 2 0.5\n0.25 -3 1\n0.7\n"
+    texts = [GLOBAL, GLOBAL_BLOCKS, *(f"3\n1\n{sparse_text(M, a)}{sparse_text(H, a)}{sparse_numbers}" for a in (1, 2, 3))]
+    for text in texts:
+        (tmp_path / "p.dat").write_text(text)
+        p = problems.read(tmp_path / "p.dat")
+        assert p.contacts == 1 and (p.mu == [0.7]).all()
+        assert np.allclose(p.W.toarray(), H.T @ np.linalg.inv(M) @ H, rtol=1e-15)
+        assert np.allclose(p.q.ravel(), H.T @ np.linalg.solve(M, q) + b, rtol=1e-15)
+
+
+@pytest.mark.parametrize("origin", [1, 2, 3])
+def test_sparse_text(tmp_path, origin):
+    """Rows and columns that hold nothing have their line, too."""
+    (tmp_path / "dense.dat").write_text(DENSE)
+    p = problems.read(tmp_path / "dense.dat")
+    (tmp_path / "sparse.dat").write_text(f"2\n2\n{sparse_text(p.W.toarray(), origin)}-1 0.5 -2 0.25\n0.3 0.4\n")
+    same(problems.read(tmp_path / "sparse.dat"), p)
+
+
+def test_no_number_is_left_over(tmp_path):
+    triplets, columns = (f"2\n1\n{sparse_text(np.eye(2), origin)}1 1 1" for origin in (1, 2))
+    for text, words in (
+        (DENSE + "\n7", r"line 7: 1 words are left over, from '7' on"),
+        (DENSE + "\n1 0", "line 7: 2 words are left over"),
+        (GLOBAL + "1 2", "line 20: 2 words are left over"),
+        (GLOBAL.replace("0\n3\n3\n3 3\n1 0 0", "0\n3\n4\n3 4\n1 0 0"), "line 13: .* words are left over, from '0.25'|left over"),
+        (GLOBAL.replace("-1 2 0.5\n", "-1 2\n"), "line 19: the file ends before mu"),
+        (GLOBAL.replace("0 4 0", "0 4,5 0"), r"line 8: '4,5' is no number of the first matrix"),
+        (GLOBAL.replace("0 4 0", "0 1_0 0"), r"line 8: '1_0'"),
+        (GLOBAL.replace("0 4 0", "0 nan 0"), r"line 8: 'nan'"),
+        (GLOBAL.replace("0 4 0", "0 \u00bd 0"), r"line 8: holds the byte"),
+        (GLOBAL_BLOCKS.replace("1  8", "2  8"), "line 4: a block of the first matrix has number 2: 1 is due"),
+        (GLOBAL_BLOCKS.replace("0 1 2  0 1", "0 1 2  0 7"), "line 2: the columns of the first matrix"),
+        ("5 1 0 5 5 5 5", "line 1: dim is 5"),
+        ("2\n-1", "line 2: the number of contacts is -1"),
+        ("2\n1\n0\n5\n5\n5 5\n" + "1 " * 40, "line 7: the first matrix is 5 x 5: it is no W"),
+        (triplets.replace("1 1 : 1", "1 2 : 1"), "line 8: the first matrix has an entry in column 2"),
+        (columns.replace("col 1 : locations 1", "col 1 : locations 0"), "line 11: col 1"),
+        (columns.replace("nnz: 2", "nnz: 3"), "line 13: .* has 2 entries: 3 were told"),
+        ("", "line 1: the file ends before dim"),
+    ):
+        (tmp_path / "p.dat").write_bytes(text.encode("utf-8"))
+        with pytest.raises(problems.ProblemFileError, match=words):
+            problems.read(tmp_path / "p.dat")
+
+
 def test_damaged_files_are_told(tmp_path):
     for name, text, words in (
         ("short.dat", DENSE[:40], "ends before"),
-        ("words.dat", "3 one", "invalid literal"),
-        ("sparse.dat", "2 1 2 2 2", "kind 2"),
+        ("words.dat", "3\n\none", "line 3: 'one'"),
+        ("kind.dat", "2 1 3 2 2", "line 1: .* kind 3"),
         ("junk.hdf5", "junk", "cannot be opened"),
     ):
         (tmp_path / name).write_text(text)

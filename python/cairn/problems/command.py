@@ -22,7 +22,7 @@ def add_parser(add, commands):
         "cairn solve step.hdf5 --output solved.hdf5    writes the problem with its solution (r, u)\n"
         "cairn solve --list                            the solvers there are",
     )
-    parser.add_argument("files", nargs="*", metavar="PROBLEM", help="FCLIB's HDF5, local or global, or Siconos's text (.dat)")
+    parser.add_argument("files", nargs="*", metavar="PROBLEM", help="FCLIB's HDF5 or Siconos's text (.dat), local or global")
     parser.add_argument("--solver", "-s", default="auto", help="default: auto")
     parser.add_argument("--tol", type=float, default=1e-8, help="true error to reach (default: 1e-8)")
     parser.add_argument("--max-iter", type=int, default=10_000_000, help="iterations at most")
