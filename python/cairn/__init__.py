@@ -11,7 +11,7 @@ sim.run(steps=2000, output="pile.vtkhdf", every=20)
 """
 
 from . import _openmp  # noqa: F401  # isort: skip
-from . import _core, laws, pre, strategies
+from . import _core, laws, names, pre, strategies
 from ._core import Error
 from .bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
 from .laws import Law
@@ -36,11 +36,14 @@ def __getattr__(name):  # what most scenes do not use is loaded when it is asked
     import importlib
 
     if name in _PARTS:
-        return importlib.import_module(f".{name}", __name__)
+        part = importlib.import_module(f".{name}", __name__)
+        names.teach(vars(part), getattr(part, "__all__", ()))
+        return part
     if name in _LATER:
-        found = globals()[name] = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
-        return found
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        globals()[name] = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
+        names.teach(globals(), [name])
+        return globals()[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}{names.meant(name, __all__)}")
 
 
 def __dir__():
@@ -97,3 +100,6 @@ __all__ = [
     *laws.LAWS,
     *strategies.SOLVERS,
 ]
+names.teach(globals(), (name for name in __all__ if name not in _LATER))
+for _space in (pre, pre.masonry):
+    names.teach(vars(_space), _space.__all__)

@@ -10,8 +10,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .materials import Material
+from .names import listed, takes
 from .pre import checks
 
+# options of sets of bodies, and of boundaries, which have a velocity of their own
+OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping")
+OF_BOUNDARIES = ("velocity", "mass", "inertia", "free", "force", "rotation", "group", "damping")
 DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
 
 
@@ -60,6 +64,7 @@ class BodySet:
         """Driven dofs as bits."""
         return sum(1 << DOFS[self.dim].index(name) for name in self.driven)
 
+    @takes(*OPTIONS, "position", "mass", "inertia", "contactors", "ids", "mesh")
     def with_(self, **changes):
         """A copy with some of its options changed: `disks(...).with_(group="layer 1", driven=("w",))`."""
         return checked(replace(self, **changes))
@@ -71,7 +76,7 @@ def checked(s: BodySet) -> BodySet:
     s.driven = (s.driven,) if isinstance(s.driven, str) else tuple(s.driven)
     for name in s.driven:
         if name not in names:
-            raise ValueError(f"driven names {name!r}: the dofs of a body are {', '.join(names)}")
+            raise ValueError(f"driven names {name!r}: the dofs of a body are {listed(names, name)}")
     if s.group is not None and (not isinstance(s.group, str) or not s.group or s.group == "*"):
         raise ValueError(f"group is {s.group!r}: give a non-empty string other than '*'")
     if s.rotation is not None:
@@ -102,10 +107,7 @@ def rows(name, value, n, dim):
 
 def _spread(name, value, n, components, dim):
     """(n, components) from one row or n rows; translations alone get zero rotations."""
-    try:
-        array = np.asarray(value, float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is not an array of real numbers: give ({components},) or ({n}, {components})") from None
+    array = checks.reals(name, value, f"give ({components},) or ({n}, {components})")
     if array.shape[-1:] == (dim,) and array.ndim in (1, 2):
         array = np.concatenate([array, np.zeros(array.shape[:-1] + (components - dim,))], axis=-1)
     if array.ndim == 1:
@@ -120,8 +122,8 @@ def _spread(name, value, n, components, dim):
 
 def _per_body(name, value, shape):
     """An array of the shape from one number, one row or all of it."""
+    array = checks.reals(name, value, f"give a number or an array of shape {checks.shape_text(shape)}")
     try:
-        array = np.asarray(value, float)
         if array.shape == shape[:1] and len(shape) == 2 and shape[1] == 1:
             array = array[:, None]
         return np.broadcast_to(array, shape).copy()
@@ -150,6 +152,7 @@ def _points(centers, radii, dim):
     return centers, radii
 
 
+@takes(*OPTIONS)
 def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> BodySet:
     """Disks in 2D. centers (n, 2) [m]; radii (n,) or one [m]; mass = density pi r^2 depth. Options: those of BodySet.
 
@@ -165,6 +168,7 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
     return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, **options))
 
 
+@takes(*OPTIONS)
 def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
     """Spheres in 3D. centers (n, 3) [m]; radii (n,) or one [m]; mass = 4/3 density pi r^3. Options: those of BodySet."""
     centers, radii = _points(centers, radii, 3)
@@ -176,6 +180,7 @@ def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
     return checked(BodySet(3, centers, mass, inertia, contactors, **options))
 
 
+@takes(*OPTIONS)
 def clumps(positions, offsets, radii, mass, inertia, material, **options) -> BodySet:
     """Rigid bodies each made of the same disks (2D) or spheres (3D).
 
@@ -208,7 +213,7 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
     free = (free,) if isinstance(free, str) else tuple(free or ())
     for name in free:
         if name not in names:
-            raise ValueError(f"free names {name!r}: the dofs of a body are {', '.join(names)}")
+            raise ValueError(f"free names {name!r}: the dofs of a body are {listed(names, name)}")
     if free and mass is None:
         raise ValueError(f"mass is missing: a boundary that is free to move along {', '.join(free)} needs one [kg]")
     held = tuple(name for name in names if name not in free)
@@ -232,6 +237,7 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
     )
 
 
+@takes(*OF_BOUNDARIES)
 def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
     """A half-plane (2D) or plane (3D): solid behind, free in front of it, where normal points.
 
@@ -256,6 +262,7 @@ def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, fre
     return _boundary(dim, point, contactor, mass, inertia, free, velocity, force, options)
 
 
+@takes(*OF_BOUNDARIES)
 def segment(
     start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None, **options
 ) -> BodySet:
@@ -275,6 +282,7 @@ def segment(
     return _boundary(2, (start + end) / 2, contactor, mass, inertia, free, velocity, force, options)
 
 
+@takes(*OF_BOUNDARIES)
 def tube(
     point,
     axis,
@@ -308,6 +316,7 @@ def tube(
     return _boundary(3, point, contactor, mass, inertia, free, velocity, force, options)
 
 
+@takes(*OF_BOUNDARIES)
 def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
     """A circle seen from inside, in 2D: a drum. center (2,), radius [m]; all outside is solid. It is held, or moves as a wall
     does: velocity (3,) with its spin, mass, inertia, free, force."""
@@ -316,6 +325,7 @@ def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, fr
     return _boundary(2, center, contactor, mass, inertia, free, velocity, force, options)
 
 
+@takes(*OF_BOUNDARIES)
 def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
     """Walls round the inside of a box, low and high (dim,) [m]: for each axis the wall at its low and at its high end."""
     low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))

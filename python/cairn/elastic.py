@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import _core
+from .names import listed
 from .pre import checks
 
 # Of a cell, anticlockwise from outside.
@@ -122,7 +123,7 @@ class ElasticBody:
         if not isinstance(group, str):
             return np.atleast_1d(np.asarray(group, int))
         if group not in self.groups:
-            raise ValueError(f"there is no group {group!r}; there are {', '.join(self.groups) or 'none'}")
+            raise ValueError(f"there is no group {group!r}; there are {listed(self.groups, group)}")
         return self.groups[group]
 
     def dofs(self, fixed):

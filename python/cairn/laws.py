@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from . import _core
+from .names import listed
+from .pre import checks
 
 
 class Law:
@@ -35,25 +39,24 @@ def _law_class(row, description):
     parameters = description["parameters"]
     names = tuple(p[0] for p in parameters)
 
-    def __init__(self, **given):
+    def __init__(self, *unnamed, **given):
+        own = type(self).__name__
+        if unnamed:
+            call = ", ".join(f"{n}={v!r}" for n, v in zip(names, unnamed)) if len(unnamed) <= len(names) else "".join(names[:1])
+            raise TypeError(f"{own} takes its parameters by name, {', '.join(names) or 'and has none'}: give {own}({call})")
         unknown = sorted(set(given) - set(names))
         if unknown:
-            raise TypeError(
-                f"{type(self).__name__} has no parameter {unknown[0]!r}; it has {', '.join(names) or 'none'}"
-            )
+            raise TypeError(f"{own} has no parameter {unknown[0]!r}; it has {listed(names, unknown[0])}")
         values = []
         for name, default, smallest, largest in parameters:
             value = given.get(name, default)
             if value is None:
-                raise TypeError(f"{type(self).__name__} needs {name}, from {smallest:g} to {largest:g}")
-            try:
-                value = float(value)
-            except (TypeError, ValueError):
-                raise ValueError(f"{name} of {type(self).__name__} is {value!r}: give a number") from None
-            if math.isnan(value) or not smallest <= value <= largest:
-                raise ValueError(
-                    f"{name} of {type(self).__name__} is {value:g}: give a value from {smallest:g} to {largest:g}"
-                )
+                raise TypeError(f"{own} needs {name}, from {smallest:g} to {largest:g}")
+            if isinstance(value, (float, np.floating)) and math.isnan(value):
+                raise ValueError(f"{name} of {own} is nan: give a value from {smallest:g} to {largest:g}")
+            value = checks.number(f"{name} of {own}", value, finite=False)
+            if not smallest <= value <= largest:
+                raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} to {largest:g}")
             values.append(value)
         Law.__init__(self, values)
 
@@ -83,7 +86,7 @@ def law_from(name, values):
     """The law of the kernel's `name` with parameters in their order; for files."""
     if name not in BY_NAME:
         raise ValueError(
-            f"there is no contact law {name!r}; there are {', '.join(BY_NAME)}; "
+            f"there is no contact law {name!r}; there are {listed(BY_NAME, name)}; "
             "a law of your own is known after cairn.plug(library, law=...)"
         )
     law = BY_NAME[name]

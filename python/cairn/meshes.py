@@ -10,6 +10,7 @@ import numpy as np
 
 from . import bodies
 from .mesh_faces import Faces
+from .names import listed
 from .pre import checks
 
 
@@ -142,7 +143,7 @@ def _group(body, group):
     if not isinstance(group, str):
         return np.atleast_1d(np.asarray(group, int))
     if group not in body.groups:
-        raise ValueError(f"there is no group {group!r} in the mesh; there are {', '.join(body.groups) or 'none'}")
+        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}")
     return body.groups[group]
 
 

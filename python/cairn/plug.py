@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 from . import _core, laws
+from .names import listed
 from .pre import checks
 
 
@@ -86,7 +87,7 @@ def _values(name, parameters, params):
     params = params or {}
     for word in params:
         if word not in names:
-            raise ValueError(f"{name} has no parameter {word!r}; it has {', '.join(names) or 'none'}")
+            raise ValueError(f"{name} has no parameter {word!r}; it has {listed(names, word)}")
     values = {}
     for word, standard, smallest, largest in parameters:
         value = params.get(word, standard)

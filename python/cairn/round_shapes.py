@@ -9,13 +9,15 @@ import math
 
 import numpy as np
 
-from .bodies import BodySet, ContactorSet, _density
+from .bodies import OPTIONS, BodySet, ContactorSet, _density
+from .names import takes
 from .pre import checks
 from .shapes import Hulls, _body_set, _unit
 
 EXPONENTS = (0.05, 1.95)
 
 
+@takes(*OPTIONS)
 def capsules(
     centers, radii, lengths, material, *, axis=None, rotation=None, fixed=False, density=None, **options
 ) -> BodySet:
@@ -37,6 +39,7 @@ def capsules(
     return _bodies("capsule", centers, middle + ends, moments, material, hulls, which, axis, rotation, fixed, options)
 
 
+@takes(*OPTIONS)
 def cylinders(
     centers, radii, lengths, material, *, axis=None, rotation=None, fixed=False, density=None, **options
 ) -> BodySet:
@@ -55,6 +58,7 @@ def cylinders(
     return _bodies("cylinder", centers, mass, moments, material, hulls, which, axis, rotation, fixed, options)
 
 
+@takes(*OPTIONS)
 def superquadrics(
     centers, half_axes, exponents, material, *, rotation=None, fixed=False, density=None, **options
 ) -> BodySet:

@@ -9,6 +9,7 @@ import numpy as np
 from . import _core, bodies, shapes, time_functions
 from .laws import Law, law_from
 from .materials import Material
+from .names import listed
 from .pre import checks
 
 
@@ -27,7 +28,7 @@ class Periodic:
 
     def arrays(self, dim):
         """periodic (3,), vectors (3, 3) by rows, corner (3,), velocity gradient (3, 3)."""
-        lengths = np.asarray(self.lengths, float)
+        lengths = checks.reals("lengths of the periodic cell", self.lengths)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
             raise ValueError(
                 f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic"
@@ -37,7 +38,7 @@ class Periodic:
         vectors, corner, gradient = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))
         vectors[range(dim), range(dim)] = np.where(periodic[:dim], lengths, 0.0)
         if self.corner is not None:
-            corner[:dim] = checks.real_array("corner", np.asarray(self.corner, float), (dim,))
+            corner[:dim] = checks.real_array("corner", self.corner, (dim,))
         if self.shear_rate or self.lean:
             if not (periodic[0] and periodic[dim - 1]):
                 raise ValueError("shear_rate and lean need a cell that is periodic along its first and its last axis")
@@ -59,9 +60,9 @@ class Scene:
         self.dim = checks.dimension(dim)
         self.gravity = np.zeros(dim) if gravity is None else gravity
         if not callable(self.gravity):
-            self.gravity = checks.real_array("gravity", np.asarray(self.gravity, float), (dim,))
+            self.gravity = checks.real_array("gravity", self.gravity, (dim,))
         self.origin = checks.real_array(
-            "origin", np.zeros(dim) if origin is None else np.asarray(origin, float), (dim,)
+            "origin", np.zeros(dim) if origin is None else origin, (dim,)
         )
         self.depth = checks.positive("depth", depth)
         self.periodic = periodic
@@ -76,7 +77,7 @@ class Scene:
 
     def add(self, *sets):
         """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice."""
-        flat = checked_sets(self.dim, sets)
+        flat = checked_sets(self.dim, sets, self.sets)
         first = self.count
         for s in flat:
             s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s)))
@@ -111,7 +112,7 @@ class Scene:
                 if word not in names:
                     raise ValueError(
                         f"an interaction names {word!r}, which is no material and no group of the scene; "
-                        f"there are {', '.join(sorted(names - {'*'})) or 'none yet'}"
+                        f"there are {listed(sorted(names - {'*'}), word)}"
                     )
 
     def law_table(self, species, rules=None):
@@ -311,18 +312,37 @@ def apart_from_meshes(sets, rules):
     rules += [(a, b, None) for a, b in wanted if (a, b) not in there and {a, b} <= known & carrying]
 
 
-def checked_sets(dim, given):
-    """Sets, or lists of sets, as one list; refused when one of them is wrong, before anything is changed."""
+def checked_sets(dim, given, there):
+    """Sets, or lists of sets, as one list; refused when one of them is wrong, or does not agree with those that are there,
+    before anything is changed."""
     flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
     for s in flat:
         if not isinstance(s, bodies.BodySet):
             raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
         if s.dim != dim:
             raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree")
+    one_of_a_name([*there, *flat])
     probe = _core.Scene(dim)
     for s in flat:
         insert(probe, s, {})
     return flat
+
+
+def one_of_a_name(sets):
+    """Refuses two materials of one name: laws know materials by their names, so that both would have the same ones."""
+    known = {}
+    for s in sets:
+        for c in s.contactors:
+            first = known.setdefault(c.material.name, c.material)
+            if first is c.material or first.density == c.material.density:
+                continue
+            if first.density is None:
+                known[first.name] = c.material
+            elif c.material.density is not None:
+                raise ValueError(
+                    f"two materials are named {first.name!r}, of densities {first.density:g} and {c.material.density:g}: "
+                    "give them different names, by which laws tell them apart (or density=... to the bodies of one material)"
+                )
 
 
 def _velocity_at(s, time):

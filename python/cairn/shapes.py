@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .bodies import DOFS, BodySet, ContactorSet, _density, checked
+from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
+from .names import takes
 from .pre import checks
 from .pre import mass_properties as exact
 from .pre import mesh as surface
@@ -35,6 +36,7 @@ class Hulls(NamedTuple):
         return len(self.first_vertex) - 1
 
 
+@takes(*OPTIONS)
 def polygons(vertices, material, *, position=None, rotation=None, fixed=False, density=None, depth=1.0, **options) -> BodySet:
     """Polygons in 2D, in either sense of turn. Options: those of BodySet.
 
@@ -75,6 +77,7 @@ def polygons(vertices, material, *, position=None, rotation=None, fixed=False, d
     return _body_set(2, place, mass[which], inertia, contactors, angle if rotation is not None else None, fixed, options)
 
 
+@takes(*OPTIONS)
 def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, density=None, **options) -> BodySet:
     """Convex polyhedra, or bodies of several convex parts, in 3D. Options: those of BodySet.
 
@@ -138,6 +141,7 @@ _CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1
 _FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
 
 
+@takes(*OPTIONS)
 def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None, **options) -> BodySet:
     """Boxes in 3D. centers (n, 3) [m]; sizes (3,) or (n, 3), whole edges [m]; rotation (n, 4) quaternion (w, x, y, z).
 
@@ -145,7 +149,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
     """
     centers = checks.real_array("centers", centers, (None, 3))
     n = len(centers)
-    sizes = checks.real_array("sizes", np.broadcast_to(np.asarray(sizes, float), (n, 3)), (n, 3))
+    sizes = checks.real_array("sizes", np.broadcast_to(checks.reals("sizes", sizes), (n, 3)), (n, 3))
     if not np.all(sizes > 0):
         at = np.argwhere(~(sizes > 0))[0]
         raise ValueError(f"sizes[{at[0]}] is {sizes[at[0]]}: give lengths > 0 [m]")
@@ -236,7 +240,7 @@ def _closed(flat, owner):
 
 
 def _polygon(name, x):
-    x = checks.real_array(name, np.asarray(x, float), (None, 2))
+    x = checks.real_array(name, x, (None, 2))
     d = x - x[0]
     follower = np.roll(d, -1, axis=0)
     fans = d[:, 0] * follower[:, 1] - d[:, 1] * follower[:, 0]
@@ -277,7 +281,7 @@ def _contactors(shape, material, hulls, owner, which, offset):
 
 
 def _unit(name, value, n):
-    q = checks.real_array(name, np.broadcast_to(np.asarray(value, float), (n, 4)), (n, 4))
+    q = checks.real_array(name, np.broadcast_to(checks.reals(name, value), (n, 4)), (n, 4))
     length = np.linalg.norm(q, axis=1, keepdims=True)
     if not np.all(length > 0):
         raise ValueError(f"{name}[{int(np.argmin(length))}] is zero: give a quaternion (w, x, y, z) of unit length")

@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 
 from . import _core, time_functions, views
+from .names import one_of
 from .pre import checks
 from .scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
 from .step_warnings import OverlapWarning, StepWarnings
@@ -51,8 +52,7 @@ class Simulation:
         self._start_functions()
         self._start_blocks()
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
-        if overlap not in ("warn", "error", "ignore"):
-            raise ValueError(f"overlap is {overlap!r}: give 'warn', 'error' or 'ignore'")
+        one_of("overlap", overlap, ("warn", "error", "ignore"))
         self._unmet = set()
         self._warn_of_unmet()
         if overlap != "ignore" and len(self.bodies):
@@ -272,7 +272,7 @@ class Simulation:
         """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
         from .bodies import replace
 
-        sets = checked_sets(self.scene.dim, sets)
+        sets = checked_sets(self.scene.dim, sets, self._sets)
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:

@@ -63,4 +63,4 @@ class StepWarnings:
     def _tell(self, kind, text):
         if kind not in self._told:
             self._told.add(kind)
-            warnings.warn(text, kind, stacklevel=4)
+            warnings.warn(text, kind, stacklevel=5)

@@ -8,7 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from . import _core
+from .names import one_of
 from .pre import checks
+
+MOST_THREADS = 1024  # of one step; what asks an operating system for more ends the program instead of the call
 
 
 @dataclass(frozen=True)
@@ -27,8 +30,8 @@ class ContactSolver:
     def __post_init__(self):
         if not 0 < checks.number("tol", self.tol) < 1:
             raise ValueError(f"tol is {self.tol}: give a number between 0 and 1; 1e-4 is usual, 1e-8 is exact")
-        checks.count("min_iter", self.min_iter)
-        checks.count("max_iter", self.max_iter, 1)
+        checks.count("min_iter", self.min_iter, 0, checks.INT32)
+        checks.count("max_iter", self.max_iter, 1, checks.INT32)
         if self.min_iter > self.max_iter:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
 
@@ -153,10 +156,11 @@ class NSCD:
             raise ValueError(f"theta is {self.theta}: give a value in [1/2, 1]; below 1/2 the method is unstable")
         if self.margin is not None and checks.number("margin", self.margin) < 0:
             raise ValueError(f"margin is {self.margin}: give a length >= 0 [m], or None")
-        checks.count("threads", self.threads)
-        checks.count("renumber_every", self.renumber_every, 1)
-        if self.contact_point not in ("middle", "surface"):
-            raise ValueError(f"contact_point is {self.contact_point!r}: give 'middle' or 'surface'")
+        checks.count("threads", self.threads, 0, MOST_THREADS)
+        checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
+        checks.flag("project_positions", self.project_positions)
+        checks.flag("warm_start", self.warm_start)
+        one_of("contact_point", self.contact_point, ("middle", "surface"))
         if not isinstance(self.solver, ContactSolver) or not self.solver.name:
             raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...), cairn.Auto(...) or one of {', '.join(SOLVERS)}")
 
@@ -211,8 +215,7 @@ class Carpenter(NSCD):
             raise ValueError(f"theta is {self.theta}: Carpenter's scheme is explicit, leave it out")
         if self.penalty is not None:
             checks.positive("penalty", self.penalty)
-        if self.unstable not in ("error", "ignore"):
-            raise ValueError(f"unstable is {self.unstable!r}: give 'error' or 'ignore'")
+        one_of("unstable", self.unstable, ("error", "ignore"))
 
     def pose(self, step, w, q, rows, chosen):
         """The condition is on gap + h u_n, whether the gap is open or not."""
@@ -239,7 +242,7 @@ class GranularElement(NSCD):
 
     def __post_init__(self):
         super().__post_init__()
-        if math.isnan(self.stiffness):
+        if isinstance(self.stiffness, float) and math.isnan(self.stiffness):
             raise ValueError("stiffness is missing: give GranularElement(stiffness=...) [N/m]")
         checks.positive("stiffness", self.stiffness)
         checks.positive("ratio", self.ratio)
@@ -298,10 +301,10 @@ class SmoothDEM:
             raise ValueError(f"skin is {self.skin}: give a length > 0 [m], or None")
         if not 0 < checks.number("overlap", self.overlap) < 1:
             raise ValueError(f"overlap is {self.overlap}: give a share of the effective radius between 0 and 1; 0.01 is usual")
-        if self.unstable not in ("error", "warn", "ignore"):
-            raise ValueError(f"unstable is {self.unstable!r}: give 'error', 'warn' or 'ignore'")
-        checks.count("threads", self.threads)
-        checks.count("renumber_every", self.renumber_every, 1)
+        one_of("unstable", self.unstable, ("error", "warn", "ignore"))
+        checks.flag("energy", self.energy)
+        checks.count("threads", self.threads, 0, MOST_THREADS)
+        checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
 
     def for_scene(self, core):
         """This strategy: it chooses nothing by the scene."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import BodySet, ContactorSet, _boundary
+from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
+from .names import takes
 from .pre import checks, mass_properties
 from .pre import mesh as meshes
 from .shapes import Hulls
 
 
+@takes(*OF_BOUNDARIES)
 def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
     """A surface of triangles in 3D against spheres, capsules and polyhedra, solid behind: seen from the free side its faces run
     anticlockwise.

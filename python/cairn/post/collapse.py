@@ -104,7 +104,7 @@ def collapse_multiplier(
 def live_load(blocks, assembly, load, towards):
     """Resultants (n, 3 | 6) of the load of multiplier 1, and the unit vector along which it pushes."""
     dim = blocks.dim
-    way = np.eye(dim)[0] if towards is None else checks.real_array("towards", np.asarray(towards, float), (dim,))
+    way = np.eye(dim)[0] if towards is None else checks.real_array("towards", towards, (dim,))
     if not np.linalg.norm(way) > 0 or way[-1] != 0:
         raise ValueError(f"towards is {way}: give a horizontal vector (dim,) of non-zero length")
     way = way / np.linalg.norm(way)

@@ -22,10 +22,11 @@ TIME_LIMIT = 600.0  # s
 
 @dataclass(frozen=True)
 class Limit:
-    """Result of a linear programme. status: "optimal", "infeasible" (nothing stands), "unbounded" (it never falls) or HiGHS's
-    message where it gives up, after 10 minutes say; multiplier: of the live load; forces: (p, dim) [N] at corners, on the first
-    block of their joint; joint: (p,) their joints; points (p, dim) [m]; mechanism: (n, 3 | 6) velocities of the blocks at
-    collapse, of which the live load's power is 1 (None without a live load), translation of the centre then rotation."""
+    """Result of a linear programme, true where the load is carried. status: "optimal", "infeasible" (nothing stands),
+    "unbounded" (it never falls) or HiGHS's message where it gives up, after 10 minutes say; multiplier: of the live load;
+    forces: (p, dim) [N] at corners, on the first block of their joint; joint: (p,) their joints; points (p, dim) [m];
+    mechanism: (n, 3 | 6) velocities of the blocks at collapse, of which the live load's power is 1 (None without a live
+    load), translation of the centre then rotation."""
 
     status: str
     multiplier: float
@@ -33,6 +34,10 @@ class Limit:
     joint: np.ndarray | None = None
     points: np.ndarray | None = None
     mechanism: np.ndarray | None = None
+
+    def __bool__(self):
+        """Whether the structure can carry its load: False when the programme is infeasible, or was given up."""
+        return self.status in ("optimal", "unbounded")
 
 
 class Assembly:
@@ -143,13 +148,13 @@ class Assembly:
         return self._limit(result, result.x[-1] if result.x is not None else np.nan, live)
 
     def stands(self) -> Limit:
-        """Whether the dead load alone can be carried: status "optimal" if so, "infeasible" if not."""
+        """Whether the dead load alone can be carried: true and of status "optimal" if so, false and "infeasible" if not."""
         result = solve(np.zeros(len(self.rays)), self.matrix, -self._scaled(self.load))
         return self._limit(result, np.nan)
 
     def force_bounds(self, block, direction) -> tuple[Limit, Limit]:
         """Least and largest total force [N] along a direction on one block, a support say: multiplier holds it."""
-        direction = checks.real_array("direction", np.asarray(direction, float), (self.dim,))
+        direction = checks.real_array("direction", direction, (self.dim,))
         sides = self.joints.blocks[self.joint[self.ray_point]]
         sign = (sides[:, 0] == block) * 1.0 - (sides[:, 1] == block)
         cost = sign * (self.rays @ direction)

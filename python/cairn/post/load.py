@@ -6,6 +6,7 @@ import os
 import h5py
 import numpy as np
 
+from ..names import listed
 from .errors import FileError, as_file_error
 from .writer import FORMAT_NAME, FORMAT_VERSION
 
@@ -98,7 +99,7 @@ class Fields:
     def __getitem__(self, name):
         if name not in self._cache:
             if name not in self.names and name != "spin":
-                raise KeyError(f"there is no field '{name}'; there are {', '.join(self.names)}")
+                raise KeyError(f"there is no field '{name}'; there are {listed(self.names, name)}")
             self._cache[name] = self._read(name)
         return self._cache[name]
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..names import listed
 from .errors import FileError
 
 
@@ -116,7 +117,7 @@ def verify(a, b, tolerances=None, *, until=None, size=None):
     tolerances = {"position": 1e-4} if tolerances is None else dict(tolerances)
     for name, gate in tolerances.items():
         if name not in COLUMNS:
-            raise ValueError(f"there is no norm {name!r} to set a tolerance on; there are {', '.join(COLUMNS)}")
+            raise ValueError(f"there is no norm {name!r} to set a tolerance on; there are {listed(COLUMNS, name)}")
         if not gate >= 0:
             raise ValueError(f"the tolerance on {name} is {gate}: give a number >= 0")
     one, two = side(a), side(b)

@@ -17,34 +17,48 @@ def generator(rng) -> np.random.Generator:
     raise ValueError(f"rng is {rng!r}: give numpy.random.default_rng(seed) or a seed >= 0, so that a scene can be made again")
 
 
-def count(name: str, value, smallest: int = 0) -> int:
-    """A whole number not below `smallest`."""
+def count(name: str, value, smallest: int = 0, largest: int = 2**53) -> int:
+    """A whole number from `smallest` to `largest`, which is what a double counts exactly unless it is given."""
     try:
         whole = operator.index(value)
     except TypeError:
-        raise ValueError(f"{name} is {value!r}: give a whole number >= {smallest}") from None
-    if isinstance(value, (bool, np.bool_)) or whole < smallest:
+        whole = None
+    if whole is None or isinstance(value, (bool, np.bool_)) or whole < smallest:
         raise ValueError(f"{name} is {value!r}: give a whole number >= {smallest}")
+    if whole > largest:
+        raise ValueError(f"{name} is {value!r}: give a whole number from {smallest} to {largest}")
     return whole
+
+
+INT32 = 2**31 - 1  # the largest whole number that an int of the core holds
+
+
+def flag(name: str, value) -> bool:
+    """True or False, and nothing that Python takes for one of them."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"{name} is {value!r}: give True or False")
+    return bool(value)
 
 
 def dimension(value) -> int:
     """2 or 3."""
-    if value not in (2, 3):
-        raise ValueError(f"dim is {value!r}: give 2 (disks) or 3 (spheres)")
-    return int(value)
-
-
-def number(name: str, value) -> float:
-    """A finite number."""
     try:
-        if isinstance(value, (str, bytes)):
+        return count("dim", value, 2, 3)
+    except ValueError:
+        raise ValueError(f"dim is {value!r}: give 2 (disks) or 3 (spheres)") from None
+
+
+def number(name: str, value, finite: bool = True) -> float:
+    """A real number; no text, no truth value and no complex number, even where Python would make a number of it."""
+    wanted = "a finite number" if finite else "a number"
+    try:
+        if isinstance(value, (str, bytes, bool, np.bool_)) or np.iscomplexobj(value):
             raise TypeError
         real = float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is {value!r}: give a finite number") from None
-    if not math.isfinite(real):
-        raise ValueError(f"{name} is {value!r}: give a finite number")
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {value!r}: give {wanted}") from None
+    if not math.isfinite(real) and (finite or math.isnan(real)):
+        raise ValueError(f"{name} is {value!r}: give {wanted}")
     return real
 
 
@@ -64,15 +78,20 @@ def interval(low_name: str, low, high_name: str, high) -> tuple[float, float]:
     return low, high
 
 
-def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
-    """A contiguous array of finite doubles of the given shape; None stands for any length."""
+def reals(name: str, values, hint: str = "give real numbers") -> np.ndarray:
+    """An array of doubles, finite or not, of any shape; whole numbers become doubles, truth values and complex numbers do not."""
     try:
         array = np.asarray(values)
-        if array.dtype.kind not in "fiu":
+        if array.dtype.kind not in "fiu" and array.size:
             raise TypeError
-        array = np.asarray(array, dtype=np.float64, order="C")
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} is not an array of real numbers: give numbers of shape {shape_text(shape)}") from None
+        return np.asarray(array, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is not an array of real numbers: {hint}") from None
+
+
+def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
+    """A contiguous array of finite doubles of the given shape; None stands for any length."""
+    array = np.asarray(reals(name, values, f"give numbers of shape {shape_text(shape)}"), order="C")
     fits = array.ndim == len(shape) and all(s is None or s == n for s, n in zip(shape, array.shape))
     if not fits:
         raise ValueError(f"{name} has shape {array.shape}: give shape {shape_text(shape)}")

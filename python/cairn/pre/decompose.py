@@ -31,7 +31,7 @@ def convex_parts(vertices, faces=None, *, most=256) -> list:
     2
     """
     if faces is None:
-        vertices = checks.real_array("vertices", np.asarray(vertices, float), (None, 2))
+        vertices = checks.real_array("vertices", vertices, (None, 2))
         return polygon_parts(mesh.check_polygon(anticlockwise(vertices)), most)
     vertices = np.asarray(vertices, float)
     report = mesh.check(vertices, faces)

@@ -10,6 +10,7 @@ from math import sqrt
 
 import numpy as np
 
+from ..names import listed
 from . import checks
 
 # what stands in a cell, in cell lengths, and the cell lengths, in spacings
@@ -35,7 +36,7 @@ def lattice(name, cells, spacing, *, jitter=0.0, rng=None) -> np.ndarray:
     Returns (n, dim) [m]. Raises ValueError for an unknown name, bad counts or sizes.
     """
     if name not in CELLS:
-        raise ValueError(f"name is {name!r}: give one of {', '.join(CELLS)}")
+        raise ValueError(f"name is {name!r}: give one of {listed(CELLS, name)}")
     basis, lengths = (np.array(part, dtype=np.float64) for part in CELLS[name])
     dim = len(lengths)
     if np.ndim(cells) != 1 or len(cells) != dim:

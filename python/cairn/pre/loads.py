@@ -43,9 +43,9 @@ def tilted(center, pivot, angle, duration, axis=None, start=0.0, samples=200) ->
 
     axis: direction of the line in 3D. The table holds `samples` instants; between them it is linear.
     """
-    center = checks.real_array("center", np.asarray(center, float), (None,))
+    center = checks.real_array("center", center, (None,))
     dim = checks.dimension(len(center))
-    pivot = checks.real_array("pivot", np.asarray(pivot, float), (dim,))
+    pivot = checks.real_array("pivot", pivot, (dim,))
     turn = displaced([checks.number("angle", angle)], duration, start)
     times = np.unique(np.concatenate([turn.times, start + duration * np.arange(samples + 1) / samples]))
     rate = np.interp(times, turn.times, turn.values[:, 0])
@@ -58,7 +58,7 @@ def tilted(center, pivot, angle, duration, axis=None, start=0.0, samples=200) ->
         return Table(times, values)
     if axis is None:
         raise ValueError("axis is missing: give the direction (3,) of the line about which the support turns")
-    axis = checks.real_array("axis", np.asarray(axis, float), (3,))
+    axis = checks.real_array("axis", axis, (3,))
     if not np.any(axis):
         raise ValueError(f"axis is {axis}: give a vector of non-zero length")
     axis = axis / np.linalg.norm(axis)
@@ -101,7 +101,7 @@ class Accelerogram:
 
     def drive(self, direction, corrected=True) -> Table:
         """What drives the base: velocity along a direction (dim,), of which the length counts, as a Table (n, dim)."""
-        direction = checks.real_array("direction", np.asarray(direction, float), (None,))
+        direction = checks.real_array("direction", direction, (None,))
         checks.dimension(len(direction))
         if not np.any(direction):
             raise ValueError(f"direction is {direction}: give one of non-zero length, by which the record is multiplied")
@@ -201,10 +201,10 @@ def columns(path, lines, step, given):
 
 def point_load(force, point, center) -> np.ndarray:
     """The resultant (3,) or (6,) about a body's centre of a force (dim,) [N] at a point (dim,) [m]."""
-    center = checks.real_array("center", np.asarray(center, float), (None,))
+    center = checks.real_array("center", center, (None,))
     dim = checks.dimension(len(center))
-    force = checks.real_array("force", np.asarray(force, float), (dim,))
-    arm = checks.real_array("point", np.asarray(point, float), (dim,)) - center
+    force = checks.real_array("force", force, (dim,))
+    arm = checks.real_array("point", point, (dim,)) - center
     turn = np.cross(arm, force) if dim == 3 else [arm[0] * force[1] - arm[1] * force[0]]
     return np.concatenate([force, turn])
 
@@ -219,8 +219,8 @@ def distributed_load(blocks, traction, facing, depth=1.0) -> np.ndarray:
     from .blocks import face_table
 
     dim = blocks.dim
-    traction = checks.real_array("traction", np.asarray(traction, float), (dim,))
-    facing = checks.real_array("facing", np.asarray(facing, float), (dim,))
+    traction = checks.real_array("traction", traction, (dim,))
+    facing = checks.real_array("facing", facing, (dim,))
     if not np.any(facing):
         raise ValueError(f"facing is {facing}: give a vector of non-zero length, (0, 0, 1) for what looks up")
     facing = facing / np.linalg.norm(facing)

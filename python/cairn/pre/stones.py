@@ -13,7 +13,7 @@ def voronoi(low, high, seeds, rng=None, part="cell") -> Blocks:
 
     Neighbours share corners to the bit. The sides of the box come from mirrored points.
     """
-    low, high = (checks.real_array(n, np.asarray(v, float), (None,)) for n, v in (("low", low), ("high", high)))
+    low, high = (checks.real_array(n, v, (None,)) for n, v in (("low", low), ("high", high)))
     dim = checks.dimension(len(low))
     if low.shape != high.shape or not np.all(low < high):
         raise ValueError(f"low is {low} and high {high}: give two corners, low below high in each coordinate")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..names import listed
 from . import checks
 from .blocks import Blocks
 
@@ -37,7 +38,7 @@ def wall(
     length, gap = checks.positive("length", length), checks.number("gap", gap)
     courses = checks.count("courses", courses, 1)
     if bond not in BONDS:
-        raise ValueError(f"bond is {bond!r}: give one of {', '.join(BONDS)}")
+        raise ValueError(f"bond is {bond!r}: give one of {listed(BONDS, bond)}")
     if gap < 0:
         raise ValueError(f"gap is {gap}: give a width >= 0 [m]")
     count = round((length + gap) / (l + gap))

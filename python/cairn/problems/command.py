@@ -4,6 +4,8 @@ import csv
 import os
 import sys
 
+from ..names import listed
+
 SMALL = 300  # unknowns up to which rank and conditioning are computed
 COLUMNS = (
     "problem", "dim", "contacts", "asked", "solver", "tol", "status", "iterations", "cpu_seconds", "error", "plain_error",
@@ -45,7 +47,7 @@ def solve(options):
     if not options.files:
         raise ValueError("say which problem: cairn solve FILE")
     if options.solver not in solvers():
-        raise ValueError(f"there is no solver '{options.solver}': give one of {', '.join(solvers())}")
+        raise ValueError(f"there is no solver '{options.solver}': give one of {listed(solvers(), options.solver)}")
     if options.output and len(options.files) > 1:
         raise ValueError("--output takes the solution of one problem: solve them one by one")
     writer = csv.DictWriter(sys.stdout, COLUMNS) if options.csv else None

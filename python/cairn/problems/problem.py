@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
+from ..names import listed
+from ..pre import checks
+from ..strategies import MOST_THREADS
 
 
 def solvers():
@@ -55,14 +58,13 @@ class Problem:
     """
 
     def __init__(self, dim, W, q, mu):
-        if dim not in (2, 3):
-            raise ValueError(f"dim is {dim!r}: give 2 or 3")
-        q = np.ascontiguousarray(q, dtype=float).ravel()
+        dim = checks.count("dim", dim, 2, 3)
+        q = np.ascontiguousarray(checks.reals("q", q)).ravel()
         if q.size % dim:
             raise ValueError(f"q holds {q.size} numbers, which is no multiple of dim = {dim}: give dim for each contact")
         self.dim, self.contacts = dim, q.size // dim
         self.q = q.reshape(-1, dim)
-        mu = np.asarray(mu, dtype=float)
+        mu = checks.reals("mu", mu)
         if mu.ndim and mu.size != self.contacts:
             raise ValueError(f"mu holds {mu.size} numbers: q has {self.contacts} contacts; give one each, or one for all")
         self.mu = np.ascontiguousarray(np.broadcast_to(mu.ravel() if mu.ndim else mu, (self.contacts,)))
@@ -89,13 +91,17 @@ class Problem:
         """
         r = np.zeros((self.contacts, self.dim))
         if start is not None:
-            start = np.asarray(start, dtype=float)
+            start = checks.reals("start", start)
             if start.size != r.size:
                 raise ValueError(f"start holds {start.size} numbers: {self.contacts} contacts need {r.size}")
             r[:] = start.reshape(r.shape)
+        if solver not in solvers():
+            raise ValueError(f"there is no solver of problems {solver!r}; there are {listed(solvers(), solver)}")
         report = self._core.solve(
-            solver, r, float(tol), int(max_iter), float(max_seconds), int(threads), int(seed), float(relaxation),
-            start is not None, float(memory),
+            solver, r, checks.number("tol", tol), checks.count("max_iter", max_iter, 0, checks.INT32),
+            checks.number("max_seconds", max_seconds, finite=False), checks.count("threads", threads, 0, MOST_THREADS),
+            checks.count("seed", seed, 0, checks.INT32), checks.number("relaxation", relaxation), start is not None,
+            checks.number("memory", memory, finite=False),
         )
         return Result(r=r, u=self.velocity(r), **report)
 
@@ -155,6 +161,8 @@ def _blocks(dim, W, contacts):
         return np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int32), np.zeros((0, dim, dim))
     from scipy import sparse
 
+    if np.dtype(getattr(W, "dtype", float)).kind not in "fiu":
+        raise ValueError(f"W holds numbers of type {W.dtype}: give real numbers")
     W = sparse.bsr_array(sparse.csr_array(W), blocksize=(dim, dim)).copy()
     W.sum_duplicates()
     W.sort_indices()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..names import listed
+
 SUMMARY = {
     "solid_fraction": "share of the middle (5% to 95% quantiles of centres) that disks or spheres fill",
     "boundary_force": "sum over the boundaries of the resultant on each, averaged over time [N]; boundary_force:GROUP of one",
@@ -72,7 +74,7 @@ class Recorder:
             if name not in self.own:
                 self._chosen(name)
             if name.partition(":")[0] not in SUMMARY and name not in self.own:
-                raise ValueError(f"there is no figure {name!r}: give one of {', '.join([*SUMMARY, *self.own])}")
+                raise ValueError(f"there is no figure {name!r}: give one of {listed([*SUMMARY, *self.own], name)}")
         if not np.any(self.free):
             raise ValueError("the scene has no body that is free to move: there is nothing to measure")
         self.start = sim.bodies.position[self.free]

@@ -7,6 +7,8 @@ import hashlib
 import itertools
 import json
 
+from ..names import listed
+
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
 
 
@@ -72,7 +74,7 @@ def solver_options(name):
     import cairn
 
     if name not in scene_solvers():
-        raise ValueError(f"there is no solver {name!r} of simulations: give one of {', '.join(scene_solvers())}")
+        raise ValueError(f"there is no solver {name!r} of simulations: give one of {listed(scene_solvers(), name)}")
     return {field.name for field in dataclasses.fields(getattr(cairn, name))}
 
 
@@ -106,7 +108,7 @@ def problem_settings(solvers=None, tolerances=TOLERANCES, max_iter=10_000_000):
     names = list(known()) if solvers is None else [by_python_name.get(name, name) for name in solvers]
     for name in names:
         if name not in known():
-            raise ValueError(f"there is no solver {name!r} of problems: give one of {', '.join(known())}")
+            raise ValueError(f"there is no solver {name!r} of problems: give one of {listed(known(), name)}")
     settings = []
     for name, tol in itertools.product(names, tolerances):
         _check(tol, 1.0)

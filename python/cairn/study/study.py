@@ -6,6 +6,7 @@ import os
 from collections import Counter
 from pathlib import Path
 
+from ..names import listed
 from . import figures as builtin
 from . import measures, store
 from .plan import Plan, Protocol
@@ -95,8 +96,8 @@ def _figures(targets, given):
     names = list(FIGURES) + sorted(own) if given is None else list(given)
     for name in names:
         if name.partition(":")[0] not in builtin.SUMMARY and name not in own:
-            known = ", ".join([*builtin.SUMMARY, *sorted(own)])
-            raise ValueError(f"there is no figure {name!r}: give one of {known}, or define figure_{name}(sim) in the .py file")
+            known = listed([*builtin.SUMMARY, *sorted(own)], name)
+            raise ValueError(f"there is no figure {name!r}: define figure_{name}(sim) in the .py file, or give one of {known}")
     return names
 
 
