@@ -1,0 +1,34 @@
+// Many small systems of one size, factorised eight at a time: bodies of few degrees of freedom.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "soe.hpp"
+
+namespace cairn {
+
+// `bodies` symmetric positive definite matrices of n unknowns each, n at most 24; LDL' factors, eight bodies side by
+// side. Bits as with any number of threads, and whatever stands beside a body.
+class BatchedSoe {
+public:
+  struct Status : SoeStatus {
+    std::int64_t body = -1; // the first that failed; `row` is of its unknowns
+  };
+
+  BatchedSoe(std::int64_t bodies, int n);
+  // value (bodies, n, n): lower triangles are read. The factors of those that did not fail are there in any case; those
+  // of one that failed give zeros.
+  Status factor(const double* value, int threads = 1);
+  void solve(double* b, int threads = 1) const;     // b (bodies, n), in place
+  void inverse(double* out, int threads = 1) const; // out (bodies, n, n), symmetric to the last bit
+  std::int64_t bodies() const { return bodies_; }
+  int size() const { return n_; }
+  std::int64_t bytes() const { return std::int64_t(sizeof(double)) * std::int64_t(factor_.size()); }
+
+private:
+  std::int64_t bodies_ = 0;
+  int n_ = 0;
+  std::vector<double> factor_; // (groups of eight, n, n, 8)
+};
+
+} // namespace cairn

@@ -1,0 +1,120 @@
+// Systems of linear equations A x = b: a pattern analysed once, values factorised when they change, solved many times.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace cairn {
+
+// A square matrix by compressed columns, rows rising in a column and none twice. Of a symmetric matrix the lower
+// triangle with the diagonal alone; of one that is not, all entries.
+struct SparseMatrix {
+  std::int64_t n = 0;
+  std::vector<std::int64_t> start{0}; // (n + 1) of the columns
+  std::vector<std::int32_t> row;
+  std::vector<double> value;
+};
+
+// Lower triangle of a sum of small full matrices, as elements add them: clique c couples the unknowns
+// unknown[clique_start[c]] ... unknown[clique_start[c + 1] - 1] with each other. The diagonal is there whole; values
+// are zero.
+SparseMatrix lower_pattern(std::int64_t n, std::span<const std::int64_t> clique_start,
+                           std::span<const std::int32_t> unknown);
+
+// Where entry (row, column) stands in `value`, or -1; of a lower triangle give row >= column.
+std::int64_t place_of(const SparseMatrix& pattern, std::int64_t row, std::int64_t column);
+
+enum class SoeStorage {
+  automatic,  // diagonal if A is; dense up to 60 unknowns; banded while the half band is at most 24; else sparse
+  diagonal,   // A pattern with entries off its diagonal is refused.
+  banded,     // LAPACK's dpbtrf in the reverse order of Cuthill and McKee (1969)
+  dense,      // LAPACK's dpotrf
+  sparse,     // CHOLMOD; Eigen's SimplicialLDLT in a build without it, banded in a build without both
+  unsymmetric // UMFPACK; Eigen's SparseLU in a build without it. The pattern holds all entries.
+};
+
+// Of the sparse storage. Automatic is AMD's, and for large systems METIS' if that fills less.
+enum class SoeOrder { automatic, amd, metis, natural };
+
+// Factors of CHOLMOD: simplicial ones are LDL' by columns (LGPL); supernodal ones LL' by dense blocks, in LAPACK (GPL).
+// Automatic is supernodal where CHOLMOD finds at least 40 operations for an entry of L, and the build may.
+enum class SoeBlocks { automatic, simplicial, supernodal };
+
+struct SoeOptions {
+  SoeStorage storage = SoeStorage::automatic;
+  SoeOrder order = SoeOrder::automatic;
+  SoeBlocks blocks = SoeBlocks::automatic;
+  // (n), not zero: x is given there, not sought; empty: none. See Soe::solve.
+  std::vector<std::uint8_t> held;
+};
+
+// How a factorisation ended. A pivot counts as zero below 8 roundings of its diagonal entry, 8 * 2^-52 * a_ii: then
+// nothing of it is known.
+struct SoeStatus {
+  enum Kind { done, not_finite, singular, indefinite, too_large };
+  Kind kind = done;
+  std::int64_t row = -1; // the unknown, in the caller's numbers, at which it failed; -1 if none can be named
+  explicit operator bool() const { return kind == done; }
+};
+
+class SoeFactors;
+
+// Factors and solutions keep their bits under any number of threads, any number of columns at once, and when A or the
+// unit of an unknown changes by a power of two. One call at a time on one Soe; different ones may work at once.
+class Soe {
+public:
+  // Analyses the pattern; its values are not read. Throws Error for what cannot be meant: a storage that does not fit,
+  // an order or blocks this build has not.
+  static std::unique_ptr<Soe> make(const SparseMatrix& pattern, const SoeOptions& options = {});
+  ~Soe();
+
+  // `value` in the order of the pattern's. After anything but `done` there are no factors to solve with.
+  SoeStatus factor(const double* value);
+
+  // x of A x = b in place of b, (columns, n) with the unknowns of a column side by side. Where x is held, b brings the
+  // given x: it stays, and what it pulls at the others with is taken off their right sides. Nothing is allocated, but
+  // when more threads are asked for than before.
+  void solve(double* b, std::int64_t columns = 1, int threads = 1) const;
+
+  // out (m, m): entry (i, j) is that of the inverse of A at unknowns (indices[i], indices[j]), so that B A^-1 B' costs
+  // no full columns: of sparse factors only what the indices reach is gone through. Symmetric to the last bit. Zero
+  // where an unknown is held. May allocate.
+  void solve_units(std::span<const std::int32_t> indices, double* out, int threads = 1) const;
+
+  std::int64_t size() const { return n_; }
+  bool factorised() const { return factorised_; }
+  std::int64_t bytes() const;   // of factors, pattern and workspace
+  std::int64_t entries() const; // of the factors, once factorised
+  const char* storage() const;  // diagonal, banded, dense, sparse, unsymmetric
+  const char* library() const;  // what factorises: cairn, LAPACK, CHOLMOD simplicial, CHOLMOD supernodal, ...
+  Soe(const Soe&) = delete;
+  Soe& operator=(const Soe&) = delete;
+
+private:
+  Soe() = default;
+  SoeStatus scale(const double* value);
+  void solve_lanes(double* b, std::int64_t columns, int lanes, double* work) const;
+  void solve_columns(double* b, std::int64_t columns, double* work) const;
+  double* workspace(int threads) const;
+
+  std::int64_t n_ = 0;
+  bool symmetric_ = true, factorised_ = false;
+  std::vector<std::int32_t> unknown_;       // of each equation: those not held
+  std::vector<std::int32_t> equation_;      // of each unknown, or -1
+  std::vector<std::int64_t> value_place_;   // of each entry of the equations, in the values given
+  std::vector<std::int64_t> diagonal_;      // place of each equation's diagonal entry, or -1
+  std::vector<std::int32_t> column_;        // equation of each entry
+  std::vector<std::int32_t> pulled_, pull_; // equation and held unknown of each entry between them
+  std::vector<std::int64_t> pull_place_;
+  std::vector<double> pull_value_;
+  SparseMatrix scaled_;
+  std::vector<double> left_, right_; // powers of two: the factors are those of left A right
+  std::unique_ptr<SoeFactors> factors_;
+  mutable std::vector<double> work_;
+};
+
+// What this build factorises with: "gpl", "lgpl", "bsd" or "off", as CAIRN_SUITESPARSE.
+const char* soe_licence();
+
+} // namespace cairn
