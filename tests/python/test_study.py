@@ -154,12 +154,52 @@ def test_below_the_noise_floor_nothing_is_recommended():
     found = recommend(table, 1e-3, "f")
     assert not found and found.setting is None and found.line == ""
     assert "noise floor of f is 0.002, above the accuracy asked for, 0.001" in found.words and "32 runs" in found.words
+    assert found.next in found.words and "--runs 32" in found.next and "ask for 0.0021" in found.next
     assert recommend(table, 3e-3, "f", here=True)
 
 
 def test_what_is_good_by_luck_is_not_taken():
     table = made_up({("NLGS", 1e-1): 1e-5, ("NLGS", 1e-2): 1e-2, ("NLGS", 1e-3): 1e-3})
     assert recommend(table, 5e-3, "f", here=True).setting.tol == 1e-3
+
+
+def test_what_to_try_next_follows_from_what_was_measured():
+    """Each cause has its option: tolerance, iterations, time step, runs, states, solver, scenes, --here."""
+    def next_of(rows, accuracy, here=True, **changes):
+        rows = [{**row, **changes} for row in rows]
+        found = recommend(rows, accuracy, "f", here)
+        assert not found and found.words.endswith(f"Next: {found.next}")
+        return found.next
+
+    falling = made_up({("NLGS", 1e-1): 0.3, ("NLGS", 1e-2): 0.03})  # in proportion: 0.03 * 1.2 at 1e-2, so 2.8e-4 for 1e-3
+    assert "--tolerances 1e-04 1e-05" in next_of(falling, 1e-3)
+    assert "--max-iter 100000" in next_of(falling, 1e-3, not_converged=1)
+    flat = made_up({("NLGS", 1e-1): 0.03, ("NLGS", 1e-2): 0.03})
+    assert "--dt-factors 0.5 0.25" in next_of(flat, 1e-3)
+    assert "--solvers Auto" in next_of(flat, 1e-3, kind="step")
+    wide = made_up({("NLGS", 1e-1): 0.3, ("NLGS", 1e-2): 5e-4}, margin=4)  # the mean is good, the interval three times as wide
+    assert "--runs 72" in next_of(wide, 1e-3)
+    assert "--states 16" in next_of(wide, 1e-3, kind="step")
+    lucky = made_up({("NLGS", 1e-1): 1e-5, ("NLGS", 1e-2): 1e-2})
+    assert "luck" in next_of(lucky, 1e-3) and "--max-iter" in next_of(lucky, 1e-3, not_converged=1)
+    once = made_up({("NLGS", 1e-1): 0.3, ("NLGS", 1e-2): 7e-4})
+    assert "or --here" in next_of(once, 1e-3, here=False) and "NLGS at tol = 0.01" in next_of(once, 1e-3, here=False)
+    assert "--max-seconds" in next_of(made_up({("NLGS", 1e-1): np.nan}), 1e-3, stopped=1)
+    unsure = made_up({("NLGS", 1e-1): 1e-9}, floor=1e-2, kind="step")
+    assert "--duration" in next_of(unsure, 1e-3) and "reference_solver" in next_of(unsure, 1e-3, reference_not_converged=1,
+                                                                                   reference_error=1e-3, reference_tol=1e-11,
+                                                                                   reference_steps=3)
+    known = [{**row, "figure": "g", "floor": 1e-9} for row in unsure]
+    assert "--of g" in recommend(unsure + known, 1e-3, "f").next
+
+
+def test_a_loose_reference_is_told_where_it_matters():
+    loose = {"reference_tol": 1e-11, "reference_error": 2e-6, "reference_not_converged": 1, "reference_steps": 3}
+    rows = [{**row, **loose} for row in made_up({("NLGS", t): t for t in (1e-1, 1e-2)}, kind="step")]
+    told = "1 of 3 solves of the reference ended above its tolerance of 1e-11, the worst at 2e-06"
+    assert told in recommend(rows, 5e-2, "f", here=True).words and told in recommend(rows, 1e-5, "f").words
+    assert told == measures.loose_reference(rows)
+    assert measures.loose_reference(made_up({("NLGS", 1e-1): 1e-3})) == ""
 
 
 def test_nothing_attains():
@@ -215,6 +255,54 @@ def test_errors_of_one_step_have_no_units():
     units = {"velocity": 2.0**5, "momentum": 2.0**12, "mass": 2.0**7, "force": 2.0**-9}
     scaled = [{name: value * units[name] for name, value in d.items()} for d in (state, reference)]
     assert tasks.step_errors(*scaled) == errors
+
+
+def task_of(pile, folder, kind, **setting):
+    """The first task of a kind of a study of the pile, with what its setting is changed to."""
+    plan = study.study._planned(pile, folder, [], None, None, SWEEP, {"states": 2, "prepare": 0.05})[2]
+    (folder / "states").mkdir(parents=True, exist_ok=True)
+    task = next(task for task in plan.tasks() if task["kind"] == kind)
+    return {**task, "setting": {**task["setting"], **setting}}
+
+
+def test_reference_of_one_step_is_as_tight_as_asked_or_says_so(pile, tmp_path):
+    tasks.run(task_of(pile, tmp_path, "prepare"))
+    row = tasks.run(task_of(pile, tmp_path, "step_reference", solver="NLGS", max_iter=40))  # sweeps alone do not come there
+    assert row["not_converged"] == 0 and row["error"] <= 1e-11
+    row = tasks.run(task_of(pile, tmp_path, "step_reference", solver="NLGS", max_iter=1))  # nor does Newton's method in one
+    assert row["not_converged"] == 3 and row["error"] > 1e-11
+    assert row["step_velocity"] >= row["error"] and row["step_boundary_force"] >= row["error"]
+
+
+def test_preparation_goes_on_where_it_was_stopped(pile, tmp_path, monkeypatch):
+    calls = iter(range(100))
+
+    def stopped(sim):
+        if next(calls) == 14:
+            raise KeyboardInterrupt
+        return timed(sim)
+
+    whole = task_of(pile, tmp_path / "whole", "prepare")
+    wanted = tasks.run(whole)
+    cut, timed = task_of(pile, tmp_path / "cut", "prepare"), tasks._timed
+    monkeypatch.setattr(tasks, "KEPT_EVERY", 0.0)
+    monkeypatch.setattr(tasks, "RUN_OVER_KEEPING", 0)
+    monkeypatch.setattr(tasks, "_timed", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        tasks.run(cut)
+    monkeypatch.undo()
+    tasks._targets.clear()
+    kept = tasks.prepared(cut)
+    assert kept["step"] == 14 and len(list((tmp_path / "cut" / "states").glob("*_step*.h5"))) == 1
+    said = []
+    study.run(pile, tmp_path / "cut", figures=[], say=said.append, duration=0.0, prepare=0.05, **SMALL)
+    assert f"the preparation of pile.py goes on from step {kept['step']}" in said
+    row = next(row for row in store.read_rows(tmp_path / "cut").values() if row["kind"] == "prepare")
+    assert row["steps"] == wanted["steps"] and row["not_converged"] == wanted["not_converged"]
+    for one, other in zip(whole["files"], cut["files"]):
+        with h5py.File(one) as a, h5py.File(other) as b:
+            assert a.attrs["checksum"] == b.attrs["checksum"]  # bits do not know that it was stopped
+    assert not [f for f in (tmp_path / "cut" / "states").iterdir() if "_step" in f.name or f.suffix == ".json"]
 
 
 # ------------------------------------------------------------------ real studies

@@ -65,7 +65,8 @@ SETTING = ("setting", "solver", "tol", "dt", "dt_factor", "warm_start", "min_ite
 
 
 def table(rows, figures, confidence=CONFIDENCE):
-    """One row for each target, setting and figure: error, upper (what it may be), floor, cpu_seconds, runs, not_converged.
+    """One row for each target, setting and figure: error, upper (what it may be), floor, cpu_seconds, runs, not_converged, and
+    of what it is compared with reference_tol, reference_error (the largest true error) and reference_not_converged (solves).
 
     rows: of the store. figures: names of the statistics' figures. cpu_seconds: of a run, of a step, or of a solve.
     """
@@ -79,6 +80,22 @@ def table(rows, figures, confidence=CONFIDENCE):
         elif kind in ("step", "problem"):
             out += _direct(some, STEP_FIGURES if kind == "step" else PROBLEM_FIGURES, confidence)
     return out
+
+
+def loose_reference(rows):
+    """Says that references of a figure (rows of the table) ended above their tolerance, and how far; '' if none did."""
+    kind = rows[0]["kind"]
+    failed = [row for row in rows if row.get("reference_not_converged")]
+    if not failed:
+        return ""
+    # one reference for each time step where steps are compared, one for all where runs are
+    some = {(row["target"], row["dt_factor"] if kind == "step" else None): row for row in failed}.values()
+    failed, all_of_them = (sum(row[f"reference_{name}"] for row in some) for name in ("not_converged", "steps"))
+    unit = "steps" if kind == "statistics" else "solves"
+    return (
+        f"{failed} of {all_of_them} {unit} of the reference ended above its tolerance of "
+        f"{min(row['reference_tol'] for row in some):g}, the worst at {max(row['reference_error'] for row in some):.2g}"
+    )
 
 
 def _by_setting(rows):
@@ -97,7 +114,16 @@ def _common(rows, figure):
         "cpu_seconds": float(np.mean([row["cpu_seconds"] for row in rows])), "runs": len(rows),
         "iterations": sum(row.get("iterations", 0) for row in rows) / max(steps, 1),
         "not_converged": sum(row["not_converged"] for row in rows), "steps": steps,
-        "true_error": max(row["error"] for row in rows),
+        "true_error": max(row["error"] for row in rows), "stopped": sum(row.get("stopped", 0) for row in rows),
+    }
+
+
+def _reference(rows):
+    """How well the references themselves were solved."""
+    return {
+        "reference_tol": min(row["tol"] for row in rows), "reference_error": max(row["error"] for row in rows),
+        "reference_not_converged": sum(row["not_converged"] for row in rows),
+        "reference_steps": sum(row["steps"] for row in rows),
     }
 
 
@@ -119,7 +145,7 @@ def _statistics(rows, figures, confidence):
                 continue
             error, upper = paired_error(values, base, scale, confidence)
             out.append({
-                **_common(some, figure), "error": error, "upper": upper, "floor": floor,
+                **_common(some, figure), **_reference(reference), "error": error, "upper": upper, "floor": floor,
                 "value": float(np.mean(list(values.values()))), "reference": mean, "scale": scale,
             })
     return out
@@ -129,18 +155,19 @@ def _direct(rows, figures, confidence):
     """Errors that each row holds already: of one step from common states, of problems."""
     out = []
     for figure in figures:
-        floors = defaultdict(float)
+        references = defaultdict(list)
         for row in rows:
             if row["role"] == "reference" and np.isfinite(row.get(figure, np.nan)):
-                floors[row["dt_factor"]] = max(floors[row["dt_factor"]], row[figure])
+                references[row["dt_factor"]].append(row)
         for some in _by_setting(row for row in rows if row["role"] == "trial").values():
             errors = [row[figure] for row in some if np.isfinite(row.get(figure, np.nan))]
-            floor = floors.get(some[0]["dt_factor"])
-            if not errors or floor is None:
+            reference = references.get(some[0]["dt_factor"])
+            if not errors or reference is None:
                 continue
+            floor = max(row[figure] for row in reference)
             single = some[0]["kind"] == "problem"  # a solve gives the same answer each time
             out.append({
-                **_common(some, figure), "error": float(np.sqrt(np.mean(np.square(errors)))),
+                **_common(some, figure), **_reference(reference), "error": float(np.sqrt(np.mean(np.square(errors)))),
                 "upper": float(errors[0]) if single else upper_bound(errors, floor, confidence), "floor": floor,
             })
     return out

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 
-from .measures import upper_bound
+from .measures import loose_reference, upper_bound
+from .next_try import below_the_floor, none_attains
 from .settings import Setting
 
 
@@ -17,7 +18,7 @@ class Recommendation:
 
     setting: the Setting or None. error: the largest measured over the targets. upper: the largest that the error may be.
     floor: noise below which nothing can be said. cpu_seconds: geometric mean over the targets. dt: {target: step [s]}.
-    reason: why nothing is recommended. words: all of it said.
+    reason: why nothing is recommended. next: what to try then, '' if a setting is recommended. words: all of it said.
     """
 
     accuracy: float
@@ -30,6 +31,7 @@ class Recommendation:
     dt: dict
     reason: str
     words: str
+    next: str = ""
 
     def __bool__(self):
         return self.setting is not None
@@ -60,9 +62,11 @@ def recommend(table, accuracy, of, here=False):
     targets = list(dict.fromkeys(row["target"] for row in rows))
     floor = max(row["floor"] for row in rows)
     empty = dict(accuracy=accuracy, of=of, setting=None, error=math.nan, upper=math.nan, floor=floor, cpu_seconds=math.nan, dt={})
+    loose = loose_reference(rows)
+    notes = f"\n  {loose}" if loose else ""
     if not floor <= accuracy:
-        reason = _below_the_floor(rows, accuracy, of, floor)
-        return Recommendation(**empty, reason=reason, words=reason)
+        reason, next = _below_the_floor(rows, accuracy, of, floor), below_the_floor(table, rows, accuracy, floor)
+        return Recommendation(**empty, reason=reason, words=f"{reason}{notes}\n  Next: {next}", next=next)
     here = here or rows[0]["kind"] == "problem"
     settings = _over_targets(rows, targets, here, floor)
     good = [s for s in settings if s["upper"] <= accuracy and _tighter_too(s, settings, accuracy)]
@@ -70,11 +74,12 @@ def recommend(table, accuracy, of, here=False):
         nearest = min((abs(math.log(s["dt_factor"])) for s in settings), default=0.0)
         good = [s for s in good if abs(math.log(s["dt_factor"])) <= nearest + 1e-9]
     if not good:
-        reason = _none_attains(settings, accuracy, of)
-        return Recommendation(**empty, reason=reason, words=reason)
+        reason, next = _none_attains(settings, accuracy, of), none_attains(settings, rows, accuracy, here)
+        return Recommendation(**empty, reason=reason, words=f"{reason}{notes}\n  Next: {next}", next=next)
     best = min(good, key=lambda s: s["cpu_seconds"])
     setting = Setting(*(best[f.name] for f in dataclasses.fields(Setting)))
-    words = _said(setting, best, rows[0]["kind"], accuracy, of, floor, settings) + ("" if here else _elsewhere(len(targets)))
+    words = _said(setting, best, rows[0]["kind"], accuracy, of, floor, settings)
+    words += ("" if here else _elsewhere(len(targets))) + notes
     return Recommendation(
         accuracy, of, setting, best["error"], best["upper"], floor, best["cpu_seconds"], best["dt"], "", words
     )
@@ -94,7 +99,8 @@ def _over_targets(rows, targets, here, floor):
         bound = max(uppers) if here else max([*uppers, upper_bound(uppers, floor)])
         out.append({
             **{f.name: _typed(f.name, first[f.name]) for f in dataclasses.fields(Setting)},
-            "error": max(row["error"] for row in each.values()), "upper": bound,
+            "error": max(row["error"] for row in each.values()), "upper": bound, "measured_upper": max(uppers),
+            "runs": min(row["runs"] for row in each.values()),
             "cpu_seconds": float(np.exp(np.mean([math.log(row["cpu_seconds"]) for row in each.values()]))),
             "dt": {name: row["dt"] for name, row in each.items() if row.get("dt") is not None},
             "not_converged": sum(row["not_converged"] for row in each.values()), "steps": sum(r["steps"] for r in each.values()),
@@ -121,10 +127,7 @@ def _below_the_floor(rows, accuracy, of, floor):
     if not math.isfinite(floor):
         return text + "; the figure has no scale here (its reference is zero)"
     if rows[0]["kind"] == "statistics":
-        runs = min(row["runs"] for row in rows)
-        needed = math.ceil(runs * (floor / accuracy) ** 2)
-        more = f"or take about {needed} runs instead of {runs}" if needed < 1e4 else "for no number of runs would do"
-        return text + f". Ask for {1.05 * floor:.2g} or more, {more}"
+        return text
     return text + ". The answer is not known better: impulses are not unique there, or the reference is not tight"
 
 
@@ -134,8 +137,7 @@ def _none_attains(settings, accuracy, of):
         return text + ": none was measured on every target"
     best = min(settings, key=lambda s: s["upper"])
     return text + (
-        f": the best, {best['solver']} at tol = {best['tol']:g}, may err by {best['upper']:.2g} (measured: {best['error']:.2g}). "
-        "Try tighter tolerances or a smaller time step"
+        f": the best, {best['solver']} at tol = {best['tol']:g}, may err by {best['upper']:.2g} (measured: {best['error']:.2g})"
     )
 
 

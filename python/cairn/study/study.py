@@ -137,6 +137,7 @@ def _do(plan, rows, workers, progress, say):
     """Does what is not done; False if it was stopped."""
     from .. import __version__
     from ..progress import Progress, StopAtSignal
+    from .tasks import prepared
 
     waiting = _waiting(plan, rows.rows)
     count, total = sum(map(len, waiting)), len(plan.tasks())
@@ -144,6 +145,10 @@ def _do(plan, rows, workers, progress, say):
         say(f"all {total} measurements are there already: nothing is computed")
         return True
     say(f"{count} of {total} measurements are to be made")
+    for task in waiting[0]:
+        kept = prepared(task)
+        if kept is not None:
+            say(f"the preparation of {task['row']['target']} goes on from step {kept['step']}")
     whole = True
     with StopAtSignal() as stop, Progress(count, enabled=progress, unit="run") as bar, Pool(workers) as pool:
 
@@ -214,6 +219,8 @@ class Study:
         for figure in self.measured:
             rows = [row for row in self.table if row["figure"] == figure]
             lines.append(f"{figure}: {len(rows)} settings; noise floor {max(row['floor'] for row in rows):.2g}")
+            loose = measures.loose_reference(rows)
+            lines += [f"  {loose}"] if loose else []
         return "\n".join(lines) or "nothing is measured yet"
 
 

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import os
 import time
+from pathlib import Path
 
 import numpy as np
 
+from ..post.errors import FileError
 from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum
 from .settings import Setting
 from .targets import Target
 
+SECOND, SECOND_ITERATIONS = "PPANewton", 2000  # where sweeps do not bring a reference to its tolerance; each is a factorisation
+KEPT_EVERY = 30.0  # [s] between two checkpoints of a preparation,
+RUN_OVER_KEEPING = 20  # or, where these are large, so many times as long as it takes to write one
 REPEATS = 3  # of a step that is timed: the least counts, the first finds cold caches
 _targets = {}  # of this process: a scene is built once
 
@@ -59,19 +65,26 @@ def _use(sim, target, base, setting):
 
 
 def prepare(task):
-    """Runs a scene to its common states and writes them as checkpoints: at equal times over the second half."""
-    target, sim, base = _target(task)
-    _use(sim, target, base, Setting(**task["setting"]))
+    """Runs a scene to its common states and writes them as checkpoints: at equal times over the second half.
+
+    What it has done so far is kept on the disk as it goes, so that a study that was stopped goes on from there.
+    """
+    (target, sim, _), (first, cpu, failed) = _begun(task)
     after, files = target.after_step(), task["files"]
     steps = int(round(task["seconds"] / sim.dt))
     due = [int(round(steps * (0.5 + 0.5 * (k + 1) / len(files)))) for k in range(len(files))]
-    cpu, failed = 0.0, 0
-    for n in range(steps + 1):
+    kept, pause = time.monotonic(), KEPT_EVERY
+    for n in range(first, steps + 1):
         for k, file in enumerate(files):
             if due[k] == n:
                 sim.checkpoint(file)
         if n == steps:
             break
+        if time.monotonic() - kept >= pause:
+            start = time.monotonic()
+            _keep(sim, task, {"step": n, "cpu_seconds": cpu, "not_converged": failed})
+            kept = time.monotonic()
+            pause = max(KEPT_EVERY, RUN_OVER_KEEPING * (kept - start))
         info, spent = _timed(sim)
         if info is None:
             raise ValueError(f"step {n} of the preparation cannot be made: take a smaller time step, or a tighter prepare_tol")
@@ -80,7 +93,56 @@ def prepare(task):
         if after is not None:
             after(sim)
     _targets.clear()  # the simulation has gone on
+    _forget(task)
     return {"cpu_seconds": cpu, "steps": steps, "not_converged": failed}
+
+
+def _begun(task):
+    """The target and its simulation at the step where an earlier study was stopped, or at the start: (target, sim, strategy) and
+    (steps done, CPU seconds, solves that did not converge)."""
+    kept = prepared(task)
+    if kept is not None:
+        try:
+            target, sim, base = _restored(task, kept["file"])
+            _use(sim, target, base, Setting(**task["setting"]))
+            return (target, sim, base), (kept["step"], kept["cpu_seconds"], kept["not_converged"])
+        except FileError:  # written by another version, or damaged: the start is always there
+            _targets.clear()
+    target, sim, base = _target(task)
+    _use(sim, target, base, Setting(**task["setting"]))
+    return (target, sim, base), (0, 0.0, 0)
+
+
+def _note(task):
+    return Path(task["files"][0]).parent / f"{task['row']['key']}.json"
+
+
+def prepared(task):
+    """How far a preparation that was stopped had come, {step, cpu_seconds, not_converged, file}, or None."""
+    try:
+        kept = json.loads(_note(task).read_text())
+    except (OSError, ValueError):
+        return None
+    return kept if os.path.exists(kept["file"]) else None
+
+
+def _keep(sim, task, done):
+    """Writes the state, then the note that names it, then takes the state before away: at each instant one of them is whole."""
+    before, note = prepared(task), _note(task)
+    file = note.with_name(f"{note.stem}_step{done['step']}.h5")
+    sim.checkpoint(file)
+    part = note.with_suffix(".part")
+    part.write_text(json.dumps({**done, "file": str(file)}))
+    os.replace(part, note)
+    if before is not None and before["file"] != str(file):
+        Path(before["file"]).unlink(missing_ok=True)
+
+
+def _forget(task):
+    kept = prepared(task)
+    _note(task).unlink(missing_ok=True)
+    if kept is not None:
+        Path(kept["file"]).unlink(missing_ok=True)
 
 
 def _timed(sim):
@@ -127,27 +189,44 @@ def step_errors(state, reference):
 
 
 def step_reference(task):
-    """A far tighter solve of one step, kept in a file; its row holds its noise floor.
+    """A far tighter solve of one step, kept in a file; its row holds its noise floor, and its own true error.
 
-    Floor: the larger difference from an even tighter solve and from one that begins with other impulses (none): where the
-    impulses are not unique, a figure that differs between them has no better answer.
+    Floor: the largest difference from an even tighter solve and from one that begins with other impulses (none): where the
+    impulses are not unique, a figure that differs between them has no better answer. Nor has it one within the true error of the
+    reference. Of the three the one with the least true error is the reference.
     """
-    setting, results, total, failed = Setting(**task["setting"]), [], 0.0, 0
-    tighter = dataclasses.replace(setting, tol=setting.tol / 10)
-    for each in (setting, tighter, dataclasses.replace(setting, warm_start=False)):
+    asked = Setting(**task["setting"])
+    tighter, cold = dataclasses.replace(asked, tol=asked.tol / 10), dataclasses.replace(asked, warm_start=False)
+    solves = [_tight_step(task, each) for each in (asked, tighter, cold)]
+    solves.sort(key=lambda solve: solve[0]["error"])
+    (info, _, reference), others = solves[0], solves[1:]
+    row = {
+        "cpu_seconds": sum(cpu for _, cpu, _ in solves), "steps": 3, "error": info["error"], "contacts": info["contacts"],
+        "not_converged": sum(each["error"] > asked.tol for each, _, _ in solves),
+    }
+    floors = [step_errors(state, reference) for _, _, state in others]
+    row.update({name: float(np.max([info["error"], *(floor[name] for floor in floors)])) for name in floors[0]})
+    part = task["file"] + ".part.npz"
+    np.savez(part, **reference)
+    os.replace(part, task["file"])
+    return row
+
+
+def _tight_step(task, setting):
+    """One step as _one_step gives it. Where the solver that is asked for stops above its tolerance, SECOND tries as well, and the
+    lesser true error counts."""
+    best, total = None, 0.0
+    second = dataclasses.replace(setting, solver=SECOND, min_iter=0, max_iter=min(setting.max_iter, SECOND_ITERATIONS))
+    for each in (setting, second):
         target, sim, base = _restored(task, task["state"])
         _use(sim, target, base, each)
         info, cpu, state = _one_step(sim)
-        results.append(state)
         total += cpu
-        failed += info["status"] != "converged"
-    row = {"cpu_seconds": total, "steps": 3, "not_converged": failed, "error": info["error"], "contacts": info["contacts"]}
-    floors = [step_errors(other, results[0]) for other in results[1:]]
-    row.update({name: max(f[name] for f in floors) for name in floors[0]})
-    part = task["file"] + ".part.npz"
-    np.savez(part, **results[0])
-    os.replace(part, task["file"])
-    return row
+        if best is None or info["error"] < best[0]["error"]:
+            best = info, state
+        if info["status"] == "converged" or setting.solver == SECOND:
+            break
+    return best[0], total, best[1]
 
 
 def step(task):
