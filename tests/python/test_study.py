@@ -419,7 +419,7 @@ def test_states_that_are_gone_are_made_again_only_where_needed(pile, tmp_path):
 
 def test_what_is_wrong_is_said(pile, tmp_path, capsys):
     for words, more in (
-        ("there is no figure 'colour': give one of solid_fraction", {"figures": ["colour"]}),
+        ("there is no figure 'colour': .*give one of solid_fraction", {"figures": ["colour"]}),
         ("runs is 3: give at least 8", {"runs": 3}),
         ("there is no solver 'Magic' of simulations: give one of", {"sweep": {"solvers": ["Magic"]}}),
         ("does not take the options", {"options": {"bricks": 3}}),

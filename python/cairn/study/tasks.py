@@ -249,7 +249,7 @@ def step(task):
 
 def perturb(sim, amount, seed):
     """Moves each free body at random by at most `amount` of its radius (of the mean radius where it has none) per axis."""
-    position, free = sim.bodies.position, boundary_parts(sim)[1]
+    position, free = sim.bodies.position.copy(), boundary_parts(sim)[1]
     radii = sim.radii()[free]
     known = radii[radii > 0]
     size = np.where(radii > 0, radii, known.mean() if len(known) else _spacing(position[free]))
