@@ -4,6 +4,7 @@ import argparse
 import os
 import sys
 
+from .names import listed, meant
 from .pre import command as import_command
 from .problems import command as problem_command
 from .study import command as study_command
@@ -31,9 +32,31 @@ examples:
 """
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser whose refusals say what may have been meant."""
+
+    def _check_value(self, action, value):
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, f"{value!r} is none of {listed(action.choices, value)}")
+
+    def parse_args(self, args=None, namespace=None):
+        options, unknown = self.parse_known_args(args, namespace)
+        if unknown:
+            parser = self.commands.get(options.command, self)
+            word = next((word for word in unknown if word.startswith("-")), None)
+            if word is None:
+                parser.error(f"there is no place for {' '.join(unknown)}")
+            word = word.partition("=")[0]
+            known = [text for action in parser._actions for text in action.option_strings if text.startswith("--")]
+            parser.error(f"there is no option {word}{meant(word, known) or f'; there are {listed(known)}'}")
+        return options
+
+    commands = {}
+
+
 def build_parser():
     """The parser of all commands."""
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="cairn",
         description="Mechanics of divided media: many bodies in dry-frictional contact.",
         epilog=EXAMPLES,
@@ -65,6 +88,7 @@ def build_parser():
     view = _add(commands, "view", "turn a run round in a window (needs pyvista)", "cairn view pile.vtkhdf --what material")
     view.add_argument("file", help="a .vtkhdf file")
     view.add_argument("--what", default="velocity", help="field that colours the bodies (default: velocity)")
+    parser.commands = commands.choices
     return parser
 
 
@@ -84,6 +108,8 @@ def _run_parser(commands):
         "run",
         "run a Python script, or a scene that Scene.save wrote",
         "cairn run pile.py                     what follows the script is for the script\n"
+        "cairn run pile.py --overwrite         but for this: it replaces the files of runs that are there\n"
+        "cairn run pile.py -- --overwrite      after -- all is for the script\n"
         "cairn run pile.scene.h5 --dt 1e-3 --until 2.0 --output pile.vtkhdf --every 20\n"
         "cairn run pile.scene.h5 --dt 1e-3 --steps 500 --restart pile.checkpoint.h5 --output more.vtkhdf",
     )
@@ -95,7 +121,7 @@ def _run_parser(commands):
     run.add_argument("--every", type=int, default=20, help="steps between outputs (default: 20)")
     run.add_argument("--checkpoint-every", type=int, help="steps between checkpoints, written beside the output")
     run.add_argument("--restart", metavar="CHECKPOINT", help="go on from this checkpoint")
-    run.add_argument("--overwrite", action="store_true", help="replace the output file if it is there")
+    run.add_argument("--overwrite", action="store_true", help="replace output files that are there, those of a script too")
     run.add_argument("--solver", help="of contacts, by its name in Python: Default, NLGS, Auto, PPANewton, ...")
     run.add_argument("--tol", type=float, help="true error of the contact solver (default: 1e-4)")
     run.add_argument("--dump-problem", metavar="WHEN", help="step=120, or worst: write that contact problem beside the output")
@@ -177,12 +203,11 @@ def _verify_parser(commands):
 
 
 def main(arguments=None):
-    """Run the command; returns the exit status: 0 done, 1 an error, 2 a wrong call, 3 runs differ, 130 interrupted."""
+    """Run the command; returns the exit status: 0 done, 1 an error, 2 a wrong call, 3 runs differ, 128 and the number
+    of the signal that stopped it: 130 after Ctrl-C."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     parser = build_parser()
-    passed_on = []
-    if arguments[:1] == ["run"] and len(arguments) > 1 and arguments[1].endswith(".py"):
-        arguments, passed_on = arguments[:2], arguments[2:]  # a script has options of its own
+    arguments, passed_on = _of_script(arguments)
     options = parser.parse_args(arguments)
     if options.version:
         print(version())
@@ -208,18 +233,74 @@ def main(arguments=None):
         from . import post  # noqa: F401  a message of its own if h5py is missing
 
         return {"info": info, "plot": plot, "convert": convert, "view": view}[options.command](options)
-    except KeyboardInterrupt:
-        print("cairn: interrupted", file=sys.stderr)
-        return 130
+    except KeyboardInterrupt as error:
+        return _interrupted(error)
     except BrokenPipeError:  # the reader of our output left, as 'head' does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-    except (OSError, ValueError, LookupError, TypeError, ImportError) as error:
-        if options.command == "run" and passed_on is not None and options.what.endswith(".py"):
-            raise  # the script's own trouble: show where
+    except Exception as error:
+        place = ""
+        if passed_on is not None:
+            if not _meant_to_be_read(error):
+                raise  # the script's own trouble: show where
+            place = _line_of(error, options.what)
+        elif not (isinstance(error, (OSError, ValueError, LookupError, TypeError, ImportError)) or _meant_to_be_read(error)):
+            raise
         text = error.args[0] if isinstance(error, LookupError) and error.args else error
-        print(f"cairn: error: {text}", file=sys.stderr)
+        print(f"cairn: error: {place}{text}", file=sys.stderr)
         return 1
+
+
+def _of_script(arguments):
+    """Arguments for Cairn, and those for a script, which has options of its own; None for these where there is no script."""
+    own = [k for k, word in enumerate(arguments) if word != "--overwrite"][:2]
+    if len(own) < 2 or arguments[0] != "run" or not arguments[own[1]].endswith(".py"):
+        return arguments, None
+    script, rest = arguments[own[1]], arguments[own[1] + 1 :]
+    end = rest.index("--") if "--" in rest else len(rest)
+    overwrite = "--overwrite" in arguments[: own[1]] + rest[:end]
+    passed_on = [word for word in rest[:end] if word != "--overwrite"] + rest[end + 1 :]
+    return ["run", script] + ["--overwrite"] * overwrite, passed_on
+
+
+def _frames(error):
+    """Frames that an error came through, the outermost first, each with the place of its instruction."""
+    trace = error.__traceback__
+    while trace is not None:
+        yield trace.tb_frame, trace.tb_lasti, trace.tb_lineno
+        trace = trace.tb_next
+
+
+def _meant_to_be_read(error):
+    """Whether Cairn raised an error by a statement of its own, or in its core, which then says all that there is to know."""
+    import dis
+
+    from . import Error
+
+    frame, at, _ = list(_frames(error))[-1]
+    code = frame.f_code
+    if not os.path.abspath(code.co_filename).startswith(os.path.dirname(os.path.abspath(__file__)) + os.sep):
+        return False
+    return isinstance(error, Error) or dis.opname[code.co_code[at]] == "RAISE_VARARGS"
+
+
+def _line_of(error, script):
+    """'pile.py, line 12: ' of an error that came through this line of a script."""
+    lines = [line for frame, _, line in _frames(error) if os.path.abspath(frame.f_code.co_filename) == os.path.abspath(script)]
+    return f"{script}, line {lines[-1]}: " if lines else ""
+
+
+def _interrupted(error):
+    """Says where the simulation at hand was, if it has not been said, and returns the exit status."""
+    from .run import Stopped
+    from .simulation import Simulation
+
+    if isinstance(error, Stopped):  # said when the run ended
+        return error.status
+    found = [x for frame, _, _ in _frames(error) for x in frame.f_locals.values() if isinstance(x, Simulation)]
+    at = f" at step {found[-1].steps}, t = {found[-1].time:g} s" if found else ""
+    print(f"cairn: stopped by Ctrl-C{at}", file=sys.stderr)
+    return 130
 
 
 def version():
@@ -235,6 +316,8 @@ def version():
 
 def run(options, passed_on):
     """`cairn run`."""
+    from . import run as runs
+
     if options.what.endswith(".py"):
         import runpy
 
@@ -242,8 +325,13 @@ def run(options, passed_on):
             raise SystemExit(f"cairn: error: {options.what}: no such script")
         sys.argv = [options.what, *passed_on]
         sys.path.insert(0, os.path.dirname(os.path.abspath(options.what)))
-        runpy.run_path(options.what, run_name="__main__")
-        return 0
+        with runs.commanded(options.overwrite) as command:
+            try:
+                runpy.run_path(options.what, run_name="__main__")
+            except SystemExit as end:
+                if command.stopped is None or end.code not in (None, 0):
+                    raise
+        return command.status
     from .scene import Scene
     from .simulation import Simulation
 
@@ -264,31 +352,31 @@ def run(options, passed_on):
         from .contact_problem import Dump
 
         dump = Dump(options.dump_problem, os.path.splitext(output)[0] + ".problem.hdf5")
-    taken = simulation.run(
-        steps=options.steps,
-        until=options.until,
-        output=output,
-        every=options.every,
-        checkpoint_every=options.checkpoint_every,
-        callback=dump,
-        progress=not options.quiet,
-        overwrite=options.overwrite,
-    )
+    with runs.commanded() as command:
+        taken = simulation.run(
+            steps=options.steps,
+            until=options.until,
+            output=output,
+            every=options.every,
+            checkpoint_every=options.checkpoint_every,
+            callback=dump,
+            progress=not options.quiet,
+            overwrite=options.overwrite,
+        )
     if dump and dump.written is None:
         raise ValueError(f"--dump-problem {options.dump_problem}: no such step was made, {taken} were")
     if not options.quiet:
         if dump:
             print(f"the contact problem of step {dump.written}, error {dump.error:.2e}, is in {dump.path}")
         print(f"{taken} steps, t = {simulation.time:g} s, written to {output}")
-    wanted = options.steps if options.steps is not None else taken
-    return 130 if taken < wanted else 0
+    return command.status
 
 
 def _strategy(options):
     from .strategies import NSCD, SOLVERS
 
     if options.solver is not None and options.solver not in SOLVERS:
-        raise ValueError(f"--solver is {options.solver!r}: give one of {', '.join(SOLVERS)}")
+        raise ValueError(f"--solver is {options.solver!r}: give one of {listed(SOLVERS, options.solver)}")
     solver = SOLVERS[options.solver or "Default"]
     return NSCD(solver=solver() if options.tol is None else solver(tol=options.tol))
 

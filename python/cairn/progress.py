@@ -1,19 +1,23 @@
 """How a run is going, on the terminal, and how it ends at a signal."""
 
+import shutil
 import signal
 import sys
 import threading
 import time
 
-_REFRESH_SECONDS = 0.1
+_REFRESH_SECONDS = 0.1  # on a terminal
+_LINE_SECONDS = 30.0  # where there is none
+_BARS = (24, 10)  # lengths of the bar, the longest that there is room for
 
 
 class Progress:
-    """A bar on the terminal: steps, time left, contacts, iterations, residual. Silent when not on a terminal.
+    """How far it is: a bar on a terminal, a line every 30 s where there is none, as in the file of a batch job.
 
     total : steps to come, or None if nobody knows. unit : what is counted.
     enabled : False to be silent; "always" to draw although the output is no terminal.
-    Drawn at most ten times a second; between, an update costs a look at the clock.
+    A bar shows steps and the time left, and of residual, contacts, iterations, the bar itself and the time gone what there is
+    room for. It is drawn at most ten times a second; between, an update costs a look at the clock.
 
     >>> with Progress(2, enabled=False) as bar:
     ...     for _ in range(2):
@@ -22,9 +26,12 @@ class Progress:
 
     def __init__(self, total=None, enabled=True, stream=None, unit="step"):
         self._unit = unit
-        self.total, self.steps, self._bar, self._task, self._due = total, 0, None, None, 0.0
+        self.total, self.steps, self._bar, self._task = total, 0, None, None
         self._stream = sys.stderr if stream is None else stream
-        self._enabled = bool(enabled) and (enabled == "always" or self._on_terminal())
+        self._enabled = bool(enabled)
+        self._drawn = self._enabled and (enabled == "always" or self._on_terminal())
+        self._start = time.monotonic()
+        self._due = self._start + (0.0 if self._drawn else _LINE_SECONDS)
 
     def _on_terminal(self):
         try:
@@ -33,7 +40,9 @@ class Progress:
             return False
 
     def __enter__(self):
-        if self._enabled:
+        self._start = time.monotonic()
+        self._due = self._start + (0.0 if self._drawn else _LINE_SECONDS)
+        if self._drawn:
             try:
                 self._bar = self._rich_bar()
             except ImportError:  # rich is a convenience
@@ -47,49 +56,87 @@ class Progress:
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-        return Progress(
-            TextColumn(self._unit),
-            MofNCompleteColumn(),
-            BarColumn(bar_width=24),
-            TimeElapsedColumn(),
-            TextColumn("left"),
-            TimeRemainingColumn(),
-            TextColumn("{task.fields[figures]}"),
-            console=Console(file=self._stream, force_terminal=True),
-            auto_refresh=False,
-        )
+        self._columns = {
+            "unit": TextColumn(self._unit),
+            "steps": MofNCompleteColumn(),
+            **{f"bar {n}": BarColumn(bar_width=n) for n in _BARS},
+            "gone": TimeElapsedColumn(),
+            "left": TextColumn("left"),
+            "time left": TimeRemainingColumn(),
+            "figures": TextColumn("{task.fields[figures]}"),
+        }
+        console = Console(file=self._stream, force_terminal=True)
+        return Progress(*self._columns.values(), console=console, auto_refresh=False)
 
     def update(self, contacts=None, iterations=None, residual=None, steps=1):
         """One more step is done (or `steps` of them)."""
         self.steps += steps
         if self._enabled:
             now = time.monotonic()
-            if now >= self._due or self.steps == self.total:
-                self._due = now + _REFRESH_SECONDS
-                self._draw(contacts, iterations, residual)
+            if now >= self._due or (self._drawn and self.steps == self.total):
+                self._due = now + (_REFRESH_SECONDS if self._drawn else _LINE_SECONDS)
+                self._draw(_figures(contacts, iterations, residual), now - self._start)
 
-    def _draw(self, contacts, iterations, residual):
-        figures = []
-        if contacts is not None:
-            figures.append(f"{int(contacts):,} contacts")
-        if iterations is not None:
-            figures.append(f"{int(iterations)} iterations")
-        if residual is not None:
-            figures.append(f"residual {float(residual):.1e}")
-        text = " · ".join(figures)
+    def _draw(self, figures, gone):
         if self._bar is not None:
+            names, text = self._chosen(figures, self._bar.console.width)
+            self._bar.columns = tuple(self._columns[name] for name in names)
             self._bar.update(self._task, completed=self.steps, figures=text, refresh=True)
+            return
+        of = f"/{self.total}" if self.total else ""
+        left = gone / self.steps * (self.total - self.steps) if self.total else None
+        words = [] if left is None else [f"{_clock(left)} left"]
+        text = " · ".join([*words, *(figures[name] for name in ("contacts", "iterations", "residual") if name in figures)])
+        if self._drawn:
+            room = shutil.get_terminal_size().columns - 1
+            self._stream.write("\r" + f"{self._unit} {self.steps}{of}  {text}"[:room] + "\x1b[K")
         else:
-            of = f"/{self.total}" if self.total else ""
-            self._stream.write(f"\r{self._unit} {self.steps}{of}  {text}\x1b[K")
-            self._stream.flush()
+            try:
+                self._stream.write(f"{self._unit} {self.steps}{of} after {_clock(gone)}  {text}\n")
+            except (AttributeError, ValueError):  # nowhere to write to
+                self._enabled = False
+                return
+        self._stream.flush()
+
+    def _chosen(self, figures, width):
+        """Names of the columns that a width has room for, in their order on the line, and the text of the figures."""
+        count = len(str(self.steps if self.total is None else self.total))
+        room = width - 1 - len(self._unit) - 1 - (2 * count + 1) - 1 - len("left -:--:--")
+        shown, parts = {"unit", "steps", "left", "time left"}, []
+        for name in ("residual", "contacts", "iterations"):
+            need = len(figures.get(name, "")) + (3 if parts else 1)
+            if name in figures and need <= room:
+                parts, room, shown = [*parts, name], room - need, shown | {"figures"}
+        for name, need in (*((f"bar {n}", n + 1) for n in _BARS), ("gone", len("-:--:--") + 1)):
+            if need <= room and not (name.startswith("bar") and any(n.startswith("bar") for n in shown)):
+                room, shown = room - need, shown | {name}
+        text = " · ".join(figures[name] for name in ("contacts", "iterations", "residual") if name in parts)
+        return [name for name in self._columns if name in shown], text
 
     def __exit__(self, *exc):
         if self._bar is not None:
             self._bar.stop()
-        elif self._enabled and self.steps:
+        elif self._drawn and self.steps:
             self._stream.write("\n")
         self._bar = None
+
+
+def _figures(contacts, iterations, residual):
+    """Words on the last step."""
+    out = {}
+    if contacts is not None:
+        out["contacts"] = f"{int(contacts):,} contacts"
+    if iterations is not None:
+        out["iterations"] = f"{int(iterations)} iterations"
+    if residual is not None:
+        out["residual"] = f"residual {float(residual):.1e}"
+    return out
+
+
+def _clock(seconds):
+    """Hours, minutes and seconds."""
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}"
 
 
 class StopAtSignal:

@@ -2,13 +2,63 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
+import signal
 import sys
 from pathlib import Path
 
 import numpy as np
 
 from . import _core
+from .pre import checks
+
+ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # of runs, which are HDF5
+
+
+class Stopped(KeyboardInterrupt):
+    """A run was begun in a program whose run before was stopped by a signal. status: the exit status of the program."""
+
+    def __init__(self, status):
+        super().__init__("stopped by a signal")
+        self.status = status
+
+
+class Command:
+    """What `cairn run` asks of the runs of its script: to replace files that were there before it, and no run after a signal.
+
+    stopped: number of the signal that ended a run.
+    """
+
+    def __init__(self, overwrite=False):
+        self.overwrite, self.stopped, self._written = overwrite, None, set()
+
+    def replaces(self, path):
+        """Whether the file may be replaced: what this script wrote itself is not, unless the script says so."""
+        own = path.resolve()
+        new = own not in self._written
+        self._written.add(own)
+        return self.overwrite and new
+
+
+    @property
+    def status(self):
+        """Exit status of the program."""
+        return 0 if self.stopped is None else 128 + self.stopped
+
+
+command = None  # the Command that runs this program, if one does
+
+
+@contextlib.contextmanager
+def commanded(overwrite=False):
+    """All that is run meanwhile is run by a Command, which this gives."""
+    global command
+    before, command = command, Command(overwrite)
+    try:
+        yield command
+    finally:
+        command = before
 
 
 def scene_info(simulation):
@@ -128,7 +178,8 @@ class _Recorder:
         if output is not None:
             from .post.writer import RunWriter
 
-            output = Path(output)
+            output = checked_output(output)
+            overwrite = overwrite or (command is not None and command.replaces(output))
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
             scene = simulation.scene
             self.writer = RunWriter(
@@ -148,7 +199,7 @@ class _Recorder:
         if self.writer is not None:
             row = {k: v for k, v in sim._info.items() if k not in ("step", "time", "hint")}
             row["energy"] = sim.energy
-            row.update({name: float(probe(sim)) for name, probe in (probes or {}).items()})
+            row.update({name: one_number(name, probe(sim)) for name, probe in (probes or {}).items()})
             self.writer.write_history(sim.time, sim.steps, row)
             if sim.steps % self.every == 0:
                 self.write()
@@ -163,22 +214,62 @@ class _Recorder:
         self.writer.close()
 
 
-def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite):
-    """See Simulation.run."""
-    from .pre import checks
-    from .progress import Progress, StopAtSignal
+def checked_output(output):
+    """The path of a run's file; FileError if its name says that it is something else."""
+    from .post.errors import FileError
 
-    if steps is None and until is None and while_ is None:
-        raise ValueError("run needs an end: give steps=, until= or while_=")
+    path = Path(output)
+    if path.suffix.lower() not in ENDINGS:
+        ending = f"ends in {path.suffix}" if path.suffix else "has no ending"
+        raise FileError(
+            path,
+            f"a run is one HDF5 file, and this name {ending}",
+            "give a name that ends in .vtkhdf; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it",
+        )
+    return path
+
+
+def one_number(name, value):
+    """What a probe gave, as a double."""
+    array = np.asarray(value)
+    if array.ndim or array.dtype.kind not in "fiub":
+        what = f"an array of shape {array.shape}" if array.ndim else repr(value)
+        raise ValueError(f"probe {name!r} gave {what}: a probe gives one real number; give a probe for each number to record")
+    return float(array)
+
+
+def _check(simulation, steps, until, every, callback, checkpoint_every, probes, output):
+    if until is not None and checks.number("until", until) < simulation.time - simulation.dt / 2:
+        raise ValueError(f"until is {until!r}: the simulation is at {simulation.time:g} s already; give a later time, or steps=")
     if steps is not None:
         checks.count("steps", steps)
     checks.count("every", every, 1)
-    if until is not None:
-        checks.number("until", until)
     if checkpoint_every is not None:
         checks.count("checkpoint_every", checkpoint_every, 1)
         if output is None:
             raise ValueError("checkpoint_every needs output=: checkpoints stand beside the output file")
+    if callback is not None and not callable(callback):
+        raise ValueError(f"callback is {callback!r}: give a function of the simulation")
+    if probes is not None and not (isinstance(probes, dict) and all(map(callable, probes.values()))):
+        raise ValueError(f"probes is {probes!r}: give {{name: function}}, of functions of the simulation that give a number")
+
+
+def _tell(simulation, number, output):
+    """Words on a run that a signal ended, on the screen: what follows may be long in coming."""
+    name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+    where = "" if output is None else f"; {output} holds what was done"
+    print(f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}", file=sys.stderr, flush=True)
+
+
+def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite):
+    """See Simulation.run."""
+    from .progress import Progress, StopAtSignal
+
+    if steps is None and until is None and while_ is None:
+        raise ValueError("run needs an end: give steps=, until= or while_=")
+    _check(simulation, steps, until, every, callback, checkpoint_every, probes, output)
+    if command is not None and command.stopped is not None:
+        raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
     recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite)
@@ -200,4 +291,8 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                     break
     finally:
         recorder.close()
+    if stop:
+        _tell(simulation, stop.signal, output)
+        if command is not None:
+            command.stopped = stop.signal
     return simulation.steps - first

@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import signal
 import threading
 import time
@@ -49,6 +50,35 @@ def test_without_rich(monkeypatch):
     with Progress(None, stream=stream) as bar:
         bar.update(contacts=5)
     assert "step 1  5 contacts" in stream.getvalue()
+
+
+@pytest.mark.parametrize(("width", "absent"), [(50, ("contacts", "iterations")), (80, ("iterations",)), (120, ())])
+def test_a_narrow_terminal_keeps_step_and_time_left(monkeypatch, width, absent):
+    monkeypatch.setenv("COLUMNS", str(width))
+    stream = Terminal()
+    with Progress(200_000, stream=stream) as bar:
+        bar.update(contacts=12345, iterations=20, residual=1.25e-7, steps=100_000)
+        bar.update(contacts=12345, iterations=22, residual=1.25e-7, steps=100_000)
+    lines = [s for s in re.split(r"[\r\n]", re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", stream.getvalue())) if s.strip()]
+    assert "200000/200000" in lines[-1] and "left 0:00:00" in lines[-1] and "residual 1.2e-07" in lines[-1]
+    assert all(len(line) < width for line in lines)
+    for word in ("contacts", "iterations"):
+        assert (word in lines[-1]) == (word not in absent)
+
+
+def test_a_line_every_half_minute_where_there_is_no_terminal(monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr("cairn.progress.time.monotonic", lambda: clock[0])
+    stream = io.StringIO()
+    with Progress(1000, stream=stream) as bar:
+        for _ in range(100):
+            clock[0] += 1.0
+            bar.update(contacts=12, iterations=3, residual=1e-5)
+    assert stream.getvalue().splitlines() == [
+        f"step {k}/1000 after 0:{k // 60:02d}:{k % 60:02d}  0:{(1000 - k) // 60:02d}:{(1000 - k) % 60:02d} left · "
+        "12 contacts · 3 iterations · residual 1.0e-05"
+        for k in (30, 60, 90)
+    ]
 
 
 def test_cheap():

@@ -62,7 +62,7 @@ ARGUMENTS = [
     (lambda: cn.PPANewton(tolerance=1e-6), "PPANewton has no argument 'tolerance'; it has tol, .*; did you mean 'tol'"),
     (lambda: cn.disks(XY, 0.5, ROCK, velocty=(0, 0)), "disks has no argument 'velocty'; it has .*; did you mean 'velocity'"),
     (lambda: cn.boxes([[0, 0, 0]], 1, ROCK, fixd=True), "boxes has no argument 'fixd'; .*; did you mean 'fixed'"),
-    (lambda: cn.wall((0, 0), (0, 1), ROCK, driven="vx"), "wall has no argument 'driven'; it has point, normal, .*, group, damping"),
+    (lambda: cn.wall((0, 0), (0, 1), ROCK, driven="vx"), "wall has no argument 'driven'; it has point, .*, group, damping"),
     (lambda: cn.disks(XY, 0.5), r"disks: missing a required argument: 'material'; the call is disks\(centers, radii, material, "),
     (lambda: cn.Scene(2, gravty=(0, 0)), "Scene has no argument 'gravty'; .*; did you mean 'gravity'"),
     (lambda: sim().run(stps=1), "Simulation.run has no argument 'stps'; it has steps, .*; did you mean 'steps'"),
