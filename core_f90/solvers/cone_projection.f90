@@ -37,7 +37,7 @@ contains
     real(c_double), intent(inout)  :: r(dim) !< any unit
     real(c_double) :: tangent, n, t, along
     tangent = length(dim, r)
-    if (tangent <= mu*r(1)) return
+    if (r(1) >= 0 .and. tangent <= mu*r(1)) return ! mu may be 0: of itself 0 <= mu r_N says nothing then
     n = 1
     t = mu
     if (mu > 1) then

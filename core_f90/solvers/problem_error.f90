@@ -149,7 +149,7 @@ contains
     n = n - merge(rho*mu*sqrt(ut*ut + us*us), 0.0_c_double, mu <= 1)
     cone_n = max(0.0_c_double, n + mu*tangent)/(1 + mu*mu)
     cone_t = mu*cone_n
-    cone_n = merge(n, cone_n, tangent <= mu*n)
+    cone_n = merge(max(0.0_c_double, n), cone_n, tangent <= mu*n) ! mu may be 0
     cone_t = merge(tangent, cone_t, tangent <= mu*n)
     normal = merge(cone_n, disk_n, mu <= 1)
     kept = merge(cone_t, disk_t, mu <= 1)/max(tangent, tiny(tangent))

@@ -163,6 +163,10 @@ ProblemReport solve_problem(const FrictionProblem& problem, const std::string& s
       } catch (const FactorsTooLarge& factors) {
         report = without_memory(problem, options, row.name, factors.bytes, start, r);
       }
+      if (report.status == ProblemStatus::converged && !(report.error <= options.tolerance)) {
+        report.status = ProblemStatus::stalled; // whatever the solver says of itself
+        report.hint = "the true error is above tol, though the solver ended: take another one";
+      }
       report.cpu_seconds = cpu_seconds() - begin;
       return report;
     }

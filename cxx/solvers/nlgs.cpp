@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 
 #include "active_set.hpp"
@@ -59,8 +58,8 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   Relaxation relaxation(schedule.relaxation);
   int next_check = std::max(options.min_iterations, 1), next_newton = 64;
   const auto square = [&] { return measure(system, schedule, free, false, report).square; };
-  ActiveSet newton(system, schedule, velocity_free, std::ref(square)); // by reference: nothing is allocated
-  report.status = SolveStatus::iteration_limit;
+  const std::function<double()> error_square = std::ref(square); // by reference: nothing is allocated
+  ActiveSet newton(system, schedule, velocity_free, error_square);
   while (report.iterations < options.max_iterations) {
     const int sweeps = std::min(options.max_iterations - report.iterations,
                                 std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
@@ -76,7 +75,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
       next_newton = 4 * report.iterations;
     }
     if (help && error.finite && error.square > wanted && help->pays(report.iterations, std::sqrt(error.square))) {
-      if (help->improve(schedule, std::sqrt(error.square))) report.solver = help->name();
+      if (help->improve(schedule, std::sqrt(error.square), error_square)) report.solver = help->name();
       error = measure(system, schedule, free, false, report);
     }
     if (!error.finite || !std::isfinite(change)) {
@@ -85,17 +84,15 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
       break;
     }
     if (error.square <= wanted && report.iterations >= options.min_iterations) {
-      if (help && !help->accepts(report.iterations) && help->improve(schedule, options.tolerance))
+      if (help && !help->accepts(report.iterations) && help->improve(schedule, options.tolerance, error_square))
         report.solver = help->name();
-      report.status = SolveStatus::converged;
       break;
     }
     relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;
     next_check = report.iterations + std::max(8, report.iterations / 2);
   }
-  measure(system, schedule, free, true, report);
-  if (report.status != SolveStatus::converged) report.hint = hint_of(report, options);
+  conclude(report, measure(system, schedule, free, true, report), options);
   return report;
 }
 

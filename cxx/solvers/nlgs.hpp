@@ -1,5 +1,7 @@
 // Block nonlinear Gauss-Seidel.
 #pragma once
+#include <functional>
+
 #include "../interaction.hpp"
 #include "contact_system.hpp"
 
@@ -13,8 +15,9 @@ public:
   virtual bool pays(int iterations, double error) = 0;
   // The error is small enough: whether that is all. False: it wants to be called.
   virtual bool accepts(int iterations) = 0;
-  // Impulses of a smaller error, or as small, and records to go with them. False: they stay as they were.
-  virtual bool improve(const cairn_schedule& schedule, double error) = 0;
+  // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
+  // were. measure: square of the error of the impulses at hand, records up to date.
+  virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;
   virtual const char* name() const = 0;
 };
 

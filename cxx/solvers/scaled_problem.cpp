@@ -5,7 +5,8 @@
 namespace cairn {
 
 ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& options, double* r)
-    : given_(p), options_(options), r_(r), scaled_(p), scale_(p.contacts), best_(p.unknowns()) {
+    : given_(p), options_(options), tolerance_(options.tolerance), r_(r), scaled_(p), scale_(p.contacts),
+      best_(p.unknowns()) {
   options_.tolerance *= 1 - 1e-6; // the last rounding goes to the safe side
   const int d = p.dim;
   std::vector<int> exponent(p.contacts);
@@ -17,8 +18,9 @@ ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& opt
       std::frexp(mean > 0 ? mean : p.block[d * d * k], &exponent[a]);
     }
   // relative to the first contact: a change of units by a power of two leaves every bit
-  const double all = std::ldexp(1.0, -exponent[0]);
-  for (std::int64_t a = 0; a < p.contacts; ++a) scale_[a] = std::ldexp(1.0, -((exponent[a] - exponent[0]) >> 1));
+  const int first = exponent.empty() ? 0 : exponent[0];
+  const double all = std::ldexp(1.0, -first);
+  for (std::int64_t a = 0; a < p.contacts; ++a) scale_[a] = std::ldexp(1.0, -((exponent[a] - first) >> 1));
   for (std::int64_t a = 0; a < p.contacts; ++a) {
     for (std::int64_t k = p.row_start[a]; k < p.row_start[a + 1]; ++k) {
       const double s = scale_[a] * scale_[p.column[k]] * all;
@@ -50,14 +52,17 @@ ProblemReport ScaledProblem::finish(const std::string& solver, std::int64_t iter
   const ProblemReport inner = monitor_->finish(solver, iterations);
   for (std::int64_t a = 0; a < given_.contacts; ++a)
     for (int i = 0; i < given_.dim; ++i) r_[given_.dim * a + i] = best_[given_.dim * a + i] * scale_[a];
-  options_.tolerance /= 1 - 1e-6;
+  options_.tolerance = tolerance_;
   options_.warm_start = true;
   ProblemMonitor outer(given_, options_, r_);
   outer.error_of(r_);
   ProblemReport report = outer.finish(solver, iterations);
-  if (report.status != ProblemStatus::converged) {
+  if (report.status != ProblemStatus::converged && inner.status != ProblemStatus::converged) {
     report.status = inner.status;
     report.hint = inner.hint;
+  } else if (report.status != ProblemStatus::converged) {
+    report.status = ProblemStatus::stalled;
+    report.hint += "it was met by the scaled problem alone: what is left is rounding, allow a larger tol";
   }
   return report;
 }

@@ -26,6 +26,7 @@ public:
 private:
   const FrictionProblem& given_;
   ProblemOptions options_;
+  double tolerance_; // of the problem as it was given
   double* r_;
   FrictionProblem scaled_;
   Array<double> scale_, best_; // scale (contacts): r / r'

@@ -68,11 +68,14 @@ StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeSca
   for (const cairn_record& r : system.record)
     finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
   StepError e{residual > free.rounding && scale > 0 ? residual / scale : 0, finite};
+  if (!finite) e.square = std::numeric_limits<double>::infinity();
   report.error = std::sqrt(e.square);
   report.worst_error = std::sqrt(worst);
   report.cone_distance = std::sqrt(outside);
   return e;
 }
+
+namespace {
 
 std::string hint_of(const SolveReport& r, const SolverOptions& options) {
   char text[256];
@@ -89,6 +92,20 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
         "worst contact is %lld",
         r.error, r.iterations, options.tolerance, static_cast<long long>(r.worst_contact));
   return text;
+}
+
+} // namespace
+
+void conclude(SolveReport& report, const StepError& last, const SolverOptions& options, const std::string& hint) {
+  const bool small = last.finite && report.error <= options.tolerance;
+  if (!last.finite) report.status = SolveStatus::diverged;
+  if (report.status != SolveStatus::diverged)
+    report.status = small ? SolveStatus::converged : SolveStatus::iteration_limit;
+  if (report.status == SolveStatus::converged) return;
+  if (hint.empty())
+    report.hint = hint_of(report, options);
+  else
+    report.hint = hint;
 }
 
 void give_none(ContactSystem& system, const Field<double>& velocity_free) {

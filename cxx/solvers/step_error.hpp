@@ -23,7 +23,9 @@ FreeScale measure_free(ContactSystem&, const cairn_schedule&);
 StepError measure(ContactSystem&, const cairn_schedule&, FreeScale, bool last, SolveReport&);
 // Of values (n), stride apart, in the order of batches, whatever thread did them.
 double total(const Array<double>& values, std::size_t n, std::size_t stride, std::size_t offset);
-std::string hint_of(const SolveReport&, const SolverOptions&);
+// The status that the last error gives, whatever the solver thought, and a hint; what was found to diverge stays so.
+// hint: the solver's own, or none.
+void conclude(SolveReport&, const StepError& last, const SolverOptions&, const std::string& hint = {});
 // No impulses: bodies keep velocities that are numbers.
 void give_none(ContactSystem&, const Field<double>& velocity_free);
 

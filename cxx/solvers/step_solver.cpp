@@ -59,7 +59,7 @@ public:
     return given_up_ || (!urgent && cost_ > few_sweeps * sweep_operations());
   }
 
-  bool improve(const cairn_schedule& schedule, double error) override {
+  bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) override {
     StepProblem step(system_, schedule, velocity_free_);
     Array<double> start(step.problem().unknowns());
     step.read(start.data());
@@ -67,10 +67,16 @@ public:
     options.max_iterations = newton_iterations_;
     Array<double> r(start);
     const ProblemReport report = ProximalNewton(step.problem(), options, r.data()).solve();
-    const bool better = report.error < error || report.error <= options.tolerance;
-    step.write(better ? r.data() : start.data());
+    step.write(r.data());
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
+    const double now = std::sqrt(measure());
+    const bool better = now < error || now <= options_.tolerance;
+    if (!better) {
+      step.write(start.data());
+      system_.load(velocity_free_);
+      cairn_add_impulses(&schedule);
+    }
     if (report.status != ProblemStatus::converged) {
       patience_ *= 8;
       newton_iterations_ *= 2;
@@ -152,16 +158,20 @@ private:
     if (!StepProblem::obstacle(system_).empty() || !has_factorisations()) return;
     const cairn_schedule schedule = system_.schedule(1);
     StepProblem step(system_, schedule, velocity_free_);
-    Array<double> r(step.problem().unknowns());
+    if (step.problem().contacts > 0) find_cost(step.problem()); // or nothing can touch
+    system_.load(velocity_free_);
+    cairn_add_impulses(&schedule);
+  }
+
+  void find_cost(const FrictionProblem& problem) {
+    Array<double> r(problem.unknowns());
     try {
-      const ProximalNewton newton(step.problem(), problem_options(options_), r.data());
+      const ProximalNewton newton(problem, problem_options(options_), r.data());
       const double of_operation = system_.dim == 2 ? 3 : 1; // small blocks are slower, measured
-      cost_ = of_newton * (of_operation * newton.operations() + of_contact * double(step.problem().contacts));
+      cost_ = of_newton * (of_operation * newton.operations() + of_contact * double(problem.contacts));
       given_up_ = false;
     } catch (const FactorsTooLarge&) { // sweeps alone
     }
-    system_.load(velocity_free_);
-    cairn_add_impulses(&schedule);
   }
 
   static constexpr double alarm = 64;                        // tolerances: a pile that deep has it by its weight alone
@@ -208,13 +218,13 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
   system.load(velocity_free);
   cairn_add_impulses(&schedule);
   report.iterations = int(std::min<std::int64_t>(solved.iterations, std::numeric_limits<int>::max()));
-  const StepError error = measure(system, schedule, free, true, report);
-  report.status =
-      error.finite && report.error <= options.tolerance ? SolveStatus::converged : SolveStatus::iteration_limit;
+  StepError error = measure(system, schedule, free, true, report);
   if (!error.finite || solved.status == ProblemStatus::diverged) report.status = SolveStatus::diverged;
-  if (!error.finite) give_none(system, velocity_free);
-  if (report.status != SolveStatus::converged)
-    report.hint = solved.hint.empty() ? hint_of(report, options) : solved.hint;
+  if (!error.finite) {
+    give_none(system, velocity_free);
+    error = measure(system, schedule, free, true, report);
+  }
+  conclude(report, error, options, solved.hint);
   return report;
 }
 

@@ -59,10 +59,10 @@ def plain_true_error(p, r):
             return r_a - np.concatenate(([n], z[1:] * min(1.0, mu * n / t if t > 0 else 1.0)))
         z[0] -= rho * mu * np.linalg.norm(u_a[1:])
         t = np.linalg.norm(z[1:])
-        if t <= mu * z[0]:
-            return r_a - z
         if mu * t <= -z[0]:
             return r_a
+        if t <= mu * z[0]:
+            return r_a - z
         n = (z[0] + mu * t) / (1 + mu**2)
         return r_a - np.concatenate(([n], mu * n * z[1:] / t))
 

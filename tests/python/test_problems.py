@@ -4,6 +4,7 @@ import cairn
 import numpy as np
 import pytest
 from cairn.problems import Problem, solvers
+from cairn.problems.problem import project
 from made_up_problems import check_laws, plain_true_error, random_problem, resting_box
 
 
@@ -68,6 +69,28 @@ def test_nothing_pushes(solver):
     parting = Problem(3, p.W, np.abs(p.q), 0.0)
     result = parting.solve(solver)
     assert result.converged and not result.r.any()
+
+
+@pytest.mark.parametrize("solver", solvers())
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_opens_without_friction_and_slip_is_not_pulled(solver, dim):
+    """mu = 0 and no tangential velocity: |r_T| <= mu r_N reads 0 <= -0 for an impulse that pulls."""
+    opens = np.eye(dim)[0]
+    p = Problem(dim, np.eye(dim), opens, 0.0)
+    assert p.error(-opens) == 1 and p.error(0 * opens) == 0
+    result = p.solve(solver)
+    assert result.converged and not result.r.any(), result.hint
+    # two contacts of one body that share a push: one closes, one is opened by it
+    W = np.kron([[1.0, 0.5], [0.5, 1.0]], np.eye(dim))
+    p = Problem(dim, W, np.concatenate([-opens, opens]), 0.0)
+    result = p.solve(solver, tol=1e-7)
+    assert result.converged and (result.r[:, 0] >= 0).all(), result.hint
+    assert np.abs(result.r - [opens, 0 * opens]).max() < 1e-6
+
+
+def test_what_pulls_is_projected_without_friction():
+    assert not project([[-1.0, 0.0], [-1.0, 2.0]], np.zeros(2)).any()
+    assert (project([[1.0, 0.0], [1.0, 2.0]], np.zeros(2)) == [[1, 0], [1, 0]]).all()
 
 
 def test_units_leave_bits():

@@ -75,6 +75,57 @@ def test_what_is_chosen_by_default_carries_it(shape, ratio):
     assert np.abs(sim.bodies.position[1:] - centers).max() < 5e-5  # 1e-4 of g h^2 n (n + 1) / 2 is 2e-5
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize(
+    "law", [cn.Restitution(normal=1.0), cn.Frictionless(), cn.Coulomb(mu=0)], ids=["bounce", "smooth", "mu 0"]
+)
+def test_light_comes_near_heavy_without_friction(dim, law):
+    """Nothing touches for two steps: nothing pushes, and nothing pulls."""
+    speed, h = -np.eye(3 * dim - 3)[0], 0.004
+    scene = cn.Scene(dim, gravity=np.zeros(dim))
+    shape = cn.disks if dim == 2 else cn.spheres
+    scene.add(shape([np.zeros(dim), 1.02 * np.eye(dim)[0]], [1.0, 0.01], ROCK, velocity=[0 * speed, speed]))
+    scene.interact(ROCK, ROCK, law)
+    sim = cn.Simulation(scene, h, cn.NSCD(margin=0.05))
+    for k in range(5):
+        before = np.array(sim.bodies.velocity)
+        info = sim.step()
+        assert info["status"] == "converged" and info["error"] <= 1e-4
+        assert info["contacts"] == 1 and (sim.contacts.impulse_local[:, 0] >= 0).all()
+        if k < 2:
+            assert (sim.bodies.velocity == before).all()
+    assert sim.bodies.velocity[1, 0] > (0.9 if law.name == "restitution" else -1e-3)
+
+
+@pytest.mark.parametrize("solver", ["Default", "Auto", "NLGS", "PPANewton", "ADMM", "AcceleratedGradient"])
+def test_disks_without_friction_under_a_heavy_one(solver):
+    """They are not thrown about, and no step says converged above its tolerance."""
+    solver = strategies.SOLVERS[solver](tol=1e-6, max_iter=3000)
+    lead = cn.Material("lead", density=1e6)
+    rng = np.random.default_rng(2)
+    places = np.stack(np.meshgrid(np.arange(6.0), np.arange(4.0)), -1).reshape(-1, 2) + 0.5
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks(places + 0.02 * rng.standard_normal((24, 2)), rng.uniform(0.44, 0.48, 24), ROCK))
+    scene.add(cn.disks([(3.0, 6.0)], 1.8, lead))
+    scene.add(cn.box((0, 0), (6, 20), ROCK))
+    scene.interact("*", "*", cn.Frictionless())
+    sim = cn.Simulation(scene, 5e-3, cn.NSCD(solver=solver, threads=1), overlap="ignore")
+    free = np.isfinite(sim.bodies.mass)
+    mass = sim.bodies.mass[free]
+
+    def energy():
+        fall, speed = sim.bodies.position[free, 1], sim.bodies.velocity[free, :2]
+        return np.sum(mass * (9.81 * fall + 0.5 * np.sum(speed**2, axis=1)))
+
+    begin, light = energy(), mass < mass.max()
+    for _ in range(60):
+        info = sim.step()
+        assert info["status"] != "converged" or info["error"] <= 1e-6
+        assert (sim.contacts.impulse_local[:, 0] >= 0).all()
+    assert energy() < begin
+    assert sim.bodies.position[free][light, 1].max() < 8
+
+
 def test_the_default_is_chosen_by_the_scene():
     def chosen(*sets, **options):
         scene = cn.Scene(3, gravity=(0, 0, -9.81))

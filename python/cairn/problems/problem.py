@@ -145,7 +145,7 @@ def project(r, mu):
     """r (n, dim) projected on Coulomb's cones { |r_T| <= mu r_N }, mu (n), in the plain norm."""
     r = np.array(r, dtype=float)
     tangent = np.linalg.norm(r[:, 1:], axis=1)
-    outside = tangent > mu * r[:, 0]
+    outside = (tangent > mu * r[:, 0]) | (r[:, 0] < 0)  # mu may be 0
     along = np.maximum(0.0, r[:, 0] + mu * tangent) / (1 + mu**2)
     r[outside, 0] = along[outside]
     r[outside, 1:] *= ((mu * along)[outside] / np.maximum(tangent[outside], np.finfo(float).tiny))[:, None]
