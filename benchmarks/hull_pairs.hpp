@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cairn/core.h"
-#include "hulls.hpp"
+#include "contactors/hulls.hpp"
 
 namespace cairn {
 

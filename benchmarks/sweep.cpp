@@ -11,8 +11,8 @@
 #include <map>
 #include <random>
 
-#include "interaction.hpp"
-#include "solvers/contact_system.hpp"
+#include "contacts/interaction.hpp"
+#include "solvers/sweeps/contact_system.hpp"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <string>
 
-#include "call.hpp"
-#include "field.hpp"
+#include "base/call.hpp"
+#include "base/field.hpp"
 
 namespace py = pybind11;
 

@@ -1,7 +1,7 @@
-#include "elements.hpp"
+#include "fe/elements.hpp"
 
 #include "arrays.hpp"
-#include "call.hpp"
+#include "base/call.hpp"
 
 namespace {
 

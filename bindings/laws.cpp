@@ -1,6 +1,6 @@
 #include "arrays.hpp"
-#include "interaction.hpp"
-#include "plug.hpp"
+#include "contacts/interaction.hpp"
+#include "laws/plug.hpp"
 
 namespace {
 

@@ -1,6 +1,6 @@
 #include "arrays.hpp"
 #include "cairn/build.h"
-#include "interaction_handler.hpp"
+#include "detection/interaction_handler.hpp"
 
 PYBIND11_MODULE(_core, m) {
   m.doc() = "Cairn's object layer; defaults and checks of a user's words are in the Python package.";

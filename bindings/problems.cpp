@@ -1,5 +1,5 @@
 #include "arrays.hpp"
-#include "solvers/friction_problem.hpp"
+#include "solvers/problems/friction_problem.hpp"
 
 namespace {
 

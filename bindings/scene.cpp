@@ -1,4 +1,4 @@
-#include "scene.hpp"
+#include "scene/scene.hpp"
 #include "arrays.hpp"
 
 using cairn::Scene;

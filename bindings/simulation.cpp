@@ -1,9 +1,9 @@
 #include <pybind11/functional.h>
 
-#include "plug.hpp"
-#include "simulation.hpp"
-#include "smooth/smooth_dynamics.hpp"
-#include "solvers/contact_system.hpp"
+#include "laws/plug.hpp"
+#include "solvers/sweeps/contact_system.hpp"
+#include "strategies/simulation.hpp"
+#include "strategies/smooth/smooth_dynamics.hpp"
 
 #include "arrays.hpp"
 

@@ -15,8 +15,8 @@ function(cairn_check_prototypes target)
               -DMODULES=${PROJECT_BINARY_DIR}/modules -DOUTPUT=${folder}/${name} -P ${script}
       # the objects, because their modules are what a source may use
       DEPENDS ${path} ${header} ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
-              ${PROJECT_SOURCE_DIR}/core_f90/kinematics/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
-              ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def
+              ${PROJECT_SOURCE_DIR}/core_f90/sides/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
+              ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def ${PROJECT_SOURCE_DIR}/core_f90/elements/elements.def
       COMMENT "Prototypes of ${source} against core.h"
       VERBATIM)
     list(APPEND stamps ${folder}/${name}.stamp)

@@ -2,36 +2,36 @@ set(CAIRN_CORE_SOURCES
   contact_laws/coulomb_cone.f90
   contact_laws/law_context.f90
   contact_laws/spring_slider.f90
-  detection/bracketed_zero.f90
   detection/contactor_places.f90
-  detection/convex_axis.f90
-  detection/convex_climb.f90
-  detection/convex_contact.f90
-  detection/convex_facet.f90
-  detection/convex_shape.f90
-  detection/convex_top.f90
-  detection/facet_points.f90
-  detection/facet_view.f90
-  detection/grid_levels.f90
-  detection/grid_search.f90
-  detection/hilbert_keys.f90
-  detection/hull_axes.f90
-  detection/hull_distance.f90
-  detection/hull_features.f90
-  detection/hull_patch.f90
-  detection/hull_places.f90
-  detection/hull_proofs.f90
-  detection/hull_support.f90
-  detection/hull_view.f90
-  detection/key_sort.f90
+  detection/convex/bracketed_zero.f90
+  detection/convex/convex_axis.f90
+  detection/convex/convex_climb.f90
+  detection/convex/convex_contact.f90
+  detection/convex/convex_facet.f90
+  detection/convex/convex_shape.f90
+  detection/convex/convex_top.f90
+  detection/grid/grid_levels.f90
+  detection/grid/grid_search.f90
+  detection/grid/hilbert_keys.f90
+  detection/grid/key_sort.f90
+  detection/grid/pair_lists.f90
+  detection/grid/periodic_items.f90
+  detection/hulls/hull_axes.f90
+  detection/hulls/hull_distance.f90
+  detection/hulls/hull_features.f90
+  detection/hulls/hull_patch.f90
+  detection/hulls/hull_places.f90
+  detection/hulls/hull_proofs.f90
+  detection/hulls/hull_support.f90
+  detection/hulls/hull_view.f90
+  detection/hulls/patch_points.f90
+  detection/hulls/polygon_contact.f90
+  detection/hulls/separation.f90
   detection/pair_geometry.f90
-  detection/pair_lists.f90
-  detection/patch_points.f90
-  detection/periodic_items.f90
-  detection/polygon_contact.f90
-  detection/separation.f90
-  detection/tube_view.f90
-  detection/wall_search.f90
+  detection/walls/facet_points.f90
+  detection/walls/facet_view.f90
+  detection/walls/tube_view.f90
+  detection/walls/wall_search.f90
   elements/elastic_integrals.f90
   elements/shape_families.f90
   integrators/energy.f90
@@ -39,28 +39,28 @@ set(CAIRN_CORE_SOURCES
   integrators/theta.f90
   integrators/velocity_verlet.f90
   integrators/verlet_spheres.f90
-  kinematics/batch_kinematics.f90
-  kinematics/contact_batch.f90
-  kinematics/contact_schedule.f90
-  kinematics/smooth_contacts2.f90
-  kinematics/smooth_contacts3.f90
-  kinematics/smooth_pairs.f90
-  kinematics/smooth_spheres3.f90
-  kinematics/velocity_records.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90
-  solvers/block_factors.f90
-  solvers/body_blocks.f90
-  solvers/cone_projection.f90
-  solvers/contact_block.f90
-  solvers/contact_error.f90
-  solvers/contact_passes.f90
-  solvers/contact_velocity.f90
-  solvers/newton_bodies.f90
-  solvers/newton_rows.f90
-  solvers/nlgs_blocks.f90
-  solvers/problem_blocks.f90
-  solvers/problem_error.f90
-  solvers/radial_passes.f90
-  solvers/radial_sweep.f90
+  sides/batch_kinematics.f90
+  sides/contact_batch.f90
+  sides/contact_schedule.f90
+  sides/velocity_records.f90
+  smooth/smooth_contacts2.f90
+  smooth/smooth_contacts3.f90
+  smooth/smooth_pairs.f90
+  smooth/smooth_spheres3.f90
+  solvers/error/cone_projection.f90
+  solvers/error/contact_error.f90
+  solvers/error/problem_error.f90
+  solvers/newton/block_factors.f90
+  solvers/newton/body_blocks.f90
+  solvers/newton/newton_bodies.f90
+  solvers/newton/newton_rows.f90
+  solvers/problems/nlgs_blocks.f90
+  solvers/problems/problem_blocks.f90
+  solvers/sweeps/contact_block.f90
+  solvers/sweeps/contact_passes.f90
+  solvers/sweeps/contact_velocity.f90
+  solvers/sweeps/radial_passes.f90
+  solvers/sweeps/radial_sweep.f90
 )

@@ -11,13 +11,13 @@ LISTS = [
     ("Pairs of shapes", "core_f90/detection/pairs.def", "CAIRN_PAIR", ("file", "candidate", "antagonist", "most contacts")),
     ("Pairs with polygons and polyhedra", "core_f90/detection/pairs.def", "CAIRN_HULL_PAIR",
      ("file", "candidate", "antagonist", "most contacts")),
-    ("Kinds of side", "core_f90/kinematics/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
+    ("Kinds of side", "core_f90/sides/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
     ("Contact solvers", "core_f90/solvers/solvers.def", "CAIRN_SOLVER",
      ("file", "in Python", "what it is", "in simulations", "of problems")),
     ("Finite elements", "core_f90/elements/elements.def", "CAIRN_ELEMENT", ("file", "cells", "dimension", "nodes", "points")),
-    ("Arrays of bodies", "cxx/fields.def", "CAIRN_BODY_FIELD",
+    ("Arrays of bodies", "cxx/bodies/fields.def", "CAIRN_BODY_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
-    ("Arrays of contactors", "cxx/fields.def", "CAIRN_CONTACTOR_FIELD",
+    ("Arrays of contactors", "cxx/bodies/fields.def", "CAIRN_CONTACTOR_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
 ]
 FIELD = re.compile(r'"([^"]*)"|([^,"]+)')

@@ -11,32 +11,40 @@ sim.run(steps=2000, output="pile.vtkhdf", every=20)
 """
 
 from . import _openmp  # noqa: F401  # isort: skip
-from . import _core, laws, names, pre, strategies
+from . import _core, names, pre
 from ._core import Error
-from .bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
-from .laws import Law
-from .materials import Material
-from .plug import plug
+from .build import laws
+from .build.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
+from .build.laws import Law
+from .build.materials import Material
+from .build.round_shapes import capsules, cylinders, superquadrics
+from .build.scene import Periodic, Scene
+from .build.shapes import boxes, polygons, polyhedra, with_corners
+from .plugs.plug import plug
 from .post.errors import FileError
 from .post.load import load
-from .round_shapes import capsules, cylinders, superquadrics
-from .scene import Periodic, Scene
-from .servo import Servo
-from .shapes import boxes, polygons, polyhedra, with_corners
-from .simulation import ShapesWarning, Simulation
-from .step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
-from .strategies import NSCD, Carpenter, GranularElement, SmoothDEM
-from .time_functions import Harmonic, Table
+from .run import strategies
+from .run.servo import Servo
+from .run.simulation import ShapesWarning, Simulation
+from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
+from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM
+from .run.time_functions import Harmonic, Table
 
-_LATER = {"LinearBody": "meshes", "deformable": "meshes", "find_equilibrium": "equilibrium", "surface": "surfaces"}
-_PARTS = ("legacy", "problems", "soe", "study")
+_LATER = {
+    "ElasticBody": "build.elastic",
+    "LinearBody": "build.meshes",
+    "deformable": "build.meshes",
+    "find_equilibrium": "run.equilibrium",
+    "surface": "build.surfaces",
+}
+_PARTS = {"legacy": "legacy", "problems": "problems", "soe": "run.soe", "study": "study"}
 
 
 def __getattr__(name):  # what most scenes do not use is loaded when it is asked for
     import importlib
 
     if name in _PARTS:
-        part = importlib.import_module(f".{name}", __name__)
+        part = importlib.import_module(f".{_PARTS[name]}", __name__)
         names.teach(vars(part), getattr(part, "__all__", ()))
         return part
     if name in _LATER:
@@ -59,6 +67,7 @@ __all__ = [
     "BodySet",
     "Carpenter",
     "ContactorSet",
+    "ElasticBody",
     "EnergyCreatedWarning",
     "Error",
     "FileError",

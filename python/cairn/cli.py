@@ -292,8 +292,8 @@ def _line_of(error, script):
 
 def _interrupted(error):
     """Says where the simulation at hand was, if it has not been said, and returns the exit status."""
-    from .run import Stopped
-    from .simulation import Simulation
+    from .run.loop import Stopped
+    from .run.simulation import Simulation
 
     if isinstance(error, Stopped):  # said when the run ended
         return error.status
@@ -316,7 +316,7 @@ def version():
 
 def run(options, passed_on):
     """`cairn run`."""
-    from . import run as runs
+    from .run import loop as runs
 
     if options.what.endswith(".py"):
         import runpy
@@ -332,8 +332,8 @@ def run(options, passed_on):
                 if command.stopped is None or end.code not in (None, 0):
                     raise
         return command.status
-    from .scene import Scene
-    from .simulation import Simulation
+    from .build.scene import Scene
+    from .run.simulation import Simulation
 
     if options.dt is None:
         raise ValueError("a scene has no time step of its own: give one, --dt 1e-3 [s] say")
@@ -349,7 +349,7 @@ def run(options, passed_on):
     output = options.output or stem + ".vtkhdf"
     dump = None
     if options.dump_problem:
-        from .contact_problem import Dump
+        from .run.contact_problem import Dump
 
         dump = Dump(options.dump_problem, os.path.splitext(output)[0] + ".problem.hdf5")
     with runs.commanded() as command:
@@ -373,7 +373,7 @@ def run(options, passed_on):
 
 
 def _strategy(options):
-    from .strategies import NSCD, SOLVERS
+    from .run.strategies import NSCD, SOLVERS
 
     if options.solver is not None and options.solver not in SOLVERS:
         raise ValueError(f"--solver is {options.solver!r}: give one of {listed(SOLVERS, options.solver)}")
@@ -448,7 +448,7 @@ def convert(options):
 
 def wrap_law(options):
     """`cairn wrap-law`."""
-    from .wrap_law import wrap_law as write
+    from .plugs.wrap_law import wrap_law as write
 
     path, build = write(options.interface, **({"isolate": True} if options.isolate else {}))
     print(path)
@@ -487,8 +487,8 @@ def verify(options):
 
 def new_law(options):
     """`cairn new-law`."""
-    from .new_law import build_line
-    from .new_law import new_law as write
+    from .plugs.new_law import build_line
+    from .plugs.new_law import new_law as write
 
     paths = write(options.name, options.folder)
     for path in paths:

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "interaction.hpp"
+#include "contacts/interaction.hpp"
 
 namespace cairn::test {
 

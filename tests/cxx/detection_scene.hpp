@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cairn/core.h"
-#include "interaction_handler.hpp"
+#include "detection/interaction_handler.hpp"
 
 namespace cairn::test {
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "simulation.hpp"
+#include "strategies/simulation.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 namespace {

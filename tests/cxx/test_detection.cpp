@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "call.hpp"
+#include "base/call.hpp"
 #include "detection_scene.hpp"
 
 using namespace cairn;

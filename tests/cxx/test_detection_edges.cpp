@@ -7,7 +7,7 @@
 #include <limits>
 #include <numeric>
 
-#include "call.hpp"
+#include "base/call.hpp"
 #include "detection_scene.hpp"
 
 using namespace cairn;

@@ -5,7 +5,7 @@
 #include <map>
 #include <random>
 
-#include "key_search.hpp"
+#include "base/key_search.hpp"
 
 namespace {
 

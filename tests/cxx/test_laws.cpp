@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cairn/core.h"
-#include "interaction.hpp"
+#include "contacts/interaction.hpp"
 
 namespace cairn::test {
 namespace {

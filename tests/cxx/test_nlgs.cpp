@@ -6,7 +6,7 @@
 
 #include "cairn/core.h"
 #include "contact_scene.hpp"
-#include "solvers/contact_system.hpp"
+#include "solvers/sweeps/contact_system.hpp"
 
 namespace cairn::test {
 namespace {

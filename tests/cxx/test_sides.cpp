@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "solvers/contact_system.hpp"
+#include "solvers/sweeps/contact_system.hpp"
 
 namespace cairn::test {
 namespace {

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.equilibrium import on_faces, project
 from cairn.post.masonry import Structure
 from cairn.pre import masonry
+from cairn.run.equilibrium import on_faces, project
 from report import judge
 
 G = 9.81

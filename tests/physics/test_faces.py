@@ -4,8 +4,8 @@ carried by a face, the balance of energy, restart; spins of facets, shares of th
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.elastic import ElasticBody
-from cairn.mesh_faces import Faces, bilinear
+from cairn.build.elastic import ElasticBody
+from cairn.build.mesh_faces import Faces, bilinear
 from report import judge
 from test_deformable import STEEL, at, scene_of
 from test_elastic import grid

@@ -8,7 +8,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.new_law import build_line, new_law
+from cairn.plugs.new_law import build_line, new_law
 
 PLUG = Path(cn.__file__).resolve().parent / "plugs" / "cairn_plug.f90"
 pytestmark = pytest.mark.skipif(not shutil.which("gfortran"), reason="no gfortran to build a library with")

@@ -8,7 +8,7 @@ import threading
 import time
 
 import pytest
-from cairn.progress import Progress, StopAtSignal
+from cairn.run.progress import Progress, StopAtSignal
 
 
 class Terminal(io.StringIO):

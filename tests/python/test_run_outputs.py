@@ -13,7 +13,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.post import container
-from cairn.run import snapshot
+from cairn.run.loop import snapshot
 from small_scenes import ROCK, differing, heap, state
 
 KILLS = 200 if os.environ.get("CAIRN_FULL") else 20

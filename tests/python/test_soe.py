@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from cairn import soe
-from cairn.soe import SOE, STORAGES
+from cairn.run.soe import SOE, STORAGES
 from scipy import sparse
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
-from cairn.wrap_law import wrap_law
+from cairn.plugs.wrap_law import wrap_law
 from test_plug import heap
 
 pytestmark = pytest.mark.skipif(not shutil.which("gfortran") or not shutil.which("gcc"), reason="no compilers")

@@ -177,7 +177,7 @@ typedef struct cairn_record {
   cairn_side_gather cairn_side_##name##_gather;                                                                        \
   cairn_side_scatter cairn_side_##name##_scatter;                                                                      \
   cairn_side_delassus cairn_side_##name##_delassus;
-#include "../../kinematics/sides.def"
+#include "../../sides/sides.def"
 #undef CAIRN_SIDE
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..materials import Material
+from ..build.materials import Material
 from .text import LegacyError, Reader
 
 CELLS = {"T3xxx": "triangle", "Q4xxx": "quad", "TE4xx": "tetra", "H8xxx": "hexahedron"}
@@ -164,7 +164,7 @@ def _why_not(box, mesh, models, drives):
 
 
 def _elastic(box, mesh, models):
-    from ..elastic import ElasticBody
+    from ..build.elastic import ElasticBody
 
     _, _, model, name = mesh.cells[0]
     material = box.materials[name]
@@ -186,7 +186,7 @@ def _elastic(box, mesh, models):
 
 
 def _deformable(box, mesh, models, drives, state, materials, origin):
-    from ..meshes import deformable
+    from ..build.meshes import deformable
     from .scene import _function
 
     body = _elastic(box, mesh, models)

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import bodies, laws, round_shapes, shapes, time_functions
-from ..materials import Material
-from ..scene import Scene
-from ..shapes import Hulls
+from ..build import bodies, laws, round_shapes, shapes
+from ..build.materials import Material
+from ..build.scene import Scene
+from ..build.shapes import Hulls
+from ..run import time_functions
 from . import datbox, mesh
 from .text import LegacyError
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import bodies, time_functions
+from ..build import bodies
+from ..run import time_functions
 from .scene import LAWS, UnmappedWarning
 from .text import LegacyError, real, triple
 

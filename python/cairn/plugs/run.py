@@ -6,8 +6,9 @@ import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
-import cairn as cn
 import matplotlib.pyplot as plt
+
+import cairn as cn
 
 here = Path(__file__).resolve().parent
 law = cn.plug(here / "lib@NAME@.so", law="@NAME@", params=[0.4, 0.2])

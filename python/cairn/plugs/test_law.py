@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-import cairn as cn
 import numpy as np
 import pytest
+
+import cairn as cn
 
 LIBRARY = Path(__file__).resolve().parent / "lib@NAME@.so"
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..time_functions import Table
+from ..run.time_functions import Table
 from . import checks
 
 STANDARD_GRAVITY = 9.80665  # [m/s2], the unit of PEER's records

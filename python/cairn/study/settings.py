@@ -38,7 +38,7 @@ class Setting:
 
     def strategy(self, base=None):
         """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
-        from ..strategies import NSCD
+        from ..run.strategies import NSCD
 
         if base is not None and not isinstance(base, NSCD):
             raise ValueError(f"strategy of the scene is {base!r}: a study sweeps the settings of cairn.NSCD")

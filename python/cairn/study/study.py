@@ -63,7 +63,7 @@ def _planned(what, folder, figures, options, dt, sweep, protocol):
 
 
 def _targets(what, folder, options, dt):
-    from ..scene import Scene
+    from ..build.scene import Scene
 
     if isinstance(what, Scene):
         if folder is None:
@@ -136,7 +136,7 @@ def _is_done(task, rows, needed):
 def _do(plan, rows, workers, progress, say):
     """Does what is not done; False if it was stopped."""
     from .. import __version__
-    from ..progress import Progress, StopAtSignal
+    from ..run.progress import Progress, StopAtSignal
     from .tasks import prepared
 
     waiting = _waiting(plan, rows.rows)

@@ -60,8 +60,8 @@ class Target:
 
     def simulation(self):
         """A cairn.Simulation of the scene, from its start."""
-        from ..scene import Scene
-        from ..simulation import Simulation
+        from ..build.scene import Scene
+        from ..run.simulation import Simulation
 
         built, self._built = self._scene_or_simulation(), None
         if isinstance(built, Simulation):
@@ -126,7 +126,7 @@ def _module(path):
 
 
 def _load_scene(path):
-    from ..scene import Scene
+    from ..build.scene import Scene
 
     return Scene.load(path)
 

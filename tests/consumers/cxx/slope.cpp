@@ -1,5 +1,5 @@
 // A disk on a half-plane through the C++ classes: what a program outside of the source tree can reach.
-#include <cairn/cxx/simulation.hpp>
+#include <cairn/cxx/strategies/simulation.hpp>
 #include <cmath>
 #include <cstdio>
 #include <limits>

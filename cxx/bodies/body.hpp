@@ -1,0 +1,24 @@
+// The bodies of a scene: structure of arrays, small vectors fastest, in internal order.
+#pragma once
+#include "../base/field.hpp"
+
+namespace cairn {
+
+struct Bodies {
+  explicit Bodies(int dim);
+  int dim;
+  std::int64_t count = 0; // owned bodies; ghosts would follow them
+
+#define CAIRN_BODY_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
+#include "fields.def"
+
+  int dofs() const { return dim == 2 ? 3 : 6; }
+  // calls f(field) for every row of fields.def
+  template <class F>
+  void for_each_field(F&& f) {
+#define CAIRN_BODY_FIELD(name, type, c2, c3, unit, stage, when, meaning) f(name);
+#include "fields.def"
+  }
+};
+
+} // namespace cairn

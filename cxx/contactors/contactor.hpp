@@ -1,0 +1,35 @@
+// The shapes that detect, each carried by a body.
+#pragma once
+#include "../base/field.hpp"
+#include "hulls.hpp"
+
+namespace cairn {
+
+enum class Shape : std::int16_t {
+#define CAIRN_SHAPE(name, dimension, bounded) name,
+#include "../../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+// Those whose shape is among the hulls.
+constexpr bool is_hull(Shape s) {
+  return s == Shape::polygon || s == Shape::polyhedron || s == Shape::facet || s == Shape::capsule ||
+         s == Shape::cylinder || s == Shape::superquadric;
+}
+
+struct Contactors {
+  explicit Contactors(int dim);
+  int dim;
+  std::int64_t count = 0;
+  Hulls hulls; // what those of them are that have one
+
+#define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
+#include "../bodies/fields.def"
+
+  template <class F>
+  void for_each_field(F&& f) {
+#define CAIRN_CONTACTOR_FIELD(name, type, c2, c3, unit, stage, when, meaning) f(name);
+#include "../bodies/fields.def"
+  }
+};
+
+} // namespace cairn

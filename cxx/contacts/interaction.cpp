@@ -1,0 +1,320 @@
+#include "interaction.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "../solvers/sweeps/step_solver.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+Interactions::Interactions(int dim) : s_(std::make_unique<State>(dim)) {
+  if (dim != 2 && dim != 3) throw std::invalid_argument("interactions: dim is " + std::to_string(dim) + ", not 2 or 3");
+}
+Interactions::~Interactions() = default;
+Interactions::Interactions(Interactions&&) noexcept = default;
+Interactions& Interactions::operator=(Interactions&&) noexcept = default;
+
+void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
+                            const LawTable& laws, const Cell& cell, double h, double theta) {
+  State& s = *s_;
+  scratch();
+  if (!(h > 0) || !std::isfinite(h))
+    throw std::invalid_argument("interactions: step h is " + std::to_string(h) + " s, must be positive and finite");
+  s.bodies = &bodies;
+  s.contactors = &contactors;
+  s.candidates = &candidates;
+  s.laws = &laws;
+  s.cell = &cell;
+  s.h = h;
+  s.theta = theta;
+  s.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
+                                        [](double g) { return g < 0 || g > 0; });
+  s.load_bodies();
+  s.classify();
+  s.plan();
+  s.fill();
+}
+
+void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
+
+SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
+  SolveReport report = solve_step(s_->system, bodies.velocity_free, options);
+  if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
+  return report;
+}
+
+void Interactions::give_impulses(const double* local) {
+  const int d = s_->dim();
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    for (int k = 0; k < d; ++k) at(b, b.r, lane, k) = local[d * i + k];
+  });
+}
+
+void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& correct) {
+  State& s = *s_;
+  ContactSystem& system = s.system;
+  s.energy = {};
+  if (!system.batches.empty()) {
+    const cairn_schedule schedule = system.schedule(omp_get_max_threads());
+    fit(s.work_sums, 4 * system.batches.size());
+    // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
+    system.load(bodies.velocity_free);
+    cairn_add_impulses(&schedule);
+    if (correct) {
+      system.unload(bodies.velocity);
+      correct();
+      system.load(bodies.velocity);
+    }
+    system.unload_and_add(bodies.velocity, bodies.velocity_begin);
+    cairn_contact_work(&schedule, s.work_sums.data());
+    system.load(bodies.velocity);
+    if (s.sheared) s.count_cell_work();
+    for (std::size_t b = 0; b < system.batches.size(); ++b) {
+      const double* sums = &s.work_sums[4 * b];
+      s.energy.normal -= 0.5 * sums[0];
+      s.energy.tangential -= 0.5 * sums[1];
+      s.energy.created += 0.5 * sums[2];
+      s.energy.turned_over += 0.5 * sums[3];
+    }
+  } else {
+    bodies.velocity.values = bodies.velocity_free.values;
+  }
+  if (bodies.reaction.active) s.add_reactions(bodies);
+}
+
+// The image of B moves with the cell: relative velocities of contacts see it, bodies do not.
+void Interactions::State::count_cell_work() {
+  for (std::size_t k = 0; k < system.batches.size(); ++k) {
+    const cairn_batch& b = system.batches[k];
+    double* sums = &work_sums[4 * k];
+    sums[2] = sums[3] = 0;
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      double jump[3 * 128];
+      const int n = b.count;
+      for (int c = 0; c < dim(); ++c) jump[c * n + lane] = 0;
+      add_image_jump(b, lane, 1, jump);
+      double normal = b.r[lane] * jump[lane], tangential = 0;
+      for (int c = 1; c < dim(); ++c) tangential += b.r[c * n + lane] * jump[c * n + lane];
+      energy.cell_work -= normal + tangential;
+      sums[0] += 2 * normal;
+      sums[1] += 2 * tangential;
+      b.scale[lane] += 2 * (normal + tangential);
+      sums[2] += std::max(0.0, b.scale[lane]);
+      sums[3] += std::abs(b.scale[lane]);
+    }
+  }
+}
+
+// Impulse and moment of a contact on A in space axes; m is of 3 components, in 2D its last.
+void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const {
+  const int d = dim();
+  double axes[3][3];
+  axes_of(b, d, lane, axes);
+  std::fill(p, p + 3, 0.0);
+  std::fill(m, m + 3, 0.0);
+  for (int c = 0; c < d; ++c) {
+    const double r = at(b, b.r, lane, c);
+    for (int k = 0; k < d; ++k) p[k] += axes[c][k] * r;
+  }
+  for (int c = d; c < b.components; ++c) {
+    const double r = at(b, b.r, lane, c);
+    if (d == 2)
+      m[2] = r;
+    else
+      for (int k = 0; k < 3; ++k) m[k] += axes[c - 3][k] * r;
+  }
+}
+
+void Interactions::State::add_reactions(Bodies& bodies) const {
+  const int d = dim();
+  const auto driven = [&](std::int32_t who) { return !bodies.driven.active || *bodies.driven[who]; };
+  const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, double* lever, double sign,
+                       const double p[3], const double m[3]) {
+    if (!driven(who)) return;
+    double l[3] = {0, 0, 0};
+    const bool radial = side == radial2 || side == radial3;
+    for (int k = 0; k < d; ++k) l[k] = radial ? at(b, lever, lane, 0) * at(b, b.frame, lane, k) : at(b, lever, lane, k);
+    double* to = bodies.reaction[who];
+    for (int k = 0; k < d; ++k) to[k] += sign * p[k];
+    if (d == 2)
+      to[2] += sign * (l[0] * p[1] - l[1] * p[0] + m[2]);
+    else
+      for (int k = 0; k < 3; ++k)
+        to[3 + k] += sign * (l[(k + 1) % 3] * p[(k + 2) % 3] - l[(k + 2) % 3] * p[(k + 1) % 3] + m[k]);
+  };
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      if (!driven(b.body_a[lane]) && !driven(b.body_b[lane])) continue; // most are not
+      double p[3], m[3];
+      space_impulse(b, lane, p, m);
+      add(b, lane, b.body_a[lane], b.side_a, b.lever_a, 1, p, m);
+      add(b, lane, b.body_b[lane], b.side_b, b.lever_b, -1, p, m);
+    }
+}
+
+ContactEnergy Interactions::commit() {
+  s_->commit_laws();
+  s_->remember();
+  return s_->energy;
+}
+
+std::int64_t Interactions::count() const { return s_->candidates ? s_->candidates->count : 0; }
+
+template <class F>
+void Interactions::State::each(F&& f) const {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) f(b, lane, std::int64_t(system.candidate[b.first + lane]));
+}
+
+void Interactions::impulse_local(double* out) const {
+  const int d = s_->dim();
+  std::fill(out, out + d * count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    for (int k = 0; k < d; ++k) out[d * i + k] = at(b, b.r, lane, k);
+  });
+}
+
+void Interactions::impulse_space(double* out) const {
+  const int d = s_->dim();
+  std::fill(out, out + d * count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    double p[3], m[3];
+    s_->space_impulse(b, lane, p, m);
+    std::copy_n(p, d, out + d * i);
+  });
+}
+
+void Interactions::moment_space(double* out) const {
+  const int d = s_->dim() == 2 ? 1 : 3;
+  std::fill(out, out + d * count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    double p[3], m[3];
+    s_->space_impulse(b, lane, p, m);
+    std::copy_n(m + 3 - d, d, out + d * i);
+  });
+}
+
+void Interactions::relative_velocity(double* out) const {
+  const int d = s_->dim();
+  std::fill(out, out + d * count(), 0.0);
+  const cairn_schedule schedule = s_->system.schedule(1);
+  for (std::size_t k = 0; k < s_->system.batches.size(); ++k) {
+    const cairn_batch& b = s_->system.batches[k];
+    double u[6 * 128];
+    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      if (s_->sheared) s_->add_image_jump(b, lane, 1, u);
+      for (int c = 0; c < d; ++c)
+        out[std::int64_t(d) * s_->system.candidate[b.first + lane] + c] = u[c * b.count + lane];
+    }
+  }
+}
+
+void Interactions::status(std::int32_t* out) const {
+  std::fill(out, out + count(), std::int32_t(cairn_open));
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = b.status[lane]; });
+}
+
+void Interactions::keys(std::int64_t* out) const {
+  for (std::int64_t i = 0; i < count(); ++i) {
+    const ContactKey k = s_->key(i);
+    for (const std::int64_t word : {k.contactor_a, k.contactor_b, std::int64_t(k.feature), std::int64_t(k.image)})
+      *out++ = word;
+  }
+}
+
+void Interactions::dissipated(double* out) const {
+  std::fill(out, out + count(), 0.0);
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) { out[i] = -0.5 * b.scale[lane]; });
+}
+
+ContactRows Interactions::rows() const {
+  const int d = s_->dim();
+  const auto n = std::size_t(count());
+  ContactRows rows{.axes = std::vector<double>(d * d * n),
+                   .lever = std::vector<double>(2 * d * n),
+                   .bias = std::vector<double>(d * n),
+                   .mu = std::vector<double>(n),
+                   .bodies = std::vector<std::int32_t>(2 * n),
+                   .kind = std::vector<std::int32_t>(n)};
+  s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
+    double axes[3][3];
+    axes_of(b, d, lane, axes);
+    const auto lever = [&](double* from, std::int32_t side, int k) {
+      const bool radial = side == radial2 || side == radial3;
+      return radial ? at(b, from, lane, 0) * axes[0][k] : at(b, from, lane, k);
+    };
+    for (int k = 0; k < d; ++k) {
+      for (int c = 0; c < d; ++c) rows.axes[d * d * i + d * c + k] = axes[c][k];
+      rows.lever[2 * d * i + k] = lever(b.lever_a, b.side_a, k);
+      rows.lever[2 * d * i + d + k] = lever(b.lever_b, b.side_b, k);
+      rows.bias[d * i + k] = b.pack ? (k == 0 ? at(b, b.bias, lane, 0) : 0) : b.bias[k * b.count + lane];
+    }
+    const bool cone = !law_infos()[b.law].has_solve;
+    rows.mu[i] = cone ? at(b, b.params, lane, 0) : 0;
+    rows.bodies[2 * i] = b.body_a[lane];
+    rows.bodies[2 * i + 1] = b.body_b[lane];
+    rows.kind[i] = cone ? 1 : 2;
+  });
+  return rows;
+}
+
+const std::vector<ContactKey>& Interactions::bonds() {
+  std::vector<ContactKey>& all = s_->bonds;
+  all.clear();
+  const ContactMemory& m = s_->memory;
+  for (std::size_t k = 0; k < m.keys.size() && m.state_components > 0; ++k)
+    if (m.states[k * m.state_components] < std::numeric_limits<double>::max()) all.push_back(m.keys[k]);
+  std::sort(all.begin(), all.end(), [](const ContactKey& a, const ContactKey& b) {
+    if (a.contactor_a != b.contactor_a) return a.contactor_a < b.contactor_a;
+    if (a.contactor_b != b.contactor_b) return a.contactor_b < b.contactor_b;
+    return a.feature != b.feature ? a.feature < b.feature : a.image < b.image;
+  });
+  return all;
+}
+
+ContactSystem& Interactions::system() { return s_->system; }
+
+Scratch& Interactions::scratch() {
+  s_->system.batches.clear();
+  s_->scratch.begin();
+  return s_->scratch;
+}
+
+void Interactions::forget_impulses() { std::fill(s_->memory.impulses.begin(), s_->memory.impulses.end(), 0.0); }
+
+const ContactMemory& Interactions::memory() const { return s_->memory; }
+
+void Interactions::restore(ContactMemory m) {
+  const auto wrong = [](const char* what, std::size_t have, std::size_t want) {
+    throw std::invalid_argument("contact memory: " + std::string(what) + " has " + std::to_string(have) +
+                                " numbers, its keys ask for " + std::to_string(want));
+  };
+  if (m.impulses.size() != m.keys.size() * m.impulse_components)
+    wrong("impulses", m.impulses.size(), m.keys.size() * m.impulse_components);
+  if (m.states.size() != m.keys.size() * m.state_components)
+    wrong("states", m.states.size(), m.keys.size() * m.state_components);
+  s_->memory = std::move(m);
+}
+
+std::int64_t Interactions::bytes() const {
+  const State& s = *s_;
+  const auto of = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
+  const ContactSystem& c = s.system;
+  return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) + of(c.candidate) + of(c.sums) +
+         of(c.change) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.work_sums) +
+         of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) +
+         of(s.key_of_order) + of(s.order_count) + of(s.sorted) + s.scratch.bytes();
+}
+
+std::int64_t Interactions::body_bytes() const {
+  const ContactSystem& c = s_->system;
+  return std::int64_t((c.record.capacity() + c.general.capacity()) * sizeof(cairn_record));
+}
+
+} // namespace cairn

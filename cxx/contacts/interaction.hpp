@@ -1,0 +1,202 @@
+// Contacts of a step: assembled from candidates into batches, solved, committed; what the next step inherits follows
+// the contact's key.
+#pragma once
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "../base/cell.hpp"
+#include "../bodies/body.hpp"
+#include "../contactors/contactor.hpp"
+#include "../detection/candidates.hpp"
+#include "cairn/core.h"
+
+namespace cairn {
+
+struct ContactSystem;
+class Scratch;
+
+// Rows of laws.def, in its order.
+enum class Law : std::int16_t {
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \
+  name,
+#include "../../core_f90/contact_laws/laws.def"
+#undef CAIRN_LAW
+};
+
+// What a row of laws.def declares, read once.
+struct LawParameter {
+  std::string name;
+  bool required = false; // no default
+  double standard = 0, smallest = 0, largest = 0;
+};
+struct LawInfo {
+  std::string name, python_name;
+  int components2 = 0, components3 = 0;
+  std::vector<LawParameter> parameters;
+  std::vector<std::string> state;
+  std::vector<double> state_begin; // of a contact that is new; not finite: see Interactions::State::fill_impulses
+  bool has_prepare = false, has_solve = false, has_commit = false;
+  bool normal_bias = false; // no bias of tangential velocities
+  cairn_law_prepare* prepare = nullptr;
+  cairn_law_solve* solve = nullptr;
+  cairn_law_commit* commit = nullptr;
+  cairn_law_force* force = nullptr; // serves smooth strategies, as prepare serves NSCD
+  cairn_law_stiffness* stiffness = nullptr;
+  // Of laws from a user's library alone: where it is, whether threads may call it at once, what it says of a failure.
+  std::string library;
+  bool thread_safe = true;
+  const char* (*complaint)() = nullptr;
+  bool plugged() const { return !library.empty(); }
+  bool bonds() const { return !state_begin.empty() && !std::isfinite(state_begin[0]); }
+  int components(int dim) const { return dim == 2 ? components2 : components3; }
+};
+// Rows of laws.def, then the laws that were plugged in, in their order. References stay valid.
+const std::vector<LawInfo>& law_infos();
+// Adds a law, or replaces the one of the same name if `replace` says so. Throws std::invalid_argument.
+Law register_law(LawInfo law, bool replace);
+// Parameters "name:default:smallest:largest" and state "name:value of a new contact", separated by blanks.
+// Throws std::invalid_argument for a word that cannot be read.
+void declare_law(LawInfo& law, const std::string& parameters, const std::string& state);
+
+// Which law, with which parameters, rules a pair of materials (or groups).
+class LawTable {
+public:
+  static constexpr int max_parameters = 16, max_states = 16;
+  struct Entry {
+    Law law;
+    std::int16_t place; // of the law among those of the table
+    double params[max_parameters];
+  };
+  LawTable() = default;
+  explicit LawTable(std::vector<std::string> material_names); // numbered as contactors.material
+  int materials() const { return int(names_.size()); }
+  // Both orders of the pair. Throws std::invalid_argument naming parameter, value and range.
+  void set(int material_a, int material_b, Law law, std::span<const double> params);
+  void set_default(Law law, std::span<const double> params); // for pairs that have none of their own
+  // -1 if the pair has no law
+  int find(int material_a, int material_b) const {
+    return table_[std::size_t(material_a) * names_.size() + material_b];
+  }
+  const Entry& entry(int i) const { return entries_[i]; }
+  int entries() const { return int(entries_.size()); }
+  const std::vector<Law>& laws() const { return laws_; } // that the table has, each once
+  const std::string& name(int material) const { return names_[material]; }
+
+private:
+  int add(Law law, std::span<const double> params);
+  std::vector<std::string> names_;
+  std::vector<std::int16_t> table_;
+  std::vector<Entry> entries_;
+  std::vector<Law> laws_;
+};
+
+struct SolverOptions {
+  double tolerance; // on the true error (DESIGN, section 5)
+  int min_iterations;
+  int max_iterations;
+  int threads;                 // 0: as OpenMP decides
+  std::string solver = "nlgs"; // in steps: nlgs, auto, or a solver of problems (friction_problem.hpp)
+  double max_bytes = 1e9;      // of factors, and of W where a solver takes it in blocks
+};
+
+enum class SolveStatus { converged, iteration_limit, diverged };
+
+struct SolveReport {
+  SolveStatus status = SolveStatus::converged;
+  std::int64_t contacts = 0; // candidates that were solved
+  int iterations = 0;
+  int checks = 0;                  // evaluations of the error
+  double error = 0;                // natural map, energy norm, relative
+  double worst_error = 0;          // of one contact, on its own scale, at least a millionth of the mean: 0 to 1
+  std::int64_t worst_contact = -1; // its place in the candidates
+  double penetration = 0;          // deepest overlap / size of the smaller body
+  double cone_distance = 0;        // distance of impulses outside the cone / impulse
+  double energy_created = 0;       // energy that contacts made from nothing / energy in play; once it is committed
+  std::string hint;                // empty when converged
+  const char* solver = "nlgs";     // that gave the answer
+};
+
+// Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.
+struct ContactEnergy {
+  double normal = 0, tangential = 0; // rotation components of bonds count as tangential
+  double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
+  double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
+  double turned_over = 0;            // sum of what each contact took or gave
+};
+
+// What a restart needs to go on to the same bits.
+struct ContactMemory {
+  double h = 0;                     // step that the impulses belong to [s]; 0 before the first
+  std::int64_t contactors_seen = 0; // contactor ids below this one can no longer bond on first sight
+  int impulse_components = 0, state_components = 0;
+  std::vector<ContactKey> keys; // contacts with an impulse or a state
+  std::vector<double>
+      impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
+  std::vector<double> states; // (state_components, keys)
+};
+
+// The assembled contacts as plain arrays, in the order of the candidates, for whoever wants to solve them elsewhere.
+struct ContactRows {
+  std::vector<double> axes;         // (dim, dim, count): normal, tangents, each in space axes
+  std::vector<double> lever;        // (dim, 2, count) of A, of B, in space axes [m]
+  std::vector<double> bias, mu;     // (dim, count) [m/s], (count) [-]
+  std::vector<std::int32_t> bodies; // (2, count) internal numbers
+  std::vector<std::int32_t> kind;   // (count) 0: nothing there moves, 1: Coulomb's cone, 2: a law with its own solution
+};
+
+class Interactions {
+public:
+  explicit Interactions(int dim);
+  ~Interactions();
+  Interactions(Interactions&&) noexcept;
+  Interactions& operator=(Interactions&&) noexcept;
+
+  // The candidates stay the caller's and must not change until commit. bodies.velocity is that at the start of the
+  // step, positions are those of detection. Throws std::invalid_argument if a pair of materials has no law (names
+  // both).
+  void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
+                double theta);
+  // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
+  void act_on_surfaces(bool surfaces);
+  // Reads bodies.velocity_free; leaves bodies unchanged.
+  SolveReport solve(const Bodies&, const SolverOptions&);
+  // Impulses (dim, count), local, that someone else solved for, instead of solve.
+  void give_impulses(const double* local);
+  // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'
+  // energy. correct, if given, then replaces the velocities of bodies that do not move on their own, such as the nodes
+  // of a mesh.
+  void update_velocity(Bodies&, const std::function<void()>& correct = {});
+  // State of laws, then impulses and keys become the memory of the next step.
+  ContactEnergy commit();
+
+  // Views of the present step, in the order of the candidates; out arrays are the caller's.
+  std::int64_t count() const;
+  void impulse_local(double* out) const;     // (c, count), c = dim: n, t [, s] [N s]
+  void impulse_space(double* out) const;     // (dim, count), on A [N s]
+  void moment_space(double* out) const;      // (1 or 3, count), on A, of bonds; zero elsewhere [N m s]
+  void relative_velocity(double* out) const; // (dim, count), at the end of the step, local; after update_velocity [m/s]
+  void status(std::int32_t* out) const;      // (count), see cairn_contact_status
+  void keys(std::int64_t* out) const;        // (4, count): ids of the contactors, feature, image
+  void dissipated(double* out) const;        // (count), after update_velocity [J]
+  ContactRows rows() const;                  // after assemble
+  const std::vector<ContactKey>& bonds();    // contacts that detection must keep although they leave its margin
+  void forget_impulses();                    // the next step begins from none
+
+  const ContactMemory& memory() const; // after commit: what the next assemble will inherit
+  void restore(ContactMemory);         // throws std::invalid_argument if sizes do not agree
+  std::int64_t bytes() const;          // held for contacts
+  std::int64_t body_bytes() const;     // held for bodies: velocity records
+  Scratch& scratch();                  // where contacts stand, to be used until assemble: they are gone
+  ContactSystem& system();             // as solvers see it: batches, schedule, velocity records
+
+private:
+  struct State;
+  std::unique_ptr<State> s_;
+};
+
+} // namespace cairn

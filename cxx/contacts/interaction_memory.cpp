@@ -1,0 +1,133 @@
+// What the next step inherits: impulses and states of laws, found again by the keys of their contacts.
+#include <algorithm>
+#include <limits>
+
+#include "../base/key_search.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+void Interactions::State::find_places(int threads) {
+  const auto n = std::int64_t(system.candidate.size());
+  place = scratch.take<std::int32_t>(n);
+  const auto key_of = [&](std::int64_t c) { // dummies have none
+    return system.candidate[c] < 0 ? ContactKey{-1, -1, 0, 0} : key(system.candidate[c]);
+  };
+  find_keys(memory.keys, n, key_of, threads, scratch, place);
+  if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) follow_across_facets();
+}
+
+// A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about
+// the way the other looks. Points named after edges and vertices of a triangle stay there.
+void Interactions::State::follow_across_facets() {
+  constexpr std::int32_t names_of_facets = 1 << 27; // and above: see patch_points.f90
+  const auto n = std::int64_t(system.candidate.size());
+  const auto is_lost = [&](std::int64_t c) {
+    const std::int64_t i = system.candidate[c];
+    return place[c] < 0 && i >= 0 && candidates->feature[i] < names_of_facets &&
+           *contactors->shape[candidates->contactor_b[i]] == std::int16_t(Shape::facet);
+  };
+  std::int64_t lost = 0;
+  for (std::int64_t c = 0; c < n; ++c) lost += is_lost(c);
+  if (lost == 0) return;
+  const auto on_body = [&](std::int64_t c) { // the key with the body in place of the triangle
+    ContactKey k = key(system.candidate[c]);
+    k.contactor_b = body(candidates->contactor_b[system.candidate[c]]);
+    return k;
+  };
+  KeyTable table(lost, scratch);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (is_lost(c)) table.insert(on_body(c), c);
+  auto* owner = scratch.take<std::int32_t>(memory.contactors_seen);
+  std::fill_n(owner, memory.contactors_seen, -1);
+  for (std::int64_t c = 0; c < contactors->count; ++c)
+    if (*contactors->shape[c] == std::int16_t(Shape::facet) && *contactors->id[c] < memory.contactors_seen)
+      owner[*contactors->id[c]] = body(std::int32_t(c));
+  auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
+  std::fill_n(taken, memory.keys.size(), 0);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (place[c] >= 0) taken[place[c]] = 1;
+  for (std::size_t i = 0; i < memory.keys.size(); ++i) {
+    ContactKey k = memory.keys[i];
+    if (taken[i] || k.feature >= names_of_facets || owner[k.contactor_b] < 0) continue;
+    k.contactor_b = owner[k.contactor_b];
+    const std::int32_t c = table.find(k, on_body);
+    if (c < 0 || place[c] >= 0) continue;
+    const double *p = &memory.impulses[i * memory.impulse_components],
+                 *m = &candidates->normal[3 * std::int64_t(system.candidate[c])];
+    const double along = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
+    if (along > 0 && 4 * along * along > p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) place[c] = std::int32_t(i);
+  }
+}
+
+void Interactions::State::remember() {
+  ContactMemory& m = memory;
+  m.h = h;
+  m.impulse_components = impulse_components;
+  m.state_components = state_components;
+  std::size_t kept = 0; // without an impulse, too: the order is what finds the others
+  for (const cairn_batch& b : system.batches) kept += std::size_t(b.contacts);
+  fit(m.keys, kept);
+  fit(m.impulses, kept * impulse_components);
+  fit(m.states, kept * state_components);
+  std::int64_t to = 0;
+  for (const cairn_batch& b : system.batches) {
+    if (b.pack && state_components == 0 && impulse_components == dim())
+      to = dim() == 2 ? remember_packed<2>(b, to) : remember_packed<3>(b, to);
+    else
+      to = remember(b, to);
+  }
+  for (std::int64_t c = 0; c < contactors->count; ++c)
+    m.contactors_seen = std::max(m.contactors_seen, *contactors->id[c] + 1);
+}
+
+template <int d>
+std::int64_t Interactions::State::remember_packed(const cairn_batch& b, std::int64_t to) {
+  const int lines = 8 * b.pack;
+  for (int first = 0; first < b.contacts; first += 8) {
+    const double* pack = b.frame + first / 8 * lines;
+    const double* r = pack + 8 * (d + 4);
+    double p[d][8];
+    for (int i = 0; i < 8; ++i) {
+      if constexpr (d == 2) {
+        p[0][i] = r[i];
+        p[1][i] = r[8 + i];
+      } else {
+        const double n[3] = {pack[i], pack[8 + i], pack[16 + i]};
+        double t[3];
+        tangent_of(n, t);
+        for (int k = 0; k < 3; ++k) {
+          const double s = n[(k + 1) % 3] * t[(k + 2) % 3] - n[(k + 2) % 3] * t[(k + 1) % 3];
+          p[k][i] = n[k] * r[i] + t[k] * r[8 + i] + s * r[16 + i];
+        }
+      }
+    }
+    const int some = std::min(8, b.contacts - first);
+    for (int i = 0; i < some; ++i) {
+      memory.keys[to] = key(system.candidate[b.first + first + i]);
+      for (int k = 0; k < d; ++k) memory.impulses[d * to + k] = p[k][i];
+      ++to;
+    }
+  }
+  return to;
+}
+
+std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to) {
+  const int n = b.count, states = int(law_infos()[b.law].state.size());
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    memory.keys[to] = key(system.candidate[b.first + lane]);
+    double p[6] = {};
+    if (dim() == 2)
+      for (int k = 0; k < b.components; ++k) p[k] = at(b, b.r, lane, k);
+    else
+      space_impulse(b, lane, p, p + 3);
+    for (int k = 0; k < impulse_components; ++k) memory.impulses[to * impulse_components + k] = p[k];
+    for (int k = 0; k < state_components; ++k)
+      memory.states[to * state_components + k] =
+          k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max();
+    ++to;
+  }
+  return to;
+}
+
+} // namespace cairn

@@ -1,0 +1,149 @@
+// What Interactions holds, and the stages of its assembly.
+#pragma once
+#include <cmath>
+
+#include "../base/scratch.hpp"
+#include "../solvers/sweeps/contact_system.hpp"
+#include "interaction.hpp"
+
+namespace cairn {
+
+// Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same
+// lines of it.
+inline constexpr int batch_size = 104;
+// Contacts of a task: their bodies share the second cache, their batches are not short, and small scenes too have tasks
+// for threads.
+inline constexpr int smallest_tile = 600, largest_tile = 2000, tiles = 24;
+// A body that moves with more contacts than this is a hub.
+inline constexpr int hub_degree = 32;
+
+// Component k of a field of a batch, packed or not (see cairn/core.h).
+inline double& at(const cairn_batch& b, double* field, int lane, int k) {
+  return b.pack ? field[lane / 8 * 8 * b.pack + 8 * k + lane % 8] : field[k * b.count + lane];
+}
+// Where the lines of a batch's pack stand, from the frame on.
+inline void place_pack(cairn_batch& b, int dim) {
+  b.pack = 2 * dim + 4;
+  b.lever_a = b.frame + 8 * dim;
+  b.lever_b = b.frame + 8 * (dim + 1);
+  b.bias = b.frame + 8 * (dim + 2);
+  b.params = b.frame + 8 * (dim + 3);
+  b.r = b.frame + 8 * (dim + 4);
+}
+// Two round bodies that move under a cone: a pack, if the law has a bias along the normal and nothing else.
+inline bool packable(const cairn_batch& b) {
+  const auto radial = [](std::int32_t side) { return side == radial2 || side == radial3; };
+  return b.block == 0 && radial(b.side_a) && radial(b.side_b) && b.moves_a && b.moves_b && b.hub == 0;
+}
+// A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
+inline void tangent_of(const double n[3], double t[3]) {
+  const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+  t[0] = 1 + sign * n[0] * n[0] * a;
+  t[1] = sign * b;
+  t[2] = -sign * n[0];
+}
+// Rows n, t and, in 3D, s of a contact.
+void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);
+
+// What a law from a user's library gave back that is no number: the first, in the order of batches.
+struct PluggedFault {
+  std::int32_t batch = -1, lane = 0, component = 0;
+  const char* what = "";
+  double value = 0;
+  void note(std::int32_t at_batch, int at_lane, int at_component, const char* name, double found);
+};
+
+struct Interactions::State {
+  explicit State(int dim) { system.dim = dim; }
+
+  // What lasts from assembly to the next detection: batches and their numbers, and all arrays in the scratch below.
+  Scratch scratch;
+  ContactSystem system;
+  ContactMemory memory;
+  std::vector<ContactKey> bonds;
+  std::int32_t* place = nullptr; // per batched contact: where it stands in the memory, -1 if it was not there
+  ContactEnergy energy;
+  // of the step being assembled, the caller's
+  const Bodies* bodies = nullptr;
+  const Contactors* contactors = nullptr;
+  const Candidates* candidates = nullptr;
+  const LawTable* laws = nullptr;
+  const Cell* cell = nullptr;
+  double h = 0, theta = 0;
+  double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
+  bool sheared = false;
+  int impulse_components = 0, state_components = 0; // of this step's laws
+  Array<double> work_sums;                          // (4, batches)
+  PluggedFault fault;                               // of laws from users' libraries
+
+  // per contactor: its kind of side (1 radial) + 2 if its body moves
+  std::uint8_t* kind = nullptr;
+  // per candidate
+  std::int16_t* entry = nullptr;
+  std::uint16_t* contact_class = nullptr; // place of the law in the table * 16 + kind of A * 4 + kind of B
+  // per body
+  std::int32_t* degree = nullptr;
+  std::uint64_t *colours = nullptr, *tile_colours = nullptr;
+  // order in which candidates are batched
+  std::int32_t* order = nullptr;
+  std::vector<std::int32_t> tile_stage, order_start;
+  std::vector<std::int32_t> hub_contacts, late_contacts, of_hub;
+  std::vector<std::pair<std::int64_t, std::int32_t>> by_hub; // 2 body + side, candidate
+  std::vector<std::uint32_t> key_of_order;
+  std::vector<std::int32_t> order_count, sorted;
+
+  int dim() const { return system.dim; }
+  std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; }
+  bool moves_a(std::int64_t i) const { return contact_class[i] & 8; }
+  bool moves_b(std::int64_t i) const { return contact_class[i] & 2; }
+
+  void load_bodies();
+  void classify();
+  void plan();     // batches: which contact stands where
+  void fill();     // batches: their numbers
+  void remember(); // impulses and states, for the next step
+  ContactKey key(std::int64_t i) const {
+    return {*contactors->id[candidates->contactor_a[i]], *contactors->id[candidates->contactor_b[i]],
+            candidates->feature[i], candidates->image[i]};
+  }
+  void count_cell_work();
+  // In plugged_laws.cpp. The first throws std::invalid_argument for what was noted, the second looks for the law that
+  // made a solution diverge.
+  void refuse_fault() const;
+  void find_fault(const Bodies& with, int sweeps);
+  void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
+  void add_reactions(Bodies& bodies) const;
+  void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
+  // f(batch, lane, candidate) for every contact that is batched
+  template <class F>
+  void each(F&& f) const;
+  void add_image_jump(const cairn_batch& b, int lane, double factor, double* u) const;
+
+private:
+  void load_further_inertia(std::int64_t n);
+  void find_places(int threads);
+  void follow_across_facets();
+  std::int64_t remember(const cairn_batch& b, std::int64_t to);
+  template <int d>
+  std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);
+  void plan_tiles();
+  void plan_hubs();
+  void plan_late();
+  void emit(const std::int32_t* contacts, int n, int hub);
+  void emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub);
+  void lay_out();
+  void fill_batch(int b, int thread, double& deepest);
+  void fill_geometry(cairn_batch& b, double& deepest);
+  void fill_impulses(cairn_batch& b);
+  void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
+  template <int d>
+  void fill_packed(cairn_batch& b, double& deepest);
+  template <int d>
+  void inherit_packed(cairn_batch& b) const;
+  static bool acts_along_tangents(const cairn_batch& b, const double* compliance);
+  template <int d>
+  void pack_columns(cairn_batch& b) const;
+  void check_prepared(const cairn_batch& b, const double* bias, const double* compliance, const double* mu);
+};
+
+} // namespace cairn

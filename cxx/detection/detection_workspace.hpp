@@ -1,0 +1,165 @@
+// What detection holds between its stages, and what the lists of shapes and pairs say.
+#pragma once
+#include <string>
+
+#include "cairn/core.h"
+#include "detection_grid.hpp"
+#include "interaction_handler.hpp"
+#include "recalled_pairs.hpp"
+
+namespace cairn {
+namespace detection {
+
+struct PairKind {
+  const char* name;
+  Shape a, b;
+  int most;                    // contacts of one pair
+  cairn_pair_contact* contact; // null: see hull_contact
+  cairn_hull_contact* hull_contact;
+  cairn_pair_contact* built_in; // contact may come from a user's library
+};
+inline PairKind pair_kinds[] = {
+#define CAIRN_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, cairn_pair_##name, nullptr, cairn_pair_##name},
+#define CAIRN_HULL_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, nullptr, cairn_pair_##name, nullptr},
+#include "../../core_f90/detection/pairs.def"
+};
+inline constexpr int kinds = int(std::size(pair_kinds));
+inline const char* const shape_names[] = {
+#define CAIRN_SHAPE(name, dimension, bounded) #name,
+#include "../../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+// Kinds whose kernel makes use of what it found the last time.
+inline bool recalls(const PairKind& kind) { return kind.hull_contact == cairn_pair_polyhedron_polyhedron; }
+inline constexpr bool shape_bounded[] = {
+#define CAIRN_SHAPE(name, dimension, bounded) bounded != 0,
+#include "../../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+inline constexpr int shapes = int(std::size(shape_bounded));
+constexpr bool directed(Shape shape) {
+  return shape != Shape::disk && shape != Shape::sphere && shape != Shape::ring && !is_hull(shape);
+}
+
+inline constexpr std::int32_t declared_bit = 1 << 30; // beside an image
+inline constexpr std::int32_t image_bits = declared_bit - 1;
+inline constexpr int batch = 256, hull_batch = 64; // pairs of a call of the narrow phase
+
+// Which kind two shapes make, and how they are turned to be A and B: 0 as they come, 1 the other way, 2 by id.
+struct KindTable {
+  std::int32_t kind[shapes * shapes], turn[shapes * shapes];
+  KindTable() {
+    std::fill(std::begin(kind), std::end(kind), -1);
+    std::fill(std::begin(turn), std::end(turn), 0);
+    for (int k = 0; k < kinds; ++k) {
+      const int a = int(pair_kinds[k].a), b = int(pair_kinds[k].b);
+      kind[a + shapes * b] = kind[b + shapes * a] = k;
+      turn[b + shapes * a] = 1;
+      if (a == b) turn[a + shapes * a] = 2;
+    }
+  }
+};
+inline const KindTable kind_table;
+
+template <class T>
+std::size_t bytes_of(const Array<T>& array) {
+  return array.capacity() * sizeof(T);
+}
+
+// Pairs that one thread found, before they are ordered.
+struct alignas(128) PairList {
+  std::int64_t count = 0, room = 0;
+  std::int32_t *a = nullptr, *b = nullptr, *image = nullptr, *kind = nullptr;
+  Array<std::int32_t> hits;
+  void reserve(std::int64_t n, Scratch& scratch) {
+    needed = std::max(needed, n);
+    if (room >= n) return;
+    room = std::max(n + n / 2, last); // as much as the last time, unless that is too little
+#pragma omp critical(cairn_scratch)
+    for (std::int32_t** column : {&a, &b, &image, &kind}) {
+      auto* wider = scratch.take<std::int32_t>(room);
+      std::copy_n(*column, count, wider);
+      *column = wider;
+    }
+  }
+  void begin() {
+    last = needed + needed / 16;
+    count = room = needed = 0;
+  }
+
+private:
+  std::int64_t needed = 0, last = 0;
+};
+
+// For messages.
+std::string name_of(const Contactors&, const Bodies&, std::int64_t contactor);
+
+} // namespace detection
+
+struct InteractionHandler::Workspace {
+  // options
+  std::int32_t materials = 0;
+  Array<std::int8_t> allowed;
+  std::int64_t spoilt = -1; // a pair to which a user's routine gave no number
+  std::vector<DeclaredPair> declared;
+
+  // the scene of this call
+  const Bodies* bodies = nullptr;
+  const Contactors* contactors = nullptr;
+  const Cell* cell = nullptr;
+  const Margin* margin = nullptr;
+  const double *position = nullptr, *rotation = nullptr;
+  int dim = 2;
+  std::int32_t periodic[3] = {0, 0, 0};
+  bool any_periodic = false;
+
+  Scratch own;
+  Scratch* scratch = nullptr;
+
+  // per contactor
+  ScratchArray<double> centre, direction, reach;
+  // of hulls: see cairn_hulls in cairn/core.h; boxes of all contactors
+  ScratchArray<std::int64_t> hull_place;
+  ScratchArray<std::int8_t> movable; // per body
+  ScratchArray<double> turned, box;
+  std::vector<std::int32_t> walls;
+  ScratchArray<std::int32_t> bounded;
+  // per item: a bounded contactor, or a ghost of one
+  std::int64_t items = 0, real_items = 0;
+  ScratchArray<double> item_x, item_reach;
+  ScratchArray<std::int32_t> item_contactor, item_lattice, ghost_of;
+  DetectionGrid grid;
+  std::vector<detection::PairList> lists;
+  // ordering and narrow phase
+  const std::int32_t *a = nullptr, *b = nullptr, *image = nullptr; // of the pairs
+  ScratchArray<std::int32_t> place;
+  ScratchArray<std::int8_t> keep;
+  Array<std::int32_t> number_of_id;
+  Array<std::int32_t> pair_a, pair_b, pair_image; // where pairs have more contacts than one
+  detection::RecalledPairs recalled;
+  std::int64_t first_recalled = 0; // among the pairs
+  std::int32_t slot_of_kind[detection::kinds] = {};
+  std::int64_t kind_end[detection::kinds] = {};
+
+  void begin(Scratch& in);
+  double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
+  void check() const;
+  void check_cell() const;
+  void place_contactors();
+  void place_hulls();
+  void make_items();
+  void search_grid();
+  void search_walls();
+  void add_declared();
+  std::int32_t nearest_image(std::int64_t a, std::int64_t b) const;
+  void order_pairs(Candidates& out);
+  void narrow(Candidates& out);
+  // Pairs from first to last - 1 of a kind, whose contacts start at `slot`; returns how many count.
+  std::int64_t narrow_batch(int kind, std::int64_t first, std::int64_t last, std::int64_t slot, Candidates& out);
+  std::int64_t narrow_hulls(int kind, std::int64_t first, std::int64_t last, std::int64_t slot, Candidates& out);
+  bool repeated(std::int64_t pair) const; // as the one before it: declared, and found too
+  void drop_what_does_not_count(Candidates& out);
+  void admit(detection::PairList& list, std::int64_t added) const;
+};
+
+} // namespace cairn

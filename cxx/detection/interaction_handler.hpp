@@ -1,0 +1,67 @@
+// Finds which contactors may touch within the step: the stage detect_contacts.
+#pragma once
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "../base/cell.hpp"
+#include "../base/scratch.hpp"
+#include "../bodies/body.hpp"
+#include "../contactors/contactor.hpp"
+#include "candidates.hpp"
+
+namespace cairn {
+
+// How far apart a pair may be and still be a candidate ("alert distance"). It depends on the configuration alone.
+struct Margin {
+  double constant = 0; // [m] of every pair, used when per_contactor is null
+  const double* per_contactor =
+      nullptr; // (contactors) [m], in internal order; the margin of a pair is the sum of its two
+};
+
+// Where the bodies stand when contacts are sought; null stands for the bodies' own arrays.
+struct Configuration {
+  const double* position = nullptr; // (dim, bodies) [m]
+  const double* rotation = nullptr; // (1 | 4, bodies) [rad | -]
+};
+
+// A pair that is a candidate whatever its gap (a bond, a wire), by the ids of its contactors in any order.
+// In a periodic cell it joins the images that are nearest.
+using DeclaredPair = std::array<std::int64_t, 2>;
+
+class InteractionHandler {
+public:
+  InteractionHandler();
+  ~InteractionHandler();
+  InteractionHandler(InteractionHandler&&) noexcept;
+  InteractionHandler& operator=(InteractionHandler&&) noexcept;
+
+  // All pairs of contactors of different bodies, not both immovable (inverse_mass 0 in every dof), that a row of
+  // pairs.def serves and the filter allows, with gap <= margin, and the declared pairs. Order: row of pairs.def, then
+  // internal number of A, of B, image. It depends on nothing but the arguments: not on earlier calls, not on the number
+  // of threads. Of like shapes A is the one with the smaller id; otherwise as in pairs.def. Throws
+  // std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
+  // Works in `scratch`, which the caller may use for something else afterwards; without one, in its own.
+  void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {},
+              Scratch* scratch = nullptr);
+
+  // allowed(materials, materials), symmetric, 0: contactors of these two materials ignore each other. Empty: all may
+  // meet.
+  void set_filter(std::int32_t materials, std::vector<std::uint8_t> allowed);
+
+  // Pairs to keep whatever their gap, the caller's to fill. One whose contactors no longer exist is passed over.
+  std::vector<DeclaredPair>& declared();
+
+  std::size_t bytes() const; // kept between calls
+
+private:
+  struct Workspace;
+  std::unique_ptr<Workspace> work;
+};
+
+// Numbering of points along a Hilbert curve (Hilbert 1891; Skilling 2004): item i of the new order is point result[i].
+// position: (dim, count) [m]. The same for positions rescaled by a power of two; a few points far away do not coarsen
+// it.
+std::vector<std::int32_t> space_filling_order(int dim, std::int64_t count, const double* position);
+
+} // namespace cairn

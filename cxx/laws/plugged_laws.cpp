@@ -1,0 +1,89 @@
+// Laws from users' libraries are watched: what they give back must be numbers.
+#include <omp.h>
+
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "../contacts/interaction_state.hpp"
+
+namespace cairn {
+
+void PluggedFault::note(std::int32_t at_batch, int at_lane, int at_component, const char* name, double found) {
+#pragma omp critical(cairn_plugged_fault)
+  if (batch < 0 || at_batch < batch) *this = {at_batch, at_lane, at_component, name, found};
+}
+
+void Interactions::State::check_prepared(const cairn_batch& b, const double* bias, const double* compliance,
+                                         const double* mu) {
+  const int n = b.count, states = int(law_infos()[b.law].state.size());
+  const auto at_batch = std::int32_t(&b - system.batches.data());
+  const auto check = [&](const char* name, const double* values, int columns, bool positive) {
+    for (int k = 0; k < columns; ++k)
+      for (int lane = 0; lane < b.contacts; ++lane) {
+        const double value = values[k * n + lane];
+        if (!std::isfinite(value) || (positive && value < 0)) return fault.note(at_batch, lane, k, name, value);
+      }
+  };
+  check("bias", bias, b.pack ? 1 : b.components, false);
+  check("compliance", compliance, b.pack ? 1 : b.components, true);
+  check("mu", mu, 1, true);
+  for (int lane = 0; b.pack && lane < b.contacts; ++lane)
+    if (compliance[lane] > 0) fault.note(at_batch, lane, 0, "compliance", compliance[lane]);
+  if (b.state) check("state", b.state, states, false);
+}
+
+void Interactions::State::refuse_fault() const {
+  const cairn_batch& b = system.batches[fault.batch];
+  const LawInfo& law = law_infos()[b.law];
+  const std::int64_t i = system.candidate[b.first + fault.lane];
+  std::ostringstream text;
+  text << "law " << law.name << " of " << law.library << " gave " << fault.what << "(" << fault.component + 1
+       << ") = " << fault.value << " for contact " << i << ", between bodies "
+       << *bodies->id[body(candidates->contactor_a[i])] << " and " << *bodies->id[body(candidates->contactor_b[i])]
+       << " (gap " << candidates->gap[i] << " m";
+  const LawTable::Entry& e = laws->entry(entry[i]);
+  for (std::size_t k = 0; k < law.parameters.size(); ++k) text << ", " << law.parameters[k].name << " " << e.params[k];
+  text << ")";
+  const char* why = law.complaint ? law.complaint() : nullptr;
+  if (why && *why)
+    text << ": " << why;
+  else if (!std::isfinite(fault.value))
+    text << ": look for a division by zero, a root of a negative number or a result that is not set";
+  else if (fault.value > 0)
+    text << ": a law that says normal_bias has none";
+  else
+    text << ": it must not be negative";
+  throw std::invalid_argument(text.str());
+}
+
+// Sweeps batch by batch, as the solver did, until a plugged law makes of finite velocities what is no number.
+void Interactions::State::find_fault(const Bodies& with, int sweeps) {
+  bool any = false;
+  for (const cairn_batch& b : system.batches) any |= law_infos()[b.law].plugged() && law_infos()[b.law].solve;
+  if (!any) return;
+  system.load(with.velocity_free);
+  const cairn_schedule all = system.schedule(1);
+  const std::int32_t task[] = {0, 1}, batch[] = {0, 1};
+  double change = 0;
+  for (int sweep = 0; sweep < sweeps; ++sweep)
+    for (std::size_t k = 0; k < system.batches.size(); ++k) {
+      cairn_batch& b = system.batches[k];
+      cairn_schedule one = all;
+      one.stages = one.batches = 1;
+      one.first_task = task;
+      one.first_batch = batch;
+      one.batch = &b;
+      cairn_nlgs_sweep(1, &one, &change);
+      for (int lane = 0; lane < b.contacts; ++lane)
+        for (int c = 0; c < b.components; ++c) {
+          const double r = at(b, b.r, lane, c);
+          if (std::isfinite(r)) continue;
+          if (!law_infos()[b.law].plugged()) return; // a divergence like any other
+          fault.note(std::int32_t(k), lane, c, "r", r);
+          refuse_fault();
+        }
+    }
+}
+
+} // namespace cairn

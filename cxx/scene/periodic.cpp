@@ -1,0 +1,110 @@
+// Bodies and vectors of a periodic cell between steps (Lees & Edwards 1972).
+#include <algorithm>
+#include <cmath>
+
+#include "../strategies/simulation.hpp"
+#include "../strategies/smooth/smooth_dynamics.hpp"
+
+namespace cairn {
+
+// Keys of contacts name images: they follow bodies that were moved by whole cells, so that impulses and bonds find them
+// again.
+void Simulation::move_images(const std::vector<std::array<int, 3>>& moved) {
+  const auto follow = [&](ContactMemory memory) {
+    for (ContactKey& key : memory.keys) {
+      const auto a = contactor(key.contactor_a), b = contactor(key.contactor_b);
+      if (a < 0 || b < 0) continue;
+      key.image =
+          image_after_move(key.image, moved[*scene.contactors.body[a]].data(), moved[*scene.contactors.body[b]].data());
+    }
+    return memory;
+  };
+  interactions.restore(follow(interactions.memory()));
+  if (projector_) projector_->restore(follow(projector_->memory()));
+  if (smooth_) smooth_->move_images(moved);
+}
+
+// The same after cell vector k lost so many times vector i.
+void Simulation::lean_images(int k, int i, int cells) {
+  const auto follow = [&](ContactMemory memory) {
+    for (ContactKey& key : memory.keys) key.image = image_after_lean(key.image, k, i, cells);
+    return memory;
+  };
+  interactions.restore(follow(interactions.memory()));
+  if (projector_) projector_->restore(follow(projector_->memory()));
+  if (smooth_) smooth_->lean_images(k, i, cells);
+}
+
+// Internal number of a contactor, -1 if it is gone.
+std::int32_t Simulation::contactor(std::int64_t id) const {
+  const Contactors& c = scene.contactors;
+  const auto& order = scene.contactor_insertion_order();
+  const auto found = std::lower_bound(order.begin(), order.end(), id,
+                                      [&](std::int32_t i, std::int64_t wanted) { return *c.id[i] < wanted; });
+  return found == order.end() || *c.id[*found] != id ? -1 : *found;
+}
+
+// Brings centres back into the cell; one that crosses a moving boundary takes the velocity of the image it becomes, and
+// the kinetic energy that this gives is work of the cell.
+void Simulation::wrap_into_cell() {
+  reduce_lean();
+  Bodies& b = scene.bodies;
+  const Cell& cell = scene.cell;
+  double work = 0;
+  std::vector<std::array<int, 3>> all_moved; // stays empty while nothing moves
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    double* x = b.position[i];
+    double* v = b.velocity[i];
+    double before = 0, after = 0;
+    bool moved = false;
+    for (int k = scene.dim - 1; k >= 0; --k) {
+      if (!cell.periodic[k]) continue;
+      const double turns = std::floor((x[k] - (cell.corner[k] - scene.origin[k])) / cell.vectors[k + 3 * k]);
+      if (turns == 0) continue;
+      if (!moved)
+        for (int d = 0; d < scene.dim; ++d) before += v[d] * v[d];
+      moved = true;
+      if (all_moved.empty()) all_moved.resize(b.count, {0, 0, 0});
+      all_moved[i][k] = -int(turns);
+      for (int d = 0; d <= k; ++d) x[d] -= turns * cell.vectors[d + 3 * k];
+      for (int d = 0; d < scene.dim; ++d) {
+        double jump = 0;
+        for (int c = 0; c < scene.dim; ++c) jump += cell.velocity_gradient[d + 3 * c] * cell.vectors[c + 3 * k];
+        v[d] -= turns * jump;
+      }
+    }
+    if (!moved) continue;
+    for (int d = 0; d < scene.dim; ++d) after += v[d] * v[d];
+    if (std::isfinite(*b.mass[i])) work += *b.mass[i] * (after - before) / 2;
+  }
+  if (all_moved.empty()) return;
+  move_images(all_moved);
+  energy.work_driven += work;
+  energy.turned_over += std::abs(work);
+}
+
+void Simulation::advance_cell(double duration) {
+  Cell& cell = scene.cell;
+  if (!cell.any()) return;
+  double rate[9] = {};
+  for (int k = 0; k < 3; ++k)
+    for (int i = 0; i < 3; ++i)
+      for (int c = 0; c < 3; ++c) rate[i + 3 * k] += cell.velocity_gradient[i + 3 * c] * cell.vectors[c + 3 * k];
+  for (int e = 0; e < 9; ++e) cell.vectors[e] += duration * rate[e];
+}
+
+// A lean of more than half a cell is the same lattice with one cell less of it. Between steps only: a step keeps its
+// images.
+void Simulation::reduce_lean() {
+  Cell& cell = scene.cell;
+  for (int k = 1; k < 3; ++k)
+    for (int i = k - 1; i >= 0; --i) {
+      if (!cell.periodic[i] || !cell.periodic[k]) continue;
+      const double cells = std::rint(cell.vectors[i + 3 * k] / cell.vectors[i + 3 * i]);
+      if (cells == 0) continue;
+      for (int d = 0; d <= i; ++d) cell.vectors[d + 3 * k] -= cells * cell.vectors[d + 3 * i];
+      lean_images(k, i, int(cells));
+    }
+}
+
+} // namespace cairn

@@ -1,0 +1,318 @@
+#include "scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <unordered_set>
+
+#include "../base/call.hpp"
+#include "../detection/interaction_handler.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr std::int64_t most_items = std::numeric_limits<std::int32_t>::max() / 8;
+
+std::string number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return text;
+}
+
+[[noreturn]] void refuse(const std::string& what, std::int64_t item, double value, const std::string& remedy) {
+  throw Error(what + "[" + std::to_string(item) + "] is " + number(value) + "; " + remedy);
+}
+
+void check_size(const char* what, std::size_t size, std::int64_t count, int components, bool may_be_empty) {
+  if ((size == 0 && may_be_empty) || size == std::size_t(count) * components) return;
+  throw Error(std::string(what) + " holds " + std::to_string(size) + " numbers; " + std::to_string(count) +
+              " items of " + std::to_string(components) + " need " + std::to_string(count * components));
+}
+
+void check_finite(const char* what, std::span<const double> values, int components) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isfinite(values[i])) refuse(what, i / components, values[i], "give a finite number");
+}
+
+void check_positive(const char* what, std::span<const double> values, int components, bool zero_allowed,
+                    bool inf_allowed) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double x = values[i];
+    const bool fine = (x > 0 || (zero_allowed && x == 0)) && (std::isfinite(x) || inf_allowed);
+    if (!fine) refuse(what, i / components, x, zero_allowed ? "give zero or more" : "give a positive number");
+    if (std::isfinite(x) && x > 0 && !std::isfinite(1 / x))
+      refuse(what, i / components, x, "its inverse overflows: rescale the units of the scene");
+  }
+}
+
+template <class T>
+void append(Field<T>& field, std::int64_t old_count, std::int64_t count, std::span<const double> values,
+            double fallback) {
+  if (!field.active) return;
+  field.resize(old_count + count);
+  T* out = field[old_count];
+  for (std::int64_t i = 0; i < count * field.components; ++i) out[i] = T(values.empty() ? fallback : values[i]);
+}
+
+} // namespace
+
+Scene::Scene(int dimension) : dim(dimension), bodies(dimension), contactors(dimension) {
+  if (dim != 2 && dim != 3) throw Error("dim is " + std::to_string(dim) + "; give 2 or 3");
+}
+
+bool Scene::has(Need need) const {
+  switch (need) {
+  case Need::rotation: return bodies.rotation.active;
+  case Need::force: return bodies.force.active;
+  case Need::anisotropic: return bodies.angular_momentum.active;
+  case Need::driven: return bodies.driven.active;
+  case Need::damping: return bodies.damping.active;
+  case Need::smooth: return bodies.contact_force.active;
+  case Need::offset: return contactors.offset.active;
+  case Need::direction: return contactors.direction.active;
+  case Need::hull: return contactors.hull.active;
+  default: return true;
+  }
+}
+
+void Scene::activate(Need need) {
+  if (has(need)) return;
+  auto open = [need](auto& field, std::int64_t count) {
+    if (field.need == need) field.activate(count);
+  };
+  bodies.for_each_field([&](auto& field) { open(field, bodies.count); });
+  contactors.for_each_field([&](auto& field) { open(field, contactors.count); });
+  if (need == Need::rotation && dim == 3)
+    for (std::int64_t i = 0; i < bodies.count; ++i) bodies.rotation[i][0] = 1;
+  if (need == Need::hull) std::fill(contactors.hull.values.begin(), contactors.hull.values.end(), -1);
+}
+
+std::int64_t Scene::add_bodies(const BodyBatch& b) {
+  const int nd = bodies.dofs(), ni = bodies.inertia.components, nr = bodies.rotation.components;
+  if (b.count < 0 || bodies.count + b.count > most_items) throw Error("too many bodies for one process");
+  check_size("position", b.position.size(), b.count, dim, false);
+  check_size("rotation", b.rotation.size(), b.count, nr, true);
+  check_size("velocity", b.velocity.size(), b.count, nd, true);
+  check_size("mass", b.mass.size(), b.count, 1, false);
+  check_size("inertia", b.inertia.size(), b.count, ni, false);
+  check_finite("position", b.position, dim);
+  check_finite("rotation", b.rotation, nr);
+  check_finite("velocity", b.velocity, nd);
+  check_positive("mass", b.mass, 1, false, true);
+  check_positive("inertia", b.inertia, ni, false, true);
+  bool anisotropic = false;
+  for (std::int64_t i = 0; dim == 3 && i < b.count; ++i) {
+    const double* j = &b.inertia[3 * i];
+    anisotropic |= !(j[0] == j[1] && j[1] == j[2]);
+    if (std::isfinite(j[0] + j[1] + j[2]) &&
+        std::max({j[0], j[1], j[2]}) > (j[0] + j[1] + j[2]) / 2 * (1 + 64 * std::numeric_limits<double>::epsilon()))
+      refuse("inertia", i, j[0],
+             "no body has a principal moment larger than the sum of the other two: check the tensor");
+  }
+  std::vector<double> unit(b.rotation.begin(), b.rotation.end());
+  for (std::int64_t i = 0; dim == 3 && i * 4 < std::int64_t(unit.size()); ++i) {
+    double* q = &unit[4 * i];
+    const double size = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(size > 0)) refuse("rotation", i, size, "give a quaternion (w, x, y, z) of unit length");
+    for (int c = 0; c < 4; ++c) q[c] /= size;
+  }
+  if (anisotropic || !b.rotation.empty()) activate(Need::rotation);
+  if (anisotropic) activate(Need::anisotropic);
+
+  const std::int64_t first = next_body_id, old = bodies.count;
+  bodies.for_each_field([&](auto& field) { field.resize(old + b.count); });
+  append(bodies.position, old, b.count, b.position, 0);
+  for (std::int64_t i = 0; i < b.count * dim; ++i) bodies.position[old][i] -= origin[i % dim];
+  append(bodies.rotation, old, b.count, unit, 0);
+  if (dim == 3 && unit.empty() && bodies.rotation.active)
+    for (std::int64_t i = old; i < old + b.count; ++i) bodies.rotation[i][0] = 1;
+  append(bodies.velocity, old, b.count, b.velocity, 0);
+  append(bodies.mass, old, b.count, b.mass, 0);
+  append(bodies.inertia, old, b.count, b.inertia, 0);
+  for (std::int64_t i = 0; i < b.count; ++i) *bodies.id[old + i] = next_body_id++;
+  bodies.count = old + b.count;
+  if (bodies.angular_momentum.active)
+    cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old],
+                          bodies.velocity[old], bodies.angular_momentum[old], nullptr);
+  refresh_orders();
+  return first;
+}
+
+static Hulls::Form form_of(Shape shape) {
+  switch (shape) {
+  case Shape::polygon: return Hulls::Form::polygon;
+  case Shape::facet: return Hulls::Form::facet;
+  case Shape::capsule:
+  case Shape::cylinder: return Hulls::Form::axial;
+  case Shape::superquadric: return Hulls::Form::superquadric;
+  default: return Hulls::Form::polyhedron;
+  }
+}
+
+// Radii of the hulls of a batch.
+std::vector<double> Scene::check_hulls(const ContactorBatch& b) const {
+  if ((b.shape == Shape::polygon) != (dim == 2)) throw Error("polygons are of 2D scenes, polyhedra of 3D scenes");
+  check_size("hull", b.hull.size(), b.count, 1, false);
+  std::vector<double> radius(b.count);
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    if (b.hull[i] < 0 || b.hull[i] >= contactors.hulls.count())
+      refuse("hull", i, b.hull[i], "there are " + std::to_string(contactors.hulls.count()) + " hulls, numbered from 0");
+    if (contactors.hulls.form(b.hull[i]) != form_of(b.shape))
+      refuse("hull", i, b.hull[i], "it is of another kind of shape than the contactors");
+    radius[i] = contactors.hulls.radius[b.hull[i]];
+  }
+  return radius;
+}
+
+std::int64_t Scene::add_contactors(const ContactorBatch& b) {
+  const int components = contactors.direction.components;
+  check_size("body", b.body.size(), b.count, 1, false);
+  check_size("material", b.material.size(), b.material.size() == 1 ? 1 : b.count, 1, false);
+  check_size("radius", b.radius.size(), b.count, 1, true);
+  check_size("offset", b.offset.size(), b.count, dim, true);
+  check_size("direction", b.direction.size(), b.count, components, true);
+  const bool hollow = b.shape == Shape::tube || b.shape == Shape::ring;
+  const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || hollow;
+  const bool hull = is_hull(b.shape);
+  check_positive("radius", b.radius, 1, !hollow, false); // a disk or sphere of radius 0 is a point
+  if (round && b.radius.empty() && b.count > 0) throw Error("radius is missing; a round contactor needs one");
+  check_finite("offset", b.offset, dim);
+  if (!round && !hull && b.direction.empty() && b.count > 0)
+    throw Error("direction is missing; a flat contactor needs one");
+  std::vector<double> radius(b.radius.begin(), b.radius.end());
+  if (hull) radius = check_hulls(b);
+  std::vector<std::int32_t> body(b.count);
+  for (std::int64_t i = 0; i < b.count; ++i) body[i] = internal(b.body[i]);
+  std::vector<double> direction(b.direction.begin(), b.direction.end());
+  for (std::int64_t i = 0; i * components < std::int64_t(direction.size()); ++i) {
+    double* d = &direction[components * i];
+    double size = 0;
+    for (int c = 0; c < dim; ++c) size += d[c] * d[c];
+    size = std::sqrt(size);
+    if (!(size > 0) || !std::isfinite(size)) refuse("direction", i, size, "give a vector of non-zero, finite length");
+    for (int c = 0; c < dim; ++c) d[c] /= size;
+    if (!(d[dim] >= 0)) refuse("half length", i, d[dim], "give zero or more");
+  }
+  const auto off_centre = std::any_of(b.offset.begin(), b.offset.end(), [](double x) { return x != 0; });
+  if (off_centre) activate(Need::offset);
+  if (off_centre || hull || !direction.empty()) activate(Need::rotation);
+  if (hull) activate(Need::hull);
+  if (!direction.empty()) activate(Need::direction);
+
+  const std::int64_t first = next_contactor_id, old = contactors.count;
+  contactors.for_each_field([&](auto& field) { field.resize(old + b.count); });
+  append(contactors.radius, old, b.count, radius, 0);
+  append(contactors.offset, old, b.count, b.offset, 0);
+  append(contactors.direction, old, b.count, direction, 0);
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    *contactors.id[old + i] = next_contactor_id++;
+    *contactors.body[old + i] = body[i];
+    *contactors.shape[old + i] = std::int16_t(b.shape);
+    if (contactors.hull.active) *contactors.hull[old + i] = hull ? b.hull[i] : -1;
+    *contactors.material[old + i] = std::int16_t(b.material[b.material.size() == 1 ? 0 : i]);
+  }
+  contactors.count = old + b.count;
+  refresh_orders();
+  return first;
+}
+
+void Scene::remove_bodies(std::span<const std::int64_t> ids) {
+  std::vector<char> gone(bodies.count, 0);
+  for (const std::int64_t id : ids) {
+    const std::int32_t i = internal(id);
+    if (gone[i]) throw Error("body " + std::to_string(id) + " is named twice among those to remove");
+    gone[i] = 1;
+  }
+  std::vector<std::int32_t> kept;
+  for (std::int64_t i = 0; i < bodies.count; ++i)
+    if (!gone[i]) kept.push_back(std::int32_t(i));
+  reorder(kept);
+}
+
+void Scene::drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::span<const double> velocity) {
+  const int nd = bodies.dofs();
+  if (mask >> nd) throw Error("the mask of driven dofs names more than " + std::to_string(nd) + " dofs");
+  check_size("driven_velocity", velocity.size(), ids.size(), nd, true);
+  check_finite("driven_velocity", velocity, nd);
+  std::vector<std::int32_t> items;
+  for (const std::int64_t id : ids) items.push_back(internal(id));
+  activate(Need::driven);
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    *bodies.driven[items[k]] = mask;
+    for (int c = 0; c < nd; ++c) bodies.driven_velocity[items[k]][c] = velocity.empty() ? 0 : velocity[nd * k + c];
+  }
+}
+
+void Scene::renumber() {
+  if (bodies.count > 1) reorder(space_filling_order(dim, bodies.count, bodies.position.values.data()));
+}
+
+// Bodies: new number i was body_order[i]; those not named go, with their contactors.
+void Scene::reorder(const std::vector<std::int32_t>& body_order) {
+  std::vector<std::int32_t> now(bodies.count, -1);
+  for (std::size_t i = 0; i < body_order.size(); ++i) now[body_order[i]] = std::int32_t(i);
+  std::vector<std::int32_t> contactor_order;
+  for (std::int64_t k = 0; k < contactors.count; ++k)
+    if (now[*contactors.body[k]] >= 0) contactor_order.push_back(std::int32_t(k));
+  std::stable_sort(contactor_order.begin(), contactor_order.end(), [&](std::int32_t a, std::int32_t b) {
+    const std::int32_t first = now[*contactors.body[a]], second = now[*contactors.body[b]];
+    return first != second ? first < second : *contactors.id[a] < *contactors.id[b];
+  });
+  bodies.for_each_field([&](auto& field) { field.reorder(body_order); });
+  contactors.for_each_field([&](auto& field) { field.reorder(contactor_order); });
+  bodies.count = std::int64_t(body_order.size());
+  contactors.count = std::int64_t(contactor_order.size());
+  for (std::int64_t k = 0; k < contactors.count; ++k) *contactors.body[k] = now[*contactors.body[k]];
+  refresh_orders();
+}
+
+void Scene::state_assigned() {
+  if (bodies.angular_momentum.active)
+    cairn_momentum_update(bodies.count, 2, bodies.inertia.values.data(), bodies.rotation.values.data(),
+                          bodies.velocity.values.data(), bodies.velocity.values.data(),
+                          bodies.angular_momentum.values.data(), nullptr);
+}
+
+void Scene::refresh_orders() {
+  ++order_version_;
+  auto by_id = [](std::vector<std::int32_t>& order, const Field<std::int64_t>& id, std::int64_t count) {
+    order.resize(count);
+    std::iota(order.begin(), order.end(), 0);
+    std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return *id[a] < *id[b]; });
+  };
+  by_id(insertion_order_, bodies.id, bodies.count);
+  by_id(contactor_insertion_order_, contactors.id, contactors.count);
+}
+
+void Scene::fields_restored() {
+  bodies.count = std::int64_t(bodies.id.values.size());
+  contactors.count = std::int64_t(contactors.id.values.size());
+  refresh_orders();
+}
+
+std::int32_t Scene::internal(std::int64_t id) const {
+  const auto found = std::lower_bound(insertion_order_.begin(), insertion_order_.end(), id,
+                                      [&](std::int32_t i, std::int64_t wanted) { return *bodies.id[i] < wanted; });
+  if (found == insertion_order_.end() || *bodies.id[*found] != id)
+    throw Error("there is no body " + std::to_string(id) + "; it was never added, or was removed");
+  return *found;
+}
+
+void Scene::move_facets(std::span<const std::int64_t> body, std::span<const double> vertex) {
+  std::vector<std::int32_t> facet(bodies.count, -1);
+  for (std::int64_t c = 0; c < contactors.count; ++c)
+    if (*contactors.shape[c] == std::int16_t(Shape::facet)) facet[*contactors.body[c]] = std::int32_t(c);
+  std::size_t at = 0;
+  for (const std::int64_t b : body) {
+    if (b < 0 || b >= bodies.count || facet[b] < 0) throw Error("body " + std::to_string(b) + " carries no facet");
+    const std::int32_t c = facet[b], hull = *contactors.hull[c];
+    const auto size = 3 * std::size_t(contactors.hulls.vertices(hull));
+    if (at + size > vertex.size()) throw Error("vertex holds fewer numbers than the facets have");
+    contactors.hulls.move_facet(hull, vertex.subspan(at, size));
+    *contactors.radius[c] = contactors.hulls.radius[hull];
+    at += size;
+  }
+}
+
+} // namespace cairn

@@ -1,0 +1,99 @@
+#include "nlgs.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../sweeps/active_set.hpp"
+#include "../sweeps/step_error.hpp"
+
+namespace cairn {
+
+namespace {
+
+// Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact alone would ask, and stays in its
+// cone. It is the same as blocks of W divided by the factor; bonds keep theirs. A few contacts are solved sooner, and
+// to rounding, without it. Between Coulomb's cones convergence is not proved beyond 1: where an error did not fall the
+// factor is lowered, down to 1.
+class Relaxation {
+public:
+  explicit Relaxation(double& factor) : factor_(factor) { factor_ = 1; }
+  void follow(int iterations, double error_square) {
+    if (!begun_ && iterations >= plain_sweeps) {
+      begun_ = true;
+      factor_ = first;
+    } else if (!(error_square < least_fall * best_)) {
+      factor_ = std::max(1.0, factor_ - decrement);
+    }
+    best_ = std::min(best_, error_square);
+  }
+
+private:
+  static constexpr int plain_sweeps = 9;
+  static constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
+  double& factor_;
+  bool begun_ = false;
+  double best_ = std::numeric_limits<double>::infinity();
+};
+
+} // namespace
+
+SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options,
+                       SweepHelp* help) {
+  SolveReport report;
+  report.penetration = system.penetration;
+  for (const cairn_batch& b : system.batches) report.contacts += b.contacts;
+  system.load(velocity_free);
+  if (system.batches.empty()) return report;
+  cairn_schedule schedule = system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads());
+  const FreeScale free = measure_free(system, schedule);
+  cairn_add_impulses(&schedule);
+
+  // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the
+  // same ratio to the change, which tells when the next error is worth its cost.
+  const double wanted = options.tolerance * options.tolerance;
+  double ratio = 0; // error^2 per change
+  Relaxation relaxation(schedule.relaxation);
+  int next_check = std::max(options.min_iterations, 1), next_newton = 64;
+  const auto square = [&] { return measure(system, schedule, free, false, report).square; };
+  const std::function<double()> error_square = std::ref(square); // by reference: nothing is allocated
+  ActiveSet newton(system, schedule, velocity_free, error_square);
+  while (report.iterations < options.max_iterations) {
+    const int sweeps = std::min(options.max_iterations - report.iterations,
+                                std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
+    cairn_nlgs_sweep(sweeps, &schedule, system.change.data());
+    report.iterations += sweeps;
+    const double change = total(system.change, system.batches.size(), 1, 0);
+    const bool promising = ratio > 0 && change * ratio <= wanted;
+    if (std::isfinite(change) && !promising && report.iterations < next_check) continue;
+    StepError error = measure(system, schedule, free, false, report);
+    if (error.finite && error.square > wanted && report.iterations >= next_newton) {
+      newton.improve(error.square, wanted);
+      error = measure(system, schedule, free, false, report);
+      next_newton = 4 * report.iterations;
+    }
+    if (help && error.finite && error.square > wanted && help->pays(report.iterations, std::sqrt(error.square))) {
+      if (help->improve(schedule, std::sqrt(error.square), error_square)) report.solver = help->name();
+      error = measure(system, schedule, free, false, report);
+    }
+    if (!error.finite || !std::isfinite(change)) {
+      report.status = SolveStatus::diverged;
+      give_none(system, velocity_free);
+      break;
+    }
+    if (error.square <= wanted && report.iterations >= options.min_iterations) {
+      if (help && !help->accepts(report.iterations) && help->improve(schedule, options.tolerance, error_square))
+        report.solver = help->name();
+      break;
+    }
+    relaxation.follow(report.iterations, error.square);
+    ratio = change > 0 ? error.square / change : 0;
+    next_check = report.iterations + std::max(8, report.iterations / 2);
+  }
+  conclude(report, measure(system, schedule, free, true, report), options);
+  return report;
+}
+
+} // namespace cairn

@@ -1,0 +1,27 @@
+// Block nonlinear Gauss-Seidel.
+#pragma once
+#include <functional>
+
+#include "../../contacts/interaction.hpp"
+#include "../sweeps/contact_system.hpp"
+
+namespace cairn {
+
+// Another solver, for where sweeps alone take too long.
+class SweepHelp {
+public:
+  virtual ~SweepHelp() = default;
+  // Told of each error; true: it wants to be called.
+  virtual bool pays(int iterations, double error) = 0;
+  // The error is small enough: whether that is all. False: it wants to be called.
+  virtual bool accepts(int iterations) = 0;
+  // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
+  // were. measure: square of the error of the impulses at hand, records up to date.
+  virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;
+  virtual const char* name() const = 0;
+};
+
+SolveReport solve_nlgs(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&,
+                       SweepHelp* help = nullptr);
+
+} // namespace cairn

@@ -1,0 +1,72 @@
+#include "contact_system.hpp"
+
+#include <algorithm>
+
+namespace cairn {
+
+const cairn_side* sides() {
+  static const cairn_side rows[] = {
+#define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
+  {cairn_side_##name##_gather, cairn_side_##name##_scatter, cairn_side_##name##_delassus, lever, width},
+#include "../../../core_f90/sides/sides.def"
+#undef CAIRN_SIDE
+  };
+  return rows;
+}
+
+cairn_schedule ContactSystem::schedule(int threads) {
+  // a thread that has less than a few tasks waits longer than it works
+  threads = serial ? 1 : std::clamp(int(first_batch.size()) / 8, 1, std::max(threads, 1));
+  work.resize(std::max(work.size(), std::size_t(cairn_batch_workspace) * threads));
+  sums.resize(std::max(sums.size(), 6 * batches.size()));
+  change.resize(std::max(change.size(), batches.size()));
+  cairn_schedule s{};
+  s.stages = std::int32_t(first_task.size()) - 1;
+  s.batches = std::int32_t(batches.size());
+  s.threads = threads;
+  s.relaxation = 1;
+  s.first_task = first_task.data();
+  s.first_batch = first_batch.data();
+  s.batch = batches.data();
+  s.side = sides();
+  s.record = record.data();
+  s.general = general.empty() ? record.data() : general.data();
+  s.work = work.data();
+  return s;
+}
+
+namespace {
+
+template <int n, class F>
+void each(std::int64_t bodies, F&& f) {
+  for (std::int64_t b = 0; b < bodies; ++b)
+    for (int k = 0; k < n; ++k) f(b, k);
+}
+
+} // namespace
+
+void ContactSystem::load(const Field<double>& velocity) {
+  const auto copy = [&, v = velocity.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) { record[b].x[k] = v[n * b + k]; };
+  };
+  dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+}
+
+void ContactSystem::unload(Field<double>& velocity) const {
+  const auto copy = [&, v = velocity.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
+  };
+  dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+}
+
+void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>& more) {
+  const auto both = [&, v = velocity.values.data(), w = more.values.data()](int n) {
+    return [=, this](std::int64_t b, int k) {
+      v[n * b + k] = record[b].x[k];
+      record[b].x[k] += w[n * b + k];
+    };
+  };
+  dim == 2 ? each<3>(bodies, both(3)) : each<6>(bodies, both(6));
+}
+
+} // namespace cairn

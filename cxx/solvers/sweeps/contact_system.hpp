@@ -1,0 +1,40 @@
+// The contacts of a step as solvers see them: batches in the order of stages and tasks, and velocity records of bodies.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "../../base/field.hpp"
+#include "cairn/core.h"
+
+namespace cairn {
+
+struct ActiveSetMemory;
+
+struct ContactSystem {
+  int dim = 2;
+  std::int64_t bodies = 0;
+  std::vector<cairn_batch> batches;
+  std::vector<std::int32_t> first_task, first_batch; // of each stage, of each task
+  Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
+  Array<double> work;
+  Array<std::int32_t> candidate;           // (places of contacts, dummies included); -1: dummy
+  Array<double> sums, change;              // (6, batches), (batches)
+  bool serial = false;                     // a law must not be called by two threads at once
+  std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
+  double penetration = 0;                  // deepest overlap / size of the smaller body
+
+  int velocities() const { return dim == 2 ? 3 : 6; }
+  std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
+  cairn_schedule schedule(int threads);
+  // velocities of bodies into the records; inverse masses stay
+  void load(const Field<double>& velocity);
+  void unload(Field<double>& velocity) const;
+  // velocity = that of the records, to which `more` is then added
+  void unload_and_add(Field<double>& velocity, const Field<double>& more);
+};
+
+// row k: side k of sides.def
+const cairn_side* sides();
+enum Side : std::int32_t { radial2, rigid2, radial3, rigid3 };
+
+} // namespace cairn

@@ -1,0 +1,118 @@
+#include "step_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "../../contacts/interaction_state.hpp"
+
+namespace cairn {
+
+double total(const Array<double>& values, std::size_t n, std::size_t stride, std::size_t offset) {
+  double sum = 0;
+  for (std::size_t i = 0; i < n; ++i) sum += values[stride * i + offset];
+  return sum;
+}
+
+namespace {
+
+// Velocities of bodies are known to some epsilons, so the relative velocity of a contact is; its square over W_NN.
+double rounding_of(const ContactSystem& system) {
+  double sum = 0;
+  const int dim = system.dim, n = system.velocities();
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const auto add = [&](std::int32_t body, double* lever, std::int32_t side) {
+        const double* v = system.record[body].x;
+        double speed = 0, spin = 0, arm = 0;
+        for (int k = 0; k < dim; ++k) speed += v[k] * v[k];
+        for (int k = dim; k < n; ++k) spin += v[k] * v[k];
+        for (int k = 0; k < sides()[side].lever; ++k) arm += at(b, lever, lane, k) * at(b, lever, lane, k);
+        sum += b.rho[lane] * (speed + spin * arm);
+      };
+      add(b.body_a[lane], b.lever_a, b.side_a);
+      add(b.body_b[lane], b.lever_b, b.side_b);
+    }
+  constexpr double some = 16 * std::numeric_limits<double>::epsilon();
+  return some * some * sum;
+}
+
+} // namespace
+
+FreeScale measure_free(ContactSystem& system, const cairn_schedule& schedule) {
+  cairn_contact_scale(&schedule, system.sums.data());
+  return {total(system.sums, system.batches.size(), 6, 0), rounding_of(system)};
+}
+
+StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeScale free, bool last,
+                  SolveReport& report) {
+  // a millionth of what a contact has on average, in impulse
+  const double least_scale = 0x1p-40 * free.energy / double(report.contacts);
+  cairn_contact_error(&schedule, last, least_scale, system.sums.data());
+  ++report.checks;
+  const std::size_t n = system.batches.size();
+  const double residual = total(system.sums, n, 6, 0), size = total(system.sums, n, 6, 1);
+  double worst = 0, outside = 0;
+  for (std::size_t b = 0; b < n; ++b) {
+    const double* s = &system.sums[6 * b];
+    if (s[2] > worst) {
+      worst = s[2];
+      report.worst_contact = system.candidate[system.batches[b].first + std::int64_t(s[3]) - 1];
+    }
+    outside = std::max(outside, s[4]);
+  }
+  const double scale = std::max(size, free.energy);
+  // the projection on a cone can swallow a velocity that is no number, so bodies are asked too
+  bool finite = std::isfinite(residual) && std::isfinite(size);
+  for (const cairn_record& r : system.record)
+    finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
+  StepError e{residual > free.rounding && scale > 0 ? residual / scale : 0, finite};
+  if (!finite) e.square = std::numeric_limits<double>::infinity();
+  report.error = std::sqrt(e.square);
+  report.worst_error = std::sqrt(worst);
+  report.cone_distance = std::sqrt(outside);
+  return e;
+}
+
+namespace {
+
+std::string hint_of(const SolveReport& r, const SolverOptions& options) {
+  char text[256];
+  if (r.status == SolveStatus::diverged)
+    std::snprintf(text, sizeof text,
+                  "impulses are not finite after %d iterations, so none were given: look for velocities, masses or "
+                  "gaps of absurd size near "
+                  "contact %lld, or lower dt",
+                  r.iterations, static_cast<long long>(r.worst_contact));
+  else
+    std::snprintf(
+        text, sizeof text,
+        "error %.2e after %d iterations, tol is %.2e: allow more iterations, a larger tol or a smaller dt; the "
+        "worst contact is %lld",
+        r.error, r.iterations, options.tolerance, static_cast<long long>(r.worst_contact));
+  return text;
+}
+
+} // namespace
+
+void conclude(SolveReport& report, const StepError& last, const SolverOptions& options, const std::string& hint) {
+  const bool small = last.finite && report.error <= options.tolerance;
+  if (!last.finite) report.status = SolveStatus::diverged;
+  if (report.status != SolveStatus::diverged)
+    report.status = small ? SolveStatus::converged : SolveStatus::iteration_limit;
+  if (report.status == SolveStatus::converged) return;
+  if (hint.empty())
+    report.hint = hint_of(report, options);
+  else
+    report.hint = hint;
+}
+
+void give_none(ContactSystem& system, const Field<double>& velocity_free) {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = 0;
+  system.load(velocity_free);
+}
+
+} // namespace cairn

@@ -1,0 +1,237 @@
+#include "step_problem.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../../contacts/interaction_state.hpp"
+
+namespace cairn {
+
+std::string StepProblem::obstacle(const ContactSystem& system) {
+  for (const cairn_batch& b : system.batches)
+    if (law_infos()[b.law].has_solve)
+      return "contacts of law " + law_infos()[b.law].python_name +
+             " have a local solution of their own, and a problem holds Coulomb's cones alone";
+  return {};
+}
+
+StepProblem::StepProblem(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free)
+    : system_(system) {
+  problem_.dim = system.dim;
+  problem_.bodies = std::make_shared<ContactBodies>();
+  problem_.bodies->dofs = system.velocities();
+  choose_contacts();
+  number_bodies();
+  fill_rows();
+  system.load(velocity_free);
+  fill_velocities(schedule);
+  keep_diagonal();
+}
+
+void StepProblem::choose_contacts() {
+  const double never = 0.5 * std::sqrt(std::numeric_limits<double>::max()); // see singular_blocks.cpp
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    const cairn_batch& b = system_.batches[k];
+    for (int lane = 0; lane < b.contacts; ++lane)
+      if (at(b, b.bias, lane, 0) < never) places_.push_back({std::int32_t(k), lane});
+  }
+  problem_.contacts = std::int64_t(places_.size());
+}
+
+void StepProblem::number_bodies() {
+  ContactBodies& bodies = *problem_.bodies;
+  number_.assign(std::size_t(system_.bodies) + 1, -1);
+  bodies.body.resize(2 * places_.size());
+  const std::size_t size = std::size_t(bodies.dofs) * bodies.dofs;
+  for (std::size_t a = 0; a < places_.size(); ++a) {
+    const cairn_batch& b = system_.batches[places_[a].batch];
+    const int lane = places_[a].lane;
+    const std::int32_t who[2] = {b.body_a[lane], b.body_b[lane]};
+    const bool moves[2] = {b.moves_a != 0, b.moves_b != 0};
+    for (int side = 0; side < 2; ++side) {
+      if (moves[side] && number_[who[side]] < 0) {
+        number_[who[side]] = std::int32_t(bodies.count++);
+        bodies.mass.resize(size * bodies.count);
+        bodies.inverse.resize(size * bodies.count);
+        fill_mass(bodies.count - 1, who[side]);
+      }
+      bodies.body[2 * a + side] = moves[side] ? number_[who[side]] : -1;
+    }
+  }
+  bodies.velocity.resize(std::size_t(bodies.dofs) * bodies.count);
+}
+
+namespace {
+
+// Inverse of a symmetric positive definite matrix of 3 x 3, scaled so that no unit enters.
+void invert3(const double a[3][3], double out[3][3]) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int p = (i + 1) % 3, q = (i + 2) % 3, r = (j + 1) % 3, s = (j + 2) % 3;
+      out[j][i] = a[p][r] * a[q][s] - a[p][s] * a[q][r];
+    }
+  const double determinant = a[0][0] * out[0][0] + a[0][1] * out[1][0] + a[0][2] * out[2][0];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) out[i][j] /= determinant;
+}
+
+} // namespace
+
+// A driven dof has no inverse mass; it gets a mass that no row touches: see fill_rows.
+void StepProblem::fill_mass(std::int64_t to, std::int32_t body) {
+  ContactBodies& bodies = *problem_.bodies;
+  const int n = bodies.dofs;
+  double *mass = &bodies.mass[std::size_t(n) * n * to], *inverse = &bodies.inverse[std::size_t(n) * n * to];
+  const double* x = system_.record[body].x;
+  if (system_.dim == 2) {
+    const double given[3] = {x[3], x[4], x[5]};
+    for (int k = 0; k < 3; ++k) inverse[4 * k] = given[k];
+  } else if (system_.general.empty()) {
+    for (int k = 0; k < 3; ++k) inverse[7 * k] = x[6], inverse[7 * (3 + k)] = x[7];
+  } else {
+    const double* y = system_.general[body].x; // mass along y and z, inertia xx yy zz xy xz yz
+    const double given[3] = {x[6], y[0], y[1]};
+    for (int k = 0; k < 3; ++k) inverse[7 * k] = given[k], inverse[7 * (3 + k)] = y[2 + k];
+    const int pair[3][2] = {{3, 4}, {3, 5}, {4, 5}};
+    for (int k = 0; k < 3; ++k) inverse[n * pair[k][0] + pair[k][1]] = inverse[n * pair[k][1] + pair[k][0]] = y[5 + k];
+  }
+  const int turning = system_.dim == 3 ? 3 : n; // where the full block begins
+  double largest_inverse = 0;
+  for (int k = 0; k < n; ++k) largest_inverse = std::max(largest_inverse, inverse[(n + 1) * k]);
+  for (int k = 0; k < turning; ++k)
+    mass[(n + 1) * k] = 1 / (inverse[(n + 1) * k] > 0 ? inverse[(n + 1) * k] : largest_inverse);
+  if (turning == n) return;
+  double a[3][3], b[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) a[i][j] = inverse[n * (3 + j) + 3 + i];
+  const double largest = std::max({a[0][0], a[1][1], a[2][2]});
+  for (int i = 0; i < 3; ++i)
+    if (!(a[i][i] > 0)) a[i][i] = largest > 0 ? largest : 1; // driven: its row and column are empty
+  invert3(a, b);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) mass[n * (3 + j) + 3 + i] = b[i][j];
+}
+
+void StepProblem::fill_rows() {
+  ContactBodies& bodies = *problem_.bodies;
+  const int d = system_.dim, n = bodies.dofs;
+  bodies.rows.resize(std::size_t(2) * d * n * places_.size());
+  problem_.mu.resize(places_.size());
+  for (std::size_t a = 0; a < places_.size(); ++a) {
+    const cairn_batch& b = system_.batches[places_[a].batch];
+    const int lane = places_[a].lane;
+    problem_.mu[a] = at(b, b.params, lane, 0);
+    double axes[3][3];
+    axes_of(b, d, lane, axes);
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t kind = side ? b.side_b : b.side_a;
+      double lever[3] = {0, 0, 0};
+      for (int k = 0; k < d; ++k)
+        lever[k] = kind == radial2 || kind == radial3 ? at(b, side ? b.lever_b : b.lever_a, lane, 0) * axes[0][k]
+                                                      : at(b, side ? b.lever_b : b.lever_a, lane, k);
+      double* rows = &bodies.rows[(2 * a + side) * d * n];
+      const double sign = side ? -1 : 1;
+      for (int c = 0; c < d; ++c) {
+        const double* e = axes[c];
+        for (int k = 0; k < d; ++k) rows[d * k + c] = sign * e[k];
+        if (d == 2) {
+          rows[d * 2 + c] = sign * (lever[0] * e[1] - lever[1] * e[0]);
+          continue;
+        }
+        for (int k = 0; k < 3; ++k) {
+          const int p = (k + 1) % 3, q = (k + 2) % 3;
+          rows[d * (3 + k) + c] = sign * (lever[p] * e[q] - lever[q] * e[p]);
+        }
+      }
+      const std::int32_t who = bodies.body[2 * a + side];
+      for (int k = 0; k < n; ++k)
+        if (who < 0 || !(bodies.inverse[std::size_t(n) * n * who + (n + 1) * k] > 0)) std::fill_n(rows + d * k, d, 0.0);
+    }
+  }
+}
+
+void StepProblem::fill_velocities(const cairn_schedule& schedule) {
+  const int d = system_.dim;
+  problem_.q.resize(std::size_t(d) * places_.size());
+  std::int32_t batch = -1;
+  double u[6 * 128];
+  for (std::size_t a = 0; a < places_.size(); ++a) {
+    const cairn_batch& b = system_.batches[places_[a].batch];
+    const int lane = places_[a].lane;
+    if (places_[a].batch != batch) cairn_relative_velocities(&schedule, batch = places_[a].batch, 0, u);
+    for (int c = 0; c < d; ++c)
+      problem_.q[d * a + c] = u[c * b.count + lane] + (b.pack && c > 0 ? 0 : at(b, b.bias, lane, c));
+  }
+}
+
+void StepProblem::keep_diagonal() {
+  const std::int64_t n = problem_.contacts;
+  problem_.row_start.resize(n + 1);
+  problem_.column.resize(n);
+  for (std::int64_t a = 0; a < n; ++a) {
+    problem_.row_start[a + 1] = a + 1;
+    problem_.column[a] = std::int32_t(a);
+  }
+  const ContactBodies& b = *problem_.bodies;
+  problem_.block.resize(std::size_t(problem_.dim) * problem_.dim * n);
+  cairn_body_blocks(problem_.dim, b.dofs, n, b.count, b.body.data(), b.rows.data(), b.inverse.data(),
+                    problem_.row_start.data(), problem_.column.data(), problem_.block.data());
+}
+
+std::vector<std::vector<std::int32_t>> StepProblem::contacts_of_bodies() const {
+  std::vector<std::vector<std::int32_t>> of(problem_.bodies->count);
+  for (std::int64_t a = 0; a < problem_.contacts; ++a)
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t who = problem_.bodies->body[2 * a + side];
+      if (who >= 0) of[who].push_back(std::int32_t(a));
+    }
+  return of;
+}
+
+double StepProblem::blocks() const {
+  std::vector<double> degree(problem_.bodies->count);
+  for (const std::int32_t who : problem_.bodies->body)
+    if (who >= 0) ++degree[who];
+  double sum = 0;
+  for (const double k : degree) sum += k * k;
+  return sum;
+}
+
+void StepProblem::form_blocks() {
+  const auto of = contacts_of_bodies();
+  std::vector<std::int32_t> row;
+  problem_.column.clear();
+  for (std::int64_t a = 0; a < problem_.contacts; ++a) {
+    row.assign(1, std::int32_t(a));
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t who = problem_.bodies->body[2 * a + side];
+      if (who >= 0) row.insert(row.end(), of[who].begin(), of[who].end());
+    }
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    problem_.column.insert(problem_.column.end(), row.begin(), row.end());
+    problem_.row_start[a + 1] = std::int64_t(problem_.column.size());
+  }
+  const ContactBodies& b = *problem_.bodies;
+  problem_.block.resize(std::size_t(problem_.dim) * problem_.dim * problem_.column.size());
+  cairn_body_blocks(problem_.dim, b.dofs, problem_.contacts, b.count, b.body.data(), b.rows.data(), b.inverse.data(),
+                    problem_.row_start.data(), problem_.column.data(), problem_.block.data());
+  problem_.bodies.reset();
+}
+
+void StepProblem::read(double* r) const {
+  for (const Place& place : places_) {
+    const cairn_batch& b = system_.batches[place.batch];
+    for (int c = 0; c < system_.dim; ++c) *r++ = at(b, b.r, place.lane, c);
+  }
+}
+
+void StepProblem::write(const double* r) {
+  for (const Place& place : places_) {
+    const cairn_batch& b = system_.batches[place.batch];
+    for (int c = 0; c < system_.dim; ++c) at(b, b.r, place.lane, c) = *r++;
+  }
+}
+
+} // namespace cairn

@@ -1,0 +1,43 @@
+// The contacts of a step as a problem on their own, for solvers of problems, and the way back.
+#pragma once
+#include "../problems/friction_problem.hpp"
+#include "contact_system.hpp"
+
+namespace cairn {
+
+class StepProblem {
+public:
+  // Empty, or what keeps these contacts from being a problem: laws with a local solution of their own.
+  static std::string obstacle(const ContactSystem&);
+  // records: hold the free velocity afterwards. Contacts where nothing can move are left out.
+  StepProblem(ContactSystem&, const cairn_schedule&, const Field<double>& velocity_free);
+
+  // As it is made it knows its bodies, and of W the diagonal blocks.
+  FrictionProblem& problem() { return problem_; }
+  const FrictionProblem& problem() const { return problem_; }
+  // Blocks that W has.
+  double blocks() const;
+  // W as blocks instead; the bodies are forgotten.
+  void form_blocks();
+  // Impulses of the contacts (dim, contacts), as the step has them; and given back to it.
+  void read(double* r) const;
+  void write(const double* r);
+
+private:
+  struct Place {
+    std::int32_t batch, lane;
+  };
+  void choose_contacts();
+  void number_bodies();
+  void fill_mass(std::int64_t to, std::int32_t body);
+  void fill_rows();
+  void fill_velocities(const cairn_schedule&);
+  void keep_diagonal();
+  std::vector<std::vector<std::int32_t>> contacts_of_bodies() const;
+  ContactSystem& system_;
+  std::vector<Place> places_;
+  std::vector<std::int32_t> number_; // of bodies of the system; -1: not in the problem
+  FrictionProblem problem_;
+};
+
+} // namespace cairn

@@ -1,0 +1,11 @@
+// The solver of a step's contacts by its name.
+#pragma once
+#include "../../contacts/interaction.hpp"
+#include "contact_system.hpp"
+
+namespace cairn {
+
+// What is not converged is a status; throws Error where the solver cannot take these contacts.
+SolveReport solve_step(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&);
+
+} // namespace cairn

@@ -1,0 +1,79 @@
+// Overlap removed without changing a velocity (Acary 2013): the smallest displacement in the metric of mass that opens
+// every gap, found by the contact solver itself, with displacement / h in the place of velocity.
+#include <algorithm>
+#include <cmath>
+
+#include "../base/call.hpp"
+#include "simulation.hpp"
+
+namespace cairn {
+
+ContactMemory Simulation::projection_memory() const { return projector_ ? projector_->memory() : ContactMemory{}; }
+
+void Simulation::restore_projection(ContactMemory memory) {
+  if (!projector_) projector_.emplace(scene.dim);
+  projector_->restore(std::move(memory));
+}
+
+// A condition on the gap at the end, without friction: overlap is pushed back.
+const LawTable& Simulation::projection_laws() {
+  if (!projection_laws_) projection_laws_.emplace(laws);
+  LawTable& table = *projection_laws_;
+  table = laws;
+  for (int a = 0; a < table.materials(); ++a)
+    for (int b = 0; b <= a; ++b) {
+      const double mu = 0;
+      table.set(a, b, Law::gap_coulomb, {&mu, 1});
+    }
+  return table;
+}
+
+void Simulation::project_positions() {
+  Bodies& b = scene.bodies;
+  const int nd = b.dofs(), dim = scene.dim;
+  b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
+  reaction_kept_ = b.reaction.values;
+  std::fill(b.velocity.values.begin(), b.velocity.values.end(), 0.0);
+  std::fill(b.velocity_free.values.begin(), b.velocity_free.values.end(), 0.0);
+  const std::int8_t* driven = b.driven.active ? reinterpret_cast<const std::int8_t*>(b.driven.values.data()) : nullptr;
+  if (b.angular_momentum.active)
+    cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
+                          b.inverse_inertia.values.data(), driven);
+
+  // Neighbours that a displacement could meet: as far again as the deepest overlap.
+  if (!projector_) projector_.emplace(dim);
+  Margin margin{};
+  margin.per_contactor = margins_.data();
+  if (std::isnan(strategy.margin))
+    measure_margins();
+  else
+    margin = {strategy.margin, nullptr};
+  handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_, {}, &projector_->scratch());
+  projector_->assemble(b, scene.contactors, projection_candidates_, projection_laws(), scene.cell, h_, strategy.theta);
+  const SolveReport solved = projector_->solve(b, strategy.solver);
+  projector_->update_velocity(b);
+  projector_->commit();
+  report.projection_error = solved.error;
+
+  double potential = 0;
+  for (std::int64_t i = 0; i < b.count; ++i)
+    if (std::isfinite(*b.mass[i]))
+      for (int d = 0; d < dim; ++d) potential -= *b.mass[i] * scene.gravity[d] * h_ * b.velocity[i][d];
+  cairn_theta_advance(dim, nd, b.count, h_, b.velocity.values.data(), b.position.values.data(),
+                      dim == 2 && b.rotation.active ? b.rotation.values.data() : nullptr);
+  if (dim == 3 && b.rotation.active) {
+    std::int64_t unsolved = 0;
+    cairn_rotate(b.count, h_, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(), nullptr,
+                 driven, &unsolved);
+  }
+  b.velocity_begin.values.swap(b.velocity.values);
+  b.reaction.values.swap(reaction_kept_);
+  scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
+  energy.potential += potential;
+  energy.work_projection += potential;
+  energy.turned_over += std::abs(potential);
+  energy.in_play = energy.largest_kinetic + energy.turned_over;
+  report.energy = energy;
+}
+
+} // namespace cairn

@@ -1,0 +1,117 @@
+// Contacts of a smooth scene as a reader sees them: made when they are asked for.
+#include <algorithm>
+#include <cmath>
+
+#include "../../contacts/interaction_state.hpp"
+#include "lanes.hpp"
+
+namespace cairn {
+
+void SmoothDynamics::view(Simulation& s) {
+  if (s.contacts_known_) return;
+  Candidates& out = s.candidates;
+  if (list_is_old(s)) {
+    s.handler.declared().clear();
+    make_list(s);
+  }
+  if (lanes_.empty()) lanes_.push_back(std::make_unique<Lanes>());
+  Lanes& w = *lanes_[0];
+  place_contactors(s);
+  viewed_.clear();
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->clear();
+  for (auto* array : {&out.gap, &out.normal, &out.point}) array->clear();
+  for (const NeighbourList::Batch& batch : list_.batches) {
+    batch_geometry(s, batch, w);
+    for (int i = 0; i < batch.count; ++i) {
+      const std::int64_t p = batch.first + i;
+      if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
+      viewed_.push_back(std::int32_t(p));
+      out.contactor_a.push_back(list_.a[p]);
+      out.contactor_b.push_back(list_.b[p]);
+      out.image.push_back(list_.image[p]);
+      out.feature.push_back(0);
+      out.gap.push_back(w.gap[i]);
+      const double* centre =
+          centred_ ? s.scene.bodies.position[list_.body_a[p]] : &centre_[std::int64_t(list_.a[p]) * dim_];
+      for (int k = 0; k < dim_; ++k) {
+        out.normal.push_back(w.normal[k * batch.count + i]);
+        out.point.push_back(centre[k] + w.point[k * batch.count + i]);
+      }
+    }
+  }
+  out.count = std::int64_t(viewed_.size());
+  s.contacts_known_ = true;
+}
+
+void SmoothDynamics::force_space(double* out) const {
+  for (const std::int32_t p : viewed_) out = std::copy_n(&list_.force[std::int64_t(p) * dim_], dim_, out);
+}
+
+void SmoothDynamics::force_local(const Simulation& s, double* out) const {
+  for (std::size_t i = 0; i < viewed_.size(); ++i) {
+    const double *n = &s.candidates.normal[i * dim_], *f = &list_.force[std::int64_t(viewed_[i]) * dim_];
+    to_local(n, f, out + i * dim_);
+  }
+}
+
+void SmoothDynamics::to_local(const double* n, const double* v, double* out) const {
+  if (dim_ == 2) {
+    out[0] = n[0] * v[0] + n[1] * v[1];
+    out[1] = n[0] * v[1] - n[1] * v[0];
+    return;
+  }
+  double t[3];
+  tangent_of(n, t);
+  for (int k = 0; k < 3; ++k) out[k] = 0;
+  for (int k = 0; k < 3; ++k) {
+    out[0] += n[k] * v[k];
+    out[1] += t[k] * v[k];
+    out[2] += (n[(k + 1) % 3] * t[(k + 2) % 3] - n[(k + 2) % 3] * t[(k + 1) % 3]) * v[k];
+  }
+}
+
+void SmoothDynamics::relative_velocity(const Simulation& s, double* out) const {
+  const Bodies& b = s.scene.bodies;
+  for (std::size_t i = 0; i < viewed_.size(); ++i) {
+    const std::int64_t p = viewed_[i];
+    double u[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, jump[3] = {0, 0, 0};
+    if (s.scene.cell.any()) {
+      image_shift(s.scene.cell, list_.image[p], shift);
+      image_velocity(s.scene.cell, list_.image[p], jump);
+    }
+    for (const int side : {1, -1}) {
+      const std::int32_t body = side > 0 ? list_.body_a[p] : list_.body_b[p];
+      const double *v = b.velocity[body], *x = b.position[body];
+      double arm[3] = {0, 0, 0};
+      for (int k = 0; k < dim_; ++k) arm[k] = s.candidates.point[i * dim_ + k] - x[k] - (side < 0 ? shift[k] : 0);
+      if (dim_ == 2) {
+        u[0] += side * (v[0] - v[2] * arm[1]);
+        u[1] += side * (v[1] + v[2] * arm[0]);
+      } else {
+        for (int k = 0; k < 3; ++k)
+          u[k] += side * (v[k] + v[3 + (k + 1) % 3] * arm[(k + 2) % 3] - v[3 + (k + 2) % 3] * arm[(k + 1) % 3]);
+      }
+    }
+    for (int k = 0; k < dim_; ++k) u[k] -= jump[k];
+    to_local(&s.candidates.normal[i * dim_], u, out + i * dim_);
+  }
+}
+
+// A contact slips where its tangential force is as large as the law's friction allows.
+void SmoothDynamics::status(const Simulation& s, std::int32_t* out) const {
+  for (std::size_t i = 0; i < viewed_.size(); ++i) {
+    const std::int64_t p = viewed_[i];
+    const int entry = s.laws.find(*s.scene.contactors.material[list_.a[p]], *s.scene.contactors.material[list_.b[p]]);
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(entry).law)];
+    double local[3] = {0, 0, 0}, mu = 0;
+    to_local(&s.candidates.normal[i * dim_], &list_.force[p * dim_], local);
+    for (std::size_t k = 0; k < law.parameters.size(); ++k)
+      if (law.parameters[k].name == "mu") mu = s.laws.entry(entry).params[k];
+    const double tangential = std::hypot(local[1], local[2]);
+    out[i] = !(std::abs(local[0]) > 0 || tangential > 0) ? cairn_open
+             : tangential < mu * local[0] * (1 - 1e-12)  ? cairn_stick
+                                                         : cairn_slip;
+  }
+}
+
+} // namespace cairn

@@ -1,0 +1,313 @@
+// The list of neighbours: when it is made anew, and what of the old one goes into it.
+#include <algorithm>
+#include <cmath>
+
+#include "../../base/call.hpp"
+#include "../../base/key_search.hpp"
+#include "lanes.hpp"
+
+namespace cairn {
+namespace {
+
+int row_of(Shape a, Shape b) {
+  for (std::size_t k = 0; k < std::size(smooth_pair_kinds); ++k)
+    if (smooth_pair_kinds[k].a == a && smooth_pair_kinds[k].b == b) return int(k);
+  throw Error("SmoothDEM knows no contact of these shapes yet; use disks, spheres, walls and clumps of them, or NSCD");
+}
+
+// 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow.
+double curvature(Shape shape, double radius) {
+  if (shape == Shape::disk || shape == Shape::sphere) return 1 / radius;
+  return shape == Shape::tube || shape == Shape::ring ? -1 / radius : 0;
+}
+
+} // namespace
+
+SmoothDynamics::SmoothDynamics(const Simulation& simulation, const SmoothDem& o)
+    : options(o), dim_(simulation.scene.dim) {}
+
+SmoothDynamics::~SmoothDynamics() = default;
+
+void SmoothDynamics::invalidate(bool forces) {
+  list_.valid = false;
+  if (forces) forces_known_ = balanced_ = false;
+}
+
+std::int64_t SmoothDynamics::tiles(const Simulation& s) const {
+  return (s.scene.bodies.count + NeighbourList::tile - 1) / NeighbourList::tile;
+}
+
+void SmoothDynamics::check_bodies(const Simulation& s) const {
+  const Bodies& b = s.scene.bodies;
+  if (!b.angular_momentum.active) return;
+  for (std::int64_t i = 0; i < b.count; ++i)
+    if (std::isfinite(*b.mass[i]) && (b.inertia[i][0] < b.inertia[i][1] || b.inertia[i][1] < b.inertia[i][0] ||
+                                      b.inertia[i][1] < b.inertia[i][2] || b.inertia[i][2] < b.inertia[i][1]))
+      throw Error("inertia of body " + std::to_string(*b.id[i]) +
+                  " differs from axis to axis, which SmoothDEM does not turn; use NSCD, or bodies of equal moments");
+}
+
+// Twice what any body may have gone is what a gap may have closed.
+bool SmoothDynamics::list_is_old(const Simulation& s) const {
+  const Scene& scene = s.scene;
+  return !list_.valid || list_.order_version != scene.order_version() || list_.bodies != scene.bodies.count ||
+         list_.contactors != scene.contactors.count || !(2 * moved_ <= skin());
+}
+
+// A tenth of a radius costs few pairs more than those that touch.
+double SmoothDynamics::skin() const {
+  if (!std::isnan(options.skin)) return options.skin;
+  return 0.1 * (widest_ > 0 ? widest_ : 1);
+}
+
+// How much nearer to any body the walls, and the images in a cell that moves, came in this step [m].
+double SmoothDynamics::walls_move(const Simulation& s) const {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  double most = 0;
+  for (const std::int32_t k : walls_) {
+    const double* v = b.velocity[*c.body[k]];
+    const double* axis = &direction_[std::int64_t(k) * (dim_ + 1)];
+    double spin = 0;
+    if (dim_ == 2) {
+      spin = std::abs(v[2]);
+    } else {
+      double square = 0, along = 0;
+      for (int d = 0; d < 3; ++d) square += v[3 + d] * v[3 + d], along += v[3 + d] * axis[d];
+      spin = std::sqrt(std::max(0.0, square - along * along));
+    }
+    most = std::max(most, h_ * spin * farthest_);
+  }
+  double lattice = 0;
+  for (int k = 0; k < 9; ++k) lattice = std::max(lattice, std::abs(s.scene.cell.velocity_gradient[k]));
+  if (lattice > 0)
+    for (int k = 0; k < dim_; ++k) most += h_ * lattice * std::abs(s.scene.cell.vectors[4 * k]);
+  return most;
+}
+
+// Laws of the table as pairs need them: numbers of state, and from which gap they act.
+void SmoothDynamics::read_laws(const Simulation& s) {
+  entries_.assign(s.laws.entries(), {});
+  states_ = 0;
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
+    EntryShape& shape = entries_[e];
+    for (const std::string& name : law.state) ++(name.back() == '*' ? shape.vectors : shape.scalars);
+    states_ = std::max(states_, shape.scalars + shape.vectors * (dim_ == 2 ? 1 : 3));
+    const double overlap = 0, radius = widest_ > 0 ? widest_ : 1;
+    double k[3];
+    law_infos()[std::size_t(s.laws.entry(e).law)].stiffness(1, &overlap, &radius, s.laws.entry(e).params, k,
+                                                            &shape.reach);
+  }
+}
+
+void SmoothDynamics::make_list(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  s.check_laws();
+  s.scene.activate(Need::smooth);
+  remember(s);
+  cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
+                       b.inverse_mass.values.data());
+  grain_.resize(2 * c.count);
+  directed_.clear();
+  walls_.clear();
+  widest_ = arm_ = farthest_ = 0;
+  centred_ = !c.offset.active && c.count == b.count;
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const Shape shape = Shape(*c.shape[k]);
+    const bool round = shape == Shape::disk || shape == Shape::sphere;
+    grain_[2 * k] = curvature(shape, *c.radius[k]);
+    grain_[2 * k + 1] = 1 / *b.mass[*c.body[k]];
+    centred_ = centred_ && *c.body[k] == k;
+    if (round) widest_ = std::max(widest_, *c.radius[k]);
+    if (!round) directed_.push_back(std::int32_t(k));
+    if (!round && shape != Shape::segment) walls_.push_back(std::int32_t(k));
+    double arm = shape == Shape::segment ? c.direction[k][dim_] : 0;
+    if (c.offset.active) {
+      double square = 0;
+      for (int d = 0; d < dim_; ++d) square += c.offset[k][d] * c.offset[k][d];
+      arm += std::sqrt(square);
+    }
+    arm_ = std::max(arm_, arm);
+  }
+  read_laws(s);
+  records_ = dim_ == 3 && centred_ && states_ == 3 && !s.scene.cell.any();
+  if (records_) {
+    record_.resize(16 * b.count);
+    body_radius_.assign(b.count, 0);
+    for (std::int64_t k = 0; k < c.count; ++k)
+      if (Shape(*c.shape[k]) == Shape::sphere) body_radius_[k] = *c.radius[k];
+    for (std::int64_t t = 0; t < tiles(s); ++t)
+      fill_records(s, t * NeighbourList::tile, std::min((t + 1) * NeighbourList::tile, b.count));
+  }
+  double reach = 0;
+  for (const EntryShape& e : entries_) reach = std::max(reach, e.reach);
+  Margin margin{};
+  margin.constant = reach + skin();
+  s.handler.declared().clear();
+  s.handler.detect(b, c, s.scene.cell, margin, found_);
+  lay_out(s);
+  recall(s);
+  for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn
+    if (walls_.size() && std::isfinite(*b.mass[i / dim_]))
+      farthest_ = std::max(farthest_, std::abs(b.position.values[i]));
+  for (const std::int32_t k : walls_)
+    for (int d = 0; d < dim_; ++d) farthest_ = std::max(farthest_, std::abs(b.position[*c.body[k]][d]));
+  farthest_ *= 2 * std::sqrt(double(dim_));
+  list_.contactor_id = c.id.values;
+  list_.order_version = s.scene.order_version();
+  list_.bodies = b.count;
+  list_.contactors = c.count;
+  list_.valid = true;
+  moved_ = 0;
+  ++lists_made_;
+  place_contactors(s);
+  pair_limit_ = pair_limit(s);
+}
+
+// Pairs by tile of A, what stays in the tile first, then by pair of shapes and law; within that in the order of
+// detection.
+void SmoothDynamics::lay_out(Simulation& s) {
+  const Contactors& c = s.scene.contactors;
+  const std::int64_t n = found_.count, nt = tiles(s);
+  const int entries = s.laws.entries(), kinds = int(std::size(smooth_pair_kinds)), groups = 2 * kinds * entries;
+  std::vector<std::int64_t> start(nt * groups + 1, 0);
+  std::vector<std::int64_t> slot(n);
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int32_t a = found_.contactor_a[i], b = found_.contactor_b[i];
+    const int entry = s.laws.find(*c.material[a], *c.material[b]);
+    if (entry < 0)
+      throw Error("no law between materials " + s.laws.name(*c.material[a]) + " and " + s.laws.name(*c.material[b]) +
+                  "; give one with Scene.interact");
+    const std::int64_t tile = *c.body[a] / NeighbourList::tile, apart = tile != *c.body[b] / NeighbourList::tile;
+    const int kind = row_of(Shape(*c.shape[a]), Shape(*c.shape[b]));
+    slot[i] = tile * groups + apart * (kinds * entries) + kind * entries + entry;
+    ++start[slot[i] + 1];
+  }
+  for (std::size_t k = 1; k < start.size(); ++k) start[k] += start[k - 1];
+  const std::vector<std::int64_t> begin = start;
+  for (auto* array : {&list_.a, &list_.b, &list_.body_a, &list_.body_b, &list_.image}) array->resize(n);
+  list_.pairs = n;
+  for (std::int64_t i = 0; i < n; ++i) {
+    const std::int64_t to = start[slot[i]]++;
+    list_.a[to] = found_.contactor_a[i];
+    list_.b[to] = found_.contactor_b[i];
+    list_.body_a[to] = *c.body[found_.contactor_a[i]];
+    list_.body_b[to] = *c.body[found_.contactor_b[i]];
+    list_.image[to] = found_.image[i];
+  }
+  list_.state.assign(n * states_, 0);
+  list_.force.assign(n * dim_, 0);
+  list_.active.assign(n, 0);
+  list_.batches.clear();
+  list_.tile_batches.assign(1, 0);
+  list_.others = 0;
+  for (std::int64_t tile = 0; tile < nt; ++tile) {
+    for (int g = 0; g < groups; ++g) {
+      const std::int64_t end = begin[tile * groups + g + 1];
+      for (std::int64_t first = begin[tile * groups + g]; first < end; first += NeighbourList::lanes) {
+        NeighbourList::Batch batch;
+        batch.first = first;
+        batch.count = std::int32_t(std::min<std::int64_t>(NeighbourList::lanes, end - first));
+        batch.kind = g % (kinds * entries) / entries;
+        batch.entry = g % entries;
+        batch.spheres = smooth_pair_kinds[batch.kind].a == Shape::sphere &&
+                        smooth_pair_kinds[batch.kind].b == Shape::sphere && entries_[batch.entry].scalars == 0 &&
+                        entries_[batch.entry].vectors == 1;
+        if (g >= kinds * entries) {
+          batch.other = list_.others;
+          list_.others += batch.count;
+        }
+        list_.batches.push_back(batch);
+      }
+    }
+    list_.tile_batches.push_back(std::int64_t(list_.batches.size()));
+  }
+  list_.other.resize(list_.others * s.scene.bodies.dofs());
+  list_.tile_incoming.assign(nt + 1, 0);
+  list_.incoming_body.resize(list_.others);
+  list_.incoming_place.resize(list_.others);
+  const auto each_other = [&](auto&& f) {
+    for (const NeighbourList::Batch& batch : list_.batches)
+      for (int i = 0; i < batch.count && batch.other >= 0; ++i) f(list_.body_b[batch.first + i], batch.other + i);
+  };
+  each_other([&](std::int32_t body, std::int64_t) { ++list_.tile_incoming[body / NeighbourList::tile + 1]; });
+  for (std::int64_t t = 0; t < nt; ++t) list_.tile_incoming[t + 1] += list_.tile_incoming[t];
+  std::vector<std::int64_t> place(list_.tile_incoming.begin(), list_.tile_incoming.end());
+  each_other([&](std::int32_t body, std::int64_t other) {
+    const std::int64_t to = place[body / NeighbourList::tile]++;
+    list_.incoming_body[to] = body;
+    list_.incoming_place[to] = std::int32_t(other);
+  });
+}
+
+// States of pairs that act, by key: what a list leaves to the next, or to a file.
+ContactMemory SmoothDynamics::memory(const Simulation&) const {
+  if (list_.pairs == 0) return memory_;
+  ContactMemory m;
+  m.h = h_;
+  m.impulse_components = dim_; // force on A
+  m.state_components = states_;
+  for (std::int64_t p = 0; p < list_.pairs; ++p) {
+    if (!list_.active[p]) continue;
+    m.keys.push_back({list_.contactor_id[list_.a[p]], list_.contactor_id[list_.b[p]], 0, list_.image[p]});
+    m.impulses.insert(m.impulses.end(), &list_.force[p * dim_], &list_.force[p * dim_] + dim_);
+    m.states.insert(m.states.end(), &list_.state[p * states_], &list_.state[p * states_] + states_);
+  }
+  return m;
+}
+
+void SmoothDynamics::remember(Simulation& s) {
+  if (list_.pairs == 0) return;
+  memory_ = memory(s);
+  list_.pairs = 0;
+  list_.valid = false;
+}
+
+void SmoothDynamics::recall(const Simulation& s) {
+  const Contactors& c = s.scene.contactors;
+  Scratch scratch;
+  auto* place = scratch.take<std::int32_t>(list_.pairs);
+  const auto key_of = [&](std::int64_t p) {
+    return ContactKey{*c.id[list_.a[p]], *c.id[list_.b[p]], 0, list_.image[p]};
+  };
+  find_keys(memory_.keys, list_.pairs, key_of, 1, scratch, place);
+  const int kept = states_ == memory_.state_components ? states_ : 0; // of other laws means something else
+  for (std::int64_t p = 0; p < list_.pairs; ++p) {
+    if (place[p] < 0) continue;
+    list_.active[p] = 1;
+    std::copy_n(&memory_.states[std::size_t(place[p]) * memory_.state_components], kept, &list_.state[p * states_]);
+    std::copy_n(&memory_.impulses[std::size_t(place[p]) * dim_], dim_, &list_.force[p * dim_]);
+  }
+}
+
+void SmoothDynamics::restore(ContactMemory memory) {
+  memory_ = std::move(memory);
+  list_.pairs = 0;
+  list_.valid = false;
+  forces_known_ = balanced_ = true;
+}
+
+void SmoothDynamics::move_images(const std::vector<std::array<int, 3>>& moved) {
+  for (std::int64_t p = 0; p < list_.pairs; ++p)
+    list_.image[p] = image_after_move(list_.image[p], moved[list_.body_a[p]].data(), moved[list_.body_b[p]].data());
+}
+
+void SmoothDynamics::lean_images(int k, int i, int cells) {
+  for (std::int64_t p = 0; p < list_.pairs; ++p) list_.image[p] = image_after_lean(list_.image[p], k, i, cells);
+}
+
+std::int64_t SmoothDynamics::body_bytes() const {
+  return std::int64_t(sizeof(double) * (grain_.capacity() + centre_.capacity() + direction_.capacity()) +
+                      8 * list_.contactor_id.capacity());
+}
+
+std::int64_t SmoothDynamics::contact_bytes() const {
+  return std::int64_t(
+      4 * (5 * list_.a.capacity() + list_.incoming_body.capacity() + list_.incoming_place.capacity()) +
+      8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity()) + list_.active.capacity() +
+      8 * (found_.gap.capacity() + found_.normal.capacity() + found_.point.capacity()) + 16 * found_.image.capacity());
+}
+
+} // namespace cairn

@@ -1,0 +1,83 @@
+// The step beyond which explicit motion grows: 2/omega of the stiffest mode, less what damping takes from it.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "../../base/call.hpp"
+#include "lanes.hpp"
+
+namespace cairn {
+namespace {
+
+double damped_share(double ratio) { return std::sqrt(1 + ratio * ratio) - ratio; } // Belytschko 1983
+
+// Stiffness over mass of a contact on a body: along the normal, or along the tangent where the spin gives way too.
+double stiffness_over_mass(const double k[3], double inverse_mass, double inverse_inertia, double arm) {
+  return std::max(k[0] * inverse_mass, k[1] * (inverse_mass + arm * arm * inverse_inertia));
+}
+
+} // namespace
+
+// Of a collision of any body with its like at the overlap of the options, whatever touches now.
+double SmoothDynamics::pair_limit(const Simulation& s) const {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  double limit = std::numeric_limits<double>::infinity();
+  std::vector<int> entries_of(s.laws.materials());
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const double inverse_mass = b.inverse_mass[*c.body[i]][0], inverse_inertia = b.inverse_mass[*c.body[i]][dim_];
+    const double radius = 0.5 * *c.radius[i], overlap = options.overlap * radius;
+    if (!(inverse_mass > 0) || !(radius > 0)) continue;
+    const int entry = s.laws.find(*c.material[i], *c.material[i]);
+    if (entry < 0) continue;
+    double k[3], reach;
+    law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k,
+                                                                &reach);
+    const double rate = 2 * stiffness_over_mass(k, inverse_mass, inverse_inertia, 2 * radius);
+    limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
+  }
+  return limit;
+}
+
+// Gershgorin's bound on the contacts as they are, each at least at the overlap of the options.
+double SmoothDynamics::contact_limit(Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  if (lanes_.empty()) lanes_.push_back(std::make_unique<Lanes>());
+  Lanes& w = *lanes_[0];
+  Array<double>& rate = margins_;
+  rate.assign(b.count, 0);
+  double damping = 0;
+  for (const NeighbourList::Batch& batch : list_.batches) {
+    batch_geometry(s, batch, w);
+    const LawTable::Entry& entry = s.laws.entry(batch.entry);
+    for (int i = 0; i < batch.count; ++i) {
+      if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
+      const std::int64_t p = batch.first + i;
+      const double radius = 1 / (grain_[2 * list_.a[p]] + grain_[2 * list_.b[p]]);
+      const double overlap = std::max(-w.gap[i], options.overlap * radius);
+      double k[3], reach;
+      law_infos()[std::size_t(entry.law)].stiffness(1, &overlap, &radius, entry.params, k, &reach);
+      damping = std::max(damping, k[2]);
+      for (const std::int32_t body : {list_.body_a[p], list_.body_b[p]})
+        rate[body] += stiffness_over_mass(k, b.inverse_mass[body][0], b.inverse_mass[body][dim_],
+                                          body == list_.body_a[p] ? w.radius_a[i] : w.radius_b[i]);
+    }
+  }
+  double greatest = 0;
+  for (const double r : rate) greatest = std::max(greatest, r);
+  const double limit =
+      greatest > 0 ? std::sqrt(2 / greatest) * damped_share(damping) : std::numeric_limits<double>::infinity();
+  return std::min(limit, pair_limit_);
+}
+
+void SmoothDynamics::refuse_step(double h) const {
+  std::ostringstream message;
+  message << "dt is " << h << " s, beyond the stable step of " << pair_limit_
+          << " s of the lightest body and the stiffest law at an overlap of " << options.overlap
+          << " of its effective radius; give dt below it (a tenth is accurate), softer laws or heavier bodies, or "
+             "SmoothDEM(unstable='warn')";
+  throw Error(message.str());
+}
+
+} // namespace cairn

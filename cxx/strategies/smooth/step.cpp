@@ -1,0 +1,176 @@
+// The step of smooth DEM on one page (Cundall & Strack 1979): velocity Verlet around the forces of the new
+// configuration.
+#include <algorithm>
+#include <cmath>
+
+#include "../../base/call.hpp"
+#include "../../base/threads.hpp"
+#include "lanes.hpp"
+
+namespace cairn {
+namespace {
+
+template <class T>
+auto pointer(Field<T>& field) {
+  return field.active ? field.values.data() : nullptr;
+}
+const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
+
+} // namespace
+
+const StepReport& SmoothDynamics::step(Simulation& s, double h) {
+  const Threads threads(options.threads, s.scene.bodies.count);
+  begin_step(s, h);
+  s.timed("kick_and_drift", [&] { kick_and_drift(s); });
+  s.timed("find_neighbours", [&] { find_neighbours(s); });
+  s.timed("compute_forces", [&] { compute_forces(s); });
+  s.timed("kick", [&] { kick(s); });
+  return s.report;
+}
+
+// Order is state, and changes with the number of the step alone. The first forces are those of the places at the start.
+void SmoothDynamics::begin_step(Simulation& s, double h) {
+  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  check_bodies(s);
+  if (s.steps > 0 && s.steps % options.renumber_every == 0) {
+    remember(s);
+    s.scene.renumber();
+  }
+  if (s.scene.cell.any()) s.wrap_into_cell();
+  if (list_is_old(s)) make_list(s);
+  if (options.refuse_unstable && h > pair_limit_) refuse_step(h);
+  if (!forces_known_) {
+    h_ = 0;
+    compute_forces(s);
+    s.report.stable_step = contact_limit(s);
+  }
+  h_ = h;
+}
+
+void SmoothDynamics::kick_and_drift(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const std::int64_t n = tiles(s);
+  sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
+#pragma omp parallel for schedule(static)
+  for (std::int64_t t = 0; t < n; ++t) {
+    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    const bool plain = plain_tile(s, first, last);
+    if (plain)
+      cairn_verlet_begin_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                                 b.contact_force.values.data(), body_radius_.data(), b.velocity.values.data(),
+                                 b.position.values.data(), record_.data(), &sums_[sums_of_tile * t]);
+    else
+      cairn_verlet_begin(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                         b.contact_force.values.data(), b.velocity.values.data(), b.position.values.data(),
+                         &sums_[sums_of_tile * t], dim_ == 2 ? pointer(b.rotation) : nullptr, pointer(b.force),
+                         pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction));
+    if (dim_ == 3 && b.rotation.active)
+      cairn_verlet_turn(first, last, h_, b.velocity.values.data(), b.rotation.values.data());
+    if (records_ && !plain) fill_records(s, first, last);
+  }
+  double linear = 0, spin = 0;
+  for (std::int64_t t = 0; t < n; ++t) {
+    linear = std::max(linear, sums_[sums_of_tile * t]);
+    spin = std::max(spin, sums_[sums_of_tile * t + 1]);
+  }
+  s.advance_cell(h_);
+  if (s.scene.cell.any()) s.wrap_into_cell();
+  moved_ += h_ * (std::sqrt(linear) + arm_ * std::sqrt(spin)) + walls_move(s);
+}
+
+void SmoothDynamics::find_neighbours(Simulation& s) {
+  if (list_is_old(s)) {
+    make_list(s);
+    s.report.stable_step = contact_limit(s);
+  }
+  place_contactors(s);
+}
+
+void SmoothDynamics::compute_forces(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const std::int64_t n = tiles(s);
+  if (!forces_known_) place_contactors(s);
+  sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
+  while (int(lanes_.size()) < omp_get_max_threads()) lanes_.push_back(std::make_unique<Lanes>());
+#pragma omp parallel for schedule(dynamic)
+  for (std::int64_t t = 0; t < n; ++t) tile_forces(s, t, *lanes_[omp_get_thread_num()], h_, &sums_[sums_of_tile * t]);
+#pragma omp parallel for schedule(static) if (list_.others > 0)
+  for (std::int64_t t = 0; t < n; ++t) {
+    const std::int64_t first = list_.tile_incoming[t], last = list_.tile_incoming[t + 1];
+    cairn_smooth_add(b.dofs(), last - first, list_.incoming_body.data() + first, list_.incoming_place.data() + first,
+                     list_.other.data(), b.contact_force.values.data());
+  }
+  forces_known_ = true;
+}
+
+void SmoothDynamics::kick(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const std::int64_t n = tiles(s);
+  std::int64_t wrong = -1;
+#pragma omp parallel for schedule(static) reduction(max : wrong)
+  for (std::int64_t t = 0; t < n; ++t) {
+    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    double* terms = options.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
+    if (plain_tile(s, first, last))
+      cairn_verlet_end_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                               b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
+    else
+      cairn_verlet_end(dim_, b.dofs(), first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
+                       b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
+                       pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
+  }
+  account(s, n);
+  s.candidates.count = 0;
+  s.contacts_known_ = false;
+  s.report.step = ++s.steps;
+  s.report.h = h_;
+  s.report.time = s.report.time_detection = s.time += h_;
+  s.report.energy = s.energy;
+  s.report.neighbour_lists = lists_made_;
+  if (wrong >= 0)
+    throw Error("velocity of body " + std::to_string(*b.id[wrong]) + " is no finite number after step " +
+                std::to_string(s.steps) +
+                "; give a smaller dt (explain() names the stable one) or softer laws, and go " +
+                "back to a checkpoint");
+}
+
+// Whether nothing but contacts and gravity moves the bodies of a tile of spheres.
+bool SmoothDynamics::plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const {
+  const Bodies& b = s.scene.bodies;
+  if (!records_ || b.force.active || b.damping.active) return false;
+  return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
+}
+
+// Sums of the tiles in their order. d(T + U + stored) = W - D + closure, which is the error of the scheme, O(dt^2).
+void SmoothDynamics::account(Simulation& s, std::int64_t n) {
+  double sum[sums_of_tile] = {};
+  for (std::int64_t t = 0; t < n; ++t) {
+    const double* of = &sums_[sums_of_tile * t];
+    sum[2] = std::max(sum[2], of[2]);
+    for (int k = 3; k < sums_of_tile; ++k) sum[k] += of[k];
+  }
+  s.report.solve = {};
+  s.report.solve.penetration = sum[2];
+  s.report.contacts = s.report.solve.contacts = std::int64_t(sum[3]);
+  if (!options.energy) return;
+  Energy& e = s.energy;
+  const double kinetic = sum[4], potential = sum[5], external = sum[6], driven = sum[7], bulk = sum[8], stored = sum[9],
+               normal = sum[10], friction = sum[11];
+  const double before = balanced_ ? e.kinetic : kinetic, held = balanced_ ? e.stored : stored;
+  balanced_ = true;
+  e.kinetic = kinetic;
+  e.stored = stored;
+  e.potential += potential;
+  e.work_external += external;
+  e.work_driven += driven;
+  e.dissipated_bulk += bulk;
+  e.dissipated_normal += normal;
+  e.dissipated_friction += friction;
+  e.closure += kinetic - before + stored - held + potential - external - driven + bulk + normal + friction;
+  e.turned_over += std::abs(potential) + std::abs(external) + std::abs(driven) + std::abs(normal) + std::abs(friction) +
+                   std::abs(bulk);
+  e.largest_kinetic = std::max({e.largest_kinetic, kinetic, before});
+  e.in_play = e.largest_kinetic + e.turned_over;
+}
+
+} // namespace cairn

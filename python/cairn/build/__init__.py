@@ -1,0 +1,1 @@
+"""What a scene is made of: bodies, shapes, materials, laws, meshes and surfaces."""

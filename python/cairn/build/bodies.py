@@ -1,0 +1,341 @@
+"""Sets of bodies to add to a scene: disks, spheres, clumps, walls, segments, tubes, rings.
+
+A set is arrays, not objects: a million disks are one set. Dofs are named vx, vy, w in 2D and vx, vy, vz, wx, wy, wz in 3D.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .materials import Material
+from ..names import listed, takes
+from ..pre import checks
+
+# options of sets of bodies, and of boundaries, which have a velocity of their own
+OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping")
+OF_BOUNDARIES = ("velocity", "mass", "inertia", "free", "force", "rotation", "group", "damping")
+DOFS = {2: ("vx", "vy", "w"), 3: ("vx", "vy", "vz", "wx", "wy", "wz")}
+
+
+@dataclass
+class ContactorSet:
+    """Contactors of one shape. body: (m,) row of the body in its set; radius (m,) [m]; offset (m, dim) [m] or None;
+    direction (m, dim + 1) unit vector and half length, or None; of polygons and polyhedra hull (m,), which of `hulls` each
+    is, whose radius is found."""
+
+    shape: str
+    material: Material
+    body: np.ndarray
+    radius: np.ndarray
+    offset: np.ndarray | None = None
+    direction: np.ndarray | None = None
+    hull: np.ndarray | None = None
+    hulls: object = None
+
+
+@dataclass
+class BodySet:
+    """n bodies. position (n, dim) [m]; mass (n,) [kg]; inertia (n, 1 | 3) [kg m2]; velocity (n, dofs); rotation (n,) angle
+    or (n, 4) quaternion; driven: names of dofs whose velocity is imposed; drive: that velocity, (dofs,) or (n, dofs),
+    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]."""
+
+    dim: int
+    position: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    contactors: list[ContactorSet]
+    velocity: np.ndarray | None = None
+    rotation: np.ndarray | None = None
+    group: str | None = None
+    driven: tuple[str, ...] = ()
+    drive: object = None
+    force: object = None
+    damping: float | np.ndarray | None = None
+    ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene
+    mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
+
+    def __len__(self):
+        return len(self.position)
+
+    @property
+    def mask(self):
+        """Driven dofs as bits."""
+        return sum(1 << DOFS[self.dim].index(name) for name in self.driven)
+
+    @takes(*OPTIONS, "position", "mass", "inertia", "contactors", "ids", "mesh")
+    def with_(self, **changes):
+        """A copy with some of its options changed: `disks(...).with_(group="layer 1", driven=("w",))`."""
+        return checked(replace(self, **changes))
+
+
+def checked(s: BodySet) -> BodySet:
+    """The set itself, its options refused when wrong."""
+    names = DOFS[s.dim]
+    s.driven = (s.driven,) if isinstance(s.driven, str) else tuple(s.driven)
+    for name in s.driven:
+        if name not in names:
+            raise ValueError(f"driven names {name!r}: the dofs of a body are {listed(names, name)}")
+    if s.group is not None and (not isinstance(s.group, str) or not s.group or s.group == "*"):
+        raise ValueError(f"group is {s.group!r}: give a non-empty string other than '*'")
+    if s.rotation is not None:
+        shape = (len(s),) if s.dim == 2 else (len(s), 4)
+        s.rotation = checks.real_array("rotation", s.rotation, shape)
+        short = np.flatnonzero(~np.any(s.rotation.reshape(len(s), -1), axis=1)) if s.dim == 3 else ()
+        if len(short):
+            raise ValueError(f"rotation[{short[0]}] is {s.rotation[short[0]]}: give a quaternion (w, x, y, z) of unit length")
+    if s.velocity is not None:
+        s.velocity = _spread("velocity", s.velocity, len(s), len(names), s.dim)
+    for name in ("drive", "force"):
+        value = getattr(s, name)
+        if value is not None and not callable(value):
+            setattr(s, name, _spread(name, value, len(s), len(names), s.dim))
+    if s.damping is not None:
+        damping = _per_body("damping", s.damping, (len(s),))
+        if not np.all((damping >= 0) & np.isfinite(damping)):
+            at = int(np.argmin((damping >= 0) & np.isfinite(damping)))
+            raise ValueError(f"damping[{at}] is {damping[at]}: give finite numbers >= 0 [1/s]")
+        s.damping = damping
+    return s
+
+
+def rows(name, value, n, dim):
+    """(n, dofs) from what a user gave for n bodies."""
+    return _spread(name, value, n, len(DOFS[dim]), dim)
+
+
+def _spread(name, value, n, components, dim):
+    """(n, components) from one row or n rows; translations alone get zero rotations."""
+    array = checks.reals(name, value, f"give ({components},) or ({n}, {components})")
+    if array.shape[-1:] == (dim,) and array.ndim in (1, 2):
+        array = np.concatenate([array, np.zeros(array.shape[:-1] + (components - dim,))], axis=-1)
+    if array.ndim == 1:
+        array = np.broadcast_to(array, (n, components)) if array.shape == (components,) else array
+    if array.shape != (n, components):
+        raise ValueError(
+            f"{name} has shape {np.shape(value)}: give ({components},) or ({n}, {components}), "
+            f"or translations only, ({dim},) or ({n}, {dim})"
+        )
+    return checks.real_array(name, np.ascontiguousarray(array), (n, components))
+
+
+def _per_body(name, value, shape):
+    """An array of the shape from one number, one row or all of it."""
+    array = checks.reals(name, value, f"give a number or an array of shape {checks.shape_text(shape)}")
+    try:
+        if array.shape == shape[:1] and len(shape) == 2 and shape[1] == 1:
+            array = array[:, None]
+        return np.broadcast_to(array, shape).copy()
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"{name} has shape {np.shape(value)}: give a number or an array of shape {checks.shape_text(shape)}"
+        ) from None
+
+
+def _density(material, density):
+    if not isinstance(material, Material):
+        raise ValueError(f"material is {material!r}: give a cairn.Material")
+    value = material.density if density is None else checks.positive("density", density)
+    if value is None:
+        raise ValueError(f"density of material {material.name!r} is missing: Material({material.name!r}, density=...)")
+    return value
+
+
+def _points(centers, radii, dim):
+    centers = checks.real_array("centers", centers, (None, dim))
+    if np.ndim(radii) == 0:
+        radii = np.full(len(centers), checks.positive("radii", radii))
+    radii = checks.positive_array("radii", radii)
+    if len(radii) != len(centers):
+        raise ValueError(f"radii has {len(radii)} items and centers {len(centers)}: give one radius for each centre")
+    return centers, radii
+
+
+@takes(*OPTIONS)
+def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> BodySet:
+    """Disks in 2D. centers (n, 2) [m]; radii (n,) or one [m]; mass = density pi r^2 depth. Options: those of BodySet.
+
+    >>> rock = Material("rock", density=2800.0)
+    >>> len(disks([[0, 0], [1, 0]], 0.5, rock))
+    2
+    """
+    centers, radii = _points(centers, radii, 2)
+    with np.errstate(over="ignore"):  # what is too much is refused by name
+        mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
+    mass = checks.positive_array("mass", mass)
+    contactors = [ContactorSet("disk", material, np.arange(len(radii)), radii)]
+    return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, **options))
+
+
+@takes(*OPTIONS)
+def spheres(centers, radii, material, *, density=None, **options) -> BodySet:
+    """Spheres in 3D. centers (n, 3) [m]; radii (n,) or one [m]; mass = 4/3 density pi r^3. Options: those of BodySet."""
+    centers, radii = _points(centers, radii, 3)
+    with np.errstate(over="ignore"):
+        mass = _density(material, density) * 4 / 3 * np.pi * radii**3
+    mass = checks.positive_array("mass", mass)
+    inertia = np.repeat((0.4 * mass * radii**2)[:, None], 3, axis=1)
+    contactors = [ContactorSet("sphere", material, np.arange(len(radii)), radii)]
+    return checked(BodySet(3, centers, mass, inertia, contactors, **options))
+
+
+@takes(*OPTIONS)
+def clumps(positions, offsets, radii, mass, inertia, material, **options) -> BodySet:
+    """Rigid bodies each made of the same disks (2D) or spheres (3D).
+
+    positions (n, dim): centres of mass [m]; offsets (m, dim): centres of the parts from the centre of mass, in the principal
+    axes of the body [m]; radii (m,) [m]; mass [kg]; inertia: a number (2D) or three principal moments (3D) [kg m2].
+    See cairn.pre for mass, centre and inertia of a clump from its parts.
+    """
+    shape = np.shape(offsets)
+    dim = shape[-1] if len(shape) == 2 else 0
+    if dim not in (2, 3):
+        raise ValueError(f"offsets has shape {shape}: give (m, 2) or (m, 3)")
+    offsets, radii = _points(offsets, radii, dim)
+    positions = checks.real_array("positions", positions, (None, dim))
+    n, m = len(positions), len(radii)
+    masses = _per_body("mass", mass, (n,))
+    moments = _per_body("inertia", inertia, (n, 1 if dim == 2 else 3))
+    parts = ContactorSet(
+        "disk" if dim == 2 else "sphere",
+        material,
+        np.repeat(np.arange(n), m),
+        np.tile(radii, n),
+        np.tile(offsets, (n, 1)),
+    )
+    return checked(BodySet(dim, positions, masses, moments, [parts], **options))
+
+
+def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, options):
+    """One body that is held but for its free dofs; velocity drives what is held."""
+    names = DOFS[dim]
+    free = (free,) if isinstance(free, str) else tuple(free or ())
+    for name in free:
+        if name not in names:
+            raise ValueError(f"free names {name!r}: the dofs of a body are {listed(names, name)}")
+    if free and mass is None:
+        raise ValueError(f"mass is missing: a boundary that is free to move along {', '.join(free)} needs one [kg]")
+    held = tuple(name for name in names if name not in free)
+    infinite = mass is None
+    masses = np.array([np.inf if infinite else checks.positive("mass", mass)])
+    moment = np.inf if infinite or inertia is None else inertia
+    moments = _per_body("inertia", moment, (1, 1 if dim == 2 else 3))
+    drive = np.zeros(len(names)) if velocity is None else velocity
+    return checked(
+        BodySet(
+            dim,
+            np.asarray(position, float)[None],
+            masses,
+            moments,
+            [contactor],
+            driven=held,
+            drive=drive,
+            force=force,
+            **options,
+        )
+    )
+
+
+@takes(*OF_BOUNDARIES)
+def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
+    """A half-plane (2D) or plane (3D): solid behind, free in front of it, where normal points.
+
+    point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given.
+    mass, free, force: a wall pushed by a force instead, e.g. `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
+    """
+    point = checks.real_array("point", point, (None,))
+    dim = len(point)
+    if dim not in (2, 3):
+        raise ValueError(f"point has shape {point.shape}: give (2,) or (3,)")
+    normal = checks.real_array("normal", normal, (dim,))
+    if not np.any(normal):
+        raise ValueError(f"normal is {normal}: give a vector of non-zero length, pointing out of the solid")
+    contactor = ContactorSet(
+        "half_plane" if dim == 2 else "plane",
+        material,
+        np.zeros(1, int),
+        np.zeros(1),
+        None,
+        np.append(normal / np.max(np.abs(normal)), 0.0)[None],
+    )
+    return _boundary(dim, point, contactor, mass, inertia, free, velocity, force, options)
+
+
+@takes(*OF_BOUNDARIES)
+def segment(
+    start, end, material, *, radius=0.0, velocity=None, mass=None, inertia=None, free=(), force=None, **options
+) -> BodySet:
+    """A straight bar in 2D with round ends of the given radius [m], from start to end (2,) [m]."""
+    start, end = (checks.real_array(n, v, (2,)) for n, v in (("start", start), ("end", end)))
+    half = (end - start) / 2
+    if not np.any(half):
+        raise ValueError(f"end is {end}, the same as start: give two different points")
+    radius = checks.number("radius", radius)
+    if radius < 0:
+        raise ValueError(f"radius is {radius}: give a length >= 0 [m]")
+    size = np.max(np.abs(half))
+    length = size * np.sqrt(np.sum((half / size) ** 2))
+    contactor = ContactorSet(
+        "segment", material, np.zeros(1, int), np.array([radius]), None, np.append(half / size, length)[None]
+    )
+    return _boundary(2, (start + end) / 2, contactor, mass, inertia, free, velocity, force, options)
+
+
+@takes(*OF_BOUNDARIES)
+def tube(
+    point,
+    axis,
+    radius,
+    material,
+    *,
+    half_length=0.0,
+    velocity=None,
+    mass=None,
+    inertia=None,
+    free=(),
+    force=None,
+    **options,
+) -> BodySet:
+    """A cylinder seen from inside, in 3D: a drum, a silo. Without half_length it has no end."""
+    point = checks.real_array("point", point, (3,))
+    axis = checks.real_array("axis", axis, (3,))
+    if not np.any(axis):
+        raise ValueError(f"axis is {axis}: give a vector of non-zero length")
+    half_length = checks.number("half_length", half_length)
+    if half_length < 0:
+        raise ValueError(f"half_length is {half_length}: give a length > 0 [m], or 0 for no end")
+    contactor = ContactorSet(
+        "tube",
+        material,
+        np.zeros(1, int),
+        np.array([checks.positive("radius", radius)]),
+        None,
+        np.append(axis / np.max(np.abs(axis)), half_length or np.inf)[None],
+    )
+    return _boundary(3, point, contactor, mass, inertia, free, velocity, force, options)
+
+
+@takes(*OF_BOUNDARIES)
+def ring(center, radius, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
+    """A circle seen from inside, in 2D: a drum. center (2,), radius [m]; all outside is solid. It is held, or moves as a wall
+    does: velocity (3,) with its spin, mass, inertia, free, force."""
+    center = checks.real_array("center", center, (2,))
+    contactor = ContactorSet("ring", material, np.zeros(1, int), np.array([checks.positive("radius", radius)]))
+    return _boundary(2, center, contactor, mass, inertia, free, velocity, force, options)
+
+
+@takes(*OF_BOUNDARIES)
+def box(low, high, material, *, lid=True, **options) -> list[BodySet]:
+    """Walls round the inside of a box, low and high (dim,) [m]: for each axis the wall at its low and at its high end."""
+    low, high = (checks.real_array(name, v, (None,)) for name, v in (("low", low), ("high", high)))
+    if low.shape != high.shape or low.shape not in ((2,), (3,)) or not np.all(low < high):
+        raise ValueError(f"low is {low} and high {high}: give two corners (dim,), low below high in each coordinate")
+    walls = []
+    for axis in range(len(low)):
+        normal = np.zeros(len(low))
+        normal[axis] = 1.0
+        walls.append(wall(low, normal, material, **options))
+        if lid or axis < len(low) - 1:
+            walls.append(wall(high, -normal, material, **options))
+    return walls

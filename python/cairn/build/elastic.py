@@ -1,0 +1,180 @@
+"""A linear elastic body by finite elements: T3 and Q4 in 2D, TET4 and HEX8 in 3D; at rest, or in a scene (cairn.deformable).
+
+body = ElasticBody(points, {"quad": cells}, young=200e9, poisson=0.3, density=7800.0)
+u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)})
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..names import listed
+from ..pre import checks
+
+# Of a cell, anticlockwise from outside.
+FACES = {
+    "tetra": np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+    "hexahedron": np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]),
+}
+
+
+class ElasticBody:
+    """Small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
+
+    points (n, dim) [m]; cells: {"triangle" | "quad" | "tetra" | "hexahedron": (m, nodes) whole numbers}; groups: {name: nodes};
+    young, poisson, density; plane: "strain" or "stress" in 2D, thickness [m]; rayleigh: (a, b) of C = a M + b K [1/s, s].
+    Raises ValueError naming what is wrong, the cell and the remedy.
+    """
+
+    def __init__(
+        self, points, cells, *, young, poisson, density=0.0, groups=None, plane="strain", thickness=1.0,
+        lumped=False, rayleigh=(0.0, 0.0),
+    ):  # fmt: skip
+        from scipy import sparse
+
+        self.points = np.ascontiguousarray(points, float)
+        if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
+            raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
+        self.dim = self.points.shape[1]
+        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.elasticity = _elasticity(self.dim, checks.positive("young", young), checks.number("poisson", poisson), plane)
+        self.thickness = checks.positive("thickness", thickness) if self.dim == 2 else 1.0
+        self.cells, n = {}, self.points.size
+        self.K = self.M = sparse.csc_array((n, n))
+        for kind, nodes in cells.items():
+            nodes = self._checked(kind, np.ascontiguousarray(nodes))
+            x = np.ascontiguousarray(self.points[nodes])
+            k, m, wrong = _core.element_matrices(kind, x, float(density) * self.thickness, self.elasticity * self.thickness)
+            if np.any(wrong):
+                at = int(np.argmax(wrong))
+                named = f"{kind} {at} with nodes {nodes[at].tolist()}"
+                raise ValueError(f"{named} is flat or inside out: turn its nodes the other way round")
+            dofs = (self.dim * nodes[:, :, None] + np.arange(self.dim)).reshape(len(nodes), -1)
+            rows, columns = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
+            self.K = self.K + sparse.csc_array((k.ravel(), (rows, columns)), (n, n))
+            self.M = self.M + sparse.csc_array((m.ravel(), (rows, columns)), (n, n))
+            self.cells[kind] = nodes
+        if lumped:
+            self.M = sparse.diags_array(np.asarray(self.M.sum(axis=1)).ravel()).tocsc()
+        self.C = rayleigh[0] * self.M + rayleigh[1] * self.K
+
+    @classmethod
+    def read(cls, path, **options):
+        """From a mesh that meshio reads; its named groups (gmsh's physical groups) become groups of nodes."""
+        import meshio
+
+        mesh = meshio.read(path)
+        kinds = [e["cell"] for e in _core.elements()]
+        used = [c for c in mesh.cells if c.type in kinds]
+        dim = max((e["dim"] for e in _core.elements() if any(c.type == e["cell"] for c in used)), default=2)
+        solid = {e["cell"] for e in _core.elements() if e["dim"] == dim}
+        groups = {}
+        sets = {name: rows for name, rows in mesh.cell_sets.items() if not name.startswith("gmsh:")}
+        for name, (tag, group_dim) in mesh.field_data.items():  # as version 2 of gmsh's format has them
+            tags = zip(mesh.cell_data.get("gmsh:physical", ()), mesh.cells)
+            sets.setdefault(name, [np.flatnonzero((found == tag) & (c.dim == group_dim)) for found, c in tags])
+        for name, per_block in sets.items():
+            nodes = [mesh.cells[b].data[rows] for b, rows in enumerate(per_block) if rows is not None and len(rows)]
+            if nodes:
+                groups[name] = np.unique(np.concatenate([part.ravel() for part in nodes]))
+        cells = {kind: np.concatenate([c.data for c in used if c.type == kind]) for kind in {c.type for c in used} & solid}
+        return cls(mesh.points[:, :dim], cells, groups=groups, **options)
+
+    def _checked(self, kind, nodes):
+        known = {e["cell"]: e for e in _core.elements()}
+        if kind not in known or known[kind]["dim"] != self.dim:
+            fit = [name for name, e in known.items() if e["dim"] == self.dim]
+            raise ValueError(f"cells of kind {kind!r} do not fit {self.dim} dimensions: give {' or '.join(fit)}")
+        if nodes.ndim != 2 or nodes.shape[1] != known[kind]["nodes"] or nodes.dtype.kind not in "iu":
+            raise ValueError(f"{kind} cells have shape {nodes.shape}: give whole numbers (n, {known[kind]['nodes']})")
+        if nodes.size and not (nodes.min() >= 0 and nodes.max() < len(self.points)):
+            raise ValueError(f"{kind} cells name nodes {nodes.min()} to {nodes.max()}, there are {len(self.points)}")
+        return nodes.astype(np.int64)
+
+    def boundary_edges(self):
+        """Edges (m, 2) of the boundary in 2D, the body on their left: those of one cell alone."""
+        turns = [np.stack([cells, np.roll(cells, -1, axis=1)], -1).reshape(-1, 2) for cells in self.cells.values()]
+        edges = np.concatenate(turns)
+        _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+        return edges[np.sort(first[count == 1])]
+
+    def boundary_faces(self):
+        """Faces (m, 3 | 4) of the boundary in 3D, anticlockwise from outside: those of one cell alone; the fourth node
+        of a triangle is -1."""
+        parts = [cells[:, FACES[kind]].reshape(-1, FACES[kind].shape[1]) for kind, cells in self.cells.items()]
+        wide = [np.pad(p, ((0, 0), (0, 4 - p.shape[1])), constant_values=-1) for p in parts]
+        faces = np.concatenate(wide)
+        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        return faces[np.sort(first[count == 1])]
+
+    def nodal_stress(self, displacement):
+        """Mean of the stresses of the cells round each node, (n, 3 | 6) [Pa]."""
+        total = np.zeros((len(self.points), 3 * self.dim - 3))
+        count = np.zeros(len(self.points))
+        for kind, stress in self.stress(displacement).items():
+            for corner in self.cells[kind].T:
+                np.add.at(total, corner, stress)
+                np.add.at(count, corner, 1)
+        return total / np.maximum(count, 1)[:, None]
+
+    def nodes(self, group):
+        """Numbers of the nodes of a group, or the numbers themselves."""
+        if not isinstance(group, str):
+            return np.atleast_1d(np.asarray(group, int))
+        if group not in self.groups:
+            raise ValueError(f"there is no group {group!r}; there are {listed(self.groups, group)}")
+        return self.groups[group]
+
+    def dofs(self, fixed):
+        """Numbers of the dofs of {group: "x" | "xy" | ...}."""
+        out = [self.dim * self.nodes(g) + "xyz".index(axis) for g, axes in fixed.items() for axis in axes]
+        return np.unique(np.concatenate(out)) if out else np.zeros(0, int)
+
+    def load(self, force):
+        """Forces of nodes (n dofs) [N] of {group: total force (dim,)}, spread evenly over the nodes of the group."""
+        out = np.zeros(self.points.size)
+        for group, total in force.items():
+            nodes = self.nodes(group)
+            out.reshape(-1, self.dim)[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
+        return out
+
+    def solve(self, fixed, force=None, displacement=None):
+        """Displacement at rest (n, dim) [m]. fixed: {group: axes}; force: {group: total} or (n dofs); displacement (n, dim) of
+        the fixed dofs: zero."""
+        from scipy.sparse.linalg import spsolve
+
+        held = self.dofs(fixed)
+        free = np.setdiff1d(np.arange(self.points.size), held)
+        u = np.zeros(self.points.size)
+        if displacement is not None:
+            u[held] = checks.real_array("displacement", displacement, self.points.shape).ravel()[held]
+        f = np.zeros(len(u)) if force is None else self.load(force) if isinstance(force, dict) else np.asarray(force, float)
+        u[free] = spsolve(self.K[free][:, free], (f - self.K @ u)[free])
+        return u.reshape(-1, self.dim)
+
+    def stress(self, displacement):
+        """Stress in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx] [Pa], tension positive."""
+        u = np.asarray(displacement, float).reshape(self.points.shape)
+        return {
+            kind: _core.element_stress(kind, self.points[nodes], self.elasticity, np.ascontiguousarray(u[nodes]))
+            for kind, nodes in self.cells.items()
+        }
+
+
+def _elasticity(dim, young, poisson, plane):
+    """Isotropic elasticity on engineering strains."""
+    if not -1 < poisson < 0.5 and not (plane == "stress" and poisson == 0.5):
+        raise ValueError(f"poisson is {poisson}: give a value above -1 and below 1/2")
+    shear = young / (2 * (1 + poisson))
+    if dim == 2 and plane == "stress":
+        out = young / (1 - poisson**2) * np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]])
+        return np.ascontiguousarray(out)
+    if plane != "strain":
+        raise ValueError(f"plane is {plane!r}: give 'strain' or 'stress'")
+    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    size = 3 * dim - 3
+    out = np.zeros((size, size))
+    out[:dim, :dim] = lame + 2 * shear * np.eye(dim)
+    out[range(dim, size), range(dim, size)] = shear
+    return out

@@ -1,0 +1,93 @@
+"""Contact laws, one class for each row of the kernel's list: `Coulomb(mu=0.4)`, `Restitution(mu=0.3, normal=0.8)`, ...
+
+A law holds parameters only; the mechanics are in the kernels (core_f90/contact_laws, one file each).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .. import _core
+from ..names import listed
+from ..pre import checks
+
+
+class Law:
+    """Parameters of a contact law. `name` is the kernel's, `row` its place in the list of laws."""
+
+    name: str
+    row: int
+    parameter_names: tuple[str, ...] = ()
+
+    def __init__(self, values):
+        self.values = tuple(values)
+
+    def __repr__(self):
+        words = ", ".join(f"{n}={v:g}" for n, v in zip(self.parameter_names, self.values))
+        return f"{type(self).__name__}({words})"
+
+    def __eq__(self, other):
+        return type(self) is type(other) and self.values == other.values
+
+    def __hash__(self):
+        return hash((type(self).__name__, self.values))
+
+
+def _law_class(row, description):
+    parameters = description["parameters"]
+    names = tuple(p[0] for p in parameters)
+
+    def __init__(self, *unnamed, **given):
+        own = type(self).__name__
+        if unnamed:
+            call = ", ".join(f"{n}={v!r}" for n, v in zip(names, unnamed)) if len(unnamed) <= len(names) else "".join(names[:1])
+            raise TypeError(f"{own} takes its parameters by name, {', '.join(names) or 'and has none'}: give {own}({call})")
+        unknown = sorted(set(given) - set(names))
+        if unknown:
+            raise TypeError(f"{own} has no parameter {unknown[0]!r}; it has {listed(names, unknown[0])}")
+        values = []
+        for name, default, smallest, largest in parameters:
+            value = given.get(name, default)
+            if value is None:
+                raise TypeError(f"{own} needs {name}, from {smallest:g} to {largest:g}")
+            if isinstance(value, (float, np.floating)) and math.isnan(value):
+                raise ValueError(f"{name} of {own} is nan: give a value from {smallest:g} to {largest:g}")
+            value = checks.number(f"{name} of {own}", value, finite=False)
+            if not smallest <= value <= largest:
+                raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} to {largest:g}")
+            values.append(value)
+        Law.__init__(self, values)
+
+    ranges = "\n".join(
+        f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")
+        for name, default, low, high in parameters
+    )
+    doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"
+    members = {"name": description["name"], "row": row, "parameter_names": names, "__init__": __init__, "__doc__": doc}
+    return type(description["python_name"], (Law,), members)
+
+
+def plugged_class(row, description):
+    """The class of a law that a library brought in; known by its name to files from then on."""
+    made = _law_class(row, description)
+    BY_NAME[made.name] = made
+    return made
+
+
+LAWS = {d["python_name"]: _law_class(row, d) for row, d in enumerate(_core.laws())}
+BY_NAME = {law.name: law for law in LAWS.values()}
+globals().update(LAWS)
+__all__ = ["Law", *LAWS]
+
+
+def law_from(name, values):
+    """The law of the kernel's `name` with parameters in their order; for files."""
+    if name not in BY_NAME:
+        raise ValueError(
+            f"there is no contact law {name!r}; there are {listed(BY_NAME, name)}; "
+            "a law of your own is known after cairn.plug(library, law=...)"
+        )
+    law = BY_NAME[name]
+    return law(**dict(zip(law.parameter_names, values)))

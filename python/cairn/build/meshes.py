@@ -1,0 +1,435 @@
+"""Bodies that deform, in a scene: their nodes, edges and faces are bodies of the scene that move as the mesh does.
+
+body = ElasticBody(points, cells, young=200e9, poisson=0.3, density=7800.0, groups={"top": nodes}, lumped=True)
+scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import bodies
+from .mesh_faces import Faces
+from ..names import listed
+from ..pre import checks
+
+
+class LinearBody:
+    """A body whose matrices another finite element code made.
+
+    points (n, dim) places of the nodes [m]; mass, stiffness, damping (n dim, n dim), scipy.sparse or dense, dof `dim i + k` the
+    displacement of node i along axis k; groups: {name: nodes}; edges (m, 2) of the boundary in 2D, the body on their left; faces
+    (m, 3 | 4) of the boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle.
+    stiffness and damping may be operators (scipy.sparse.linalg.LinearOperator) if `solver` is given: solver(h, theta, held)
+    returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the dofs that are not held, (m,) or (m, k).
+    """
+
+    def __init__(self, points, mass, stiffness, *, damping=None, groups=None, edges=None, faces=None, solver=None):
+        from scipy import sparse
+        from scipy.sparse.linalg import LinearOperator
+
+        self.points = np.ascontiguousarray(points, float)
+        if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
+            raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
+        self.dim, n = self.points.shape[1], self.points.size
+        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.edges = None if edges is None else np.asarray(edges, int).reshape(-1, 2)
+        self.faces = None if faces is None else np.asarray(faces, int)
+        self.solver = solver
+        matrices = {"mass": mass, "stiffness": stiffness, "damping": 0 * mass if damping is None else damping}
+        for name, a in matrices.items():
+            if np.shape(a) != (n, n):
+                raise ValueError(f"{name} has shape {np.shape(a)}: {len(self.points)} nodes in {self.dim}D need ({n}, {n})")
+            if not isinstance(a, LinearOperator):
+                matrices[name] = a = sparse.csc_array(a)
+                if abs(a - a.T).max() > 1e-9 * abs(a).max():
+                    raise ValueError(f"{name} is not symmetric: give the symmetric matrix of a linear body")
+            elif name == "mass" or solver is None:
+                raise ValueError(f"{name} is an operator: give a matrix" + ("" if name == "mass" else ", or a solver"))
+        self.M, self.K, self.C = matrices["mass"], matrices["stiffness"], matrices["damping"]
+
+    def boundary_edges(self):
+        """Edges (m, 2) of the boundary, the body on their left."""
+        if self.edges is None:
+            raise ValueError("the edges of this body are not known: give edges=(m, 2) to LinearBody")
+        return self.edges
+
+    def boundary_faces(self):
+        """Faces (m, 3 | 4) of the boundary, anticlockwise from outside."""
+        if self.faces is None:
+            raise ValueError("the faces of this body are not known: give faces=(m, 3 | 4) to LinearBody")
+        return self.faces
+
+
+class Deformable:
+    """A linear body as scenes have it; made by `deformable`."""
+
+    def __init__(self, body, fixed, drive, force, points, edges, faces, storage, name):
+        self.body, self.fixed, self.drive, self.force = body, fixed, drive, force
+        self.points, self.edges = points, edges  # (nodes (m, k), weights (m, k)) of points between nodes; nodes (m, 2)
+        self.faces = faces  # a Faces, or None
+        self.storage, self.name = storage, name
+        self.contact_nodes = np.zeros(0, int)
+
+
+def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, force=None, velocity=None,
+               displacement=None, storage=None, name="mesh", edge_material=None, face_material=None):  # fmt: skip
+    """A deformable body for a scene: list of the sets of its nodes, edges and faces.
+
+    body: cairn.elastic.ElasticBody, or LinearBody with matrices of your own. material: of its contacts. contact: names of groups
+    (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges and faces
+    of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
+    boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left: they meet disks, and points of other
+    meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
+    outside: they meet spheres, and points of other meshes.
+    fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
+    time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. velocity,
+    displacement: (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that
+    rules of contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements are small; the
+    body does not touch itself.
+    """
+    dim, places = body.dim, body.points
+    n = len(places)
+    nodes = _nodes(body, contact)
+    pairs = edges if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
+    patches = faces if isinstance(faces, np.ndarray) and faces.ndim == 2 else _faces(body, faces)
+    patches = Faces(patches) if len(patches) else None
+    points = [np.zeros((0, 2), int), np.zeros((0, 2))] if points is None else [np.asarray(part) for part in points]
+    if points[0].shape != points[1].shape or points[0].ndim != 2:
+        raise ValueError(f"points have shapes {points[0].shape}, {points[1].shape}: give nodes (m, k) and their weights (m, k)")
+    fixed, drive = dict(fixed or {}), dict(drive or {})
+    for group, by_axis in drive.items():
+        fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
+    d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
+    faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
+    d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
+    mass = np.asarray(body.M.sum(axis=1)).reshape(n, dim)[:, 0]
+    if not np.all(mass > 0):
+        at = int(np.argmin(mass))
+        raise ValueError(f"node {at} has mass {mass[at]:g} kg: give a density above 0, and leave out nodes without cells")
+    start = np.zeros((n, dim)) if displacement is None else np.broadcast_to(np.asarray(displacement, float), (n, dim))
+    speed = np.zeros((n, dim)) if velocity is None else np.broadcast_to(np.asarray(velocity, float), (n, dim))
+    spins = bodies.DOFS[dim][dim:]
+    size = np.ptp(places, axis=0).max()
+    followers = len(points[0])
+    at, speeds = places + start, speed
+    if followers:  # they have no inertia of their own
+        at, speeds = (np.concatenate([f, np.einsum("mk,mkd->md", points[1], f[points[0]])]) for f in (at, speed))
+        mass = np.concatenate([mass, np.full(followers, 1e-20 * mass.min())])
+    touching = np.concatenate([nodes, np.arange(n, n + followers)])
+    shape = "disk" if dim == 2 else "sphere"
+    contactors = [bodies.ContactorSet(shape, material, touching, np.zeros(len(touching)))] if len(touching) else []
+    inertia = np.repeat((mass * size**2)[:, None], 2 * dim - 3, axis=1)
+    sets = [
+        bodies.checked(bodies.BodySet(dim, at, mass, inertia, contactors, velocity=speeds, driven=spins, group=name, mesh=d))
+    ]
+    if len(pairs):
+        sets.append(_edge_set(places + start, pairs, mass[:n].min(), edge_material or material, d))
+    if patches:
+        sets.append(patches.body_set(places + start, mass[:n].min(), face_material or material, d))
+    return sets
+
+
+def _listed(groups):
+    return [groups] if isinstance(groups, str) else list(groups)
+
+
+def _nodes(body, groups):
+    parts = [_group(body, g) for g in _listed(groups)]
+    return np.unique(np.concatenate(parts)) if parts else np.zeros(0, int)
+
+
+def _group(body, group):
+    if not isinstance(group, str):
+        return np.atleast_1d(np.asarray(group, int))
+    if group not in body.groups:
+        raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}")
+    return body.groups[group]
+
+
+def _edges(body, groups):
+    if not len(_listed(groups)):
+        return np.zeros((0, 2), int)
+    if body.dim != 2:
+        raise ValueError("edges are antagonists in 2D alone: in 3D give faces")
+    pairs = body.boundary_edges()
+    kept = np.isin(pairs, _nodes(body, groups)).all(axis=1)
+    if not kept.any():
+        raise ValueError(f"no edge of the boundary has both nodes in {groups!r}")
+    return pairs[kept]
+
+
+def _faces(body, groups):
+    if not len(_listed(groups)):
+        return np.zeros((0, 4), int)
+    if body.dim != 3:
+        raise ValueError("faces are antagonists in 3D alone: in 2D give edges")
+    faces = body.boundary_faces()
+    kept = (np.isin(faces, _nodes(body, groups)) | (faces < 0)).all(axis=1)
+    if not kept.any():
+        raise ValueError(f"no face of the boundary has all its nodes in {groups!r}")
+    return faces[kept]
+
+
+def _edge_set(places, pairs, mass, material, d):
+    """Bars that follow two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in is
+    still pushed out."""
+    first, second = places[pairs[:, 0]], places[pairs[:, 1]]
+    along = second - first
+    length = np.linalg.norm(along, axis=1)
+    along /= length[:, None]
+    d.edge_start = along
+    thickness = np.full(len(pairs), 0.05 * length.min())
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    contactor = bodies.ContactorSet(
+        "segment", material, np.arange(len(pairs)), thickness, inward * thickness[:, None],
+        np.concatenate([along, length[:, None] / 2], axis=1),
+    )  # fmt: skip
+    light = np.full(len(pairs), 1e-20 * mass)  # they have no inertia of their own
+    return bodies.checked(
+        bodies.BodySet(2, (first + second) / 2, light, (light * length**2)[:, None], [contactor], group=f"{d.name} edges", mesh=d)
+    )
+
+
+class MovingMesh:
+    """A Deformable in a simulation: which bodies its nodes and sides (edges, faces) are, its factors, what it stored and
+    dissipated [J]."""
+
+    def __init__(self, d, node_ids, side_ids):
+        n = len(d.body.points)
+        self.d, self.body = d, d.body
+        self.node_ids, self.point_ids, self.side_ids = node_ids[:n], node_ids[n:], side_ids
+        self.dim, self.size = d.body.dim, d.body.points.size
+        held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
+        self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
+        self.free = np.setdiff1d(np.arange(self.size), self.held)
+        self.masses = np.repeat(np.asarray(d.body.M.sum(axis=1)).reshape(-1, self.dim)[:, 0], self.dim)
+        dofs = (self.dim * d.contact_nodes[:, None] + np.arange(self.dim)).ravel()
+        self.contact_dofs = np.intersect1d(dofs, self.free)
+        self.work = {"elastic": 0.0, "damping": 0.0, "inertia": 0.0, "stretch": 0.0}
+        self._factors, self.allow_unstable = {}, False
+
+    # ------------------------------------------------------------------ state
+
+    def place(self, ids, order):
+        """Finds its rows among bodies in internal order; order sorts their ids."""
+        mine = (self.node_ids, self.point_ids, self.side_ids)
+        self.nodes, self.points, self.sides = (order[np.searchsorted(ids, some, sorter=order)] for some in mine)
+
+    def displacement(self, position):
+        """(n dofs) [m] from places of bodies in internal order."""
+        return (position[self.nodes] - self.body.points).ravel()
+
+    def load(self, t):
+        """Given forces at a time, (n dofs) [N]."""
+        given = self.d.force(t) if callable(self.d.force) else self.d.force
+        out = np.zeros((self.size // self.dim, self.dim))
+        for group, total in (given or {}).items():
+            nodes = _group(self.body, group)
+            out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
+        return out.ravel()
+
+    def held_velocity(self, t):
+        """Velocity of all dofs that are driven, zero elsewhere, (n dofs) [m/s]."""
+        out = np.zeros(self.size)
+        for group, by_axis in self.d.drive.items():
+            for axis, v in by_axis.items():
+                out[self.dim * _group(self.body, group) + "xyz".index(axis)] = v(t) if callable(v) else v
+        return out
+
+    # ------------------------------------------------------------------ the system of equations
+
+    def factors(self, h, theta, explicit):
+        """A = M + h theta C + h^2 theta^2 K on the free dofs, or M alone: (solve, A (all dofs) or None), factorised once."""
+        key = (h, theta, explicit)
+        if key not in self._factors:
+            from ..run.soe import SOE
+
+            if len(self._factors) > 3:
+                self._factors.clear()
+            body = self.body
+            if getattr(body, "solver", None) is not None and not explicit:
+                self._factors[key] = (body.solver(h, theta, self.held), None, {})
+            else:
+                if explicit:
+                    self._check_step(h)
+                a = (body.M if explicit else body.M + h * theta * body.C + (h * theta) ** 2 * body.K).tocsc()
+                self._factors[key] = (SOE(a[self.free][:, self.free], self.d.storage).solve, a, {})
+        return self._factors[key]
+
+    def _check_step(self, h):
+        """Central differences hold up to h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega, damped by xi."""
+        from scipy.sparse.linalg import LinearOperator, eigsh
+
+        if self.allow_unstable or not len(self.free):
+            return
+        body, n = self.body, len(self.free)
+        m = body.M.tocsc()[self.free][:, self.free]
+        k = LinearOperator((n, n), lambda x: (body.K @ self._all(x))[self.free], dtype=float)
+        if n > 2:
+            square, mode = eigsh(k, 1, m, v0=np.cos(np.arange(n)), tol=1e-3, which="LM")
+        else:
+            mode, square = np.ones((n, 1)), [np.abs(k @ np.eye(n)).sum() / m.diagonal().min()]
+        omega, x = np.sqrt(square[0]), mode[:, 0]
+        xi = float(x @ (body.C @ self._all(x))[self.free]) / float(x @ (m @ x)) / (2 * omega) if omega > 0 else 0.0
+        limit = 2 / omega * (np.sqrt(1 + xi**2) - xi) if omega > 0 else np.inf
+        if h > limit * (1 + 1e-3):
+            raise ValueError(
+                f"dt is {h:g} s, beyond the stable step {limit:.3g} s of the mesh {self.d.name!r} under central differences: "
+                "give a smaller dt, larger or softer cells, Carpenter(unstable='ignore'), or NSCD, which has no such limit"
+            )
+
+    def _all(self, x):
+        out = np.zeros(self.size)
+        out[self.free] = x
+        return out
+
+    def condensed(self, factors):
+        """S = A^-1 on the contact dofs, dense, made at the first contact (m, m)."""
+        if "S" not in factors[2]:
+            place = np.searchsorted(self.free, self.contact_dofs)
+            unit = np.zeros((len(self.free), len(place)))
+            unit[place, np.arange(len(place))] = 1
+            factors[2]["S"] = factors[0](unit)[place]
+        return factors[2]["S"]
+
+    def free_velocity(self, q, v, h, theta, t, gravity, explicit):
+        """Velocity at the end of the step without contacts (n dofs); keeps what account needs."""
+        factors, body = self.factors(h, theta, explicit), self.body
+        f = theta * self.load(t + h) + (1 - theta) * self.load(t) + body.M @ np.tile(gravity, self.size // self.dim)
+        seen = q if explicit else q + h * theta * v
+        residual = h * (f - body.C @ v - body.K @ seen)
+        change = np.zeros(self.size)
+        change[self.held] = self.held_velocity(t + h)[self.held] - v[self.held]
+        if len(self.held) and change.any():
+            residual -= self._times(factors, change, h, theta)
+        change[self.free] = factors[0](residual[self.free])
+        self._now = {"f": f, "q": q, "v": v, "free": v + change, "h": h, "theta": theta, "explicit": explicit, "factors": factors}
+        return self._now["free"]
+
+    def _times(self, factors, x, h, theta):
+        if factors[1] is not None:
+            return factors[1] @ x
+        return self.body.M @ x + h * theta * (self.body.C @ x) + (h * theta) ** 2 * (self.body.K @ x)
+
+    def pushed_velocity(self, impulse):
+        """Velocity at the end of the step with these impulses on its dofs (n dofs) [N s]."""
+        out = self._now["free"].copy()
+        out[self.free] += self._now["factors"][0](impulse[self.free])
+        return out
+
+    def account(self, end, impulse, gravity):
+        """Force on each node, besides gravity and contacts, that the balance of energy counts (n dofs) [N]; sums the works."""
+        now, body = self._now, self.body
+        h, theta, q, v = now["h"], now["theta"], now["q"], now["v"]
+        mean, change = theta * end + (1 - theta) * v, end - v  # h mean is the way, along which the core counts works
+        seen = q if now["explicit"] else q + h * (theta * v + theta**2 * change)
+        elastic = body.K @ seen
+        damping = body.C @ (v if now["explicit"] else v + theta * change)
+        extra = (body.M @ change - self.masses * change) / h  # of a mass that is not lumped
+        weight = self.masses * np.tile(gravity, self.size // self.dim)
+        force = now["f"] - weight - elastic - damping - extra
+        if len(self.held):
+            force[self.held] = ((self.masses * change - impulse) / h - weight)[self.held]
+        self.work["elastic"] += h * mean @ elastic
+        self.work["damping"] += h * mean @ damping
+        self.work["inertia"] += h * mean @ extra
+        return force
+
+    # ------------------------------------------------------------------ bodies that carry its contacts
+
+    def carriers(self, position, bodies_count, dofs):
+        """Velocities of all bodies of the scene from those of its dofs, scipy.sparse (dofs bodies, n dofs)."""
+        from scipy import sparse
+
+        dim = self.dim
+        n = np.arange(self.size).reshape(-1, dim)
+        rows, columns = [dofs * self.nodes[:, None] + np.arange(dim)], [n]
+        values = [np.ones(n.shape)]
+        followed, weights = self.d.points
+        for k in range(dim if len(self.points) else 0):
+            rows.append(np.repeat(dofs * self.points + k, followed.shape[1]))
+            columns.append(dim * followed + k)
+            values.append(weights)
+        if self.d.faces:
+            corners, spins = self.d.faces.nodes, self.d.faces.spins(position[self.nodes])
+            for i in range(3):
+                for k in range(3):
+                    rows += [dofs * self.sides + k] + [dofs * self.sides + 3 + axis for axis in range(3)]
+                    columns += [dim * corners[:, i] + k] * 4
+                    values += [np.full(len(corners), 1 / 3)] + [spins[:, i, axis, k] for axis in range(3)]
+        elif len(self.sides):
+            one, two = self.d.edges.T
+            along = position[self.nodes[two]] - position[self.nodes[one]]
+            square = np.sum(along**2, axis=1)
+            across = np.stack([-along[:, 1], along[:, 0]], axis=1) / square[:, None]
+            for node, share, sign in ((one, 0.5, -1.0), (two, 0.5, 1.0)):
+                for k in range(2):
+                    rows += [dofs * self.sides + k, dofs * self.sides + 2]
+                    columns += [2 * node + k] * 2
+                    values += [np.full(len(node), share), sign * across[:, k]]
+        flat = [np.concatenate([part.ravel() for part in parts]) for parts in (values, rows, columns)]
+        return sparse.csr_array((flat[0], (flat[1], flat[2])), shape=(dofs * bodies_count, self.size))
+
+    def stretching(self, position, bodies, lever, axes):
+        """What relative velocities of contacts have besides those of bars and facets, since edges and faces stretch, scipy.sparse
+        (dim contacts, n dofs). bodies (m, 2), lever (m, 2, dim) [m], axes (m, dim, dim) of the contacts."""
+        from scipy import sparse
+
+        dim, parts = self.dim, []
+        for end, sign in ((0, 1.0), (1, -1.0)) if len(self.sides) else ():
+            order = np.argsort(self.sides)
+            place = np.minimum(np.searchsorted(self.sides, bodies[:, end], sorter=order), len(order) - 1)
+            side = order[place]
+            on = np.flatnonzero(self.sides[side] == bodies[:, end])
+            rows = (dim * on[:, None] + np.arange(dim))[:, :, None]
+            more = self._more_of_faces if self.d.faces else self._more_of_edges
+            for node, values in more(position[self.nodes], side[on], lever[on, end], sign * axes[on]):
+                columns = (dim * node[:, None] + np.arange(dim))[:, None, :]
+                parts.append([x.ravel() for x in np.broadcast_arrays(values, rows, columns)])
+        values, rows, columns = [np.concatenate(x) for x in zip(*parts)] if parts else [np.zeros(0), [], []]
+        return sparse.csr_array((values, (rows, columns)), shape=(dim * len(bodies), self.size))
+
+    def _more_of_edges(self, places, edge, lever, axes):
+        """(node, values (m, dim, dim)) that edges add to the velocity of their bars where contacts are, by stretching."""
+        one, two = self.d.edges[edge].T
+        along = places[two] - places[one]
+        share = np.sum(lever * along, axis=1) / np.sum(along**2, axis=1) ** 2
+        values = share[:, None, None] * np.einsum("mkd,md->mk", axes, along)[:, :, None] * along[:, None, :]
+        return (two, values), (one, -values)
+
+    def _more_of_faces(self, places, facet, lever, axes):
+        """The same of faces: their motion there less that of the rigid facets."""
+        faces = self.d.faces
+        corners = faces.nodes[facet]
+        shares = faces.weights(facet, places, places[corners].mean(axis=1) + lever)
+        out = [(np.maximum(faces.faces[facet, i], 0), shares[:, i, None, None] * axes) for i in range(4)]
+        arms = np.cross(lever[:, None], axes)  # axes . (spin x lever) = spin . (lever x axes)
+        spins = faces.spins(places)[facet]
+        return out + [(corners[:, i], -axes / 3 - arms @ spins[:, i]) for i in range(3)]
+
+    def place_faces(self, scene):
+        """Facets to where their nodes are."""
+        if self.d.faces:
+            self.d.faces.follow(scene, self.sides, np.array(scene.raw_body("position"))[self.nodes])
+
+    def follow(self, scene):
+        """Puts points, bars and facets where their nodes are."""
+        position, rotation = scene.raw_body("position"), scene.raw_body("rotation")
+        followed, weights = self.d.points
+        if len(self.points):
+            position[self.points] = np.einsum("mk,mkd->md", weights, position[self.nodes[followed]])
+        self.place_faces(scene)
+        if not len(self.d.edges):
+            return
+        one, two = (position[self.nodes[end]] for end in self.d.edges.T)
+        along = two - one
+        first = self.d.edge_start
+        turned = np.arctan2(first[:, 0] * along[:, 1] - first[:, 1] * along[:, 0], np.sum(first * along, axis=1))
+        position[self.sides] = (one + two) / 2
+        rotation[self.sides] = turned.reshape(rotation[self.sides].shape)
+
+    def energy(self, position, velocity):
+        """Elastic energy, and kinetic energy besides that of lumped masses [J]."""
+        u, v = self.displacement(position), velocity[self.nodes, : self.dim].ravel()
+        return 0.5 * float(u @ (self.body.K @ u)), 0.5 * float(v @ (self.body.M @ v) - v @ (self.masses * v))

@@ -1,0 +1,184 @@
+"""Sets of bodies with round sides: capsules, cylinders, superquadrics. Mass and inertia in closed form.
+
+The axis of a capsule or cylinder is the third axis of its body. Shapes that repeat are stored once.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .bodies import OPTIONS, BodySet, ContactorSet, _density
+from ..names import takes
+from ..pre import checks
+from .shapes import Hulls, _body_set, _unit
+
+EXPONENTS = (0.05, 1.95)
+
+
+@takes(*OPTIONS)
+def capsules(
+    centers, radii, lengths, material, *, axis=None, rotation=None, fixed=False, density=None, **options
+) -> BodySet:
+    """Capsules in 3D: all points within a radius of a segment. Options: those of BodySet.
+
+    centers (n, 3) [m]; radii (n,) or one [m]; lengths (n,) or one, of the segment, without the round ends [m], 0 for a ball.
+    axis (3,) or (n, 3): where the segment points, along z if not given; or rotation (n, 4), the quaternion (w, x, y, z) that
+    turns it from z. fixed: nothing moves them. mass = density (pi r^2 l + 4/3 pi r^3).
+    """
+    centers, n = _centers(centers)
+    r, length = _sizes("radii", radii, n), _sizes("lengths", lengths, n, zero=True)
+    density = _density(material, density)
+    with np.errstate(over="ignore", under="ignore"):
+        middle, ends = density * np.pi * r**2 * length, density * np.pi * 4 / 3 * r**3
+        along = middle * r**2 / 2 + ends * 0.4 * r**2
+        across = middle * (r**2 / 4 + length**2 / 12) + ends * (0.4 * r**2 + length**2 / 4 + 3 / 8 * length * r)
+    hulls, which = _axial(r, length, length / 2 + r)
+    moments = np.stack([across, across, along], axis=1)
+    return _bodies("capsule", centers, middle + ends, moments, material, hulls, which, axis, rotation, fixed, options)
+
+
+@takes(*OPTIONS)
+def cylinders(
+    centers, radii, lengths, material, *, axis=None, rotation=None, fixed=False, density=None, **options
+) -> BodySet:
+    """Solid cylinders with flat ends in 3D. Options: those of BodySet.
+
+    centers (n, 3) [m]; radii, lengths (n,) or one [m]. axis (3,) or (n, 3): where the axis points, along z if not given; or
+    rotation (n, 4), the quaternion (w, x, y, z) that turns it from z. fixed: nothing moves them. mass = density pi r^2 l.
+    """
+    centers, n = _centers(centers)
+    r, length = _sizes("radii", radii, n), _sizes("lengths", lengths, n)
+    with np.errstate(over="ignore", under="ignore"):
+        mass = _density(material, density) * np.pi * r**2 * length
+        across, along = mass * (r**2 / 4 + length**2 / 12), mass * r**2 / 2
+    hulls, which = _axial(r, length, np.hypot(length / 2, r))
+    moments = np.stack([across, across, along], axis=1)
+    return _bodies("cylinder", centers, mass, moments, material, hulls, which, axis, rotation, fixed, options)
+
+
+@takes(*OPTIONS)
+def superquadrics(
+    centers, half_axes, exponents, material, *, rotation=None, fixed=False, density=None, **options
+) -> BodySet:
+    """Convex superquadrics (Barr 1981) in 3D: ((x/a)^(2/e2) + (y/b)^(2/e2))^(e2/e1) + (z/c)^(2/e1) <= 1. Options: those of
+    BodySet.
+
+    centers (n, 3) [m]; half_axes (3,) or (n, 3): a, b, c [m]; exponents (2,) or (n, 2): e1 towards z, e2 in the section, from
+    0.05 (a box with rounded edges) by 1 (an ellipsoid) to 1.95 (an octahedron). rotation (n, 4): quaternion (w, x, y, z).
+    fixed: nothing moves them. Volume and inertia: Jaklic & Solina (2003).
+
+    >>> rock = Material("rock", density=1000.0)
+    >>> round(superquadrics([[0, 0, 0]], (1, 2, 3), (1, 1), rock).mass[0] / (8 * np.pi), 9)
+    1000.0
+    """
+    centers, n = _centers(centers)
+    half = checks.real_array("half_axes", _rows("half_axes", half_axes, n, 3), (n, 3))
+    powers = checks.real_array("exponents", _rows("exponents", exponents, n, 2), (n, 2))
+    for name, x, low, high in (("half_axes", half, 0.0, np.inf), ("exponents", powers, *EXPONENTS)):
+        wrong = np.argwhere(~((x > 0) & (x >= low) & (x <= high)))
+        if len(wrong):
+            bounds = "lengths > 0 [m]" if name == "half_axes" else f"numbers from {low} to {high}"
+            raise ValueError(f"{name}[{wrong[0][0]}] is {x[wrong[0][0]]}: give {bounds}")
+    table, which = np.unique(np.concatenate([half, powers], axis=1), axis=0, return_inverse=True)
+    which, m = which.reshape(-1), len(table)
+    figures = np.array([_superquadric(*row) for row in table])
+    mass = _density(material, density) * figures[which, 0]
+    moments = mass[:, None] * figures[which, 1:4]
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    plane = np.zeros((m, 5, 4))
+    plane[:, :3, :3] = np.eye(3)
+    plane[:, :, 3] = table
+    empty = np.zeros(0, np.int64)
+    vertex = (table[:, None, :3] * corners).reshape(-1, 3)
+    hulls = Hulls(
+        vertex, 8 * np.arange(m + 1), 5 * np.arange(m + 1), empty, empty, False, plane.reshape(-1, 4), figures[:, 4]
+    )
+    return _bodies("superquadric", centers, mass, moments, material, hulls, which, None, rotation, fixed, options)
+
+
+def _superquadric(a, b, c, e1, e2):
+    """Volume, moments of inertia over mass, radius of the ball around it."""
+
+    def beta(x, y):
+        return math.exp(math.lgamma(x) + math.lgamma(y) - math.lgamma(x + y))
+
+    volume = 2 * a * b * c * e1 * e2 * beta(e1 / 2 + 1, e1) * beta(e2 / 2, e2 / 2)
+    section = beta(1.5 * e2, 0.5 * e2) * beta(0.5 * e1, 2 * e1 + 1)
+    height = 4 * beta(0.5 * e2, 0.5 * e2 + 1) * beta(1.5 * e1, e1 + 1)
+    half = a * b * c * e1 * e2 / 2 / volume
+    xx, yy, zz = a * a * section, b * b * section, c * c * height
+    return volume, half * (yy + zz), half * (xx + zz), half * (xx + yy), _farthest(a, b, c, e1, e2)
+
+
+def _farthest(a, b, c, e1, e2):
+    """The farthest point from the centre: of x^2 within a norm of exponent 2/e, that of x within 2/(2 e)."""
+
+    def joined(u, v, e):
+        # the largest u s + v t with s^(1/e) + t^(1/e) = 1
+        if e >= 1:
+            return max(u, v)
+        power, high = 1 / (1 - e), max(u, v)
+        return high * ((u / high) ** power + (v / high) ** power) ** (1 - e)
+
+    return math.sqrt(joined(joined(a * a, b * b, e2), c * c, e1)) * (1 + 1e-14)
+
+
+def _axial(r, length, ball):
+    """Hulls of capsules or cylinders, and which of them each body is."""
+    table, which = np.unique(np.stack([r, length, ball], axis=1), axis=0, return_inverse=True)
+    m = len(table)
+    vertex, plane = np.zeros((m, 2, 3)), np.zeros((m, 4))
+    vertex[:, 0, 2], vertex[:, 1, 2] = -table[:, 1] / 2, table[:, 1] / 2
+    plane[:, 2], plane[:, 3] = 1, table[:, 0]
+    empty = np.zeros(0, np.int64)
+    ball = table[:, 2] * (1 + 1e-14)
+    hulls = Hulls(vertex.reshape(-1, 3), 2 * np.arange(m + 1), np.arange(m + 1), empty, empty, False, plane, ball)
+    return hulls, which.reshape(-1)
+
+
+def _bodies(shape, centers, mass, moments, material, hulls, which, axis, rotation, fixed, options):
+    n = len(centers)
+    mass, moments = checks.positive_array("mass", mass), checks.positive_array("inertia", moments.ravel()).reshape(-1, 3)
+    if axis is not None:
+        if rotation is not None:
+            raise ValueError("axis is given with rotation: give one of them")
+        rotation = _towards(checks.real_array("axis", _rows("axis", axis, n, 3), (n, 3)))
+    quaternion = None if rotation is None else _unit("rotation", rotation, n)
+    contactors = ContactorSet(shape, material, np.arange(n), np.zeros(n), None, None, which.astype(np.int64), hulls)
+    return _body_set(3, centers, mass, moments, contactors, quaternion, fixed, options)
+
+
+def _towards(axis):
+    """Quaternions that turn z to the axes the shortest way."""
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    if not np.all(length > 0):
+        raise ValueError(f"axis[{int(np.argmin(length))}] is zero: give a vector of non-zero length")
+    x, y, z = (axis / length).T
+    square = x * x + y * y
+    q = np.stack([np.where(z < 0, square / (1 + np.abs(z)), 1 + z), -y, x, 0 * z], axis=1)
+    q[(z < 0) & (square == 0)] = (0, 1, 0, 0)
+    return q
+
+
+def _centers(centers):
+    centers = checks.real_array("centers", centers, (None, 3))
+    return centers, len(centers)
+
+
+def _sizes(name, value, n, zero=False):
+    if np.ndim(value) == 0:
+        value = np.full(n, checks.number(name, value))
+    x = checks.real_array(name, value, (n,))
+    if not np.all((x > 0) | (zero & (x == 0))):
+        at = int(np.argmin((x > 0) | (zero & (x == 0))))
+        raise ValueError(f"{name}[{at}] is {x[at]}: give lengths {'>= 0' if zero else '> 0'} [m]")
+    return x
+
+
+def _rows(name, value, n, width):
+    try:
+        return np.broadcast_to(np.asarray(value, float), (n, width))
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} has shape {np.shape(value)}: give ({width},) or ({n}, {width})") from None

@@ -1,0 +1,375 @@
+"""What is simulated: bodies, gravity, which law rules which pair, a periodic cell. Plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from . import bodies, shapes
+from ..run import time_functions
+from .laws import Law, law_from
+from .materials import Material
+from ..names import listed
+from ..pre import checks
+
+
+@dataclass(frozen=True)
+class Periodic:
+    """A periodic cell, which may shear.
+
+    lengths: (dim,) [m], inf or 0 along an axis that is not periodic. corner: (dim,) [m]. lean: displacement along x of
+    the cell's upper face [m]. shear_rate: rate at which it moves, per length of the cell along y in 2D, z in 3D [1/s].
+    """
+
+    lengths: tuple
+    corner: tuple | None = None
+    lean: float = 0.0
+    shear_rate: float = 0.0
+
+    def arrays(self, dim):
+        """periodic (3,), vectors (3, 3) by rows, corner (3,), velocity gradient (3, 3)."""
+        lengths = checks.reals("lengths of the periodic cell", self.lengths)
+        if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
+            raise ValueError(
+                f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic"
+            )
+        periodic = np.zeros(3, bool)
+        periodic[:dim] = np.isfinite(lengths) & (lengths > 0)
+        vectors, corner, gradient = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))
+        vectors[range(dim), range(dim)] = np.where(periodic[:dim], lengths, 0.0)
+        if self.corner is not None:
+            corner[:dim] = checks.real_array("corner", self.corner, (dim,))
+        if self.shear_rate or self.lean:
+            if not (periodic[0] and periodic[dim - 1]):
+                raise ValueError("shear_rate and lean need a cell that is periodic along its first and its last axis")
+            vectors[dim - 1, 0] = checks.number("lean", self.lean)
+            gradient[0, dim - 1] = checks.number("shear_rate", self.shear_rate)
+        return periodic, vectors, corner, gradient
+
+
+class Scene:
+    """Bodies and the laws between them.
+
+    dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are kept relative
+    to it, so that a scene far from zero keeps its digits. depth: thickness of a 2D scene [m]. periodic: a Periodic cell.
+
+    >>> scene = Scene(dim=2, gravity=(0.0, -9.81))
+    """
+
+    def __init__(self, dim, gravity=None, *, origin=None, depth=1.0, periodic=None):
+        self.dim = checks.dimension(dim)
+        self.gravity = np.zeros(dim) if gravity is None else gravity
+        if not callable(self.gravity):
+            self.gravity = checks.real_array("gravity", self.gravity, (dim,))
+        self.origin = checks.real_array(
+            "origin", np.zeros(dim) if origin is None else origin, (dim,)
+        )
+        self.depth = checks.positive("depth", depth)
+        self.periodic = periodic
+        if periodic is not None:
+            periodic.arrays(self.dim)
+        self.sets: list[bodies.BodySet] = []
+        self.rules: list[tuple[str, str, Law | None]] = []
+        self.count = 0
+        self.legacy = None  # where the scene came from, if cairn.legacy made it
+
+    # ------------------------------------------------------------------ building
+
+    def add(self, *sets):
+        """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice."""
+        flat = checked_sets(self.dim, sets, self.sets)
+        first = self.count
+        for s in flat:
+            s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s)))
+            self.count += len(s)
+            self.sets.append(s)
+        apart_from_meshes(self.sets, self.rules)
+        return np.arange(first, self.count)
+
+    def interact(self, a, b, law):
+        """The law between two materials or groups: cairn.Material, its name, a group's name, or "*" for all.
+
+        law None: they pass through each other. A rule that names groups goes before one that names materials, that before "*";
+        among equals the later one counts.
+        """
+        self.rules.append(rule(a, b, law))
+
+    # ------------------------------------------------------------------ what the core needs
+
+    def species(self):
+        """Pairs (material, group) that contactors have, in order of appearance: their numbers are the core's materials."""
+        found = {}
+        for s in self.sets:
+            for c in s.contactors:
+                found.setdefault((c.material.name, s.group or ""), len(found))
+        return found
+
+    def check_names(self, species=None, rules=None):
+        """Refuses rules that name no material and no group of the scene."""
+        names = {"*"} | {n for pair in (self.species() if species is None else species) for n in pair if n}
+        for a, b, _ in self.rules if rules is None else rules:
+            for word in (a, b):
+                if word not in names:
+                    raise ValueError(
+                        f"an interaction names {word!r}, which is no material and no group of the scene; "
+                        f"there are {listed(sorted(names - {'*'}), word)}"
+                    )
+
+    def law_table(self, species, rules=None):
+        """The core's table of laws, and allowed (m, m) uint8, 0 where a pair passes through each other.
+
+        rules: those of the scene unless others are given.
+        """
+        rules = self.rules if rules is None else rules
+        table = _core.LawTable([f"{m} ({g})" if g else m for m, g in species])
+        pairs = list(species)
+        allowed = np.ones((len(pairs), len(pairs)), np.uint8)
+        for i, first in enumerate(pairs):
+            for j, second in enumerate(pairs[: i + 1]):
+                ruled, chosen = chosen_rule(first, second, rules)
+                if ruled and chosen is None:
+                    allowed[i, j] = allowed[j, i] = 0
+                elif ruled:
+                    table.set(i, j, chosen.row, list(chosen.values))
+        return table, allowed
+
+    def law_between(self, a, b):
+        """The law between two species (material, group) as species() has them, or None if they have none."""
+        return chosen_rule(a, b, self.rules)[1]
+
+    # ------------------------------------------------------------------ files
+
+    def save(self, path):
+        """Writes the scene, without any Python code, to an HDF5 file. Functions of time must be Table or Harmonic."""
+        from ..post.checkpoint import save
+
+        sets = {}
+        for k, s in enumerate(self.sets):
+            if s.mesh is not None:
+                raise ValueError(f"a scene file holds no deformable body yet, and there is {s.mesh.name!r}")
+            d = {
+                n: getattr(s, n)
+                for n in ("position", "mass", "inertia", "velocity", "rotation", "damping")
+                if getattr(s, n) is not None
+            }
+            d |= {"group": s.group or "", "driven": ",".join(s.driven)}
+            for name in ("drive", "force"):
+                if getattr(s, name) is not None:
+                    d[name] = time_functions.to_dict(name, getattr(s, name))
+            d["contactors"] = {}
+            for j, c in enumerate(s.contactors):
+                entry = {
+                    n: getattr(c, n)
+                    for n in ("shape", "body", "radius", "offset", "direction", "hull")
+                    if getattr(c, n) is not None
+                }
+                if c.hulls is not None:
+                    entry["hulls"] = dict(c.hulls._asdict())
+                entry |= {"material": c.material.name, "density": c.material.density or np.nan}
+                d["contactors"][f"{j:06d}"] = entry
+            sets[f"{k:06d}"] = d
+        content = {
+            "kind": "scene",
+            "dim": self.dim,
+            "origin": self.origin,
+            "depth": self.depth,
+            "sets": sets,
+            "rules": rules_to_dict(self.rules),
+            "gravity": time_functions.to_dict("gravity", self.gravity),
+        }
+        if self.periodic is not None:
+            p = self.periodic
+            content["periodic"] = {
+                "lengths": np.asarray(p.lengths, float),
+                "lean": p.lean,
+                "shear_rate": p.shear_rate,
+                "corner": np.asarray(p.corner if p.corner is not None else np.zeros(self.dim), float),
+            }
+        save(path, content)
+
+    @classmethod
+    def load(cls, path):
+        """The scene that save() wrote. Raises FileError when the file is not one."""
+        from ..post.checkpoint import load
+        from ..post.errors import FileError
+
+        content = load(path)
+        if content.get("kind") != "scene":
+            raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
+        periodic = content.get("periodic")
+        if periodic is not None:
+            periodic = Periodic(
+                tuple(periodic["lengths"]),
+                tuple(periodic["corner"]),
+                float(periodic["lean"]),
+                float(periodic["shear_rate"]),
+            )
+        scene = cls(
+            int(content["dim"]),
+            time_functions.from_dict(content["gravity"]),
+            origin=content["origin"],
+            depth=float(content["depth"]),
+            periodic=periodic,
+        )
+        for _, d in sorted(content["sets"].items()):
+            scene.add(_set_from(scene.dim, d))
+        scene.rules = rules_from_dict(content["rules"])
+        return scene
+
+
+def rules_to_dict(rules):
+    """Rules as a file holds them."""
+    return {
+        f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else (), float)}
+        for k, (a, b, law) in enumerate(rules)
+    }
+
+
+def rules_from_dict(d):
+    """The inverse of rules_to_dict."""
+    return [(r["a"], r["b"], law_from(r["law"], r["values"]) if r["law"] else None) for _, r in sorted(d.items())]
+
+
+def _set_from(dim, d):
+    contactors = []
+    for _, c in sorted(d["contactors"].items()):
+        density = float(c["density"])
+        material = Material(c["material"], None if np.isnan(density) else density)
+        contactors.append(
+            bodies.ContactorSet(
+                c["shape"],
+                material,
+                c["body"],
+                c["radius"],
+                c.get("offset"),
+                c.get("direction"),
+                c.get("hull"),
+                shapes.Hulls(**c["hulls"]) if "hulls" in c else None,
+            )
+        )
+    options = {n: d[n] for n in ("velocity", "rotation", "damping") if n in d}
+    for name in ("drive", "force"):
+        if name in d:
+            options[name] = time_functions.from_dict(d[name])
+    driven = tuple(n for n in d["driven"].split(",") if n)
+    return bodies.checked(
+        bodies.BodySet(
+            dim, d["position"], d["mass"], d["inertia"], contactors, group=d["group"] or None, driven=driven, **options
+        )
+    )
+
+
+def rule(a, b, law):
+    """A law between two sides, checked; see Scene.interact."""
+    if law is not None and not isinstance(law, Law):
+        raise ValueError(f"law is {law!r}: give a law such as cairn.Coulomb(mu=0.4), or None for no contact")
+    return _word("first side", a), _word("second side", b), law
+
+
+def _word(what, given):
+    word = given.name if isinstance(given, Material) else given
+    if not isinstance(word, str) or not word:
+        raise ValueError(
+            f"{what} of an interaction is {given!r}: give a Material, the name of one or of a group, or '*'"
+        )
+    return word
+
+
+def chosen_rule(first, second, rules):
+    """Whether a rule names the two species (material, group), and the law of the one that counts."""
+    best, chosen, ruled = -1, None, False
+    for a, b, law in rules:
+        weight = max(_weight(a, first, b, second), _weight(b, first, a, second))
+        if weight >= best and weight >= 0:
+            best, chosen, ruled = weight, law, True
+    return ruled, chosen
+
+
+def _weight(a, first, b, second):
+    """How closely a rule (a, b) names the species (first, second): -1 not at all, more for groups than for materials."""
+    total = 0
+    for word, (material, group) in ((a, first), (b, second)):
+        if word == "*":
+            continue
+        if group and word == group:
+            total += 3
+        elif word == material:
+            total += 1
+        else:
+            return -1
+    return total
+
+
+def apart_from_meshes(sets, rules):
+    """Rules by which a mesh does not touch itself, and nodes meet edges and faces of other meshes, not their nodes."""
+    nodes = list(dict.fromkeys(s.mesh.name for s in sets if s.mesh is not None))
+    sides = {s.group for s in sets if s.mesh is not None and s.group != s.mesh.name}
+    wanted = [(a, b) for k, a in enumerate(nodes) for b in nodes[: k + 1]]
+    wanted += [(name, side) for name in nodes for side in (f"{name} edges", f"{name} faces") if side in sides]
+    known = {n for s in sets for n in (s.group, *(c.material.name for c in s.contactors))}
+    there = {(a, b) for a, b, law in rules if law is None}
+    carrying = {s.group for s in sets if s.contactors}
+    rules += [(a, b, None) for a, b in wanted if (a, b) not in there and {a, b} <= known & carrying]
+
+
+def checked_sets(dim, given, there):
+    """Sets, or lists of sets, as one list; refused when one of them is wrong, or does not agree with those that are there,
+    before anything is changed."""
+    flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
+    for s in flat:
+        if not isinstance(s, bodies.BodySet):
+            raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
+        if s.dim != dim:
+            raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree")
+    one_of_a_name([*there, *flat])
+    probe = _core.Scene(dim)
+    for s in flat:
+        insert(probe, s, {})
+    return flat
+
+
+def one_of_a_name(sets):
+    """Refuses two materials of one name: laws know materials by their names, so that both would have the same ones."""
+    known = {}
+    for s in sets:
+        for c in s.contactors:
+            first = known.setdefault(c.material.name, c.material)
+            if first is c.material or first.density == c.material.density:
+                continue
+            if first.density is None:
+                known[first.name] = c.material
+            elif c.material.density is not None:
+                raise ValueError(
+                    f"two materials are named {first.name!r}, of densities {first.density:g} and {c.material.density:g}: "
+                    "give them different names, by which laws tell them apart (or density=... to the bodies of one material)"
+                )
+
+
+def _velocity_at(s, time):
+    """Velocities of a set when it comes in: driven dofs have what drives them, so that the first step moves them exactly."""
+    if s.drive is None or not s.mask:
+        return s.velocity
+    drive = bodies.rows("drive", s.drive(time) if callable(s.drive) else s.drive, len(s), s.dim)
+    velocity = np.zeros(drive.shape) if s.velocity is None else s.velocity.copy()
+    for k, name in enumerate(bodies.DOFS[s.dim]):
+        if name in s.driven:
+            velocity[:, k] = drive[:, k]
+    return velocity
+
+
+def insert(core, s, species, time=0.0):
+    """Puts a set into a core scene and returns its ids. species: numbers of (material, group); filled where missing."""
+    first = core.add_bodies(len(s), s.position, s.rotation, _velocity_at(s, time), s.mass, s.inertia)
+    ids = np.arange(first, first + len(s))
+    for c in s.contactors:
+        number = species.setdefault((c.material.name, s.group or ""), len(species))
+        hull = None
+        if c.hulls is not None:
+            h = c.hulls
+            hull = (core.add_hulls(*h[:5], bool(h.facets), h.plane.reshape(-1), h.ball) + c.hull).astype(np.int32)
+        core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction, hull)
+    if s.mask:
+        core.drive(ids, s.mask, None)
+    return ids

@@ -1,0 +1,298 @@
+"""Sets of bodies with flat faces: polygons, polyhedra, boxes. Mass, centre and inertia follow from the shape, exactly.
+
+A body is one convex shape, or several convex parts. Shapes that repeat are stored once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
+from ..names import takes
+from ..pre import checks
+from ..pre import mass_properties as exact
+from ..pre import mesh as surface
+
+
+class Hulls(NamedTuple):
+    """n convex shapes. vertex (v, dim) [m] from the centre of the contactor, in the axes of the body; first_vertex (n + 1,);
+    of polyhedra first_face (n + 1,), first_corner (f + 1,) and corner (c,), vertices of each face numbered from 0 within the
+    shape, anticlockwise from outside; empty for polygons."""
+
+    vertex: np.ndarray
+    first_vertex: np.ndarray
+    first_face: np.ndarray
+    first_corner: np.ndarray
+    corner: np.ndarray
+    facets: bool = False  # each is triangle (0, 1, 2) of a surface, among those around it
+    # of round shapes, which have no corners: normals and offsets (4, ...) in rows, and the balls (n,) that hold them [m]
+    plane: np.ndarray = np.zeros((0, 4))
+    ball: np.ndarray = np.zeros(0)
+
+    def __len__(self):
+        return len(self.first_vertex) - 1
+
+
+@takes(*OPTIONS)
+def polygons(vertices, material, *, position=None, rotation=None, fixed=False, density=None, depth=1.0, **options) -> BodySet:
+    """Polygons in 2D, in either sense of turn. Options: those of BodySet.
+
+    vertices: a list of arrays (m, 2) [m], one a body, or one array (m, 2) for all bodies at `position`. A body that is not
+    convex is a list of convex arrays, as cairn.pre.convex_parts makes it. Without position they are where they stand; position
+    (n, 2) is where the origin of their coordinates goes, rotation (n,) the angle by which they turn about it. fixed: nothing
+    moves them. mass = density area depth.
+
+    >>> rock = Material("rock", density=2800.0)
+    >>> polygons([[0, 0], [1, 0], [0, 1]], rock, position=[[0, 0], [5, 0]]).mass
+    array([1400., 1400.])
+    """
+    bodies, which = _bodies("vertices", vertices, position, _is_outline)
+    bodies = [[_polygon(f"vertices[{k}]", x) for x in parts] for k, parts in enumerate(bodies)]
+    flat = [x for parts in bodies for x in parts]
+    own = exact.polygons(flat)
+    owner = np.repeat(np.arange(len(bodies)), [len(parts) for parts in bodies])
+    area = np.bincount(owner, own.measure)
+    center = np.stack([np.bincount(owner, own.measure * own.center[:, k]) for k in range(2)], axis=1) / area[:, None]
+    away = own.center - center[owner]
+    moment = np.bincount(owner, own.moments[:, 0] + own.measure * np.sum(away * away, axis=1))
+    middles = [_middle(x) for x in flat]
+    local = [x - m for x, m in zip(flat, middles)] if len(flat) > len(bodies) else [x - c for x, c in zip(flat, center)]
+    offset = np.array(middles) - center[owner] if len(flat) > len(bodies) else None
+    mass = _density(material, density) * checks.positive("depth", depth) * area
+    hulls = Hulls(np.concatenate(local), _starts(local), *(np.zeros(0, np.int64),) * 3)
+    place, angle = center, None
+    if position is not None:
+        n = len(which)
+        angle = np.zeros(n) if rotation is None else checks.real_array("rotation", rotation, (n,))
+        cosine, sine, c = np.cos(angle)[:, None], np.sin(angle)[:, None], center[which]
+        place = checks.real_array("position", position, (n, 2)) + cosine * c + sine * np.stack([-c[:, 1], c[:, 0]], axis=1)
+    elif rotation is not None:
+        raise ValueError("rotation is given without position: give the place about which each polygon turns")
+    contactors = _contactors("polygon", material, hulls, owner, which, offset)
+    scale = mass / area
+    inertia = (moment * scale)[which, None]
+    return _body_set(2, place, mass[which], inertia, contactors, angle if rotation is not None else None, fixed, options)
+
+
+@takes(*OPTIONS)
+def polyhedra(meshes, material, *, position=None, rotation=None, fixed=False, density=None, **options) -> BodySet:
+    """Convex polyhedra, or bodies of several convex parts, in 3D. Options: those of BodySet.
+
+    meshes: a list with one mesh a body, (vertices (m, 3) [m], faces), or one mesh for all bodies at `position`. faces: (k, 3)
+    triangles or lists of vertices, numbered from 0, anticlockwise from outside; triangles in one plane make one face. A body
+    that is not convex is a list of convex meshes (cairn.pre.convex_parts). Objects with `vertices` and `faces` are meshes, too.
+    Without position they are where they stand; position (n, 3) is where the origin of their coordinates goes, rotation (n, 4)
+    the quaternion (w, x, y, z) that turns them about it. fixed: nothing moves them.
+    """
+    bodies, which = _bodies("meshes", meshes, position, _is_mesh)
+    bodies = [[_mesh(f"meshes[{k}]", m) for m in parts] for k, parts in enumerate(bodies)]
+    owner = np.repeat(np.arange(len(bodies)), [len(parts) for parts in bodies])
+    flat = [m for parts in bodies for m in parts]
+    _closed(flat, owner)
+    own = exact.polyhedra([_joined_points(parts) for parts in bodies], [_joined_faces(parts) for parts in bodies])
+    several = len(flat) > len(bodies)
+    middles = [_middle(v) if several else own.center[k] for (v, _), k in zip(flat, owner)]
+    local = [(v - m) @ own.axes[k] for (v, _), m, k in zip(flat, middles, owner)]
+    offset = np.einsum("ni,nij->nj", np.array(middles) - own.center[owner], own.axes[owner]) if several else None
+    faces = [f for _, f in flat]
+    sizes = np.concatenate([[len(c) for c in f] for f in faces])
+    corner = np.concatenate([np.concatenate([np.asarray(c, np.int64) for c in f]) for f in faces])
+    hulls = Hulls(np.concatenate(local), _starts(local), _starts(faces), np.concatenate([[0], np.cumsum(sizes)]), corner)
+    mass = _density(material, density) * own.measure
+    inertia = own.moments * (mass / own.measure)[:, None]
+    turned = rotation is not None or np.any(own.axes != np.eye(3))
+    quaternion = exact.quaternions(own.axes)[which] if turned else None
+    place = own.center[which]
+    if position is not None:
+        n = len(which)
+        place = checks.real_array("position", position, (n, 3)) + (
+            place if rotation is None else _turned(_unit("rotation", rotation, n), place)
+        )
+    if rotation is not None:
+        if position is None:
+            raise ValueError("rotation is given without position: give the place about which each polyhedron turns")
+        quaternion = _product(_unit("rotation", rotation, len(which)), quaternion)
+    contactors = _contactors("polyhedron", material, hulls, owner, which, offset)
+    return _body_set(3, place, mass[which], inertia[which], contactors, quaternion, fixed, options)
+
+
+def with_corners(blocks, material) -> BodySet:
+    """Polyhedra with a point of `material` at every corner: corners are what meets the faces of deformable bodies in 3D.
+
+    scene.interact(corners, "*", None) first, then a law of corners with the material of the faces, and none of that with the
+    polyhedra, which would meet the faces too: all else knows the polyhedra.
+    """
+    more = []
+    for c in blocks.contactors:
+        if c.shape != "polyhedron":
+            raise ValueError(f"a contactor is a {c.shape}: give a set of polyhedra, or boxes")
+        first = c.hulls.first_vertex
+        corners = [c.hulls.vertex.reshape(-1, 3)[first[h] : first[h + 1]] for h in c.hull]
+        place = np.concatenate(corners) + (0.0 if c.offset is None else np.repeat(c.offset, [len(v) for v in corners], axis=0))
+        body = np.repeat(c.body, [len(v) for v in corners])
+        more.append(ContactorSet("sphere", material, body, np.zeros(len(body)), place))
+    return replace(blocks, contactors=[*blocks.contactors, *more])
+
+
+_CORNERS = np.array([[x, y, z] for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)], float)
+_FACES = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
+
+
+@takes(*OPTIONS)
+def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None, **options) -> BodySet:
+    """Boxes in 3D. centers (n, 3) [m]; sizes (3,) or (n, 3), whole edges [m]; rotation (n, 4) quaternion (w, x, y, z).
+
+    Boxes of the same sizes share one shape. fixed: nothing moves them. Options: those of BodySet.
+    """
+    centers = checks.real_array("centers", centers, (None, 3))
+    n = len(centers)
+    sizes = checks.real_array("sizes", np.broadcast_to(checks.reals("sizes", sizes), (n, 3)), (n, 3))
+    if not np.all(sizes > 0):
+        at = np.argwhere(~(sizes > 0))[0]
+        raise ValueError(f"sizes[{at[0]}] is {sizes[at[0]]}: give lengths > 0 [m]")
+    mass = checks.positive_array("mass", _density(material, density) * np.prod(sizes, axis=1))
+    square = sizes * sizes
+    inertia = mass[:, None] / 12 * (np.roll(square, 1, axis=1) + np.roll(square, 2, axis=1))
+    different, which = np.unique(sizes, axis=0, return_inverse=True)
+    which = which.reshape(-1)
+    m = len(different)
+    vertex = (different[:, None, :] / 2 * _CORNERS).reshape(-1, 3)
+    hulls = Hulls(
+        vertex, 8 * np.arange(m + 1), 6 * np.arange(m + 1), 4 * np.arange(6 * m + 1), np.tile(_FACES.reshape(-1), m)
+    )
+    quaternion = None if rotation is None else _unit("rotation", rotation, n)
+    contactors = _contactors("polyhedron", material, hulls, np.arange(m), which, None)
+    return _body_set(3, centers, mass, inertia, contactors, quaternion, fixed, options)
+
+
+# ------------------------------------------------------------------ what they share
+
+
+def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options):
+    if fixed:
+        if options.get("driven") or options.get("drive") is not None:
+            raise ValueError("fixed is given with driven or drive: give one of them")
+        options = options | {"driven": DOFS[dim]}
+    mass = checks.positive_array("mass", mass)
+    return checked(BodySet(dim, place, mass, inertia, [contactors], rotation=rotation, **options))
+
+
+def _bodies(name, given, position, is_shape):
+    """Lists of convex parts of each different body, and which of them each body of the set is."""
+    if is_shape(given):
+        bodies = [[given]]
+    else:
+        try:
+            bodies = [[b] if is_shape(b) else list(b) for b in given]
+        except TypeError:
+            raise ValueError(f"{name} is {type(given).__name__}: give a list with one item for each body") from None
+        for k, parts in enumerate(bodies):
+            if not parts or not all(is_shape(p) for p in parts):
+                raise ValueError(f"{name}[{k}] is no shape and no list of shapes: see the documentation of this function")
+    if not bodies:
+        raise ValueError(f"{name} is empty: give at least one body")
+    if position is None:
+        return bodies, np.arange(len(bodies))
+    n = len(np.atleast_2d(position))
+    if len(bodies) not in (1, n):
+        raise ValueError(f"position has {n} items and {name} {len(bodies)}: give one place for each body")
+    return bodies, np.arange(n) if len(bodies) == n else np.zeros(n, np.int64)
+
+
+def _is_outline(x):
+    try:
+        return np.ndim(x) == 2 and np.shape(x)[1] == 2
+    except ValueError:  # outlines of several lengths make no array
+        return False
+
+
+def _is_mesh(x):
+    return (isinstance(x, tuple) and len(x) == 2) or (hasattr(x, "vertices") and hasattr(x, "faces"))
+
+
+def _mesh(name, x):
+    vertices, faces = x if isinstance(x, tuple) else (x.vertices, x.faces)
+    vertices = checks.real_array(f"{name}, vertices", np.asarray(vertices), (None, 3))
+    faces = [np.asarray(f, np.int64) for f in faces]
+    for k, f in enumerate(faces):
+        if f.ndim != 1 or len(f) < 3 or np.any((f < 0) | (f >= len(vertices))):
+            raise ValueError(f"{name}, faces[{k}] is {f}: give three or more vertices numbered 0 to {len(vertices) - 1}")
+    return vertices, faces
+
+
+def _closed(flat, owner):
+    """Refuses the first mesh that has an edge without two faces: its volume would mean nothing."""
+    faces = [(f, k) for k, (_, faces) in enumerate(flat) for f in faces]
+    size = np.array([len(f) for f, _ in faces])
+    first = np.concatenate([[0], np.cumsum([len(v) for v, _ in flat])])
+    start = np.concatenate([f for f, _ in faces]) + np.repeat(first[[k for _, k in faces]], size)
+    last = np.cumsum(size) - 1
+    stop = np.roll(start, -1)
+    stop[last] = start[last - size + 1]
+    forward, backward = np.sort(start * first[-1] + stop), np.sort(stop * first[-1] + start)
+    odd = np.flatnonzero(forward != backward)
+    if len(odd):
+        k = int(np.searchsorted(first, min(forward[odd[0]], backward[odd[0]]) // first[-1], side="right")) - 1
+        surface.refuse_open(f"meshes[{owner[k]}]", exact.triangles(flat[k][1], len(flat[k][0])))
+
+
+def _polygon(name, x):
+    x = checks.real_array(name, x, (None, 2))
+    d = x - x[0]
+    follower = np.roll(d, -1, axis=0)
+    fans = d[:, 0] * follower[:, 1] - d[:, 1] * follower[:, 0]
+    x, fans = (x[::-1], -fans) if np.sum(fans) < 0 else (x, fans)
+    # seen from a corner those of a convex outline follow each other; else the kernel would take the hull of a star
+    if len(x) and np.min(fans) < -1e-7 * np.max(np.abs(d)) ** 2:
+        raise ValueError(f"{name} is not convex, or its corners are not in order: give convex parts (cairn.pre.convex_parts)")
+    return x
+
+
+def _joined_points(parts):
+    return parts[0][0] if len(parts) == 1 else np.concatenate([v for v, _ in parts])
+
+
+def _joined_faces(parts):
+    first = np.concatenate([[0], np.cumsum([len(v) for v, _ in parts])])
+    return [f + first[k] for k, (_, faces) in enumerate(parts) for f in faces]
+
+
+def _middle(x):
+    low, high = x.min(axis=0), x.max(axis=0)
+    return low + (high - low) / 2
+
+
+def _starts(parts):
+    return np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+
+
+def _contactors(shape, material, hulls, owner, which, offset):
+    """Contactors of bodies that are the different ones `which`, of parts owner (m,)."""
+    count = np.bincount(owner)
+    first = np.concatenate([[0], np.cumsum(count)[:-1]])
+    body = np.repeat(np.arange(len(which)), count[which])
+    step = np.arange(len(body)) - np.repeat(np.concatenate([[0], np.cumsum(count[which])[:-1]]), count[which])
+    hull = (first[which][body] + step).astype(np.int64)
+    reach = np.zeros(len(body))
+    return ContactorSet(shape, material, body, reach, None if offset is None else offset[hull], None, hull, hulls)
+
+
+def _unit(name, value, n):
+    q = checks.real_array(name, np.broadcast_to(checks.reals(name, value), (n, 4)), (n, 4))
+    length = np.linalg.norm(q, axis=1, keepdims=True)
+    if not np.all(length > 0):
+        raise ValueError(f"{name}[{int(np.argmin(length))}] is zero: give a quaternion (w, x, y, z) of unit length")
+    return q / length
+
+
+def _product(p, q):
+    w = p[:, :1] * q[:, :1] - np.sum(p[:, 1:] * q[:, 1:], axis=1, keepdims=True)
+    return np.concatenate([w, p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])], axis=1)
+
+
+def _turned(q, x):
+    t = 2 * np.cross(q[:, 1:], x)
+    return x + q[:, :1] * t + np.cross(q[:, 1:], t)

@@ -1,0 +1,68 @@
+"""Surfaces of triangles as boundaries: terrain, hoppers, chutes, whatever an STL file holds."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
+from ..names import takes
+from ..pre import checks, mass_properties
+from ..pre import mesh as meshes
+from .shapes import Hulls
+
+
+@takes(*OF_BOUNDARIES)
+def surface(vertices, faces, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
+    """A surface of triangles in 3D against spheres, capsules and polyhedra, solid behind: seen from the free side its faces run
+    anticlockwise.
+
+    vertices (m, 3) [m]; faces (k, 3) or lists of vertices, numbered from 0. It need not be closed. It is held, or moves as one
+    body: velocity, mass, inertia, free, force as of a wall. Each triangle is a contactor of its own; what touches an edge or a
+    vertex touches one of them, and rolls or slides over the edges of a plane as over a plane. A sphere whose centre lies deeper
+    than its radius behind a triangle is not seen, nor is a corner of a polyhedron deeper than the triangle is wide, nor a
+    polyhedron by a triangle that has its centre behind it.
+    """
+    vertices = checks.real_array("vertices", vertices, (None, 3))
+    fans = mass_properties.triangles(faces, len(vertices))
+    if not len(fans):
+        raise ValueError("faces is empty: give at least one triangle")
+    edges = np.linalg.norm(vertices[fans] - vertices[np.roll(fans, -1, axis=1)], axis=2)
+    meshes.refuse_slivers("faces", vertices, fans, edges)
+    vertices, fans = meshes.weld(vertices, fans)
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    place = low + (high - low) / 2
+    centre = vertices[fans].mean(axis=1)
+    hulls, _ = with_neighbours(vertices, fans, centre)
+    count = len(fans)
+    contactor = ContactorSet(
+        "facet", material, np.zeros(count, int), np.zeros(count), centre - place, None, np.arange(count), hulls
+    )
+    return _boundary(3, place, contactor, mass, inertia, free, velocity, force, options)
+
+
+def with_neighbours(vertices, fans, centre):
+    """Each facet with the triangles that share a vertex with it, in their order, its own vertices first; which vertices these
+    are, facet by facet."""
+    by_vertex = np.argsort(fans.ravel(), kind="stable") // 3
+    first = np.concatenate([[0], np.cumsum(np.bincount(fans.ravel(), minlength=len(vertices)))])
+    points, corners, numbers, sizes = [], [], [], []
+    for k, own in enumerate(fans):
+        around = np.unique(np.concatenate([by_vertex[first[v] : first[v + 1]] for v in own]))
+        others = np.setdiff1d(fans[around], own)
+        used = np.concatenate([own, others])
+        order = np.argsort(used)
+        local = order[np.searchsorted(used, fans[around], sorter=order)]
+        points.append(vertices[used] - centre[k])
+        corners.append(local)
+        numbers.append(used)
+        sizes.append(len(around))
+    total = int(np.sum(sizes))
+    hulls = Hulls(
+        np.concatenate(points),
+        np.concatenate([[0], np.cumsum([len(used) for used in numbers])]).astype(np.int64),
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        3 * np.arange(total + 1),
+        np.concatenate(corners).ravel().astype(np.int64),
+        True,
+    )
+    return hulls, numbers

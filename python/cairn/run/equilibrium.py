@@ -1,0 +1,325 @@
+"""Impulses with which a scene is at rest, found for all bodies at once: the start of large structures under load.
+
+A solver that goes from contact to contact takes thousands of sweeps to bring the weight of a large structure to its supports.
+Here the velocities of all bodies are the unknowns: the step's problem, u = H'v, M (v - v_free) = H r, r in Coulomb's cone and u
+opposite to it, is solved by the method of multipliers (Hestenes 1969, Powell 1969; Alart & Curnier 1991 for friction),
+
+    r <- P_K(r - c (u + b + mu |u_T| n)),   v minimising  1/2 |v - v_free|_M^2 + sum |P_K(r - c (u + b + s n))|^2 / 2c,
+
+s = mu |u_T| of the round before (De Saxce & Feng 1998; Acary et al. 2011), by Newton's method with a search along the line. Its
+linear systems are sparse and definite; conjugate gradients solve them with the 6 x 6 blocks of bodies and the rigid motions of
+groups of bodies as preconditioner (Nicolaides 1987).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..pre import checks
+from .contact_problem import Rows, inverse_mass, jacobians
+
+
+def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=1e6, report=None):
+    """Starts the next step from impulses that keep the scene at rest, if there are any; positions stay as they are.
+
+    simulation: bodies at rest, Coulomb's law or another cone at all contacts. tol: of the true error; unbalanced: largest
+    change of a body's velocity in a step over that of a body let go. Both are sought, in at most `rounds` rounds. stiffness: c
+    over the mass that a contact feels. report: called with a dict after each round. Returns the last such dict: round,
+    newton, cg (how many so far), error, unbalanced, converged. A structure that cannot stand does not converge: then the step
+    starts from what was found.
+    """
+    checks.positive("tol", tol), checks.positive("unbalanced", unbalanced), checks.positive("stiffness", stiffness)
+    checks.count("rounds", rounds, 1)
+    core = simulation._core
+    state = core.get_state()
+    simulation.step()
+    try:
+        if not len(simulation.contacts):
+            raise ValueError("no bodies touch: there is nothing that could be at rest under load")
+        system = System(simulation)
+        keys = np.array(simulation.contacts.key)[system.chosen]
+        memory = core.get_state()["memory"]
+    finally:
+        core.set_state(state)
+        simulation._constant_force_set = False  # a state from before the first step has none
+    result = system.solve(tol, unbalanced, rounds, stiffness, report)
+    impulses = system.r if system.dim == 2 else np.einsum("mk,mki->mi", system.r, system.axes)
+    act = np.any(impulses != 0, axis=1)
+    memory["keys"], memory["impulses"] = keys[act], np.ascontiguousarray(impulses[act])
+    state["memory"] = memory
+    core.set_state(state)
+    return result
+
+
+def project(p, mu, derived=True):
+    """Projection of p (m, dim) on Coulomb's cones, and its derivative (m, dim, dim), None unless it is asked for."""
+    m, dim = p.shape
+    normal, size = p[:, 0], np.linalg.norm(p[:, 1:], axis=1)
+    inside = size <= mu * normal
+    side = ~inside & (mu * size > -normal)
+    pn, way, k = normal[side], p[side, 1:] / size[side, None], mu[side]
+    scale = (pn + k * size[side]) / (1 + k * k)
+    axis = np.concatenate((np.ones((len(pn), 1)), k[:, None] * way), axis=1)
+    out = np.where(inside[:, None], p, 0.0)
+    out[side] = scale[:, None] * axis
+    if not derived:
+        return out, None
+    derivative = np.zeros((m, dim, dim))
+    derivative[inside] = np.eye(dim)
+    d = axis[:, :, None] * axis[:, None, :] / (1 + k * k)[:, None, None]
+    if dim == 3:  # the cone turns about its axis
+        across = np.stack((-way[:, 1], way[:, 0]), axis=1)
+        d[:, 1:, 1:] += (k * scale / size[side])[:, None, None] * across[:, :, None] * across[:, None, :]
+    derivative[side] = d
+    return out, derivative
+
+
+class System:
+    """The step at hand: free bodies (n), contacts (m)."""
+
+    def __init__(self, simulation):
+        rows = Rows(simulation)
+        self.dim = rows.dim
+        self.chosen = rows.chosen()
+        self.chosen = self.chosen[on_faces(simulation.contacts)[self.chosen]]
+        self.dofs = 3 * self.dim - 3
+        self.mu, self.bias, self.axes = rows.mu[self.chosen], rows.bias[self.chosen], rows.axes[self.chosen]
+        inverse = inverse_mass(simulation).tobsr(blocksize=(self.dofs, self.dofs))
+        inverse.sum_duplicates()
+        free = np.flatnonzero(np.diff(inverse.indptr))
+        inverse = inverse.data[inverse.indptr[free]]
+        moves = inverse[:, 0, 0] > 0
+        if not np.any(moves):
+            raise ValueError("no body is free to move: there is nothing to find")
+        free, self.inverse = free[moves], inverse[moves]
+        self.mass = np.linalg.inv(self.inverse)
+        raw = simulation._core.scene
+        self.v_free, self.position = (np.array(raw.raw_body(name))[free] for name in ("velocity_free", "position"))
+        number = np.full(rows.bodies.max() + 1, len(free))
+        number[free[free < len(number)]] = np.arange(np.sum(free < len(number)))
+        self.bodies = number[rows.bodies[self.chosen]]  # the number after the last: cannot move
+        h = jacobians(rows, self.chosen)
+        self.sides = [np.ascontiguousarray(h[:, :, side]) for side in (0, 1)]
+        self.r = np.zeros((len(self.chosen), self.dim))
+        self.graph = Graph(self.bodies, len(free))
+        normal = [side[:, 0] for side in self.sides]
+        still = np.concatenate((self.inverse, np.zeros((1, self.dofs, self.dofs))))
+        w = sum(np.einsum("mi,mij,mj->m", n, still[b], n) for n, b in zip(normal, self.bodies.T))
+        self.rho = 1 / w
+        self.modes = rigid_motions(self.position[:, : self.dim], self.dofs)
+
+    def relative(self, v):
+        """H'v, (m, dim)."""
+        v = np.concatenate((v, np.zeros((1, self.dofs))))
+        return sum(np.einsum("mki,mi->mk", side, v[b]) for side, b in zip(self.sides, self.bodies.T))
+
+    def gathered(self, r):
+        """H r, (n, dofs)."""
+        return self.graph.at_bodies([np.einsum("mki,mk->mi", side, r) for side in self.sides])
+
+    def momentum(self, v):
+        return np.einsum("nij,nj->ni", self.mass, v)
+
+    def errors(self):
+        """True error, and the largest change of a velocity over the largest free one, with the impulses as they are."""
+        v = self.v_free + np.einsum("nij,nj->ni", self.inverse, self.gathered(self.r))
+        u = self.relative(v) + self.bias
+
+        def map_of(r, u):
+            slack = np.concatenate((u[:, :1] + (self.mu * np.linalg.norm(u[:, 1:], axis=1))[:, None], u[:, 1:]), axis=1)
+            return r - project(r - self.rho[:, None] * slack, self.mu)[0]
+
+        def energy(x):
+            return np.sum(np.sum(x * x, axis=1) / self.rho)
+
+        nothing = map_of(np.zeros_like(self.r), self.relative(self.v_free) + self.bias)
+        error = np.sqrt(energy(map_of(self.r, u)) / max(energy(self.r), energy(nothing)))
+        speed, scale = (np.linalg.norm(x[:, : self.dim], axis=1) for x in (v, self.v_free))
+        return float(error), float(np.max(speed / np.max(scale)))
+
+    def solve(self, tol, unbalanced, rounds, stiffness, report):
+        v, newton, cg = np.zeros_like(self.v_free), 0, 0
+        slack = np.zeros(len(self.r))
+        for k in range(1, rounds + 1):
+            c = stiffness * self.rho
+            v, steps, products = self.minimise(v, c, slack, 0.1 * unbalanced)
+            newton, cg = newton + steps, cg + products
+            u = self.relative(v) + self.bias
+            u[:, 0] += slack
+            self.r = project(self.r - c[:, None] * u, self.mu)[0]
+            slack = self.mu * np.linalg.norm(u[:, 1:], axis=1)
+            error, left = self.errors()
+            done = error <= tol and left <= unbalanced
+            result = dict(round=k, newton=newton, cg=cg, error=error, unbalanced=left, converged=done)
+            if report:
+                report(result)
+            if done:
+                break
+        return result
+
+    def minimise(self, v, c, slack, tol, most=100):
+        """The velocities of a round by Newton's method; and how many steps and products with the matrix it took."""
+        weight = np.sqrt(np.sum(self.v_free * self.momentum(self.v_free)))
+        used = steps = 0
+
+        def value(v):
+            u = self.relative(v) + self.bias
+            u[:, 0] += slack
+            asked = self.r - c[:, None] * u
+            p = project(asked, self.mu, False)[0]
+            gap = v - self.v_free
+            return 0.5 * np.sum(gap * self.momentum(gap)) + 0.5 * np.sum(np.sum(p * p, axis=1) / c), p, asked
+
+        energy, p, asked = value(v)
+        while True:
+            gradient = self.momentum(v - self.v_free) - self.gathered(p)
+            left = np.sqrt(np.sum(gradient * np.einsum("nij,nj->ni", self.inverse, gradient))) / weight
+            if left <= tol or steps == most:
+                return v, steps, used
+            steps += 1
+            matrix, precondition = self.newton_matrix(c[:, None, None] * project(asked, self.mu)[1])
+            way, products = conjugate_gradients(matrix, -gradient, precondition, min(0.1, np.sqrt(left)))
+            used += products
+            slope, t = np.sum(gradient * way), 1.0
+            while t > 1e-6:
+                trial = value(v + t * way)
+                if trial[0] <= energy + 1e-4 * t * slope or abs(t * slope) <= 1e-14 * abs(energy):
+                    break
+                t /= 2
+            v, (energy, p, asked) = v + t * way, trial
+
+    def newton_matrix(self, d):
+        """M + H D H', and its preconditioner."""
+        a, b = self.sides
+        da, db = np.matmul(d, a), np.matmul(d, b)
+        at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
+        matrix = self.graph.matrix(self.mass, np.matmul(at, da), np.matmul(bt, db), np.matmul(at, db))
+        inverse = np.linalg.inv(self.graph.diagonal(matrix))
+        return matrix, Preconditioner(matrix, inverse, self.modes)
+
+
+def on_faces(contacts, flat=1e-6):
+    """Which contacts (m,) belong to pairs of bodies that touch on a face, and not on a corner or along an edge alone."""
+    point = np.asarray(contacts.point)
+    dim = point.shape[1]
+    pairs, which = np.unique(np.sort(contacts.bodies, axis=1), axis=0, return_inverse=True)
+    which = which.ravel()
+    count = np.bincount(which)
+    middle = np.stack([np.bincount(which, x) for x in point.T], axis=1) / count[:, None]
+    arm = point - middle[which]
+    spread = np.stack([np.bincount(which, arm[:, i] * arm[:, j]) for i in range(dim) for j in range(dim)], axis=1)
+    size = np.sqrt(np.maximum(np.linalg.eigvalsh(spread.reshape(-1, dim, dim)), 0))  # along the axes, smallest first
+    face = size[:, 1] > flat * size[:, -1] if dim == 3 else size[:, 1] > 0
+    return face[which]
+
+
+class Graph:
+    """Which bodies touch: sums over contacts at bodies and at pairs of bodies, always in the same order."""
+
+    def __init__(self, bodies, n):
+        from scipy import sparse
+
+        m = len(bodies)
+        ones = np.ones(m)
+        self.n = n
+        self.ends = [sparse.csr_array((ones, (b, np.arange(m))), shape=(n + 1, m)) for b in bodies.T]
+        both = np.flatnonzero((bodies < n).all(axis=1))
+        low, high = bodies[both].min(axis=1), bodies[both].max(axis=1)
+        pair, which = np.unique(low * np.int64(n) + high, return_inverse=True)
+        self.pairs = sparse.csr_array((np.ones(len(both)), (which, both)), shape=(len(pair), m))
+        self.swapped = bodies[:, 0] > bodies[:, 1]
+        i, j = pair // n, pair % n
+        row, column = np.concatenate((np.arange(n), i, j)), np.concatenate((np.arange(n), j, i))
+        self.order = np.lexsort((column, row))
+        self.row_start = np.concatenate(([0], np.cumsum(np.bincount(row, minlength=n))))
+        self.column = column[self.order]
+        self.on_diagonal = np.flatnonzero(self.order < n)
+
+    def at_bodies(self, parts):
+        return sum(end @ part for end, part in zip(self.ends, parts))[: self.n]
+
+    def matrix(self, mass, aa, bb, ab):
+        """Blocks (m, dofs, dofs) of contacts, and of bodies (n, dofs, dofs), as a sparse matrix."""
+        from scipy import sparse
+
+        k = mass.shape[1]
+        diagonal = mass + self.at_bodies([x.reshape(len(x), -1) for x in (aa, bb)]).reshape(-1, k, k)
+        ab = np.where(self.swapped[:, None, None], ab.transpose(0, 2, 1), ab)
+        upper = (self.pairs @ ab.reshape(len(ab), -1)).reshape(-1, k, k)
+        data = np.concatenate((diagonal, upper, upper.transpose(0, 2, 1)))[self.order]
+        return sparse.bsr_array((data, self.column, self.row_start), shape=(k * self.n, k * self.n))
+
+    def diagonal(self, matrix):
+        return matrix.data[self.on_diagonal]
+
+
+def rigid_motions(position, dofs, bodies_each=48):
+    """Z, sparse (dofs n, dofs groups): groups of neighbours that move as rigid bodies."""
+    from scipy import sparse
+
+    n, dim = position.shape
+    group = groups(position, bodies_each)
+    count = group.max() + 1
+    center = np.stack([np.bincount(group, x, count) for x in position.T], axis=1) / np.bincount(group, minlength=count)[:, None]
+    arm = position - center[group]
+    z = np.broadcast_to(np.eye(dofs), (n, dofs, dofs)).copy()
+    if dim == 2:
+        z[:, 0, 2], z[:, 1, 2] = -arm[:, 1], arm[:, 0]
+    else:
+        for axis in range(3):
+            z[:, :3, 3 + axis] = np.cross(np.eye(3)[axis], arm)
+    return sparse.bsr_array((z, group, np.arange(n + 1)), shape=(dofs * n, dofs * count))
+
+
+def groups(position, bodies_each):
+    """Number of the group of each body: halves along the longest side, again and again."""
+    group = np.zeros(len(position), int)
+    todo, count = [np.arange(len(position))], 0
+    while todo:
+        these = todo.pop()
+        if len(these) <= bodies_each:
+            group[these] = count
+            count += 1
+            continue
+        axis = np.argmax(np.ptp(position[these], axis=0))
+        order = these[np.argsort(position[these, axis], kind="stable")]
+        todo += [order[: len(order) // 2], order[len(order) // 2 :]]
+    return group
+
+
+class Preconditioner:
+    """Blocks of bodies, and rigid motions of groups solved to the end."""
+
+    def __init__(self, matrix, inverse, modes):
+        from scipy.sparse.linalg import splu
+
+        self.inverse, self.modes = inverse, modes
+        self.coarse = splu((modes.T @ (matrix @ modes)).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        self.modes_transposed = modes.T.tocsr()
+        self.modes = modes.tocsr()
+
+    def __call__(self, x):
+        local = np.einsum("nij,nj->ni", self.inverse, x.reshape(len(self.inverse), -1)).ravel()
+        return local + self.modes @ self.coarse.solve(self.modes_transposed @ x)
+
+
+def conjugate_gradients(matrix, b, precondition, tol, most=2000):
+    """Solution of a definite system to a relative tolerance, in the shape of b; and the number of products."""
+    shape = b.shape
+    b = b.ravel()
+    x, r = np.zeros_like(b), b.copy()
+    z = precondition(r)
+    p, rz = z.copy(), r @ z
+    first, products = rz, 0
+    while products < most:
+        products += 1
+        ap = matrix @ p
+        alpha = rz / (p @ ap)
+        x += alpha * p
+        r -= alpha * ap
+        z = precondition(r)
+        last, rz = rz, r @ z
+        if rz <= tol * tol * first:
+            break
+        p = z + rz / last * p
+    return x.reshape(shape), products

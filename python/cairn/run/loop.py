@@ -1,0 +1,298 @@
+"""The loop of Simulation.run: outputs, checkpoints, progress, a clean end at a signal."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import signal
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from .. import _core
+from ..pre import checks
+
+ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # of runs, which are HDF5
+
+
+class Stopped(KeyboardInterrupt):
+    """A run was begun in a program whose run before was stopped by a signal. status: the exit status of the program."""
+
+    def __init__(self, status):
+        super().__init__("stopped by a signal")
+        self.status = status
+
+
+class Command:
+    """What `cairn run` asks of the runs of its script: to replace files that were there before it, and no run after a signal.
+
+    stopped: number of the signal that ended a run.
+    """
+
+    def __init__(self, overwrite=False):
+        self.overwrite, self.stopped, self._written = overwrite, None, set()
+
+    def replaces(self, path):
+        """Whether the file may be replaced: what this script wrote itself is not, unless the script says so."""
+        own = path.resolve()
+        new = own not in self._written
+        self._written.add(own)
+        return self.overwrite and new
+
+
+    @property
+    def status(self):
+        """Exit status of the program."""
+        return 0 if self.stopped is None else 128 + self.stopped
+
+
+command = None  # the Command that runs this program, if one does
+
+
+@contextlib.contextmanager
+def commanded(overwrite=False):
+    """All that is run meanwhile is run by a Command, which this gives."""
+    global command
+    before, command = command, Command(overwrite)
+    try:
+        yield command
+    finally:
+        command = before
+
+
+def scene_info(simulation):
+    """What a reader of the file needs to draw the scene."""
+    core = simulation._core.scene
+    internal = core.raw_body("id")
+    names = np.array(_core.shapes())
+    contactors = {
+        "shape": list(names[core.contactor("shape")]) if core.contactor_count < 100_000 else "",
+        "shape_number": core.contactor("shape"),
+        "body": internal[core.contactor("body")],
+        "radius": core.contactor("radius"),
+    }
+    for name in ("offset", "direction"):
+        values = core.contactor(name)
+        if len(values):
+            contactors[name] = values
+    hull = core.contactor("hull")
+    if len(hull):
+        shown = ("first_vertex", "first_face", "first_corner", "corner_vertex", "vertex", "offset")
+        contactors |= {"hull": hull, "hulls": {name: core.hulls[name] for name in shown}}
+    species = [f"{m} ({g})" if g else m for m, g in simulation._species]
+    return {
+        "materials": species,
+        "contactors": contactors,
+        "shapes": list(names),
+        "gravity": _plain(simulation.scene.gravity),
+        "dt": simulation.dt,
+        "strategy": repr(simulation.strategy),
+        "rules": [repr(r) for r in simulation._rules],
+    }
+
+
+def _cell(scene):
+    """The periodic cell at the start, as the scene states it; None without one."""
+    if scene.periodic is None:
+        return None
+    names = ("periodic", "vectors", "corner", "velocity_gradient")
+    return dict(zip(names, scene.periodic.arrays(scene.dim), strict=True))
+
+
+def _plain(value):
+    return "function of time" if callable(value) else np.asarray(value, float)
+
+
+def provenance():
+    """Version, compiler, flags, script and date of a run."""
+    script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
+    text = ""
+    if script is not None and script.suffix == ".py" and script.is_file():
+        text = script.read_text(errors="replace")
+    return {
+        **_core.build_info(),
+        "python": sys.version.split()[0],
+        "numpy": np.__version__,
+        "script": script.name if script else "",
+        "script_text": text,
+        "arguments": " ".join(sys.argv[1:]),
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
+
+
+def snapshot(simulation):
+    """Arrays of bodies and of contacts for one output."""
+    bodies, contacts = simulation.bodies, simulation.contacts
+    core = simulation._core.scene
+    out = {
+        "position": bodies.position,
+        "velocity": bodies.velocity,
+        "radius": simulation.radii(),
+        "id": bodies.id,
+        "mass": bodies.mass,
+        "material": _material(simulation),
+    }
+    if len(core.body("rotation")):
+        out["rotation"] = core.body("rotation")
+    if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
+        out["stress"] = _stress(simulation)
+    pairs = contacts.bodies
+    return out, {
+        "point": contacts.point,
+        "normal": contacts.normal,
+        "gap": contacts.gap,
+        "impulse": contacts.impulse,
+        "status": contacts.status,
+        "body_a": pairs[:, 0],
+        "body_b": pairs[:, 1],
+    }
+
+
+def _stress(simulation):
+    """Stress at the nodes of deformable bodies, zero for others, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
+    ids = simulation.bodies.id
+    out = np.zeros((len(ids), 3 * simulation.scene.dim - 3))
+    for mesh in simulation.meshes:
+        if hasattr(mesh.body, "nodal_stress"):
+            out[np.searchsorted(ids, mesh.ids)] = mesh.body.nodal_stress(mesh.displacement)
+    return out
+
+
+def _material(simulation):
+    """Number of the material of each body's first contactor, (n,)."""
+    core = simulation._core.scene
+    ids, owners = core.body("id"), core.raw_body("id")[core.contactor("body")]
+    rows = np.searchsorted(ids, owners)
+    out = np.full(len(ids), -1, np.int32)
+    out[rows[::-1]] = core.contactor("material")[::-1]
+    return out
+
+
+class _Recorder:
+    """The output file and the checkpoints of a run; does nothing without a path."""
+
+    def __init__(self, simulation, output, every, checkpoint_every, overwrite):
+        self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
+        self.checkpoint_path = None
+        if output is not None:
+            from ..post.writer import RunWriter
+
+            output = checked_output(output)
+            overwrite = overwrite or (command is not None and command.replaces(output))
+            self.checkpoint_path = output.with_suffix(".checkpoint.h5")
+            scene = simulation.scene
+            self.writer = RunWriter(
+                output, scene_info(simulation), provenance(), dim=scene.dim, periodic=_cell(scene), overwrite=overwrite
+            )
+            self.write()
+
+    def write(self):
+        sim = self.simulation
+        bodies, contacts = snapshot(sim)
+        info = sim._info
+        self.writer.write_step(sim.time, info.get("time_detection", sim.time), sim.steps, bodies, contacts)
+        self.writer.flush()
+
+    def record(self, probes):
+        sim = self.simulation
+        if self.writer is not None:
+            row = {k: v for k, v in sim._info.items() if k not in ("step", "time", "hint")}
+            row["energy"] = sim.energy
+            row.update({name: one_number(name, probe(sim)) for name, probe in (probes or {}).items()})
+            self.writer.write_history(sim.time, sim.steps, row)
+            if sim.steps % self.every == 0:
+                self.write()
+        if self.checkpoint_every and self.checkpoint_path and sim.steps % self.checkpoint_every == 0:
+            sim.checkpoint(self.checkpoint_path)
+
+    def close(self):
+        if self.writer is None:
+            return
+        if self.simulation.steps % self.every:
+            self.write()
+        self.writer.close()
+
+
+def checked_output(output):
+    """The path of a run's file; FileError if its name says that it is something else."""
+    from ..post.errors import FileError
+
+    path = Path(output)
+    if path.suffix.lower() not in ENDINGS:
+        ending = f"ends in {path.suffix}" if path.suffix else "has no ending"
+        raise FileError(
+            path,
+            f"a run is one HDF5 file, and this name {ending}",
+            "give a name that ends in .vtkhdf; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it",
+        )
+    return path
+
+
+def one_number(name, value):
+    """What a probe gave, as a double."""
+    array = np.asarray(value)
+    if array.ndim or array.dtype.kind not in "fiub":
+        what = f"an array of shape {array.shape}" if array.ndim else repr(value)
+        raise ValueError(f"probe {name!r} gave {what}: a probe gives one real number; give a probe for each number to record")
+    return float(array)
+
+
+def _check(simulation, steps, until, every, callback, checkpoint_every, probes, output):
+    if until is not None and checks.number("until", until) < simulation.time - simulation.dt / 2:
+        raise ValueError(f"until is {until!r}: the simulation is at {simulation.time:g} s already; give a later time, or steps=")
+    if steps is not None:
+        checks.count("steps", steps)
+    checks.count("every", every, 1)
+    if checkpoint_every is not None:
+        checks.count("checkpoint_every", checkpoint_every, 1)
+        if output is None:
+            raise ValueError("checkpoint_every needs output=: checkpoints stand beside the output file")
+    if callback is not None and not callable(callback):
+        raise ValueError(f"callback is {callback!r}: give a function of the simulation")
+    if probes is not None and not (isinstance(probes, dict) and all(map(callable, probes.values()))):
+        raise ValueError(f"probes is {probes!r}: give {{name: function}}, of functions of the simulation that give a number")
+
+
+def _tell(simulation, number, output):
+    """Words on a run that a signal ended, on the screen: what follows may be long in coming."""
+    name = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
+    where = "" if output is None else f"; {output} holds what was done"
+    print(f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}", file=sys.stderr, flush=True)
+
+
+def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite):
+    """See Simulation.run."""
+    from .progress import Progress, StopAtSignal
+
+    if steps is None and until is None and while_ is None:
+        raise ValueError("run needs an end: give steps=, until= or while_=")
+    _check(simulation, steps, until, every, callback, checkpoint_every, probes, output)
+    if command is not None and command.stopped is not None:
+        raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
+    last = None if steps is None else simulation.steps + steps
+    first = simulation.steps
+    recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite)
+    total = steps
+    if total is None and until is not None:
+        total = max(0, int(np.ceil((until - simulation.time) / simulation.dt)))
+    try:
+        with StopAtSignal() as stop, Progress(total, enabled=progress) as bar:
+            while not stop and (last is None or simulation.steps < last):
+                # half a step of room: time is a sum of steps, each rounded
+                if until is not None and simulation.time + simulation.dt / 2 > until:
+                    break
+                if while_ is not None and not while_(simulation):
+                    break
+                info = simulation.step()
+                recorder.record(probes)
+                bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"])
+                if callback is not None and callback(simulation) is False:
+                    break
+    finally:
+        recorder.close()
+    if stop:
+        _tell(simulation, stop.signal, output)
+        if command is not None:
+            command.stopped = stop.signal
+    return simulation.steps - first

@@ -1,0 +1,226 @@
+"""Shadow mode: a second kernel runs beside one stage of the step, on the same input; what differs is recorded.
+
+The step itself is not touched: a simulation with shadows makes the same bits as one without.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .. import _core
+from . import contact_problem
+from .strategies import NSCD
+
+STAGES = (
+    "predict_configuration",
+    "compute_free_velocity",
+    "detect_contacts",
+    "prepare_contacts",
+    "solve_contacts",
+    "update_velocity",
+    "commit_contacts",
+    "update_configuration",
+)
+# What a stage makes, by which it is compared with its shadow: fields of bodies, all (n, components) in internal order.
+OUTPUTS = {
+    "predict_configuration": ("position",),
+    "compute_free_velocity": ("velocity_free",),
+    "solve_contacts": ("velocity",),
+    "update_configuration": ("position",),
+}
+INPUTS = ("position", "velocity", "mass", "inertia", "inverse_mass", "velocity_free", "force", "driven", "driven_velocity")
+
+
+@dataclass
+class Shadow:
+    """What a shadow found. records: one (step, time, difference, body) a step, the difference relative to the largest value;
+    beyond: the first record above tol, or None; dump: the file that holds its input."""
+
+    stage: str
+    kernel: object
+    tol: float
+    folder: Path
+    name: str
+    records: list = field(default_factory=list)
+    beyond: tuple | None = None
+    dump: Path | None = None
+
+    @property
+    def largest(self):
+        """The largest difference so far."""
+        return max((r[2] for r in self.records), default=0.0)
+
+    def __repr__(self):
+        said = "never beyond" if self.beyond is None else f"first beyond at step {self.beyond[0]} ({self.dump})"
+        steps = f"{len(self.records)} steps, largest difference {self.largest:.3g}"
+        return f"<shadow of {self.stage}: {steps}, tol {self.tol:g}, {said}>"
+
+
+def add(simulation, stage, kernel, tol, folder, name):
+    """Checks what was asked for; see Simulation.shadow."""
+    if stage not in OUTPUTS:
+        raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {', '.join(OUTPUTS)}")
+    if not isinstance(simulation.strategy, NSCD):
+        raise ValueError("shadows need the stages of NSCD; this simulation has another strategy")
+    if not (isinstance(tol, (int, float)) and tol >= 0 and math.isfinite(tol)):
+        raise ValueError(f"tol is {tol!r}: give a number >= 0, relative to the largest value")
+    if isinstance(kernel, str):
+        kernel = _named(stage, kernel)
+    elif not callable(kernel):
+        raise ValueError(f"kernel is {kernel!r}: give 'reference', a solver of cairn.problems, or a function")
+    return Shadow(stage, kernel, float(tol), Path(folder), name or stage)
+
+
+def _named(stage, name):
+    if name == "reference":
+        return {
+            "solve_contacts": plain_solution,
+            "compute_free_velocity": plain_free_velocity,
+            "predict_configuration": lambda s: plain_configuration(s, 1 - s["theta"], "velocity"),
+            "update_configuration": lambda s: plain_configuration(s, s["theta"], "velocity"),
+        }[stage]
+    from ..problems import solvers
+
+    known = list(solvers())
+    if stage != "solve_contacts" or name not in known:
+        raise ValueError(f"kernel is {name!r}: give 'reference', or for solve_contacts one of {', '.join(known)}")
+    return lambda s: s["problem"].solve(name, tol=1e-12).r
+
+
+def step(simulation, h, shadows):
+    """One step stage by stage, each shadow beside its stage; the report of the step."""
+    core = simulation._core
+    core.begin_step(h)
+    found, solved = [], []
+    try:
+        for stage in STAGES:
+            mine = [s for s in shadows if s.stage == stage]
+            before = [_input(simulation, s, h) for s in mine]
+            getattr(core, stage)()
+            done = list(zip(mine, before))
+            if stage == "solve_contacts":  # compared by the velocities that its impulses make: impulses need not be unique
+                solved, done = done, []
+            for s, given in solved if stage == "update_velocity" else done:
+                found.append((s, given, _difference(simulation, s, given)))
+    except BaseException:
+        core.undo_step()
+        raise
+    if simulation.strategy.project_positions:
+        core.project_positions()
+    for s, given, (difference, body, other) in found:
+        record = (core.steps, core.time, difference, body)
+        s.records.append(record)
+        if s.beyond is None and not difference <= s.tol:
+            s.beyond = record
+            s.dump = _dump(s, given, other, core.steps)
+    return core.report()
+
+
+def _input(simulation, shadow, h):
+    """What a kernel is given: copies, so that it can do no harm."""
+    core = simulation._core.scene
+    s = {"dim": simulation.scene.dim, "h": h, "theta": simulation.strategy.theta, "gravity": np.array(core.gravity)}
+    s |= {name: np.array(core.raw_body(name)) for name in INPUTS}
+    if shadow.stage == "solve_contacts":
+        s |= contact_problem.problem_of(simulation)
+    return s
+
+
+def _difference(simulation, shadow, given):
+    """(largest difference / largest value, id of the body, what the kernel gave)."""
+    core = simulation._core.scene
+    other = shadow.kernel(given)
+    mine = np.array(core.raw_body(OUTPUTS[shadow.stage][0]))
+    if shadow.stage == "solve_contacts":
+        r = np.asarray(other, float)
+        want = (given["problem"].contacts, given["dim"])
+        if r.shape != want:
+            raise ValueError(f"the shadow of solve_contacts gave an array of shape {r.shape}: impulses {want} were expected")
+        change = given["inverse"] @ (given["operator"].T @ r.ravel())
+        other = given["velocity_free"] + change.reshape(given["velocity_free"].shape)
+        scale = np.max(np.abs(given["velocity_free"]), initial=0.0)
+    else:
+        other = np.asarray(other, float)
+        if other.shape != mine.shape:
+            raise ValueError(f"the shadow of {shadow.stage} gave an array of shape {other.shape}: {mine.shape} was expected")
+        scale = np.max(np.abs(mine), initial=0.0)
+    apart = np.max(np.abs(np.asarray(other) - mine), axis=1, initial=0.0)
+    if not np.all(np.isfinite(other)):
+        apart = np.where(np.all(np.isfinite(other), axis=1), 0.0, np.inf)
+    if len(apart) == 0 or not np.max(apart) > 0:
+        return 0.0, -1, np.asarray(other)
+    worst = int(np.argmax(apart))
+    return float(apart[worst] / scale) if scale > 0 else math.inf, int(core.raw_body("id")[worst]), np.asarray(other)
+
+
+def _dump(shadow, given, other, steps):
+    """Input of the first step beyond the tolerance: a problem file in FCLIB's layout, or arrays for numpy."""
+    shadow.folder.mkdir(parents=True, exist_ok=True)
+    stem = shadow.folder / f"shadow_{shadow.name}_{steps:06d}"
+    if shadow.stage == "solve_contacts":
+        from .. import problems
+
+        path = stem.with_suffix(".hdf5")
+        path.unlink(missing_ok=True)
+        problems.write(path, given["problem"])
+        return path
+    path = stem.with_suffix(".npz")
+    np.savez(path, given_by_shadow=other, **{k: v for k, v in given.items() if isinstance(v, (int, float, np.ndarray))})
+    return path
+
+
+# ---------------------------------------------------------------------- plain references
+
+
+def plain_solution(s):
+    """The textbook's sweeps of core_f90/reference until velocities stay; for bodies whose levers lie along the normal."""
+    rows, chosen, dim = s["rows"], s["chosen"], s["dim"]
+    normal, inverse = rows.axes[chosen][:, 0], s["inverse_mass"]
+    lever = np.einsum("msk,mk->ms", rows.lever[chosen], normal)
+    turns = inverse[rows.bodies[chosen]][:, :, dim:].any(axis=2)
+    aside = np.linalg.norm(rows.lever[chosen] - lever[:, :, None] * normal[:, None, :], axis=2) > 1e-9 * np.abs(lever)
+    if np.any(turns & aside):
+        raise ValueError(
+            f"contact {chosen[np.argmax((turns & aside).any(axis=1))]} does not lie on the normal through its bodies' centres: "
+            "the plain reference knows round bodies alone; give kernel='nlgs' for an independent solver of the same problem"
+        )
+    lever = np.where(turns, lever, 0.0)
+    frame = normal if dim == 2 else np.concatenate([normal, rows.axes[chosen][:, 1]], axis=1)
+    v, r = np.array(s["velocity_free"]), np.zeros((len(chosen), dim))
+    body = np.ascontiguousarray(rows.bodies[chosen], np.int32)
+    mass, turning = np.ascontiguousarray(inverse[:, 0]), np.ascontiguousarray(inverse[:, dim])
+    mu, bias = np.ascontiguousarray(rows.mu[chosen]), np.ascontiguousarray(rows.bias[chosen][:, 0])
+    for _ in range(1000):
+        before = v.copy()
+        _core.plain_sweeps(dim, 20, body, np.ascontiguousarray(frame), np.ascontiguousarray(lever), mu, bias, mass, turning, v, r)
+        if np.max(np.abs(v - before), initial=0.0) <= 1e-14 * np.max(np.abs(v), initial=0.0):
+            break
+    return r
+
+
+def plain_free_velocity(s):
+    """v + h (g + f/m), f/J for spins, body by body; driven dofs take their velocity. Without damping, isotropic inertia."""
+    v, dim = s["velocity"], s["dim"]
+    free = np.array(v)
+    for i in range(len(v)):
+        for k in range(v.shape[1]):
+            mass = s["mass"][i] if k < dim else np.ravel(s["inertia"][i])[k - dim if dim == 3 else 0]
+            f = s["force"][i, k] if len(s["force"]) else 0.0
+            if len(s["driven"]) and int(s["driven"][i]) >> k & 1:
+                free[i, k] = s["driven_velocity"][i, k] if len(s["driven_velocity"]) else 0.0
+            elif np.isfinite(mass):
+                free[i, k] = v[i, k] + s["h"] * ((s["gravity"][k] if k < dim else 0.0) + f / mass)
+    return free
+
+
+def plain_configuration(s, share, name):
+    """x + h share v, body by body."""
+    x = np.array(s["position"])
+    for i in range(len(x)):
+        for k in range(s["dim"]):
+            x[i, k] += s["h"] * share * s[name][i, k]
+    return x

@@ -1,0 +1,550 @@
+"""The time loop: a scene, a strategy, a step; files, progress, restart."""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+
+import numpy as np
+
+from .. import _core
+from ..build.scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
+from ..names import one_of
+from ..pre import checks
+from . import time_functions, views
+from .step_warnings import OverlapWarning, StepWarnings
+from .strategies import NSCD, SmoothDEM
+
+
+class ShapesWarning(UserWarning):
+    """Bodies of the scene have shapes between which there is no contact."""
+
+
+class Simulation:
+    """A scene on the move.
+
+    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do
+    when bodies overlap at the start by more than overlap_share of the smaller radius: "warn", "error" or "ignore".
+
+    Raises ValueError (or cairn.Error, which is one) naming field, index, value and remedy; nothing half-built stays.
+    """
+
+    def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
+        if not isinstance(scene, Scene):
+            raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
+        given = _checked_strategy(NSCD() if strategy is None else strategy)
+        self._dt = checks.positive("dt", dt)
+        self.scene = scene
+        scene.check_names()
+        self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
+        self._species = scene.species()
+        core = _core.Scene(scene.dim)
+        core.origin = _three(scene.origin)
+        if scene.periodic is not None:
+            core.set_cell(*scene.periodic.arrays(scene.dim))
+        sets = [s.with_(ids=insert(core, s, self._species)) for s in scene.sets]
+        table, allowed = scene.law_table(self._species)
+        self._given, self._strategy = given, given.for_scene(core)
+        self._core = _core.Simulation(core, table, self.strategy.settings())
+        self._core.set_filter(len(self._species), allowed.ravel())
+        self._sets, self._radii, self._info = sets, None, {}
+        self._warnings = StepWarnings()
+        self._shadows = []
+        self._start_functions()
+        self._start_blocks()
+        self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
+        one_of("overlap", overlap, ("warn", "error", "ignore"))
+        self._unmet = set()
+        self._warn_of_unmet()
+        if overlap != "ignore" and len(self.bodies):
+            self._check_overlap(overlap, checks.number("overlap_share", overlap_share))
+
+    # ------------------------------------------------------------------ state
+
+    @property
+    def dt(self):
+        """Step [s]."""
+        return self._dt
+
+    @dt.setter
+    def dt(self, value):
+        self._dt = checks.positive("dt", value)
+
+    @property
+    def strategy(self):
+        """How the scene moves, with the solver that was chosen; another may be given between steps."""
+        return self._strategy
+
+    @strategy.setter
+    def strategy(self, value):
+        self._given = _checked_strategy(value)
+        self._strategy = value.for_scene(self._core.scene)
+        self._core.set_strategy(self._strategy.settings())
+        self._core.check_laws()
+        self._constant_force_set = False
+        self._start_blocks()
+
+    @property
+    def time(self):
+        """Time reached [s]."""
+        return self._core.time
+
+    @property
+    def steps(self):
+        """Steps taken since the start."""
+        return self._core.steps
+
+    @property
+    def info(self):
+        """The last step: status, error, iterations, contacts, penetration, energy, seconds of each stage, ..."""
+        return {**self._info, "energy": self.energy, "seconds": dict(self._core.stage_seconds())}
+
+    @property
+    def energy(self):
+        """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
+        energy = self._core.energy()
+        return self._blocks.energy(energy) if self._blocks and self._blocks.meshes else energy
+
+    @property
+    def meshes(self):
+        """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
+        return [views.MeshView(self, mesh) for mesh in (self._blocks.meshes if self._blocks else ())]
+
+    @property
+    def raw(self):
+        """Live arrays in internal order, until the next renumbering."""
+        return views.RawView(self)
+
+    def radii(self):
+        """Radius of each body about its centre of mass, (n,) [m]: 0 for walls."""
+        if self._radii is None:
+            core = self._core.scene
+            ids = core.body("id")
+            reach = core.contactor("radius")
+            offset = core.contactor("offset")
+            if len(offset):
+                reach = reach + np.linalg.norm(offset, axis=1)
+            shapes = np.array(_core.shapes())[core.contactor("shape")]
+            round_ = np.isin(shapes, ("disk", "sphere"))
+            self._radii = np.zeros(len(ids))
+            internal = core.raw_body("id")
+            owners = np.searchsorted(ids, internal[core.contactor("body")])
+            np.maximum.at(self._radii, owners[round_], reach[round_])
+        return self._radii.copy()
+
+    def _warn_of_unmet(self):
+        """Shapes that pass through each other, of which one at least is of a body that moves and is no wall: once a pair."""
+        core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
+        names = np.array(_core.shapes())[core.contactor("shape")]
+        moves = np.isfinite(core.raw_body("mass")).ravel()[core.contactor("body")]
+        for a in {"disk", "sphere", "polygon", "polyhedron", "capsule", "cylinder", "superquadric"} & set(names[moves]):
+            for b in set(names) - {a}:
+                pair = frozenset((a, b))
+                if pair in known or pair in self._unmet:
+                    continue
+                self._unmet.add(pair)
+                first, second = sorted(pair)
+                text = f"there is no contact between shapes {first} and {second}: these bodies pass through each other"
+                warnings.warn(text, ShapesWarning, stacklevel=4)
+
+    # ------------------------------------------------------------------ stepping
+
+    def step(self, dt=None):
+        """One step; returns its report (see info). Raises and leaves everything as it was if the step cannot be made."""
+        h = self._dt if dt is None else checks.positive("dt", dt)
+        self._follow_scene()
+        self._apply_functions(h)
+        if self._blocks:
+            self._info = self._blocks.step(h)
+        else:
+            self._info = self._beside_shadows(h) if self._shadows else self._core.step(h)
+        self._warnings.look(self, self._info, h)
+        return self._info
+
+    def run(
+        self,
+        steps=None,
+        *,
+        until=None,
+        while_=None,
+        output=None,
+        every=1,
+        checkpoint_every=None,
+        callback=None,
+        probes=None,
+        progress=True,
+        overwrite=False,
+    ):
+        """Steps until a number of steps is taken, a time reached, or a condition `while_(sim)` is false.
+
+        output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
+        the output. callback(sim) after each step; returning False ends the run. probes: {name: function(sim) -> number},
+        recorded each step in the history. Ctrl-C and SIGTERM end the run after the step at hand and close the file.
+        Returns the number of steps taken.
+        """
+        from .loop import run
+
+        return run(
+            self,
+            steps=steps,
+            until=until,
+            while_=while_,
+            output=output,
+            every=every,
+            callback=callback,
+            checkpoint_every=checkpoint_every,
+            probes=probes,
+            progress=progress,
+            overwrite=overwrite,
+        )
+
+    # ------------------------------------------------------------------ comparisons
+
+    def _beside_shadows(self, h):
+        from . import shadow
+
+        return shadow.step(self, h, self._shadows)
+
+    def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None):
+        """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
+
+        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration. kernel: "reference", the
+        plain loop; for solve_contacts also the name of a solver of cairn.problems; or a function of the stage's input, a dict of
+        arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`: it gives the stage's output
+        (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by the velocities they make.
+        tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
+        for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
+        """
+        if self._blocks:
+            raise ValueError("shadows stand beside the stages of NSCD with rigid bodies; this simulation steps by blocks")
+        from . import shadow
+
+        self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
+        return self._shadows[-1]
+
+    def problem(self):
+        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move."""
+        from .contact_problem import problem_of
+
+        return problem_of(self)["problem"]
+
+    def dump_problem(self, path):
+        """Writes the contact problem of the last step as `cairn.problems.write` does: FCLIB's HDF5, or .dat for Siconos."""
+        from .. import problems
+
+        problems.write(path, self.problem())
+
+    # ------------------------------------------------------------------ changes between steps
+
+    def plug(self, routine):
+        """A body force or a free velocity from a library (cairn.plug) counts from now on; forces add up. Not with SmoothDEM."""
+        from ..plugs.plug import Routine
+
+        if not isinstance(routine, Routine):
+            raise ValueError(f"routine is {routine!r}: give cairn.plug(library, force=...) or cairn.plug(library, velocity=...)")
+        if isinstance(self.strategy, SmoothDEM):
+            raise ValueError("SmoothDEM calls no plugged routines of bodies: give NSCD")
+        call = self._core.plug_force if routine.kind == "force" else self._core.plug_velocity
+        call(routine._core, list(routine.params.values()))
+
+    def interact(self, a, b, law):
+        """The law between two materials or groups from now on, as Scene.interact."""
+        rules = [*self._rules, rule(a, b, law)]
+        self.scene.check_names(self._species, rules)
+        self._use_laws(self._species, rules)
+
+    def _use_laws(self, species, rules):
+        table, allowed = self.scene.law_table(species, rules)
+        self._core.set_laws(table)
+        self._core.set_filter(len(species), allowed.ravel())
+        self._species, self._rules = species, rules
+
+    def _follow_scene(self):
+        """Rules that the scene got meanwhile count; bodies have to come in through this simulation."""
+        if len(self.scene.sets) != self._sets_seen:
+            raise ValueError("bodies were added to the scene after the simulation was made of it: add them by Simulation.add")
+        if len(self.scene.rules) != self._rules_seen:
+            rules = self._rules + self.scene.rules[self._rules_seen :]
+            self.scene.check_names(self._species, rules)
+            self._use_laws(self._species, rules)
+            self._rules_seen = len(self.scene.rules)
+
+    def add(self, *sets):
+        """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
+        from ..build.bodies import replace
+
+        sets = checked_sets(self.scene.dim, sets, self._sets)
+        species = dict(self._species)
+        for s in sets:
+            for c in s.contactors:
+                species.setdefault((c.material.name, s.group or ""), len(species))
+        self._use_laws(species, self._rules)
+        ids = []
+        for s in sets:
+            ids.append(insert(self._core.scene, s, species, self.time))
+            self._sets.append(replace(s, ids=ids[-1]))
+        self._radii = None
+        if self._given.for_scene(self._core.scene) != self._strategy:
+            self.strategy = self._given
+        self._start_functions()
+        self._start_blocks()
+        self._warn_of_unmet()
+        return np.concatenate(ids) if ids else np.zeros(0, np.int64)
+
+    def _ids(self, ids):
+        array = np.atleast_1d(np.asarray(ids))
+        if array.ndim != 1 or (array.dtype.kind not in "iu" and array.size):
+            raise ValueError(f"ids is {ids!r}: give whole numbers (n,), as Scene.add and Simulation.add return them")
+        return array.astype(np.int64)
+
+    def remove(self, ids):
+        """Removes bodies by their ids between steps. All or nothing."""
+        ids = self._ids(ids)
+        for s in self._sets:
+            if s.mesh is not None and np.any(np.isin(s.ids, ids)):
+                raise ValueError(f"body {s.ids[np.isin(s.ids, ids)][0]} is a node of a deformable body, which cannot be removed")
+        self._core.remove_bodies(ids)
+        self._radii = None
+        self._start_functions()
+
+    def drive(self, ids, dofs, velocity):
+        """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
+        from ..build import bodies as b
+
+        ids = self._ids(ids)
+        dim = self.scene.dim
+        carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
+        self._core.scene.drive(ids, carrier.mask, None)
+        self._sets.append(carrier)
+        self._start_functions()
+
+    # ------------------------------------------------------------------ restart
+
+    def checkpoint(self, path):
+        """Writes all that the future depends on; replaced atomically, restored by `restore` to the same bits."""
+        from ..post.checkpoint import save
+
+        save(
+            path,
+            {
+                "kind": "checkpoint",
+                "dim": self.scene.dim,
+                "dt": self._dt,
+                "state": self._core.get_state(),
+                "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
+                "rules": rules_to_dict(self._rules),
+                "scene": self._fingerprint(),
+                **({"blocks": self._blocks.state()} if self._blocks else {}),
+                "later": {f"{k:06d}": _later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
+            },
+        )
+
+    def _fingerprint(self):
+        """Tells scenes apart: bodies and contactors that it was made of."""
+        digest = hashlib.blake2b(digest_size=16)
+        for s in self._sets[: self._sets_seen]:
+            for array in (s.position, s.mass, s.inertia, *(a for c in s.contactors for a in (c.body, c.radius))):
+                digest.update(np.ascontiguousarray(array).data)
+        return digest.hexdigest()
+
+    def restore(self, path):
+        """Goes back, or on, to a checkpoint of the same scene: to the same bits.
+
+        Bodies added since the start come from the file with what drives them; where that is a Python function, add the same sets
+        first. Raises FileError when the file is no checkpoint of this scene.
+        """
+        from ..post.checkpoint import load
+        from ..post.errors import FileError
+
+        content = load(path)
+        if content.get("kind") != "checkpoint":
+            raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
+        names = [(d["material"], d["group"]) for _, d in sorted(content["species"].items())]
+        if int(content["dim"]) != self.scene.dim or content["scene"] != self._fingerprint():
+            raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
+        known, start = self._sets, self._sets_seen
+        later = [
+            _later_from_dict(path, self.scene.dim, d, known[start + k] if start + k < len(known) else None)
+            for k, (_, d) in enumerate(sorted(content["later"].items()))
+        ]
+        self._core.set_state(content["state"])
+        self._use_laws({pair: k for k, pair in enumerate(names)}, rules_from_dict(content["rules"]))
+        self._sets = [*known[:start], *later]
+        self._dt, self._radii, self._info = float(content["dt"]), None, {}
+        self._start_functions()
+        self._start_blocks()
+        if self._blocks and "blocks" in content:
+            self._blocks.restore(content["blocks"])
+
+    # ------------------------------------------------------------------ words
+
+    def explain(self):
+        """What will run: stages, arrays, bytes for each body and contact, the settings chosen, scales of the scene."""
+        from .explain import explain
+
+        return explain(self)
+
+    # ------------------------------------------------------------------ values that change with time
+
+    def _start_functions(self):
+        """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
+        present = self._core.scene.body("id")
+        self._driven, self._forced = [], []
+        free = present  # bodies that no later set drives: the last word on a body counts
+        for s in reversed(self._sets):
+            mine = np.isin(s.ids, free)
+            if np.any(mine) and (s.drive is not None or s.mass is None):
+                free = np.setdiff1d(free, s.ids)
+                drive = np.zeros((len(s), 3 * self.scene.dim - 3)) if s.drive is None else s.drive
+                self._driven.append((s.ids[mine], s.mask, mine, drive))
+                if not callable(drive):
+                    self._core.scene.drive(s.ids[mine], s.mask, np.ascontiguousarray(drive[mine]))
+        for s in self._sets:
+            alive = np.isin(s.ids, present)
+            if not np.any(alive):
+                continue
+            ids = s.ids[alive]
+            if s.force is not None:
+                self._forced.append((np.searchsorted(present, ids), alive, s.force))
+            if s.damping is not None:
+                damping = self._field("damping", (len(present),))
+                damping[np.searchsorted(present, ids)] = s.damping[alive]
+                self._core.assign_body("damping", damping)
+        self._constant_force_set = False
+
+    def _start_blocks(self):
+        """Scenes with deformable bodies, and strategies that pose another problem than NSCD, step by blocks."""
+        meshes = any(s.mesh is not None for s in self._sets)
+        plain = type(self._strategy) in (NSCD, SmoothDEM)
+        if meshes and isinstance(self._strategy, SmoothDEM):
+            raise ValueError("SmoothDEM moves rigid bodies alone: give NSCD or Carpenter to scenes with deformable bodies")
+        if plain and not meshes:
+            self._blocks = None
+            return
+        from .block_step import BlockStep
+
+        self._blocks = BlockStep(self)
+
+    def _field(self, name, shape):
+        values = self._core.scene.body(name)
+        return values if values.shape == shape else np.zeros(shape)
+
+    def _apply_functions(self, h):
+        t, end = self.time, self.time + h
+        theta = self.strategy.theta
+        gravity = self.scene.gravity
+        if callable(gravity):
+            late, early = (checks.real_array("gravity", gravity(at), (self.scene.dim,)) for at in (end, t))
+            gravity = theta * late + (1 - theta) * early
+        self._core.set_gravity(_three(gravity))
+        for ids, mask, alive, drive in self._driven:
+            if callable(drive):
+                self._core.scene.drive(ids, mask, self._rows("drive", drive(end), alive))
+        moving = any(callable(force) for _, _, force in self._forced)
+        if self._forced and (moving or not self._constant_force_set):
+            forces = np.zeros((len(self.bodies), 3 if self.scene.dim == 2 else 6))
+            for rows, alive, force in self._forced:
+                if callable(force):
+                    late = self._rows("force", self._call(force, end), alive)
+                    early = self._rows("force", self._call(force, t), alive)
+                    forces[rows] += theta * late + (1 - theta) * early
+                else:
+                    forces[rows] += force[alive]
+            self._core.assign_body("force", forces)
+            self._constant_force_set = True
+
+    def _call(self, function, t):
+        """A function of time, or one of time and the simulation (a servo)."""
+        return function(t, self) if getattr(function, "needs_simulation", False) else function(t)
+
+    def _rows(self, name, value, alive):
+        from ..build.bodies import _spread
+
+        return np.ascontiguousarray(
+            _spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive]
+        )
+
+    # ------------------------------------------------------------------ overlaps at the start
+
+    def _first_gaps(self):
+        core = self._core
+        if isinstance(self.strategy, SmoothDEM):
+            return core.contact("gap"), core.contact("bodies")
+        core.begin_step(self._dt)
+        try:
+            core.compute_free_velocity()
+            core.detect_contacts()
+            return core.contact("gap"), core.contact("bodies")
+        finally:
+            core.undo_step()
+
+    def _check_overlap(self, action, share):
+        """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
+        core = self._core
+        gap, pairs = self._first_gaps()
+        deep = np.flatnonzero(gap < 0)
+        if not len(deep):
+            return
+        ids = core.scene.body("id")
+        radius = np.where(self.radii() > 0, self.radii(), np.inf)
+        size = np.minimum(*(radius[np.searchsorted(ids, pairs[deep, side])] for side in (0, 1)))
+        relative = -gap[deep] / size
+        bad = np.flatnonzero(relative > share)
+        if not len(bad):
+            return
+        worst = bad[np.argsort(-relative[bad])][:3]
+        listed = "; ".join(
+            f"bodies {pairs[deep[k], 0]} and {pairs[deep[k], 1]} by {relative[k]:.3g} of a radius" for k in worst
+        )
+        text = (
+            f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
+            "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"
+        )
+        if action == "error":
+            raise ValueError(text)
+        warnings.warn(text, OverlapWarning, stacklevel=4)
+
+
+def _checked_strategy(strategy):
+    if not isinstance(strategy, (NSCD, SmoothDEM)):
+        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or cairn.SmoothDEM(...)")
+    return strategy
+
+
+def _later_to_dict(s):
+    """What a checkpoint says of bodies that came in, or were driven, after the start."""
+    out = {"ids": s.ids, "driven": ",".join(s.driven), "carrier": s.mass is None}
+    for name in ("drive", "force", "damping"):
+        value = getattr(s, name)
+        if value is not None:
+            function = callable(value) and not hasattr(value, "to_dict")
+            out[name] = {"kind": "python"} if function else time_functions.to_dict(name, value)
+    return out
+
+
+def _later_from_dict(path, dim, d, known):
+    """The set again; `known` is the one at the same place in the simulation that reads, for its Python functions."""
+    from ..build.bodies import BodySet
+    from ..post.errors import FileError
+
+    n, values = len(d["ids"]), {}
+    for name in ("drive", "force", "damping"):
+        if name not in d:
+            continue
+        if d[name]["kind"] == "python":
+            if known is None or not callable(getattr(known, name)) or len(known) != n:
+                remedy = "add the same bodies by Simulation.add before restore, or use cairn.Table or cairn.Harmonic"
+                raise FileError(path, f"{name} of bodies that came in later is a Python function, which no file holds", remedy)
+            values[name] = getattr(known, name)
+        else:
+            values[name] = time_functions.from_dict(d[name])
+    mass = None if d["carrier"] else np.ones(n)
+    driven = tuple(name for name in d["driven"].split(",") if name)
+    return BodySet(dim, np.zeros((n, dim)), mass, None, [], driven=driven, ids=np.asarray(d["ids"], np.int64), **values)
+
+
+def _three(values):
+    """(3,) from (2,) or (3,)."""
+    out = np.zeros(3)
+    out[: len(values)] = values
+    return out

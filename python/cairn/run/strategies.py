@@ -1,0 +1,323 @@
+"""How a scene moves: the strategy and its contact solver, with defaults that a scene explains (Simulation.explain)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .. import _core
+from ..names import one_of
+from ..pre import checks
+
+MOST_THREADS = 1024  # of one step; what asks an operating system for more ends the program instead of the call
+
+
+@dataclass(frozen=True)
+class ContactSolver:
+    """What every contact solver of a step has.
+
+    tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
+    """
+
+    tol: float = 1e-4
+    min_iter: int = 1
+    max_iter: int = 1000
+
+    name = ""  # in the core
+
+    def __post_init__(self):
+        if not 0 < checks.number("tol", self.tol) < 1:
+            raise ValueError(f"tol is {self.tol}: give a number between 0 and 1; 1e-4 is usual, 1e-8 is exact")
+        checks.count("min_iter", self.min_iter, 0, checks.INT32)
+        checks.count("max_iter", self.max_iter, 1, checks.INT32)
+        if self.min_iter > self.max_iter:
+            raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
+
+    def for_scene(self, core):
+        """The solver that a simulation of this scene (of the core) takes."""
+        return self
+
+    def settings(self):
+        """What the core reads."""
+        return {"solver": self.name, "tol": float(self.tol), "min_iter": int(self.min_iter), "max_iter": int(self.max_iter)}
+
+
+@dataclass(frozen=True)
+class NLGS(ContactSolver):
+    """Block nonlinear Gauss-Seidel (Moreau 1988, Jean 1999), over colours, on the velocities of bodies: W is never formed.
+
+    tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
+    """
+
+    name = "nlgs"
+
+
+@dataclass(frozen=True)
+class ProblemSolver(ContactSolver):
+    """What solvers of problems have, too: memory, bytes that W in blocks and factors may take."""
+
+    memory: float = 4e9
+
+    def __post_init__(self):
+        super().__post_init__()
+        checks.positive("memory", self.memory)
+
+    def settings(self):
+        """What the core reads."""
+        return {**super().settings(), "memory": float(self.memory)}
+
+
+@dataclass(frozen=True)
+class Auto(ProblemSolver):
+    """NLGS, and proximal point around Newton's method as soon as the errors of the sweeps foretell a way longer than its own.
+
+    What fails to lessen the error is not taken, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts sweeps.
+    memory: bytes that factors may take; above them, sweeps alone.
+    """
+
+    memory: float = 1e9
+
+    name = "auto"
+
+
+@dataclass(frozen=True)
+class Default(ContactSolver):
+    """NLGS, or Auto where a free body is over 1000 times as heavy as another, or where faces meet.
+
+    There sweeps alone end far from the answer: a box on ten light ones sinks, a wall takes thousands of them. Simulation
+    chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in NLGS.
+    """
+
+    name = "default"
+
+    def for_scene(self, core):
+        """The solver that a simulation of this scene (of the core) takes."""
+        shapes = np.array(_core.shapes())[core.contactor("shape")]
+        mass = core.raw_body("mass").ravel()
+        held = 2 ** (3 * core.dim - 3) - 1  # driven along all of its degrees of freedom
+        free = np.isfinite(mass) & (mass > 0)
+        if len(driven := core.raw_body("driven").ravel()):
+            free &= driven != held
+        light, heavy = (mass[free].min(), mass[free].max()) if free.any() else (1.0, 1.0)
+        faces = np.isin(shapes[free[core.contactor("body")]], FACED).any()
+        chosen = Auto if faces or heavy > HEAVY * light else NLGS
+        return chosen(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
+
+
+# a mass ratio beyond which sweeps alone end with bodies that sink (docs/problems.md), and shapes that meet at several points
+HEAVY = 1000
+FACED = ("polygon", "polyhedron", "cylinder")
+
+
+def solver_class(name, python_name, summary):
+    """The class by which a strategy names a solver of problems."""
+    text = f"""{summary[0].upper()}{summary[1:]}.
+
+    The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones alone.
+    tol: on the true error. max_iter: iterations of a step. memory: bytes that W and its factors may take; above them the step
+    ends with the impulses it began with, and says so.
+    """
+    body = {"__doc__": text, "__module__": __name__, "name": name, "__qualname__": python_name}
+    return type(python_name, (ProblemSolver,), body)  # without fields of its own it is a dataclass as its base is one
+
+
+# what Cairn chooses, NLGS, Auto, and one class for each row of the kernels' list that solves problems
+SOLVERS = {"Default": Default, "NLGS": NLGS, "Auto": Auto}
+for _row in _core.problem_solvers():
+    SOLVERS.setdefault(_row[1], solver_class(*_row))
+
+
+@dataclass(frozen=True)
+class NSCD:
+    """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
+
+    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. solver: Default(...), NLGS(...), Auto(...), ...
+    margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
+    project_positions: remove overlap after each step without changing a velocity (Acary 2013).
+    warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
+    renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
+    "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90
+    has it: between two polygons the middle all the same.
+    """
+
+    theta: float = 0.5
+    solver: ContactSolver = field(default_factory=Default)
+    margin: float | None = None
+    project_positions: bool = False
+    warm_start: bool = True
+    threads: int = 0
+    renumber_every: int = 200
+    contact_point: str = "middle"
+
+    def __post_init__(self):
+        if not 0.5 <= checks.number("theta", self.theta) <= 1:
+            raise ValueError(f"theta is {self.theta}: give a value in [1/2, 1]; below 1/2 the method is unstable")
+        if self.margin is not None and checks.number("margin", self.margin) < 0:
+            raise ValueError(f"margin is {self.margin}: give a length >= 0 [m], or None")
+        checks.count("threads", self.threads, 0, MOST_THREADS)
+        checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
+        checks.flag("project_positions", self.project_positions)
+        checks.flag("warm_start", self.warm_start)
+        one_of("contact_point", self.contact_point, ("middle", "surface"))
+        if not isinstance(self.solver, ContactSolver) or not self.solver.name:
+            raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...), cairn.Auto(...) or one of {', '.join(SOLVERS)}")
+
+    explicit = False  # the bulk of deformable bodies is implicit
+
+    def for_scene(self, core):
+        """This strategy with the solver that a simulation of this scene (of the core) takes."""
+        return replace(self, solver=self.solver.for_scene(core))
+
+    def pose(self, step, w, q, rows, chosen):
+        """The contact problem (W, q, r0) that impulses r + r0 solve; see cairn.block_step. This is the one of Moreau and Jean."""
+        return w, q, None
+
+    def solved(self, step, r, chosen):
+        """Called with the solution of the problem."""
+
+    def settings(self):
+        """What the core reads."""
+        return {
+            "strategy": "nscd",
+            "theta": float(self.theta),
+            "margin": math.nan if self.margin is None else float(self.margin),
+            "project_positions": bool(self.project_positions),
+            "warm_start": bool(self.warm_start),
+            "act_on_surfaces": self.contact_point == "surface",
+            "renumber_every": int(self.renumber_every),
+            "threads": int(self.threads),
+            **self.solver.settings(),
+        }
+
+
+@dataclass(frozen=True)
+class Carpenter(NSCD):
+    """Forward increments with Lagrange multipliers (Carpenter, Taylor & Katona 1991): explicit in the bulk, central differences,
+    contact imposed on the gap at the end of the step.
+
+    q(t+) = q + h v, v(t + h/2) = v(t - h/2) + h M^-1 (f(q) + H r / h) with gap + h H'v >= 0, r >= 0: a problem with
+    h^2 H' M^-1 H on displacements, for the same solvers. Velocities stand in the middle of steps. An overlap is pushed out in one
+    step. penalty: stiffness of a contact [N/m] that pushes by its overlap at the end of the step instead; None: multipliers.
+    unstable: what to do with a step beyond 2/omega of a deformable body, "error" or "ignore". Other options are those of NSCD.
+    """
+
+    theta: float = 1.0
+    penalty: float | None = None
+    unstable: str = "error"
+
+    explicit = True
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.theta != 1:
+            raise ValueError(f"theta is {self.theta}: Carpenter's scheme is explicit, leave it out")
+        if self.penalty is not None:
+            checks.positive("penalty", self.penalty)
+        one_of("unstable", self.unstable, ("error", "ignore"))
+
+    def pose(self, step, w, q, rows, chosen):
+        """The condition is on gap + h u_n, whether the gap is open or not."""
+        q = q.copy()
+        q[:, 0] += step.gap[chosen] / step.h - rows.bias[chosen, 0]
+        if self.penalty is not None:
+            w = _softened(w, q.shape, 1 / (step.h**2 * self.penalty), 0.0)
+        return w, q, None
+
+
+@dataclass(frozen=True)
+class GranularElement(NSCD):
+    """The granular element method (Kishino 1988) under the theta-method: springs at the contacts, treated implicitly.
+
+    A contact pushes by stiffness [N/m] times its overlap and drags by ratio times that stiffness and its slip, up to Coulomb's
+    limit; its force over a step is theta f(t+) + (1 - theta) f(t), f(t+) from the gap at t+. The step is free of the limit of
+    explicit springs. Laws give the friction: Coulomb, Frictionless. theta 1/2 keeps the energy of springs, 1 damps most.
+    Other options are those of NSCD.
+    """
+
+    theta: float = 1.0
+    stiffness: float = math.nan
+    ratio: float = 2 / 7
+
+    def __post_init__(self):
+        super().__post_init__()
+        if isinstance(self.stiffness, float) and math.isnan(self.stiffness):
+            raise ValueError("stiffness is missing: give GranularElement(stiffness=...) [N/m]")
+        checks.positive("stiffness", self.stiffness)
+        checks.positive("ratio", self.ratio)
+
+    def pose(self, step, w, q, rows, chosen):
+        """With rho = h theta f(t+): u_n + rho_n / (h^2 theta^2 k) + gap / (h theta) >= 0, the same for slip along tangents."""
+        import numpy as np
+
+        reach = step.h * self.theta
+        force = step.recall(chosen)
+        given = step.h * (1 - self.theta) * force
+        q = q + (w @ given.ravel()).reshape(q.shape)
+        q[:, 0] += step.gap[chosen] / reach - rows.bias[chosen, 0]
+        q[:, 1:] += (1 - self.theta) / self.theta * step.begin_velocity()[:, 1:]
+        q[:, 1:] -= force[:, 1:] / (reach * self.ratio * self.stiffness)
+        soft = 1 / (reach**2 * self.stiffness)
+        return _softened(w, q.shape, soft, soft / self.ratio), np.ascontiguousarray(q), given
+
+    def solved(self, step, r, chosen):
+        """Keeps the forces at the end of the step."""
+        step.remember(chosen, r / (step.h * self.theta))
+
+
+def _softened(w, shape, normal, tangential):
+    """W with compliances added along its diagonal."""
+    import numpy as np
+    from scipy import sparse
+
+    added = np.full(shape, tangential)
+    added[:, 0] = normal
+    return w + sparse.diags_array(added.ravel())
+
+
+@dataclass(frozen=True)
+class SmoothDEM:
+    """Explicit dynamics with smooth contacts (Cundall & Strack 1979): velocity Verlet, time-centred, unconstrained.
+
+    Laws: LinearSpring, HertzMindlin, JKR. skin: gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth
+    of the largest radius; results do not depend on it. overlap: share of the effective radius at which stiffness is taken for
+    the stable step. unstable: what to do with a dt beyond the stable step of two equal bodies, "error", "warn" or "ignore"; a
+    dt beyond the bound for the contacts as they are is warned of. energy: keep the balance of energy. threads: 0 as OpenMP
+    decides; results do not depend on it. renumber_every: steps between renumberings along a space-filling curve.
+    """
+
+    skin: float | None = None
+    overlap: float = 0.01
+    unstable: str = "error"
+    energy: bool = True
+    threads: int = 0
+    renumber_every: int = 1000
+
+    theta = 0.5  # forces and gravity that change with time count with their mean over a step
+
+    def __post_init__(self):
+        if self.skin is not None and checks.number("skin", self.skin) <= 0:
+            raise ValueError(f"skin is {self.skin}: give a length > 0 [m], or None")
+        if not 0 < checks.number("overlap", self.overlap) < 1:
+            raise ValueError(f"overlap is {self.overlap}: give a share of the effective radius between 0 and 1; 0.01 is usual")
+        one_of("unstable", self.unstable, ("error", "warn", "ignore"))
+        checks.flag("energy", self.energy)
+        checks.count("threads", self.threads, 0, MOST_THREADS)
+        checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
+
+    def for_scene(self, core):
+        """This strategy: it chooses nothing by the scene."""
+        return self
+
+    def settings(self):
+        """What the core reads."""
+        return {
+            "strategy": "smooth_dem",
+            "skin": math.nan if self.skin is None else float(self.skin),
+            "overlap": float(self.overlap),
+            "refuse_unstable": self.unstable == "error",
+            "energy": bool(self.energy),
+            "threads": int(self.threads),
+            "renumber_every": int(self.renumber_every),
+        }

@@ -1,0 +1,145 @@
+"""Values that change with time: numbers, callables, or the functions below, which also live in files.
+
+A scene saved to a file holds no Python code, so a plain callable is refused there; a Table says the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pre import checks
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Piecewise linear in time, constant before the first and after the last instant.
+
+    times: (n,) [s], rising. values: (n,) or (n, components).
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self):
+        times = checks.real_array("times", self.times, (None,))
+        values = checks.real_array("values", self.values, (None,) * max(1, min(2, np.ndim(self.values))))
+        if len(times) == 0 or values.shape[:1] != times.shape:
+            raise ValueError(f"values has shape {values.shape}: give one row for each of the {len(times)} times")
+        if np.any(np.diff(times) <= 0):
+            at = int(np.argmax(np.diff(times) <= 0)) + 1
+            raise ValueError(f"times[{at}] is {times[at]:g}, not after {times[at - 1]:g}: give rising times")
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", values)
+
+    def __call__(self, t):
+        if self.values.ndim == 1:
+            return float(np.interp(t, self.times, self.values))
+        return np.array([np.interp(t, self.times, column) for column in self.values.T])
+
+    def to_dict(self):
+        return {"kind": "table", "times": self.times, "values": self.values}
+
+
+@dataclass(frozen=True, eq=False)
+class Harmonic:
+    """mean + amplitude * cos(2 pi frequency t + phase); frequency in Hz, phase in rad."""
+
+    amplitude: float | tuple
+    frequency: float
+    mean: float | tuple = 0.0
+    phase: float = 0.0
+
+    def __post_init__(self):
+        for name in ("amplitude", "mean"):
+            given = getattr(self, name)
+            if np.ndim(given):
+                checks.real_array(name, given, (None,))
+            else:
+                checks.number(name, given)
+        checks.number("frequency", self.frequency)
+        checks.number("phase", self.phase)
+
+    def __call__(self, t):
+        wave = np.cos(2 * np.pi * self.frequency * t + self.phase)
+        value = np.asarray(self.mean, float) + np.asarray(self.amplitude, float) * wave
+        return float(value) if value.ndim == 0 else value
+
+    def to_dict(self):
+        return {
+            "kind": "harmonic",
+            "amplitude": np.asarray(self.amplitude, float),
+            "frequency": float(self.frequency),
+            "mean": np.asarray(self.mean, float),
+            "phase": float(self.phase),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Ramp:
+    """value(t) * clip(begin + slope t, -1, 1): what comes on, or off, within a time. value: a number or a function of time."""
+
+    value: object
+    begin: float
+    slope: float
+
+    def __call__(self, t):
+        return value_at(self.value, t) * float(np.clip(self.begin + self.slope * t, -1.0, 1.0))
+
+    def to_dict(self):
+        return {"kind": "ramp", "value": to_dict("value", self.value), "begin": self.begin, "slope": self.slope}
+
+
+@dataclass(frozen=True, eq=False)
+class Components:
+    """One number or function of time for each component: an array (components,)."""
+
+    parts: tuple
+
+    def __post_init__(self):
+        object.__setattr__(self, "parts", tuple(self.parts))
+
+    def __call__(self, t):
+        return np.array([value_at(p, t) for p in self.parts], float)
+
+    def to_dict(self):
+        return {"kind": "components", **{f"{k:03d}": to_dict("component", p) for k, p in enumerate(self.parts)}}
+
+
+def value_at(given, t):
+    """The value of a number, an array or a function of time at the instant t [s]."""
+    return given(t) if callable(given) else given
+
+
+def to_dict(name, given):
+    """What a file holds of a value that may change with time."""
+    if hasattr(given, "to_dict"):
+        return given.to_dict()
+    if callable(given):
+        raise ValueError(f"{name} is a Python function, which a file cannot hold: use cairn.Table or cairn.Harmonic")
+    return {"kind": "constant", "value": np.asarray(given, float)}
+
+
+def from_dict(d):
+    """The inverse of to_dict."""
+    if d["kind"] == "table":
+        return Table(d["times"], d["values"])
+    if d["kind"] == "harmonic":
+        return Harmonic(d["amplitude"], float(d["frequency"]), d["mean"], float(d["phase"]))
+    if d["kind"] == "ramp":
+        return Ramp(_part(d["value"]), float(d["begin"]), float(d["slope"]))
+    if d["kind"] == "components":
+        return Components(_part(d[k]) for k in sorted(d) if k != "kind")
+    if d["kind"] == "servo":
+        from .servo import Servo
+
+        area = None if np.isnan(d["area"]) else float(d["area"])
+        stress = from_dict(d["stress"])
+        return Servo(stress if callable(stress) else float(stress), d["normal"], area)
+    return np.asarray(d["value"], float)
+
+
+def _part(d):
+    part = from_dict(d)
+    return part if callable(part) else float(part)

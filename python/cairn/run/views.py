@@ -1,0 +1,223 @@
+"""Arrays of a running simulation, as numpy copies, under the names of the field."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..names import listed, meant
+from ..pre import checks
+
+# arrays of bodies that can be set
+SETTABLE = ("position", "velocity", "rotation")
+
+
+class Shown(np.ndarray):
+    """A copy of an array of a simulation: to be read, since writing into it would change nothing that moves.
+
+    What is computed from it, `copy()` too, is a plain array.
+    """
+
+    remedy = ""
+
+    def __array_finalize__(self, source):
+        self.remedy = getattr(source, "remedy", "")
+
+    def _refuse(self):
+        raise ValueError(f"this array is a copy, and writing into it changes nothing: {self.remedy}")
+
+    def __setitem__(self, index, value):
+        if not self.flags.writeable:
+            self._refuse()
+        super().__setitem__(index, value)
+
+    def __array_ufunc__(self, ufunc, method, *inputs, out=None, **options):
+        if out is not None:
+            for array in out:
+                if isinstance(array, Shown) and not array.flags.writeable:
+                    array._refuse()
+            options["out"] = tuple(map(_plain, out))
+        if method == "at" and isinstance(inputs[0], Shown) and not inputs[0].flags.writeable:
+            inputs[0]._refuse()
+        return getattr(ufunc, method)(*map(_plain, inputs), **options)
+
+    def copy(self, order="C"):
+        """A plain array of its own."""
+        return _plain(self).copy(order)
+
+    def __repr__(self):
+        return repr(_plain(self))
+
+    def __reduce__(self):
+        return _plain(self).copy().__reduce__()
+
+
+def _plain(array):
+    return array.view(np.ndarray) if isinstance(array, Shown) else array
+
+
+def shown(values, remedy):
+    """The array as one to be read."""
+    out = values.view(Shown)
+    out.remedy = remedy
+    out.flags.writeable = False
+    return out
+
+
+class _View:
+    """Attributes that are read from a simulation and cannot be put in their place."""
+
+    def __setattr__(self, name, value):
+        if name.startswith("_"):
+            object.__setattr__(self, name, value)
+            return
+        raise AttributeError(f"{name} cannot be assigned: {self._remedy(name)}")
+
+
+class BodyView(_View):
+    """Bodies in the order of insertion: position (n, dim), rotation, velocity (n, 3 | 6), mass, inertia, ... and id (n,).
+
+    Every stored array can be read by its name (`names`); `set` writes position, velocity, rotation.
+    """
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+
+    def __len__(self):
+        return self._simulation._core.scene.body_count
+
+    @property
+    def names(self):
+        """Arrays that exist in this scene."""
+        return [f["name"] for f in self._simulation._core.scene.body_fields() if f["active"]]
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        simulation = self._simulation
+        if name == "radius":
+            return shown(simulation.radii(), self._remedy(name))
+        try:
+            values = simulation._core.scene.body(name)
+        except KeyError:
+            raise AttributeError(f"bodies have no array {name!r}; they have {listed(self.names, name)}") from None
+        if name == "position" and np.any(simulation.scene.origin):
+            values += simulation.scene.origin
+        if len(values) == 0 and len(self):
+            raise AttributeError(f"this scene needs no {name}, so it is not stored; it stores {', '.join(self.names)}")
+        return shown(values, self._remedy(name))
+
+    def _remedy(self, name):
+        if name in SETTABLE:
+            return f"sim.bodies.set({name}=x) sets it, x = sim.bodies.{name}.copy() is yours to change"
+        if name in ("force", "driven_velocity"):
+            return "forces and driven velocities come from the sets of bodies (force=, drive=) and Simulation.drive"
+        return f"sim.bodies.set(...) sets {', '.join(SETTABLE[:-1])} and {SETTABLE[-1]}, and nothing else of a body is set"
+
+    def set(self, **arrays):
+        """Replaces whole arrays: set(velocity=v). Only position, velocity and rotation can be set."""
+        simulation, ready = self._simulation, {}
+        for name, values in arrays.items():
+            if name not in SETTABLE:
+                can = f"{', '.join(SETTABLE[:-1])} and {SETTABLE[-1]} can"
+                raise ValueError(f"{name} of bodies cannot be set: {can}{meant(name, SETTABLE)}")
+            values = checks.real_array(name, values, getattr(self, name).shape)
+            if name == "position":
+                values = values - simulation.scene.origin
+            if name == "rotation" and values.ndim == 2:
+                size = np.linalg.norm(values, axis=1, keepdims=True)
+                if not np.all(size > 0):
+                    raise ValueError(f"rotation[{np.argmin(size)}] is zero: give quaternions (w, x, y, z) of unit length")
+                values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
+            ready[name] = np.ascontiguousarray(values)
+        for name, values in ready.items():
+            simulation._core.assign_body(name, values)
+
+
+class ContactView(_View):
+    """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
+    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids, key (n, 4), by which a contact is found again."""
+
+    _names = (
+        "bodies",
+        "key",
+        "gap",
+        "normal",
+        "point",
+        "impulse",
+        "impulse_local",
+        "moment",
+        "relative_velocity",
+        "dissipated",
+        "status",
+    )
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+
+    def __len__(self):
+        return self._simulation._core.contact_count
+
+    def __getattr__(self, name):
+        if name not in self._names:
+            raise AttributeError(f"contacts have no array {name!r}; they have {listed([*self._names, 'force'], name)}")
+        return shown(self._simulation._core.contact(name), self._remedy(name))
+
+    def _remedy(self, name):
+        return "contacts are what the last step found, and are not set; sim.bodies.set(...) sets position, velocity and rotation"
+
+    @property
+    def force(self):
+        """Mean force over the last step, impulse / dt, (n, dim) [N]; none before the first step."""
+        impulse, info = self.impulse, self._simulation.info
+        return impulse / info["dt"] if "dt" in info else impulse
+
+
+class RawView(_View):
+    """The live arrays in internal order. Order changes at a renumbering: a view kept across one is refused."""
+
+    def __init__(self, simulation):
+        self._simulation = simulation
+        self._order = simulation._core.order_version
+
+    def _remedy(self, name):
+        return f"write into the array, sim.raw.{name}[:] = x, or give sim.bodies.set(...) arrays in the order of insertion"
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if self._simulation._core.order_version != self._order:
+            raise RuntimeError("bodies were renumbered since this view was taken: take sim.raw again after each step")
+        return self._simulation._core.scene.raw_body(name)
+
+
+class MeshView(_View):
+    """A deformable body: arrays of its nodes in the order of the mesh."""
+
+    def __init__(self, simulation, mesh):
+        self._simulation, self._mesh = simulation, mesh
+
+    name = property(lambda self: self._mesh.d.name)
+    body = property(lambda self: self._mesh.body)
+    ids = property(lambda self: self._mesh.node_ids)
+
+    def _remedy(self, name):
+        return "sim.bodies.set(position=x, velocity=v) sets the nodes, whose rows are those of mesh.ids among sim.bodies.id"
+
+    def _of_nodes(self, name):
+        core = self._simulation._core.scene
+        return core.body(name)[np.searchsorted(core.body("id"), self.ids)]
+
+    @property
+    def displacement(self):
+        """(n, dim) [m]."""
+        return self._of_nodes("position") - self.body.points
+
+    @property
+    def velocity(self):
+        """(n, dim) [m/s]."""
+        return self._of_nodes("velocity")[:, : self._mesh.dim]
+
+    @property
+    def stress(self):
+        """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]."""
+        return self.body.stress(self.displacement)
