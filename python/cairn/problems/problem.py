@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..names import listed
 from ..pre import checks
-from ..strategies import MOST_THREADS
+from ..run.strategies import MOST_THREADS
 
 
 def solvers():
