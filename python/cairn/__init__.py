@@ -44,9 +44,7 @@ def __getattr__(name):  # what most scenes do not use is loaded when it is asked
     import importlib
 
     if name in _PARTS:
-        part = importlib.import_module(f".{_PARTS[name]}", __name__)
-        names.teach(vars(part), getattr(part, "__all__", ()))
-        return part
+        return importlib.import_module(f".{_PARTS[name]}", __name__)
     if name in _LATER:
         globals()[name] = getattr(importlib.import_module(f".{_LATER[name]}", __name__), name)
         names.teach(globals(), [name])

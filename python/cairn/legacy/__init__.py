@@ -1,5 +1,6 @@
 """LMGC90 side by side: its DATBOX files become scenes and scenes DATBOX files; its stored results are read and compared."""
 
+from ..names import teach
 from .results import Instant, read_contacts, read_dof, read_h5, read_outbox, read_results
 from .scene import LAWS, Origin, UnmappedWarning, read_datbox
 from .text import LegacyError
@@ -19,3 +20,5 @@ __all__ = [
     "read_results",
     "write_datbox",
 ]
+
+teach(globals(), __all__)

@@ -8,6 +8,7 @@ print(result.status, result.error, result.solver)
 problems.write("solved.hdf5", p, result)
 """
 
+from ..names import teach
 from . import fclib, text
 from .fclib import ProblemFileError, read_solution, reduce_global
 from .problem import Problem, Result, solvers
@@ -32,3 +33,5 @@ def write(path, problem, result=None):
 
 def _is_text(path):
     return str(path).endswith((".dat", ".txt"))
+
+teach(globals(), __all__)

@@ -7,6 +7,7 @@ print(s.recommend(1e-2, of="solid_fraction"))
 s.plot("solid_fraction", "pile.png")
 """
 
+from ..names import teach
 from .figures import SUMMARY as FIGURES
 from .pool import TaskError
 from .recommend import Recommendation
@@ -14,3 +15,5 @@ from .settings import Setting
 from .study import Study, run
 
 __all__ = ["FIGURES", "Recommendation", "Setting", "Study", "TaskError", "run"]
+
+teach(globals(), __all__)
