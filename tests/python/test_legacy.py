@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import shutil
 from pathlib import Path
 
@@ -79,23 +80,32 @@ def test_what_has_no_word_is_refused_by_name_or_left_out_as_asked(tmp_path):
     text = (tmp_path / "DATBOX" / "BODIES.DAT").read_text()
     text = text.replace("JONCx", "PT2Dx", 1)
     (tmp_path / "DATBOX" / "BODIES.DAT").write_text(text)
-    with pytest.raises(legacy.LegacyError, match="contactor PT2Dx of RBDY2 5"):
+    line = text.split("\n").index(next(t for t in text.split("\n") if "PT2Dx" in t)) + 1
+    named = f"contactor PT2Dx of RBDY2 5 (BODIES.DAT, line {line})"
+    with pytest.raises(legacy.LegacyError, match=re.escape(named)):
         legacy.read_datbox(tmp_path)
     with pytest.warns(legacy.UnmappedWarning, match="PT2Dx of RBDY2 5"):
-        assert legacy.read_datbox(tmp_path, unmapped="skip").legacy.unmapped == ["contactor PT2Dx of RBDY2 5"]
+        assert legacy.read_datbox(tmp_path, unmapped="skip").legacy.unmapped == [named]
 
 
 @pytest.mark.parametrize(
     "file, old, new, message",
     [
         ("BODIES.DAT", "avrd= ", "avrd=x", r"BODIES.DAT, line \d+: columns 35-48 hold 'x.*', not a number"),
-        ("BODIES.DAT", " RBDY2      2", " RBDY2      7", "body 2 has the number 7"),
+        ("BODIES.DAT", "byrd= ", "byrd=-", r"BODIES.DAT, line \d+: contactor DISKx of RBDY2 1 has a size that is not above 0"),
+        ("BODIES.DAT", "byrd= 1.0000000E-01", "byrd=       1000", "which LMGC90 reads as 0.0001: write a decimal point"),
+        ("BODIES.DAT", "$$$$$$", "", r"line \d+: RBDY2 1 has no end"),
+        ("BODIES.DAT", "DISKx", "DISKy", "contactor 'DISKy' is none of RBDY2: DISKx,"),
         ("BODIES.DAT", " RBDY2      1", " CYBDY      1", "CYBDY are not known"),
         ("TACT_BEHAV.DAT", "  law00  RBDY2", "  nolaw  RBDY2", "law 'nolaw' is not declared; there are law00"),
-        ("TACT_BEHAV.DAT", "fric=", "frik=", r"lacks fric="),
-        ("BULK_BEHAV.DAT", "Umas=", "Vmas=", "has no density Umas="),
+        ("TACT_BEHAV.DAT", "fric= 3", "fric=-3", r"TACT_BEHAV.DAT, line \d+: law law00 \(IQS_CLB\): mu"),
+        ("TACT_BEHAV.DAT", "fric= 3.0000000E-01", "fric=", r"TACT_BEHAV.DAT, line \d+: columns 46-59 hold '', not a number"),
+        ("BULK_BEHAV.DAT", "Umas= 2.6000000E+03", "Umas=", r"line \d+: material .* of RBDY2 1 has no density Umas="),
+        ("BULK_BEHAV.DAT", "$gravy", "", "BULK_BEHAV.DAT: has no gravity"),
         ("DRV_DOF.DAT", " vlocy      1", " vlocy      9", "drives dof 9; a body of 2D has 3"),
-        ("DRV_DOF.DAT", "evolution d5_1.dat", "evolution none.dat", "none.dat: cannot be read"),
+        ("DRV_DOF.DAT", "evolution d5_1.dat", "evolution none.dat", r"line \d+: the evolution 'none.dat' is no file"),
+        ("DRV_DOF.DAT", " RBDY2      5", " RBDY2      8", r"DRV_DOF.DAT, line \d+: drives RBDY2 8, which"),
+        ("DOF.INI", "RBDY2        5", "RBDY2        8", r"DOF.INI, line \d+: RBDY2 8, which BODIES.DAT does not have"),
     ],
 )
 def test_malformed_files_are_refused_with_file_and_place(tmp_path, file, old, new, message):

@@ -2,48 +2,33 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from .mesh import read_mesh
-from .text import LegacyError, Reader
+from .rigid import DIMENSION, completed, read_body
+from .text import REAL, LegacyError, Reader, fortran
 
-DIMENSION = {"RBDY2": 2, "RBDY3": 3}
-
-
-@dataclass
-class Contactor:
-    """One contactor of a body, in the frame of the body."""
-
-    type: str
-    color: str
-    sizes: dict = field(default_factory=dict)  # byrd, axe1, ... [m]
-    offset: tuple | None = None  # [m]
-    vertices: np.ndarray | None = None
-    faces: np.ndarray | None = None  # from 0
-
-
-@dataclass
-class RigidBody:
-    """A body of RBDY2 or RBDY3. radius: avrd; moments: gyrd in 2D, (I1, I2, I3) per unit density in 3D."""
-
-    type: str
-    number: int
-    material: str = ""
-    radius: float = 0.0
-    moments: tuple = ()
-    position: tuple = ()
-    contactors: list = field(default_factory=list)
+# Values of a law, row by row of the file: names of ours for what stands in columns 46-59, 67-80.
+LAW_VALUES = {
+    "IQS_CLB": (("fric",),),
+    "GAP_SGR_CLB": (("fric",),),
+    "RST_CLB": (("rstn", "rstt"), ("fric",)),
+}
+# Materials whose first line holds no density, or none that counts.
+NO_DENSITY = ("DISCRETE", "JOINT_ELAS", "JOINT_MC", "JOINT_FCZM")
 
 
 @dataclass
 class Drive:
-    """A driven dof: kind vlocy or force, component from 1; numbers CT AMP OMEGA PHI RAMPI RAMP, or a table."""
+    """A driven dof: kind vlocy or force, component from 1; numbers CT AMP OMEGA PHI RAMPI RAMP, or a table; line of the file."""
 
     kind: str
     component: int
+    line: int = 0
     numbers: tuple = ()
     file: str = ""
     table: np.ndarray | None = None
@@ -51,46 +36,51 @@ class Drive:
 
 @dataclass
 class BulkMaterial:
-    """A material: its law and, for rigid ones, its density [kg/m3]."""
+    """A material: its law, the line where it stands, its density [kg/m3] and the (number, text) of the lines that follow."""
 
     name: str
     law: str
+    line: int = 0
     density: float | None = None
     parts: list = field(default_factory=list)
 
 
 @dataclass
 class ContactLaw:
-    """A contact law and its parameters in file order."""
+    """A contact law, the line where it stands and, of the laws in LAW_VALUES, the parameters."""
 
     name: str
     law: str
+    line: int = 0
     parameters: dict = field(default_factory=dict)
 
 
 @dataclass
 class SeeTable:
-    """Which contactors see each other: (body, contactor, colour) of both sides."""
+    """Which contactors see each other: (body, contactor, colour) of both sides; line of the file."""
 
     candidate: tuple
     antagonist: tuple
     law: str
     alert: float
     halo: float = 0.0
+    line: int = 0
 
 
 @dataclass
 class BodyState:
-    """Displacement or coordinates from BODIES.DAT, velocity, and in 3D the frame (columns are the principal axes)."""
+    """Displacement or coordinates from BODIES.DAT, velocity, in 3D the frame (columns are the principal axes), and the line
+    of the file."""
 
     displacement: np.ndarray
     velocity: np.ndarray
     frame: np.ndarray | None = None
+    line: int = 0
 
 
 @dataclass
 class Datbox:
-    """All of a folder. unread: what is there and was not understood, in words."""
+    """All of a folder. notes: what was passed over, in words."""
 
     folder: Path
     dim: int = 0
@@ -103,7 +93,8 @@ class Datbox:
     drives: dict = field(default_factory=dict)  # (type, number): [Drive]
     states: dict = field(default_factory=dict)  # (type, number): BodyState
     initial_contacts: int = 0
-    unread: list = field(default_factory=list)
+    state_file: str = ""
+    notes: list = field(default_factory=list)
 
 
 def parse(folder):
@@ -122,7 +113,7 @@ def parse(folder):
         read_drives(box)
     for name in ("DOF.INI", "DOF.DAT"):
         if (folder / name).is_file():
-            box.states = read_states(folder / name)[2]
+            box.states, box.state_file = read_states(folder / name)[2], name
             break
     if (folder / "Vloc_Rloc.INI").is_file():
         reader = Reader(folder / "Vloc_Rloc.INI")
@@ -131,25 +122,30 @@ def parse(folder):
 
 
 def read_bodies(box):
-    """BODIES.DAT."""
+    """BODIES.DAT. Bodies count in the order of the file, whatever their numbers; what stands outside of them is passed over."""
     reader = Reader(box.folder / "BODIES.DAT")
+    stray = []
     while not reader.ended:
-        if reader.next().strip() != "$bdyty":
-            reader.fail("a body starts with $bdyty")
-        kind, number = reader.header(reader.next())
+        line = reader.next()
+        if line[1:6] != "bdyty":
+            if line[1:6] != "$$$$$":
+                stray.append(reader.number_of_line)
+            continue
+        kind, first = reader.next()[1:6].strip(), reader.number_of_line
         if kind == "MAILx":
-            box.meshes.append(read_mesh(reader, number))
+            box.meshes.append(read_mesh(reader, len(box.meshes) + 1, first))
             continue
         if kind not in DIMENSION:
             reader.fail(f"bodies of type {kind} are not known: RBDY2, RBDY3 or MAILx was expected")
         if box.dim not in (0, DIMENSION[kind]):
             reader.fail(f"{kind} in a file of {box.dim}D bodies")
         box.dim = DIMENSION[kind]
-        box.bodies.append(_body(reader, RigidBody(kind, number)))
+        box.bodies.append(completed(reader, read_body(reader, kind, len(box.bodies) + 1, first)))
+    if stray:
+        box.notes.append(f"BODIES.DAT, line {stray[0]}: {len(stray)} lines outside of all bodies are passed over, as LMGC90 does")
+    if not box.bodies and not box.meshes:
+        raise LegacyError(f"{reader.path}: holds no body; each starts with $bdyty")
     box.dim = box.dim or _dimension_of_meshes(box)
-    for k, body in enumerate(box.bodies):
-        if body.number != k + 1:
-            raise LegacyError(f"{reader.path}: body {k + 1} has the number {body.number}; they count from 1")
 
 
 def _dimension_of_meshes(box):
@@ -157,127 +153,114 @@ def _dimension_of_meshes(box):
     return 3 if " NO3xx" in text else 2
 
 
-def _body(reader, body):
-    part = ""
-    while True:
-        line = reader.next()
-        if line.strip() == "$$$$$$":
-            return body
-        if line.startswith("$"):
-            part = line.strip()
-        elif part == "$blmty":
-            body.material = line[22:27].strip()
-            found = reader.pairs(line)
-            body.radius = found.get("avrd", 0.0)
-            if body.type == "RBDY2":
-                body.moments = (found.get("gyrd", 0.0),)
-            else:
-                body.moments = tuple(reader.values(reader.next(), 3))
-        elif part == "$nodty":
-            body.position = tuple(reader.values(line, 3))
-            if body.type == "RBDY3":
-                reader.next()
-        elif part == "$tacty":
-            body.contactors.append(_contactor(reader, line, body.type))
-        else:
-            reader.fail(f"{line.strip()!r} stands in no block of the body")
-
-
-def _contactor(reader, line, body_type):
-    kind, color = line[1:6].strip(), line[22:27].strip()
-    c = Contactor(kind, color)
-    if kind in ("POLYG", "POLYR"):
-        count = reader.whole(line, 40, 46)
-        faces = reader.whole(line, 60, 66) if kind == "POLYR" else 0
-        dim = 2 if kind == "POLYG" else 3
-        c.vertices = np.array([reader.values(reader.next(), dim) for _ in range(count)])
-        if faces:
-            rows = [reader.next() for _ in range(faces)]
-            c.faces = np.array([[reader.whole(r, s, s + 6) for s in (35, 56, 77)] for r in rows]) - 1
-        return c
-    c.sizes = reader.pairs(line)
-    if kind in ("DISKb", "SPHEb"):
-        c.type = {"DISKb": "DISKx", "SPHEb": "SPHER"}[kind]
-        c.offset = tuple(reader.values(reader.next(), 2 if body_type == "RBDY2" else 3))
-    elif reader.line[29:39].strip() == "localframe":
-        reader.next()
-        c.sizes["localframe"] = np.array([reader.values(reader.next(), 3) for _ in range(3)])
-    return c
-
-
 def read_bulk(box):
     """BULK_BEHAV.DAT."""
     reader = Reader(box.folder / "BULK_BEHAV.DAT")
-    material = None
+    material, weighed = None, False
     while not reader.ended:
         line = reader.next()
-        if line.startswith("$gravy"):
-            box.gravity = tuple(reader.values(reader.next(), 3, (20, 41, 62)))
-        elif line.startswith("$behav"):
+        if line[1:6] == "gravy" and not weighed:
+            box.gravity, weighed = tuple(reader.values(reader.next(), 3, (20, 41, 62))), True
+        elif line[1:6] == "behav":
             line = reader.next()
-            material = BulkMaterial(line[1:6].strip(), line[8:38].strip())
-            box.materials[material.name] = material
-            material.density = reader.pairs(line, (41, 62)).get("Umas")
+            material = BulkMaterial(line[1:6].strip(), line[8:38].strip(), reader.number_of_line)
+            box.materials.setdefault(material.name, material)
+            if material.law not in NO_DENSITY and line[45:59].strip() not in ("", "field"):
+                material.density = reader.number(line, 46, 59)
         elif material is not None:
-            material.parts.append(line.strip())
+            material.parts.append((reader.number_of_line, line))
+    if not weighed:
+        raise LegacyError(f"{reader.path}: has no gravity; a line $gravy and the three values of the next were expected")
 
 
 def read_contact(box):
-    """TACT_BEHAV.DAT."""
+    """TACT_BEHAV.DAT. A value is what stands in its columns, whatever its label."""
     reader = Reader(box.folder / "TACT_BEHAV.DAT")
-    law = None
     while not reader.ended:
         line = reader.next()
-        if line.startswith("$behav"):
+        if line[1:6] == "behav":
             line = reader.next()
-            law = ContactLaw(line[1:6].strip(), line[8:38].strip(), reader.pairs(line, (41, 62)))
-            box.laws[law.name] = law
-        elif line.startswith("$seety"):
-            law = None
+            law = ContactLaw(line[1:6].strip(), line[8:38].strip(), reader.number_of_line)
+            box.laws.setdefault(law.name, law)
+            for k, names in enumerate(LAW_VALUES.get(law.law, ())):
+                values = reader.values(reader.next() if k else line, len(names), (41, 62))
+                law.parameters |= dict(zip(names, values))
+        elif line[1:6] == "seety":
             reader.next()
-            line = reader.next()
-            sides = [(line[a - 1 : a + 4].strip(), line[b - 1 : b + 4].strip(), line[c - 1 : c + 4].strip())
-                     for a, b, c in ((2, 9, 16), (30, 37, 44))]  # fmt: skip
-            box.see.append(SeeTable(*sides, line[22:27].strip(), reader.number(line, 55, 68)))
-            if box.see[-1].law not in box.laws:
-                reader.fail(f"law {box.see[-1].law!r} is not declared; there are {', '.join(box.laws) or 'none'}")
-        elif line.startswith("+"):
-            box.see[-1].halo = reader.number(line, 55, 68)
-        elif law is not None:
-            law.parameters |= reader.pairs(line, (41, 62))
+            box.see.append(_see(reader, reader.next()))
+            if not reader.ended and reader.line.startswith("+"):
+                box.see[-1].halo = reader.number(reader.next(), 55, 68)
+    for see in box.see:
+        if see.law not in box.laws:
+            raise LegacyError(
+                f"{reader.path}, line {see.line}: law {see.law!r} is not declared; there are {', '.join(box.laws) or 'none'}"
+            )
+
+
+def _see(reader, line):
+    sides = [(line[a - 1 : a + 4].strip(), line[b - 1 : b + 4].strip(), line[c - 1 : c + 4].strip())
+             for a, b, c in ((2, 9, 16), (30, 37, 44))]  # fmt: skip
+    return SeeTable(*sides, line[22:27].strip(), reader.number(line, 55, 68), line=reader.number_of_line)
 
 
 def read_drives(box):
-    """DRV_DOF.DAT, with its evolution files."""
+    """DRV_DOF.DAT, with its evolution files. Of two blocks of one body the last counts."""
     reader = Reader(box.folder / "DRV_DOF.DAT")
     body, wanted = None, False
+    count = {"MAILx": len(box.meshes), "RBDY2": 0, "RBDY3": 0, f"RBDY{box.dim}": len(box.bodies)}
     while not reader.ended:
         line = reader.next()
-        if line.startswith("$bdyty"):
-            body = reader.header(reader.next())
-            box.drives.setdefault(body, [])
-        elif line.startswith("$nodty"):
+        if line[1:6] == "bdyty":
+            body, wanted = reader.header(reader.next()), False
+            if not 1 <= body[1] <= count.get(body[0], 0):
+                reader.fail(f"drives {body[0]} {body[1]}, which BODIES.DAT does not have")
+            if body[0] != "MAILx" and body in box.drives:
+                box.notes.append(f"DRV_DOF.DAT, line {reader.number_of_line}: the last block of {body[0]} {body[1]} counts")
+            box.drives[body] = []
+        elif line[1:6] == "nodty":
             reader.next()
-        elif line.startswith("$dofty"):
+            wanted = False
+        elif line[1:6] == "dofty":
             wanted = True
         elif line.startswith("$"):
-            wanted = wanted and line.strip() != "$$$$$$"
-        elif wanted:
-            box.drives[body].append(_drive(box, reader, line))
+            wanted = False
+        elif wanted and body is not None:
+            box.drives[body].append(read_drive(box, reader, line))
+        elif line[1:6] in ("vlocy", "force"):
+            reader.fail("a driven dof stands in no block: $bdyty, $nodty and $dofty were expected before it")
 
 
-def _drive(box, reader, line):
-    drive = Drive(line[1:6].strip(), reader.whole(line, 7, 13))
+def read_drive(box, reader, line):
+    """One line of a driven dof."""
+    drive = Drive(line[1:6].strip(), reader.whole(line, 7, 13), reader.number_of_line)
     if line[14:23] == "evolution":
         drive.file = line[24:64].strip()
-        path = box.folder / drive.file
-        inner = Reader(path)
-        drive.table = np.array([[inner.number(text, 1, 14), inner.number(text, 16, 29)] for _, text in inner.lines])
-        if len(drive.table) == 0 or np.any(np.diff(drive.table[:, 0]) <= 0):
-            raise LegacyError(f"{path}: gives no rising times; two columns, time and value, were expected")
+        if not (box.folder / drive.file).is_file():
+            reader.fail(f"the evolution {drive.file!r} is no file of {box.folder}")
+        drive.table = read_evolution(box.folder / drive.file)
     else:
         drive.numbers = tuple(reader.number(line, c, c + 13) for c in (15, 30, 45, 60, 75, 90))
     return drive
+
+
+def read_evolution(path):
+    """(n, 2) rising times and values, in free format: the first two numbers of each line, after blanks or commas."""
+    rows, last = [], -np.inf
+    for number, text in enumerate(path.read_text(encoding="latin-1").split("\n"), 1):
+        words = text.replace(",", " ").split()
+        if not words:
+            continue
+        found = [REAL.fullmatch(w) for w in words[:2]]
+        if len(words) < 2 or None in found:
+            raise LegacyError(f"{path}, line {number}: {text.strip()!r} is no pair of numbers; time and value were expected")
+        row = [fortran(m) for m in found]
+        if not np.all(np.isfinite(row)) or row[0] <= last:
+            raise LegacyError(f"{path}, line {number}: time {row[0]:g} does not come after {last:g}; give rising times")
+        rows.append(row)
+        last = row[0]
+    if len(rows) < 2:
+        raise LegacyError(f"{path}: holds {len(rows)} instants; give two or more lines of time and value")
+    return np.array(rows)
 
 
 def read_states(path):
@@ -286,22 +269,28 @@ def read_states(path):
     step, time, states = 0, 0.0, {}
     while not reader.ended:
         line = reader.next()
-        if line.startswith("$steps"):
-            step, time = reader.whole(line, 7, 28), reader.number(line, 35, 48)
-        elif line.startswith("$bdyty"):
+        if line[1:6] == "steps":
+            found = re.match(r".steps\s+(\d+)\s+time=\s*(\S+)", line)
+            value = REAL.fullmatch(found[2]) if found else None
+            if value is None:
+                reader.fail("the number of the step, time= and the time were expected")
+            step, time = int(found[1]), fortran(value)
+        elif line[1:6] == "bdyty":
             kind, number = reader.header(reader.next())
+            first = reader.number_of_line
             if kind not in DIMENSION:
-                while not reader.ended and reader.line.strip() != "$$$$$$":
-                    reader.next()
                 continue
-            if reader.next().strip() != "$nodty":
+            if reader.next()[1:6] != "nodty":
                 reader.fail("$nodty was expected")
-            states[kind, number] = _state(reader, DIMENSION[kind])
+            states[kind, number] = _state(reader, DIMENSION[kind], first)
     return step, time, states
 
 
-def _state(reader, dim):
+def _state(reader, dim, line):
     if dim == 2:
-        return BodyState(np.array(reader.values(reader.next(), 3)), np.array(reader.values(reader.next(), 3)))
+        return BodyState(*(np.array(reader.values(reader.next(), 3)) for _ in range(2)), line=line)
     rows = [reader.values(reader.next(), 3) for _ in range(7)]
-    return BodyState(np.array(rows[0]), np.array(rows[2] + rows[3]), np.array(rows[4:7]).T)
+    frame = np.array(rows[4:7]).T
+    if np.max(np.abs(frame.T @ frame - np.eye(3))) > 1e-4:
+        reader.fail("the rows a, b and g are no axes of length 1 square to each other")
+    return BodyState(np.array(rows[0]), np.array(rows[2] + rows[3]), frame, line)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..build.materials import Material
-from .text import LegacyError, Reader
+from .text import REAL, LegacyError, Reader, fortran
 
 CELLS = {"T3xxx": "triangle", "Q4xxx": "quad", "TE4xx": "tetra", "H8xxx": "hexahedron"}
 
@@ -21,22 +21,26 @@ GAUSS = [
 
 @dataclass
 class Mesh:
-    """A body of type MAILx. cells: [(element, nodes from 0, model, material)]; points: (m, dim) [m]; contactors:
-    [(type, colour, nodes from 0, share)] with the share apab of CLxxx."""
+    """A body of type MAILx, by its rank in the file. cells: [(element, nodes from 0, model, material)]; points: (m, dim) [m];
+    contactors: [(type, colour, nodes from 0, share)] with the share apab of CLxxx; line of the file."""
 
     number: int
+    line: int = 0
     cells: list = field(default_factory=list)
     points: list = field(default_factory=list)
     contactors: list = field(default_factory=list)
 
 
-def read_mesh(reader, number):
+def read_mesh(reader, number, line):
     """From the line after the header on."""
-    mesh, part = Mesh(number), ""
+    mesh, part = Mesh(number, line), ""
     while True:
         line = reader.next()
-        if line.strip() == "$$$$$$":
+        if line[1:6] == "$$$$$":
+            _check_nodes(reader, mesh)
             return mesh
+        if line[1:6] == "bdyty":
+            reader.fail(f"MAILx {number} has no end; the line $$$$$$ was expected")
         if line.startswith("$"):
             part = line.strip()
         elif part == "$blmty":
@@ -54,6 +58,14 @@ def read_mesh(reader, number):
             mesh.contactors.append((line[1:6].strip(), line[22:27].strip(), [int(w) - 1 for w in words], share))
         else:
             reader.fail(f"{line.strip()!r} stands in no block of the body")
+
+
+def _check_nodes(reader, mesh):
+    count = len(mesh.points)
+    for what, rows in (("element", mesh.cells), ("contactor", [(c[0], c[2]) for c in mesh.contactors])):
+        for kind, nodes, *_ in rows:
+            if nodes and not 0 <= min(nodes) <= max(nodes) < count:
+                reader.fail(f"MAILx {mesh.number}: {what} {kind} has node {max(nodes) + 1}; there are 1 to {count}")
 
 
 def read_models(box):
@@ -80,7 +92,7 @@ def read_models(box):
 
 def read_mesh_drives(box):
     """{mesh: [(node from 0, Drive)]} of DRV_DOF.DAT."""
-    from .datbox import _drive
+    from .datbox import read_drive
 
     found = {}
     path = box.folder / "DRV_DOF.DAT"
@@ -90,16 +102,18 @@ def read_mesh_drives(box):
     body, node, wanted = None, 0, False
     while not reader.ended:
         line = reader.next()
-        if line.startswith("$bdyty"):
+        if line[1:6] == "bdyty":
             body, wanted = reader.header(reader.next()), False
-        elif line.startswith("$nodty"):
+        elif line[1:6] == "nodty":
             node, wanted = reader.whole(reader.next(), 7, 13) - 1, False
-        elif line.startswith("$dofty"):
+        elif line[1:6] == "dofty":
             wanted = True
         elif line.startswith("$"):
             wanted = False
-        elif wanted and body[0] == "MAILx":
-            found.setdefault(body[1], []).append((node, _drive(box, reader, line)))
+        elif wanted and body is not None and body[0] == "MAILx":
+            if not 0 <= node < len(box.meshes[body[1] - 1].points):
+                reader.fail(f"node {node + 1} is not one of MAILx {body[1]}")
+            found.setdefault(body[1], []).append((node, read_drive(box, reader, line)))
     return found
 
 
@@ -110,12 +124,14 @@ def read_mesh_states(path, meshes):
     body = None
     while not reader.ended:
         line = reader.next()
-        if line.startswith("$bdyty"):
+        if line[1:6] == "bdyty":
             body = reader.header(reader.next())
         elif not line.startswith("$") and body is not None and body[0] == "MAILx" and line[1:3] == "NO":
             if body[1] not in found:
                 reader.fail(f"MAILx {body[1]} is not in BODIES.DAT")
-            node, dim = reader.whole(line, 7, 13) - 1, found[body[1]][0].shape[1]
+            node, (count, dim) = reader.whole(line, 7, 13) - 1, found[body[1]][0].shape
+            if not 0 <= node < count:
+                reader.fail(f"node {node + 1} is not one of MAILx {body[1]}, which has {count}")
             if line[29:33] == "X(1)":
                 found[body[1]][0][node] = reader.values(line, dim)
                 found[body[1]][1][node] = reader.values(reader.next(), dim)
@@ -131,7 +147,7 @@ def deformables(box, materials, origin):
     for mesh in box.meshes:
         why = _why_not(box, mesh, models, drives.get(mesh.number, []))
         if why:
-            origin.unmapped.append(f"MAILx {mesh.number}: {why}")
+            origin.unmapped.append(f"MAILx {mesh.number}: {why} (BODIES.DAT, line {mesh.line})")
             continue
         sets += _deformable(box, mesh, models, drives.get(mesh.number, []), states.get(mesh.number), materials, origin)
     return sets
@@ -139,7 +155,11 @@ def deformables(box, materials, origin):
 
 def _why_not(box, mesh, models, drives):
     """What Cairn has nothing to map to, in words, or nothing."""
+    if not mesh.cells or not mesh.points:
+        return "no elements or no nodes"
     for element, _, model, material in mesh.cells:
+        if material not in box.materials:
+            raise LegacyError(f"{box.folder / 'BULK_BEHAV.DAT'}: has no material {material!r} of MAILx {mesh.number}")
         options = models.get(model)
         if options is None:
             raise LegacyError(f"{box.folder / 'MODELS.DAT'}: has no model {model!r} of MAILx {mesh.number}")
@@ -168,19 +188,21 @@ def _elastic(box, mesh, models):
 
     _, _, model, name = mesh.cells[0]
     material = box.materials[name]
-    values = {}
-    for part in material.parts:
-        for label in ("EYng=", "Epss="):
-            if label in part:
-                values[label] = float(part.split(label)[1].split()[0].replace("D", "e").replace("d", "e"))
+    path, values = box.folder / "BULK_BEHAV.DAT", []
+    rows = [text for _, text in material.parts[:3]] + [""] * 3
+    if (rows[0][40:59].split(), rows[1][40:59].split()) != (["elas:", "standard"], ["ani_:", "isotropic"]):
+        raise LegacyError(f"{path}, line {material.line}: material {name} is not elastic, standard and isotropic")
+    for first in (46, 67):
+        found = REAL.fullmatch(rows[2][first - 1 : first + 13].replace(" ", ""))
+        values += [fortran(found)] if found else []
     if len(values) < 2 or material.density is None:
-        raise LegacyError(f"{box.folder / 'BULK_BEHAV.DAT'}: material {name} lacks EYng=, Epss= or Umas=")
+        raise LegacyError(f"{path}, line {material.line}: material {name} lacks its EYng=, Epss= or Umas=")
     cells = {}
     for element, nodes, *_ in mesh.cells:
         cells.setdefault(CELLS[element], []).append(nodes)
     return ElasticBody(
-        np.array(mesh.points), {kind: np.array(nodes) for kind, nodes in cells.items()}, young=values["EYng="],
-        poisson=values["Epss="], density=material.density, lumped=models[model].get("mstrg") == "lump_",
+        np.array(mesh.points), {kind: np.array(nodes) for kind, nodes in cells.items()}, young=values[0],
+        poisson=values[1], density=material.density, lumped=models[model].get("mstrg") == "lump_",
         groups={f"node {k}": [k] for k in range(len(mesh.points))},
     )  # fmt: skip
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import _core
 from ..build import bodies, laws, round_shapes, shapes
 from ..build.materials import Material
 from ..build.scene import Scene
 from ..build.shapes import Hulls
 from ..run import time_functions
 from . import datbox, mesh
+from .rigid import SHORT
 from .text import LegacyError
 
 # Law of LMGC90: law of Cairn, and its parameters from those of the file.
@@ -50,12 +53,21 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None):
     """
     if unmapped not in ("error", "skip"):
         raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
+    try:
+        return _read(folder, unmapped, state, step)
+    except LegacyError:
+        raise
+    except (ValueError, ArithmeticError, LookupError) as error:
+        raise LegacyError(f"{folder}: cannot be made a scene: {error}") from error
+
+
+def _read(folder, unmapped, state, step):
     box = datbox.parse(folder)
     if state is not None:
         from .results import states_of
 
-        box.states = states_of(state, step)
-    origin = Origin(box)
+        box.states, box.state_file = states_of(state, step), str(state)
+    origin = Origin(box, notes=list(box.notes))
     scene = Scene(dim=box.dim, gravity=box.gravity[: box.dim])
     _check_extras(origin)
     materials = {}
@@ -68,7 +80,7 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None):
         text = f"{box.folder}: Cairn has nothing to map this to: " + "; ".join(origin.unmapped)
         if unmapped == "error":
             raise LegacyError(text + ". Say unmapped='skip' to read the rest")
-        warnings.warn(text, UnmappedWarning, stacklevel=2)
+        warnings.warn(text, UnmappedWarning, stacklevel=3)
     scene.legacy = origin
     return scene
 
@@ -99,9 +111,10 @@ def _groups(box, origin):
         else:
             groups.append(([body], drives))
     known = {(b.type, b.number) for b in box.bodies}
-    for kind, number in box.drives:
-        if (kind, number) not in known and kind != "MAILx":
-            raise LegacyError(f"{box.folder / 'DRV_DOF.DAT'}: drives {kind} {number}, which BODIES.DAT does not have")
+    for (kind, number), state in box.states.items():
+        if (kind, number) not in known:
+            place = f"{box.state_file}, line {state.line}" if state.line else box.state_file
+            raise LegacyError(f"{box.folder}: {place}: {kind} {number}, which BODIES.DAT does not have")
     return groups
 
 
@@ -116,12 +129,21 @@ def _set_of(box, group, materials, origin):
         mass[k], inertia[k] = _mass(box, body)
         position[k] = body.position[:dim]
         state = box.states.get((body.type, body.number))
+        if dim == 2:
+            rotation[k] = body.angle
+        elif state is None:
+            rotation[k] = quaternion_of(body.frame)
         if state is None:
             continue
         position[k] += state.displacement[:dim]
         velocity[k] = state.velocity
         if dim == 2:
-            rotation[k] = state.displacement[2]
+            rotation[k] += state.displacement[2]
+        elif body.own_axes:
+            raise LegacyError(
+                f"{_place(box, body)}: {body.type} {body.number} has no moments I1, I2, I3, and {box.state_file} its axes: which "
+                "of its principal axes these are is not told; give the moments, with vertices in these axes"
+            )
         else:
             velocity[k, 3:] = state.frame @ state.velocity[3:]
             rotation[k] = quaternion_of(state.frame)
@@ -134,29 +156,37 @@ def _set_of(box, group, materials, origin):
     still = np.any(~np.isfinite(mass)) and not drives
     if still:
         k = int(np.argmax(~np.isfinite(mass)))
-        raise LegacyError(f"{box.folder}: body {members[k].number} has avrd = 0, no mass, and none of its dofs is driven")
+        raise LegacyError(
+            f"{_place(box, members[k])}: {members[k].type} {members[k].number} has no mass, neither its own avrd nor its "
+            "contactors', and none of its dofs is driven"
+        )
     return bodies.checked(
         bodies.BodySet(dim, position, mass, inertia, contactors, velocity=velocity if np.any(velocity) else None, **options)
     )
 
 
+def _place(box, body):
+    return f"{box.folder / 'BODIES.DAT'}, line {body.line}"
+
+
 def _mass(box, body):
     if body.material not in box.materials:
         raise LegacyError(
-            f"{box.folder}: body {body.number} is of {body.material!r}, which BULK_BEHAV.DAT does not have; "
+            f"{_place(box, body)}: {body.type} {body.number} is of {body.material!r}, which BULK_BEHAV.DAT does not have; "
             f"it has {', '.join(box.materials)}"
         )
-    density = box.materials[body.material].density
-    if density is None:
-        raise LegacyError(f"{box.folder / 'BULK_BEHAV.DAT'}: material {body.material} has no density Umas=")
-    if body.type == "RBDY2":
-        mass = density * np.pi * body.radius**2
-        moments = [mass * body.moments[0] ** 2]
-    else:
-        mass = density * 4 / 3 * np.pi * body.radius**3
-        moments = [density * m for m in body.moments]
-    infinite = [np.inf] * len(moments)
-    return (mass, moments) if mass > 0 else (np.inf, infinite)
+    material = box.materials[body.material]
+    if material.density is None or not material.density > 0:
+        raise LegacyError(
+            f"{box.folder / 'BULK_BEHAV.DAT'}, line {material.line}: material {body.material} of {body.type} {body.number} has "
+            "no density Umas= above 0"
+        )
+    mass, moments = material.density * body.measure, [material.density * m for m in body.moments]
+    if not mass > 0:
+        return np.inf, [np.inf] * len(moments)
+    if not min(moments) > 0:
+        raise LegacyError(f"{_place(box, body)}: {body.type} {body.number} has a mass and no moment of inertia")
+    return mass, moments
 
 
 def quaternion_of(frame):
@@ -184,11 +214,13 @@ def _driven(box, members, drives, dofs):
     velocity, force = [0.0] * dofs, [0.0] * dofs
     driven = []
     for d in drives:
-        where = f"{box.folder / 'DRV_DOF.DAT'}: body {members[0].number}"
+        where = f"{box.folder / 'DRV_DOF.DAT'}, line {d.line}: body {members[0].number}"
         if not 1 <= d.component <= dofs:
             raise LegacyError(f"{where} drives dof {d.component}; a body of {box.dim}D has {dofs}")
         if d.kind not in ("vlocy", "force"):
             raise LegacyError(f"{where} drives by {d.kind!r}; vlocy or force was expected")
+        if any(x.component == d.component and x.kind == d.kind for x in drives if x.line < d.line):
+            raise LegacyError(f"{where} drives dof {d.component} twice by {d.kind}; give it once")
         value = _function(d)
         if d.kind == "vlocy":
             velocity[d.component - 1] = value
@@ -208,7 +240,7 @@ def _driven(box, members, drives, dofs):
 
 def _function(d):
     if d.table is not None:
-        return time_functions.Table(d.table[:, 0], d.table[:, 1])
+        return time_functions.Table(*_going_on(d.table).T)
     constant, amplitude, omega, phase, begin, slope = d.numbers
     value = constant
     if amplitude != 0:
@@ -217,6 +249,18 @@ def _function(d):
         return time_functions.Ramp(value, begin, slope)
     share = float(np.clip(begin, -1, 1))
     return value if share == 1 else time_functions.Ramp(value, begin, 0.0) if callable(value) else share * value
+
+
+def _going_on(table):
+    """The table with its first and last pieces lengthened a thousandfold, back to the start at most, where they are not level:
+    LMGC90 goes on along them."""
+    t, v = table.T
+    rows = list(table)
+    if t[0] > 0 and v[1] != v[0]:
+        rows.insert(0, (0.0, v[0] - t[0] * (v[1] - v[0]) / (t[1] - t[0])))
+    if v[-1] != v[-2]:
+        rows.append((t[-1] + 1000 * (t[-1] - t[-2]), v[-1] + 1000 * (v[-1] - v[-2])))
+    return np.array(rows)
 
 
 def _together(parts):
@@ -231,9 +275,9 @@ def _contactors(box, members, materials, origin):
     found = {}
     for k, body in enumerate(members):
         for c in body.contactors:
-            shape = _shape(box, c)
+            shape = _shape(c)
             if shape is None:
-                what = f"contactor {c.type} of {body.type} {body.number}"
+                what = f"contactor {c.type} of {body.type} {body.number} (BODIES.DAT, line {c.line})"
                 same = next((i for i, t in enumerate(origin.unmapped) if t.startswith(f"contactor {c.type} of")), None)
                 if same is None:
                     origin.unmapped.append(what)
@@ -245,15 +289,17 @@ def _contactors(box, members, materials, origin):
             name = f"{body.material} {c.color} {c.type}"
             if name not in materials:
                 materials[name] = (body.type, c.type, c.color)
-            found.setdefault((name, body.material, shape[0]), []).append((k, *shape[1:], c))
+            for vertices, faces in c.parts or [(c.vertices, c.faces)]:
+                part = (vertices, faces, body, c)
+                found.setdefault((name, body.material, shape[0]), []).append((k, *shape[1:], part))
     sets = []
     for (name, material, shape), rows in found.items():
         owner, radius, offset, direction, given = zip(*rows)
         hulls = which = None
         if shape in ("polygon", "polyhedron"):
-            hulls, which = _hulls(given), np.arange(len(rows))
+            hulls, which = _hulls(box, given), np.arange(len(rows))
         elif shape == "capsule":
-            size, half = (np.array([c.sizes[label] for c in given]) for label in ("byrd", "High"))
+            size, half = (np.array([part[-1].sizes[label] for part in given]) for label in ("byrd", "High"))
             hulls, which = round_shapes._axial(size, 2 * half, half + size)
         sets.append(
             bodies.ContactorSet(
@@ -270,36 +316,47 @@ def _contactors(box, members, materials, origin):
     return sets
 
 
-def _hulls(contactors):
-    """Shapes of POLYG and POLYR, in the axes of their bodies."""
-    corners = [c.vertices for c in contactors]
-    faces = [np.zeros((0, 3), int) if c.faces is None else c.faces for c in contactors]
-    count = sum(len(f) for f in faces)
-    return Hulls(
+def _hulls(box, parts):
+    """Shapes of POLYG and POLYR, in the axes of their bodies; those that the core does not take are refused by name."""
+    corners = [vertices for vertices, *_ in parts]
+    faces = [[] if faces is None else [np.asarray(f, np.int64) for f in faces] for _, faces, *_ in parts]
+    flat = [f for each in faces for f in each]
+    sizes = [len(f) for f in flat]
+    count = len(flat)
+    hulls = Hulls(
         np.concatenate(corners),
         shapes._starts(corners),
         shapes._starts(faces) if count else np.zeros(0, np.int64),
-        3 * np.arange(count + 1) if count else np.zeros(0, np.int64),
-        np.concatenate(faces).ravel().astype(np.int64),
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) if count else np.zeros(0, np.int64),
+        np.concatenate(flat) if count else np.zeros(0, np.int64),
     )
+    try:
+        _core.Scene(box.dim).add_hulls(*hulls[:5], False, hulls.plane.reshape(-1), hulls.ball)
+    except ValueError as error:
+        found = re.match(r"hull (\d+): (.*)", str(error), re.S)
+        if found is None:
+            raise
+        _, _, body, c = parts[int(found[1])]
+        raise LegacyError(
+            f"{box.folder / 'BODIES.DAT'}, line {c.line}: contactor {c.type} of {body.type} {body.number}: {found[2]}"
+        ) from error
+    return hulls
 
 
-def _shape(box, c):
+def _shape(c):
     """(shape, radius, offset, direction), or None if there is none."""
-    offset = np.zeros(box.dim) if c.offset is None else np.array(c.offset)
-    if c.sizes.get("localframe") is not None:
-        return None
+    offset, axis = c.offset, np.array([0.0, 0.0, 1.0]) if c.frame is None else c.frame[:, 2]
     if c.type in ("DISKx", "SPHER"):
-        return "disk" if box.dim == 2 else "sphere", c.sizes["byrd"], offset, None
+        return "disk" if c.type == "DISKx" else "sphere", c.sizes["byrd"], offset, None
     if c.type == "xKSID":
         return "ring", c.sizes["byrd"], offset, None
     if c.type == "JONCx":
         return "segment", c.sizes["axe2"], offset, (1.0, 0.0, c.sizes["axe1"])
     if c.type == "PLANx":
-        return "plane", 0.0, np.array([0, 0, c.sizes["axe3"]]), (0.0, 0.0, 1.0, 0.0)
+        return "plane", 0.0, offset + c.sizes["axe3"] * axis, (*axis, 0.0)
     if c.type in ("POLYG", "POLYR"):
         return "polygon" if c.type == "POLYG" else "polyhedron", 0.0, offset, None
-    if c.type == "CYLND":
+    if c.type == "CYLND" and c.frame is None:
         return "capsule", 0.0, offset, None
     if c.type == "DNLYC":
         return "tube", c.sizes["byrd"], offset, (0.0, 0.0, 1.0, c.sizes["High"])
@@ -312,23 +369,33 @@ def _add_laws(scene, box, materials, origin):
     for name, law in box.laws.items():
         python, names = LAWS.get(law.law, (None, None))
         if python is None or python not in laws.LAWS:
-            if any(s.law == name for s in box.see):
-                origin.unmapped.append(f"contact law {name} ({law.law})")
+            if any(s.law == name and _sides(s, materials) for s in box.see):
+                origin.unmapped.append(f"contact law {name} ({law.law}) (TACT_BEHAV.DAT, line {law.line})")
             continue
-        missing = [p for p in names.values() if p not in law.parameters]
-        if missing:
-            raise LegacyError(f"{box.folder / 'TACT_BEHAV.DAT'}: law {name} ({law.law}) lacks {missing[0]}=")
-        mapped[name] = laws.LAWS[python](**{ours: law.parameters[theirs] for ours, theirs in names.items()})
-    for see in box.see:
-        if see.law not in mapped:
-            continue
-        origin.alert = max(origin.alert, see.alert)
-        sides = [[n for n, key in materials.items() if key == _plain(side)] for side in (see.candidate, see.antagonist)]
-        for a in sides[0]:
-            for b in sides[1]:
+        values = {ours: law.parameters[theirs] for ours, theirs in names.items()}
+        try:
+            mapped[name] = laws.LAWS[python](**values)
+        except ValueError as error:
+            raise LegacyError(f"{box.folder / 'TACT_BEHAV.DAT'}, line {law.line}: law {name} ({law.law}): {error}") from error
+    known = set()
+    for see in box.see:  # of several that see two contactors the first counts
+        pairs = _sides(see, materials)
+        if see.law in mapped and pairs:
+            origin.alert = max(origin.alert, see.alert)
+        for a, b in pairs:
+            if frozenset((a, b)) not in known and see.law in mapped:
                 scene.interact(a, b, mapped[see.law])
+            known.add(frozenset((a, b)))
+
+
+def _sides(see, materials):
+    """Pairs of materials that a see table tells of: its bodies, its contactors and its colours, each in either order."""
+    wanted = [{one, other} for one, other in zip(_plain(see.candidate), _plain(see.antagonist))]
+    fit = [n for n, key in materials.items() if all(word in w for word, w in zip(key, wanted))]
+    pairs = [(a, b) for k, a in enumerate(fit) for b in fit[k:]]
+    return [(a, b) for a, b in pairs if all({x, y} == w for x, y, w in zip(materials[a], materials[b], wanted))]
 
 
 def _plain(side):
     body, contactor, color = side
-    return body, {"DISKb": "DISKx", "SPHEb": "SPHER"}.get(contactor, contactor), color
+    return body, SHORT.get(contactor, contactor), color

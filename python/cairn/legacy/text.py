@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
+
+# A number of Fortran: its mantissa and its exponent, whose letter may be left out before a sign.
+REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeEqQ]?([+-]\d+)|[dDeEqQ](\d+))?")
+
+
+def fortran(found):
+    """The value of a match of REAL."""
+    return float(f"{found[1]}e{found[2] or found[3] or 0}")
 
 
 class LegacyError(ValueError):
@@ -11,15 +20,15 @@ class LegacyError(ValueError):
 
 
 class Reader:
-    """Lines of one file that carry something: comments (! in column 1) and blank lines are passed over."""
+    """Lines of one file that carry something: comments (! or # in column 1) and blank lines are passed over."""
 
     def __init__(self, path):
         self.path = Path(path)
         try:
-            raw = self.path.read_text(encoding="latin-1").splitlines()
+            raw = self.path.read_bytes().decode("latin-1").split("\n")
         except OSError as error:
             raise LegacyError(f"{self.path}: cannot be read ({error.strerror}); give a folder that holds it") from error
-        self.lines = [(n, line.rstrip()) for n, line in enumerate(raw, 1) if line.strip() and not line.startswith("!")]
+        self.lines = [(n, line.rstrip()) for n, line in enumerate(raw, 1) if line.strip() and line[0] not in "!#"]
         self.at = 0
 
     @property
@@ -40,44 +49,48 @@ class Reader:
         self.at += 1
         return line
 
-    def fail(self, text, back=1):
-        """Refuses the line just read."""
-        number = self.lines[min(max(self.at - back, 0), len(self.lines) - 1)][0] if self.lines else 0
-        raise LegacyError(f"{self.path}, line {number}: {text}")
+    @property
+    def number_of_line(self):
+        """Number in the file, from 1, of the line just read; 0 before the first."""
+        return self.lines[min(self.at, len(self.lines)) - 1][0] if self.at else 0
 
-    def number(self, line, first, last):
-        """The real number in columns first to last, from 1."""
-        text = line[first - 1 : last].strip()
-        try:
-            return float(re.sub("[dD]", "e", text))
-        except ValueError:
+    def fail(self, text):
+        """Refuses the line just read."""
+        raise LegacyError(f"{self.path}, line {self.number_of_line}: {text}")
+
+    def number(self, line, first, last, blank=None):
+        """The real number in columns first to last, from 1, as the Fortran format D14.7 takes it. blank: what an empty field
+        stands for; None refuses it."""
+        text = line[first - 1 : last].replace(" ", "").replace("\t", "")
+        if not text and blank is not None:
+            return blank
+        found = REAL.fullmatch(text)
+        if found is None:
             self.fail(f"columns {first}-{last} hold {text!r}, not a number")
+        value = fortran(found)
+        if "." not in found[1] and value != 0:
+            self.fail(f"columns {first}-{last} hold {text!r}, which LMGC90 reads as {value * 1e-7:g}: write a decimal point")
+        if not math.isfinite(value):
+            self.fail(f"columns {first}-{last} hold {text!r}, more than a number can hold")
+        return value
 
     def whole(self, line, first, last):
-        """The whole number in columns first to last, from 1."""
+        """The whole number that starts in columns first to last, from 1."""
         text = line[first - 1 : last].strip()
-        if not re.fullmatch(r"[+-]?\d+", text):
+        if not re.match(r"[+-]?\d+(\s|$)", text):
             self.fail(f"columns {first}-{last} hold {text!r}, not a whole number")
-        return int(text)
+        return int(text.split()[0])
 
-    def pairs(self, line, columns=(30, 51, 72)):
-        """{label: value} of labels of 5 characters at the columns, each with its value in the 14 after it."""
-        found = {}
-        for c in columns:
-            if line[c - 1 : c + 4].strip():
-                found[line[c - 1 : c + 4].strip().rstrip("=").strip()] = self.number(line, c + 5, c + 18)
-        return found
-
-    def values(self, line, count, columns=(30, 51, 72)):
-        """The first `count` numbers of the line, whatever their labels."""
-        return [self.number(line, c + 5, c + 18) for c in columns[:count]]
+    def values(self, line, count, columns=(30, 51, 72), blank=None):
+        """The first `count` numbers of the line, whatever their labels: it is the columns that count."""
+        return [self.number(line, c + 5, c + 18, blank) for c in columns[:count]]
 
     def header(self, line):
         """Type and number of a body line."""
-        words = line.split()
-        if len(words) < 2 or not words[1].isdigit():
-            self.fail(f"{line.strip()!r} is no header of a body: type and number were expected")
-        return words[0], int(words[1])
+        kind, number = line[1:6].strip(), line[8:15].replace(" ", "")
+        if not kind or not re.fullmatch(r"\d+", number):
+            self.fail(f"{line.strip()!r} is no header of a body: its type in columns 2-6 and number in 9-15 were expected")
+        return kind, int(number)
 
 
 def real(value):
