@@ -53,6 +53,12 @@ class Parser(argparse.ArgumentParser):
 
     commands = {}
 
+# modules that some commands need, and what pip calls them
+PACKAGES = {
+    "PIL": "pillow", "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista",
+    "scipy": "scipy", "trimesh": "trimesh", "vtkmodules": "vtk",
+}
+
 
 def build_parser():
     """The parser of all commands."""
@@ -247,6 +253,8 @@ def main(arguments=None):
         elif not (isinstance(error, (OSError, ValueError, LookupError, TypeError, ImportError)) or _meant_to_be_read(error)):
             raise
         text = error.args[0] if isinstance(error, LookupError) and error.args else error
+        if isinstance(error, ModuleNotFoundError) and (package := PACKAGES.get((error.name or "").partition(".")[0])):
+            text = f"{package} is needed for this: pip install {package}"
         print(f"cairn: error: {place}{text}", file=sys.stderr)
         return 1
 

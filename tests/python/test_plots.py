@@ -132,14 +132,8 @@ def test_spheres(tmp_path, monkeypatch, with_pyvista):
     writer.write_step(0, 0, 0, {"position": rng.random((20, 3)), "radius": np.full(20, 0.1), "velocity": rng.random((20, 6))})
     writer.close()
     with load(writer.path) as run:
-        ax = run.plot()
-        if with_pyvista:
-            image = ax.images[0].get_array()
-            assert (image < 250).any(axis=2).mean() > 0.05  # something was drawn
-        else:
-            assert np.allclose(
-                np.sort(ax.collections[0].get_array()), np.sort(np.linalg.norm(run[0].bodies.velocity[:, :3], axis=1))
-            )
+        image = run.plot().images[0].get_array()
+        assert (image < 250).any(axis=2).mean() > 0.05  # something was drawn
         with pytest.raises(ValueError, match="in 2D"):
             run.plot_force_chains()
     matplotlib.pyplot.close("all")
@@ -185,12 +179,34 @@ def test_surfaces_of_shapes_are_closed_and_where_the_bodies_are(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore:there is no contact")
-def test_shapes_are_drawn(tmp_path):
-    pytest.importorskip("pyvista")
+@pytest.mark.parametrize("with_pyvista", [True, False])
+def test_shapes_are_drawn(tmp_path, monkeypatch, with_pyvista):
+    if with_pyvista:
+        pytest.importorskip("pyvista")
+    else:
+        monkeypatch.setitem(__import__("sys").modules, "pyvista", None)
     with shapes_run(tmp_path) as run:
         image = run.plot().images[0].get_array()
         assert (image < 250).any(axis=2).mean() > 0.05
     matplotlib.pyplot.close("all")
+
+
+def test_pictures_without_pyvista_show_what_is_in_front():
+    """A triangle and two spheres on one line of sight, in each order of drawing; nothing where nothing is."""
+    from cairn.post import plain_render
+    from matplotlib.colors import ListedColormap
+
+    red_green_blue = ListedColormap([(1, 0, 0), (0, 1, 0), (0, 0, 1)])
+    eye = plain_render.EYE / np.linalg.norm(plain_render.EYE)
+    across = np.cross([0, 0, 1], eye)
+    for order in ([0, 1], [1, 0]):
+        balls = np.array([3 * eye, -9 * eye])[order]
+        plate = np.array([-2 * across, 2 * across, [0, 0, 3.0]]), np.array([[0, 1, 2]]), np.array([0])
+        radii, values = np.array([0.4, 5.0])[order], np.array([0.0, 1.0])[order]
+        image = plain_render.render(balls, radii, values, red_green_blue, (-0.5, 2.5), (200, 160), plate, np.array([2.0])) / 255.0
+        middle, above, aside, corner = image[80, 100], image[50, 100], image[80, 160], image[0, 0]
+        assert middle.argmax() == 0 and above.argmax() == 2 and aside.argmax() == 1 and (corner == 1).all()
+    assert (plain_render.render(np.zeros((0, 3)), np.zeros(0), [], red_green_blue, (0, 1), (20, 10)) == 255).all()
 
 
 def test_polygons_are_drawn_where_they_are(tmp_path):

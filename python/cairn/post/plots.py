@@ -1,4 +1,4 @@
-"""Pictures of runs, with matplotlib; spheres with PyVista where it is there. Every function returns matplotlib Axes."""
+"""Pictures of runs, with matplotlib; bodies in space with PyVista where it is there. Every function returns matplotlib Axes."""
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def plot_step(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=T
 
     what : "velocity", "rotation", "material", any field of the bodies, or an array (n,).
     limits : smallest and largest value of the colours. view : ((x0, x1), (y0, y1)) [m].
-    3D scenes are rendered by PyVista if it is there, else drawn as points. Returns the Axes.
+    3D scenes are rendered by PyVista if it is there, else point by point without it. Returns the Axes.
     """
     if step.dim == 3:
         from .plots3d import plot_step_3d

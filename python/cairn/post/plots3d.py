@@ -1,4 +1,4 @@
-"""Pictures of bodies in space: rendered by PyVista off-screen, or spheres as points by matplotlib where PyVista is not."""
+"""Pictures of bodies in space: rendered by PyVista off-screen, or point by point where PyVista is not."""
 
 import contextlib
 import ctypes
@@ -24,10 +24,13 @@ def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorba
         turned = isinstance(what, str) and what == "rotation"
         limits = (0.0, np.pi) if turned else value_limits(values if mesh is None else of_bodies)
     palette = _palette(classes, cmap)
+    picture = spheres.center, spheres.radius, values, palette, limits, window, mesh, of_bodies
     try:
-        image = render_spheres(spheres.center, spheres.radius, values, palette, limits, window, mesh, of_bodies)
+        image = render_spheres(*picture)
     except ImportError:
-        return _scatter(step, spheres, values, palette, limits, ax, label if colorbar and not classes else None, title)
+        from .plain_render import render
+
+        image = render(*picture)
     ax = _axes(ax, (8.0, 6.0))
     ax.imshow(image)
     ax.set_axis_off()
@@ -116,22 +119,6 @@ def add_spheres(plotter, center, radius, values, palette, limits):
         specular=0.2,
     )
     plotter.add_mesh(pyvista.Box(cloud.bounds).outline(), color=WALL, line_width=1)
-
-
-def _scatter(step, spheres, values, palette, limits, ax, label, title):
-    if ax is None or not hasattr(ax, "get_zlim"):
-        figure = _pyplot().figure(figsize=(8.0, 6.0)) if ax is None else ax.figure
-        if ax is not None:
-            ax.remove()
-        ax = figure.add_subplot(projection="3d")
-    x = spheres.center
-    extent = np.ptp(x, axis=0).max() if len(x) else 1.0
-    points = 2 * spheres.radius / (extent or 1.0) * 4.0 * 72.0  # the box is about four inches wide
-    ax.scatter(*x.T, s=points**2, c=values, cmap=palette, vmin=limits[0], vmax=limits[1], linewidths=0)
-    ax.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    ax.set_aspect("equal")
-    _finish(ax, step, palette, limits, label, title)
-    return ax
 
 
 def view(run, what="velocity", off_screen=False):

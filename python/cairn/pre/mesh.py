@@ -303,7 +303,8 @@ def library(name, purpose):
     try:
         return importlib.import_module(name)
     except ImportError:
-        raise ImportError(f"{name} is needed {purpose}: pip install {name} (or cairn[mesh])") from None
+        package = name.partition(".")[0]  # pip knows the whole by its first name
+        raise ImportError(f"{package} is needed {purpose}: pip install {package}") from None
 
 
 def hull(vertices) -> tuple[np.ndarray, np.ndarray]:
