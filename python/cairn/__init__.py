@@ -17,6 +17,7 @@ from .build import laws
 from .build.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
 from .build.laws import Law
 from .build.materials import Material
+from .build.missing_laws import MissingLawWarning
 from .build.round_shapes import capsules, cylinders, superquadrics
 from .build.scene import Periodic, Scene
 from .build.shapes import boxes, polygons, polyhedra, with_corners
@@ -74,6 +75,7 @@ __all__ = [
     "Law",
     "LinearBody",
     "Material",
+    "MissingLawWarning",
     "OverlapWarning",
     "Periodic",
     "Scene",

@@ -225,7 +225,8 @@ def test_a_pair_without_a_law_undoes_the_step_and_can_be_given_one():
         scene.add(cn.disks([[0, 1.0], [2, 1.0]], 0.5, ROCK), cn.disks([[0.1, 2.2]], 0.5, SAND, group="upper", velocity=(0, -3.0)))
         scene.add(cn.wall((0, 0.5), (0, 1), ROCK))
         scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
-        return cn.Simulation(scene, 1e-2, overlap="ignore")
+        with pytest.warns(cn.MissingLawWarning, match=r"'sand \(upper\)' and 'rock'"):
+            return cn.Simulation(scene, 1e-2, overlap="ignore")
 
     sim = make()
     while True:

@@ -109,7 +109,7 @@ def test_repeated(name):
 
 def test_states_can_differ():
     a, b = (advance(simulate(heap(2)), 30) for _ in range(2))
-    velocity = b.bodies.velocity
+    velocity = b.bodies.velocity.copy()
     velocity[3, 0] = np.nextafter(velocity[3, 0], 1)
     b.bodies.set(velocity=velocity)
     assert differing(state(a), state(b)) == ["/scene/bodies/velocity"]

@@ -256,3 +256,25 @@ def test_many_disks_are_quick(tmp_path):
     figure.savefig(tmp_path / "a.png")
     assert time.perf_counter() - start < 10.0
     matplotlib.pyplot.close("all")
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rotations_of_round_bodies_are_drawn_in_every_scene(tmp_path, dim):
+    """Nothing in a scene of spheres alone, or of disks in a ring, needs the rotation of a body; a picture of it does."""
+    cn = pytest.importorskip("cairn")
+    rock, path = cn.Material("rock", density=2000.0), tmp_path / "a.vtkhdf"
+    scene = cn.Scene(dim)
+    velocity = np.eye(3 * dim - 3)[-1] * 2.0
+    shape = cn.disks if dim == 2 else cn.spheres
+    scene.add(shape(np.eye(dim) * 3, 0.5, rock, velocity=velocity))
+    if dim == 2:
+        scene.add(cn.ring((0, 0), 9.0, rock))
+    scene.interact("*", "*", cn.Frictionless())
+    sims = [cn.Simulation(scene, 1e-2) for _ in range(2)]
+    sims[0].run(steps=10, output=path, every=10)
+    sims[1].run(steps=10)
+    assert np.array_equal(sims[0].bodies.position, sims[1].bodies.position)
+    with cn.load(path) as run:
+        turned = run[-1].bodies.rotation[0]
+        assert (turned if dim == 2 else 2 * np.arctan2(turned[3], turned[0])) == pytest.approx(0.2)
+        run.plot(what="rotation")

@@ -169,6 +169,13 @@ def _material(simulation):
     return out
 
 
+def keep_rotations(simulation):
+    """From now on the rotations of the bodies are followed where no contact needs them: readers of a run look at them."""
+    core, n = simulation._core.scene, len(simulation.bodies)
+    if n and not len(core.body("rotation")):
+        core.assign_body("rotation", np.zeros(n) if simulation.scene.dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1)))
+
+
 class _Recorder:
     """The output file and the checkpoints of a run; does nothing without a path."""
 
@@ -182,6 +189,7 @@ class _Recorder:
             overwrite = overwrite or (command is not None and command.replaces(output))
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
             scene = simulation.scene
+            keep_rotations(simulation)
             self.writer = RunWriter(
                 output, scene_info(simulation), provenance(), dim=scene.dim, periodic=_cell(scene), overwrite=overwrite
             )
@@ -219,7 +227,7 @@ def checked_output(output):
     from ..post.errors import FileError
 
     path = Path(output)
-    if path.suffix.lower() not in ENDINGS:
+    if path.suffix.lower() not in ENDINGS and not path.is_dir():
         ending = f"ends in {path.suffix}" if path.suffix else "has no ending"
         raise FileError(
             path,

@@ -8,6 +8,7 @@ import warnings
 import numpy as np
 
 from .. import _core
+from ..build import missing_laws
 from ..build.scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
 from ..names import one_of
 from ..pre import checks
@@ -54,8 +55,9 @@ class Simulation:
         self._start_blocks()
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         one_of("overlap", overlap, ("warn", "error", "ignore"))
-        self._unmet = set()
+        self._unmet, self._lawless = set(), set()
         self._warn_of_unmet()
+        missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap != "ignore" and len(self.bodies):
             self._check_overlap(overlap, checks.number("overlap_share", overlap_share))
 
@@ -289,6 +291,7 @@ class Simulation:
         self._start_functions()
         self._start_blocks()
         self._warn_of_unmet()
+        missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
     def _ids(self, ids):
