@@ -68,7 +68,7 @@ def test_a_narrow_terminal_keeps_step_and_time_left(monkeypatch, width, absent):
 
 def test_a_line_every_half_minute_where_there_is_no_terminal(monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr("cairn.progress.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("cairn.run.progress.time.monotonic", lambda: clock[0])
     stream = io.StringIO()
     with Progress(1000, stream=stream) as bar:
         for _ in range(100):
