@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from . import datbox
+from .mesh import read_mesh_states
 from .text import LegacyError, Reader
 
 
 @dataclass
 class Instant:
     """One stored instant. Rigid bodies by their number - 1: displacement (n, dim) [m] from BODIES.DAT, angle (n,) in 2D or
-    frame (n, 3, 3), velocity (n, dofs) with the spin in space axes; contacts, or None if they are not stored."""
+    frame (n, 3, 3), velocity (n, dofs) with the spin in space axes; contacts, or None if they are not stored; meshes, by their
+    number, (displacement, velocity), each (nodes, dim)."""
 
     step: int
     time: float
@@ -24,12 +26,13 @@ class Instant:
     angle: np.ndarray | None = None
     frame: np.ndarray | None = None
     contacts: dict | None = None
+    meshes: dict = field(default_factory=dict)
 
 
-def _instant(step, time, states):
+def _instant(step, time, states, dim=2):
     numbers = sorted(states)
     if not numbers:
-        return Instant(step, time, np.zeros((0, 2)), np.zeros((0, 3)))
+        return Instant(step, time, np.zeros((0, dim)), np.zeros((0, 3 * dim - 3)))
     dim = datbox.DIMENSION[numbers[0][0]]
     n = max(number for _, number in numbers)
     i = Instant(step, time, np.zeros((n, dim)), np.zeros((n, 3 * dim - 3)))
@@ -48,16 +51,30 @@ def _instant(step, time, states):
     return i
 
 
-def read_dof(path):
-    """The Instant of a DOF.OUT or DOF.INI file."""
-    return _instant(*datbox.read_states(path))
+def read_dof(path, meshes=()):
+    """The Instant of a DOF.OUT or DOF.INI file. meshes: of the Datbox, whose nodes are wanted."""
+    instant = _instant(*datbox.read_states(path), len(meshes[0].points[0]) if meshes else 2)
+    if meshes:
+        instant.meshes = read_mesh_states(path, meshes)
+    return instant
 
 
 def read_contacts(path):
-    """Contacts of a Vloc_Rloc file: bodies (n, 2) from 0, candidate first; gap (n,) as written; force (n, dim) on the candidate
-    along n, t[, s]; velocity likewise; normal (n, 3); point (n, 3); kind and status, lists of names."""
+    """Contacts of a Vloc_Rloc file: bodies (n, 2) from 0, candidate first; meshed (n, 2), which of them are meshes; gap (n,) as
+    written; force (n, dim) on the candidate along n, t[, s]; velocity likewise; normal (n, 3); point (n, 3); kind and status, lists of names."""
     reader = Reader(path)
-    rows = {"bodies": [], "kind": [], "status": [], "law": [], "gap": [], "force": [], "velocity": [], "normal": [], "point": []}
+    rows = {
+        "bodies": [],
+        "meshed": [],
+        "kind": [],
+        "status": [],
+        "law": [],
+        "gap": [],
+        "force": [],
+        "velocity": [],
+        "normal": [],
+        "point": [],
+    }
     while not reader.ended:
         line = reader.next()
         if not line.startswith("$icdan"):
@@ -69,6 +86,7 @@ def read_contacts(path):
         if len(found) != 2:
             reader.fail("two bodies were expected")
         rows["bodies"].append([int(number) - 1 for _, number in found])
+        rows["meshed"].append([kind == "MAILx" for kind, _ in found])
         status = re.search(r"\b(noctc|stick|slide|slifw|slibw|vnish|nknow|C(?:stck|slid|slfw|slbw|nctc))\b", line)
         rows["status"].append(status[1] if status else "")
         rows["law"].append(line[29:34].strip() if line[36:41].strip() in ("RBDY2", "MAILx") else line[36:41].strip())
@@ -81,7 +99,10 @@ def read_contacts(path):
         _take(rows, values)
     words = {name: rows.pop(name) for name in ("kind", "status", "law")}
     arrays = {name: np.array(found, float).reshape(len(found), -1) for name, found in rows.items()}
-    return words | arrays | {"gap": arrays["gap"].ravel(), "bodies": arrays["bodies"].astype(int).reshape(-1, 2)}
+    meshed = arrays["meshed"].astype(bool).reshape(-1, 2)
+    return words | arrays | {
+        "gap": arrays["gap"].ravel(), "bodies": arrays["bodies"].astype(int).reshape(-1, 2), "meshed": meshed
+    }  # fmt: skip
 
 
 def _take(rows, values):
@@ -93,8 +114,8 @@ def _take(rows, values):
     rows["point"].append([values.get(f"coo{k}", 0.0) for k in (1, 2, 3)])
 
 
-def read_outbox(folder):
-    """All instants of an OUTBOX folder, by rising step, with their contacts."""
+def read_outbox(folder, meshes=()):
+    """All instants of an OUTBOX folder, by rising step, with their contacts. meshes: of the Datbox, whose nodes are wanted."""
     folder = Path(folder)
     if (folder / "OUTBOX").is_dir():
         folder = folder / "OUTBOX"
@@ -103,15 +124,15 @@ def read_outbox(folder):
         raise LegacyError(f"{folder}: there is no DOF.OUT file; give an OUTBOX folder, or the folder that holds it")
     instants = []
     for path in files:
-        instant = read_dof(path)
+        instant = read_dof(path, meshes)
         beside = folder / path.name.replace("DOF", "Vloc_Rloc")
         instant.contacts = read_contacts(beside) if beside.is_file() else None
         instants.append(instant)
     return sorted(instants, key=lambda i: i.step)
 
 
-def read_h5(path):
-    """All instants of rigid bodies in an lmgc90.h5 file, by rising step."""
+def read_h5(path, meshes=()):
+    """All instants in an lmgc90.h5 file, by rising step. meshes: of the Datbox, whose nodes are wanted."""
     import h5py
 
     try:
@@ -119,8 +140,9 @@ def read_h5(path):
             names = {int(i): n for i, n in _table(f, "inter_id")}
             status = {int(i): n for i, n in _table(f, "status")}
             groups = sorted(f["Evolution"].values(), key=lambda g: int(np.ravel(g["NStep"][()])[0]))
-            return [_h5_instant(g, names, status) for g in groups]
-    except (OSError, KeyError) as error:
+            dim = int(np.ravel(f["Simulation/dimension"][()])[0])
+            return [_h5_instant(g, names, status, dim, meshes) for g in groups]
+    except (OSError, KeyError, IndexError) as error:
         raise LegacyError(f"{path}: is no lmgc90.h5 that can be read ({error})") from error
 
 
@@ -130,7 +152,7 @@ def _table(f, name):
     return zip(np.ravel(group["id"][()]), texts)
 
 
-def _h5_instant(g, names, status):
+def _h5_instant(g, names, status, dim, meshes):
     step, time = int(np.ravel(g["NStep"][()])[0]), float(np.ravel(g["TPS"][()])[0])
     states = {}
     if "RBDY2" in g:
@@ -139,14 +161,17 @@ def _h5_instant(g, names, status):
     elif "RBDY3" in g:
         for k, row in enumerate(g["RBDY3/rdata"][()]):
             states["RBDY3", k + 1] = datbox.BodyState(row[:3], row[6:12], row[12:21].reshape(3, 3).T)
-    instant = _instant(step, time, states)
-    if "VlocRloc" in g and len(states):
+    instant = _instant(step, time, states, dim)
+    if meshes:
+        instant.meshes = _h5_meshes(g, meshes, dim)
+    if "VlocRloc" in g and (len(states) or meshes):
         i, r = g["VlocRloc/idata"][()], g["VlocRloc/rdata"][()]
-        flat = "RBDY2" in g
+        flat = dim == 2
         n = len(i)
         pad = np.zeros((n, 1))
         instant.contacts = {
             "bodies": i[:, 6:8] - 1,
+            "meshed": i[:, 4:6] == 3,
             "kind": [names.get(int(k), str(k)) for k in i[:, 0]],
             "status": [status.get(int(k), str(k)) for k in i[:, 18]],
             "gap": r[:, 4] if flat else r[:, 6],
@@ -158,14 +183,30 @@ def _h5_instant(g, names, status):
     return instant
 
 
-def read_results(path):
-    """Instants that LMGC90 stored: of an lmgc90.h5 file, a DOF.OUT file, or an OUTBOX folder (the .h5 of a case first)."""
+def _h5_meshes(g, meshes, dim):
+    """{mesh: (displacement, velocity)} of the meshes that move; those of heat have no place there."""
+    if "MAILx/mecax/displacement" not in g:
+        return {}
+    last = np.cumsum([len(m.points) for m in meshes])
+    displacement, velocity = g["MAILx/mecax/displacement"][()], np.ravel(g["MAILx/mecax/dofs"][()])
+    if displacement.shape != (last[-1], dim) or len(velocity) != last[-1] * dim:
+        raise LegacyError(
+            f"{g.file.filename}: has displacements of shape {displacement.shape} and {len(velocity)} velocities, BODIES.DAT "
+            f"{last[-1]} nodes of meshes in {dim}D; give one case"
+        )
+    velocity = velocity.reshape(-1, dim)
+    return {m.number: (displacement[k - len(m.points) : k], velocity[k - len(m.points) : k]) for m, k in zip(meshes, last)}
+
+
+def read_results(path, meshes=()):
+    """Instants that LMGC90 stored: of an lmgc90.h5 file, a DOF.OUT file, or an OUTBOX folder (the .h5 of a case first).
+    meshes: of the Datbox, whose nodes are wanted."""
     path = Path(path)
     if path.is_dir():
-        return read_h5(path / "lmgc90.h5") if (path / "lmgc90.h5").is_file() else read_outbox(path)
+        return read_h5(path / "lmgc90.h5", meshes) if (path / "lmgc90.h5").is_file() else read_outbox(path, meshes)
     if path.suffix == ".h5":
-        return read_h5(path)
-    return [read_dof(path)]
+        return read_h5(path, meshes)
+    return [read_dof(path, meshes)]
 
 
 def states_of(path, step=None):

@@ -383,9 +383,19 @@ def _add_laws(scene, box, materials, origin):
         if see.law in mapped and pairs:
             origin.alert = max(origin.alert, see.alert)
         for a, b in pairs:
+            _check_meets(origin, see, materials[a], materials[b])
             if frozenset((a, b)) not in known and see.law in mapped:
                 scene.interact(a, b, mapped[see.law])
             known.add(frozenset((a, b)))
+
+
+def _check_meets(origin, see, one, other):
+    """Sides of meshes meet round bodies and points of other meshes alone."""
+    for side, (_, kind, _) in ((one, other), (other, one)):
+        if side[1] in ("ALpxx", "ASpxx") and kind not in ("DISKx", "SPHER", "CLxxx", "CSxxx"):
+            text = f"contacts of {kind} with {side[1]} of a mesh (TACT_BEHAV.DAT, line {see.line})"
+            if text not in origin.unmapped:
+                origin.unmapped.append(text)
 
 
 def _sides(see, materials):

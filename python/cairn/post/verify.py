@@ -6,6 +6,7 @@ Each side is a run of Cairn (.vtkhdf), or what LMGC90 stored (an lmgc90.h5, a ca
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -26,15 +27,19 @@ class Frame:
     pairs: np.ndarray | None = None  # (m, 2) ids of bodies, the smaller first
     gap: np.ndarray | None = None  # (m,) [m]
     force: np.ndarray | None = None  # (m, 2) normal and tangential size [N]
+    point: np.ndarray | None = None  # (m, dim) [m]
 
 
 @dataclass
 class Side:
-    """All instants of a run, and the size of its bodies [m]."""
+    """All instants of a run, and the size of its bodies [m]. carriers: {id: id of the first node of its mesh}, of all bodies that
+    nodes, points and sides of meshes are in a run of Cairn; aside: ids of those that are no nodes, not stored by LMGC90."""
 
     name: str
     frames: list
     size: float
+    carriers: dict = field(default_factory=dict)
+    aside: frozenset = frozenset()
 
 
 # What is compared, in the order of the table: name, meaning.
@@ -110,7 +115,8 @@ def verify(a, b, tolerances=None, *, until=None, size=None):
     """Compares two runs at their common instants.
 
     a, b: paths. tolerances: {name of COLUMNS: largest value allowed}, {"position": 1e-4} when not given. until: ignore
-    later instants [s]. size: of a body [m], the median radius of A when not given. Returns a Comparison.
+    later instants [s]. size: of a body [m], when not given the median radius of A or else of B; of meshes, what LMGC90's files
+    tell, half the extent counts. Returns a Comparison.
 
     Raises ValueError or FileError when a side cannot be read or the two share no instant or no body.
     """
@@ -122,9 +128,10 @@ def verify(a, b, tolerances=None, *, until=None, size=None):
             raise ValueError(f"the tolerance on {name} is {gate}: give a number >= 0")
     one, two = side(a), side(b)
     pairs = _common(one, two, until)
-    size = one.size if size is None else size
+    _without_what_lmgc90_does_not_store(one, two)
+    size = (one.size or two.size) if size is None else size
     if not size > 0:
-        raise ValueError(f"{one.name} tells no radius of a body: give size [m]")
+        raise ValueError(f"{one.name} and {two.name} tell no radius of a body: give size [m]")
     rows, speed, lone = [], 0.0, 0
     for fa, fb in pairs:
         speed = max(speed, float(np.max(np.abs(fa.velocity[:, : fa.position.shape[1]]), initial=0.0)))
@@ -141,6 +148,18 @@ def verify(a, b, tolerances=None, *, until=None, size=None):
     if lone:
         result.failures.append(f"{lone} bodies are in one of the runs only")
     return result
+
+
+def _without_what_lmgc90_does_not_store(one, two):
+    """Points and sides of meshes are in runs of Cairn alone, and contacts name them instead of their mesh."""
+    if (one.carriers or two.carriers) and not (one.carriers and two.carriers):
+        known, run = (one, two) if one.carriers else (two, one)
+        for f in run.frames:
+            kept = ~np.isin(f.ids, list(known.aside))
+            f.ids, f.position, f.velocity = f.ids[kept], f.position[kept], f.velocity[kept]
+            if f.pairs is not None:
+                named = np.array([[known.carriers.get(int(b), int(b)) for b in pair] for pair in f.pairs], int)
+                f.pairs = np.sort(named.reshape(-1, 2), axis=1)
 
 
 def _common(one, two, until):
@@ -176,7 +195,7 @@ def _compare(fa, fb, size, speed):
         raise ValueError("one run is in 2D, the other in 3D")
     dim = fa.position.shape[1]
     apart = np.linalg.norm(fa.position[ia] - fb.position[ib], axis=1) / size
-    faster = np.linalg.norm((fa.velocity[ia] - fb.velocity[ib])[:, :dim], axis=1)
+    faster = np.linalg.norm(fa.velocity[ia, :dim] - fb.velocity[ib, :dim], axis=1)
     row = {
         "time": fa.time,
         "position": float(np.max(apart)),
@@ -194,8 +213,8 @@ def _compare(fa, fb, size, speed):
 
 
 def _compare_contacts(fa, fb, size):
-    """Contacts of a pair of bodies that meet in several places are taken by rising gap."""
-    a, b = _keyed(fa), _keyed(fb)
+    """Contacts of a pair of bodies that meet in several places are taken with the nearest of the other run."""
+    a, b = _keyed(fa, fb)
     total = sum(float(np.sum(f.force)) for f in (fa, fb)) / 2
     loaded_a = {k for k, i in a.items() if np.any(fa.force[i] > 1e-9 * np.max(fa.force, initial=0.0))}
     loaded_b = {k for k, i in b.items() if np.any(fb.force[i] > 1e-9 * np.max(fb.force, initial=0.0))}
@@ -214,15 +233,41 @@ def _compare_contacts(fa, fb, size):
     }
 
 
-def _keyed(f):
-    order = np.lexsort((f.gap, f.pairs[:, 1], f.pairs[:, 0]))
-    keys, last, count = {}, None, 0
-    for i in order:
-        pair = (int(f.pairs[i, 0]), int(f.pairs[i, 1]))
-        count = count + 1 if pair == last else 0
-        last = pair
-        keys[(*pair, count)] = int(i)
-    return keys
+def _keyed(fa, fb):
+    """{(one body, other body, number): row} of both: a contact and its twin have one key."""
+    groups = [_by_pair(f) for f in (fa, fb)]
+    a, b = {}, {}
+    for pair in groups[0].keys() | groups[1].keys():
+        rows = [g.get(pair, []) for g in groups]
+        twins = [(0, 0)] if len(rows[0]) == len(rows[1]) == 1 else _nearest(fa.point[rows[0]], fb.point[rows[1]])
+        order = [[t[side] for t in twins] for side in (0, 1)]
+        for found, own, taken, first in zip((a, b), rows, order, (0, len(rows[0]))):
+            others = [k for k in range(len(own)) if k not in set(taken)]
+            found.update({(*pair, rank): own[k] for rank, k in enumerate(taken)})
+            found.update({(*pair, len(twins) + first + rank): own[k] for rank, k in enumerate(others)})
+    return a, b
+
+
+def _by_pair(f):
+    found = {}
+    for i, pair in enumerate(f.pairs.tolist()):
+        found.setdefault(tuple(pair), []).append(i)
+    return found
+
+
+def _nearest(one, other):
+    """Pairs of rows of two sets of points, the nearest first, each row once."""
+    apart = np.linalg.norm(one[:, None] - other[None], axis=2)
+    pairs, left, right = [], set(range(len(one))), set(range(len(other)))
+    for flat in np.argsort(apart, axis=None, kind="stable").tolist():
+        i, j = divmod(flat, len(other))
+        if i in left and j in right:
+            pairs.append((i, j))
+            left.remove(i)
+            right.remove(j)
+            if not left or not right:
+                break
+    return pairs
 
 
 # ---------------------------------------------------------------------- sides
@@ -255,7 +300,8 @@ def _run_side(path):
             force = _split(c["normal"], c["impulse"]) / dt if len(c) else np.zeros((0, 2))
             gap = np.array(c["gap"]) if len(c) else np.zeros(0)
             b = step.bodies
-            frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], pairs, gap, force))
+            point = np.array(c["point"])[:, : run.dim] if len(c) else np.zeros((0, run.dim))
+            frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], pairs, gap, force, point))
         radius = np.array(run[0].bodies["radius"]) if len(run) else np.zeros(0)
     radius = radius[radius > 0]
     return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0)
@@ -269,18 +315,64 @@ def _legacy_side(path):
     if found is None:
         raise FileError(path, "there is no BODIES.DAT beside these results", "keep DATBOX and OUTBOX in one folder")
     box = datbox.parse(found)
-    dim = box.dim
-    start = np.array([b.position[:dim] for b in box.bodies])
+    dim, rigid = box.dim, len(box.bodies)
+    first, carriers, aside = _ids_of_meshes(found, box)
+    start = np.array([b.position[:dim] for b in box.bodies]).reshape(-1, dim)
+    ids = np.concatenate([np.arange(rigid), *(first[m.number] + np.arange(len(m.points)) for m in box.meshes)])
     frames = []
-    for i in read_results(path):
-        if len(i.displacement) != len(start):
-            raise FileError(path, f"holds {len(i.displacement)} rigid bodies, BODIES.DAT {len(start)}", "give one case")
-        frame = Frame(i.time, np.arange(len(start)), start + i.displacement, i.velocity)
+    for i in read_results(path, box.meshes):
+        if len(i.displacement) != rigid and not (rigid == 0 or box.meshes and len(i.displacement) == 0):
+            raise FileError(path, f"holds {len(i.displacement)} rigid bodies, BODIES.DAT {rigid}", "give one case")
+        if len(i.displacement) != rigid:  # those at rest need not be listed
+            i.displacement, i.velocity = np.zeros((rigid, dim)), np.zeros((rigid, 3 * dim - 3))
+        if box.meshes and not i.meshes:
+            raise FileError(path, "holds no displacements of its meshes", "meshes of heat alone are not compared")
+        moved = [i.meshes[m.number] for m in box.meshes]
+        position = [start + i.displacement, *(np.array(m.points) + x for m, (x, _) in zip(box.meshes, moved))]
+        velocity = [i.velocity[:, :dim], *(v for _, v in moved)]
+        frame = Frame(i.time, ids, np.concatenate(position), np.concatenate(velocity))
         if i.contacts is not None:
-            frame.pairs = np.sort(i.contacts["bodies"], axis=1)
-            frame.gap = i.contacts["gap"]
-            f = i.contacts["force"]
-            frame.force = np.column_stack([np.abs(f[:, 0]), np.linalg.norm(f[:, 1:], axis=1)])
+            _take_contacts(frame, i.contacts, first)
         frames.append(frame)
-    radius = np.array([b.radius for b in box.bodies if b.radius > 0])
-    return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0)
+    radius = [b.radius for b in box.bodies if b.radius > 0]
+    radius += [float(np.max(np.ptp(m.points, axis=0))) / 2 for m in box.meshes]
+    return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0, carriers, aside)
+
+
+def _take_contacts(frame, contacts, first):
+    bodies, meshed = contacts["bodies"].copy(), contacts["meshed"]
+    for row, side in np.argwhere(meshed):
+        bodies[row, side] = first[int(bodies[row, side]) + 1]
+    frame.pairs = np.sort(bodies, axis=1)
+    frame.gap, frame.point = contacts["gap"], contacts["point"][:, : frame.position.shape[1]]
+    f = contacts["force"]
+    frame.force = np.column_stack([np.abs(f[:, 0]), np.linalg.norm(f[:, 1:], axis=1)])
+
+
+def _ids_of_meshes(folder, box):
+    """{mesh: id of its first node in the scene of the folder}, carriers and aside as a Side has them. Meshes that no scene of
+    Cairn holds follow after all that it does hold."""
+    from ..legacy import LegacyError, UnmappedWarning, read_datbox
+
+    first, carriers, aside, base = {}, {}, set(), 0
+    if box.meshes:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnmappedWarning)
+            try:
+                sets = read_datbox(folder, unmapped="skip").sets
+            except LegacyError:
+                sets = []
+        names = {f"MAILx {m.number}": m for m in box.meshes}
+        for s in sets:
+            mesh = names.get(s.mesh.name) if s.mesh is not None else None
+            if mesh is not None:
+                start = first.setdefault(mesh.number, base)
+                carriers |= dict.fromkeys(range(base, base + len(s)), start)
+                aside |= set(range(base, base + len(s))) - set(range(start, start + len(mesh.points)))
+            base += len(s)
+        base = max(base, len(box.bodies))
+        for m in box.meshes:
+            if m.number not in first:
+                first[m.number] = base
+                base += len(m.points)
+    return first, carriers, frozenset(aside)
