@@ -61,7 +61,8 @@ def read_dof(path, meshes=()):
 
 def read_contacts(path):
     """Contacts of a Vloc_Rloc file: bodies (n, 2) from 0, candidate first; meshed (n, 2), which of them are meshes; gap (n,) as
-    written; force (n, dim) on the candidate along n, t[, s]; velocity likewise; normal (n, 3); point (n, 3); kind and status, lists of names."""
+    written; force (n, dim) on the candidate along n, t[, s]; velocity likewise; normal (n, 3); point (n, 3); kind and status,
+    lists of names."""
     reader = Reader(path)
     rows = {
         "bodies": [],
