@@ -128,6 +128,7 @@ def _run_parser(commands):
     run.add_argument("--checkpoint-every", type=int, help="steps between checkpoints, written beside the output")
     run.add_argument("--restart", metavar="CHECKPOINT", help="go on from this checkpoint")
     run.add_argument("--overwrite", action="store_true", help="replace output files that are there, those of a script too")
+    run.add_argument("--append", action="store_true", help="go on in the output file; what is later than --restart is dropped")
     run.add_argument("--solver", help="of contacts, by its name in Python: Default, NLGS, Auto, PPANewton, ...")
     run.add_argument("--tol", type=float, help="true error of the contact solver (default: 1e-4)")
     run.add_argument("--dump-problem", metavar="WHEN", help="step=120, or worst: write that contact problem beside the output")
@@ -370,6 +371,7 @@ def run(options, passed_on):
             callback=dump,
             progress=not options.quiet,
             overwrite=options.overwrite,
+            append=options.append,
         )
     if dump and dump.written is None:
         raise ValueError(f"--dump-problem {options.dump_problem}: no such step was made, {taken} were")

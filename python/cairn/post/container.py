@@ -181,7 +181,8 @@ class GrowingFile:
             raise FileError(
                 path,
                 "this file exists already",
-                "choose another name, or ask for it to be overwritten (overwrite=True, --overwrite)",
+                "choose another name, or ask for it to be overwritten (overwrite=True, --overwrite), or for a run to go on in it "
+                "(append=True, --append)",
             )
         if os.path.isdir(self.path):
             raise FileError(path, "this is a folder", "give the name of a file")

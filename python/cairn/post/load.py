@@ -16,8 +16,15 @@ _VECTORS = ("position", "point", "normal", "impulse")  # stored with z = 0 in 2D
 def load(path):
     """Open a run that a simulation wrote, also while it is being written. Returns a `Run`.
 
+    path : of a .vtkhdf file, or a list of such: one run that went on in several files, in their order; from the first output of a
+        file on, this file counts and not those before it.
+
     Raises FileError if there is no such file, it is truncated, not a run of Cairn or of a later format.
     """
+    if isinstance(path, (list, tuple)):
+        from .joined import JoinedRun
+
+        return JoinedRun(path)
     return Run(path)
 
 

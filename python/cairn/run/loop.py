@@ -179,24 +179,31 @@ def keep_rotations(simulation):
 class _Recorder:
     """The output file and the checkpoints of a run; does nothing without a path."""
 
-    def __init__(self, simulation, output, every, checkpoint_every, overwrite):
+    def __init__(self, simulation, output, every, checkpoint_every, overwrite, append):
         self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
         self.checkpoint_path = None
         if output is not None:
             from ..post.writer import RunWriter
 
             output = checked_output(output)
-            overwrite = overwrite or (command is not None and command.replaces(output))
+            if not append:
+                overwrite = overwrite or (command is not None and command.replaces(output))
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
             scene = simulation.scene
             keep_rotations(simulation)
-            self.writer = RunWriter(
-                output, scene_info(simulation), provenance(), dim=scene.dim, periodic=_cell(scene), overwrite=overwrite
-            )
-            self.write()
+            self.written = None
+            kept, info = 0, scene_info(simulation)
+            if append and output.exists():
+                self.writer, kept = continued(output, simulation, info)
+            else:
+                cell = _cell(scene)
+                self.writer = RunWriter(output, info, provenance(), dim=scene.dim, periodic=cell, overwrite=overwrite)
+            if not kept:
+                self.write()
 
     def write(self):
         sim = self.simulation
+        self.written = sim.steps
         bodies, contacts = snapshot(sim)
         info = sim._info
         self.writer.write_step(sim.time, info.get("time_detection", sim.time), sim.steps, bodies, contacts)
@@ -217,7 +224,7 @@ class _Recorder:
     def close(self):
         if self.writer is None:
             return
-        if self.simulation.steps % self.every:
+        if self.simulation.steps % self.every and self.simulation.steps != self.written:
             self.write()
         self.writer.close()
 
@@ -246,6 +253,28 @@ def one_number(name, value):
     return float(array)
 
 
+def continued(output, simulation, info):
+    """The writer that goes on in the run at a path, and how many outputs of it stay: those up to the step that the simulation is
+    at, so that what is done again after a restart takes the place of what was done before."""
+    from .. import load
+    from ..post.errors import FileError
+    from ..post.reopen import reopen_run
+
+    with load(output) as run:
+        theirs, own = run.scene.get("contactors") or {}, info["contactors"]
+        same = run.dim == simulation.scene.dim and (run.periodic is None) == (simulation.scene.periodic is None)
+        if same and len(run):
+            names = ("body", "shape_number", "radius")
+            old, new = ([np.asarray(table.get(name, ())) for name in names] for table in (theirs, own))
+            # bodies may have come in or gone since
+            old, new = ([a[np.isin(t[0], u[0])] for a in t] for t, u in ((old, new), (new, old)))
+            same = len(old[0]) > 0 and all(map(np.array_equal, old, new))
+        if not same:
+            remedy = "give another name, or restore a checkpoint of the simulation that wrote it"
+            raise FileError(output, "this run is of another scene, and cannot be gone on with", remedy)
+    return reopen_run(output, simulation.steps)
+
+
 def _check(simulation, steps, until, every, callback, checkpoint_every, probes, output):
     if until is not None and checks.number("until", until) < simulation.time - simulation.dt / 2:
         raise ValueError(f"until is {until!r}: the simulation is at {simulation.time:g} s already; give a later time, or steps=")
@@ -269,18 +298,20 @@ def _tell(simulation, number, output):
     print(f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}", file=sys.stderr, flush=True)
 
 
-def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite):
+def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite, append):
     """See Simulation.run."""
     from .progress import Progress, StopAtSignal
 
     if steps is None and until is None and while_ is None:
         raise ValueError("run needs an end: give steps=, until= or while_=")
     _check(simulation, steps, until, every, callback, checkpoint_every, probes, output)
+    if checks.flag("append", append) and checks.flag("overwrite", overwrite):
+        raise ValueError("append and overwrite are both True: give one of them, to go on in a file or to replace it")
     if command is not None and command.stopped is not None:
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
-    recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite)
+    recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append)
     total = steps
     if total is None and until is not None:
         total = max(0, int(np.ceil((until - simulation.time) / simulation.dt)))

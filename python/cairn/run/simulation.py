@@ -176,13 +176,15 @@ class Simulation:
         probes=None,
         progress=True,
         overwrite=False,
+        append=False,
     ):
         """Steps until a number of steps is taken, a time reached, or a condition `while_(sim)` is false.
 
         output: path of the .vtkhdf file; every: steps between outputs. checkpoint_every: steps between checkpoints, beside
         the output. callback(sim) after each step; returning False ends the run. probes: {name: function(sim) -> number},
-        recorded each step in the history. Ctrl-C and SIGTERM end the run after the step at hand and close the file.
-        Returns the number of steps taken.
+        recorded each step in the history. overwrite: replace the file if it is there. append: go on in it, after a restart say:
+        outputs later than the step at hand are dropped, those to come follow; cairn.load takes several files as one, too.
+        Ctrl-C and SIGTERM end the run after the step at hand and close the file. Returns the number of steps taken.
         """
         from .loop import run
 
@@ -198,6 +200,7 @@ class Simulation:
             probes=probes,
             progress=progress,
             overwrite=overwrite,
+            append=append,
         )
 
     # ------------------------------------------------------------------ comparisons

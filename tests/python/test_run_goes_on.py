@@ -1,0 +1,179 @@
+"""A run that goes on in its file, or in another, reads as one that was never stopped."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import cairn as cn
+import h5py
+import numpy as np
+import pytest
+from cairn import cli
+from small_scenes import heap
+
+
+def sim(**options):
+    return cn.Simulation(heap(push=cn.Table([0, 1], [[0, 0], [2.0, 0]])), 1e-3, overlap="ignore", **options)
+
+
+def outputs(run):
+    """All that a run holds of its outputs and its history, but for the seconds of the clock."""
+    out = {}
+    for k, step in enumerate(run):
+        out[k] = (step.time, step.time_detection, step.step)
+        for kind, fields in (("bodies", step.bodies), ("contacts", step.contacts)):
+            out |= {(k, kind, name): np.array(fields[name]).tobytes() for name in fields}
+    out |= {name: values.tobytes() for name, values in run.history.items()}
+    return out
+
+
+def same(a, b):
+    a, b = (outputs(x) for x in (a, b))
+    assert a.keys() == b.keys()
+    assert [name for name in a if a[name] != b[name]] == []
+
+
+@pytest.fixture
+def whole(tmp_path):
+    s = sim()
+    s.run(steps=60, output=tmp_path / "whole.vtkhdf", every=7, probes={"x": lambda s: s.bodies.position[0, 0]})
+    with cn.load(tmp_path / "whole.vtkhdf") as run:
+        yield run
+
+
+PROBES = {"x": lambda s: s.bodies.position[0, 0]}
+
+
+@pytest.mark.parametrize("stop", [20, 28, 35])
+def test_append_after_a_restart(tmp_path, whole, stop):
+    """The first run went on to step `stop` when it ended without a word; its checkpoint is of step 20."""
+    path = tmp_path / "a.vtkhdf"
+    first = sim()
+    first.run(steps=stop - stop % 7 or 7, output=path, every=7, checkpoint_every=10, probes=PROBES)
+    if stop % 7 == 0:
+        assert first.steps == stop
+    again = sim()
+    again.restore(tmp_path / "a.checkpoint.h5")
+    assert again.steps < 60
+    again.run(steps=60 - again.steps, output=path, every=7, append=True, probes=PROBES)
+    with cn.load(path) as run:
+        same(run, whole)
+    with h5py.File(path) as file:
+        assert file["VTKHDF/Steps"].attrs["NSteps"] == len(whole)
+        assert file["VTKHDF/bodies/Steps"].attrs["NSteps"] == file["VTKHDF/bodies/Steps/Values"].size == len(whole)
+        assert [name for name in file["VTKHDF/Assembly"]] == ["bodies", "contacts"]
+
+
+def test_append_again_and_again(tmp_path, whole):
+    s = sim()
+    for _ in range(6):
+        s.run(steps=10, output=tmp_path / "a.vtkhdf", every=7, append=True, probes=PROBES)
+    with cn.load(tmp_path / "a.vtkhdf") as run:
+        assert [step.step for step in run] == sorted({*range(0, 61, 7), *range(10, 61, 10)})
+        kept = [k for k, step in enumerate(run) if step.step % 7 == 0 or step.step == 60]
+        for k, step in zip(kept, whole, strict=True):
+            assert np.array_equal(run[k].bodies.position, step.bodies.position)
+            assert np.array_equal(run[k].bodies.material, step.bodies.material)
+            assert np.array_equal(run[k].contacts.impulse, step.contacts.impulse)
+        assert np.array_equal(run.history["x"], whole.history["x"])
+        assert list(run.history["status"]) == list(whole.history["status"])
+
+
+def test_append_with_bodies_that_come_in_and_many_steps(tmp_path):
+    """More rows than a chunk holds, and another number of bodies at each opening."""
+    s, counts = cn.Simulation(heap(counts=(2, 2)), 1e-3, overlap="ignore"), []
+    for k in range(4):
+        s.run(steps=150, output=tmp_path / "a.vtkhdf", append=True)
+        counts.append(len(s.bodies))
+        s.add(cn.disks([[1.0, 10.0 + k]], 0.4, cn.Material("rock", density=2000.0)))
+    with cn.load(tmp_path / "a.vtkhdf") as run:
+        assert [step.step for step in run] == list(range(601))
+        assert [len(run[k].bodies) for k in (0, 150, 151, 300, 301, 600)] == [counts[i] for i in (0, 0, 1, 1, 2, 3)]
+        assert np.array_equal(run[-1].bodies.position, s.bodies.position[: counts[-1]])
+        assert np.array_equal(run.history["step"], np.arange(1, 601))
+        assert np.array_equal(run[1].bodies.mass, run[0].bodies.mass) and len(run[0].bodies.mass) == counts[0]
+
+
+def test_what_append_refuses(tmp_path):
+    path, s = tmp_path / "a.vtkhdf", sim()
+    with pytest.raises(ValueError, match="append and overwrite are both True: give one of them"):
+        s.run(steps=1, output=path, append=True, overwrite=True)
+    s.run(steps=3, output=path)
+    content = path.read_bytes()
+    with pytest.raises(cn.FileError, match=r"exists already.*append=True, --append"):
+        s.run(steps=1, output=path)
+    for other in (cn.Simulation(heap(3), 1e-3, overlap="ignore"), cn.Simulation(heap(counts=(5, 4)), 1e-3, overlap="ignore")):
+        with pytest.raises(cn.FileError, match="this run is of another scene"):
+            other.run(steps=1, output=path, append=True)
+    (tmp_path / "b.h5").write_text("hello")
+    with pytest.raises(cn.FileError, match="not an HDF5 file"):
+        s.run(steps=1, output=tmp_path / "b.h5", append=True)
+    assert path.read_bytes() == content
+
+
+def test_several_files_as_one(tmp_path, whole):
+    names = [tmp_path / f"{k}.vtkhdf" for k in range(3)]
+    s = sim()
+    for k, steps in enumerate((25, 15, 20)):
+        if k == 1:
+            s.checkpoint(tmp_path / "c.h5")
+            s.run(steps=5, output=tmp_path / "0b.vtkhdf", every=7, probes=PROBES)  # went on, and is done again
+            s.restore(tmp_path / "c.h5")
+        s.run(steps=steps, output=names[k], every=7, probes=PROBES)
+    with cn.load([names[0], tmp_path / "0b.vtkhdf", *names[1:]]) as run:
+        assert [step.step for step in run] == [0, 7, 14, 21, 25, 28, 35, 40, 42, 49, 56, 60]
+        assert np.array_equal(run.times, [step.time for step in run])
+        assert np.array_equal(run.history["x"], whole.history["x"]) and np.array_equal(run.history["step"], np.arange(1, 61))
+        assert np.array_equal(run[-1].bodies.position, whole[-1].bodies.position)
+        assert run.at(0.028).step == 28 and run[1:3][1].step == 14 and run.dim == 2 and "materials" in run.scene
+        assert "12 outputs" in repr(run) and len(run.refresh()) == 12
+        assert run.plot(what="velocity") is not None and run.plot_energy() is not None
+        with pytest.raises(IndexError, match="output 12 was asked for"):
+            run[12]
+    with pytest.raises(ValueError, match="path is an empty list: give the files of a run"):
+        cn.load([])
+    cn.Simulation(heap(3), 1e-3, overlap="ignore").run(steps=1, output=tmp_path / "d.vtkhdf")
+    with pytest.raises(cn.FileError, match="this run is in 3D, and .* in 2D; give files of one run"):
+        cn.load([names[0], tmp_path / "d.vtkhdf"])
+
+
+KILLED = """
+import sys
+import cairn as cn
+sim = cn.Simulation(cn.Scene.load(sys.argv[1]), 1e-3, overlap="ignore")
+sim.run(steps=30, output=sys.argv[2], every=1, append=True)
+sim.run(steps=10**9, output=sys.argv[2], every=1, append=True, callback=lambda s: print(s.steps, flush=True))
+"""
+
+
+def test_killed_while_it_goes_on(tmp_path):
+    heap().save(tmp_path / "heap.scene.h5")
+    command = [sys.executable, "-c", KILLED, tmp_path / "heap.scene.h5", tmp_path / "a.vtkhdf"]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        last = 0
+        while last < 50:
+            last = int(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+    with cn.load(tmp_path / "a.vtkhdf") as run:
+        assert [step.step for step in run] == list(range(len(run))) and len(run) > 50
+        s = cn.Simulation(heap(), 1e-3, overlap="ignore")
+        s.run(steps=45)
+        assert np.array_equal(run[45].bodies.position, s.bodies.position)
+
+
+def test_append_on_the_command_line(tmp_path, capsys):
+    scene, out = tmp_path / "heap.scene.h5", tmp_path / "heap.vtkhdf"
+    heap().save(scene)
+
+    def call(*options):
+        status = cli.main([str(a) for a in ("run", scene, "--dt", 1e-3, "--steps", 10, "--every", 5, "-q", *options)])
+        return status, capsys.readouterr().err
+
+    assert call("--checkpoint-every", 10)[0] == 0
+    status, err = call("--restart", tmp_path / "heap.checkpoint.h5")
+    assert status == 1 and "--append" in err
+    assert call("--restart", tmp_path / "heap.checkpoint.h5", "--append")[0] == 0
+    with cn.load(out) as run:
+        assert [step.step for step in run] == [0, 5, 10, 15, 20]
