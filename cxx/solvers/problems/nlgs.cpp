@@ -67,7 +67,8 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     report.iterations += sweeps;
     const double change = total(system.change, system.batches.size(), 1, 0);
     const bool promising = ratio > 0 && change * ratio <= wanted;
-    if (std::isfinite(change) && !promising && report.iterations < next_check) continue;
+    const bool last = help && report.iterations >= options.max_iterations; // it is asked before the step fails
+    if (std::isfinite(change) && !promising && !last && report.iterations < next_check) continue;
     StepError error = measure(system, schedule, free, false, report);
     if (error.finite && error.square > wanted && report.iterations >= next_newton) {
       newton.improve(error.square, wanted);

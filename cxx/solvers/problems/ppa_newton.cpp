@@ -120,7 +120,7 @@ void ProximalNewton::settle() {
   settling_ = true;
   Array<double> before(u_);
   int failures = 0;
-  for (int round = 0; round < 60 && failures < 24 && !monitor.ended(iterations_); ++round) {
+  for (int round = 0; round < 60 && failures < settle_failures_ && !monitor.ended(iterations_); ++round) {
     if (!(speed > limit) && !(change > enough * enough * energy)) break;
     alpha_ = std::max(smallest_, factor * alpha_);
     double error = 0, next = 0;

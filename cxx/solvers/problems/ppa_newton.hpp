@@ -12,6 +12,8 @@ public:
   // Of one iteration, about, and the memory of the factors.
   double operations() const { return newton_.operations(); }
   double bytes() const { return newton_.bytes(); }
+  // How often it may fail to bring velocities right once the tolerance is met, which matters under heavy bodies.
+  void settle_failures(int most) { settle_failures_ = most; }
   ProblemReport solve();
 
 private:
@@ -27,6 +29,7 @@ private:
   std::int64_t iterations_ = 0;
   double alpha_ = 1e-2, smallest_; // of the proximal term, relative to the mean diagonal of W
   bool settling_ = false;
+  int settle_failures_ = 24;
   Array<double> centre_, r_, u_, shifted_;
 };
 

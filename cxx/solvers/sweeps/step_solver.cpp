@@ -36,13 +36,14 @@ class NewtonHelp : public SweepHelp {
 public:
   NewtonHelp(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
-        patience_(heavy_on_light() ? 32 : 64), cost_(of_newton * of_contact * contacts()) {}
+        patience_(first_patience()), cost_(of_newton * of_contact * contacts()) {}
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
-    if (given_up_ || iterations < patience_) return false;
     const bool last = iterations >= options_.max_iterations; // rather than fail
+    sweeps_ = iterations;
+    if (given_up_ || (iterations < patience_ && !last)) return false;
     const auto far = [&] { return last || to_come * sweep_operations() >= 0.5 * cost_; };
     if (!far()) return false;
     if (!asked_) ask();
@@ -64,9 +65,14 @@ public:
     Array<double> start(step.problem().unknowns());
     step.read(start.data());
     ProblemOptions options = problem_options(options_);
-    options.max_iterations = newton_iterations_;
+    // as much work as was done before, so that neither way is long gone in vain
+    const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations() + newton_operations_;
+    options.max_iterations = std::max(least_iterations, int(std::min(before / operations, 1e6)));
     Array<double> r(start);
-    const ProblemReport report = ProximalNewton(step.problem(), options, r.data()).solve();
+    ProximalNewton newton(step.problem(), options, r.data());
+    if (!heavy_on_light()) newton.settle_failures(1);
+    const ProblemReport report = newton.solve();
+    newton_operations_ += double(report.iterations) * operations;
     step.write(r.data());
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
@@ -77,11 +83,7 @@ public:
       system_.load(velocity_free_);
       cairn_add_impulses(&schedule);
     }
-    if (report.status != ProblemStatus::converged) {
-      patience_ *= 8;
-      newton_iterations_ *= 2;
-      given_up_ = newton_iterations_ > most_iterations; // two trials were enough: sweeps alone
-    }
+    if (report.status != ProblemStatus::converged) patience_ *= 8;
     return better;
   }
 
@@ -138,15 +140,22 @@ private:
     return most > ratio * least;
   }
 
+  // Of few contacts 64 sweeps make the active set, which is exact where masses are alike.
+  std::int64_t first_patience() const {
+    constexpr double few_unknowns = 256;
+    if (heavy_on_light()) return 32;
+    return system_.dim * contacts() > few_unknowns ? 16 : 64;
+  }
+
   double contacts() const {
     double sum = 0;
     for (const cairn_batch& b : system_.batches) sum += b.contacts;
     return sum;
   }
 
-  // At the rate of arithmetic in factors: round bodies take a twentieth of what full blocks do.
+  // At the rate of arithmetic in factors, measured: on one core 800 take about as long as a full block in space.
   double sweep_operations() const {
-    const double packed = system_.dim == 2 ? 30 : 50, full = system_.dim == 2 ? 200 : 800;
+    const double packed = system_.dim == 2 ? 30 : 100, full = system_.dim == 2 ? 100 : 800;
     double sum = 0;
     for (const cairn_batch& b : system_.batches) sum += b.contacts * (b.pack ? packed : full);
     return sum;
@@ -167,23 +176,22 @@ private:
     Array<double> r(problem.unknowns());
     try {
       const ProximalNewton newton(problem, problem_options(options_), r.data());
-      const double of_operation = system_.dim == 2 ? 3 : 1; // small blocks are slower, measured
-      cost_ = of_newton * (of_operation * newton.operations() + of_contact * double(problem.contacts));
+      cost_ = of_newton * (newton.operations() + of_contact * double(problem.contacts));
       given_up_ = false;
     } catch (const FactorsTooLarge&) { // sweeps alone
     }
   }
 
   static constexpr double alarm = 64;                        // tolerances: a pile that deep has it by its weight alone
-  static constexpr double of_newton = 15, of_contact = 6000; // iterations, operations
+  static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
   ContactSystem& system_;
   const Field<double>& velocity_free_;
   const SolverOptions& options_;
   ErrorForecast forecast_;
-  std::int64_t patience_; // sweeps; of few contacts 64 make the active set, which is exact where masses are alike
-  static constexpr int most_iterations = 160;
-  int newton_iterations_ = 60;
-  double cost_; // operations
+  std::int64_t patience_; // sweeps
+  static constexpr int least_iterations = 60;
+  int sweeps_ = 0;
+  double cost_, newton_operations_ = 0; // expected, done
   bool asked_ = false, given_up_ = false;
 };
 
