@@ -34,6 +34,7 @@ def test_projection_and_its_derivative(dim):
     assert np.all(size(r[:, 1:], axis=1) <= mu * r[:, 0] * (1 + 1e-12) + 1e-15)
     assert np.all(away[:, 0] <= -mu * size(away[:, 1:], axis=1) + 1e-12)
     assert np.max(np.abs(np.sum(r * away, axis=1))) < 1e-12
+    assert not project(-np.eye(dim)[:1], np.zeros(1))[0].any()  # what pulls without friction and slip
     step = 1e-6
     for k in range(dim):
         by = step * np.eye(dim)[k]

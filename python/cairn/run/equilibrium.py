@@ -55,7 +55,7 @@ def project(p, mu, derived=True):
     """Projection of p (m, dim) on Coulomb's cones, and its derivative (m, dim, dim), None unless it is asked for."""
     m, dim = p.shape
     normal, size = p[:, 0], np.linalg.norm(p[:, 1:], axis=1)
-    inside = size <= mu * normal
+    inside = (normal >= 0) & (size <= mu * normal)  # mu may be 0
     side = ~inside & (mu * size > -normal)
     pn, way, k = normal[side], p[side, 1:] / size[side, None], mu[side]
     scale = (pn + k * size[side]) / (1 + k * k)
