@@ -27,6 +27,106 @@ def triangulated(b, shift=0.0):
     return np.concatenate(points), np.concatenate(faces)
 
 
+def obj_of(path, b, faces=None, name="o stone_{}", unit=1.0):
+    """Blocks as objects of an OBJ file; faces: of each block, where they are not its own."""
+    lines, count = [], 1
+    for k, (v, f) in enumerate(zip(b.vertices, faces or b.faces)):
+        lines += [name.format(k), *(f"v {x!r} {y!r} {z!r}" for x, y, z in (v / unit).tolist())]
+        lines += ["f " + " ".join(f"{i + count}//1" for i in face) for face in f]
+        count += len(v)
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_names_of_obj_objects(tmp_path):
+    """Objects, groups where there are none, and relative numbers; blocks that share corners; what is wrong is told by name."""
+    b = wall()
+    for word in ("o", "g"):
+        read, report = importing.read(obj_of(tmp_path / "wall.obj", b, name=word + " stone_{}"))
+        assert report.names == tuple(f"stone_{k}" for k in range(len(b))) and set(read.part) == {"stone"}
+        assert report.joints == len(b.joints().area) and report.volume == pytest.approx(b.properties().measure.sum())
+    path = tmp_path / "one.obj"
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    lines = [*(f"v {x} {y} {z}" for x, y, z in corners), *("f " + " ".join(str(i - 8) for i in s) for s in sides)]
+    path.write_text("\n".join(["o support.001", *lines]))
+    read, report = importing.read(path)
+    assert report.names == ("support.001",) and read.part == ["support"] and report.volume == pytest.approx(1)
+    path.write_text("\n".join([*lines[:8], *(f"g side {k}\n{line}" for k, line in enumerate(lines[8:]))]))
+    assert importing.read(path)[1].names == ("",)  # groups that bound nothing alone
+    path.write_text("\n".join(lines[:8] + ["f 1 2 9"]))
+    with pytest.raises(ValueError, match="one.obj, line 9, 'f 1 2 9': there is no vertex 9 yet"):
+        importing.read(path)
+
+
+def test_each_bad_block_is_told_with_its_place(tmp_path, capsys):
+    from cairn import cli
+
+    b = wall()
+    faces = [list(f) for f in b.faces]
+    faces[3], faces[9] = faces[3][1:], [faces[9][0][::-1], *faces[9][1:]]
+    path = obj_of(tmp_path / "wall.obj", b, faces)
+    with pytest.raises(mesh.MeshError) as error:
+        importing.read(path)
+    text = str(error.value)
+    assert text.startswith("wall.obj: 2 of 14 blocks are refused") and error.value.items.tolist() == [3, 9]
+    for k, fault in ((3, "is open"), (9, "is run along twice")):
+        (line,) = (line for line in text.splitlines() if f"block {k} (stone_{k})" in line)
+        assert fault in line
+        place = np.array(eval(line.split(", (")[1].join("(,").split(" to ")[0].strip(",")))
+        assert np.min(np.linalg.norm(b.vertices[k] - place, axis=1)) < 1e-5  # a corner of the block
+    assert cli.main(["import", str(path)]) == 1 and "--repair" in capsys.readouterr().err
+    _, report = importing.read(path, repair=True)
+    assert set(report.repaired) == {3, 9} and report.volume == pytest.approx(b.properties().measure.sum())
+
+
+def test_faults_in_blocks_that_touch_are_repaired(tmp_path):
+    """In a heap of triangles, faces missing and turned in several blocks: each is mended, and none sticks to its neighbours."""
+    trimesh = pytest.importorskip("trimesh")
+    b = wall()
+    points, faces = triangulated(b)
+    for missing, turned in (([], [30]), ([40], []), ([40, 100], [30, 31, 90, 5]), ([26, 27], [24, 25, 30])):
+        some = faces.copy()
+        some[turned] = some[turned][:, ::-1]
+        trimesh.Trimesh(points, np.delete(some, missing, axis=0), process=False).export(tmp_path / "wall.stl")
+        _, report = importing.read(tmp_path / "wall.stl", repair=True)
+        assert report.blocks == len(b) and set(report.repaired) == {k // 12 for k in missing + turned}
+        assert report.volume == pytest.approx(b.properties().measure.sum(), rel=1e-5) and len(report.overlaps) == 0
+
+
+def test_units_that_are_not_metres_are_hinted_at(tmp_path, capsys):
+    import warnings
+
+    from cairn import cli
+
+    path = obj_of(tmp_path / "mm.obj", wall(), unit=1e-3)
+    with pytest.warns(importing.BlocksWarning, match="220 m long.*millimetre.*scale=1e-3"):
+        _, report = importing.read(path)
+    assert "look: blocks of mm.obj" in str(report)
+    assert cli.main(["import", str(path)]) == 0 and "--scale 1e-3" in capsys.readouterr().out
+    with pytest.warns(importing.BlocksWarning, match="unit is the metre, give scale=1"):
+        importing.read(obj_of(tmp_path / "m.obj", wall()), scale=1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert importing.read(path, scale=1e-3)[1].hints == ()
+
+
+def test_an_arch_in_one_piece_is_told_to_be_one_body(tmp_path):
+    b = masonry.arch(span=4, thickness=0.5, voussoirs=9, depth=1.0)
+    points = np.concatenate(b.vertices)
+    _, number = np.unique(np.round(points, 9), axis=0, return_inverse=True)
+    first = np.cumsum([0, *(len(v) for v in b.vertices)])
+    loops = [[int(number.ravel()[first[k] + i]) for i in f] for k, faces in enumerate(b.faces) for f in faces]
+    outer = [f for f in loops if [sorted(g) for g in loops].count(sorted(f)) == 1]  # not those between voussoirs
+    corners = points[np.unique(number.ravel(), return_index=True)[1]]
+    path = tmp_path / "arch.obj"
+    path.write_text("\n".join([*(f"v {x!r} {y!r} {z!r}" for x, y, z in corners.tolist()),
+                               *("f " + " ".join(str(i + 1) for i in f) for f in outer)]))
+    with pytest.warns(importing.BlocksWarning, match=r"ONE rigid body: block \d+ of \d+ convex parts that never come apart"):
+        found, _, report = importing.bodies(path)
+    assert max(map(len, found)) >= 9 and f"look: 1 of {len(found)} blocks" in str(report)
+
+
 @pytest.mark.parametrize("ending", [".stl", ".ply"])
 def test_trimesh_formats(tmp_path, ending):
     trimesh = pytest.importorskip("trimesh")
@@ -202,7 +302,8 @@ def test_what_is_not_convex_is_a_body_of_parts(tmp_path):
     trimesh.Trimesh(corners / 3, faces, process=False).export(path)
     with pytest.raises(mesh.MeshError, match="not convex.*importing.bodies"):
         importing.read(path)
-    found, parts, report = importing.bodies(path)
+    with pytest.warns(importing.BlocksWarning, match="block 0 of 2 convex parts"):
+        found, parts, report = importing.bodies(path)
     assert [len(b) for b in found] == [2] and parts == ["block"] and report.parts == 2 and report.blocks == 1
     assert report.joints == 0  # between the parts of one body there is none
     body = cn.polyhedra(found, cn.Material("stone", density=1000.0))

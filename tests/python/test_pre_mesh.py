@@ -94,8 +94,32 @@ def test_polygons():
         assert error.value.fault == word
 
 
+def volume_of(vertices, faces):
+    x = vertices[faces]
+    return float(np.linalg.det(x - vertices[0]).sum() / 6)
+
+
+def test_repair_closes_holes_and_turns_faces():
+    """Missing and turned faces at random, a whole cap of 24 corners, holes that meet at a corner, a cavity."""
+    points, faces = sphere(24, 11)
+    rng = np.random.default_rng(3)
+    whole = volume_of(points, faces)
+    for missing in (1, 20, 60):
+        kept = np.delete(faces, rng.choice(len(faces), missing, replace=False), axis=0)
+        turned = rng.random(len(kept)) < 0.4
+        vertices, mended, done = mesh.repair(points, np.where(turned[:, None], kept[:, ::-1], kept))
+        assert mesh.check(vertices, mended).volume == pytest.approx(whole, rel=0.02)
+        assert any("hole" in words for words in done) and any("turned" in words for words in done)
+    cut = faces[(points[faces][:, :, 2] < 0.5 + 1e-12).all(axis=1)]  # above 60 degrees there is nothing
+    vertices, mended, done = mesh.repair(points, cut)
+    assert done == ["closed 1 hole, the largest of 24 edges"] and mesh.check(vertices, mended).volume < whole
+    assert np.all(vertices[mended[len(cut) :]][..., 2] == vertices[:, 2].max())  # the lid is flat
+    outer = np.concatenate([CUBE * 4 - 1.5, CUBE]), np.concatenate([TRIANGLES, TRIANGLES + 8])
+    vertices, mended, done = mesh.repair(*outer)
+    assert mesh.check(vertices, mended).volume == pytest.approx(63) and done == ["turned 12 of 24 faces"]
+
+
 def test_repair():
-    pytest.importorskip("trimesh")
     soup, triangles = CUBE[TRIANGLES].reshape(-1, 3), np.arange(36).reshape(-1, 3)
     triangles[5] = triangles[5, ::-1]
     assert fault(soup, triangles) == "open"

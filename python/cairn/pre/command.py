@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 
@@ -36,11 +38,13 @@ def import_blocks(options):
     from . import importing, mesh
 
     try:
-        bodies, names, report = gathered(importing, options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", importing.BlocksWarning)  # the report says the same
+            bodies, names, report = gathered(importing, options)
     except mesh.MeshError as error:  # the remedies in the shell's words
         words = str(error).replace("repair=True", "--repair").replace("convex='hull'", "--hull")
         raise ValueError(words) from None
-    print(report)
+    print(str(report).replace("give scale=", "give --scale "))
     counted = {name: names.count(name) for name in dict.fromkeys(names)}
     if list(counted) != ["block"]:
         print("named " + ", ".join(f"{name} ({count})" for name, count in counted.items()))

@@ -8,6 +8,7 @@ bodies of several convex parts.
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,13 +19,19 @@ from .block_overlaps import overlaps
 from .blocks import FLUSH, Blocks
 from .decompose import convex_parts
 from .flatten import flattened, plane_groups, rim
+from .obj_files import kind_of, read_objects
 from .solids import solids
 
 REFUSED = (
     "{} is not convex; take its hull: convex='hull', or read it as a body of several convex parts: cairn.pre.importing.bodies"
 )
 SINGLE, DOUBLE = 2.0**-22, 2.0**-50  # of the largest coordinate: how far corners of a face differ that were rounded
+LARGE, SMALL = 20.0, 1e-3  # [m] of the median block: stones are rarely so long, or so short
 KERNEL = 1e-7  # of a body's size: how far a corner may stand out of a face that the kernels take for plane
+
+
+class BlocksWarning(UserWarning):
+    """Something in a file of blocks that may not be meant: its unit, or joints that it does not have."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +39,8 @@ class ImportReport:
     """What an import found. blocks: how many; closed: of which the surface was closed as it came; repaired: what was done, by
     block; hulls: blocks replaced by their convex hulls; volume [m3] (area in 2D); smallest_edge [m]; overlaps (k, 2) blocks and
     overlap_depth (k,) [m]; joints: how many pairs of faces lie on each other; flattened [m]: the farthest a corner was moved to
-    make faces plane; parts: convex parts of all blocks."""
+    make faces plane; parts: convex parts of all blocks; names: of each block, "" where the file has none; hints: what may not be
+    meant, each also a BlocksWarning."""
 
     blocks: int
     closed: int
@@ -45,6 +53,8 @@ class ImportReport:
     joints: int
     flattened: float = 0.0
     parts: int = 0
+    names: tuple = ()
+    hints: tuple = ()
 
     def __str__(self):
         lines = [
@@ -57,18 +67,25 @@ class ImportReport:
         if self.flattened:
             lines.append(f"corners moved by at most {self.flattened:.2g} m, so that faces are plane")
         lines += [f"block {k}: {'; '.join(done)}" for k, done in list(self.repaired.items())[:5]]
+        lines += [f"look: {hint}" for hint in self.hints]
         return "\n".join(lines)
 
 
 @dataclass
 class Raw:
-    """Bodies as a file holds them. soups: (vertices, triangles, part) of one or more bodies, whose corners may be shared;
-    bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: the name of each of these bodies."""
+    """Bodies as a file holds them. soups: (vertices, triangles, part, name) of one or more bodies, whose corners may be shared;
+    bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
+    bodies, their own where the file has one."""
 
     dim: int = 3
     soups: list = field(default_factory=list)
     bodies: list = field(default_factory=list)
     parts: list = field(default_factory=list)
+    names: dict = field(default_factory=dict)
+
+    def label(self, file, k):
+        """How errors name a body."""
+        return f"{file}, block {k}" + (f" ({self.names[k]})" if self.names.get(k) else "")
 
 
 def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[Blocks, ImportReport]:
@@ -84,9 +101,12 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
         raise ValueError(f'convex is {convex!r}: give "refuse" or "hull", or take cairn.pre.importing.bodies')
     found, parts, dim, facts = gathered(path, repair, convex, scale, flat)
     blocks = Blocks(dim)
-    for k, (body, part) in enumerate(zip(found, parts)):
-        if len(body) > 1:
-            raise mesh.MeshError("not convex", REFUSED.format(f"{Path(path).name}, block {k}"))
+    several = [(k, body) for k, body in enumerate(found) if len(body) > 1]
+    if several:
+        corners = [np.concatenate([np.asarray(piece if dim == 2 else piece[0]) for piece in body]) for _, body in several]
+        faults = [(k, not_convex(f"{Path(path).name}, block {k}", x)) for (k, _), x in zip(several, corners)]
+        raise all_told(Path(path).name, faults, len(found))
+    for body, part in zip(found, parts):
         blocks.add(*([body[0]] if dim == 2 else body[0]), part=part)
     blocks.flush = facts.pop("flush", FLUSH)
     return blocks, report_of(blocks, **facts)
@@ -116,31 +136,82 @@ def gathered(path, repair, convex, scale, flat):
         raise FileNotFoundError(f"{path} does not exist")
     raw = READERS[ending](path)
     notes = {}
-    for vertices, faces, part in raw.soups:
+    for vertices, faces, part, own in raw.soups:
+        first = len(raw.bodies)
         apart(raw, path.name, vertices, faces, part, repair, notes, flat)
+        raw.names.update(dict.fromkeys(range(first, len(raw.bodies)), own))
     if not raw.bodies:
         raise ValueError(f"{path.name} holds no surface of any block")
     if raw.dim == 2:
         found, facts = polygons(raw, path.name, convex, scale)
-        return found, raw.parts, 2, facts
-    found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes)
-    return found, raw.parts, 3, facts
+    else:
+        found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes)
+    facts["names"] = tuple(raw.names.get(k, "") for k in range(len(found)))
+    facts["hints"] = tuple(hints_on(path.name, found, scale, raw))
+    for hint in facts["hints"]:
+        warnings.warn(hint, BlocksWarning, stacklevel=3)
+    return found, raw.parts, raw.dim, facts
+
+
+def hints_on(name, found, scale, raw):
+    """What the sizes and the parts of bodies tell of units and of joints that the file does not have."""
+    corners = [np.concatenate([np.asarray(p if raw.dim == 2 else p[0]) for p in body]) for body in found]
+    size = float(np.median([np.max(np.ptp(x, axis=0)) for x in corners]))
+    if size >= LARGE:
+        finer = "1e-3" if size >= 5 * LARGE else "1e-2"
+        yield (
+            f"blocks of {name} are {size:.3g} m long (the median): if its unit is the millimetre or the centimetre, "
+            f"give scale={finer if scale == 1 else f'{float(finer) * scale:g}'} (1e-3 for mm, 1e-2 for cm)"
+        )
+    elif size <= SMALL and scale < 1:
+        yield f"blocks of {name} are {size:.3g} m long (the median) at scale={scale:g}: if its unit is the metre, give scale=1"
+    several = [k for k, body in enumerate(found) if len(body) > 1]
+    if several:
+        most = max(several, key=lambda k: len(found[k]))
+        yield (
+            f"{len(several)} of {len(found)} blocks of {name} are not convex, each ONE rigid body: {raw.label('', most)[2:]} of "
+            f"{len(found[most])} convex parts that never come apart. Where joints are to open, the file must hold block by block"
+        )
 
 
 def polygons(raw: Raw, name, convex, scale):
     """Convex parts of each body in 2D, and facts for the report."""
-    found, hulls = [], []
+    found, hulls, faults = [], [], []
     for k, body in enumerate(raw.bodies):
-        corners = [mesh.check_polygon(np.asarray(p[0], float) * scale, f"{name}, block {k}") for p in body]
+        try:
+            corners = [mesh.check_polygon(np.asarray(p[0], float) * scale, f"{name}, block {k}") for p in body]
+        except mesh.MeshError as error:
+            faults.append((k, error))
+            continue
         pieces = [q for c in corners for q in convex_parts(c)]
         if len(pieces) > len(corners) and convex == "refuse":
-            raise mesh.MeshError("not convex", REFUSED.format(f"{name}, block {k}"))
+            faults.append((k, not_convex(f"{name}, block {k}", np.concatenate(corners))))
         if len(pieces) > len(corners) and convex == "hull":
             qhull = mesh.library("scipy.spatial", "for convex hulls").ConvexHull
             pieces = [c[qhull(c).vertices] for c in corners]
             hulls.append(k)
         found.append(pieces)
+    if faults:
+        raise all_told(name, faults, len(raw.bodies))
     return found, {"closed": len(found), "hulls": hulls}
+
+
+def not_convex(label, vertices):
+    """The refusal of a body, with the middle of what it fills."""
+    middle = mesh.place((vertices.min(axis=0) + vertices.max(axis=0)) / 2)
+    return mesh.MeshError("not convex", REFUSED.format(f"{label} at {middle}"))
+
+
+def all_told(name, faults, count, more=""):
+    """One error of all faults, pairs of a block and its MeshError: what is wrong with each, and the remedy of the first."""
+    if len(faults) == 1:
+        _, error = faults[0]
+        return mesh.MeshError(error.fault, f"{error}{more}", error.items)
+    facts, remedies = zip(*(str(error).partition("; ")[::2] for _, error in faults))
+    blocks, kinds = list(dict.fromkeys(k for k, _ in faults)), {error.fault for _, error in faults}
+    lines = [f"{name}: {len(blocks)} of {count} blocks are refused", *(f"  {fact.removeprefix(name + ', ')}" for fact in facts)]
+    lines += [f"what to do: {remedy}{more}" for remedy in dict.fromkeys(remedies)]
+    return mesh.MeshError(kinds.pop() if len(kinds) == 1 else "several", "\n".join(lines), blocks)
 
 
 def apart(raw, name, vertices, faces, part, repair, notes, flat):
@@ -162,11 +233,24 @@ def apart(raw, name, vertices, faces, part, repair, notes, flat):
         faces = faces[~lost]
     if not is_closed(faces):  # a format that repeats corners for each face; where it does not, blocks that touch stay apart
         vertices, faces = mesh.weld(np.where(finite[:, None], vertices, 0.0), faces)
-    for body in solids(vertices, faces, 4 * rounding([vertices[faces]], flat)) if len(faces) else []:
+    for body in bodies_of(vertices, faces, flat) if len(faces) else []:
         if np.any(lost):
             notes.setdefault(len(raw.bodies), []).append(f"{np.sum(lost)} faces of the file had a vertex that is not finite")
         raw.bodies.append([body])
         raw.parts.append(part)
+
+
+def bodies_of(vertices, faces, flat):
+    """The bodies that triangles bound. Where some are not closed, those that the order of the file tells apart, if these are more
+    and no more of them have faults: a face that is turned the wrong way misleads the search round an edge."""
+    limit = 4 * rounding([vertices[faces]], flat)
+    found = solids(vertices, faces, limit)
+    faults = sum(not is_closed(f) for _, f in found)
+    if faults:
+        others = solids(vertices, faces, limit, in_order=True)
+        if len(others) > len(found) and sum(not is_closed(f) for _, f in others) <= faults:
+            return others
+    return found
 
 
 def rounding(points, flat):
@@ -192,20 +276,26 @@ def smallest_for(name, pieces, scale):
 
 def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
     """Convex parts of each body, and facts for the report."""
-    closed, repaired, hulls, pieces = 0, {}, [], []
+    closed, repaired, hulls, pieces, faults, refused = 0, {}, [], [], [], []
     for k, body in enumerate(raw.bodies):
-        label = f"{name}, block {k}"
+        label = raw.label(name, k)
         for surface in body:
             vertices, faces = np.asarray(surface[0], float) * scale, surface[1]
             try:
                 mesh.check(vertices, faces, label)
                 closed += surface is body[0] and k not in notes
             except mesh.MeshError as error:
-                if not repair:
-                    raise mesh.MeshError(error.fault, f"{error} (repair=True does so while reading)", error.items) from None
-                vertices, faces, done = mesh.repair(vertices, faces, label)
+                try:
+                    if not repair:
+                        raise error
+                    vertices, faces, done = mesh.repair(vertices, faces, label)
+                except mesh.MeshError as left:
+                    faults.append((k, left))
+                    continue
                 repaired[k] = repaired.get(k, notes.get(k, [])) + done
             pieces.append((k, vertices, mass_properties.triangles(faces, len(vertices))))
+    if faults:
+        raise all_told(name, faults, len(raw.bodies), "" if repair else " (repair=True does so while reading)")
     limit = min(rounding([v / scale for _, v, _ in pieces], flat) * scale, smallest_for(name, pieces, scale))
     grouped = [(v, fans, plane_groups(v, fans, limit)) for _, v, fans in pieces]
     plane, farthest = flattened(grouped, limit)
@@ -221,13 +311,17 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
             found[k].append((vertices, [rim(fans[g]) for g in plane_groups(vertices, fans, small)]))
             hulls.append(k)
         else:
-            raise mesh.MeshError("not convex", REFUSED.format(f"{name}, block {k}"))
+            refused.append((k, not_convex(raw.label(name, k), vertices)))
+    if refused:
+        raise all_told(name, refused, len(raw.bodies))
     size = min(float(np.max(np.ptp(v, axis=0))) for v in plane)
     flush = max(FLUSH, min(limit / size, 1e-3))
     return found, {"closed": closed, "repaired": repaired, "hulls": hulls, "flattened": farthest, "flush": flush}
 
 
-def report_of(blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None) -> ImportReport:
+def report_of(
+    blocks: Blocks, *, closed=None, repaired=None, hulls=None, flattened=0.0, owner=None, names=(), hints=()
+) -> ImportReport:
     """The report of any assembly, as an import gives it. owner (n,): the body of each block, where bodies have several convex
     parts."""
     edges = []
@@ -252,6 +346,8 @@ def report_of(blocks: Blocks, *, closed=None, repaired=None, hulls=None, flatten
         int(np.sum(joints[:, 0] != joints[:, 1])),
         flattened,
         len(blocks),
+        tuple(names),
+        tuple(hints),
     )
 
 
@@ -279,7 +375,22 @@ def read_trimesh(path) -> Raw:
     for geometry in list(loaded.geometry.values()) if hasattr(loaded, "geometry") else [loaded]:
         if not hasattr(geometry, "faces"):
             continue  # lines and points bound nothing
-        raw.soups.append((np.array(geometry.vertices), np.array(geometry.faces), "block"))
+        raw.soups.append((np.array(geometry.vertices), np.array(geometry.faces), "block", ""))
+    return raw
+
+
+def read_obj(path) -> Raw:
+    """The objects of an OBJ file, by their names; as one where these are not closed and the whole is."""
+    vertices, objects = read_objects(path)
+    if len(objects) > 1:
+        whole = np.concatenate([faces for _, faces in objects])
+        alone = all(is_closed(mesh.weld(vertices, faces)[1]) for _, faces in objects)
+        if not alone and is_closed(mesh.weld(vertices, whole)[1]):
+            objects = [("", whole)]
+    raw = Raw()
+    for name, faces in objects:
+        used, numbers = np.unique(faces, return_inverse=True)
+        raw.soups.append((vertices[used], numbers.reshape(-1, 3), kind_of(name) or "block", name))
     return raw
 
 
@@ -315,9 +426,9 @@ def read_meshio(path) -> Raw:
         for f in faces:  # a face that two elements share lies inside
             seen.setdefault(frozenset(f), []).append(f)
         outer = [f[0] for f in seen.values() if len(f) == 1]
-        raw.soups.append((points, fans_of(outer), names.get((physical, 3), "block")))
+        raw.soups.append((points, fans_of(outer), names.get((physical, 3), "block"), ""))
     if not volumes and surface:
-        raw.soups.append((points, fans_of(surface), "block"))
+        raw.soups.append((points, fans_of(surface), "block", ""))
     if not raw.soups:
         raise ValueError(f"{path.name} holds no triangles, quadrilaterals or volume elements")
     return raw
@@ -408,7 +519,7 @@ def read_lmgc90(path) -> Raw:
 
 READERS = {
     ".stl": read_trimesh,
-    ".obj": read_trimesh,
+    ".obj": read_obj,
     ".ply": read_trimesh,
     ".vtk": read_meshio,
     ".vtu": read_meshio,

@@ -1,7 +1,7 @@
 """Surfaces of bodies: closed, turned outward, without holes, folds or slivers; each fault is named with what repairs it.
 
 A body needs a surface that is closed and does not cross itself, or its volume and inertia mean nothing. `check` refuses
-what is not so; `repair` mends what can be mended (with the library trimesh) and says what it did.
+what is not so; `repair` mends what can be mended and says what it did.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ def check(vertices, faces, name: str = "mesh") -> MeshReport:
     fans = mass_properties.triangles(faces, len(vertices))
     edges = np.linalg.norm(vertices[fans] - vertices[np.roll(fans, -1, axis=1)], axis=2)
     refuse_slivers(name, vertices, fans, edges)
-    refuse_open(name, fans)
-    refuse_pinched(name, fans, len(vertices))
+    refuse_open(name, fans, vertices)
+    refuse_pinched(name, fans, vertices)
     try:
         volume = float(mass_properties.polyhedra([vertices], [fans]).measure[0])
     except ValueError as error:
@@ -76,14 +76,25 @@ def refuse_slivers(name, vertices, fans, edges):
     if len(flat):
         raise MeshError(
             "flat triangle",
-            f"{name}: face {flat[0]} {fans[flat[0]].tolist()} has no area ({len(flat)} of {len(fans)} faces); "
+            f"{name}: face {flat[0]} {fans[flat[0]].tolist()} at {place(vertices[fans[flat[0]]].mean(axis=0))} has no area "
+            f"({len(flat)} of {len(fans)} faces); "
             "merge its vertices and drop it: cairn.pre.mesh.repair",
             flat,
         )
 
 
-def refuse_open(name, fans):
-    """Every edge must be run along once each way."""
+def place(point) -> str:
+    """A point as words of an error."""
+    return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
+
+
+def refuse_open(name, fans, vertices=None):
+    """Every edge must be run along once each way. vertices (n, 3): for words on where it is not."""
+
+    def edge(i, j):
+        where = f", {place(vertices[i])} to {place(vertices[j])}," if vertices is not None else ""
+        return f"the edge from vertex {i} to {j}{where}"
+
     start, stop = fans.ravel(), np.roll(fans, -1, axis=1).ravel()
     count = int(fans.max()) + 1
     forward, backward = np.sort(start * count + stop), np.sort(stop * count + start)
@@ -94,7 +105,7 @@ def refuse_open(name, fans):
         i, j = divmod(int(twice[0]), count)
         raise MeshError(
             "folded",
-            f"{name}: the edge from vertex {i} to {j} is run along twice the same way ({len(twice)} edges): some faces are "
+            f"{name}: {edge(i, j)} is run along twice the same way ({len(twice)} edges): some faces are "
             "turned the wrong way or more than two meet at an edge; cairn.pre.mesh.repair turns them alike",
             np.column_stack(np.divmod(twice, count)),
         )
@@ -102,13 +113,13 @@ def refuse_open(name, fans):
     i, j = divmod(int(alone[0]), count)
     raise MeshError(
         "open",
-        f"{name} is open: the edge from vertex {i} to {j} has a face on one side only ({len(alone)} edges); close the holes, "
-        "or let cairn.pre.mesh.repair fill small ones and merge vertices that coincide",
+        f"{name} is open: {edge(i, j)} has a face on one side only ({len(alone)} edges); close the holes, "
+        "or let cairn.pre.mesh.repair fill them and merge vertices that coincide",
         np.column_stack(np.divmod(alone, count)),
     )
 
 
-def refuse_pinched(name, fans, count):
+def refuse_pinched(name, fans, vertices):
     """A vertex whose faces make two fans joins two surfaces at a point."""
     corner = fans.ravel()
     # a corner's next face round its vertex is the one across the edge that ends there: each vertex needs one such cycle
@@ -119,14 +130,14 @@ def refuse_pinched(name, fans, count):
     keys = (start * size + stop)[by_start]
     following = by_start[np.searchsorted(keys, corner * size + before)]
     label = cycle_labels(following)
-    first = np.full(count, len(label))
+    first = np.full(len(vertices), len(label))
     np.minimum.at(first, corner, label)
     split = np.unique(corner[label != first[corner]])
     if len(split):
         raise MeshError(
             "pinched",
-            f"{name}: the surface touches itself at vertex {split[0]} ({len(split)} vertices): give each part a vertex of its "
-            "own, or split the body into its parts (cairn.pre.mesh.parts)",
+            f"{name}: the surface touches itself at vertex {split[0]}, {place(vertices[split[0]])} ({len(split)} vertices): give "
+            "each part a vertex of its own, or split the body into its parts (cairn.pre.mesh.parts)",
             split,
         )
 
@@ -148,7 +159,8 @@ def refuse_crossing(name, vertices, fans):
     if len(crossing):
         raise MeshError(
             "crossing",
-            f"{name} crosses itself: faces {crossing[0, 0]} and {crossing[0, 1]} cut each other ({len(crossing)} pairs); "
+            f"{name} crosses itself: faces {crossing[0, 0]} and {crossing[0, 1]} cut each other near "
+            f"{place(vertices[fans[crossing[0, 0]]].mean(axis=0))} ({len(crossing)} pairs); "
             "mend it in the program it comes from, or take its convex hull (convex='hull')",
             crossing,
         )
@@ -265,35 +277,11 @@ def parts(vertices, faces) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def repair(vertices, faces, name: str = "mesh"):
-    """A surface mended with trimesh: vertices, faces, list of what was done. Raises MeshError for what is left."""
-    trimesh = library("trimesh", "to repair a mesh")
-    done = []
-    vertices = np.asarray(vertices, float)
-    finite = np.isfinite(vertices).all(axis=1)
-    faces = mass_properties.triangles(faces, len(vertices))
-    if not np.all(finite):
-        kept = finite[faces].all(axis=1)
-        done.append(f"dropped {np.sum(~kept)} faces with a vertex that is not finite")
-        faces = faces[kept]
-        vertices = np.where(finite[:, None], vertices, 0.0)
-    before = len(faces)
-    vertices, faces = weld(vertices, faces, 1e-9)
-    mesh = trimesh.Trimesh(vertices, faces, process=False)
-    mesh.update_faces(mesh.unique_faces())
-    mesh.update_faces(mesh.nondegenerate_faces())
-    mesh.remove_unreferenced_vertices()
-    if len(mesh.faces) != before:
-        done.append(f"merged vertices and dropped {before - len(mesh.faces)} faces without area or listed twice")
-    with np.errstate(all="ignore"):  # what comes out is checked below
-        trimesh.repair.fix_winding(mesh)
-        if not mesh.is_watertight:
-            trimesh.repair.fill_holes(mesh)
-            done.append("filled holes" if mesh.is_watertight else "filled some holes")
-        trimesh.repair.fix_normals(mesh)
-    vertices, faces = np.array(mesh.vertices), np.array(mesh.faces)
-    done.append("turned faces outward")
-    check(vertices, faces, name)
-    return vertices, faces, done
+    """A surface mended, as cairn.pre.mesh_repair says: vertices, triangles, list of what was done. Raises MeshError for what is
+    left."""
+    from .mesh_repair import repair as mended
+
+    return mended(vertices, faces, name)
 
 
 def library(name, purpose):

@@ -7,19 +7,22 @@ import numpy as np
 COINCIDE = 1e-6  # rad: faces round an edge nearer than this lie on each other
 
 
-def solids(vertices, faces, rounding=0.0) -> list[tuple[np.ndarray, np.ndarray]]:
+def solids(vertices, faces, rounding=0.0, in_order=False) -> list[tuple[np.ndarray, np.ndarray]]:
     """The bodies that triangles (k, 3) bound, each (vertices, faces) with corners of its own.
 
     Files mostly list body after body: what is closed by itself is taken first. In what is left, at an edge of several bodies the
     faces are taken round it in order: a body lies between a face that it begins at and the next that it ends at (Weiler 1986). So
-    blocks that stand flush on each other come apart, also where a file gives equal corners once. Where faces do not pair they
-    stay together, for cairn.pre.mesh.check to say what is wrong. rounding [m]: of the corners; faces nearer than that, and than
-    1e-6 rad, lie on each other.
+    blocks that stand flush on each other come apart, also where a file gives equal corners once. Where faces do
+    not pair, one missing or turned, those that stand together in the file do. rounding [m]: of the corners; faces nearer than
+    that, and than 1e-6 rad, lie on each other. in_order: faces pair by their places in the file alone, for surfaces with faults.
     """
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
-    ends = [0, *closed_after(faces), len(faces)]
+    ends = [0, *closed_after(faces)]
+    if ends[-1] < len(faces):  # from the first fault on; what is closed by itself at the end of the file is taken as well
+        ends += [len(faces) - end for end in closed_after(faces[ends[-1] :][::-1])[::-1]]
+        ends.append(len(faces))
     runs = [faces[a:b] for a, b in zip(ends[:-1], ends[1:]) if b > a]
-    return [body for run in runs for body in parted(vertices, run, rounding)]
+    return [body for run in runs for body in parted(vertices, run, rounding, in_order)]
 
 
 def closed_after(faces):
@@ -39,7 +42,7 @@ def closed_after(faces):
     return ends
 
 
-def parted(vertices, faces, rounding):
+def parted(vertices, faces, rounding, in_order=False):
     """The bodies of triangles in any order; see `solids`."""
     start, stop, apex = (np.roll(faces, -k, axis=1).ravel() for k in range(3))
     owner = np.repeat(np.arange(len(faces)), 3)
@@ -53,7 +56,8 @@ def parted(vertices, faces, rounding):
         at = order[first : first + number]
         forward = (start[at] < stop[at]) != turned
         i, j = sorted((start[at[0]], stop[at[0]]))
-        pairs.append(owner[at[round_an_edge(vertices[i], vertices[j], vertices[apex[at]], forward, rounding)]])
+        paired = None if in_order else round_an_edge(vertices[i], vertices[j], vertices[apex[at]], forward, rounding)
+        pairs.append(owner[at[neighbours_in_file(owner[at]) if paired is None else paired]])
     label = joined_labels(len(faces), np.concatenate(pairs))
     found = []
     for k in np.unique(label):
@@ -69,11 +73,11 @@ def signed_volume(vertices, faces):
 
 def round_an_edge(i, j, apex, forward, rounding):
     """Which of the faces round the edge from i to j bound a body together: (p, 2). apex (n, 3): corners off the edge; forward
-    (n,): whether a face runs from i to j, its body then lies clockwise of it seen from j; rounding [m] of corners."""
+    (n,): whether a face runs from i to j, its body then lies clockwise of it seen from j; rounding [m] of corners. None where
+    they do not pair: a face is missing there, or turned the wrong way."""
     n = len(apex)
-    chain = np.column_stack((np.arange(n - 1), np.arange(1, n)))
     if 2 * np.sum(forward) != n:
-        return chain
+        return None
     along = (j - i) / np.linalg.norm(j - i)
     x = np.cross(along, np.eye(3)[np.argmin(np.abs(along))])
     y = np.cross(along, x)
@@ -83,15 +87,26 @@ def round_an_edge(i, j, apex, forward, rounding):
     step = np.diff(angle[ranks], prepend=angle[ranks[-1]] - 2 * np.pi)
     new = (step > COINCIDE) & (step * np.minimum(reach[ranks], reach[np.roll(ranks, 1)]) > rounding)
     if not np.any(new):
-        return chain
+        return None
     shift = -int(np.argmax(new))
     ranks, new = np.roll(ranks, shift), np.roll(new, shift)
     # at one angle a body ends before the next begins
     ranks = ranks[np.lexsort((~forward[ranks], np.cumsum(new)))]
     ranks = np.roll(ranks, -int(np.argmin(forward[ranks])))
     if np.any(forward[ranks[::2]]) or not np.all(forward[ranks[1::2]]):
-        return chain
+        return None
     return ranks.reshape(-1, 2)
+
+
+def neighbours_in_file(face):
+    """Pairs (p, 2) of faces, given by their numbers (n,), that are nearest to each other in the file: those of one body mostly
+    stand together. All in a chain where more than one is left without a partner."""
+    order = np.argsort(face)
+    gap = np.concatenate([[np.inf], np.diff(face[order]), [np.inf]])
+    pairs = [(k, k + 1) for k in range(len(face) - 1) if gap[k + 1] < min(gap[k], gap[k + 2])]
+    if len(face) - 2 * len(pairs) > 1:
+        pairs = [(k, k + 1) for k in range(len(face) - 1)]
+    return order[np.array(pairs)]
 
 
 def joined_labels(count, links):
