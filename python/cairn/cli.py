@@ -5,6 +5,7 @@ import os
 import sys
 
 from .names import listed, meant
+from .pre import checks
 from .pre import command as import_command
 from .problems import command as problem_command
 from .study import command as study_command
@@ -253,10 +254,7 @@ def main(arguments=None):
             place = _line_of(error, options.what)
         elif not (isinstance(error, (OSError, ValueError, LookupError, TypeError, ImportError)) or _meant_to_be_read(error)):
             raise
-        text = error.args[0] if isinstance(error, LookupError) and error.args else error
-        if isinstance(error, ModuleNotFoundError) and (package := PACKAGES.get((error.name or "").partition(".")[0])):
-            text = f"{package} is needed for this: pip install {package}"
-        print(f"cairn: error: {place}{text}", file=sys.stderr)
+        print(f"cairn: error: {place}{_in_a_line(error)}", file=sys.stderr)
         return 1
 
 
@@ -291,6 +289,18 @@ def _meant_to_be_read(error):
     if not os.path.abspath(code.co_filename).startswith(os.path.dirname(os.path.abspath(__file__)) + os.sep):
         return False
     return isinstance(error, Error) or dis.opname[code.co_code[at]] == "RAISE_VARARGS"
+
+
+def _in_a_line(error):
+    """The words of an error."""
+    from .post.errors import FileError, as_file_error
+
+    if isinstance(error, ModuleNotFoundError) and (package := PACKAGES.get((error.name or "").partition(".")[0])):
+        return f"{package} is needed for this: pip install {package}"
+    if isinstance(error, OSError) and not isinstance(error, FileError) and error.errno and error.filename:
+        error = as_file_error(error.filename, error)
+    text = error.args[0] if isinstance(error, LookupError) and error.args else error
+    return " ".join(str(text).splitlines())
 
 
 def _line_of(error, script):
@@ -422,9 +432,15 @@ def plot(options):
     matplotlib.use("Agg")
     from .post.load import load
 
+    checks.count("every", options.every, 1)
+    checks.count("dpi", options.dpi, 1)
     stem = os.path.splitext(options.file)[0]
     out = options.output or f"{stem}_{options.what}.png"
     with load(options.file) as run:
+        if len(run):
+            fields = [*run[-1].bodies.names, "speed", "spin", "forces", "energy", "residual"]
+            if options.what not in fields:
+                raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
         if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
             run.animate(out, options.what, every=options.every, dpi=options.dpi)
         elif options.what in ("energy", "residual"):

@@ -94,6 +94,10 @@ def test_names_of_runs(tmp_path):
     for name, words in (("a.vtk", "this name ends in .vtk"), ("a.csv", "ends in .csv"), ("a", "has no ending")):
         with pytest.raises(cn.FileError, match=f"{words}; give a name that ends in .vtkhdf"):
             s.run(steps=1, output=tmp_path / name)
+    with pytest.raises(cn.FileError, match="a checkpoint is an HDF5 file, and this name ends in .vtk; give a name that ends"):
+        s.checkpoint(tmp_path / "a.vtk")
+    with pytest.raises(cn.FileError, match="a scene is an HDF5 file, and this name ends in .stl; give a name that ends in .h5"):
+        s.scene.save(tmp_path / "a.stl")
     assert s.steps == 0 and not list(tmp_path.iterdir())
 
 
@@ -191,3 +195,22 @@ def test_misspelt_on_the_command_line(capsys, tmp_path):
     heap().save(tmp_path / "pile.scene.h5")
     status, _, err = call(capsys, "run", tmp_path / "pile.scene.h5", "--dt", 1e-3, "--steps", 1, "--solver", "PPANewtn")
     assert status == 1 and "did you mean 'PPANewton'?" in err and err.count("\n") == 1
+
+
+def test_errors_of_all_commands_take_a_line(capsys, tmp_path):
+    heap().save(tmp_path / "heap.scene.h5")
+    sim().run(steps=1, output=tmp_path / "a.vtkhdf")
+    (tmp_path / "a.txt").write_text("hello")
+    for arguments, words in (
+        (["plot", tmp_path / "a.vtkhdf", "--what", "energi"], "there is no field 'energi'; .*; did you mean 'energy'"),
+        (["plot", tmp_path / "a.vtkhdf", "--every", 0, "-o", tmp_path / "a.gif"], "every is 0: give a whole number >= 1"),
+        (["plot", tmp_path / "a.vtkhdf", "--dpi", -4], "dpi is -4: give a whole number >= 1"),
+        (["run", tmp_path / "a.txt", "--dt", 1e-3, "--steps", 1], "this is not a scene; give a .scene.h5 file"),
+        (["run", tmp_path / "heap.scene.h5", "--dt", 1e-3, "--until", -1], "until is -1.0: the simulation is at 0 s already"),
+        (["run", tmp_path / "heap.scene.h5", "--dt", 1e-3, "--steps", 1, "-o", tmp_path / "a.vtk"], "this name ends in .vtk"),
+        (["wrap-law", tmp_path / "none.toml"], "none.toml: no such file or folder; check the path"),
+        (["solve", tmp_path], "cannot be opened as HDF5"),
+    ):
+        status, out, err = call(capsys, *arguments)
+        assert status == 1 and out == "" and err.startswith("cairn: error: ") and err.count("\n") == 1
+        assert re.search(words, err), err

@@ -187,7 +187,7 @@ class Scene:
                 "shear_rate": p.shear_rate,
                 "corner": np.asarray(p.corner if p.corner is not None else np.zeros(self.dim), float),
             }
-        save(path, content)
+        save(path, content, "a scene")
 
     @classmethod
     def load(cls, path):
@@ -195,7 +195,7 @@ class Scene:
         from ..post.checkpoint import load
         from ..post.errors import FileError
 
-        content = load(path)
+        content = load(path, "a scene", ".scene.h5")
         if content.get("kind") != "scene":
             raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
         periodic = content.get("periodic")

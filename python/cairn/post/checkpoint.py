@@ -12,7 +12,7 @@ import tempfile
 import h5py
 import numpy as np
 
-from .errors import FileError, as_file_error
+from .errors import FileError, as_file_error, named
 
 FORMAT_NAME = "cairn-checkpoint"
 FORMAT_VERSION = (1, 0)
@@ -24,13 +24,13 @@ def checkpoint_path(run_path):
     return (stem if extension == ".vtkhdf" else os.fspath(run_path)) + ".checkpoint.h5"
 
 
-def save(path, state):
+def save(path, state, what="a checkpoint"):
     """Write `state`, a nested dict of arrays, numbers, text, None and lists of these, to `path`.
 
     The file is written under another name, brought to the disk, then renamed: at every instant `path` is the old
     checkpoint or the new one. Raises FileError (full disk, no permission ...), TypeError for what cannot be stored.
     """
-    path = os.fspath(path)
+    path = named(path, what, ".h5")
     folder, name = os.path.split(path)
     made = None
     try:
@@ -62,7 +62,7 @@ def save(path, state):
             os.unlink(made)
 
 
-def load(path):
+def load(path, what="a checkpoint", given=".checkpoint.h5"):
     """The state that `save` wrote, bit for bit.
 
     Raises FileError if there is no such file, it is truncated, damaged, something else or of a later format.
@@ -73,26 +73,26 @@ def load(path):
             start = file.read(8)
     except OSError as error:
         raise as_file_error(path, error) from error
-    remedy = "restart from an earlier checkpoint"
+    remedy = "restart from an earlier checkpoint" if what == "a checkpoint" else "write it again"
     if start != b"\x89HDF\r\n\x1a\n":
-        raise FileError(path, "this is not a checkpoint", "give a .checkpoint.h5 file that Cairn wrote")
+        raise FileError(path, f"this is not {what}", f"give a {given} file that Cairn wrote")
     try:
         with h5py.File(path, "r") as file:
-            _check_format(path, file)
+            _check_format(path, file, what, given)
             digest = hashlib.blake2b(digest_size=32)
             state = _read(file["state"], digest, "")
             if digest.hexdigest() != file.attrs["checksum"]:
-                raise FileError(path, "the checkpoint is damaged: its checksum does not match", remedy)
+                raise FileError(path, f"{what.replace('a ', 'the ', 1)} is damaged: its checksum does not match", remedy)
             return state
     except FileError:
         raise
     except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
-        raise FileError(path, f"the checkpoint is truncated or damaged ({error})", remedy) from error
+        raise FileError(path, f"{what.replace('a ', 'the ', 1)} is truncated or damaged ({error})", remedy) from error
 
 
-def _check_format(path, file):
+def _check_format(path, file, what, given):
     if file.attrs.get("format") != FORMAT_NAME:
-        raise FileError(path, "this HDF5 file is not a checkpoint", "give a .checkpoint.h5 file that Cairn wrote")
+        raise FileError(path, f"this HDF5 file is not {what}", f"give a {given} file that Cairn wrote")
     version = tuple(int(n) for n in file.attrs["version"])
     if version[0] > FORMAT_VERSION[0]:
         raise FileError(

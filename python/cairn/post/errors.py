@@ -1,5 +1,7 @@
 """What can go wrong with a file, said so that a user can act on it."""
 
+import os
+
 
 class FileError(OSError):
     """A file cannot be read or written.
@@ -10,6 +12,22 @@ class FileError(OSError):
     def __init__(self, path, problem, remedy=""):
         self.path, self.problem, self.remedy = str(path), problem, remedy
         super().__init__(f"{self.path}: {problem}" + (f"; {remedy}" if remedy else ""))
+
+
+# endings of names by which other programs know other formats than HDF5
+FOREIGN = frozenset(
+    ".vtk .vtp .vtu .pvd .csv .txt .dat .json .npz .npy .stl .obj .ply .msh .png .pdf .svg .jpg .gif .mp4 .py .xml .zip".split()
+)
+
+
+def named(path, what, right, also=""):
+    """The path as text; FileError if its name promises another format than the HDF5 of what is written. right: ending to give."""
+    path = os.fspath(path)
+    ending = os.path.splitext(path)[1].lower()
+    if ending in FOREIGN:
+        remedy = f"give a name that ends in {right}{also}"
+        raise FileError(path, f"{what} is an HDF5 file, and this name ends in {ending}", remedy)
+    return path
 
 
 def why(error):

@@ -58,7 +58,7 @@ def solve(options):
         try:
             problem = read(path)
         except ProblemFileError as error:
-            print(f"cairn: error: {error}", file=sys.stderr)
+            print(f"cairn: error: {' '.join(str(error).splitlines())}", file=sys.stderr)
             code = 1
             continue
         result = problem.solve(

@@ -231,16 +231,12 @@ class _Recorder:
 
 def checked_output(output):
     """The path of a run's file; FileError if its name says that it is something else."""
-    from ..post.errors import FileError
+    from ..post.errors import FileError, named
 
-    path = Path(output)
+    path = Path(named(output, "a run", ".vtkhdf", "; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it"))
     if path.suffix.lower() not in ENDINGS and not path.is_dir():
         ending = f"ends in {path.suffix}" if path.suffix else "has no ending"
-        raise FileError(
-            path,
-            f"a run is one HDF5 file, and this name {ending}",
-            "give a name that ends in .vtkhdf; 'cairn convert' makes .vtp, .vtu, .csv or .npz of it",
-        )
+        raise FileError(path, f"a run is an HDF5 file, and this name {ending}", "give a name that ends in .vtkhdf")
     return path
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import _core
+from ..names import listed
 from . import contact_problem
 from .strategies import NSCD
 
@@ -63,7 +64,7 @@ class Shadow:
 def add(simulation, stage, kernel, tol, folder, name):
     """Checks what was asked for; see Simulation.shadow."""
     if stage not in OUTPUTS:
-        raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {', '.join(OUTPUTS)}")
+        raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(OUTPUTS, stage)}")
     if not isinstance(simulation.strategy, NSCD):
         raise ValueError("shadows need the stages of NSCD; this simulation has another strategy")
     if not (isinstance(tol, (int, float)) and tol >= 0 and math.isfinite(tol)):
@@ -87,7 +88,7 @@ def _named(stage, name):
 
     known = list(solvers())
     if stage != "solve_contacts" or name not in known:
-        raise ValueError(f"kernel is {name!r}: give 'reference', or for solve_contacts one of {', '.join(known)}")
+        raise ValueError(f"kernel is {name!r}: give 'reference', or for solve_contacts one of {listed(known, name)}")
     return lambda s: s["problem"].solve(name, tol=1e-12).r
 
 
