@@ -94,8 +94,9 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
     repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull" (`bodies`
     keeps it as it is); scale: metres in a unit of the file; flat: how far corners may stand
     out of their faces, over the extent of all blocks, beside what the file's numbers round (seven digits, if all are such): they
-    are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume of
-    gmsh) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or ValueError naming file and block.
+    are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume
+    of gmsh, an object of OBJ) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or
+    ValueError naming the file and each block.
     """
     if convex not in ("refuse", "hull"):
         raise ValueError(f'convex is {convex!r}: give "refuse" or "hull", or take cairn.pre.importing.bodies')
