@@ -110,6 +110,15 @@ def test_polyhedra_that_are_not_convex_come_in_convex_parts(tmp_path):
         legacy.read_datbox(write(tmp_path, body("RBDY3", hole)))
 
 
+@pytest.mark.parametrize("dent, parts", [(2e-6, 1), (0.2, 4)])
+def test_what_the_digits_of_the_file_dent_is_convex(tmp_path, dent, parts):
+    vertices = [*(np.array(BOX) + 10.0), [10.5, 10.5, 11.0 - dent]]
+    faces = [f for f in SIDES if f not in ([4, 5, 7], [4, 7, 6])] + [[4, 5, 8], [5, 7, 8], [7, 6, 8], [6, 4, 8]]
+    s = legacy.read_datbox(write(tmp_path, body("RBDY3", polyhedron(vertices, faces)))).sets[0]
+    assert s.mass[0] == pytest.approx(1e3 * (1 - dent / 3), rel=1e-6)
+    assert len(s.contactors[0].body) == parts
+
+
 def test_axes_that_nobody_tells_are_refused(tmp_path):
     tilted = np.array(BOX) @ np.array([[1, 0.3, 0], [0, 1, 0.2], [0, 0, 2]])
     text = body("RBDY3", polyhedron(tilted, SIDES))

@@ -30,6 +30,7 @@ KINDS = {
     "RBDY3": ("SPHER", "CYLND", "DNLYC", "POLYR", "PLANx", "PT3Dx", "SPHEb", "POLYF"),
 }
 SHORT = {"DISKb": "DISKx", "SPHEb": "SPHER"}  # named so where contactors see each other
+DIGITS = 5e-7  # of a number: what eight digits, the first of which may be 0, leave open
 FLAT = 1e-7  # of its size: what a face may bend and still be flat, as the core has it
 
 
@@ -255,13 +256,26 @@ def _centre_polyhedron(reader, body, c):
         _refuse(reader, body, c, "has no volume")
     c.sizes = {"volume": found.measure[0], "moments": found.moments[0], "axes": found.axes[0]}
     c.offset = found.center[0]
+    rounding = DIGITS * np.max(np.abs(c.vertices))
     c.vertices = c.vertices - c.offset
-    if not mesh.is_convex(c.vertices, c.faces, FLAT):
+    if not mesh.is_convex(c.vertices, c.faces, FLAT) and not _hulled(c, rounding):
         try:
             c.parts = convex_parts(c.vertices, c.faces)
         except (ValueError, LookupError) as error:
-            why = error if isinstance(error, ValueError) else "its faces hardly bend, and rounding hides how"
+            why = error if isinstance(error, ValueError) else "a cut does not close, by rounding of faces nearly in one plane"
             _refuse(reader, body, c, f"is not convex, and is not cut into convex parts: {why}")
+
+
+def _hulled(c, rounding):
+    """Whether the digits of the file [m] alone keep a polyhedron from being convex; it is then its hull."""
+    points, faces = mesh.hull(c.vertices)
+    a, b, d = (points[faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, d - a), axis=1).sum() / 2
+    more = mass_properties.polyhedra([points], [faces]).measure[0] - c.sizes["volume"]
+    if more > rounding * area:
+        return False
+    c.vertices, c.faces = points, faces
+    return True
 
 
 def _solid_measures(c):
