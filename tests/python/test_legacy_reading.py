@@ -6,7 +6,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import legacy
-from small_datbox import BAR, BOX, DISK, HELD, LAW, SEE, SIDES, body, contactor, held, polyhedron, row, write
+from small_datbox import BAR, BOX, BULK, DISK, HELD, LAW, SEE, SIDES, body, contactor, held, polyhedron, row, write
 
 
 def test_comments_in_column_1_are_passed_over_in_every_file(tmp_path):
@@ -82,6 +82,22 @@ def test_spheres_and_planes_in_3d(tmp_path):
     core = cn.Simulation(scene, 1e-3)
     q = core.bodies.rotation[1]
     assert np.abs(q) == pytest.approx([2**-0.5, 0, 2**-0.5, 0], abs=1e-9)
+
+
+def test_slabs_are_planes_on_the_side_where_all_is_that_they_see(tmp_path):
+    slab = body("RBDY3", contactor("PLANx", 2.0, 1.0, 0.1, color="VERTx"), at=(0, 0, 1))
+    ball = contactor("SPHER", 0.1, label="byr")
+    below, above = body("RBDY3", ball, at=(0, 0, 0.75)), body("RBDY3", ball, at=(1, 0, 1.25))
+    see, drives = SEE.format("RBDY3", "SPHER", "PLANx", "VERTx"), held("RBDY3", 1, range(1, 7))
+    bulk = BULK.replace("grv2=-0.9810000D+01  grv3= 0.0000000D+00", "grv2= 0.0000000D+00  grv3= 0.9810000D+01")
+    sim = cn.Simulation(legacy.read_datbox(write(tmp_path, slab + below, see, drives=drives, bulk=bulk)), 1e-3)
+    for _ in range(300):
+        sim.step()
+    assert sim.bodies.position[1, 2] == pytest.approx(0.8, abs=1e-3)  # it fell upward against the lower face
+    with pytest.raises(
+        legacy.LegacyError, match=r"PLANx of RBDY3 1, which has bodies .* both of its sides \(BODIES.DAT, line 9\)"
+    ):
+        legacy.read_datbox(write(tmp_path, slab + below + above, see, drives=drives))
 
 
 @pytest.mark.parametrize("seed", range(3))

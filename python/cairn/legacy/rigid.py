@@ -47,6 +47,7 @@ class Contactor:
     faces: np.ndarray | None = None  # from 0
     parts: list = field(default_factory=list)  # convex (vertices, faces) of a polyhedron that is not convex
     line: int = 0
+    side: float = 1.0  # of a PLANx: which of its faces, +axe3 or -axe3, meets something
 
 
 @dataclass

@@ -70,6 +70,7 @@ def _read(folder, unmapped, state, step):
     origin = Origin(box, notes=list(box.notes))
     scene = Scene(dim=box.dim, gravity=box.gravity[: box.dim])
     _check_extras(origin)
+    _choose_sides(box, origin)
     materials = {}
     for group in _groups(box, origin):
         scene.add(_set_of(box, group, materials, origin))
@@ -96,6 +97,39 @@ def _check_extras(origin):
     for m in box.materials.values():
         if m.law != "RIGID" and any(b.material == m.name for b in box.bodies):
             origin.notes.append(f"material {m.name} ({m.law}): its density alone counts for rigid bodies")
+
+
+def _choose_sides(box, origin):
+    """A slab meets what is on either of its sides, a plane without end what is on one: the side where all is that it sees."""
+    planes = [(b, c) for b in box.bodies for c in b.contactors if c.type == "PLANx"]
+    centers = {}
+    for body in box.bodies if planes else ():
+        place, turn = _pose(box, body)
+        for c in body.contactors:
+            centers.setdefault((body.type, c.type, c.color), []).append((body.number, place + turn @ c.offset))
+    for body, c in planes:
+        place, turn = _pose(box, body)
+        own = (body.type, c.type, c.color)
+        seen = [x for key, found in centers.items() if any(_fits(see, own, key) for see in box.see)
+                for number, x in found if number != body.number]  # fmt: skip
+        if not seen:
+            continue
+        axis = turn[:, 2] if c.frame is None else turn @ c.frame[:, 2]
+        height = (np.array(seen) - (place + turn @ c.offset)) @ axis
+        if np.max(height) <= 0:
+            c.side = -1.0
+        elif np.min(height) < 0:
+            origin.unmapped.append(
+                f"PLANx of {body.type} {body.number}, which has bodies that it sees on both of its sides "
+                f"(BODIES.DAT, line {c.line})"
+            )
+
+
+def _pose(box, body):
+    state = box.states.get((body.type, body.number))
+    if state is None:
+        return body.position, body.frame
+    return body.position + state.displacement[:3], state.frame
 
 
 # ------------------------------------------------------------------ bodies
@@ -285,7 +319,9 @@ def _contactors(box, members, materials, origin):
                     origin.unmapped[same] += " and others"
                 continue
             if c.type == "PLANx" and not any("PLANx" in note for note in origin.notes):
-                origin.notes.append("PLANx: a plane without end through the face at +axe3, its other sides are left out")
+                origin.notes.append(
+                    "PLANx: a plane without end through the face towards what it meets, its other sides are left out"
+                )
             name = f"{body.material} {c.color} {c.type}"
             if name not in materials:
                 materials[name] = (body.type, c.type, c.color)
@@ -353,6 +389,7 @@ def _shape(c):
     if c.type == "JONCx":
         return "segment", c.sizes["axe2"], offset, (1.0, 0.0, c.sizes["axe1"])
     if c.type == "PLANx":
+        axis = axis * c.side
         return "plane", 0.0, offset + c.sizes["axe3"] * axis, (*axis, 0.0)
     if c.type in ("POLYG", "POLYR"):
         return "polygon" if c.type == "POLYG" else "polyhedron", 0.0, offset, None
@@ -403,7 +440,12 @@ def _sides(see, materials):
     wanted = [{one, other} for one, other in zip(_plain(see.candidate), _plain(see.antagonist))]
     fit = [n for n, key in materials.items() if all(word in w for word, w in zip(key, wanted))]
     pairs = [(a, b) for k, a in enumerate(fit) for b in fit[k:]]
-    return [(a, b) for a, b in pairs if all({x, y} == w for x, y, w in zip(materials[a], materials[b], wanted))]
+    return [(a, b) for a, b in pairs if _fits(see, materials[a], materials[b])]
+
+
+def _fits(see, one, other):
+    sides = zip(one, other, _plain(see.candidate), _plain(see.antagonist))
+    return all({x, y} == {p, q} for x, y, p, q in sides)
 
 
 def _plain(side):
