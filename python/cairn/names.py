@@ -96,8 +96,14 @@ def _call(parameters):
     return str(inspect.Signature(plain))
 
 
-def teach(namespace, public, package="cairn"):
-    """Puts `telling` around the public functions, constructors and methods of a namespace, a dict, wherever they are defined."""
+def teach(namespace, public=None, package="cairn"):
+    """Puts `telling` around the public functions, constructors and methods of a namespace, a dict, wherever they are defined.
+
+    public: their names; without it, all that the module of the namespace defines.
+    """
+    if public is None:
+        own = namespace["__name__"]
+        public = [n for n, member in namespace.items() if n[0] != "_" and getattr(member, "__module__", None) == own]
     for name in public:
         member = namespace.get(name)
         if getattr(member, "__module__", "").partition(".")[0] != package:

@@ -6,6 +6,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import names
+from cairn.post import limit_analysis, plots
 from small_scenes import ROCK, heap
 
 XY = [[0.0, 0.0], [1.0, 0.0]]
@@ -70,6 +71,8 @@ ARGUMENTS = [
     (lambda: cn.Material("x", densty=1.0), "Material has no argument 'densty'; it has name, density; did you mean 'density'"),
     (lambda: cn.pre.masonry.arch(radus=1.0), "arch has no argument 'radus'; it has kind, radius, .*; did you mean 'radius'"),
     (lambda: cn.surface([], [], ROCK, velocty=1), "surface has no argument 'velocty'; .*; did you mean 'velocity'"),
+    (lambda: plots.plot_step(None, waht="velocity"), "plot_step has no argument 'waht'; .*; did you mean 'what'"),
+    (lambda: limit_analysis.bisect(bool, low=0, hihg=1), "bisect has no argument 'hihg'; it has .*; did you mean 'high'"),
     (lambda: problem().solve(max_iters=3), "Problem.solve has no argument 'max_iters'; .*; did you mean 'max_iter'"),
 ]
 

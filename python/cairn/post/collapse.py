@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..names import teach
 from ..pre import checks
 from ..pre.blocks import Blocks
 from .limit_analysis import Assembly
@@ -136,3 +137,6 @@ def loaded(blocks, mu, density, load, way, live, multiplier, dt, strategy):
     scene.interact("*", "*", Coulomb(mu=mu))
     strategy = NSCD(theta=1.0, solver=NLGS(tol=1e-8, max_iter=50_000)) if strategy is None else strategy
     return Structure(blocks, Simulation(scene, dt=dt, strategy=strategy), ids)
+
+
+teach(globals())

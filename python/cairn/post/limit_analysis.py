@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..names import teach
 from ..pre import checks
 from ..pre.blocks import Blocks, Joints
 from ..pre.mesh import library
@@ -224,3 +225,6 @@ def arch_sectors(radius, thickness, voussoirs, half_angle=np.pi / 2):
     area = half * (outer**2 - inner**2)
     reach = 2 * (outer**3 - inner**3) * np.sin(half) / (3 * (outer**2 - inner**2) * half)
     return np.full(voussoirs, area), reach * np.column_stack((np.sin(middle), np.cos(middle)))
+
+
+teach(globals())

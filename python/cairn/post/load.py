@@ -6,7 +6,7 @@ import os
 import h5py
 import numpy as np
 
-from ..names import listed
+from ..names import listed, teach
 from .errors import FileError, as_file_error
 from .writer import FORMAT_NAME, FORMAT_VERSION
 
@@ -300,3 +300,6 @@ class Run:
     def __repr__(self):
         times = f", t = {self.times[0]:g} to {self.times[-1]:g} s" if len(self) else ""
         return f"<run {self.path}: {self.dim}D, {len(self)} outputs{times}>"
+
+
+teach(globals())

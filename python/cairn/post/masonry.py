@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..names import teach
 from ..pre import checks
 from ..pre.blocks import Blocks
 
@@ -302,3 +303,6 @@ def stands(structure: Structure, steps, every=50, fall=0.02, quiet=1e-3):
         if history[-1] < quiet * speed and len(history) > 1:
             return True
     return history[-1] <= history[len(history) // 2]
+
+
+teach(globals())

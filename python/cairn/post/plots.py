@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..names import teach
 from .errors import FileError
 from .geometry import contactors_of, lever_arms
 from .shape_meshes import outlines_of
@@ -393,3 +394,6 @@ def _view_of_run(run, steps):
         seen = _view(run[k])
         low, high = np.minimum(low, seen[:, 0]), np.maximum(high, seen[:, 1])
     return np.stack([low, high], axis=1)
+
+
+teach(globals())
