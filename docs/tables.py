@@ -13,7 +13,7 @@ LISTS = [
      ("file", "candidate", "antagonist", "most contacts")),
     ("Kinds of side", "core_f90/sides/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
     ("Contact solvers", "core_f90/solvers/solvers.def", "CAIRN_SOLVER",
-     ("file", "in Python", "what it is", "in simulations", "of problems")),
+     ("file", "in Python", "what it is", "of problems")),
     ("Finite elements", "core_f90/elements/elements.def", "CAIRN_ELEMENT", ("file", "cells", "dimension", "nodes", "points")),
     ("Arrays of bodies", "cxx/bodies/fields.def", "CAIRN_BODY_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),

@@ -285,7 +285,8 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     // an infinite friction times no impulse shall be none
     for (int k = 0; k < parameters; ++k)
       params[k * n + lane] = real ? std::min(e.params[k], std::numeric_limits<double>::max()) : 0;
-    if (!real) std::fill(u + lane, u + lane, 0.0);
+    if (!real)
+      for (int k = 0; k < c; ++k) u[k * n + lane] = 0;
     const double ra = real ? *contactors->radius[candidates->contactor_a[i]] : 1;
     const double rb = real ? *contactors->radius[candidates->contactor_b[i]] : 1;
     geometry[lane] = 0;

@@ -121,6 +121,16 @@ def test_columns_stairs_panels():
     assert sound(panel, "panel") == pytest.approx(30) and tied(panel)
 
 
+def test_a_bridge_has_as_many_blocks_at_any_scale():
+    sizes = np.array([6.0, 3.0, 3.0, 4.0, 0.9, 0.4, 1.0, 0.5, 0.8])
+    blocks = []
+    for unit in (1.0, 2.0**-40):
+        span, pier, height, width, ring, cap, course, cornice, block = sizes * unit
+        tier = masonry.Tier(2, span, pier, height, width, ring, cap, course=course, cornice=cornice, block=block)
+        blocks.append(len(masonry.bridge([tier])))
+    assert blocks[0] == blocks[1]
+
+
 def test_bridge():
     tier = masonry.Tier(2, 6.0, 3.0, 3.0, 4.0, 0.9, 0.4, voussoirs=11, across=2)
     small = masonry.Tier(4, 3.0, 1.5, 1.5, 2.0, 0.5, 0.3, voussoirs=9, across=2)

@@ -11,6 +11,9 @@ namespace cairn {
 
 namespace {
 
+// Zero where both are zero, infinite where only the divisor is.
+double quotient(double a, double b) { return a > 0 ? a / b : 0; }
+
 struct Multipliers {
   static constexpr double relaxation = 1.6;
   const FrictionProblem& p;
@@ -79,17 +82,18 @@ ProblemReport solve_admm(const FrictionProblem& given, const ProblemOptions& opt
     m.iterate();
     ++iterations;
     const double primal = std::sqrt(m.sums[0]), dual = std::sqrt(m.sums[1]);
-    const double cheap = (primal + dual) / std::max(std::sqrt(m.sums[2]), 1e-300);
+    const double cheap = quotient(primal + dual, std::sqrt(m.sums[2]));
     const bool promising = ratio > 0 && cheap * ratio <= options.tolerance;
-    if (promising || iterations >= next_check || !(cheap < 1e300)) {
-      ratio = monitor.error_of(m.z.data()) / std::max(cheap, 1e-300);
+    if (promising || iterations >= next_check || !std::isfinite(cheap)) {
+      const double error = monitor.error_of(m.z.data());
+      ratio = cheap > 0 ? error / cheap : 0;
       next_check = iterations + std::max<std::int64_t>(4, iterations / 5);
     }
     if (iterations - changed < wait) continue;
-    const double r_relative = primal / std::max(std::sqrt(m.sums[2]), 1e-300);
-    const double u_relative = dual / std::max(std::sqrt(m.sums[3]), 1e-300);
-    const double factor = std::clamp(std::sqrt(r_relative / std::max(u_relative, 1e-300)), 0.1, 10.0);
-    if (factor < 2 && factor > 0.5) continue;
+    const double r_relative = quotient(primal, std::sqrt(m.sums[2]));
+    const double u_relative = quotient(dual, std::sqrt(m.sums[3]));
+    const double factor = std::clamp(std::sqrt(quotient(r_relative, u_relative)), 0.1, 10.0);
+    if (!(factor >= 2 || factor <= 0.5)) continue; // not a number where both are infinite
     if (!m.set_rho(m.rho * factor, monitor.diagonal()))
       monitor.give_up(ProblemStatus::stalled, "W + rho has no factors");
     changed = iterations;

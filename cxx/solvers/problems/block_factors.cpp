@@ -1,6 +1,8 @@
 #include "block_factors.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <new>
 #include <numeric>
 #include <string>
 
@@ -52,9 +54,15 @@ void BlockFactors::make_room() {
 double BlockFactors::find_order() {
   std::iota(order_.begin(), order_.end(), 0);
 #if CAIRN_HAS_SUITESPARSE
+  if (row_start_.back() > std::numeric_limits<std::int32_t>::max())
+    return double(row_start_.back()) / 2; // more than AMD can number; the factors hold at least this many blocks
   const std::vector<std::int32_t> start(row_start_.begin(), row_start_.end());
   double info[AMD_INFO] = {};
-  amd_order(std::int32_t(n_), start.data(), column_.data(), order_.data(), nullptr, info);
+  const int status = amd_order(std::int32_t(n_), start.data(), column_.data(), order_.data(), nullptr, info);
+  if (status == AMD_OUT_OF_MEMORY) throw std::bad_alloc();
+  if (status != AMD_OK && status != AMD_OK_BUT_JUMBLED)
+    throw Error("row_start or column of W is no pattern of a matrix: give rising starts and columns from 0 to " +
+                std::to_string(n_ - 1));
   return info[AMD_LNZ];
 #else
   return 0;

@@ -12,8 +12,7 @@ namespace cairn {
 
 #define CAIRN_OF_PROBLEMS_0(...)
 #define CAIRN_OF_PROBLEMS_1(...) __VA_ARGS__
-#define CAIRN_SOLVER(name, python, summary, simulations, problems)                                                     \
-  CAIRN_OF_PROBLEMS_##problems(ProblemSolver solve_##name;)
+#define CAIRN_SOLVER(name, python, summary, problems) CAIRN_OF_PROBLEMS_##problems(ProblemSolver solve_##name;)
 #include "../../../core_f90/solvers/solvers.def"
 #undef CAIRN_SOLVER
 
@@ -24,7 +23,7 @@ namespace {
 std::vector<ProblemSolverInfo>& solver_rows() {
   static std::vector<ProblemSolverInfo> rows = {
       {"auto", "Auto", "chooses and switches by what it measures", solve_auto},
-#define CAIRN_SOLVER(name, python, summary, simulations, problems)                                                     \
+#define CAIRN_SOLVER(name, python, summary, problems)                                                                  \
   CAIRN_OF_PROBLEMS_##problems({#name, #python, summary, solve_##name}, )
 #include "../../../core_f90/solvers/solvers.def"
 #undef CAIRN_SOLVER

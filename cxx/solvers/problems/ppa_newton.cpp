@@ -1,6 +1,6 @@
 // Proximal point around Newton's method: W + alpha is regular however many contacts share a body, and alpha falls as
 // the solution comes near. The steps of Newton's method are whole: a search along them, on |f|, crawls around the turns
-// of the slip directions, where whole steps take a few iterations (measured on the problems of docs/solvers.md: 30 to
+// of the slip directions, where whole steps take a few iterations (measured on the problems of docs/problems.md: 30 to
 // 200 against 10 to 40).
 #include <algorithm>
 #include <cmath>

@@ -165,7 +165,7 @@ def add_spandrels(blocks, tier, axes, level, top):
                 add_prisms(blocks, tier, [a, b, (b[0], top), (a[0], top)], "spandrel", k % 2 == 1)
     heights = [*(base + outer[: coursed + 1, 1])]
     span = top - heights[-1]
-    rest = max(1, round(span / max(tier.course, 1e-9)))
+    rest = max(1, round(span / tier.course))
     heights += [heights[-1] + span * j / rest for j in range(1, rest)] + [top]
     for n, x in enumerate(axes):
         left = None if n == 0 else arches[n - 1]  # the arch on this side; none at an end: the wall is upright there
