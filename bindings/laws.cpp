@@ -40,10 +40,14 @@ void bind_laws(py::module_& m) {
   m.def("unplug_pair", [](const std::string& pair) { cairn::plug_pair({}, pair); });
 
   py::class_<cairn::LawTable>(m, "LawTable")
-      .def(py::init<std::vector<std::string>>(), py::arg("material_names"))
-      .def("set", [](cairn::LawTable& t, int a, int b, int law,
-                     const std::vector<double>& params) { t.set(a, b, cairn::Law(law), params); })
-      .def("set_default", [](cairn::LawTable& t, int law,
-                             const std::vector<double>& params) { t.set_default(cairn::Law(law), params); })
-      .def("find", &cairn::LawTable::find);
+      .def(py::init<std::vector<std::string>, const std::vector<std::string>&>(), py::arg("materials"),
+           py::arg("groups"))
+      .def("rule", [](cairn::LawTable& t, const std::string& a, const std::string& b, int law,
+                      const std::vector<double>& params) { t.rule(a, b, cairn::Law(law), params); })
+      .def("pass_through", &cairn::LawTable::pass_through)
+      .def("keep_apart",
+           [](cairn::LawTable& t, const std::vector<std::int32_t>& materials) { t.keep_apart(materials); })
+      .def("settle", &cairn::LawTable::settle)
+      .def("find", &cairn::LawTable::find)
+      .def("meet", [](const cairn::LawTable& t, int a, int b) { return t.rules().meets(t.rules().between(a, b)); });
 }

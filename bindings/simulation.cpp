@@ -192,11 +192,6 @@ py::object contact_field(Simulation& s, const std::string& name) {
   if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.impulse_local(to); });
   if (name == "moment") return filled(n, dim == 2 ? 1 : 3, [&](double* to) { c.moment_space(to); });
   if (name == "relative_velocity") return filled(n, dim, [&](double* to) { c.relative_velocity(to); });
-  if (name == "key") {
-    py::array_t<std::int64_t> out({py::ssize_t(n), py::ssize_t(4)});
-    c.keys(out.mutable_data());
-    return out;
-  }
   if (name == "dissipated") return filled(n, 1, [&](double* to) { c.dissipated(to); });
   if (name == "status") {
     py::array_t<std::int32_t> out(n);
@@ -358,11 +353,6 @@ void bind_simulation(py::module_& m) {
              if (!s.smooth()) throw cairn::Error("NSCD has no skin");
              s.smooth()->view(s);
              return s.smooth()->skin();
-           })
-      .def("set_filter",
-           [](Simulation& s, int materials, std::vector<std::uint8_t> allowed) {
-             s.handler.set_filter(materials, std::move(allowed));
-             if (s.smooth()) s.smooth()->invalidate(false);
            })
       .def("step",
            [](Simulation& s, double h) {

@@ -1,6 +1,7 @@
 set(CAIRN_CORE_SOURCES
   contact_laws/coulomb_cone.f90
   contact_laws/law_context.f90
+  contact_laws/law_rules.f90
   contact_laws/spring_slider.f90
   detection/contactor_places.f90
   detection/convex/bracketed_zero.f90

@@ -209,12 +209,9 @@ int32_t cairn_scene_set_law(cairn_scene* scene, int32_t material_a, int32_t mate
       if (!standard && (m < 0 || m >= known))
         throw Error("there is no material " + std::to_string(m) + "; there are " + std::to_string(known) +
                     ", counted from 0");
-    cairn_scene next(scene->scene.dim); // a wrong parameter must leave the scene as it was
-    next.materials = scene->materials;
-    next.laws = scene->laws;
-    next.laws.push_back({material_a, material_b, law_named(law), {parameter, parameter + counted(parameters)}});
-    table_of(next);
-    scene->laws.swap(next.laws);
+    cairn_scene::PairLaw pair{material_a, material_b, law_named(law), {parameter, parameter + counted(parameters)}};
+    cairn::LawTable({""}).set_default(pair.law, pair.parameters); // a wrong parameter must leave the scene as it was
+    scene->laws.push_back(std::move(pair));
   });
 }
 

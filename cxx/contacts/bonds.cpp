@@ -46,7 +46,7 @@ void Simulation::make_bonds() {
     compute_free_velocity(); // detection leaves out pairs that nothing moves
     scene.bodies.velocity.values = scene.bodies.velocity_begin.values;
     handler.declared().clear();
-    handler.detect(scene.bodies, c, scene.cell, margin, candidates, {}, &interactions.scratch());
+    handler.detect(scene.bodies, c, scene.cell, margin, candidates, {}, &interactions.scratch(), &laws.rules());
     for (std::int64_t i = 0; i < candidates.count; ++i) {
       const std::int32_t a = candidates.contactor_a[i], b = candidates.contactor_b[i];
       const int entry = laws.find(*c.material[a], *c.material[b]);

@@ -67,7 +67,7 @@ void Interactions::State::load_further_inertia(std::int64_t n) {
 void Interactions::State::classify() {
   const Candidates& c = *candidates;
   const std::int64_t n = c.count;
-  entry = scratch.take<std::int16_t>(n);
+  entry = scratch.take<std::int32_t>(n);
   contact_class = scratch.take<std::uint16_t>(n);
   std::fill_n(degree, system.bodies, 0);
   impulse_components = dim();
@@ -80,7 +80,7 @@ void Interactions::State::classify() {
       throw std::invalid_argument("no law for contacts between materials '" + laws->name(ma) + "' and '" +
                                   laws->name(mb) + "': declare one for this pair, or a default");
     const int law = laws->entry(e).place;
-    entry[i] = std::int16_t(e);
+    entry[i] = e;
     contact_class[i] = std::uint16_t(law * 16 + kind[a] * 4 + kind[b]);
     if (kind[a] & 2) ++degree[body(a)];
     if (kind[b] & 2) ++degree[body(b)];

@@ -79,7 +79,7 @@ struct Interactions::State {
   // per contactor: its kind of side (1 radial) + 2 if its body moves
   std::uint8_t* kind = nullptr;
   // per candidate
-  std::int16_t* entry = nullptr;
+  std::int32_t* entry = nullptr;
   std::uint16_t* contact_class = nullptr; // place of the law in the table * 16 + kind of A * 4 + kind of B
   // per body
   std::int32_t* degree = nullptr;

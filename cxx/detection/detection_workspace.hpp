@@ -97,9 +97,6 @@ std::string name_of(const Contactors&, const Bodies&, std::int64_t contactor);
 } // namespace detection
 
 struct InteractionHandler::Workspace {
-  // options
-  std::int32_t materials = 0;
-  Array<std::int8_t> allowed;
   std::int64_t spoilt = -1; // a pair to which a user's routine gave no number
   std::vector<DeclaredPair> declared;
 
@@ -108,6 +105,7 @@ struct InteractionHandler::Workspace {
   const Contactors* contactors = nullptr;
   const Cell* cell = nullptr;
   const Margin* margin = nullptr;
+  const LawRules* rules = nullptr; // null: all may meet
   const double *position = nullptr, *rotation = nullptr;
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};

@@ -64,18 +64,6 @@ InteractionHandler::~InteractionHandler() = default;
 InteractionHandler::InteractionHandler(InteractionHandler&&) noexcept = default;
 InteractionHandler& InteractionHandler::operator=(InteractionHandler&&) noexcept = default;
 
-void InteractionHandler::set_filter(std::int32_t materials, std::vector<std::uint8_t> allowed) {
-  if (allowed.empty()) {
-    work->materials = 0;
-    return;
-  }
-  if (std::int64_t(allowed.size()) != std::int64_t(materials) * materials)
-    throw Error("filter: " + std::to_string(allowed.size()) + " values for " + std::to_string(materials) +
-                " materials; give the square of that number");
-  work->materials = materials;
-  work->allowed.assign(allowed.begin(), allowed.end());
-}
-
 std::vector<DeclaredPair>& InteractionHandler::declared() { return work->declared; }
 
 // Nothing of the last call is left.
@@ -93,7 +81,7 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
 
 void InteractionHandler::detect(const Bodies& bodies, const Contactors& contactors, const Cell& cell,
                                 const Margin& margin, Candidates& out, const Configuration& configuration,
-                                Scratch* scratch) {
+                                Scratch* scratch, const LawRules* rules) {
   Workspace& w = *work;
   out.count = 0;
   w.begin(scratch ? *scratch : w.own);
@@ -101,6 +89,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.contactors = &contactors;
   w.cell = &cell;
   w.margin = &margin;
+  w.rules = rules;
   w.dim = bodies.dim;
   w.position = configuration.position ? configuration.position : bodies.position.values.data();
   w.rotation = configuration.rotation   ? configuration.rotation
@@ -266,10 +255,12 @@ void InteractionHandler::Workspace::make_items() {
 void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) const {
   std::int64_t kept = 0;
   const std::int64_t at = list.count;
+  const LawRules::Arrays filter = rules ? rules->arrays() : LawRules::Arrays{};
   cairn_pair_admit(added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind, kind_table.turn,
                    contactors->body.values.data(), contactors->shape.values.data(), contactors->id.values.data(),
-                   movable.data(), materials, allowed.data(), contactors->material.values.data(), list.kind + at,
-                   &kept);
+                   movable.data(), rules && !rules->all_meet(), contactors->material.values.data(), filter.meet,
+                   filter.word, filter.apart, filter.alone, filter.any, filter.places, filter.key, filter.rule,
+                   list.kind + at, &kept);
   list.count += kept;
 }
 

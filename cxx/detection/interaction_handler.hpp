@@ -8,6 +8,7 @@
 #include "../base/scratch.hpp"
 #include "../bodies/body.hpp"
 #include "../contactors/contactor.hpp"
+#include "../laws/law_rules.hpp"
 #include "candidates.hpp"
 
 namespace cairn {
@@ -37,17 +38,13 @@ public:
   InteractionHandler& operator=(InteractionHandler&&) noexcept;
 
   // All pairs of contactors of different bodies, not both immovable (inverse_mass 0 in every dof), that a row of
-  // pairs.def serves and the filter allows, with gap <= margin, and the declared pairs. Order: row of pairs.def, then
-  // internal number of A, of B, image. It depends on nothing but the arguments: not on earlier calls, not on the number
-  // of threads. Of like shapes A is the one with the smaller id; otherwise as in pairs.def. Throws
-  // std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
+  // pairs.def serves and the rules, if given, do not let pass through each other, with gap <= margin, and the declared
+  // pairs. Order: row of pairs.def, then internal number of A, of B, image. It depends on nothing but the arguments:
+  // not on earlier calls, not on the number of threads. Of like shapes A is the one with the smaller id; otherwise as
+  // in pairs.def. Throws std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
   // Works in `scratch`, which the caller may use for something else afterwards; without one, in its own.
   void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {},
-              Scratch* scratch = nullptr);
-
-  // allowed(materials, materials), symmetric, 0: contactors of these two materials ignore each other. Empty: all may
-  // meet.
-  void set_filter(std::int32_t materials, std::vector<std::uint8_t> allowed);
+              Scratch* scratch = nullptr, const LawRules* rules = nullptr);
 
   // Pairs to keep whatever their gap, the caller's to fill. One whose contactors no longer exist is passed over.
   std::vector<DeclaredPair>& declared();

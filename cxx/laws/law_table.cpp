@@ -124,7 +124,13 @@ Law register_law(LawInfo law, bool replace) {
 }
 
 LawTable::LawTable(std::vector<std::string> material_names)
-    : names_(std::move(material_names)), table_(names_.size() * names_.size(), std::int16_t(-1)) {}
+    : names_(std::move(material_names)), rules_(int(names_.size())) {}
+
+LawTable::LawTable(std::vector<std::string> material_names, const std::vector<std::string>& groups)
+    : names_(std::move(material_names)), rules_(names_, groups) {
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (!groups[i].empty()) names_[i] += " (" + groups[i] + ")";
+}
 
 int LawTable::add(Law law, std::span<const double> params) {
   if (int(law) < 0 || std::size_t(law) >= law_infos().size())
@@ -145,17 +151,18 @@ int LawTable::add(Law law, std::span<const double> params) {
     // an infinite friction stays a number, so that its product with no impulse is none
     entry.params[k] = std::min(params[k], std::numeric_limits<double>::max());
   }
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    bool same = entries_[i].law == law;
-    for (int k = 0; k < max_parameters; ++k) same = same && !(entries_[i].params[k] != entry.params[k]);
-    if (same) return int(i);
-  }
-  if (entries_.size() >= 32767) throw std::invalid_argument("law: more than 32767 different laws in one table");
-  const auto known = std::find(laws_.begin(), laws_.end(), law);
-  entry.place = std::int16_t(known - laws_.begin());
-  if (known == laws_.end()) laws_.push_back(law);
+  std::vector<double> key(entry.params, entry.params + params.size());
+  key.push_back(double(law));
+  const auto [at, is_new] = known_.try_emplace(std::move(key), std::int32_t(entries_.size()));
+  if (is_new) take(entry);
+  return at->second;
+}
+
+void LawTable::take(const Entry& entry) {
+  const auto known = std::find(laws_.begin(), laws_.end(), entry.law);
   entries_.push_back(entry);
-  return int(entries_.size()) - 1;
+  entries_.back().place = std::int16_t(known - laws_.begin());
+  if (known == laws_.end()) laws_.push_back(entry.law);
 }
 
 void LawTable::set(int a, int b, Law law, std::span<const double> params) {
@@ -163,15 +170,63 @@ void LawTable::set(int a, int b, Law law, std::span<const double> params) {
     if (m < 0 || m >= materials())
       throw std::invalid_argument("law: material " + std::to_string(m) + " is not one of the " +
                                   std::to_string(materials()));
-  const auto entry = std::int16_t(add(law, params));
-  table_[std::size_t(a) * names_.size() + b] = entry;
-  table_[std::size_t(b) * names_.size() + a] = entry;
+  entry_of_.push_back(add(law, params));
+  const std::int32_t* word = rules_.arrays().word;
+  rules_.add(word[2 * std::size_t(a) + 1], word[2 * std::size_t(b) + 1], true);
 }
 
 void LawTable::set_default(Law law, std::span<const double> params) {
-  const auto entry = std::int16_t(add(law, params));
-  for (std::int16_t& e : table_)
-    if (e < 0) e = entry;
+  entry_of_.push_back(add(law, params));
+  rules_.add(LawRules::anything, LawRules::anything, true);
+}
+
+void LawTable::rule(const std::string& a, const std::string& b, Law law, std::span<const double> params) {
+  const std::int32_t first = rules_.word(a), second = rules_.word(b);
+  const int entry = add(law, params);
+  if (first < LawRules::anything || second < LawRules::anything) return;
+  entry_of_.push_back(entry);
+  rules_.add(first, second, true);
+}
+
+void LawTable::pass_through(const std::string& a, const std::string& b) {
+  const std::int32_t first = rules_.word(a), second = rules_.word(b);
+  if (first < LawRules::anything || second < LawRules::anything) return;
+  entry_of_.push_back(-1);
+  rules_.add(first, second, false);
+}
+
+// Materials that no rule tells apart are ruled alike, so the first of each kind is enough; a row is passed over while
+// all laws were met that rules about the materials so far could give.
+void LawTable::settle() {
+  const std::vector<Entry> given = std::move(entries_);
+  entries_.clear();
+  laws_.clear();
+  std::vector<std::int32_t> now(given.size(), -1);
+  std::vector<char> awaited(given.size(), 0);
+  const std::vector<LawRules::InForce> rules = rules_.in_force();
+  const std::vector<std::int32_t> kinds = rules_.kinds();
+  std::size_t next = 0, missing = 0;
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    for (; next < rules.size() && rules[next].from <= kinds[i]; ++next) {
+      const std::int32_t entry = entry_of_[std::size_t(rules[next].rule)];
+      if (entry < 0 || awaited[std::size_t(entry)]) continue;
+      awaited[std::size_t(entry)] = 1;
+      ++missing;
+    }
+    for (std::size_t j = 0; j <= i && missing > 0; ++j) {
+      const int entry = find(kinds[i], kinds[j]);
+      if (entry < 0 || now[std::size_t(entry)] >= 0) continue;
+      now[std::size_t(entry)] = std::int32_t(entries_.size());
+      take(given[std::size_t(entry)]);
+      --missing;
+    }
+  }
+  for (std::int32_t& entry : entry_of_)
+    if (entry >= 0) entry = now[std::size_t(entry)];
+  for (auto at = known_.begin(); at != known_.end();) {
+    at->second = now[std::size_t(at->second)];
+    at = at->second < 0 ? known_.erase(at) : std::next(at);
+  }
 }
 
 } // namespace cairn

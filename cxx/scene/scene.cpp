@@ -135,7 +135,7 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   if (bodies.angular_momentum.active)
     cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old],
                           bodies.velocity[old], bodies.angular_momentum[old], nullptr);
-  refresh_orders();
+  append_to_orders(old, contactors.count);
   return first;
 }
 
@@ -169,6 +169,8 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   const int components = contactors.direction.components;
   check_size("body", b.body.size(), b.count, 1, false);
   check_size("material", b.material.size(), b.material.size() == 1 ? 1 : b.count, 1, false);
+  for (std::size_t i = 0; i < b.material.size(); ++i)
+    if (b.material[i] < 0) refuse("material", std::int64_t(i), b.material[i], "materials are numbered from 0");
   check_size("radius", b.radius.size(), b.count, 1, true);
   check_size("offset", b.offset.size(), b.count, dim, true);
   check_size("direction", b.direction.size(), b.count, components, true);
@@ -210,10 +212,10 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
     *contactors.body[old + i] = body[i];
     *contactors.shape[old + i] = std::int16_t(b.shape);
     if (contactors.hull.active) *contactors.hull[old + i] = hull ? b.hull[i] : -1;
-    *contactors.material[old + i] = std::int16_t(b.material[b.material.size() == 1 ? 0 : i]);
+    *contactors.material[old + i] = b.material[b.material.size() == 1 ? 0 : i];
   }
   contactors.count = old + b.count;
-  refresh_orders();
+  append_to_orders(bodies.count, old);
   return first;
 }
 
@@ -283,6 +285,17 @@ void Scene::refresh_orders() {
   };
   by_id(insertion_order_, bodies.id, bodies.count);
   by_id(contactor_insertion_order_, contactors.id, contactors.count);
+}
+
+// What came in last has the largest ids.
+void Scene::append_to_orders(std::int64_t first_body, std::int64_t first_contactor) {
+  ++order_version_;
+  const auto append_to = [](std::vector<std::int32_t>& order, std::int64_t first, std::int64_t count) {
+    order.resize(std::size_t(count));
+    std::iota(order.begin() + first, order.end(), std::int32_t(first));
+  };
+  append_to(insertion_order_, first_body, bodies.count);
+  append_to(contactor_insertion_order_, first_contactor, contactors.count);
 }
 
 void Scene::fields_restored() {

@@ -73,6 +73,7 @@ private:
   void reorder(const std::vector<std::int32_t>& body_order);
   std::vector<double> check_hulls(const ContactorBatch& b) const;
   void refresh_orders();
+  void append_to_orders(std::int64_t first_body, std::int64_t first_contactor);
   std::int64_t order_version_ = 0;
   std::vector<std::int32_t> insertion_order_, contactor_insertion_order_;
 };

@@ -17,15 +17,12 @@ void Simulation::restore_projection(ContactMemory memory) {
 
 // A condition on the gap at the end, without friction: overlap is pushed back.
 const LawTable& Simulation::projection_laws() {
-  if (!projection_laws_) projection_laws_.emplace(laws);
-  LawTable& table = *projection_laws_;
-  table = laws;
-  for (int a = 0; a < table.materials(); ++a)
-    for (int b = 0; b <= a; ++b) {
-      const double mu = 0;
-      table.set(a, b, Law::gap_coulomb, {&mu, 1});
-    }
-  return table;
+  if (!projection_laws_ || projection_laws_->materials() < laws.materials()) {
+    const double mu = 0;
+    projection_laws_.emplace(std::vector<std::string>(std::size_t(laws.materials())));
+    projection_laws_->set_default(Law::gap_coulomb, {&mu, 1});
+  }
+  return *projection_laws_;
 }
 
 void Simulation::project_positions() {
@@ -48,7 +45,8 @@ void Simulation::project_positions() {
     measure_margins();
   else
     margin = {strategy.margin, nullptr};
-  handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_, {}, &projector_->scratch());
+  handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
+                 &laws.rules());
   projector_->assemble(b, scene.contactors, projection_candidates_, projection_laws(), scene.cell, h_, strategy.theta);
   const SolveReport solved = projector_->solve(b, strategy.solver);
   projector_->update_velocity(b);

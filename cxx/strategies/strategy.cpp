@@ -231,7 +231,8 @@ void Simulation::detect_contacts() {
       if (entry >= 0 && bonding(laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
     }
   contacts_known_ = false;
-  handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates, {}, &interactions.scratch());
+  handler.detect(scene.bodies, scene.contactors, scene.cell, margin, candidates, {}, &interactions.scratch(),
+                 &laws.rules());
 }
 
 void Simulation::prepare_contacts() {

@@ -74,9 +74,9 @@ struct DetectionScene {
     for (double& x : cell.vectors) x *= factor;
     for (double& x : cell.corner) x *= factor;
   }
-  Candidates detect(InteractionHandler& handler) const {
+  Candidates detect(InteractionHandler& handler, const LawRules* rules = nullptr) const {
     Candidates out;
-    handler.detect(bodies, contactors, cell, {0, margin.data()}, out);
+    handler.detect(bodies, contactors, cell, {0, margin.data()}, out, {}, nullptr, rules);
     return out;
   }
   Candidates detect() const {

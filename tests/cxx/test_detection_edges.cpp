@@ -302,19 +302,19 @@ TEST(DetectionEdges, passes_over_what_cannot_interact) {
   EXPECT_EQ(scene.detect().count, 4); // the body that may spin, with all others
 }
 
-TEST(DetectionEdges, filter_keeps_materials_apart) {
+TEST(DetectionEdges, rules_keep_materials_apart) {
   DetectionScene scene(2);
-  for (std::int16_t material : {0, 1, 2, 0}) {
+  for (std::int32_t material : {0, 1, 2, 0}) {
     const auto i = scene.add(scene.add_body({0.1 * material, 0}), Shape::disk, 1, 0);
     scene.contactors.material.values[i] = material;
   }
   InteractionHandler handler;
   EXPECT_EQ(scene.detect(handler).count, 6);
-  handler.set_filter(3, {1, 0, 1, 0, 1, 1, 1, 1, 1}); // 0 and 1 ignore each other
-  EXPECT_EQ(scene.detect(handler).count, 4);
-  handler.set_filter(0, {});
-  EXPECT_EQ(scene.detect(handler).count, 6);
-  EXPECT_THROW(handler.set_filter(3, {1}), Error);
+  LawRules rules(3);
+  rules.add(0, 1, false);
+  EXPECT_EQ(scene.detect(handler, &rules).count, 4);
+  rules.add(1, 0, true);
+  EXPECT_EQ(scene.detect(handler, &rules).count, 6);
 }
 
 TEST(DetectionEdges, declared_pairs_are_there_whatever_their_gap_and_once) {

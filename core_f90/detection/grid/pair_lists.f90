@@ -1,6 +1,7 @@
 !> Lists of pairs: which hits of the search are pairs of contactors that may touch, and their canonical order.
 module pair_lists
   use, intrinsic :: iso_c_binding, only: c_double, c_int16_t, c_int32_t, c_int64_t, c_int8_t
+  use law_rules, only: rule_between
   implicit none
   private
   public :: cairn_pairs_of_hits, cairn_pairs_of_ghosts, cairn_pair_movable, cairn_pair_admit
@@ -92,8 +93,8 @@ contains
 
   !> Keeps the pairs of different bodies, not both immovable, of shapes that a row of pairs.def serves and of materials that
   !> meet; turns each so that a is the candidate. Works in place.
-  pure subroutine cairn_pair_admit(n, a, b, image, shapes, kind_of, turn_of, body, shape, id, movable, materials, allowed, &
-                                   material, kind, kept) bind(c)
+  pure subroutine cairn_pair_admit(n, a, b, image, shapes, kind_of, turn_of, body, shape, id, movable, rules, material, meet, &
+                                   word, apart, alone, any_rule, places, key, rule, kind, kept) bind(c)
     integer(c_int64_t), value :: n                      !< pairs
     integer(c_int32_t), intent(inout) :: a(n), b(n), image(n)
     integer(c_int32_t), value :: shapes
@@ -103,9 +104,15 @@ contains
     integer(c_int16_t), intent(in) :: shape(0:*)
     integer(c_int64_t), intent(in) :: id(0:*)
     integer(c_int8_t), intent(in) :: movable(0:*)       !< of the bodies
-    integer(c_int32_t), value :: materials              !< 0: all meet
-    integer(c_int8_t), intent(in) :: allowed(0:*)       !< (materials, materials), 0: do not meet
-    integer(c_int16_t), intent(in) :: material(0:*)     !< of the contactors
+    integer(c_int32_t), value :: rules                  !< 0: all materials meet
+    integer(c_int32_t), intent(in) :: material(0:*)     !< of the contactors
+    integer(c_int8_t), intent(in) :: meet(-2:*)         !< of the rules: 0, what it is about does not meet; see law_rules
+    integer(c_int32_t), intent(in) :: word(2, 0:*)
+    integer(c_int8_t), intent(in) :: apart(0:*)
+    integer(c_int32_t), intent(in) :: alone(0:*)
+    integer(c_int32_t), value :: any_rule
+    integer(c_int64_t), value :: places
+    integer(c_int32_t), intent(in) :: key(2, 0:*), rule(0:*)
     integer(c_int32_t), intent(inout) :: kind(n)        !< row of pairs.def
     integer(c_int64_t), intent(out) :: kept
     integer(c_int64_t) :: k
@@ -119,8 +126,8 @@ contains
       row = kind_of(shape(i), shape(j))
       if (row < 0) cycle
       if (movable(body(i)) == 0 .and. movable(body(j)) == 0) cycle
-      if (materials > 0) then
-        if (allowed(material(i) + materials*material(j)) == 0) cycle
+      if (rules > 0) then
+        if (meet(rule_between(material(i), material(j), word, apart, alone, any_rule, places, key, rule)) == 0) cycle
       end if
       turn = turn_of(shape(i), shape(j))
       if (turn == 2) turn = merge(1, 0, id(i) > id(j))

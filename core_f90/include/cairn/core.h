@@ -42,6 +42,15 @@ typedef void cairn_law_force(int32_t n, int32_t c, const cairn_law_context* cont
 typedef void cairn_law_stiffness(int32_t n, const double* overlap, const double* radius, const double* params,
                                  double* k, double* reach);
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
+/* Which rule is about two materials. word (2, materials): of the group, -1 without, and of the material; apart
+ * (materials): 1, those that do not meet each other unless a rule names both groups; alone (words): the last rule about
+ * a word and anything, any: about anything and anything, -1: none; key (2, places), rule (places): a hash table of
+ * rules about two words, places a power of two or 0. */
+enum cairn_law_rule { cairn_no_rule = -1, cairn_kept_apart = -2 };
+void cairn_law_rule_between(int32_t a, int32_t b, const int32_t* word, const int8_t* apart, const int32_t* alone,
+                            int32_t any, int64_t places, const int32_t* key, const int32_t* rule, int32_t* found);
+void cairn_law_rule_place(int32_t a, int32_t b, int32_t number, int64_t places, int32_t* key, int32_t* rule,
+                          int32_t* added);
 
 /* ------------------------------------------------------------------ integrators */
 void cairn_theta_free_velocity(int32_t dim, int32_t nd, int64_t nb, double h, double theta, const double* gravity,
@@ -401,8 +410,9 @@ void cairn_pairs_of_ghosts(int64_t n, const int32_t* hits, const int32_t* order,
 void cairn_pair_movable(int32_t dofs, int64_t first, int64_t last, const double* inverse_mass, int8_t* movable);
 void cairn_pair_admit(int64_t n, int32_t* a, int32_t* b, int32_t* image, int32_t shapes, const int32_t* kind_of,
                       const int32_t* turn_of, const int32_t* body, const int16_t* shape, const int64_t* id,
-                      const int8_t* movable, int32_t materials, const int8_t* allowed, const int16_t* material,
-                      int32_t* kind, int64_t* kept);
+                      const int8_t* movable, int32_t rules, const int32_t* material, const int8_t* meet,
+                      const int32_t* word, const int8_t* apart, const int32_t* alone, int32_t any_rule, int64_t places,
+                      const int32_t* key, const int32_t* rule, int32_t* kind, int64_t* kept);
 void cairn_pair_count(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind, const int32_t* a,
                       int32_t* count);
 void cairn_pair_starts(int64_t slots, int32_t* place);

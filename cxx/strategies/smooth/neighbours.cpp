@@ -146,7 +146,7 @@ void SmoothDynamics::make_list(Simulation& s) {
   Margin margin{};
   margin.constant = reach + skin();
   s.handler.declared().clear();
-  s.handler.detect(b, c, s.scene.cell, margin, found_);
+  s.handler.detect(b, c, s.scene.cell, margin, found_, {}, nullptr, &s.laws.rules());
   lay_out(s);
   recall(s);
   for (std::int64_t i = 0; i < b.count * dim_; ++i) // a bound on distances for walls that turn

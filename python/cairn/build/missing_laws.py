@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import _core
 from .bodies import DOFS
+from .scene import mesh_groups
 
 TOLD = 4  # pairs that a warning names
 
@@ -40,8 +41,9 @@ def missing_laws(sets, rules, most=TOLD + 1):
     for number, s in enumerate(sets):
         for c in s.contactors:
             kinds.setdefault((c.material.name, s.group or ""), _Kind()).add(s, number, c)
+    nodes, own_sides = mesh_groups(sets)
     partners = {}
-    for a, b, _ in rules:
+    for a, b, _ in [*own_sides, *rules]:
         partners.setdefault(a, set()).add(b)
         partners.setdefault(b, set()).add(a)
     everyone = partners.get("*", set())
@@ -52,6 +54,7 @@ def missing_laws(sets, rules, most=TOLD + 1):
     word = {name: k for k, name in enumerate(dict.fromkeys(name for pair in species for name in pair))}
     of_material, of_group = (np.array([word[pair[side]] for pair in species], int) for side in (0, 1))
     moves = np.array([kinds[pair].moves for pair in species], bool)
+    node = np.array([group in nodes for _, group in species], bool)
     found = []
     for i, first in enumerate(species):
         ruled = everyone.union(*(partners.get(name, ()) for name in first if name))
@@ -60,6 +63,7 @@ def missing_laws(sets, rules, most=TOLD + 1):
         named = np.zeros(len(word), bool)
         named[[word[name] for name in ruled if name in word]] = True
         open_ = ~(named[of_material[: i + 1]] | named[of_group[: i + 1]]) & (moves[: i + 1] | moves[i])
+        open_ &= ~(node[: i + 1] & node[i])  # they are apart unless a rule names both groups
         for j in np.flatnonzero(open_):
             a, b = kinds[first], kinds[species[j]]
             meet = any(frozenset((x, y)) in known for x in a.shapes for y in b.shapes)

@@ -9,6 +9,7 @@ import numpy as np
 from .. import _core
 from . import bodies, shapes
 from ..run import time_functions
+from .extents import refuse_narrow_cell
 from .laws import Law, law_from
 from .materials import Material
 from ..names import listed
@@ -71,6 +72,7 @@ class Scene:
         if periodic is not None:
             periodic.arrays(self.dim)
         self.sets: list[bodies.BodySet] = []
+        self._materials: dict[str, Material] = {}
         self.rules: list[tuple[str, str, Law | None]] = []
         self.count = 0
         self.legacy = None  # where the scene came from, if cairn.legacy made it
@@ -79,13 +81,12 @@ class Scene:
 
     def add(self, *sets):
         """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice."""
-        flat = checked_sets(self.dim, sets, self.sets)
+        flat, self._materials = checked_sets(self.dim, sets, self._materials, self.periodic)
         first = self.count
         for s in flat:
             s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s)))
             self.count += len(s)
             self.sets.append(s)
-        apart_from_meshes(self.sets, self.rules)
         return np.arange(first, self.count)
 
     def interact(self, a, b, law):
@@ -117,27 +118,24 @@ class Scene:
                         f"there are {listed(sorted(names - {'*'}), word)}"
                     )
 
-    def law_table(self, species, rules=None):
-        """The core's table of laws, and allowed (m, m) uint8, 0 where a pair passes through each other.
-
-        rules: those of the scene unless others are given.
-        """
-        rules = self.rules if rules is None else rules
-        table = _core.LawTable([f"{m} ({g})" if g else m for m, g in species])
-        pairs = list(species)
-        allowed = np.ones((len(pairs), len(pairs)), np.uint8)
-        for i, first in enumerate(pairs):
-            for j, second in enumerate(pairs[: i + 1]):
-                ruled, chosen = chosen_rule(first, second, rules)
-                if ruled and chosen is None:
-                    allowed[i, j] = allowed[j, i] = 0
-                elif ruled:
-                    table.set(i, j, chosen.row, list(chosen.values))
-        return table, allowed
+    def law_table(self, species, rules=None, sets=None):
+        """The core's table of laws. rules, sets: those of the scene unless others are given."""
+        table = _core.LawTable([material for material, _ in species], [group for _, group in species])
+        nodes, own_sides = mesh_groups(self.sets if sets is None else sets)
+        table.keep_apart([k for k, (_, group) in enumerate(species) if group in nodes])
+        for a, b, law in [*own_sides, *(self.rules if rules is None else rules)]:
+            if law is None:
+                table.pass_through(a, b)
+            else:
+                table.rule(a, b, law.row, list(law.values))
+        table.settle()
+        return table
 
     def law_between(self, a, b):
         """The law between two species (material, group) as species() has them, or None if they have none."""
-        return chosen_rule(a, b, self.rules)[1]
+        nodes, own_sides = mesh_groups(self.sets)
+        apart = [(a[1], b[1], None)] if {a[1], b[1]} <= nodes else []
+        return chosen_rule(a, b, [*apart, *own_sides, *self.rules])[1]
 
     # ------------------------------------------------------------------ files
 
@@ -302,37 +300,37 @@ def _weight(a, first, b, second):
     return total
 
 
-def apart_from_meshes(sets, rules):
-    """Rules by which a mesh does not touch itself, and nodes meet edges and faces of other meshes, not their nodes."""
-    nodes = list(dict.fromkeys(s.mesh.name for s in sets if s.mesh is not None))
-    sides = {s.group for s in sets if s.mesh is not None and s.group != s.mesh.name}
-    wanted = [(a, b) for k, a in enumerate(nodes) for b in nodes[: k + 1]]
-    wanted += [(name, side) for name in nodes for side in (f"{name} edges", f"{name} faces") if side in sides]
-    known = {n for s in sets for n in (s.group, *(c.material.name for c in s.contactors))}
-    there = {(a, b) for a, b, law in rules if law is None}
-    carrying = {s.group for s in sets if s.contactors}
-    rules += [(a, b, None) for a, b in wanted if (a, b) not in there and {a, b} <= known & carrying]
+def mesh_groups(sets):
+    """Groups of the nodes of meshes, which do not meet one another, and rules by which no node meets its own edges and faces.
+
+    Rules of the scene come after them, so that one that names two such groups counts.
+    """
+    nodes = {s.mesh.name for s in sets if s.mesh is not None}
+    sides = dict.fromkeys(s.group for s in sets if s.mesh is not None and s.group != s.mesh.name)
+    return nodes, [(side.rsplit(" ", 1)[0], side, None) for side in sides]
 
 
-def checked_sets(dim, given, there):
-    """Sets, or lists of sets, as one list; refused when one of them is wrong, or does not agree with those that are there,
-    before anything is changed."""
+def checked_sets(dim, given, materials=None, periodic=None):
+    """Sets, or lists of sets, as one list, and the materials that there are then, by name; refused when one of them is wrong,
+    before anything is changed. materials: those that there were."""
     flat = [s for item in given for s in (item if isinstance(item, (list, tuple)) else [item])]
     for s in flat:
         if not isinstance(s, bodies.BodySet):
             raise ValueError(f"{s!r} is not a set of bodies: give cairn.disks(...), cairn.wall(...) and the like")
         if s.dim != dim:
             raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree")
-    one_of_a_name([*there, *flat])
+    known = one_of_a_name(flat, materials or {})
     probe = _core.Scene(dim)
     for s in flat:
         insert(probe, s, {})
-    return flat
+    if periodic is not None:
+        refuse_narrow_cell(probe, *periodic.arrays(dim)[:2])
+    return flat, known
 
 
-def one_of_a_name(sets):
-    """Refuses two materials of one name: laws know materials by their names, so that both would have the same ones."""
-    known = {}
+def one_of_a_name(sets, known):
+    """The known materials, {name: material}, and those of the sets. Refuses two of one name: laws know them by it alone."""
+    known = dict(known)
     for s in sets:
         for c in s.contactors:
             first = known.setdefault(c.material.name, c.material)
@@ -345,6 +343,7 @@ def one_of_a_name(sets):
                     f"two materials are named {first.name!r}, of densities {first.density:g} and {c.material.density:g}: "
                     "give them different names, by which laws tell them apart (or density=... to the bodies of one material)"
                 )
+    return known
 
 
 def _velocity_at(s, time):

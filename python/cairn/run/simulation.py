@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import _core
 from ..build import missing_laws
+from ..build.extents import Placed
 from ..build.scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
 from ..names import one_of
 from ..pre import checks
@@ -25,7 +26,8 @@ class Simulation:
     """A scene on the move.
 
     scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do
-    when bodies overlap at the start by more than overlap_share of the smaller radius: "warn", "error" or "ignore".
+    when bodies overlap at the start by more than overlap_share of the smaller radius, of shapes that are not round half of
+    their least width: "warn", "error" or "ignore".
 
     Raises ValueError (or cairn.Error, which is one) naming field, index, value and remedy; nothing half-built stays.
     """
@@ -44,11 +46,10 @@ class Simulation:
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species)) for s in scene.sets]
-        table, allowed = scene.law_table(self._species)
+        table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
-        self._core.set_filter(len(self._species), allowed.ravel())
-        self._sets, self._radii, self._info = sets, None, {}
+        self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings = StepWarnings()
         self._shadows = []
         self._start_functions()
@@ -258,10 +259,9 @@ class Simulation:
         self.scene.check_names(self._species, rules)
         self._use_laws(self._species, rules)
 
-    def _use_laws(self, species, rules):
-        table, allowed = self.scene.law_table(species, rules)
-        self._core.set_laws(table)
-        self._core.set_filter(len(species), allowed.ravel())
+    def _use_laws(self, species, rules, sets=()):
+        """sets: those that come in now."""
+        self._core.set_laws(self.scene.law_table(species, rules, [*self._sets, *sets]))
         self._species, self._rules = species, rules
 
     def _follow_scene(self):
@@ -278,12 +278,13 @@ class Simulation:
         """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
         from ..build.bodies import replace
 
-        sets = checked_sets(self.scene.dim, sets, self._sets)
+        sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
                 species.setdefault((c.material.name, s.group or ""), len(species))
-        self._use_laws(species, self._rules)
+        if len(species) > len(self._species):
+            self._use_laws(species, self._rules, sets)
         ids = []
         for s in sets:
             ids.append(insert(self._core.scene, s, species, self.time))
@@ -374,7 +375,7 @@ class Simulation:
             for k, (_, d) in enumerate(sorted(content["later"].items()))
         ]
         self._core.set_state(content["state"])
-        self._use_laws({pair: k for k, pair in enumerate(names)}, rules_from_dict(content["rules"]))
+        self._use_laws({pair: k for k, pair in enumerate(names)}, rules_from_dict(content["rules"]), later)
         self._sets = [*known[:start], *later]
         self._dt, self._radii, self._info = float(content["dt"]), None, {}
         self._start_functions()
@@ -396,26 +397,32 @@ class Simulation:
         """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
         present = self._core.scene.body("id")
         self._driven, self._forced = [], []
-        free = present  # bodies that no later set drives: the last word on a body counts
+        free = np.ones(len(present), bool)  # bodies that no later set drives: the last word on a body counts
         for s in reversed(self._sets):
-            mine = np.isin(s.ids, free)
-            if np.any(mine) and (s.drive is not None or s.mass is None):
-                free = np.setdiff1d(free, s.ids)
+            if s.drive is None and s.mass is not None:
+                continue
+            alive, rows = _found(s.ids, present)
+            mine = alive & free[rows] if len(present) else alive
+            free[rows[mine]] = False
+            if np.any(mine):
                 drive = np.zeros((len(s), 3 * self.scene.dim - 3)) if s.drive is None else s.drive
                 self._driven.append((s.ids[mine], s.mask, mine, drive))
                 if not callable(drive):
                     self._core.scene.drive(s.ids[mine], s.mask, np.ascontiguousarray(drive[mine]))
+        damping = None
         for s in self._sets:
-            alive = np.isin(s.ids, present)
+            if s.force is None and s.damping is None:
+                continue
+            alive, rows = _found(s.ids, present)
             if not np.any(alive):
                 continue
-            ids = s.ids[alive]
             if s.force is not None:
-                self._forced.append((np.searchsorted(present, ids), alive, s.force))
+                self._forced.append((rows[alive], alive, s.force))
             if s.damping is not None:
-                damping = self._field("damping", (len(present),))
-                damping[np.searchsorted(present, ids)] = s.damping[alive]
-                self._core.assign_body("damping", damping)
+                damping = self._field("damping", (len(present),)) if damping is None else damping
+                damping[rows[alive]] = s.damping[alive]
+        if damping is not None:
+            self._core.assign_body("damping", damping)
         self._constant_force_set = False
 
     def _start_blocks(self):
@@ -491,9 +498,9 @@ class Simulation:
         deep = np.flatnonzero(gap < 0)
         if not len(deep):
             return
-        ids = core.scene.body("id")
-        radius = np.where(self.radii() > 0, self.radii(), np.inf)
-        size = np.minimum(*(radius[np.searchsorted(ids, pairs[deep, side])] for side in (0, 1)))
+        rows = np.searchsorted(core.scene.body("id"), pairs[deep])
+        radius = np.maximum(self.radii(), Placed(core.scene).sizes(np.unique(rows)))
+        size = np.min(np.where(radius > 0, radius, np.inf)[rows], axis=1)
         relative = -gap[deep] / size
         bad = np.flatnonzero(relative > share)
         if not len(bad):
@@ -547,6 +554,13 @@ def _later_from_dict(path, dim, d, known):
     mass = None if d["carrier"] else np.ones(n)
     driven = tuple(name for name in d["driven"].split(",") if name)
     return BodySet(dim, np.zeros((n, dim)), mass, None, [], driven=driven, ids=np.asarray(d["ids"], np.int64), **values)
+
+
+def _found(ids, present):
+    """Which ids are among the rising `present`, and where: 0 for those that are not."""
+    rows = np.minimum(np.searchsorted(present, ids), max(len(present) - 1, 0))
+    alive = present[rows] == ids if len(present) else np.zeros(len(ids), bool)
+    return alive, np.where(alive, rows, 0)
 
 
 def _three(values):

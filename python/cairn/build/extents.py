@@ -1,0 +1,119 @@
+"""How large bodies are where they stand: against the overlaps of the start, and beside a periodic cell."""
+
+import numpy as np
+
+from .. import _core
+from ..post.geometry import turn
+
+HULLS = ("polygon", "polyhedron", "capsule", "cylinder", "superquadric")
+
+
+class Placed:
+    """Contactors of a core scene: `shape` (m,) names, `owner` (m,) rows of their bodies in the order of insertion."""
+
+    def __init__(self, core):
+        self.core, self.dim = core, core.dim
+        self.ids = core.body("id")
+        self.shape = np.array(_core.shapes())[core.contactor("shape")]
+        self.owner = np.searchsorted(self.ids, core.raw_body("id")[core.contactor("body")])
+        self.hulls = core.hulls
+        hull = core.contactor("hull")
+        self.hull = hull if len(hull) == len(self.owner) else np.full(len(self.owner), -1)
+
+    def vertices(self, hull):
+        first = self.hulls["first_vertex"]
+        return np.reshape(self.hulls["vertex"], (-1, self.dim))[first[hull] : first[hull + 1]]
+
+    def planes(self, hull):
+        """Normals (f, dim) and offsets (f,) [m] of the faces of a hull, or what stands in their place for a round shape."""
+        first = self.hulls["first_face"]
+        mine = slice(first[hull], first[hull + 1])
+        return np.reshape(self.hulls["normal"], (-1, self.dim))[mine], self.hulls["offset"][mine]
+
+    def half_width(self, shape, hull):
+        """Half of the least width of a hull, across its faces or along its axes [m]."""
+        normal, offset = self.planes(hull)
+        if shape in ("polygon", "polyhedron"):
+            return np.min(offset - (self.vertices(hull) @ normal.T).min(axis=0)) / 2
+        if shape == "superquadric":
+            return offset[:3].min()
+        return offset[0] if shape == "capsule" else min(offset[0], np.abs(self.vertices(hull)[:, 2]).max())
+
+    def sizes(self, bodies):
+        """(n,) [m] of all bodies: of the given ones with hulls half the least width of their largest, zero for other bodies."""
+        out = np.zeros(len(self.ids))
+        wanted = np.zeros(len(self.ids), bool)
+        wanted[bodies] = True
+        mine = np.flatnonzero(np.isin(self.shape, HULLS) & wanted[self.owner])
+        kinds, which = np.unique(self.hull[mine], return_inverse=True)
+        name = dict(zip(self.hull[mine], self.shape[mine]))
+        widths = np.array([self.half_width(name[h], h) for h in kinds])
+        np.maximum.at(out, self.owner[mine], widths[which] if len(mine) else [])
+        return out
+
+    def bounds(self):
+        """Lowest and highest coordinates (n, dim) [m] of each body from its centre of mass, without walls; inf, -inf of none.
+
+        Of a superquadric those of its half axes, which may be less than all of it.
+        """
+        m, dim, core = len(self.owner), self.dim, self.core
+        rotation = core.body("rotation")
+        turned = len(rotation) == len(self.ids)
+
+        def in_space(rows, x):
+            return turn(rotation[self.owner[rows]], x, dim) if turned else x
+
+        offset = core.contactor("offset")
+        centre = in_space(np.arange(m), np.reshape(offset, (m, dim))) if len(offset) else np.zeros((m, dim))
+        half = np.zeros((m, dim))
+        round_ = np.isin(self.shape, ("disk", "sphere", "segment"))
+        half[round_] = core.contactor("radius")[round_, None]
+        bars = np.flatnonzero(self.shape == "segment")
+        if len(bars):
+            along = np.reshape(core.contactor("direction"), (m, dim + 1))[bars]
+            half[bars] += np.abs(in_space(bars, along[:, :dim])) * along[:, dim:]
+        low, high = centre - half, centre + half
+        for k in np.flatnonzero(np.isin(self.shape, HULLS)):
+            x = self._points(self.shape[k], self.hull[k])
+            x = in_space(np.full(len(x), k), x)
+            more = self._around(self.shape[k], self.hull[k], x)
+            low[k], high[k] = centre[k] + x.min(axis=0) - more, centre[k] + x.max(axis=0) + more
+        lowest, highest = np.full((len(self.ids), dim), np.inf), np.full((len(self.ids), dim), -np.inf)
+        bounded = round_ | np.isin(self.shape, HULLS)
+        np.minimum.at(lowest, self.owner[bounded], low[bounded])
+        np.maximum.at(highest, self.owner[bounded], high[bounded])
+        return lowest, highest
+
+    def _points(self, shape, hull):
+        if shape != "superquadric":
+            return self.vertices(hull)
+        axes = np.diag(self.planes(hull)[1][:3])
+        return np.concatenate([axes, -axes])
+
+    def _around(self, shape, hull, ends):
+        """How far a round shape reaches beyond its axis along the coordinates, (dim,) [m]."""
+        if shape not in ("capsule", "cylinder"):
+            return 0.0
+        radius, axis = self.planes(hull)[1][0], ends[1] - ends[0]
+        if shape == "capsule":
+            return radius
+        return radius * np.sqrt(np.maximum(0.0, 1 - (axis / np.linalg.norm(axis)) ** 2))
+
+
+def refuse_narrow_cell(core, periodic, vectors):
+    """Raises ValueError if a body is wider than the periodic cell, where it would lie in its own image."""
+    axes = [k for k in range(core.dim) if periodic[k]]
+    if not axes:
+        return
+    placed = Placed(core)
+    low, high = placed.bounds()
+    for k in axes:
+        width = high[:, k] - low[:, k]
+        rounding = 16 * np.finfo(float).eps * np.maximum(np.abs(high[:, k]), np.abs(low[:, k]))
+        wide = np.flatnonzero(width - vectors[k][k] > rounding)
+        if len(wide):
+            i = wide[np.argmax(width[wide])]
+            raise ValueError(
+                f"lengths[{k}] of the periodic cell is {vectors[k][k]:g} m and body {placed.ids[i]} is {width[i]:g} m wide "
+                f"along {'xyz'[k]}, so that it lies in its own image: give a cell at least as wide as every body"
+            )
