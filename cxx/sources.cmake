@@ -19,6 +19,18 @@ set(CAIRN_CXX_SOURCES
   laws/plugged_laws.cpp
   scene/periodic.cpp
   scene/scene.cpp
+  soe/banded.cpp
+  soe/batched.cpp
+  soe/column_factors.cpp
+  soe/dense.cpp
+  soe/diagonal.cpp
+  soe/one_blas_thread.cpp
+  soe/pattern.cpp
+  soe/soe.cpp
+  soe/sparse_cholmod.cpp
+  soe/sparse_ldlt.cpp
+  soe/units.cpp
+  soe/unsymmetric.cpp
   solvers/problems/admm.cpp
   solvers/problems/auto.cpp
   solvers/problems/block_factors.cpp

@@ -16,8 +16,8 @@ public:
   };
 
   BatchedSoe(std::int64_t bodies, int n);
-  // value (bodies, n, n): lower triangles are read. The factors of those that did not fail are there in any case; those
-  // of one that failed give zeros.
+  // value (bodies, n, n): lower triangles are read. What a body that failed solves means nothing; the others are
+  // there in any case.
   Status factor(const double* value, int threads = 1);
   void solve(double* b, int threads = 1) const;     // b (bodies, n), in place
   void inverse(double* out, int threads = 1) const; // out (bodies, n, n), symmetric to the last bit

@@ -93,18 +93,20 @@ public:
 
 private:
   Soe() = default;
-  SoeStatus scale(const double* value);
-  void solve_lanes(double* b, std::int64_t columns, int lanes, double* work) const;
-  void solve_columns(double* b, std::int64_t columns, double* work) const;
-  double* workspace(int threads) const;
+  void take_equations(const SparseMatrix& pattern, const std::vector<std::uint8_t>& held);
+  SoeStatus gather(const double* value);
+  SoeStatus scale();
+  SoeStatus scale_symmetric();
+  void lift(double* b) const;
+  void solve_lanes(double* b, std::int64_t columns, double* work) const;
+  std::int64_t work_size() const;
 
   std::int64_t n_ = 0;
   bool symmetric_ = true, factorised_ = false;
   std::vector<std::int32_t> unknown_;       // of each equation: those not held
   std::vector<std::int32_t> equation_;      // of each unknown, or -1
+  std::vector<std::int32_t> place_;         // of each equation in the order of elimination
   std::vector<std::int64_t> value_place_;   // of each entry of the equations, in the values given
-  std::vector<std::int64_t> diagonal_;      // place of each equation's diagonal entry, or -1
-  std::vector<std::int32_t> column_;        // equation of each entry
   std::vector<std::int32_t> pulled_, pull_; // equation and held unknown of each entry between them
   std::vector<std::int64_t> pull_place_;
   std::vector<double> pull_value_;

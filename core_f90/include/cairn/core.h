@@ -335,6 +335,16 @@ void cairn_block_solve(int32_t dim, int64_t n, const int32_t* order, const int32
                        const int64_t* lower_last, const int32_t* lower_kept, const int64_t* upper_start,
                        const int64_t* upper_last, const int32_t* upper_kept, const double* lower_block,
                        const double* upper_block, const double* diagonal, double* b, double* x);
+void cairn_column_triangles(int32_t lanes, int64_t down_count, const int32_t* down, int64_t up_count, const int32_t* up,
+                            const int64_t* first, const int64_t* last, const int32_t* row, const double* value,
+                            const double* pivot, double* y);
+void cairn_front_triangles(int32_t lanes, int64_t down_count, const int32_t* down, int64_t up_count, const int32_t* up,
+                           const int32_t* column_start, const int32_t* row_start, const int32_t* value_start,
+                           const int32_t* row, const double* value, double* y, double* work);
+void cairn_band_triangles(int32_t lanes, int64_t n, int64_t half, const double* l, double* y);
+void cairn_small_factor(int64_t groups, int32_t n, double zero, double* a, int32_t* failed, double* pivot);
+void cairn_small_solve(int64_t groups, int32_t n, const double* a, double* b);
+void cairn_small_inverse(int64_t groups, int32_t n, const double* a, double* inverse);
 void cairn_newton_weights(int32_t dim, int64_t n, const int64_t* place, const double* block, double* rho);
 void cairn_proximal_velocity(int64_t n, double alpha, const double* r, const double* centre, const double* u,
                              double* shifted);

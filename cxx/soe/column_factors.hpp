@@ -1,0 +1,27 @@
+// Solutions with L D L' by columns, whoever made them.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "factors.hpp"
+
+namespace cairn {
+
+// A view of the factors, with what has to be made of them: the places of columns, the pivots, the tree.
+struct ColumnFactors {
+  std::vector<std::int64_t> first, last; // of a column's entries below the diagonal
+  const std::int32_t* row = nullptr;     // rising in a column
+  const double* value = nullptr;
+  std::vector<double> pivot;
+  std::vector<std::int32_t> all; // 0, 1, ... n - 1
+  SoeTree tree;
+
+  void resize(std::int64_t n);
+  void find_tree();
+  // The first pivot, in the order of elimination, that counts as none; `order`: equation at each place.
+  SoeStatus judge(const SparseMatrix& a, const std::int32_t* order) const;
+  void solve(int lanes, double* y, const SoeReach* reach) const;
+  std::int64_t bytes() const;
+};
+
+} // namespace cairn
