@@ -102,3 +102,4 @@ void bind_problems(py::module_& m);
 void bind_reference(py::module_& m);
 void bind_scene(py::module_& m);
 void bind_simulation(py::module_& m);
+void bind_soe(py::module_& m);

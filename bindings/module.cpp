@@ -23,4 +23,5 @@ PYBIND11_MODULE(_core, m) {
   bind_reference(m);
   bind_scene(m);
   bind_simulation(m);
+  bind_soe(m);
 }
