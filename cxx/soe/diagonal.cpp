@@ -8,7 +8,7 @@ namespace {
 
 class Diagonal final : public SoeFactors {
 public:
-  explicit Diagonal(std::int64_t n) : diagonal_(n) { tree_.parent.assign(n, -1); }
+  Diagonal(std::int64_t n, const char* storage) : diagonal_(n), storage_(storage) { tree_.parent.assign(n, -1); }
 
   SoeStatus factor(const SparseMatrix& a) override {
     std::copy(a.value.begin(), a.value.end(), diagonal_.begin());
@@ -27,16 +27,19 @@ public:
 
   std::int64_t bytes() const override { return 12 * entries(); }
   std::int64_t entries() const override { return std::int64_t(diagonal_.size()); }
-  const char* storage() const override { return "diagonal"; }
+  const char* storage() const override { return storage_; }
   const char* library() const override { return "cairn"; }
 
 private:
   std::vector<double> diagonal_;
   SoeTree tree_;
+  const char* storage_;
 };
 
 } // namespace
 
-std::unique_ptr<SoeFactors> make_diagonal(const SparseMatrix& pattern) { return std::make_unique<Diagonal>(pattern.n); }
+std::unique_ptr<SoeFactors> make_diagonal(const SparseMatrix& pattern, const char* storage) {
+  return std::make_unique<Diagonal>(pattern.n, storage);
+}
 
 } // namespace cairn

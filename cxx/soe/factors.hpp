@@ -44,7 +44,7 @@ public:
 // A pivot against the diagonal entry it came from: see SoeStatus.
 SoeStatus judge_pivot(double pivot, double diagonal, std::int64_t row);
 
-std::unique_ptr<SoeFactors> make_diagonal(const SparseMatrix& pattern);
+std::unique_ptr<SoeFactors> make_diagonal(const SparseMatrix& pattern, const char* storage = "diagonal");
 std::unique_ptr<SoeFactors> make_banded(const SparseMatrix& pattern, std::vector<std::int32_t> order);
 std::unique_ptr<SoeFactors> make_dense(const SparseMatrix& pattern);
 std::unique_ptr<SoeFactors> make_cholmod(const SparseMatrix& pattern, const SoeOptions& options);

@@ -40,6 +40,7 @@ bool is_diagonal(const SparseMatrix& a) {
 }
 
 std::unique_ptr<SoeFactors> make_sparse(const SparseMatrix& a, const SoeOptions& options) {
+  if (a.n == 0) return make_diagonal(a, "sparse"); // which the libraries do not take
   if (auto made = make_cholmod(a, options)) return made;
   if (auto made = make_ldlt(a, options)) return made;
   return make_banded(a, cuthill_mckee(a));
