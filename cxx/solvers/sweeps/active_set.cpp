@@ -18,7 +18,7 @@ void each(const ContactSystem& system, F&& f) {
       for (int k = 0; k < b.components; ++k) f(b, lane, k);
 }
 
-constexpr int most_unknowns = 256, most_iterations = 12, most_corrections = 6;
+constexpr int most_iterations = 12, most_corrections = 6;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 } // namespace
 
@@ -95,13 +95,13 @@ void ActiveSet::choose_contact(const cairn_batch& b, int lane, double* u) {
   normal.scale *= 1 + mu;
 }
 
-bool ActiveSet::choose() {
+bool ActiveSet::choose(int most) {
   memory_.unknowns.clear();
   double* u = memory_.u.data();
   for (const cairn_batch& b : system_.batches) {
     for (int lane = 0; lane < b.contacts; ++lane) {
       choose_contact(b, lane, u);
-      if (memory_.unknowns.size() > most_unknowns) return false;
+      if (memory_.unknowns.size() > std::size_t(most)) return false;
     }
     u += std::size_t(b.count) * b.components;
   }
@@ -184,7 +184,7 @@ bool ActiveSet::correct() {
   return changed;
 }
 
-double ActiveSet::improve(double error, double wanted) {
+double ActiveSet::improve(double error, double wanted, int most) {
   std::size_t numbers = 0;
   for (const cairn_batch& b : system_.batches) numbers += std::size_t(b.count) * b.components;
   if (numbers > 64 * std::size_t(most_unknowns)) return error;
@@ -201,7 +201,7 @@ double ActiveSet::improve(double error, double wanted) {
   memory_.u.resize(numbers);
   refresh();
   for (int iteration = 0; iteration < most_iterations && error > wanted; ++iteration) {
-    if (!choose() || memory_.unknowns.empty()) break;
+    if (!choose(most) || memory_.unknowns.empty()) break;
     assemble();
     factor();
     refresh();

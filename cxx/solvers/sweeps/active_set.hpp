@@ -34,13 +34,15 @@ public:
         memory_(room(system)) {}
 
   // Impulses of a smaller error than `error`, which is returned; untouched, and `error` itself, if there are none or
-  // the scene is too large.
-  double improve(double error, double wanted);
+  // there are more unknowns than `most`.
+  static constexpr int most_unknowns = 256;
+  double improve(double error, double wanted, int most = most_unknowns);
 
 private:
   using Unknown = ActiveSetMemory::Unknown;
   static ActiveSetMemory& room(ContactSystem& system);
-  bool choose(); // what sticks, slips and is open, from the impulses at hand; false if there are too many unknowns
+  bool
+  choose(int most); // what sticks, slips and is open, from the impulses at hand; false if there are too many unknowns
   void choose_contact(const cairn_batch& b, int lane, double* u);
   void read_velocities();
   void refresh(); // records and relative velocities from the impulses
