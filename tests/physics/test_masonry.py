@@ -262,7 +262,7 @@ def test_stress_in_a_column_is_its_weight_above():
 def test_moving_sets_and_openings():
     b = masonry.panel(1, 4, brick=(2.0, 1.0), bond="stack")
     s = simulated(b, 0.6)
-    position, rotation = s.simulation.bodies.position, s.simulation.bodies.rotation
+    position, rotation = s.simulation.bodies.position.copy(), s.simulation.bodies.rotation.copy()
     rows = s.rows()
     position[rows[2:4]] += (0.1, 0.03)
     s.simulation.bodies.set(position=position, rotation=rotation)

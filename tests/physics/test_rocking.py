@@ -23,14 +23,14 @@ def released(slenderness, start, dt, dim=2, mu=20.0, height=1.0):
     sim = cn.Simulation(scene, dt, cn.NSCD(theta=0.5, solver=solver, threads=1))
     row = int(np.flatnonzero(sim.bodies.id == ids[0])[0])
     angle, radius = start * slenderness, np.hypot(b, h)
-    position = sim.bodies.position
+    position = sim.bodies.position.copy()
     edge = position[row] * 1.0
     edge[0] += b
     edge[-1] -= h
     # about the right edge: the centre goes from a to a - angle from the vertical
     position[row, 0] = edge[0] - radius * np.sin(slenderness - angle)
     position[row, -1] = edge[-1] + radius * np.cos(slenderness - angle)
-    rotation = sim.bodies.rotation
+    rotation = sim.bodies.rotation.copy()
     rotation[row] = -angle if dim == 2 else (np.cos(angle / 2), 0.0, np.sin(angle / 2), 0.0)
     sim.bodies.set(position=position, rotation=rotation)
     return sim, row
