@@ -54,8 +54,8 @@ def _nscd(simulation):
         f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
         f"{'warm' if strategy.warm_start else 'cold'} start",
-        "Arbitrary: how impulses share out among contacts of rigid bodies that are more than motion determines (a face on many "
-        "points, a wedged pile); their sums and moments on each body, and the motion, are not",
+        "Arbitrary: how impulses share out among contacts of rigid bodies that are more than motion determines (a face on "
+        "many points, a wedged pile); their sums and moments on each body, and the motion, are not. cn.PPANewton shares smoothly",
     ]
     return lines
 
