@@ -24,4 +24,5 @@ PYBIND11_MODULE(_core, m) {
   bind_scene(m);
   bind_simulation(m);
   bind_soe(m);
+  bind_meshes(m);
 }

@@ -43,6 +43,7 @@ set(CAIRN_CORE_SOURCES
   reference/detection_pairs.f90
   reference/plain_sweep.f90
   sides/batch_kinematics.f90
+  sides/condensed_bodies.f90
   sides/contact_batch.f90
   sides/contact_schedule.f90
   sides/velocity_records.f90

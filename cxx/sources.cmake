@@ -2,6 +2,8 @@ set(CAIRN_CXX_SOURCES
   api/c_api.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
+  bodies/mesh_body.cpp
+  bodies/mesh_set.cpp
   contactors/contactor.cpp
   contactors/hulls.cpp
   contacts/bonds.cpp
@@ -53,6 +55,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_error.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
+  strategies/meshes.cpp
   strategies/projection.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp

@@ -1,8 +1,9 @@
 !> What every solver does with a batch: read the relative velocity of its contacts, give their bodies a change of impulse.
 module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
-  use contact_batch, only: cairn_record, cairn_batch, cairn_side, side_gather, side_scatter, side_delassus, &
-    record_size, max_batch, batch_workspace
+  use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
+    record_size, max_batch, batch_workspace, mapping_nodes
+  use condensed_bodies, only: load_mapped, add_mapped, delassus_mapped
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
@@ -11,7 +12,10 @@ module batch_kinematics
   !> A batch with its blocks as Fortran arrays (component c of contact i at (c-1) n + i).
   type :: batch_view
     integer(c_int32_t) :: n = 0, c = 0, width_a = 0, width_b = 0
-    integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null()
+    integer :: contacts = 0, dim = 0
+    logical :: mapped_a = .false., mapped_b = .false. !< rests on nodes of a condensed body
+    integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null(), node_a(:) => null(), node_b(:) => null()
+    type(cairn_condensed), pointer, contiguous :: condensed(:) => null()
     real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
     real(c_double), pointer, contiguous :: bias(:) => null(), params(:) => null(), r(:) => null()
     procedure(side_gather), pointer, nopass :: gather_a => null(), gather_b => null()
@@ -38,6 +42,7 @@ contains
     call c_f_pointer(batch%body_b, view%body_b, [n])
     call c_f_procpointer(sides(batch%side_a)%gather, view%gather_a)
     call c_f_procpointer(sides(batch%side_b)%gather, view%gather_b)
+    if (batch%mapped_a + batch%mapped_b > 0) call open_mappings(batch, view)
     call c_f_procpointer(sides(batch%side_a)%scatter, view%scatter_a)
     call c_f_procpointer(sides(batch%side_b)%scatter, view%scatter_b)
     if (batch%pack > 0) then
@@ -60,6 +65,19 @@ contains
       call c_f_pointer(batch%r, view%r, [n*c])
     end if
   end subroutine open_batch
+
+  subroutine open_mappings(batch, view)
+    type(cairn_batch), intent(in)   :: batch
+    type(batch_view), intent(inout) :: view
+    integer, parameter :: many = huge(0) ! as many as the batch refers to
+    view%contacts = batch%contacts
+    view%dim = merge(2, 3, batch%velocities == 3)
+    view%mapped_a = batch%mapped_a /= 0
+    view%mapped_b = batch%mapped_b /= 0
+    call c_f_pointer(batch%condensed, view%condensed, [many])
+    if (view%mapped_a) call c_f_pointer(batch%node_a, view%node_a, [mapping_nodes*view%n])
+    if (view%mapped_b) call c_f_pointer(batch%node_b, view%node_b, [mapping_nodes*view%n])
+  end subroutine open_mappings
 
   subroutine unpack_batch(packs, c, lines, packed, frame, lever_a, lever_b, bias, mu, r)
     integer, value              :: packs                   !< eights of contacts
@@ -100,10 +118,18 @@ contains
     real(c_double), intent(out)     :: va(view%n, view%width_a) !< columns of side A
     real(c_double), intent(out)     :: vb(view%n, view%width_b) !< columns of side B
     type(cairn_record) :: line(max_batch)
-    call load_records(view%n, view%body_a, record, line, va)
-    if (view%width_a > record_size) call load_records(view%n, view%body_a, general, line, va(1, record_size + 1))
-    call load_records(view%n, view%body_b, record, line, vb)
-    if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
+    if (view%mapped_a) then
+      call load_mapped(view%n, view%contacts, view%dim, view%body_a, view%node_a, view%lever_a, view%condensed, va)
+    else
+      call load_records(view%n, view%body_a, record, line, va)
+      if (view%width_a > record_size) call load_records(view%n, view%body_a, general, line, va(1, record_size + 1))
+    end if
+    if (view%mapped_b) then
+      call load_mapped(view%n, view%contacts, view%dim, view%body_b, view%node_b, view%lever_b, view%condensed, vb)
+    else
+      call load_records(view%n, view%body_b, record, line, vb)
+      if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
+    end if
   end subroutine load_bodies
 
   !> u = v_A - v_B in local axes, the law's bias added.
@@ -142,7 +168,10 @@ contains
     type(cairn_record) :: line(max_batch)
     integer :: k
     k = batch%velocities
-    if (batch%moves_a /= 0) then
+    if (view%mapped_a) then
+      call add_mapped(view%n, view%contacts, view%dim, 1.0_c_double, dr, view%frame, view%body_a, view%node_a, view%lever_a, &
+        view%condensed)
+    else if (batch%moves_a /= 0) then
       if (batch%hub == 1) va(:, 1:k) = 0
       call view%scatter_a(view%n, view%c, view%width_a, 1.0_c_double, dr, view%frame, view%lever_a, va)
       if (batch%hub == 1) then
@@ -151,7 +180,10 @@ contains
         call store_records(view%n, batch%contacts, view%body_a, va, line, record)
       end if
     end if
-    if (batch%moves_b /= 0) then
+    if (view%mapped_b) then
+      call add_mapped(view%n, view%contacts, view%dim, -1.0_c_double, dr, view%frame, view%body_b, view%node_b, view%lever_b, &
+        view%condensed)
+    else if (batch%moves_b /= 0) then
       if (batch%hub == 2) vb(:, 1:k) = 0
       call view%scatter_b(view%n, view%c, view%width_b, -1.0_c_double, dr, view%frame, view%lever_b, vb)
       if (batch%hub == 2) then
@@ -178,7 +210,17 @@ contains
     times_a = merge(factor, 1.0_c_double, batch%hub == 1)
     times_b = merge(factor, 1.0_c_double, batch%hub == 2)
     w = 0
-    if (batch%moves_a /= 0) call delassus_a(view%n, view%c, view%width_a, times_a, va, view%frame, view%lever_a, w)
-    if (batch%moves_b /= 0) call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
+    if (view%mapped_a) then
+      call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%frame, view%body_a, view%node_a, view%lever_a, &
+        view%condensed, w)
+    else if (batch%moves_a /= 0) then
+      call delassus_a(view%n, view%c, view%width_a, times_a, va, view%frame, view%lever_a, w)
+    end if
+    if (view%mapped_b) then
+      call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%frame, view%body_b, view%node_b, view%lever_b, &
+        view%condensed, w)
+    else if (batch%moves_b /= 0) then
+      call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
+    end if
   end subroutine delassus_block
 end module batch_kinematics

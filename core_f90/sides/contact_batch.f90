@@ -1,10 +1,11 @@
 !> What a solver sweeps over: batches of mutually independent contacts, and the kinds of side they rest on.
 !> The C twins of these types, with the meaning of every member, stand in cairn/core.h.
 module contact_batch
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_ptr, c_funptr
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_ptr, c_funptr
   implicit none
   private
-  public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, side_gather, side_scatter, side_delassus, law_solve
+  public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, cairn_condensed
+  public :: side_gather, side_scatter, side_delassus, law_solve, mapping_nodes
   public :: record_size, max_batch, max_components, batch_workspace
 
   integer, parameter :: record_size = 8     !< numbers of a body's velocity record: one cache line
@@ -13,10 +14,19 @@ module contact_batch
 
   integer, parameter :: batch_workspace = 80*max_batch !< numbers of workspace a thread
 
+  integer, parameter :: mapping_nodes = 4   !< nodes that a contact on a body that deforms rests on, at most
+
   !> Copied whole: as one object, the compiler moves the line at once.
   type, bind(c) :: cairn_record
     real(c_double) :: x(record_size)
   end type cairn_record
+
+  type, bind(c) :: cairn_condensed
+    integer(c_int64_t) :: dofs
+    integer(c_int64_t) :: leading
+    type(c_ptr) :: velocity
+    type(c_ptr) :: compliance
+  end type cairn_condensed
 
   type, bind(c) :: cairn_batch
     integer(c_int32_t) :: count
@@ -35,8 +45,13 @@ module contact_batch
     integer(c_int32_t) :: pack
     integer(c_int32_t) :: relaxes
     integer(c_int32_t) :: bonds
+    integer(c_int32_t) :: mapped_a
+    integer(c_int32_t) :: mapped_b
     type(c_ptr) :: body_a
     type(c_ptr) :: body_b
+    type(c_ptr) :: node_a
+    type(c_ptr) :: node_b
+    type(c_ptr) :: condensed
     type(c_ptr) :: frame
     type(c_ptr) :: lever_a
     type(c_ptr) :: lever_b

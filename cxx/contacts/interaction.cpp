@@ -20,7 +20,7 @@ Interactions::Interactions(Interactions&&) noexcept = default;
 Interactions& Interactions::operator=(Interactions&&) noexcept = default;
 
 void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
-                            const LawTable& laws, const Cell& cell, double h, double theta) {
+                            const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes) {
   State& s = *s_;
   scratch();
   if (!(h > 0) || !std::isfinite(h))
@@ -30,6 +30,7 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
   s.candidates = &candidates;
   s.laws = &laws;
   s.cell = &cell;
+  s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
   s.h = h;
   s.theta = theta;
   s.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
@@ -65,9 +66,10 @@ void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& 
     // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
     system.load(bodies.velocity_free);
     cairn_add_impulses(&schedule);
-    if (correct) {
+    if (correct || s.meshes) {
       system.unload(bodies.velocity);
-      correct();
+      if (s.meshes) s.push_meshes(bodies);
+      if (correct) correct();
       system.load(bodies.velocity);
     }
     system.unload_and_add(bodies.velocity, bodies.velocity_begin);
@@ -83,8 +85,29 @@ void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& 
     }
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
+    if (s.meshes) s.push_meshes(bodies);
   }
   if (bodies.reaction.active) s.add_reactions(bodies);
+}
+
+// Impulses of contacts to the nodes of meshes, whose velocities follow from one solution each.
+void Interactions::State::push_meshes(Bodies& bodies) const {
+  for (MeshBody& mesh : meshes->meshes) std::fill(mesh.impulse.begin(), mesh.impulse.end(), 0.0);
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts && (b.mapped_a || b.mapped_b); ++lane) {
+      double p[3], m[3];
+      space_impulse(b, lane, p, m);
+      const auto give = [&](std::int32_t which, const std::int32_t* node, const double* weight, double sign) {
+        MeshBody& mesh = meshes->meshes[which];
+        for (int j = 0; j < 4; ++j)
+          for (int k = 0; k < dim(); ++k)
+            mesh.impulse[dim() * mesh.contact_node(node[j * b.count + lane]) + k] +=
+                sign * weight[j * b.count + lane] * p[k];
+      };
+      if (b.mapped_a) give(b.body_a[lane], b.node_a, b.lever_a, 1);
+      if (b.mapped_b) give(b.body_b[lane], b.node_b, b.lever_b, -1);
+    }
+  for (MeshBody& mesh : meshes->meshes) mesh.push(bodies);
 }
 
 // The image of B moves with the cell: relative velocities of contacts see it, bodies do not.
@@ -135,9 +158,8 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
   const auto driven = [&](std::int32_t who) { return !bodies.driven.active || *bodies.driven[who]; };
   const auto add = [&](const cairn_batch& b, int lane, std::int32_t who, int side, double* lever, double sign,
                        const double p[3], const double m[3]) {
-    if (!driven(who)) return;
     double l[3] = {0, 0, 0};
-    const bool radial = side == radial2 || side == radial3;
+    const bool radial = is_radial(side);
     for (int k = 0; k < d; ++k) l[k] = radial ? at(b, lever, lane, 0) * at(b, b.frame, lane, k) : at(b, lever, lane, k);
     double* to = bodies.reaction[who];
     for (int k = 0; k < d; ++k) to[k] += sign * p[k];
@@ -149,11 +171,13 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
   };
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane) {
-      if (!driven(b.body_a[lane]) && !driven(b.body_b[lane])) continue; // most are not
+      // what a mesh is held by it accounts for itself
+      const bool a = !b.mapped_a && driven(b.body_a[lane]), other = !b.mapped_b && driven(b.body_b[lane]);
+      if (!a && !other) continue; // most are not
       double p[3], m[3];
       space_impulse(b, lane, p, m);
-      add(b, lane, b.body_a[lane], b.side_a, b.lever_a, 1, p, m);
-      add(b, lane, b.body_b[lane], b.side_b, b.lever_b, -1, p, m);
+      if (a) add(b, lane, b.body_a[lane], b.side_a, b.lever_a, 1, p, m);
+      if (other) add(b, lane, b.body_b[lane], b.side_b, b.lever_b, -1, p, m);
     }
 }
 
@@ -246,8 +270,8 @@ ContactRows Interactions::rows() const {
     double axes[3][3];
     axes_of(b, d, lane, axes);
     const auto lever = [&](double* from, std::int32_t side, int k) {
-      const bool radial = side == radial2 || side == radial3;
-      return radial ? at(b, from, lane, 0) * axes[0][k] : at(b, from, lane, k);
+      if (sides()[side].scatter == nullptr) return 0.0; // of a mesh: weights of nodes
+      return is_radial(side) ? at(b, from, lane, 0) * axes[0][k] : at(b, from, lane, k);
     };
     for (int k = 0; k < d; ++k) {
       for (int c = 0; c < d; ++c) rows.axes[d * d * i + d * c + k] = axes[c][k];
@@ -257,8 +281,8 @@ ContactRows Interactions::rows() const {
     }
     const bool cone = !law_infos()[b.law].has_solve;
     rows.mu[i] = cone ? at(b, b.params, lane, 0) : 0;
-    rows.bodies[2 * i] = b.body_a[lane];
-    rows.bodies[2 * i + 1] = b.body_b[lane];
+    rows.bodies[2 * i] = b.mapped_a ? -1 : b.body_a[lane];
+    rows.bodies[2 * i + 1] = b.mapped_b ? -1 : b.body_b[lane];
     rows.kind[i] = cone ? 1 : 2;
   });
   return rows;

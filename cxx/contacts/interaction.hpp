@@ -20,6 +20,7 @@
 namespace cairn {
 
 struct ContactSystem;
+class MeshSet;
 class Scratch;
 
 // Rows of laws.def, in its order.
@@ -176,7 +177,7 @@ public:
   // step, positions are those of detection. Throws std::invalid_argument if a pair of materials has no law (names
   // both).
   void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
-                double theta);
+                double theta, MeshSet* meshes = nullptr);
   // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
   void act_on_surfaces(bool surfaces);
   // Reads bodies.velocity_free; leaves bodies unchanged.

@@ -171,8 +171,7 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
         polygon(c.contactor_a[i]) && polygon(c.contactor_b[i]) ? 0 : side * (0.5 - gap_share) * c.gap[i];
     for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]) - beyond * normal[k];
   };
-  const bool radial_a = b.side_a == radial2 || b.side_a == radial3,
-             radial_b = b.side_b == radial2 || b.side_b == radial3;
+  const bool radial_a = is_radial(b.side_a), radial_b = is_radial(b.side_b);
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = who[lane];
@@ -186,8 +185,8 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
       tangent_of(normal, t);
       for (int k = 0; k < 3; ++k) b.frame[(3 + k) * n + lane] = t[k];
     }
-    lever(b.lever_a, radial_a, i, ca, -1, lane);
-    lever(b.lever_b, radial_b, i, cb, 1, lane);
+    b.mapped_a ? fill_mapping(b, 0, lane, i) : lever(b.lever_a, radial_a, i, ca, -1, lane);
+    b.mapped_b ? fill_mapping(b, 1, lane, i) : lever(b.lever_b, radial_b, i, cb, 1, lane);
     if (c.gap[i] < 0) {
       const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
       const double size = ra > 0 && rb > 0 ? std::min(ra, rb) : std::max(ra, rb);
@@ -202,8 +201,23 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
   pad(b.lever_a, sides()[b.side_a].lever, 0);
   pad(b.lever_b, sides()[b.side_b].lever, 0);
   const auto spare = std::int32_t(system.bodies);
-  std::fill(b.body_a + b.contacts, b.body_a + n, spare);
-  std::fill(b.body_b + b.contacts, b.body_b + n, spare);
+  std::fill(b.body_a + b.contacts, b.body_a + n, b.mapped_a ? 0 : spare);
+  std::fill(b.body_b + b.contacts, b.body_b + n, b.mapped_b ? 0 : spare);
+}
+
+// Nodes of a condensed body that a contact moves with, and their weights where other sides have a lever.
+void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::int64_t i) {
+  const Candidates& c = *candidates;
+  const std::int32_t carrier = body(side ? c.contactor_b[i] : c.contactor_a[i]);
+  double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
+  if (cell->any() && side) image_shift(*cell, c.image[i], shift);
+  for (int k = 0; k < dim(); ++k) point[k] = c.point[dim() * i + k] - shift[k];
+  const Mapping m = meshes->mapping(*bodies, carrier, point);
+  (side ? b.body_b : b.body_a)[lane] = m.mesh;
+  for (int j = 0; j < 4; ++j) {
+    (side ? b.node_b : b.node_a)[j * b.count + lane] = m.node[j] < 0 ? 0 : meshes->meshes[m.mesh].place(m.node[j]);
+    (side ? b.lever_b : b.lever_a)[j * b.count + lane] = m.weight[j];
+  }
 }
 
 void Interactions::State::fill_impulses(cairn_batch& b) {

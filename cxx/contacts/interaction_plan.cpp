@@ -42,11 +42,36 @@ void Interactions::State::load_bodies() {
     bool centred = shape == Shape::disk || shape == Shape::sphere;
     if (centred && contactors->offset.active)
       for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
-    const int of_body = degree[body(std::int32_t(c))];
+    const std::int32_t carrier = body(std::int32_t(c));
+    const int of_body = degree[carrier];
     kind[c] = std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
+    if (meshes && meshes->carries(carrier)) kind[c] = moving + mapped;
     wide = wide || (space && kind[c] == 2);
   }
   load_further_inertia(wide ? n : -1);
+  load_meshes();
+}
+
+// Bodies that show a mesh have no record of their own; all contacts of a mesh move it whole.
+void Interactions::State::load_meshes() {
+  unit = nullptr;
+  if (!meshes) return;
+  unit = scratch.take<std::int32_t>(system.bodies);
+  for (std::int64_t b = 0; b < system.bodies; ++b) {
+    const std::int32_t mesh = meshes->mesh_of(std::int32_t(b));
+    unit[b] = mesh < 0 ? std::int32_t(b) : meshes->meshes[mesh].nodes.front();
+    if (mesh >= 0) std::fill(system.record[b].x + system.dim, system.record[b].x + 8, 0.0);
+  }
+  const Candidates& c = *candidates;
+  for (std::int64_t i = 0; i < c.count; ++i)
+    for (const std::int32_t contactor : {c.contactor_a[i], c.contactor_b[i]})
+      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, body(contactor), &c.point[dim() * i]));
+  meshes->condense(system.condensed);
+  system.condensed_dofs.clear();
+  for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
+  for (const CondensedBody& body : system.condensed)
+    for (std::size_t k = 0; k < body.node.size(); ++k)
+      std::copy_n(bodies->velocity[body.node[k]], dim(), body.dofs.velocity + dim() * k);
 }
 
 // For sides that read it; -1: none does.
@@ -81,9 +106,9 @@ void Interactions::State::classify() {
                                   laws->name(mb) + "': declare one for this pair, or a default");
     const int law = laws->entry(e).place;
     entry[i] = e;
-    contact_class[i] = std::uint16_t(law * 16 + kind[a] * 4 + kind[b]);
-    if (kind[a] & 2) ++degree[body(a)];
-    if (kind[b] & 2) ++degree[body(b)];
+    contact_class[i] = std::uint16_t((law * kinds + kind[a]) * kinds + kind[b]);
+    if (kind[a] & moving) ++degree[unit_of(a)];
+    if (kind[b] & moving) ++degree[unit_of(b)];
   }
   system.serial = false;
   for (Law law : laws->laws()) {
@@ -123,10 +148,8 @@ void Interactions::State::plan_tiles() {
   order_start.assign(1, 0);
   tile_stage.clear();
   const auto simple = [&](std::int64_t i) {
-    const int k = contact_class[i] & 15;
-    if (!(k & 10)) return false; // nothing moves
-    return !(((k & 8) && degree[body(c.contactor_a[i])] > hub_degree) ||
-             ((k & 2) && degree[body(c.contactor_b[i])] > hub_degree));
+    return !((moves_a(i) && degree[unit_of(c.contactor_a[i])] > hub_degree) ||
+             (moves_b(i) && degree[unit_of(c.contactor_b[i])] > hub_degree));
   };
   const auto size = std::size_t(std::clamp<std::int64_t>(c.count / tiles, smallest_tile, largest_tile));
   const bool hubs = std::any_of(degree, degree + system.bodies, [](std::int32_t d) { return d > hub_degree; });
@@ -134,13 +157,14 @@ void Interactions::State::plan_tiles() {
     const auto start = ordered;
     std::uint64_t taken = 0;
     for (; i < c.count && ordered - start < size; ++i) {
-      if (hubs ? !simple(i) : !(contact_class[i] & 10)) {
-        if (contact_class[i] & 10) hub_contacts.push_back(std::int32_t(i));
+      if (!moves(i)) continue;
+      if (hubs && !simple(i)) {
+        hub_contacts.push_back(std::int32_t(i));
         continue;
       }
       order[ordered++] = std::int32_t(i);
-      if (contact_class[i] & 8) taken |= tile_colours[body(c.contactor_a[i])];
-      if (contact_class[i] & 2) taken |= tile_colours[body(c.contactor_b[i])];
+      if (moves_a(i)) taken |= tile_colours[unit_of(c.contactor_a[i])];
+      if (moves_b(i)) taken |= tile_colours[unit_of(c.contactor_b[i])];
     }
     if (ordered == start) continue;
     const int stage = std::countr_one(taken);
@@ -148,8 +172,8 @@ void Interactions::State::plan_tiles() {
     order_start.push_back(std::int32_t(ordered));
     const std::uint64_t bit = stage < 64 ? std::uint64_t(1) << stage : 0;
     for (auto k = start; k < ordered; ++k) {
-      if (contact_class[order[k]] & 8) tile_colours[body(c.contactor_a[order[k]])] |= bit;
-      if (contact_class[order[k]] & 2) tile_colours[body(c.contactor_b[order[k]])] |= bit;
+      if (moves_a(order[k])) tile_colours[unit_of(c.contactor_a[order[k]])] |= bit;
+      if (moves_b(order[k])) tile_colours[unit_of(c.contactor_b[order[k]])] |= bit;
     }
   }
   const int stages = tile_stage.empty() ? 0 : 1 + *std::max_element(tile_stage.begin(), tile_stage.end());
@@ -172,24 +196,24 @@ void Interactions::State::plan_tiles() {
 // into batches.
 void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub) {
   const Candidates& c = *candidates;
-  for (std::int32_t i : contacts) colours[body(c.contactor_a[i])] = colours[body(c.contactor_b[i])] = 0;
+  for (std::int32_t i : contacts) colours[unit_of(c.contactor_a[i])] = colours[unit_of(c.contactor_b[i])] = 0;
   const int n = int(contacts.size());
   key_of_order.resize(std::max(key_of_order.size(), std::size_t(n)));
-  const std::size_t rows = laws->laws().size() * 16;
+  const std::size_t rows = laws->laws().size() * kinds * kinds;
   std::vector<std::int32_t>& count = order_count;
   if (count.size() < 64 * rows + 1) count.assign(64 * rows + 1, 0);
   int most = 0;
   for (int k = 0; k < n; ++k) {
     const std::int32_t i = contacts[k];
     const int cls = contact_class[i];
-    const std::int32_t a = body(c.contactor_a[i]), b = body(c.contactor_b[i]);
+    const std::int32_t a = unit_of(c.contactor_a[i]), b = unit_of(c.contactor_b[i]);
     std::uint64_t taken = 0;
-    if ((cls & 8) && hub != 1) taken |= colours[a];
-    if ((cls & 2) && hub != 2) taken |= colours[b];
+    if (moves_a(i) && hub != 1) taken |= colours[a];
+    if (moves_b(i) && hub != 2) taken |= colours[b];
     const int colour = std::min(std::countr_one(taken), 63);
     const std::uint64_t bit = std::uint64_t(1) << colour;
-    if (cls & 8) colours[a] |= bit;
-    if (cls & 2) colours[b] |= bit;
+    if (moves_a(i)) colours[a] |= bit;
+    if (moves_b(i)) colours[b] |= bit;
     most = std::max(most, colour);
     key_of_order[k] = std::uint32_t(colour * rows + cls);
     ++count[key_of_order[k] + 1];
@@ -212,14 +236,21 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   const int cls = contact_class[contacts[0]];
   b.contacts = n;
   b.count = (n + 7) / 8 * 8;
-  b.law = std::int32_t(laws->laws()[std::size_t(cls / 16)]);
+  b.law = std::int32_t(laws->laws()[std::size_t(cls / (kinds * kinds))]);
   const LawInfo& law = law_infos()[b.law];
   b.components = law.components(dim());
-  const bool radial_a = cls & 4, radial_b = cls & 1;
-  b.side_a = dim() == 2 ? (radial_a ? radial2 : rigid2) : (radial_a ? radial3 : rigid3);
-  b.side_b = dim() == 2 ? (radial_b ? radial2 : rigid2) : (radial_b ? radial3 : rigid3);
-  b.moves_a = (cls & 8) != 0;
-  b.moves_b = (cls & 2) != 0;
+  const bool radial_a = kind_a(cls) & radial, radial_b = kind_b(cls) & radial;
+  const auto side = [&](int of) {
+    if (of & mapped) return dim() == 2 ? mapped2 : mapped3;
+    return of & radial ? (dim() == 2 ? radial2 : radial3) : (dim() == 2 ? rigid2 : rigid3);
+  };
+  b.side_a = side(kind_a(cls));
+  b.side_b = side(kind_b(cls));
+  b.mapped_a = (kind_a(cls) & mapped) != 0;
+  b.mapped_b = (kind_b(cls) & mapped) != 0;
+  b.condensed = system.condensed_dofs.data();
+  b.moves_a = (kind_a(cls) & moving) != 0;
+  b.moves_b = (kind_b(cls) & moving) != 0;
   const bool diagonal = (radial_a || !b.moves_a) && (radial_b || !b.moves_b);
   b.block = law.has_solve || !diagonal;
   b.hub = hub;
@@ -242,12 +273,14 @@ void Interactions::State::plan_hubs() {
   if (hub_contacts.empty()) return;
   const Candidates& c = *candidates;
   const auto is_hub = [&](std::int32_t contactor) {
-    return (kind[contactor] & 2) && degree[body(contactor)] > hub_degree;
+    return (kind[contactor] & moving) && degree[unit_of(contactor)] > hub_degree;
   };
+  // the impulse on one contact of a mesh moves all others: they come one at a time
+  const auto is_mesh_hub = [&](std::int32_t contactor) { return (kind[contactor] & mapped) && is_hub(contactor); };
   by_hub.clear();
   for (std::int32_t i : hub_contacts) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    if (is_hub(a) && is_hub(b))
+    if ((is_hub(a) && is_hub(b)) || is_mesh_hub(a) || is_mesh_hub(b))
       late_contacts.push_back(i);
     else
       by_hub.emplace_back(is_hub(a) ? 2 * std::int64_t(body(a)) : 2 * std::int64_t(body(b)) + 1, i);
@@ -325,6 +358,8 @@ void Interactions::State::lay_out() {
     b.frame = take(frame);
     b.lever_a = take(sides()[b.side_a].lever);
     b.lever_b = take(sides()[b.side_b].lever);
+    if (b.mapped_a) b.node_a = scratch.take<std::int32_t>(4 * std::size_t(b.count));
+    if (b.mapped_b) b.node_b = scratch.take<std::int32_t>(4 * std::size_t(b.count));
     b.bias = take(b.components);
     b.delassus = take(block(b));
     b.r = take(b.components);

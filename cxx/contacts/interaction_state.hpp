@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../base/scratch.hpp"
+#include "../bodies/mesh_set.hpp"
 #include "../solvers/sweeps/contact_system.hpp"
 #include "interaction.hpp"
 
@@ -32,8 +33,7 @@ inline void place_pack(cairn_batch& b, int dim) {
 }
 // Two round bodies that move under a cone: a pack, if the law has a bias along the normal and nothing else.
 inline bool packable(const cairn_batch& b) {
-  const auto radial = [](std::int32_t side) { return side == radial2 || side == radial3; };
-  return b.block == 0 && radial(b.side_a) && radial(b.side_b) && b.moves_a && b.moves_b && b.hub == 0;
+  return b.block == 0 && is_radial(b.side_a) && is_radial(b.side_b) && b.moves_a && b.moves_b && b.hub == 0;
 }
 // A tangent that depends on the normal alone, without a branch and with all digits (Duff et al. 2017).
 inline void tangent_of(const double n[3], double t[3]) {
@@ -76,12 +76,17 @@ struct Interactions::State {
   Array<double> work_sums;                          // (4, batches)
   PluggedFault fault;                               // of laws from users' libraries
 
-  // per contactor: its kind of side (1 radial) + 2 if its body moves
+  MeshSet* meshes = nullptr; // null: none in the scene
+
+  // per contactor: its kind of side (radial, mapped) and whether its body moves
+  static constexpr int radial = 1, moving = 2, mapped = 4;
+  static constexpr int kinds = 8; // that two bits and one make
   std::uint8_t* kind = nullptr;
   // per candidate
   std::int32_t* entry = nullptr;
-  std::uint16_t* contact_class = nullptr; // place of the law in the table * 16 + kind of A * 4 + kind of B
+  std::uint16_t* contact_class = nullptr; // (place of the law in the table * kinds + kind of A) * kinds + kind of B
   // per body
+  std::int32_t* unit = nullptr; // of a mesh one of its bodies, whose contacts all see each other; null: each its own
   std::int32_t* degree = nullptr;
   std::uint64_t *colours = nullptr, *tile_colours = nullptr;
   // order in which candidates are batched
@@ -94,8 +99,13 @@ struct Interactions::State {
 
   int dim() const { return system.dim; }
   std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; }
-  bool moves_a(std::int64_t i) const { return contact_class[i] & 8; }
-  bool moves_b(std::int64_t i) const { return contact_class[i] & 2; }
+  // What may not be moved by two contacts at once.
+  std::int32_t unit_of(std::int32_t contactor) const { return unit ? unit[body(contactor)] : body(contactor); }
+  static int kind_a(int contact_class) { return contact_class / kinds % kinds; }
+  static int kind_b(int contact_class) { return contact_class % kinds; }
+  bool moves_a(std::int64_t i) const { return kind_a(contact_class[i]) & moving; }
+  bool moves_b(std::int64_t i) const { return kind_b(contact_class[i]) & moving; }
+  bool moves(std::int64_t i) const { return moves_a(i) || moves_b(i); }
 
   void load_bodies();
   void classify();
@@ -113,6 +123,7 @@ struct Interactions::State {
   void find_fault(const Bodies& with, int sweeps);
   void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
   void add_reactions(Bodies& bodies) const;
+  void push_meshes(Bodies& bodies) const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
   // f(batch, lane, candidate) for every contact that is batched
   template <class F>
@@ -121,6 +132,8 @@ struct Interactions::State {
 
 private:
   void load_further_inertia(std::int64_t n);
+  void load_meshes();
+  void fill_mapping(cairn_batch& b, int side, int lane, std::int64_t candidate);
   void find_places(int threads);
   void follow_across_facets();
   std::int64_t remember(const cairn_batch& b, std::int64_t to);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "../bodies/mesh_set.hpp"
 #include "../contacts/interaction.hpp"
 #include "../detection/interaction_handler.hpp"
 #include "../scene/scene.hpp"
@@ -85,6 +86,7 @@ public:
   Scene scene;
   LawTable laws;
   Nscd strategy;
+  MeshSet meshes;
   InteractionHandler handler;
   Interactions interactions;
   Candidates candidates;
@@ -119,6 +121,10 @@ public:
   bool contacts_known() const { return contacts_known_; }
   // To be called after bodies were removed or fields restored.
   void forget_contacts();
+  // Deformable bodies that the scene shows from now on.
+  void add_mesh(MeshModel model);
+  void place_meshes();  // among the bodies, when their order changed
+  void follow_meshes(); // points, edges and faces to where the nodes are
   // What project_positions remembers between steps, for a checkpoint.
   ContactMemory projection_memory() const;
   void restore_projection(ContactMemory memory);
@@ -165,11 +171,15 @@ private:
   void check_free_velocity() const;
   void add_plugged_forces();
   void leave_plugged_forces();
+  void account_for_meshes();
   void account(const ContactEnergy& contacts);
   const LawTable& projection_laws();
 
   double h_ = 0;
   bool begun_ = false, contacts_known_ = false;
+  std::int64_t meshes_placed_ = -1; // the scene's order that meshes know
+  std::vector<std::int64_t> facet_bodies_;
+  std::vector<double> facet_vertices_;
   Cell cell_begin_;
   Array<double> margins_, force_given_;
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own

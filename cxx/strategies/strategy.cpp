@@ -76,6 +76,7 @@ void Simulation::begin_step(double h) {
   // Order is state, and changes with the number of the step alone.
   if (steps > 0 && steps % strategy.renumber_every == 0) scene.renumber();
   if (scene.cell.any()) wrap_into_cell(); // what was put outside; the images of contacts follow
+  place_meshes();
   save_begin();
   make_bonds();
   begun_ = true;
@@ -136,6 +137,7 @@ void Simulation::predict_configuration() {
 
 void Simulation::compute_free_velocity() {
   Bodies& b = scene.bodies;
+  follow_meshes();
   if (!forces.empty()) add_plugged_forces();
   cairn_theta_free_velocity(scene.dim, b.dofs(), b.count, h_, strategy.theta, scene.gravity.data(),
                             b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
@@ -147,6 +149,10 @@ void Simulation::compute_free_velocity() {
     cairn_free_spin(b.count, h_, strategy.theta, b.inertia.values.data(), b.angular_momentum.values.data(),
                     b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
                     pointer(b.force), pointer(b.damping), bits(b.driven));
+  }
+  if (!meshes.empty()) {
+    for (MeshBody& mesh : meshes.meshes) mesh.free_velocity(b, scene.gravity.data(), h_, strategy.theta);
+    for (const MeshBody& mesh : meshes.meshes) mesh.follow(b);
   }
   if (!free_velocity) return;
   free_velocity->routine(scene.dim, b.dofs(), b.count, h_, strategy.theta, time, free_velocity->params.data(),
@@ -208,6 +214,9 @@ void Simulation::measure_margins() {
     }
     const double grain = Shape(*c.shape[k]) == Shape::disk || Shape(*c.shape[k]) == Shape::sphere ? *c.radius[k] : 0;
     margins_[k] = 0.05 * grain + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
+    if (meshes.empty() || !meshes.carries(*c.body[k])) continue;
+    // a node has no size: what a cell has counts instead
+    margins_[k] = 0.05 * meshes.meshes[meshes.mesh_of(*c.body[k])].size() + h_ * std::sqrt(std::max(begin, free));
   }
 }
 
@@ -238,7 +247,7 @@ void Simulation::detect_contacts() {
 void Simulation::prepare_contacts() {
   if (!strategy.warm_start) interactions.forget_impulses();
   interactions.act_on_surfaces(strategy.act_on_surfaces);
-  interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta);
+  interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta, &meshes);
   contacts_known_ = true;
 }
 
@@ -256,8 +265,11 @@ void Simulation::update_velocity(const std::function<void()>& correct) {
 
 // Energy is measured here, where the inertia of turning bodies is still that of the contacts.
 void Simulation::commit_contacts() {
+  if (!meshes.empty())
+    for (MeshBody& mesh : meshes.meshes) mesh.account(scene.bodies, scene.gravity.data());
   const ContactEnergy contacts = interactions.commit();
   account(contacts);
+  account_for_meshes();
 }
 
 void Simulation::account(const ContactEnergy& contacts) {
@@ -303,6 +315,7 @@ void Simulation::update_configuration() {
     cairn_momentum_update(b.count, 0, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
                           b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
   advance_cell(ahead);
+  follow_meshes();
   if (scene.cell.any()) wrap_into_cell();
   report.step = ++steps;
   report.h = h_;
@@ -324,6 +337,7 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() +
                    candidates.feature.capacity() + candidates.image.capacity());
   contacts += 8 * (candidates.gap.capacity() + candidates.normal.capacity() + candidates.point.capacity());
+  for (const MeshBody& mesh : meshes.meshes) bodies += mesh.bytes();
   if (smooth_) {
     bodies += smooth_->body_bytes();
     contacts += smooth_->contact_bytes();

@@ -11,6 +11,8 @@ from test_deformable import STEEL, at, scene_of
 from test_elastic import grid
 
 SHARP = cn.NLGS(tol=1e-12, max_iter=100000)
+# Two facets touched at one point ask for forces along them that nearly cancel: sweeps alone come near them too slowly.
+AT_NODES = cn.Auto(tol=1e-12)
 
 
 def block(cells, low, high, *, simplices=False, plan=1.0, **options):
@@ -58,7 +60,7 @@ def test_ball_rests_on_a_face(place, simplices):
     """Far smaller than a cell: between the nodes, on an edge, on a node, it is carried with its weight."""
     ball = cn.spheres([[*place, 0.0305]], 0.03, STEEL, driven=("wx", "wy", "wz"))
     scene = scene_of(floor(simplices), ball, dim=3, gravity=(0, 0, -10.0), mu=0.5)
-    sim = cn.Simulation(scene, dt=5e-3, strategy=cn.NSCD(theta=1.0, solver=SHARP))
+    sim = cn.Simulation(scene, dt=5e-3, strategy=cn.NSCD(theta=1.0, solver=AT_NODES))
     for _ in range(60):
         assert sim.step()["status"] == "converged"
     force = sim.contacts.impulse / sim.dt

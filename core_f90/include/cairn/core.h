@@ -132,31 +132,35 @@ cairn_smooth_scatter cairn_smooth_scatter2, cairn_smooth_scatter3;
  * `lever_a` and so on then point to the first of their lines, and their blocks do not exist. A field with c components
  * is a block (count, c): each component contiguous. count is a multiple of 8; past `contacts` stand dummies on the
  * spare record, which never act. */
+typedef struct cairn_condensed cairn_condensed;
 typedef struct cairn_batch {
-  int32_t count, contacts;   /* with and without dummies */
-  int32_t components;        /* unknowns of a contact */
-  int32_t block;             /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
-  int32_t side_a, side_b;    /* rows of sides.def */
-  int32_t moves_a, moves_b;  /* 0: no finite inverse mass on that side, read only */
-  int32_t hub;               /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
-  int32_t group;             /* by which the inverse mass of the hub is multiplied in delassus */
-  int32_t law;               /* row of laws.def */
-  int32_t first;             /* place of its first contact in the order of batches */
-  int32_t velocities;        /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
-  int32_t pack;              /* 0, or the lines of a pack: see above */
-  int32_t relaxes;           /* 1: over-relaxation applies */
-  int32_t bonds;             /* 1: state is the gap at which it bonded, huge where it did not */
-  int32_t *body_a, *body_b;  /* (n) places of velocity records */
-  double* frame;             /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
-  double *lever_a, *lever_b; /* (n, lever of the side) [m] */
-  double* delassus;          /* [1/kg] */
-  double* bias;              /* (n, c) [m/s] */
-  double* params;            /* (n, p) of the law, or mu (n) of the cone */
-  double* r;                 /* (n, c) impulse [N s] */
-  double* rho;               /* (n) 1 / true W_NN [kg] */
-  double* scale;             /* (n) |F(0)|^2 / rho [J] */
-  double* state;             /* (n, s) of the law */
-  int32_t* status;           /* (n) see cairn_contact_status */
+  int32_t count, contacts;    /* with and without dummies */
+  int32_t components;         /* unknowns of a contact */
+  int32_t block;              /* 0: Delassus block diag(W_NN, W_TT, ...), stored (n, 2); 1: full, (n, c, c) */
+  int32_t side_a, side_b;     /* rows of sides.def */
+  int32_t moves_a, moves_b;   /* 0: no finite inverse mass on that side, read only */
+  int32_t hub;                /* 1: all contacts share body A, 2: body B, and each sees its velocity at the start */
+  int32_t group;              /* by which the inverse mass of the hub is multiplied in delassus */
+  int32_t law;                /* row of laws.def */
+  int32_t first;              /* place of its first contact in the order of batches */
+  int32_t velocities;         /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
+  int32_t pack;               /* 0, or the lines of a pack: see above */
+  int32_t relaxes;            /* 1: over-relaxation applies */
+  int32_t bonds;              /* 1: state is the gap at which it bonded, huge where it did not */
+  int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights */
+  int32_t *body_a, *body_b;   /* (n) places of velocity records, of condensed bodies where mapped */
+  int32_t *node_a, *node_b;   /* (n, 4) of a mapped side: places among the contact nodes of its body; else null */
+  const cairn_condensed* condensed; /* bodies of mapped sides */
+  double* frame;                    /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
+  double *lever_a, *lever_b;        /* (n, lever of the side) [m] */
+  double* delassus;                 /* [1/kg] */
+  double* bias;                     /* (n, c) [m/s] */
+  double* params;                   /* (n, p) of the law, or mu (n) of the cone */
+  double* r;                        /* (n, c) impulse [N s] */
+  double* rho;                      /* (n) 1 / true W_NN [kg] */
+  double* scale;                    /* (n) |F(0)|^2 / rho [J] */
+  double* state;                    /* (n, s) of the law */
+  int32_t* status;                  /* (n) see cairn_contact_status */
   cairn_law_solve* solve;
 } cairn_batch;
 
@@ -182,12 +186,22 @@ typedef struct cairn_side {
 typedef struct cairn_record {
   double x[8];
 } cairn_record;
+/* A body that deforms as contacts see it: velocities of its contact nodes, node by node, and S = B A^-1 B' on their
+ * dofs, A the matrix of the body's step. An impulse on one of them moves them all. */
+struct cairn_condensed {
+  int64_t dofs;       /* of contact nodes */
+  int64_t leading;    /* rows of a column of the compliance */
+  double* velocity;   /* (dofs) [m/s] */
+  double* compliance; /* (leading, dofs) [1/kg] */
+};
+#define CAIRN_MAPPED_SIDE(name, dimension, lever, width) cairn_side_gather cairn_side_##name##_gather;
 #define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
   cairn_side_gather cairn_side_##name##_gather;                                                                        \
   cairn_side_scatter cairn_side_##name##_scatter;                                                                      \
   cairn_side_delassus cairn_side_##name##_delassus;
 #include "../../sides/sides.def"
 #undef CAIRN_SIDE
+#undef CAIRN_MAPPED_SIDE
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
 #define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \

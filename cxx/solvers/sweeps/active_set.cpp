@@ -120,10 +120,9 @@ void ActiveSet::assemble() {
   const int n = int(memory_.unknowns.size());
   memory_.matrix.resize(std::size_t(n) * n);
   each(system_, [&](const cairn_batch& b, int lane, int k) { at(b, b.r, lane, k) = 0; });
-  const auto velocities = system_.velocities();
   for (int j = 0; j < n; ++j) {
     apply(memory_.unknowns[j], 1);
-    for (std::int64_t b = 0; b < system_.bodies; ++b) std::fill_n(system_.record[b].x, velocities, 0.0);
+    system_.clear_velocities();
     read_velocities();
     for (int i = 0; i < n; ++i) memory_.matrix[std::size_t(n) * i + j] = *memory_.unknowns[i].u;
     apply(memory_.unknowns[j], -1);

@@ -8,8 +8,10 @@ const cairn_side* sides() {
   static const cairn_side rows[] = {
 #define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
   {cairn_side_##name##_gather, cairn_side_##name##_scatter, cairn_side_##name##_delassus, lever, width},
+#define CAIRN_MAPPED_SIDE(name, dimension, lever, width) {cairn_side_##name##_gather, nullptr, nullptr, lever, width},
 #include "../../../core_f90/sides/sides.def"
 #undef CAIRN_SIDE
+#undef CAIRN_MAPPED_SIDE
   };
   return rows;
 }
@@ -50,6 +52,14 @@ void ContactSystem::load(const Field<double>& velocity) {
     return [=, this](std::int64_t b, int k) { record[b].x[k] = v[n * b + k]; };
   };
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+  for (const CondensedBody& c : condensed)
+    for (std::size_t i = 0; i < c.node.size(); ++i)
+      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] = velocity[c.node[i]][k];
+}
+
+void ContactSystem::clear_velocities() {
+  for (std::int64_t b = 0; b < bodies; ++b) std::fill_n(record[b].x, velocities(), 0.0);
+  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
 }
 
 void ContactSystem::unload(Field<double>& velocity) const {
@@ -67,6 +77,9 @@ void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>&
     };
   };
   dim == 2 ? each<3>(bodies, both(3)) : each<6>(bodies, both(6));
+  for (const CondensedBody& c : condensed)
+    for (std::size_t i = 0; i < c.node.size(); ++i)
+      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] += more[c.node[i]][k];
 }
 
 } // namespace cairn

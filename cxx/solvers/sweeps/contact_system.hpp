@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "../../base/field.hpp"
+#include "../../bodies/condensed_body.hpp"
 #include "cairn/core.h"
 
 namespace cairn {
@@ -16,6 +17,8 @@ struct ContactSystem {
   std::vector<cairn_batch> batches;
   std::vector<std::int32_t> first_task, first_batch; // of each stage, of each task
   Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
+  std::vector<CondensedBody> condensed;              // on which mapped sides rest
+  std::vector<cairn_condensed> condensed_dofs;       // of them, as batches refer to them
   Array<double> work;
   Array<std::int32_t> candidate;           // (places of contacts, dummies included); -1: dummy
   Array<double> sums, change;              // (6, batches), (batches)
@@ -26,6 +29,8 @@ struct ContactSystem {
   int velocities() const { return dim == 2 ? 3 : 6; }
   std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
   cairn_schedule schedule(int threads);
+  bool couples() const { return !condensed.empty(); } // contacts of a condensed body see each other
+  void clear_velocities();
   // velocities of bodies into the records; inverse masses stay
   void load(const Field<double>& velocity);
   void unload(Field<double>& velocity) const;
@@ -35,6 +40,13 @@ struct ContactSystem {
 
 // row k: side k of sides.def
 const cairn_side* sides();
-enum Side : std::int32_t { radial2, rigid2, radial3, rigid3 };
+enum Side : std::int32_t {
+#define CAIRN_SIDE(name, dimension, lever, width) name,
+#define CAIRN_MAPPED_SIDE(name, dimension, lever, width) name,
+#include "../../../core_f90/sides/sides.def"
+#undef CAIRN_SIDE
+#undef CAIRN_MAPPED_SIDE
+};
+inline bool is_radial(std::int32_t side) { return side == radial2 || side == radial3; }
 
 } // namespace cairn

@@ -31,8 +31,18 @@ double rounding_of(const ContactSystem& system) {
         for (int k = 0; k < sides()[side].lever; ++k) arm += at(b, lever, lane, k) * at(b, lever, lane, k);
         sum += b.rho[lane] * (speed + spin * arm);
       };
-      add(b.body_a[lane], b.lever_a, b.side_a);
-      add(b.body_b[lane], b.lever_b, b.side_b);
+      const auto add_mapped = [&](std::int32_t which, const std::int32_t* node, const double* weight) {
+        double speed = 0; // of the fastest of its nodes
+        for (int j = 0; j < 4; ++j) {
+          const double* v = system.condensed[which].dofs.velocity + dim * node[j * b.count + lane];
+          double square = 0;
+          for (int k = 0; k < dim; ++k) square += v[k] * v[k];
+          if (weight[j * b.count + lane] > 0 || weight[j * b.count + lane] < 0) speed = std::max(speed, square);
+        }
+        sum += b.rho[lane] * speed;
+      };
+      b.mapped_a ? add_mapped(b.body_a[lane], b.node_a, b.lever_a) : add(b.body_a[lane], b.lever_a, b.side_a);
+      b.mapped_b ? add_mapped(b.body_b[lane], b.node_b, b.lever_b) : add(b.body_b[lane], b.lever_b, b.side_b);
     }
   constexpr double some = 16 * std::numeric_limits<double>::epsilon();
   return some * some * sum;

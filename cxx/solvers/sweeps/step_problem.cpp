@@ -48,7 +48,8 @@ void StepProblem::number_bodies() {
     const cairn_batch& b = system_.batches[places_[a].batch];
     const int lane = places_[a].lane;
     const std::int32_t who[2] = {b.body_a[lane], b.body_b[lane]};
-    const bool moves[2] = {b.moves_a != 0, b.moves_b != 0};
+    // a condensed body is no body here: what it couples is added to W
+    const bool moves[2] = {b.moves_a != 0 && b.mapped_a == 0, b.moves_b != 0 && b.mapped_b == 0};
     for (int side = 0; side < 2; ++side) {
       if (moves[side] && number_[who[side]] < 0) {
         number_[who[side]] = std::int32_t(bodies.count++);
@@ -127,9 +128,9 @@ void StepProblem::fill_rows() {
     for (int side = 0; side < 2; ++side) {
       const std::int32_t kind = side ? b.side_b : b.side_a;
       double lever[3] = {0, 0, 0};
-      for (int k = 0; k < d; ++k)
-        lever[k] = kind == radial2 || kind == radial3 ? at(b, side ? b.lever_b : b.lever_a, lane, 0) * axes[0][k]
-                                                      : at(b, side ? b.lever_b : b.lever_a, lane, k);
+      for (int k = 0; k < d && bodies.body[2 * a + side] >= 0; ++k)
+        lever[k] = is_radial(kind) ? at(b, side ? b.lever_b : b.lever_a, lane, 0) * axes[0][k]
+                                   : at(b, side ? b.lever_b : b.lever_a, lane, k);
       double* rows = &bodies.rows[(2 * a + side) * d * n];
       const double sign = side ? -1 : 1;
       for (int c = 0; c < d; ++c) {
@@ -177,25 +178,71 @@ void StepProblem::keep_diagonal() {
   problem_.block.resize(std::size_t(problem_.dim) * problem_.dim * n);
   cairn_body_blocks(problem_.dim, b.dofs, n, b.count, b.body.data(), b.rows.data(), b.inverse.data(),
                     problem_.row_start.data(), problem_.column.data(), problem_.block.data());
+  add_condensed();
+}
+
+std::int32_t StepProblem::group(std::int64_t contact, int side) const {
+  const Place& place = places_[contact];
+  const cairn_batch& b = system_.batches[place.batch];
+  if (side ? b.mapped_b : b.mapped_a)
+    return std::int32_t(problem_.bodies->count) + (side ? b.body_b : b.body_a)[place.lane];
+  return problem_.bodies->body[2 * contact + side];
 }
 
 std::vector<std::vector<std::int32_t>> StepProblem::contacts_of_bodies() const {
-  std::vector<std::vector<std::int32_t>> of(problem_.bodies->count);
+  std::vector<std::vector<std::int32_t>> of(problem_.bodies->count + system_.condensed.size());
   for (std::int64_t a = 0; a < problem_.contacts; ++a)
     for (int side = 0; side < 2; ++side) {
-      const std::int32_t who = problem_.bodies->body[2 * a + side];
+      const std::int32_t who = group(a, side);
       if (who >= 0) of[who].push_back(std::int32_t(a));
     }
   return of;
 }
 
-double StepProblem::blocks() const {
-  std::vector<double> degree(problem_.bodies->count);
-  for (const std::int32_t who : problem_.bodies->body)
-    if (who >= 0) ++degree[who];
+double StepProblem::bytes() const {
   double sum = 0;
-  for (const double k : degree) sum += k * k;
-  return sum;
+  for (const auto& contacts : contacts_of_bodies()) sum += double(contacts.size()) * double(contacts.size());
+  return 8.0 * system_.dim * system_.dim * sum;
+}
+
+// Block (a, b) gets e_a' C e_b, C the compliance between the two points of the body, weighted over their nodes.
+void StepProblem::add_condensed() {
+  if (!system_.couples()) return;
+  const int d = system_.dim;
+  const auto mapped = [&](std::int64_t contact, int side) {
+    const cairn_batch& b = system_.batches[places_[contact].batch];
+    return (side ? b.mapped_b : b.mapped_a) != 0;
+  };
+  for (std::int64_t a = 0; a < problem_.contacts; ++a)
+    for (std::int64_t e = problem_.row_start[a]; e < problem_.row_start[a + 1]; ++e) {
+      const std::int64_t other = problem_.column[e];
+      for (int side = 0; side < 4; ++side) {
+        const int of_a = side & 1, of_b = side >> 1;
+        if (!mapped(a, of_a) || !mapped(other, of_b) || group(a, of_a) != group(other, of_b)) continue;
+        const Place &here = places_[a], &there = places_[other];
+        const cairn_batch &b = system_.batches[here.batch], &c = system_.batches[there.batch];
+        const cairn_condensed& body = system_.condensed_dofs[(of_a ? b.body_b : b.body_a)[here.lane]];
+        double axes[3][3], axes_other[3][3], between[3][3] = {};
+        axes_of(b, d, here.lane, axes);
+        axes_of(c, d, there.lane, axes_other);
+        for (int i = 0; i < 4; ++i)
+          for (int j = 0; j < 4; ++j) {
+            const double weight = (of_a ? b.lever_b : b.lever_a)[i * b.count + here.lane] *
+                                  (of_b ? c.lever_b : c.lever_a)[j * c.count + there.lane];
+            const std::int64_t row = d * (of_a ? b.node_b : b.node_a)[i * b.count + here.lane],
+                               column = d * (of_b ? c.node_b : c.node_a)[j * c.count + there.lane];
+            for (int k = 0; k < d; ++k)
+              for (int l = 0; l < d; ++l)
+                between[k][l] += weight * body.compliance[body.leading * (column + l) + row + k];
+          }
+        double* block = &problem_.block[std::size_t(d) * d * e];
+        const double sign = of_a == of_b ? 1 : -1;
+        for (int k = 0; k < d; ++k)
+          for (int l = 0; l < d; ++l)
+            for (int p = 0; p < d; ++p)
+              for (int q = 0; q < d; ++q) block[d * l + k] += sign * axes[k][p] * between[p][q] * axes_other[l][q];
+      }
+    }
 }
 
 void StepProblem::form_blocks() {
@@ -205,7 +252,7 @@ void StepProblem::form_blocks() {
   for (std::int64_t a = 0; a < problem_.contacts; ++a) {
     row.assign(1, std::int32_t(a));
     for (int side = 0; side < 2; ++side) {
-      const std::int32_t who = problem_.bodies->body[2 * a + side];
+      const std::int32_t who = group(a, side);
       if (who >= 0) row.insert(row.end(), of[who].begin(), of[who].end());
     }
     std::sort(row.begin(), row.end());
@@ -217,6 +264,7 @@ void StepProblem::form_blocks() {
   problem_.block.resize(std::size_t(problem_.dim) * problem_.dim * problem_.column.size());
   cairn_body_blocks(problem_.dim, b.dofs, problem_.contacts, b.count, b.body.data(), b.rows.data(), b.inverse.data(),
                     problem_.row_start.data(), problem_.column.data(), problem_.block.data());
+  add_condensed();
   problem_.bodies.reset();
 }
 

@@ -15,8 +15,8 @@ public:
   // As it is made it knows its bodies, and of W the diagonal blocks.
   FrictionProblem& problem() { return problem_; }
   const FrictionProblem& problem() const { return problem_; }
-  // Blocks that W has.
-  double blocks() const;
+  // Bytes of W in blocks.
+  double bytes() const;
   // W as blocks instead; the bodies are forgotten.
   void form_blocks();
   // Impulses of the contacts (dim, contacts), as the step has them; and given back to it.
@@ -33,7 +33,9 @@ private:
   void fill_rows();
   void fill_velocities(const cairn_schedule&);
   void keep_diagonal();
-  std::vector<std::vector<std::int32_t>> contacts_of_bodies() const;
+  std::vector<std::vector<std::int32_t>> contacts_of_bodies() const; // then those of condensed bodies
+  std::int32_t group(std::int64_t contact, int side) const;          // among these; -1: nothing moves there
+  void add_condensed(); // to the blocks of W what contacts of a condensed body give each other
   ContactSystem& system_;
   std::vector<Place> places_;
   std::vector<std::int32_t> number_; // of bodies of the system; -1: not in the problem

@@ -62,6 +62,7 @@ public:
 
   bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) override {
     StepProblem step(system_, schedule, velocity_free_);
+    if (system_.couples()) step.form_blocks();
     Array<double> start(step.problem().unknowns());
     step.read(start.data());
     ProblemOptions options = problem_options(options_);
@@ -111,7 +112,8 @@ private:
       cairn_problem_speeds(d, b.contacts, mu, w_nn, flat_r, flat_u, speed);
       for (int lane = 0; lane < b.contacts; ++lane) {
         double heavier = 0;
-        for (const std::int32_t who : {b.body_a[lane], b.body_b[lane]})
+        const std::int32_t nobody = std::int32_t(system_.bodies); // of a mesh the masses are not asked
+        for (const std::int32_t who : {b.mapped_a ? nobody : b.body_a[lane], b.mapped_b ? nobody : b.body_b[lane]})
           if (system_.record[who].x[mass] > 0) heavier = std::max(heavier, 1 / system_.record[who].x[mass]);
         wrong += heavier * speed[lane] * speed[lane];
       }
@@ -167,7 +169,9 @@ private:
     if (!StepProblem::obstacle(system_).empty() || !has_factorisations()) return;
     const cairn_schedule schedule = system_.schedule(1);
     StepProblem step(system_, schedule, velocity_free_);
-    if (step.problem().contacts > 0) find_cost(step.problem()); // or nothing can touch
+    const bool fits = !system_.couples() || step.bytes() <= options_.max_bytes;
+    if (system_.couples() && fits) step.form_blocks();
+    if (step.problem().contacts > 0 && fits) find_cost(step.problem()); // or nothing can touch
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
   }
@@ -210,8 +214,8 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
   StepProblem step(system, schedule, velocity_free);
   Array<double> r(step.problem().unknowns());
   step.read(r.data());
-  const bool over_bodies = solver.name == "ppa_newton";
-  const double bytes = over_bodies ? 0 : 8.0 * system.dim * system.dim * step.blocks();
+  const bool over_bodies = solver.name == "ppa_newton" && !system.couples();
+  const double bytes = over_bodies ? 0 : step.bytes();
   ProblemReport solved;
   if (bytes > options.max_bytes) {
     char hint[160];

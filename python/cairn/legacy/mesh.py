@@ -149,12 +149,7 @@ def deformables(box, materials, origin):
         if why:
             origin.unmapped.append(f"MAILx {mesh.number}: {why} (BODIES.DAT, line {mesh.line})")
             continue
-        try:
-            sets += _deformable(box, mesh, models, drives.get(mesh.number, []), states.get(mesh.number), materials, origin)
-        except LegacyError:
-            raise
-        except ValueError as error:
-            raise LegacyError(f"{box.folder / 'BODIES.DAT'}, line {mesh.line}: MAILx {mesh.number}: {error}") from error
+        sets += _deformable(box, mesh, models, drives.get(mesh.number, []), states.get(mesh.number), materials, origin)
     return sets
 
 

@@ -47,7 +47,7 @@ def _nscd(simulation):
     solver = strategy.solver
     if simulation._blocks:
         lines.append(f"Strategy {type(strategy).__name__}; contacts are solved in blocks of W = H' A^-1 H")
-    for mesh in simulation._blocks.meshes if simulation._blocks else ():
+    for mesh in simulation._moving_meshes():
         size, points = mesh.size, len(mesh.d.contact_nodes)
         lines.append(f"Deformable {mesh.d.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
     lines += [

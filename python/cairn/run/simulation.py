@@ -111,7 +111,7 @@ class Simulation:
     @property
     def meshes(self):
         """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
-        return [views.MeshView(self, mesh) for mesh in (self._blocks.meshes if self._blocks else ())]
+        return [views.MeshView(self, mesh) for mesh in self._moving_meshes()]
 
     @property
     def raw(self):
@@ -157,6 +157,8 @@ class Simulation:
         h = self._dt if dt is None else checks.positive("dt", dt)
         self._follow_scene()
         self._apply_functions(h)
+        if self._meshes:
+            self._meshes.load(h)
         if self._blocks:
             self._info = self._blocks.step(h)
         else:
@@ -431,12 +433,19 @@ class Simulation:
         plain = type(self._strategy) in (NSCD, SmoothDEM)
         if meshes and isinstance(self._strategy, SmoothDEM):
             raise ValueError("SmoothDEM moves rigid bodies alone: give NSCD or Carpenter to scenes with deformable bodies")
-        if plain and not meshes:
-            self._blocks = None
-            return
-        from .block_step import BlockStep
+        self._blocks = self._meshes = None
+        if meshes and plain:
+            from .meshes import Meshes
 
-        self._blocks = BlockStep(self)
+            self._meshes = Meshes(self)
+        elif not plain:
+            from .block_step import BlockStep
+
+            self._core.forget_meshes()
+            self._blocks = BlockStep(self)
+
+    def _moving_meshes(self):
+        return self._meshes.meshes if self._meshes else self._blocks.meshes if self._blocks else ()
 
     def _field(self, name, shape):
         values = self._core.scene.body(name)

@@ -1,0 +1,118 @@
+// Deformable bodies: matrices and nodes go to the core once, loads and held velocities before each step.
+#include <pybind11/functional.h>
+
+#include "arrays.hpp"
+#include "strategies/simulation.hpp"
+
+using cairn::Simulation;
+
+namespace {
+
+template <class T>
+std::vector<T> vector_of(const py::dict& d, const char* name) {
+  const auto a = py::cast<Input<T>>(d[name]);
+  return {a.data(), a.data() + a.size()};
+}
+
+// Products and solutions of another code, in Python: they take the lock that a step gives away.
+std::function<void(const double*, double*)> product_of(py::object function, std::int64_t n) {
+  auto held = std::make_shared<py::object>(std::move(function));
+  return [held, n](const double* x, double* out) {
+    const py::gil_scoped_acquire lock;
+    const auto y = py::cast<Input<double>>((*held)(py::array_t<double>(n, x)));
+    if (y.size() != n)
+      throw cairn::Error("an operator of a mesh gave " + std::to_string(y.size()) + " numbers, not " +
+                         std::to_string(n));
+    std::copy_n(y.data(), n, out);
+  };
+}
+
+std::function<std::function<void(double*)>(double, double)> solver_of(py::object make, std::vector<std::int64_t> free,
+                                                                      std::int64_t n) {
+  auto held = std::make_shared<py::object>(std::move(make));
+  return [held, free = std::move(free), n](double h, double theta) -> std::function<void(double*)> {
+    const py::gil_scoped_acquire lock;
+    auto solve = std::make_shared<py::object>((*held)(h, theta));
+    return [solve, free, n](double* b) {
+      const py::gil_scoped_acquire inner;
+      py::array_t<double> right(py::ssize_t(free.size()));
+      for (std::size_t i = 0; i < free.size(); ++i) right.mutable_data()[i] = b[free[i]];
+      const auto x = py::cast<Input<double>>((*solve)(right));
+      if (std::size_t(x.size()) != free.size())
+        throw cairn::Error("the solver of a mesh gave " + std::to_string(x.size()) + " numbers, not " +
+                           std::to_string(free.size()));
+      for (std::size_t i = 0; i < free.size(); ++i) b[free[i]] = x.data()[i];
+    };
+  };
+}
+
+cairn::SoeStorage storage_of(const std::string& name) {
+  const std::pair<const char*, cairn::SoeStorage> known[] = {{"automatic", cairn::SoeStorage::automatic},
+                                                             {"diagonal", cairn::SoeStorage::diagonal},
+                                                             {"banded", cairn::SoeStorage::banded},
+                                                             {"dense", cairn::SoeStorage::dense},
+                                                             {"sparse", cairn::SoeStorage::sparse}};
+  for (const auto& [text, storage] : known)
+    if (name == text) return storage;
+  throw cairn::Error("there is no storage '" + name + "'");
+}
+
+void add_mesh(Simulation& s, const py::dict& d) {
+  cairn::MeshModel m;
+  m.dim = py::cast<int>(d["dim"]);
+  m.name = py::cast<std::string>(d["name"]);
+  m.reference = vector_of<double>(d, "reference");
+  const auto matrix = [&](const char* name) {
+    cairn::SparseMatrix a;
+    a.n = m.dofs();
+    a.start = vector_of<std::int64_t>(d, "start");
+    a.row = vector_of<std::int32_t>(d, "row");
+    a.value = vector_of<double>(d, name);
+    return a;
+  };
+  m.mass = matrix("mass");
+  m.held = vector_of<std::uint8_t>(d, "held");
+  if (d.contains("solver")) {
+    m.times_stiffness = product_of(d["times_stiffness"], m.dofs());
+    m.times_damping = product_of(d["times_damping"], m.dofs());
+    m.make_solver = solver_of(d["solver"], vector_of<std::int64_t>(d, "free"), m.dofs());
+  } else {
+    m.stiffness = matrix("stiffness");
+    m.damping = matrix("damping");
+  }
+  m.options.storage = storage_of(py::cast<std::string>(d["storage"]));
+  m.node_ids = vector_of<std::int64_t>(d, "node_ids");
+  m.point_ids = vector_of<std::int64_t>(d, "point_ids");
+  m.side_ids = vector_of<std::int64_t>(d, "side_ids");
+  m.point_nodes = vector_of<std::int32_t>(d, "point_nodes");
+  m.point_weights = vector_of<double>(d, "point_weights");
+  m.side_nodes = vector_of<std::int32_t>(d, "side_nodes");
+  m.face_nodes = vector_of<std::int32_t>(d, "face_nodes");
+  m.edge_start = vector_of<double>(d, "edge_start");
+  m.around = vector_of<std::int32_t>(d, "around");
+  m.around_start = vector_of<std::int32_t>(d, "around_start");
+  s.add_mesh(std::move(m));
+}
+
+// Forces on the dofs of mesh `which` at both ends of the coming steps [N], and velocities of its held dofs [m/s].
+void load_mesh(Simulation& s, std::size_t which, const Input<double>& begin, const Input<double>& end,
+               const Input<double>& held) {
+  cairn::MeshBody& mesh = s.meshes.meshes.at(which);
+  for (const Input<double>* a : {&begin, &end, &held})
+    if (a->size() != mesh.model.dofs())
+      throw cairn::Error("a load of the mesh '" + mesh.model.name + "' holds " + std::to_string(a->size()) +
+                         " numbers: it has " + std::to_string(mesh.model.dofs()) + " dofs");
+  mesh.load_begin.assign(begin.data(), begin.data() + begin.size());
+  mesh.load_end.assign(end.data(), end.data() + end.size());
+  mesh.held_velocity.assign(held.data(), held.data() + held.size());
+}
+
+} // namespace
+
+void bind_meshes(py::module_& m) {
+  auto simulation = py::reinterpret_borrow<py::class_<Simulation>>(m.attr("Simulation"));
+  simulation.def("add_mesh", &add_mesh)
+      .def("load_mesh", &load_mesh)
+      .def("follow_meshes", &Simulation::follow_meshes)
+      .def("forget_meshes", [](Simulation& s) { s.meshes = cairn::MeshSet(); });
+}

@@ -1,0 +1,127 @@
+!> Bodies that deform, as contacts see them: velocities of their contact nodes and the compliance between these. A contact rests on
+!> up to four nodes with weights (its mapping); the impulse it gives changes the velocities of all contact nodes of the body:
+!>   v_c = v_c + S H dr,   S = B A^-1 B' on the contact dofs, A the matrix of the body's step.
+module condensed_bodies
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_ptr, c_f_pointer
+  use contact_batch, only: cairn_condensed, mapping_nodes
+  implicit none
+  private
+  public :: load_mapped, add_mapped, delassus_mapped
+contains
+
+  !> Velocity of the point of the body that each contact rests on: the mean of its nodes, by weight.
+  subroutine load_mapped(n, contacts, dim, body, node, weight, condensed, v)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: dim          !< 2 or 3
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes; 0 where there are fewer [-]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), intent(out)       :: v(n, dim)    !< [m/s]
+    real(c_double), pointer, contiguous :: v_c(:)
+    integer :: i, j, k
+    v = 0
+    do i = 1, contacts
+      associate (of => condensed(body(i)))
+        call c_f_pointer(of%velocity, v_c, [of%dofs])
+        do j = 1, mapping_nodes
+          do k = 1, dim
+            v(i, k) = v(i, k) + weight(i, j)*v_c(dim*node(i, j) + k)
+          end do
+        end do
+      end associate
+    end do
+  end subroutine load_mapped
+
+  !> v_c = v_c + sign S H dr, one contact after the other; no two contacts of a batch share a body.
+  subroutine add_mapped(n, contacts, dim, sign, dr, frame, body, node, weight, condensed)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: dim          !< 2 or 3
+    real(c_double), value             :: sign         !< +1 on side A, -1 on side B
+    real(c_double), intent(in)        :: dr(n, dim)   !< change of impulse along the axes of the contact [N s]
+    real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), pointer, contiguous :: v_c(:), compliance(:, :)
+    real(c_double) :: axes(3, 3), p(3), factor
+    integer :: i, j, k, l, column
+    do i = 1, contacts
+      call axes_of(n, dim, i, frame, axes)
+      p = 0
+      do k = 1, dim
+        p(1:dim) = p(1:dim) + sign*dr(i, k)*axes(1:dim, k)
+      end do
+      associate (of => condensed(body(i)))
+        call c_f_pointer(of%velocity, v_c, [of%dofs])
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+        do j = 1, mapping_nodes
+          if (.not. abs(weight(i, j)) > 0) cycle
+          do k = 1, dim
+            factor = weight(i, j)*p(k)
+            column = dim*node(i, j) + k
+            do l = 1, int(of%dofs)
+              v_c(l) = v_c(l) + factor*compliance(l, column)
+            end do
+          end do
+        end do
+      end associate
+    end do
+  end subroutine add_mapped
+
+  !> w = w + H' S H of each contact on its own.
+  subroutine delassus_mapped(n, contacts, c, dim, frame, body, node, weight, condensed, w)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: c            !< components of a contact
+    integer, value                    :: dim          !< 2 or 3
+    real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), intent(inout)     :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), pointer, contiguous :: compliance(:, :)
+    real(c_double) :: axes(3, 3), of_point(3, 3), both
+    integer :: i, j, l, row, column
+    do i = 1, contacts
+      call axes_of(n, dim, i, frame, axes)
+      of_point = 0
+      associate (of => condensed(body(i)))
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+        do j = 1, mapping_nodes
+          do l = 1, mapping_nodes
+            both = weight(i, j)*weight(i, l)
+            if (.not. abs(both) > 0) cycle
+            row = dim*node(i, j)
+            column = dim*node(i, l)
+            of_point(1:dim, 1:dim) = of_point(1:dim, 1:dim) + both*compliance(row + 1:row + dim, column + 1:column + dim)
+          end do
+        end do
+      end associate
+      w(i, 1:dim, 1:dim) = w(i, 1:dim, 1:dim) &
+        + matmul(transpose(axes(1:dim, 1:dim)), matmul(of_point(1:dim, 1:dim), axes(1:dim, 1:dim)))
+    end do
+  end subroutine delassus_mapped
+
+  !> Columns n, t and, in 3D, s = n x t.
+  pure subroutine axes_of(n, dim, i, frame, axes)
+    integer, value              :: n, dim, i
+    real(c_double), intent(in)  :: frame(n, *)
+    real(c_double), intent(out) :: axes(3, 3)
+    axes = 0
+    axes(1:dim, 1) = frame(i, 1:dim)
+    if (dim == 2) then
+      axes(1, 2) = -frame(i, 2)
+      axes(2, 2) = frame(i, 1)
+      return
+    end if
+    axes(:, 2) = frame(i, 4:6)
+    axes(1, 3) = axes(2, 1)*axes(3, 2) - axes(3, 1)*axes(2, 2)
+    axes(2, 3) = axes(3, 1)*axes(1, 2) - axes(1, 1)*axes(3, 2)
+    axes(3, 3) = axes(1, 1)*axes(2, 2) - axes(2, 1)*axes(1, 2)
+  end subroutine axes_of
+end module condensed_bodies

@@ -1,0 +1,272 @@
+#include "mesh_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../base/call.hpp"
+#include "body.hpp"
+
+namespace cairn {
+
+MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
+  const auto n = std::size_t(model.dofs());
+  const int dim = model.dim;
+  lumped_.assign(n, 0);
+  for (std::int64_t column = 0; column < model.mass.n; ++column)
+    for (std::int64_t e = model.mass.start[column]; e < model.mass.start[column + 1]; ++e) {
+      lumped_[model.mass.row[e]] += model.mass.value[e];
+      if (model.mass.row[e] != column) lumped_[column] += model.mass.value[e];
+    }
+  for (std::vector<double>* v : {&q_, &v_, &free_, &f_, &a_, &b_, &c_}) v->assign(n, 0);
+  impulse.assign(n, 0);
+  double extent = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < dim; ++k) {
+    double low = model.reference[k], high = low;
+    for (std::size_t i = k; i < n; i += dim)
+      low = std::min(low, model.reference[i]), high = std::max(high, model.reference[i]);
+    extent = std::min(extent, high - low);
+  }
+  size_ = extent / std::pow(double(model.nodes()), 1.0 / dim);
+  model.options.held = model.held;
+}
+
+void MeshBody::multiply(const SparseMatrix& a, const double* x, double* out) const {
+  std::fill_n(out, model.dofs(), 0.0);
+  for (std::int64_t column = 0; column < a.n; ++column) {
+    double sum = 0;
+    for (std::int64_t e = a.start[column]; e < a.start[column + 1]; ++e) {
+      const std::int32_t row = a.row[e];
+      out[row] += a.value[e] * x[column];
+      if (row != column) sum += a.value[e] * x[row];
+    }
+    out[column] += sum;
+  }
+}
+
+void MeshBody::stiffness_times(const double* x, double* out) const {
+  model.times_stiffness ? model.times_stiffness(x, out) : multiply(model.stiffness, x, out);
+}
+
+void MeshBody::damping_times(const double* x, double* out) const {
+  model.times_damping ? model.times_damping(x, out) : multiply(model.damping, x, out);
+}
+
+void MeshBody::gather(const Field<double>& field, double* out) const {
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int k = 0; k < model.dim; ++k) out[model.dim * i + k] = field[nodes[i]][k];
+}
+
+void MeshBody::scatter(const double* v, Field<double>& field) const {
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int k = 0; k < model.dim; ++k) field[nodes[i]][k] = v[model.dim * i + k];
+}
+
+void MeshBody::refuse(const SoeStatus& status) const {
+  std::string where;
+  if (status.row >= 0)
+    where =
+        " at node " + std::to_string(status.row / model.dim) + ", dof " + std::string(1, "xyz"[status.row % model.dim]);
+  if (status.kind == SoeStatus::not_finite)
+    throw Error("the matrix of the mesh '" + model.name + "' holds a number that is not finite" + where +
+                ": check stiffness, mass and step");
+  if (status.kind == SoeStatus::too_large)
+    throw Error("the matrix of the mesh '" + model.name + "' is too large for this build of its solver");
+  throw Error("the matrix of the mesh '" + model.name + "' is not positive definite" + where +
+              ": a mass, a stiffness or a held dof is missing");
+}
+
+// A = M + h theta C + h^2 theta^2 K, factorised once for a step and theta.
+void MeshBody::factorise(double h, double theta) {
+  for (const auto& known : factors_)
+    if (known->h == h && known->theta == theta) { // the same step, to the bit
+      now_ = known.get();
+      return;
+    }
+  constexpr std::size_t most = 4;
+  if (factors_.size() >= most) factors_.erase(factors_.begin());
+  auto made = std::make_unique<Factors>();
+  made->h = h;
+  made->theta = theta;
+  made->place.assign(std::size_t(model.nodes()), -1);
+  if (model.make_solver) {
+    made->solver = model.make_solver(h, theta);
+  } else {
+    made->value.resize(model.mass.value.size());
+    for (std::size_t e = 0; e < made->value.size(); ++e)
+      made->value[e] =
+          model.mass.value[e] + h * theta * model.damping.value[e] + h * theta * (h * theta) * model.stiffness.value[e];
+    made->soe = Soe::make(model.mass, model.options);
+    if (const SoeStatus status = made->soe->factor(made->value.data()); !status) refuse(status);
+  }
+  factors_.push_back(std::move(made));
+  now_ = factors_.back().get();
+}
+
+void MeshBody::solve(double* b) const {
+  if (now_->soe)
+    now_->soe->solve(b);
+  else
+    now_->solver(b);
+}
+
+void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, double theta) {
+  const int dim = model.dim;
+  const std::int64_t n = model.dofs();
+  h_ = h;
+  theta_ = theta;
+  factorise(h, theta);
+  gather(bodies.velocity, v_.data());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = gravity[i % dim];
+  multiply(model.mass, a_.data(), f_.data());
+  for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += theta * load_end[i] + (1 - theta) * load_begin[i];
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = q_[i] + h * theta * v_[i];
+  stiffness_times(a_.data(), b_.data());
+  damping_times(v_.data(), c_.data());
+  bool moved = false;
+  for (std::int64_t i = 0; i < n; ++i) {
+    free_[i] = h * (f_[i] - c_[i] - b_[i]);
+    if (!model.held[i]) continue;
+    free_[i] = (held_velocity.empty() ? 0 : held_velocity[i]) - v_[i];
+    moved = moved || free_[i] < 0 || free_[i] > 0;
+  }
+  if (moved && !now_->soe)
+    throw Error("held dofs of the mesh '" + model.name +
+                "' change their velocity, which its own solver is not told of");
+  solve(free_.data());
+  for (std::int64_t i = 0; i < n; ++i) free_[i] += v_[i];
+  scatter(free_.data(), bodies.velocity_free);
+}
+
+void MeshBody::touch(const std::vector<std::int32_t>& more) {
+  Factors& f = *now_;
+  const int dim = model.dim;
+  const std::size_t known = f.active.size();
+  for (const std::int32_t node : more)
+    if (f.place[node] < 0) {
+      f.place[node] = std::int32_t(f.active.size());
+      f.active.push_back(node);
+    }
+  const std::size_t now = f.active.size();
+  contact_velocity.resize(dim * now);
+  if (now == known) return;
+  const std::size_t size = dim * now, old = dim * known;
+  std::vector<std::int32_t> dofs(size);
+  for (std::size_t i = 0; i < size; ++i) dofs[i] = dim * f.active[i / dim] + std::int32_t(i % dim);
+  Array<double> made(size * size);
+  if (known == 0 && f.soe) {
+    f.soe->solve_units(dofs, made.data());
+  } else {
+    for (std::size_t c = 0; c < old; ++c) std::copy_n(&f.compliance[f.leading * c], old, &made[size * c]);
+    for (std::size_t c = old; c < size; ++c) { // one solution for each dof that is new
+      std::fill(a_.begin(), a_.end(), 0.0);
+      if (!model.held[dofs[c]]) {
+        a_[dofs[c]] = 1;
+        solve(a_.data());
+      }
+      for (std::size_t r = 0; r < size; ++r) made[size * c + r] = model.held[dofs[r]] ? 0 : a_[dofs[r]];
+      for (std::size_t r = 0; r < old; ++r) made[size * r + c] = made[size * c + r];
+    }
+  }
+  f.compliance.swap(made);
+  f.leading = std::int64_t(size);
+}
+
+void MeshBody::push(Bodies& bodies) {
+  bool any = false;
+  for (std::int64_t i = 0; i < model.dofs(); ++i) {
+    a_[i] = model.held[i] ? 0 : impulse[i];
+    any = any || a_[i] < 0 || a_[i] > 0;
+  }
+  if (any) solve(a_.data());
+  for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] += free_[i];
+  scatter(a_.data(), bodies.velocity);
+}
+
+// The nodes are bodies of the scene with lumped masses, whose balance the scene keeps: what else acts on them is a
+// force on them here, and its work is taken apart again.
+void MeshBody::account(Bodies& bodies, const double* gravity) {
+  const int dim = model.dim;
+  const std::int64_t n = model.dofs();
+  const double h = h_, theta = theta_;
+  std::vector<double>&end = a_, &elastic = b_, &damping = c_;
+  gather(bodies.velocity, end.data());
+  work = {};
+  const auto seen = [&](std::int64_t i) { return q_[i] + h * (theta * v_[i] + theta * theta * (end[i] - v_[i])); };
+  std::vector<double>& x = free_; // what comes before is no longer needed
+  for (std::int64_t i = 0; i < n; ++i) x[i] = seen(i);
+  stiffness_times(x.data(), elastic.data());
+  for (std::int64_t i = 0; i < n; ++i) x[i] = v_[i] + theta * (end[i] - v_[i]);
+  damping_times(x.data(), damping.data());
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double way = h * (theta * end[i] + (1 - theta) * v_[i]);
+    work.elastic += way * elastic[i];
+    work.damping += way * damping[i];
+    f_[i] -= elastic[i] + damping[i];
+  }
+  for (std::int64_t i = 0; i < n; ++i) x[i] = end[i] - v_[i];
+  multiply(model.mass, x.data(), elastic.data());
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double extra = (elastic[i] - lumped_[i] * x[i]) / h, weight = lumped_[i] * gravity[i % dim];
+    work.inertia += h * (theta * end[i] + (1 - theta) * v_[i]) * extra;
+    const double force = model.held[i] ? (lumped_[i] * x[i] - impulse[i]) / h - weight : f_[i] - weight - extra;
+    bodies.force[nodes[i / dim]][i % dim] = force;
+  }
+  multiply(model.mass, end.data(), elastic.data());
+  for (std::int64_t i = 0; i < n; ++i) work.kinetic += 0.5 * end[i] * (elastic[i] - lumped_[i] * end[i]);
+  stiffness_times(q_.data(), elastic.data());
+  for (std::int64_t i = 0; i < n; ++i) work.stored_change -= 0.5 * q_[i] * elastic[i];
+  for (std::int64_t i = 0; i < n; ++i) x[i] = q_[i] + h * (theta * end[i] + (1 - theta) * v_[i]);
+  stiffness_times(x.data(), elastic.data());
+  for (std::int64_t i = 0; i < n; ++i) work.stored += 0.5 * x[i] * elastic[i];
+  work.stored_change += work.stored;
+}
+
+void MeshBody::follow(Bodies& bodies) const {
+  const int dim = model.dim;
+  const auto mean = [&](std::int32_t body, const std::int32_t* node, const double* weight, Field<double>& field) {
+    for (int k = 0; k < dim; ++k) {
+      double sum = 0;
+      for (int j = 0; j < 4 && node[j] >= 0; ++j) sum += weight[j] * field[nodes[node[j]]][k];
+      field[body][k] = sum;
+    }
+  };
+  for (std::size_t p = 0; p < points.size(); ++p)
+    for (Field<double>* field : {&bodies.position, &bodies.velocity, &bodies.velocity_free})
+      mean(points[p], &model.point_nodes[4 * p], &model.point_weights[4 * p], *field);
+  const double half[4] = {0.5, 0.5, 0, 0}, third[4] = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0};
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    const std::int32_t* node = &model.side_nodes[4 * s];
+    for (Field<double>* field : {&bodies.position, &bodies.velocity, &bodies.velocity_free})
+      mean(sides[s], node, dim == 2 ? half : third, *field);
+    if (dim == 3) {
+      const double upright[4] = {1, 0, 0, 0};
+      std::copy_n(upright, 4, bodies.rotation[sides[s]]);
+      continue;
+    }
+    const double *one = bodies.position[nodes[node[0]]], *two = bodies.position[nodes[node[1]]];
+    const double x = two[0] - one[0], y = two[1] - one[1], *first = &model.edge_start[2 * s];
+    *bodies.rotation[sides[s]] = std::atan2(first[0] * y - first[1] * x, first[0] * x + first[1] * y);
+  }
+}
+
+void MeshBody::facet_vertices(const Bodies& bodies, std::vector<double>& out) const {
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    const double* centre = bodies.position[sides[s]];
+    for (std::int32_t e = model.around_start[s]; e < model.around_start[s + 1]; ++e)
+      for (int k = 0; k < 3; ++k) out.push_back(bodies.position[nodes[model.around[e]]][k] - centre[k]);
+  }
+}
+
+std::int64_t MeshBody::bytes() const {
+  std::int64_t sum = std::int64_t(8 * (lumped_.capacity() * 8 + impulse.capacity() + contact_velocity.capacity()));
+  for (const SparseMatrix* a : {&model.mass, &model.stiffness, &model.damping})
+    sum += std::int64_t(8 * a->start.capacity() + 4 * a->row.capacity() + 8 * a->value.capacity());
+  for (const auto& f : factors_)
+    sum += (f->soe ? f->soe->bytes() : 0) + std::int64_t(8 * (f->value.capacity() + f->compliance.capacity()));
+  return sum;
+}
+
+} // namespace cairn

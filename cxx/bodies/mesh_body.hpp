@@ -1,0 +1,104 @@
+// A linear body that deforms, by the matrices of its nodes: its step by the theta-method, and what contacts see of it.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "../base/field.hpp"
+#include "../soe/soe.hpp"
+
+namespace cairn {
+
+struct Bodies;
+
+// What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
+struct MeshModel {
+  int dim = 2;
+  std::string name;
+  std::vector<double> reference;         // (dim, nodes) [m], relative to the origin of the scene
+  SparseMatrix mass, stiffness, damping; // lower triangles of one pattern; the last two empty where operators are given
+  std::vector<std::uint8_t> held;        // (dofs) 1: its velocity is given
+  SoeOptions options;                    // of the system of equations
+  std::vector<std::int64_t> node_ids, point_ids, side_ids; // of the bodies that show nodes, points, edges or faces
+  // Points between nodes, edges (2D) and facets (3D): nodes and weights (4, each); of edges and facets the nodes alone.
+  std::vector<std::int32_t> point_nodes, side_nodes, face_nodes; // (4, n), -1 where fewer; faces: whose part a facet is
+  std::vector<double> point_weights;                             // (4, points)
+  std::vector<double> edge_start;                                // (2, edges) directions when the rotation was nought
+  std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
+  // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
+  std::function<void(const double*x, double*out)> times_stiffness, times_damping;
+  std::function<std::function<void(double* b)>(double h, double theta)> make_solver;
+  std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
+  std::int64_t dofs() const { return std::int64_t(reference.size()); }
+};
+
+// What the balance of energy takes from a step of a mesh, besides its nodes as points of mass [J].
+struct MeshWork {
+  double elastic = 0, damping = 0, inertia = 0;      // along the mean way
+  double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
+};
+
+class MeshBody {
+public:
+  explicit MeshBody(MeshModel model);
+
+  MeshModel model;
+  std::vector<std::int32_t> nodes, points, sides; // internal numbers of its bodies
+  std::vector<double> load_begin, load_end;       // (dofs) forces at both ends of the step [N]; empty: none
+  std::vector<double> held_velocity;              // (dofs) of held dofs at the end of the step [m/s]; empty: zero
+  MeshWork work;                                  // of the last step
+
+  double size() const { return size_; } // of a cell, about [m]
+
+  // Velocities of nodes at the end of the step without contacts, from those in `bodies`; of a step's begin.
+  void free_velocity(Bodies& bodies, const double* gravity, double h, double theta);
+  // Contact nodes from now on, in this order after those that are: compliance between them.
+  void touch(const std::vector<std::int32_t>& more);
+  std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
+  std::int32_t place(std::int32_t node) const { return now_->place[node]; } // among contact nodes, -1: none
+  std::int32_t contact_node(std::int64_t place) const { return now_->active[place]; }
+  double* compliance() { return now_->compliance.data(); }
+  std::int64_t leading() const { return now_->leading; }
+  Array<double> contact_velocity; // (dim, contact nodes), for solvers
+  Array<double> impulse;          // (dofs) of contacts, to be given
+
+  // Velocities of nodes at the end of the step with `impulse`.
+  void push(Bodies& bodies);
+  // Force on each node that its points of mass need besides gravity and contacts [N], and the works of the step.
+  void account(Bodies& bodies, const double* gravity);
+  // Points, edges and faces where the nodes are and as fast as they.
+  void follow(Bodies& bodies) const;
+  // Vertices of facets from their centres, one facet after the other, as Scene::move_facets takes them.
+  void facet_vertices(const Bodies& bodies, std::vector<double>& out) const;
+  std::int64_t bytes() const;
+
+private:
+  struct Factors { // of one step and theta
+    double h = 0, theta = 0;
+    std::unique_ptr<Soe> soe;
+    std::function<void(double*)> solver;
+    std::vector<double> value; // of A
+    std::vector<std::int32_t> active, place;
+    std::int64_t leading = 0;
+    Array<double> compliance; // (leading, leading)
+  };
+  void factorise(double h, double theta);
+  void solve(double* b) const; // held dofs bring their given x
+  void multiply(const SparseMatrix& a, const double* x, double* out) const;
+  void stiffness_times(const double* x, double* out) const;
+  void damping_times(const double* x, double* out) const;
+  void gather(const Field<double>& field, double* out) const;
+  void scatter(const double* v, Field<double>& field) const;
+  [[noreturn]] void refuse(const SoeStatus& status) const;
+
+  std::vector<std::unique_ptr<Factors>> factors_;
+  Factors* now_ = nullptr;
+  std::vector<double> lumped_;                       // (dofs) [kg]
+  std::vector<double> q_, v_, free_, f_, a_, b_, c_; // (dofs) of the step at hand
+  double h_ = 0, theta_ = 0, size_ = 0;
+  bool weighs_ = false;
+};
+
+} // namespace cairn

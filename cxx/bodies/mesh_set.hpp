@@ -1,0 +1,44 @@
+// The deformable bodies of a scene, and what a contact on one of them rests on.
+#pragma once
+#include <span>
+#include <vector>
+
+#include "condensed_body.hpp"
+#include "mesh_body.hpp"
+
+namespace cairn {
+
+// Nodes of a mesh that carry a point of its surface, with weights whose sum is 1.
+struct Mapping {
+  std::int32_t mesh = -1;
+  std::int32_t node[4] = {-1, -1, -1, -1};
+  double weight[4] = {0, 0, 0, 0};
+};
+
+class MeshSet {
+public:
+  std::vector<MeshBody> meshes;
+
+  bool empty() const { return meshes.empty(); }
+  // Finds the bodies of all meshes among those of the scene; to be called when internal numbers change.
+  void place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order);
+  bool carries(std::int32_t body) const { return of_body_[body].mesh >= 0; }
+  std::int32_t mesh_of(std::int32_t body) const { return of_body_[body].mesh; }
+  // The nodes that a point (dim) [m] on a body of a mesh moves with.
+  Mapping mapping(const Bodies& bodies, std::int32_t body, const double* point) const;
+  // Nodes that a contact may rest on become contact nodes.
+  void want(const Mapping& mapping);
+  // After all were wanted: compliances, and the meshes as solvers see them.
+  void condense(std::vector<CondensedBody>& out);
+
+private:
+  enum class Role : std::int8_t { node, point, edge, facet };
+  struct Place {
+    std::int32_t mesh = -1, index = -1;
+    Role role = Role::node;
+  };
+  std::vector<Place> of_body_;
+  std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
+};
+
+} // namespace cairn

@@ -1,0 +1,109 @@
+"""Deformable bodies of a simulation: their matrices go to the core once, loads and held velocities before each step."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..build.meshes import MovingMesh
+
+
+class Meshes:
+    """The deformable bodies of a simulation in the order in which they came in: `meshes`, a MovingMesh each."""
+
+    def __init__(self, simulation):
+        self._core, self.meshes, self._loaded = simulation._core, [], set()
+        if simulation.strategy.project_positions:
+            raise ValueError("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies")
+        self._core.forget_meshes()
+        origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
+        for d, ids in sets_of_meshes(simulation):
+            mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
+            self.meshes.append(mesh)
+            self._core.add_mesh(_model(mesh, origin))
+
+    def load(self, h):
+        """Forces and held velocities of the step from the core's time on; what is constant is written once."""
+        t = self._core.time
+        for k, mesh in enumerate(self.meshes):
+            if k in self._loaded:
+                continue
+            self._core.load_mesh(k, mesh.load(t), mesh.load(t + h), mesh.held_velocity(t + h))
+            functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
+            if not any(callable(f) for f in functions):
+                self._loaded.add(k)
+
+
+def sets_of_meshes(simulation):
+    """(Deformable, [ids of each of its sets]) of the sets of a simulation."""
+    seen = {}
+    for s in simulation._sets:
+        if s.mesh is not None:
+            seen.setdefault(id(s.mesh), (s.mesh, []))[1].append(s.ids)
+    return seen.values()
+
+
+def _model(mesh, origin):
+    """What the core keeps of a mesh, a dict of arrays; the lower triangles of the matrices on one pattern."""
+    d, body, dim = mesh.d, mesh.body, mesh.dim
+    own = getattr(body, "solver", None) is not None
+    matrices = [body.M] if own else [body.M, body.K, body.C]
+    start, row, values = _lower(matrices, mesh.size)
+    held = np.zeros(mesh.size, np.uint8)
+    held[mesh.held] = 1
+    followed, weights = d.points
+    if followed.shape[1] > MOST_NODES:
+        raise ValueError(f"points of {d.name!r} have {followed.shape[1]} nodes each: give at most {MOST_NODES}")
+    sides = d.faces.nodes if d.faces else d.edges
+    around = d.faces.around if d.faces else []
+    out = {
+        "dim": dim,
+        "name": d.name,
+        "reference": (body.points - origin).ravel(),
+        "start": start,
+        "row": row,
+        "mass": values[0],
+        "held": held,
+        "storage": d.storage or "automatic",
+        "node_ids": mesh.node_ids,
+        "point_ids": mesh.point_ids,
+        "side_ids": mesh.side_ids,
+        "point_nodes": _wide(followed, -1),
+        "point_weights": _wide(weights, 0.0),
+        "side_nodes": _wide(sides, -1),
+        "face_nodes": d.faces.faces if d.faces else np.zeros((0, MOST_NODES), int),
+        "edge_start": d.edge_start if len(d.edges) else np.zeros((0, dim)),
+        "around": np.concatenate(around) if len(around) else np.zeros(0, int),
+        "around_start": np.concatenate([[0], np.cumsum([len(part) for part in around])]),
+    }
+    if not own:
+        return {**out, "stiffness": values[1], "damping": values[2]}
+    calls = {"times_stiffness": lambda x: body.K @ x, "times_damping": lambda x: body.C @ x}
+    return {**out, **calls, "free": mesh.free, "solver": lambda h, theta: body.solver(h, theta, mesh.held)}
+
+
+MOST_NODES = 4  # that a contact on a deformable body moves with
+
+
+def _wide(rows, filled):
+    """(n, 4) from (n, k)."""
+    out = np.full((len(rows), MOST_NODES), filled)
+    out[:, : rows.shape[1]] = rows
+    return out
+
+
+def _lower(matrices, n):
+    """Lower triangles of symmetric scipy.sparse matrices on the pattern that holds them all: (start, row, values of each)."""
+    parts, places = [a.tocoo() for a in matrices], []
+    for a in parts:
+        a.sum_duplicates()
+        places.append(np.where(a.row >= a.col, a.col.astype(np.int64) * n + a.row, -1))
+    known = np.unique(np.concatenate([*places, np.arange(n, dtype=np.int64) * (n + 1)]))
+    known = known[known >= 0]
+    values = []
+    for a, place in zip(parts, places):
+        kept = place >= 0
+        value = np.zeros(len(known))
+        value[np.searchsorted(known, place[kept])] = a.data[kept]
+        values.append(value)
+    start = np.searchsorted(known, np.arange(n + 1, dtype=np.int64) * n)
+    return start, known % n, values
