@@ -51,6 +51,7 @@ struct SoeOptions {
 
 // How a factorisation ended. A pivot counts as zero below 8 roundings of its diagonal entry, 8 * 2^-52 * a_ii: then
 // nothing of it is known.
+// Supernodal factors call a pivot that came out negative indefinite even if it is a rounding below zero.
 struct SoeStatus {
   enum Kind { done, not_finite, singular, indefinite, too_large };
   Kind kind = done;
