@@ -50,8 +50,10 @@ set(CAIRN_CXX_SOURCES
   solvers/problems/ppa_newton.cpp
   solvers/problems/problem_monitor.cpp
   solvers/problems/scaled_problem.cpp
+  solvers/problems/velocity_refinement.cpp
   solvers/sweeps/active_set.cpp
   solvers/sweeps/contact_system.cpp
+  solvers/sweeps/light_error.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp

@@ -51,6 +51,7 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& optio
 
 void Interactions::give_impulses(const double* local) {
   const int d = s_->dim();
+  s_->system.keeps_velocity = false;
   s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
     for (int k = 0; k < d; ++k) at(b, b.r, lane, k) = local[d * i + k];
   });
@@ -63,9 +64,12 @@ void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& 
   if (!system.batches.empty()) {
     const cairn_schedule schedule = system.schedule(omp_get_max_threads());
     fit(s.work_sums, 4 * system.batches.size());
-    // from the free velocity anew, so that what bodies get is the sum of impulses to rounding
-    system.load(bodies.velocity_free);
-    cairn_add_impulses(&schedule);
+    // from the free velocity anew, so that what bodies get is the sum of impulses to rounding; but light bodies between
+    // heavy ones would feel that rounding
+    if (!system.keeps_velocity || s.meshes) {
+      system.load(bodies.velocity_free);
+      cairn_add_impulses(&schedule);
+    }
     if (correct || s.meshes) {
       system.unload(bodies.velocity);
       if (s.meshes) s.push_meshes(bodies);

@@ -131,6 +131,8 @@ struct SolveReport {
   double error = 0;                // natural map, energy norm, relative
   double worst_error = 0;          // of one contact, on its own scale, at least a millionth of the mean: 0 to 1
   std::int64_t worst_contact = -1; // its place in the candidates
+  double light_error = 0; // where masses differ: speeds that break the law, on the scale of lighter bodies (LightError)
+  std::int64_t light_contact = -1; // where it is largest, its place in the candidates
   double penetration = 0;          // deepest overlap / size of the smaller body
   double cone_distance = 0;        // distance of impulses outside the cone / impulse
   double energy_created = 0;       // energy that contacts made from nothing / energy in play; once it is committed

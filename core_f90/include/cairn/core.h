@@ -261,6 +261,8 @@ void cairn_problem_figures(int32_t dim, int64_t n, const double* mu, const doubl
                            const double* r, const double* u, double* figures);
 void cairn_problem_speeds(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* r,
                           const double* u, double* speed);
+void cairn_law_breaks(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* r, const double* u,
+                      double* broken);
 void cairn_project_disks(int32_t dim, int64_t n, const double* mu, double* r);
 void cairn_shuffle(int64_t n, int64_t* state, int32_t* order);
 void cairn_colour_blocks(int64_t n, const int64_t* row_start, const int32_t* column, int32_t* colour, int32_t* order,

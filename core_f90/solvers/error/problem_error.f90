@@ -7,7 +7,7 @@ module problem_error
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
   private
-  public :: cairn_problem_error, cairn_problem_figures, cairn_problem_speeds
+  public :: cairn_problem_error, cairn_problem_figures, cairn_problem_speeds, cairn_law_breaks
 contains
 
   !> Sums of the error, in an order that depends on the number of contacts alone.
@@ -113,6 +113,37 @@ contains
       end do
     end if
   end subroutine cairn_problem_speeds
+
+  !> By how much the velocity of each contact breaks the law, normal and tangential conditions apart (the natural map of Alart &
+  !> Curnier 1991, divided by rho). Where nothing is projected it is the velocity itself, to all its digits, however large the
+  !> impulse beside it is; where a contact slips, less what the rounding of its impulse makes.
+  subroutine cairn_law_breaks(dim, n, mu, w_nn, r, u, broken) bind(c)
+    integer(c_int32_t), value   :: dim            !< components of a contact, 2 or 3
+    integer(c_int64_t), value   :: n              !< contacts
+    real(c_double), intent(in)  :: mu(n)          !< friction [-]
+    real(c_double), intent(in)  :: w_nn(n)        !< 1/rho [1/kg]
+    real(c_double), intent(in)  :: r(dim, n)      !< impulse [N s]
+    real(c_double), intent(in)  :: u(dim, n)      !< relative velocity [m/s]
+    real(c_double), intent(out) :: broken(dim, n) !< [m/s]
+    real(c_double), parameter :: rounding = 8*epsilon(rounding)
+    real(c_double) :: normal, tangent, limit, size, z(2)
+    integer(c_int64_t) :: a
+    do a = 1, n
+      broken(:, a) = u(:, a)
+      normal = r(1, a) - u(1, a)/w_nn(a)
+      limit = mu(a)*max(normal, 0.0_c_double)
+      z = 0
+      z(:dim-1) = r(2:, a) - u(2:, a)/w_nn(a)
+      tangent = sqrt(z(1)**2 + z(2)**2)
+      if (tangent > limit) then
+        z(:dim-1) = r(2:, a) - (limit/tangent)*z(:dim-1)
+        size = sqrt(z(1)**2 + z(2)**2)
+        broken(2:, a) = 0
+        if (size > rounding*limit) broken(2:, a) = (1 - rounding*limit/size)*z(:dim-1)*w_nn(a)
+      end if
+      if (.not. normal > 0) broken(1, a) = r(1, a)*w_nn(a)
+    end do
+  end subroutine cairn_law_breaks
 
   pure real(c_double) function square_of(dim, mu, w_nn, r, u)
     integer(c_int32_t), intent(in) :: dim    !< 2 or 3

@@ -62,6 +62,9 @@ struct ProblemReport {
   double cone_distance = 0;    // distance of impulses outside the cone / impulse
   double energy_created = 0;   // max(0, sum of r.u over contacts that gave energy) / energy in play
   double cpu_seconds = 0;
+  // Changes of velocity of bodies (dofs, bodies) that r makes, where a solver has them to more digits than r gives:
+  // under heavy bodies; else empty.
+  Array<double> velocity;
 };
 
 // r (dim, contacts) [N s], in and out. Throws Error when sizes do not agree or a number is not finite.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "../sweeps/active_set.hpp"
+#include "../sweeps/light_error.hpp"
 #include "../sweeps/step_error.hpp"
 
 namespace cairn {
@@ -75,6 +76,11 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   const auto square = [&] { return measure(system, schedule, free, false, report).square; };
   const std::function<double()> error_square = std::ref(square); // by reference: nothing is allocated
   ActiveSet newton(system, schedule, velocity_free, error_square);
+  const bool uneven = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
+  const auto light_error = [&] {
+    if (uneven) note(measure_light(system, schedule, velocity_free), report);
+    return report.light_error;
+  };
   while (report.iterations < options.max_iterations) {
     const int sweeps = std::min(options.max_iterations - report.iterations,
                                 std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
@@ -102,18 +108,24 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     if (error.square <= wanted && report.iterations >= options.min_iterations) {
       constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
       constexpr double settled = 0x1p-80;  // the square of an error that only rounding is left of
-      const bool few = report.contacts <= settled_unknowns;
+      const bool few = !uneven && report.contacts <= settled_unknowns;
       if (help && few && error.square > settled && near_rest(system, schedule, free.energy, options.tolerance))
         newton.improve(error.square, settled, settled_unknowns);
-      if (help && !help->accepts(report.iterations) && help->improve(schedule, options.tolerance, error_square))
-        report.solver = help->name();
-      break;
+      double light = light_error();
+      if (help && !help->accepts(report.iterations, light)) {
+        if (help->improve(schedule, options.tolerance, error_square)) report.solver = help->name();
+        error = measure(system, schedule, free, false, report);
+        light = light_error();
+      }
+      if (light <= options.tolerance && error.square <= wanted) break;
     }
     relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;
     next_check = report.iterations + std::max(8, report.iterations / 2);
   }
-  conclude(report, measure(system, schedule, free, true, report), options);
+  const StepError end = measure(system, schedule, free, true, report);
+  light_error();
+  conclude(report, end, options);
   return report;
 }
 

@@ -13,8 +13,9 @@ public:
   virtual ~SweepHelp() = default;
   // Told of each error; true: it wants to be called.
   virtual bool pays(int iterations, double error) = 0;
-  // The error is small enough: whether that is all. False: it wants to be called.
-  virtual bool accepts(int iterations) = 0;
+  // The error is small enough, that of light bodies (see LightError) is this: whether that is all. False: it wants to
+  // be called.
+  virtual bool accepts(int iterations, double light) = 0;
   // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
   // were. measure: square of the error of the impulses at hand, records up to date.
   virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;

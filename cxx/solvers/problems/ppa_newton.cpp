@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 
+#include "../sweeps/light_error.hpp"
 #include "cairn/core.h"
 #include "ppa_newton.hpp"
+#include "velocity_refinement.hpp"
 
 namespace cairn {
 
@@ -75,7 +77,8 @@ void ProximalNewton::run(double error) {
   ProblemMonitor& monitor = scaled_.monitor();
   int failures = 0;
   while (!monitor.ended(iterations_)) {
-    if (error <= monitor.tolerance()) return settle();
+    if (error <= monitor.tolerance())
+      return given_.bodies && masses_differ(mass_ratio(*given_.bodies), true) ? refine() : settle();
     double next = 0;
     int steps = 0;
     const bool solved = solve_around(next, steps);
@@ -163,6 +166,15 @@ void ProximalNewton::settle() {
   monitor.hold(false);
 }
 
+// The error is small enough, but heavy bodies lie on light ones, and r has no room for what those feel of it.
+void ProximalNewton::refine() {
+  VelocityRefinement refinement(scaled_.problem(), scaled_.monitor(), newton_, scaled_.unit());
+  refinement.run(centre_, iterations_);
+  centre_ = refinement.impulses();
+  velocity_ = refinement.velocities();
+  scaled_.monitor().hold(false);
+}
+
 // Sweeps of NLGS while they cost less than one factorisation and go on halving the error: many contacts on one body
 // fill the factors, and sweeps alone solve such problems. Returns the true error.
 double ProximalNewton::begin_with_sweeps() {
@@ -188,7 +200,9 @@ ProblemReport ProximalNewton::solve() {
   if (error > monitor.tolerance() && !given_.bodies) error = begin_with_sweeps();
   if (error > monitor.tolerance()) begin_sticking(error);
   run(error);
-  return scaled_.finish("ppa_newton", iterations_);
+  ProblemReport report = scaled_.finish("ppa_newton", iterations_);
+  report.velocity = std::move(velocity_);
+  return report;
 }
 
 ProblemReport solve_ppa_newton(const FrictionProblem& p, const ProblemOptions& options, double* r) {

@@ -21,6 +21,7 @@ private:
   void run(double error);
   void begin_sticking(double& error);
   void settle();
+  void refine();
   double begin_with_sweeps();
   double error_of(const Array<double>& x);
   const FrictionProblem& given_;
@@ -31,6 +32,7 @@ private:
   bool settling_ = false;
   int settle_failures_ = 24;
   Array<double> centre_, r_, u_, shifted_;
+  Array<double> velocity_; // of bodies, once refined
 };
 
 } // namespace cairn

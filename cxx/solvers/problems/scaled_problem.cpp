@@ -36,6 +36,7 @@ ScaledProblem::ScaledProblem(const FrictionProblem& p, const ProblemOptions& opt
     for (double& x : b.inverse) x *= all;
     for (double& x : b.mass) x /= all;
   }
+  unit_ = scale_;
   for (std::int64_t a = 0; a < p.contacts; ++a) {
     scale_[a] *= all; // from here on that of impulses
     for (int i = 0; i < d; ++i) best_[d * a + i] = options.warm_start ? r[d * a + i] / scale_[a] : 0;

@@ -18,6 +18,7 @@ public:
   const FrictionProblem& problem() const { return scaled_; }
   ProblemMonitor& monitor() { return *monitor_; }
   const double* best() const { return best_.data(); } // of the scaled problem
+  const double* unit() const { return unit_.data(); } // (contacts) s: u' = s u
   // Sweeps of NLGS on r (scaled).
   void sweep(double* r, int sweeps);
   // The best r goes back; figures are those of the problem as it was given.
@@ -29,7 +30,7 @@ private:
   double tolerance_; // of the problem as it was given
   double* r_;
   FrictionProblem scaled_;
-  Array<double> scale_, best_; // scale (contacts): r / r'
+  Array<double> unit_, scale_, best_; // (contacts) s; r / r'
   std::optional<Sweeper> sweeper_;
   std::optional<ProblemMonitor> monitor_;
 };

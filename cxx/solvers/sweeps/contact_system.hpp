@@ -24,6 +24,7 @@ struct ContactSystem {
   Array<double> sums, change;              // (6, batches), (batches)
   bool serial = false;                     // a law must not be called by two threads at once
   std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
+  bool keeps_velocity = false;             // records hold velocities of bodies to more digits than impulses give
   double penetration = 0;                  // deepest overlap / size of the smaller body
 
   int velocities() const { return dim == 2 ? 3 : 6; }

@@ -95,6 +95,12 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
                   "gaps of absurd size near "
                   "contact %lld, or lower dt",
                   r.iterations, static_cast<long long>(r.worst_contact));
+  else if (r.error <= options.tolerance && r.light_error > options.tolerance)
+    std::snprintf(
+        text, sizeof text,
+        "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, after %d iterations, the "
+        "worst contact is %lld: take cairn.Auto, allow more iterations or lower dt",
+        r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact));
   else
     std::snprintf(
         text, sizeof text,
@@ -107,7 +113,7 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
 } // namespace
 
 void conclude(SolveReport& report, const StepError& last, const SolverOptions& options, const std::string& hint) {
-  const bool small = last.finite && report.error <= options.tolerance;
+  const bool small = last.finite && std::max(report.error, report.light_error) <= options.tolerance;
   if (!last.finite) report.status = SolveStatus::diverged;
   if (report.status != SolveStatus::diverged)
     report.status = small ? SolveStatus::converged : SolveStatus::iteration_limit;

@@ -282,4 +282,12 @@ void StepProblem::write(const double* r) {
   }
 }
 
+void StepProblem::write_velocities(const Field<double>& velocity_free, const Array<double>& change) {
+  const int n = system_.velocities();
+  if (change.empty()) return;
+  for (std::int64_t b = 0; b < system_.bodies; ++b)
+    for (int k = 0; k < n && number_[b] >= 0; ++k)
+      system_.record[b].x[k] = velocity_free[b][k] + change[std::size_t(n) * number_[b] + k];
+}
+
 } // namespace cairn

@@ -22,6 +22,8 @@ public:
   // Impulses of the contacts (dim, contacts), as the step has them; and given back to it.
   void read(double* r) const;
   void write(const double* r);
+  // To records: free velocities and their changes (dofs, bodies) by a solver; if it gave none, they stay.
+  void write_velocities(const Field<double>& velocity_free, const Array<double>& change);
 
 private:
   struct Place {

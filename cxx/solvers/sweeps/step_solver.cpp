@@ -13,6 +13,7 @@
 #include "../problems/nlgs.hpp"
 #include "../problems/ppa_newton.hpp"
 #include "error_forecast.hpp"
+#include "light_error.hpp"
 #include "step_error.hpp"
 #include "step_problem.hpp"
 
@@ -36,7 +37,7 @@ class NewtonHelp : public SweepHelp {
 public:
   NewtonHelp(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
-        patience_(first_patience()), cost_(of_newton * of_contact * contacts()) {}
+        ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()) {}
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
@@ -50,14 +51,16 @@ public:
     return !given_up_ && far();
   }
 
-  bool accepts(int iterations) override {
+  bool accepts(int iterations, double light) override {
     constexpr double few_contacts = 5000, few_sweeps = 256;
-    if (given_up_ || !heavy_on_light()) return true;
-    const double speed = iterations > 0 ? speed_error() : 0;
-    const bool urgent = speed > 0.1; // something sinks
-    if (speed <= alarm * options_.tolerance || (!urgent && contacts() > few_contacts)) return true;
+    if (given_up_ || refinements_ >= most_refinements || light <= light_enough(options_.tolerance, ratio_)) return true;
+    const bool urgent = light > 0.1; // something sinks
+    if (!urgent && contacts() > few_contacts) return true;
     if (!asked_) ask();
-    return given_up_ || (!urgent && cost_ > few_sweeps * sweep_operations());
+    const double cost = 0.2 * cost_; // a refinement takes few iterations
+    if (given_up_ || (!urgent && cost > std::max(few_sweeps, 2.0 * iterations) * sweep_operations())) return true;
+    ++refinements_;
+    return false;
   }
 
   bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) override {
@@ -77,6 +80,7 @@ public:
     step.write(r.data());
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
+    step.write_velocities(velocity_free_, report.velocity);
     const double now = std::sqrt(measure());
     const bool better = now < error || now <= options_.tolerance;
     if (!better) {
@@ -91,56 +95,7 @@ public:
   const char* name() const override { return "ppa_newton"; }
 
 private:
-  // By how much velocities of contacts break the law, weighed by the heavier side, against the change of velocity that
-  // impulses gave to bodies; see ProblemMonitor::speed_error.
-  double speed_error() const {
-    const int d = system_.dim, mass = d == 2 ? 3 : 6;
-    const cairn_schedule schedule = system_.schedule(1);
-    double wrong = 0, given = 0, u[6 * 128], flat_u[3 * 128], flat_r[3 * 128], mu[128], w_nn[128], speed[128];
-    for (std::size_t k = 0; k < system_.batches.size(); ++k) {
-      const cairn_batch& b = system_.batches[k];
-      if (law_infos()[b.law].has_solve) continue;
-      cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
-      for (int lane = 0; lane < b.contacts; ++lane) {
-        mu[lane] = at(b, b.params, lane, 0);
-        w_nn[lane] = 1 / b.rho[lane];
-        for (int c = 0; c < d; ++c) {
-          flat_u[d * lane + c] = u[c * b.count + lane] + (b.pack && c > 0 ? 0 : at(b, b.bias, lane, c));
-          flat_r[d * lane + c] = at(b, b.r, lane, c);
-        }
-      }
-      cairn_problem_speeds(d, b.contacts, mu, w_nn, flat_r, flat_u, speed);
-      for (int lane = 0; lane < b.contacts; ++lane) {
-        double heavier = 0;
-        const std::int32_t nobody = std::int32_t(system_.bodies); // of a mesh the masses are not asked
-        for (const std::int32_t who : {b.mapped_a ? nobody : b.body_a[lane], b.mapped_b ? nobody : b.body_b[lane]})
-          if (system_.record[who].x[mass] > 0) heavier = std::max(heavier, 1 / system_.record[who].x[mass]);
-        wrong += heavier * speed[lane] * speed[lane];
-      }
-    }
-    for (std::int64_t b = 0; b < system_.bodies; ++b) {
-      const double inverse = system_.record[b].x[mass];
-      for (int k = 0; k < d && inverse > 0; ++k) {
-        const double change = system_.record[b].x[k] - velocity_free_[b][k];
-        given += change * change / inverse;
-      }
-    }
-    return wrong > 0 ? std::sqrt(wrong / given) : 0;
-  }
-
-  // By masses alone: what touches what is not asked.
-  bool heavy_on_light() const {
-    constexpr double ratio = 100;
-    const int mass = system_.dim == 2 ? 3 : 6;
-    double least = std::numeric_limits<double>::infinity(), most = 0;
-    for (std::int64_t b = 0; b < system_.bodies; ++b) {
-      const double inverse = system_.record[b].x[mass];
-      if (!(inverse > 0)) continue;
-      least = std::min(least, inverse);
-      most = std::max(most, inverse);
-    }
-    return most > ratio * least;
-  }
+  bool heavy_on_light() const { return masses_differ(ratio_, true); }
 
   // Of few contacts 64 sweeps make the active set, which is exact where masses are alike.
   std::int64_t first_patience() const {
@@ -186,15 +141,15 @@ private:
     }
   }
 
-  static constexpr double alarm = 64;                        // tolerances: a pile that deep has it by its weight alone
   static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
   ContactSystem& system_;
   const Field<double>& velocity_free_;
   const SolverOptions& options_;
   ErrorForecast forecast_;
+  double ratio_;          // of masses
   std::int64_t patience_; // sweeps
-  static constexpr int least_iterations = 60;
-  int sweeps_ = 0;
+  static constexpr int least_iterations = 60, most_refinements = 2;
+  int sweeps_ = 0, refinements_ = 0;
   double cost_, newton_operations_ = 0; // expected, done
   bool asked_ = false, given_up_ = false;
 };
@@ -230,7 +185,10 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
   system.load(velocity_free);
   cairn_add_impulses(&schedule);
   report.iterations = int(std::min<std::int64_t>(solved.iterations, std::numeric_limits<int>::max()));
+  step.write_velocities(velocity_free, solved.velocity);
   StepError error = measure(system, schedule, free, true, report);
+  if ((system.keeps_velocity = masses_differ(mass_ratio(system), true)))
+    note(measure_light(system, schedule, velocity_free), report);
   if (!error.finite || solved.status == ProblemStatus::diverged) report.status = SolveStatus::diverged;
   if (!error.finite) {
     give_none(system, velocity_free);

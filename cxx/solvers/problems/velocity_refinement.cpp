@@ -1,0 +1,139 @@
+#include "velocity_refinement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../sweeps/light_error.hpp"
+#include "cairn/core.h"
+
+namespace cairn {
+
+namespace {
+
+double dot(const Array<double>& x, const Array<double>& y) {
+  double sum = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * y[i];
+  return sum;
+}
+
+void add(double factor, const Array<double>& x, Array<double>& y) {
+  for (std::size_t i = 0; i < x.size(); ++i) y[i] += factor * x[i];
+}
+
+Array<double> difference(const Array<double>& x, const Array<double>& y) {
+  Array<double> d(x);
+  add(-1, y, d);
+  return d;
+}
+
+} // namespace
+
+double VelocityRefinement::measure(Point& x) {
+  ContactBodies& b = *p_.bodies;
+  x.r = begin_;
+  add(1, x.more, x.r);
+  x.u.resize(p_.unknowns());
+  b.velocity = x.v;
+  cairn_body_velocities(p_.dim, b.dofs, p_.contacts, b.count, b.body.data(), b.rows.data(), x.v.data(), p_.q.data(),
+                        x.u.data());
+  const LightError light = measure_light(p_, monitor_.w_nn(), x.r.data(), x.u.data(), unit_, x.broken);
+  return std::isfinite(light.value()) ? light.value() : std::numeric_limits<double>::infinity();
+}
+
+bool VelocityRefinement::step(const Point& from, double alpha, Point& to) {
+  double merit = 0;
+  if (!newton_.find(from.r.data(), from.u.data(), alpha, merit)) return false;
+  ContactBodies& b = *p_.bodies;
+  const Array<double> none(p_.unknowns());
+  to.u.resize(p_.unknowns());
+  cairn_body_product(p_.dim, b.dofs, p_.contacts, b.count, b.body.data(), b.rows.data(), b.inverse.data(),
+                     newton_.step().data(), none.data(), b.velocity.data(), to.u.data());
+  to.r = from.r;
+  to.more = from.more;
+  to.v = from.v;
+  add(1, newton_.step(), to.more);
+  add(1, b.velocity, to.v);
+  return true;
+}
+
+// Least squares by orthogonal columns: differences to the newest point, which shrink by many powers of ten.
+void VelocityRefinement::combine(Point& newest) {
+  constexpr double little = 1e-10;
+  const std::size_t n = points_.size();
+  std::vector<Array<double>> q;
+  std::vector<std::size_t> of;
+  std::vector<std::vector<double>> upper;
+  std::vector<double> right;
+  Array<double> left(newest.broken);
+  for (std::size_t j = n; j-- > 0;) {
+    Array<double> column = difference(points_[j].broken, newest.broken);
+    const double size = std::sqrt(dot(column, column));
+    std::vector<double> above;
+    for (const Array<double>& x : q) {
+      above.push_back(dot(x, column));
+      add(-above.back(), x, column);
+    }
+    const double rest = std::sqrt(dot(column, column));
+    if (!(rest > little * size)) continue;
+    for (double& x : column) x /= rest;
+    above.push_back(rest);
+    right.push_back(-dot(column, left));
+    add(right.back(), column, left);
+    q.push_back(std::move(column));
+    upper.push_back(std::move(above));
+    of.push_back(j);
+  }
+  for (std::size_t k = q.size(); k-- > 0;) {
+    for (std::size_t l = k + 1; l < q.size(); ++l) right[k] -= upper[l][k] * right[l];
+    right[k] /= upper[k][k];
+  }
+  const Array<double> more(newest.more), v(newest.v);
+  for (std::size_t k = 0; k < q.size(); ++k) {
+    add(right[k], difference(points_[of[k]].more, more), newest.more);
+    add(right[k], difference(points_[of[k]].v, v), newest.v);
+  }
+}
+
+void VelocityRefinement::run(const Array<double>& r, std::int64_t& iterations) {
+  constexpr double share = 0.1, fall = 0.5, far = 10, largest = 1e-2;
+  constexpr std::size_t most_points = 24;
+  constexpr int most_failures = 8;
+  begin_ = best_.r = r;
+  best_.more.assign(p_.unknowns(), 0.0);
+  best_.u.resize(p_.unknowns());
+  product(p_, r.data(), best_.u.data(), 1);
+  best_.v = p_.bodies->velocity;
+  const double ratio = mass_ratio(*p_.bodies);
+  double least = measure(best_), alpha = std::max(1e-12, 1e-3 / ratio);
+  points_.assign(1, best_);
+  Point now = best_;
+  const double enough = share * light_enough(monitor_.tolerance(), ratio);
+  for (int failures = 0; failures < (least > monitor_.tolerance() ? most_failures : 3) && least > enough;) {
+    if (monitor_.ended(iterations)) break;
+    Point next;
+    if (!step(now, alpha, next)) break;
+    ++iterations;
+    double light = measure(next);
+    const double plain = light;
+    Point mixed = next;
+    combine(mixed);
+    const double combined = measure(mixed);
+    points_.push_back(next);
+    if (points_.size() > most_points) points_.erase(points_.begin());
+    now = combined < light ? std::move(mixed) : std::move(next);
+    light = std::min(combined, light);
+    failures = light < fall * least ? 0 : failures + 1;
+    if (light < least && monitor_.error_of(now.r.data(), now.u.data()) <= monitor_.tolerance()) {
+      least = light;
+      best_ = now;
+    } else if (!(plain < far * least)) {
+      alpha = std::min(largest, 100 * alpha);
+      now = best_;
+      points_.assign(1, best_);
+    }
+  }
+  monitor_.error_of(best_.r.data(), best_.u.data());
+}
+
+} // namespace cairn

@@ -1,0 +1,148 @@
+#include "light_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../../contacts/interaction_state.hpp"
+#include "cairn/core.h"
+
+namespace cairn {
+
+namespace {
+
+constexpr double heavy = 100; // impulse through a contact / change of momentum of its lighter body: below it, the true
+                              // error sees that body
+
+struct MassRange {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  void add(double x) {
+    least = std::min(least, x);
+    most = std::max(most, x);
+  }
+  double ratio() const { return most > 0 ? most / least : 1; }
+};
+
+// Adds up contacts; scales of velocity come from two bodies, of which one may stand still.
+struct LightSum {
+  struct Side {
+    double inverse = 0, change = 0; // inverse mass, or 0 where it does not move; |v - v_free|
+  };
+  double mass = 0, energy = 0, mean = 0; // of bodies that impulses move
+  double wrong = 0;
+  LightError error;
+
+  void add_body(double inverse, double change_square) {
+    if (!(inverse > 0) || !(change_square > 0)) return;
+    mass += 1 / inverse;
+    energy += change_square / inverse;
+  }
+  void close_bodies() { mean = mass > 0 ? std::sqrt(energy / mass) : 0; }
+  void add_contact(double speed, double impulse, const Side& a, const Side& b, std::int64_t place) {
+    if (!(speed > 0)) return;
+    const Side& lighter = a.inverse > b.inverse ? a : b;
+    const double scale = std::max(lighter.change, mean), ratio = speed / scale;
+    if (!(impulse * lighter.inverse > heavy * scale)) return;
+    wrong += impulse * speed;
+    if (!(ratio <= error.largest)) error.largest = ratio, error.worst_contact = place;
+  }
+  LightError finish() {
+    if (wrong > 0) error.power = wrong / energy;
+    return error;
+  }
+};
+
+double size(const double* x, int n) {
+  double square = 0;
+  for (int k = 0; k < n; ++k) square += x[k] * x[k];
+  return std::sqrt(square);
+}
+
+} // namespace
+
+double mass_ratio(const ContactSystem& system) {
+  const int mass = system.dim == 2 ? 3 : 6;
+  MassRange range;
+  for (std::int64_t b = 0; b < system.bodies; ++b)
+    if (system.record[b].x[mass] > 0) range.add(system.record[b].x[mass]);
+  return range.ratio();
+}
+
+double mass_ratio(const ContactBodies& bodies) {
+  MassRange range;
+  for (std::int64_t b = 0; b < bodies.count; ++b) {
+    const double inverse = bodies.inverse[std::size_t(bodies.dofs) * bodies.dofs * b];
+    if (inverse > 0) range.add(inverse);
+  }
+  return range.ratio();
+}
+
+LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free) {
+  const int d = system.dim, mass = d == 2 ? 3 : 6;
+  LightSum sum;
+  const auto change_square = [&](std::int64_t b) {
+    double square = 0;
+    for (int k = 0; k < d; ++k) {
+      const double change = system.record[b].x[k] - velocity_free[b][k];
+      square += change * change;
+    }
+    return square;
+  };
+  for (std::int64_t b = 0; b < system.bodies; ++b) sum.add_body(system.record[b].x[mass], change_square(b));
+  sum.close_bodies();
+  double u[6 * 128], flat_u[3 * 128], flat_r[3 * 128], mu[128], w_nn[128], broken[3 * 128];
+  for (std::size_t k = 0; k < system.batches.size(); ++k) {
+    const cairn_batch& b = system.batches[k];
+    if (law_infos()[b.law].has_solve) continue;
+    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      mu[lane] = at(b, b.params, lane, 0);
+      w_nn[lane] = 1 / b.rho[lane];
+      for (int c = 0; c < d; ++c) {
+        flat_u[d * lane + c] = u[c * b.count + lane] + (b.pack && c > 0 ? 0 : at(b, b.bias, lane, c));
+        flat_r[d * lane + c] = at(b, b.r, lane, c);
+      }
+    }
+    cairn_law_breaks(d, b.contacts, mu, w_nn, flat_r, flat_u, broken);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const double speed = size(broken + d * lane, d);
+      if (!(speed > 0)) continue;
+      const auto side = [&](std::int32_t body, bool moves) -> LightSum::Side {
+        if (!moves || body >= system.bodies) return {};
+        return {system.record[body].x[mass], std::sqrt(change_square(body))};
+      };
+      sum.add_contact(speed, size(flat_r + d * lane, d), side(b.body_a[lane], b.moves_a != 0 && !b.mapped_a),
+                      side(b.body_b[lane], b.moves_b != 0 && !b.mapped_b), system.candidate[b.first + lane]);
+    }
+  }
+  return sum.finish();
+}
+
+void note(const LightError& light, SolveReport& report) {
+  report.light_error = light.value();
+  report.light_contact = light.worst_contact;
+}
+
+LightError measure_light(const FrictionProblem& p, const Array<double>& w_nn, const double* r, const double* u,
+                         const double* unit, Array<double>& broken) {
+  const ContactBodies& bodies = *p.bodies;
+  const int d = p.dim, n = bodies.dofs;
+  const auto side = [&](std::int32_t who) -> LightSum::Side {
+    if (who < 0) return {};
+    return {bodies.inverse[std::size_t(n) * n * who], size(&bodies.velocity[std::size_t(n) * who], d)};
+  };
+  LightSum sum;
+  for (std::int64_t b = 0; b < bodies.count; ++b) {
+    const LightSum::Side s = side(std::int32_t(b));
+    sum.add_body(s.inverse, s.change * s.change);
+  }
+  sum.close_bodies();
+  broken.resize(p.unknowns());
+  cairn_law_breaks(d, p.contacts, p.mu.data(), w_nn.data(), r, u, broken.data());
+  for (std::int64_t a = 0; a < p.contacts; ++a)
+    sum.add_contact(size(&broken[d * a], d) / unit[a], size(r + d * a, d) * unit[a], side(bodies.body[2 * a]),
+                    side(bodies.body[2 * a + 1]), a);
+  return sum.finish();
+}
+
+} // namespace cairn
