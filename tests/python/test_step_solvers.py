@@ -269,3 +269,43 @@ def test_what_has_no_room_is_a_status_that_says_so(solver, words):
     assert info["status"] == "iteration_limit" and words in info["hint"] and "memory is 1e+03" in info["hint"]
     with pytest.raises(ValueError, match="memory"):
         solver(memory=0.0)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("mu", [0.0, 0.5])
+@pytest.mark.parametrize("ratio", [1e3, 1e6, 1e12])
+def test_towers_stand_by_default(dim, mu, ratio):
+    """Light boxes under a heavy one drifted a hundredfold a step; without friction the least tilt pushes them aside."""
+    height, h, steps, g = 20, 1 / 240, 60, 9.81
+    light, heavy = cn.Material("light", density=1.0), cn.Material("heavy", density=ratio)
+    centers = np.zeros((height, dim))
+    centers[:, -1] = np.arange(height) + 0.5
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    up = np.eye(dim)[-1]
+    scene = cn.Scene(dim, gravity=-g * up)
+    for part, material in ((centers[:-1], light), (centers[-1:], heavy)):
+        scene.add(cn.boxes(part, (1.0,) * 3, material) if dim == 3 else cn.polygons([square + x for x in part], material))
+    scene.add(cn.wall(np.zeros(dim), up, light))
+    scene.interact("*", "*", cn.Coulomb(mu=mu))
+    sim = cn.Simulation(scene, h, overlap="ignore")
+    weights = g * (ratio + np.arange(height)[::-1])
+    for _ in range(steps):
+        info = sim.step()
+        assert info["status"] == "converged", info["hint"]
+        assert info["light_error"] <= 1e-4
+        pairs = np.sort(sim.contacts.bodies, axis=1)
+        level = np.where(pairs[:, 1] == height, 0, pairs[:, 1])
+        carried = np.bincount(level, np.abs(sim.contacts.impulse[:, -1]) / h, height)
+        assert np.abs(carried / weights - 1).max() < 1e-3
+    moved = np.abs(sim.bodies.position[:height] - centers).max()
+    assert moved < max(1e-5, 10 * 2.0**-53 * ratio * g * h * steps * h)
+
+
+def test_light_bodies_are_measured_on_their_own_scale():
+    """Sweeps alone pass the true error while light bodies under a heavy one fall: the status hears it and says where."""
+    sim, _ = tower("spheres", 3, 1e4, cn.NLGS(tol=1e-2, max_iter=100))
+    info = sim.step()
+    assert info["error"] <= 1e-2 < info["light_error"] and info["status"] == "iteration_limit"
+    assert "light bodies" in info["hint"] and str(info["light_contact"]) in info["hint"]
+    sim, _ = tower("boxes", 5, 50.0, cn.Auto())
+    assert sim.step()["light_error"] == 0.0  # not measured where masses are alike

@@ -11,9 +11,6 @@ namespace cairn {
 
 namespace {
 
-constexpr double heavy = 100; // impulse through a contact / change of momentum of its lighter body: below it, the true
-                              // error sees that body
-
 struct MassRange {
   double least = std::numeric_limits<double>::infinity(), most = 0;
   void add(double x) {
@@ -41,8 +38,7 @@ struct LightSum {
   void add_contact(double speed, double impulse, const Side& a, const Side& b, std::int64_t place) {
     if (!(speed > 0)) return;
     const Side& lighter = a.inverse > b.inverse ? a : b;
-    const double scale = std::max(lighter.change, mean), ratio = speed / scale;
-    if (!(impulse * lighter.inverse > heavy * scale)) return;
+    const double ratio = speed / std::max(lighter.change, mean);
     wrong += impulse * speed;
     if (!(ratio <= error.largest)) error.largest = ratio, error.worst_contact = place;
   }
