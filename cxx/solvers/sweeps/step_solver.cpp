@@ -148,7 +148,7 @@ private:
   ErrorForecast forecast_;
   double ratio_;          // of masses
   std::int64_t patience_; // sweeps
-  static constexpr int least_iterations = 60, most_refinements = 8;
+  static constexpr int least_iterations = 60, most_refinements = 64;
   int sweeps_ = 0, refinements_ = 0;
   double cost_, newton_operations_ = 0; // expected, done
   bool asked_ = false, given_up_ = false;
