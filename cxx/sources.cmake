@@ -7,6 +7,7 @@ set(CAIRN_CXX_SOURCES
   contactors/contactor.cpp
   contactors/hulls.cpp
   contacts/bonds.cpp
+  contacts/contact_flight.cpp
   contacts/interaction.cpp
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp

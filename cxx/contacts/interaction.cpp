@@ -43,6 +43,8 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
 
 void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
 
+void Interactions::hold_at_detection(bool there) { s_->flies = !there; }
+
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   SolveReport report = solve_step(s_->system, bodies.velocity_free, options);
   if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);

@@ -182,6 +182,9 @@ public:
                 double theta, MeshSet* meshes = nullptr);
   // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
   void act_on_surfaces(bool surfaces);
+  // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
+  // contact_flight.cpp), or at detection, as LMGC90 has it.
+  void hold_at_detection(bool there);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
   // Impulses (dim, count), local, that someone else solved for, instead of solve.

@@ -72,6 +72,8 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const LawInfo& law = law_infos()[b.law];
   const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
+  alignas(64) double flight[128];
+  const bool flying = flies_as_round();
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = who[lane];
@@ -98,6 +100,10 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     b.rho[lane] = 1 / (system.record[A].x[mass] + system.record[B].x[mass]);
     const double* given = laws->entry(entry[i]).params;
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = given[k];
+    if (!flying) continue;
+    double v[d];
+    for (int k = 0; k < d; ++k) v[k] = system.record[A].x[k] - system.record[B].x[k];
+    flight[lane] = flight_of_round(v, normal, d, ra + rb + std::min(gap[lane], 0.0), h);
   }
   for (int lane = b.contacts; lane < n; ++lane) {
     double* to = b.frame + lane / 8 * lines + lane % 8;
@@ -110,6 +116,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const cairn_law_context context{h, theta, nullptr, nullptr};
   law.prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
   if (law.plugged()) check_prepared(b, bias, compliance, mu);
+  for (int lane = 0; flying && lane < b.contacts; ++lane) bias[lane] += flight[lane];
   inherit_packed<d>(b);
   for (int first = 0; first < n; first += 8) {
     double* to = b.frame + first / 8 * lines + 8 * (d + 2);
@@ -287,10 +294,13 @@ void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double 
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[LawTable::max_parameters * 128];
-  alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128];
+  alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128], flight[6 * 128];
   cairn_delassus(&schedule, 0, thread, w, w_true, u);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, u);
+  // the law sees velocities in the middle of the flights before and after
+  const bool flying = fill_flight(b, flight);
+  for (int k = 0; flying && k < n * c; ++k) u[k] -= flight[k];
   for (int lane = 0; lane < n; ++lane) {
     const bool real = lane < b.contacts;
     const std::int64_t i = real ? system.candidate[b.first + lane] : 0;
@@ -310,6 +320,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   const cairn_law_context context{h, theta, geometry, nullptr};
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
+  for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
   const double* exact = b.hub ? w_true : w;
   for (int lane = 0; lane < n; ++lane) {
     const bool real = lane < b.contacts;

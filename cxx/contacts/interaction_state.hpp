@@ -1,5 +1,6 @@
 // What Interactions holds, and the stages of its assembly.
 #pragma once
+#include <algorithm>
 #include <cmath>
 
 #include "../base/scratch.hpp"
@@ -42,6 +43,21 @@ inline void tangent_of(const double n[3], double t[3]) {
   t[1] = sign * b;
   t[2] = -sign * n[0];
 }
+// What the gap of two round bodies gains in a step, over its length, beside what their velocity along the normal gives: with
+// centres a distance apart, v the velocity of one against the other. A root and no square: what passes by in one step stays
+// apart, and what is near never loses more than the distance.
+inline double flight_of_round(const double* v, const double* normal, int dim, double distance, double h) {
+  const double reach = h / distance;
+  double along = 0, square = 0;
+  for (int k = 0; k < dim; ++k) along += v[k] * normal[k];
+  for (int k = 0; k < dim; ++k) {
+    const double across = (v[k] - along * normal[k]) * reach;
+    square += across * across;
+  }
+  if (!(square > 0) || !(distance > 0)) return 0;
+  square = std::min(square, 1.0);
+  return square / (reach * (1 + std::sqrt(1 - square)));
+}
 // Rows n, t and, in 3D, s of a contact.
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);
 
@@ -71,6 +87,7 @@ struct Interactions::State {
   const Cell* cell = nullptr;
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
+  bool flies = true;      // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
   int impulse_components = 0, state_components = 0; // of this step's laws
   Array<double> work_sums;                          // (4, batches)
@@ -153,6 +170,9 @@ private:
   void fill_packed(cairn_batch& b, double& deepest);
   template <int d>
   void inherit_packed(cairn_batch& b) const;
+  void flight_of(const cairn_batch& b, int lane, double out[3]) const;
+  bool fill_flight(const cairn_batch& b, double* flight) const;
+  bool flies_as_round() const;
   static bool acts_along_tangents(const cairn_batch& b, const double* compliance);
   template <int d>
   void pack_columns(cairn_batch& b) const;

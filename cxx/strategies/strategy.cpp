@@ -247,6 +247,7 @@ void Simulation::detect_contacts() {
 void Simulation::prepare_contacts() {
   if (!strategy.warm_start) interactions.forget_impulses();
   interactions.act_on_surfaces(strategy.act_on_surfaces);
+  interactions.hold_at_detection(strategy.act_on_surfaces);
   interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta, &meshes);
   contacts_known_ = true;
 }

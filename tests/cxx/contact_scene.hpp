@@ -129,6 +129,7 @@ struct ContactScene {
             l[0] * r[1] - l[1] * r[0] + moment[2]};
   }
   SolveReport step(Interactions& interactions, const LawTable& laws, const SolverOptions& options) {
+    interactions.hold_at_detection(true); // what the checks of laws know of
     interactions.assemble(bodies, contactors, candidates, laws, cell, h, theta);
     const SolveReport report = interactions.solve(bodies, options);
     bodies.velocity_begin.values = bodies.velocity.values;

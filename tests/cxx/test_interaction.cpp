@@ -124,10 +124,12 @@ struct Drop {
 };
 
 TEST(OneDisk, BouncesAsItsLawSays) {
-  EXPECT_DOUBLE_EQ(Drop(0, 0, -3).solve(Law::newton_restitution, {0, 0.5, 0})[1], 1.5);
+  EXPECT_DOUBLE_EQ(Drop(0, 0, -3).solve(Law::newton_restitution, {0, 0.5, 0, 1})[1], 1.5);
   EXPECT_DOUBLE_EQ(Drop(0, 0, -3).solve(Law::signorini_coulomb, {0.3})[1], 0);
   EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::signorini_coulomb, {0.3})[1], -1) << "reaches the wall, no further";
-  EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::newton_restitution, {0.3, 1, 0})[1], -3) << "not touching: open";
+  EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::newton_restitution, {0.3, 1, 0, 1})[1], -3) << "not touching: open";
+  EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::newton_restitution, {0.3, 0, 0, 1})[1], -1) << "nothing would rebound";
+  EXPECT_DOUBLE_EQ(Drop(0.01, 0, -3).solve(Law::newton_restitution, {0.3, 0, 0, 0})[1], -3) << "as in LMGC90";
   EXPECT_DOUBLE_EQ(Drop(-0.01, 0, -3).solve(Law::signorini_coulomb, {0.3})[1], 0) << "overlap is not thrown out";
   EXPECT_DOUBLE_EQ(Drop(-0.01, 0, -3).solve(Law::gap_coulomb, {0.3})[1], 1) << "overlap is pushed back";
 }

@@ -24,6 +24,8 @@ LAWS = {
     "GAP_SGR_CLB": ("GapCoulomb", {"mu": "fric"}),
     "RST_CLB": ("Restitution", {"mu": "fric", "normal": "rstn", "tangential": "rstt"}),
 }
+# What else the law of Cairn needs to be that of LMGC90: there a gap above zero keeps a contact open, though nothing rebounds.
+AS_THERE = {"RST_CLB": {"closing": 0}}
 
 
 class UnmappedWarning(UserWarning):
@@ -409,7 +411,7 @@ def _add_laws(scene, box, materials, origin):
             if any(s.law == name and _sides(s, materials) for s in box.see):
                 origin.unmapped.append(f"contact law {name} ({law.law}) (TACT_BEHAV.DAT, line {law.line})")
             continue
-        values = {ours: law.parameters[theirs] for ours, theirs in names.items()}
+        values = {ours: law.parameters[theirs] for ours, theirs in names.items()} | AS_THERE.get(law.law, {})
         try:
             mapped[name] = laws.LAWS[python](**values)
         except ValueError as error:

@@ -1,0 +1,218 @@
+// The flight of a contact: what its relative velocity gains, at the velocities that its bodies begin the step with, between
+// the configuration that detects it and the middle of the way to where the next step detects it. The laws hold there, while
+// impulses act along the normal of detection: gaps are then those of SHAKE (Ryckaert, Ciccotti & Berendsen 1977), of second
+// order on surfaces that are curved or turn, and a contact that stays closed neither gives nor takes energy. What is flat
+// and does not turn gains nothing.
+#include <algorithm>
+#include <cmath>
+
+#include "../detection/detection_workspace.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+namespace {
+
+using Vector = double[3];
+
+double dot(const Vector a, const Vector b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+void cross(const Vector a, const Vector b, Vector c) {
+  for (int k = 0; k < 3; ++k) c[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+bool vanishes(const Vector a) { return !(a[0] != 0 || a[1] != 0 || a[2] != 0); }
+
+// How two contactors are curved where they touch. Round: centres a sum of radii apart. Ring, tube: a centre seen from
+// inside. Plane: a round body or a corner on what is flat there. Faces: corners and flat sides, of either.
+enum class Curved { unknown, round, ring, tube, plane, segment, faces };
+
+Curved curved(Shape a, Shape b) {
+  const bool ball = a == Shape::disk || a == Shape::sphere;
+  if (!ball && a != Shape::polygon && a != Shape::polyhedron) return Curved::unknown;
+  switch (b) {
+  case Shape::disk:
+  case Shape::sphere: return ball ? Curved::round : Curved::unknown;
+  case Shape::ring: return ball ? Curved::ring : Curved::unknown;
+  case Shape::tube: return ball ? Curved::tube : Curved::unknown;
+  case Shape::half_plane:
+  case Shape::plane: return Curved::plane;
+  case Shape::segment: return ball ? Curved::segment : Curved::faces;
+  case Shape::polygon:
+  case Shape::polyhedron:
+  case Shape::facet: return ball ? Curved::plane : Curved::faces;
+  default: return Curved::unknown;
+  }
+}
+
+// A routine of a user's library may find other surfaces than the names of the shapes tell.
+bool replaced(Shape a, Shape b) {
+  for (const detection::PairKind& kind : detection::pair_kinds)
+    if (kind.contact != kind.built_in && kind.a == a && kind.b == b) return true;
+  return false;
+}
+
+// The motion of a body as long as nothing acts on it. In 2D along x and y, about z.
+struct Motion {
+  Vector velocity{}, spin{}, spin_rate{};
+  double kept = 1; // of the square of a turn, so that what turns far in a step stays on its circle
+  bool turns = false;
+
+  Motion(const Bodies& b, const cairn_record& record, std::int32_t body, int dim, double h) {
+    std::copy_n(record.x, dim, velocity);
+    if (dim == 2)
+      spin[2] = record.x[2];
+    else
+      std::copy_n(record.x + 3, 3, spin);
+    turns = !vanishes(spin);
+    if (!turns) return;
+    const Vector half = {h / 2 * spin[0], h / 2 * spin[1], h / 2 * spin[2]};
+    const double angle = std::sqrt(dot(half, half));
+    if (angle > 1e-8) kept = (std::sin(angle) / angle) * (std::sin(angle) / angle);
+    if (!b.angular_momentum.active) return;
+    const double* inertia = b.inertia[body];
+    if (!(inertia[0] != inertia[1] || inertia[0] != inertia[2])) return;
+    Vector torque;
+    cross(b.angular_momentum[body], spin, torque);
+    if (!std::isfinite(torque[0] + torque[1] + torque[2])) return; // nothing turns it but its drive
+    const double* j = b.inverse_inertia[body];
+    spin_rate[0] = j[0] * torque[0] + j[3] * torque[1] + j[4] * torque[2];
+    spin_rate[1] = j[3] * torque[0] + j[1] * torque[1] + j[5] * torque[2];
+    spin_rate[2] = j[4] * torque[0] + j[5] * torque[1] + j[2] * torque[2];
+  }
+
+  // Velocity and acceleration of a point that the body carries at a lever.
+  void carry(const Vector lever, Vector v, Vector a) const {
+    std::copy_n(velocity, 3, v);
+    std::fill_n(a, 3, 0.0);
+    if (!turns) return;
+    Vector around, towards, along;
+    cross(spin, lever, around);
+    cross(spin, around, towards);
+    cross(spin_rate, lever, along);
+    for (int k = 0; k < 3; ++k) {
+      v[k] += around[k];
+      a[k] = kept * (towards[k] + along[k]);
+    }
+  }
+};
+
+// The axis of a tube, in space.
+void axis_of(const Contactors& c, const Bodies& b, std::int32_t contactor, Vector axis) {
+  std::copy_n(c.direction[contactor], 3, axis);
+  if (!b.rotation.active) return;
+  const double *q = b.rotation[*c.body[contactor]], x[3] = {axis[0], axis[1], axis[2]};
+  Vector once, twice;
+  cross(q + 1, x, once);
+  cross(q + 1, once, twice);
+  for (int k = 0; k < 3; ++k) axis[k] = x[k] + 2 * (q[0] * once[k] + twice[k]);
+}
+
+} // namespace
+
+// Rows n, t and s of one contact.
+void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3]) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
+  const auto shape_a = Shape(*contactors->shape[ca]), shape_b = Shape(*contactors->shape[cb]);
+  Curved how = curved(shape_a, shape_b);
+  std::fill_n(out, 3, 0.0);
+  if (how == Curved::unknown || replaced(shape_a, shape_b)) return;
+  const int d = dim();
+  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
+  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
+  const bool fixed_b = how == Curved::plane && !B.turns;
+  if (fixed_b && (!A.turns || b.side_a == radial2 || b.side_a == radial3)) return; // what slides or rolls on a plane
+
+  double axes[3][3] = {};
+  axes_of(b, d, lane, axes);
+  const double* n = axes[0];
+  const bool ball = shape_a == Shape::disk || shape_a == Shape::sphere, hull_b = is_hull(shape_b);
+  const double gap = candidates->gap[i], ra = ball ? *contactors->radius[ca] : 0;
+  double rb = hull_b || how == Curved::plane ? 0 : *contactors->radius[cb];
+  if (how == Curved::segment) { // a side is flat, an end round
+    Vector axis{};
+    const double turned = bodies->rotation.active ? *bodies->rotation[b.body_b[lane]] : 0;
+    const double *along = contactors->direction[cb], c = std::cos(turned), s = std::sin(turned);
+    axis[0] = c * along[0] - s * along[1];
+    axis[1] = s * along[0] + c * along[1];
+    how = std::abs(dot(axis, n)) > 1e-6 ? Curved::round : Curved::plane;
+  }
+  if (how == Curved::ring || how == Curved::tube) rb = -rb;
+
+  // centres of A's and B's curvature; of what is flat, the point on its surface
+  Vector lever_a{}, lever_b{}, va, vb, aa, ab, v{};
+  const double to_b = how == Curved::plane || how == Curved::faces ? gap / 2 : gap / 2 + rb;
+  if (b.side_a == rigid2 || b.side_a == rigid3)
+    for (int k = 0; k < d; ++k) lever_a[k] = b.lever_a[k * b.count + lane] + (gap / 2 + ra) * n[k];
+  if (b.side_b == rigid2 || b.side_b == rigid3)
+    for (int k = 0; k < d; ++k) lever_b[k] = b.lever_b[k * b.count + lane] - to_b * n[k];
+  A.carry(lever_a, va, aa);
+  B.carry(lever_b, vb, ab);
+  if (sheared) image_velocity(*cell, candidates->image[i], v);
+  for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k] - v[k];
+
+  Vector rate, swing, rolled, pressed;
+  double bend = 0;
+  if (how == Curved::plane || how == Curved::faces) {
+    // the normal turns with the body whose side it stands on; between faces, with either
+    Vector turning, slip, drawn{};
+    for (int k = 0; k < 3; ++k)
+      turning[k] = how == Curved::plane ? B.kept * B.spin[k] : (A.kept * A.spin[k] + B.kept * B.spin[k]) / 2;
+    cross(turning, n, swing);
+    bend = h * (dot(swing, v) - ra / 2 * dot(swing, swing));
+    for (int k = 0; k < 3; ++k) slip[k] = v[k] - ra * swing[k];
+    if (how == Curved::plane) cross(turning, slip, drawn);
+    cross(A.spin, swing, rolled);
+    cross(A.spin_rate, n, pressed);
+    for (int k = 0; k < 3; ++k) rate[k] = aa[k] - ab[k] - ra * (pressed[k] + rolled[k]) - drawn[k];
+  } else {
+    Vector across, spun, spun_rate;
+    std::copy_n(v, 3, across);
+    if (how == Curved::tube) {
+      Vector axis;
+      axis_of(*contactors, *bodies, cb, axis);
+      if (std::abs(dot(axis, n)) > 1e-6) return; // the rim of an open end
+      const double along = dot(v, axis);
+      for (int k = 0; k < 3; ++k) across[k] -= along * axis[k];
+    }
+    const bool hollow = rb < 0;
+    const double distance = hollow ? -(ra + rb) - std::min(gap, 0.0) : ra + rb + std::min(gap, 0.0);
+    bend = flight_of_round(across, n, 3, distance, h);
+    if (hollow) bend = -bend;
+    const double normal = dot(across, n);
+    for (int k = 0; k < 3; ++k) {
+      swing[k] = distance > 0 ? (across[k] - normal * n[k]) / (hollow ? -distance : distance) : 0;
+      spun[k] = ra * A.spin[k] + rb * B.spin[k];
+      spun_rate[k] = ra * A.spin_rate[k] + rb * B.spin_rate[k];
+    }
+    cross(spun, swing, rolled);
+    cross(spun_rate, n, pressed);
+    for (int k = 0; k < 3; ++k) rate[k] = aa[k] - ab[k] - pressed[k] - rolled[k];
+  }
+  for (int k = 0; k < 3; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * n[k];
+  out[0] += bend;
+  if (packable(b)) return; // two that move have a bias along the normal alone
+  for (int k = 1; k < d; ++k) out[k] = h / 2 * dot(rate, axes[k]);
+}
+
+// Of all contacts of a batch that is not packed, component by component; false if there is none.
+bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) const {
+  const int n = b.count, d = dim();
+  bool some = false;
+  std::fill_n(flight, n * b.components, 0.0);
+  if (!flies || b.mapped_a || b.mapped_b) return false; // what is deformable holds where it is detected
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    double change[3];
+    flight_of(b, lane, change);
+    for (int k = 0; k < d; ++k) {
+      flight[k * n + lane] = change[k];
+      some |= change[k] < 0 || change[k] > 0;
+    }
+  }
+  return some;
+}
+
+bool Interactions::State::flies_as_round() const {
+  return flies && !(dim() == 2 ? replaced(Shape::disk, Shape::disk) : replaced(Shape::sphere, Shape::sphere));
+}
+
+} // namespace cairn
