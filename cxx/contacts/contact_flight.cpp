@@ -1,8 +1,8 @@
-// The flight of a contact: what its relative velocity gains, at the velocities that its bodies begin the step with, between
-// the configuration that detects it and the middle of the way to where the next step detects it. The laws hold there, while
-// impulses act along the normal of detection: gaps are then those of SHAKE (Ryckaert, Ciccotti & Berendsen 1977), of second
-// order on surfaces that are curved or turn, and a contact that stays closed neither gives nor takes energy. What is flat
-// and does not turn gains nothing.
+// The flight of a contact: what its relative velocity gains, at the velocities that its bodies begin the step with,
+// between the configuration that detects it and the middle of the way to where the next step detects it. The laws hold
+// there, while impulses act along the normal of detection: gaps are then those of SHAKE (Ryckaert, Ciccotti & Berendsen
+// 1977), of second order on surfaces that are curved or turn, and a contact that stays closed neither gives nor takes
+// energy. What is flat and does not turn gains nothing.
 #include <algorithm>
 #include <cmath>
 

@@ -43,9 +43,9 @@ inline void tangent_of(const double n[3], double t[3]) {
   t[1] = sign * b;
   t[2] = -sign * n[0];
 }
-// What the gap of two round bodies gains in a step, over its length, beside what their velocity along the normal gives: with
-// centres a distance apart, v the velocity of one against the other. A root and no square: what passes by in one step stays
-// apart, and what is near never loses more than the distance.
+// What the gap of two round bodies gains in a step, over its length, beside what their velocity along the normal gives:
+// with centres a distance apart, v the velocity of one against the other. A root and no square: what passes by in one
+// step stays apart, and what is near never loses more than the distance.
 inline double flight_of_round(const double* v, const double* normal, int dim, double distance, double h) {
   const double reach = h / distance;
   double along = 0, square = 0;
