@@ -190,7 +190,8 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   }
   for (int k = 0; k < 3; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * n[k];
   out[0] += bend;
-  if (packable(b)) return; // two that move have a bias along the normal alone
+  if (b.side_a == radial2 || b.side_a == radial3)
+    return; // batches of two such that move hold a bias along the normal alone
   for (int k = 1; k < d; ++k) out[k] = h / 2 * dot(rate, axes[k]);
 }
 
