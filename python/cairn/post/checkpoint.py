@@ -7,12 +7,12 @@ bytes is stored and checked, so that a damaged checkpoint is refused instead of 
 import hashlib
 import json
 import os
-import tempfile
 
 import h5py
 import numpy as np
 
 from .errors import FileError, as_file_error, named
+from .exclusive import create_beside, remove_stale
 
 FORMAT_NAME = "cairn-checkpoint"
 FORMAT_VERSION = (1, 0)
@@ -32,10 +32,10 @@ def save(path, state, what="a checkpoint"):
     """
     path = named(path, what, ".h5")
     folder, name = os.path.split(path)
-    made = None
+    made = descriptor = None
     try:
-        descriptor, made = tempfile.mkstemp(prefix=f".{name}.", suffix=".part", dir=folder or ".")
-        os.close(descriptor)
+        remove_stale(folder or ".", f".{name}.")
+        descriptor, made = create_beside(folder or ".", name)
         # built in memory: HDF5 does not survive a disk that fills up under it
         with h5py.File(name, "w", driver="core", backing_store=False, libver=("earliest", "v110")) as file:
             digest = hashlib.blake2b(digest_size=32)
@@ -45,7 +45,7 @@ def save(path, state, what="a checkpoint"):
             file.attrs["checksum"] = digest.hexdigest()
             file.flush()
             image = file.id.get_file_image()
-        with open(made, "wb") as out:
+        with open(descriptor, "wb", closefd=False) as out:
             out.write(image)
             out.flush()
             os.fsync(out.fileno())
@@ -58,7 +58,9 @@ def save(path, state, what="a checkpoint"):
     except OSError as error:
         raise as_file_error(path, error) from error
     finally:
-        if made is not None:
+        if descriptor is not None:
+            os.close(descriptor)
+        if made is not None and os.path.lexists(made):
             os.unlink(made)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from . import format as h5
 from .errors import FileError, as_file_error
+from .exclusive import create, refuse_if_written, stands
 
 _DATA_START = 512
 _SPARE = 256  # where the last superblock stands that the disk itself is known to hold
@@ -186,10 +187,16 @@ class GrowingFile:
             )
         if os.path.isdir(self.path):
             raise FileError(path, "this is a folder", "give the name of a file")
+        self._fd = create(self._made, self.path)
         try:
-            self._fd = os.open(self._made, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
-        except OSError as error:
-            raise as_file_error(path, error) from error
+            if os.path.lexists(self.path):
+                if not overwrite:  # another run was renamed to it meanwhile
+                    raise FileError(path, "another run has written this file meanwhile", "choose another name")
+                refuse_if_written(self.path)
+        except FileError:
+            os.unlink(self._made)
+            os.close(self._fd)
+            raise
         self._end, self._commits, self._durable = _DATA_START, 0, 0
         self._freed, self._wasted, self._failure, self._synced_at = {}, 0, None, time.monotonic()
         self.root = Group(self)
@@ -203,6 +210,12 @@ class GrowingFile:
             sync = time.monotonic() - self._synced_at > _SYNC_SECONDS or self._wasted > _SYNC_BYTES
         superblock = h5.superblock(self.root._place(), self._end)
         try:
+            if not stands(self._fd, self._made or self.path):
+                raise FileError(
+                    self.path,
+                    "the file, or its folder, was removed or replaced while it was written: what was written is lost",
+                    "leave the folder alone while a run writes to it",
+                )
             if os.fstat(self._fd).st_size < self._end:
                 os.ftruncate(self._fd, self._end)
             if sync:
@@ -231,7 +244,8 @@ class GrowingFile:
             fd, self._fd = self._fd, None
             os.close(fd)
             if self._made:
-                os.unlink(self._made)
+                if os.path.lexists(self._made):
+                    os.unlink(self._made)
                 self._made = None
 
     @property

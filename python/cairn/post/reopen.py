@@ -13,6 +13,7 @@ import numpy as np
 from . import format as h5
 from .container import Group, GrowingFile, Series
 from .errors import FileError, as_file_error
+from .exclusive import lock
 from .writer import RunWriter, _Block
 
 _BLOCK = (("bodies", "position"), ("contacts", "point"))
@@ -35,6 +36,9 @@ def reopen(path):
     file = object.__new__(GrowingFile)
     file.path, file._made, file._fd = os.fspath(path), None, None
     try:
+        file._fd = os.open(path, os.O_RDWR | os.O_CLOEXEC)
+        if lock(file._fd) is False:
+            raise FileError(path, "another run is writing this file", "let it end, or choose another name")
         with open(path, "rb") as old:
             block = old.read(h5.SUPERBLOCK_SIZE)
         if block != h5.superblock(int.from_bytes(block[36:44], "little"), int.from_bytes(block[28:36], "little")):
@@ -44,11 +48,12 @@ def reopen(path):
         file._failure, file._synced_at = None, time.monotonic()
         with h5py.File(path, "r") as old:
             file.root = _group(file, old["/"])
-        file._fd = os.open(path, os.O_RDWR | os.O_CLOEXEC)
-    except FileError:
+    except BaseException as error:
+        if file._fd is not None:
+            os.close(file._fd)
+        if isinstance(error, OSError):
+            raise as_file_error(path, error) from error
         raise
-    except OSError as error:
-        raise as_file_error(path, error) from error
     return file
 
 

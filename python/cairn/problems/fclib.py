@@ -11,6 +11,8 @@ import os
 
 import numpy as np
 
+from ..post.errors import as_file_error
+from ..post.exclusive import create, stands
 from .problem import Problem
 
 
@@ -65,29 +67,42 @@ def write(path, problem, result=None, *, title="", description="", like=None):
     """
     import h5py
 
-    temporary = f"{path}.part"
+    part = f"{path}.part"
+    descriptor = create(part, path)
     try:
-        with h5py.File(temporary, "w") as file:
-            local = file.create_group("fclib_local")
-            local["spacedim"] = np.array([problem.dim], dtype=np.int32)
-            _write_matrix(local.create_group("W"), problem.W, like or "rows")
-            vectors = local.create_group("vectors")
-            vectors["q"] = problem.q.ravel()
-            vectors["mu"] = problem.mu
-            info = local.create_group("info")
-            info["title"] = title or os.path.basename(str(path))
-            info["description"] = description or "frictional contact problem"
-            info["math_info"] = "u = W r + q, contact by contact (N, T) or (N, T1, T2)"
-            if result is not None:
-                solution = file.create_group("solution")
-                solution["r"] = np.asarray(result.r).ravel()
-                solution["u"] = np.asarray(result.u).ravel()
-                solution["v"] = np.zeros(0)
-                solution["l"] = np.zeros(0)
-        os.replace(temporary, path)
+        # built in memory: HDF5 does not survive a disk that fills up under it
+        with h5py.File("problem", "w", driver="core", backing_store=False) as file:
+            _write_local(file, path, problem, result, title, description, like)
+            file.flush()
+            image = file.id.get_file_image()
+        with open(descriptor, "wb", closefd=False) as out:
+            out.write(image)
+        os.replace(part, path)
+    except OSError as error:
+        raise as_file_error(path, error) from error
     finally:
-        if os.path.exists(temporary):
-            os.remove(temporary)
+        if stands(descriptor, part):
+            os.unlink(part)
+        os.close(descriptor)
+
+
+def _write_local(file, path, problem, result, title, description, like):
+    local = file.create_group("fclib_local")
+    local["spacedim"] = np.array([problem.dim], dtype=np.int32)
+    _write_matrix(local.create_group("W"), problem.W, like or "rows")
+    vectors = local.create_group("vectors")
+    vectors["q"] = problem.q.ravel()
+    vectors["mu"] = problem.mu
+    info = local.create_group("info")
+    info["title"] = title or os.path.basename(str(path))
+    info["description"] = description or "frictional contact problem"
+    info["math_info"] = "u = W r + q, contact by contact (N, T) or (N, T1, T2)"
+    if result is not None:
+        solution = file.create_group("solution")
+        solution["r"] = np.asarray(result.r).ravel()
+        solution["u"] = np.asarray(result.u).ravel()
+        solution["v"] = np.zeros(0)
+        solution["l"] = np.zeros(0)
 
 
 def _number(dataset):
