@@ -24,6 +24,11 @@ cairn::Nscd nscd_of(const py::dict& d) {
   n.solver.max_iterations = py::cast<int>(d["max_iter"]);
   n.solver.threads = py::cast<int>(d["threads"]);
   n.solver.solver = py::cast<std::string>(d["solver"]);
+  n.explicit_bulk = py::cast<bool>(d["explicit_bulk"]);
+  n.refuse_unstable = py::cast<bool>(d["refuse_unstable"]);
+  n.pose.kernel = cairn::pose_named(py::cast<std::string>(d["pose"]));
+  const auto params = py::cast<std::array<double, 2>>(d["pose_params"]);
+  std::copy(params.begin(), params.end(), n.pose.params);
   if (d.contains("memory")) n.solver.max_bytes = py::cast<double>(d["memory"]);
   return n;
 }
@@ -220,6 +225,7 @@ py::dict memory_of(const cairn::ContactMemory& m) {
   out["keys"] = keys;
   out["impulses"] = array_of(m.impulses);
   out["states"] = array_of(m.states);
+  if (!m.forces.empty()) out["forces"] = array_of(m.forces);
   return out;
 }
 
@@ -237,6 +243,10 @@ cairn::ContactMemory memory_from(const py::dict& d) {
   const Input<double> impulses = py::cast<Input<double>>(d["impulses"]), states = py::cast<Input<double>>(d["states"]);
   m.impulses.assign(impulses.data(), impulses.data() + impulses.size());
   m.states.assign(states.data(), states.data() + states.size());
+  if (d.contains("forces")) {
+    const Input<double> forces = py::cast<Input<double>>(d["forces"]);
+    m.forces.assign(forces.data(), forces.data() + forces.size());
+  }
   return m;
 }
 

@@ -4,6 +4,7 @@ set(CAIRN_CXX_SOURCES
   bodies/body.cpp
   bodies/mesh_body.cpp
   bodies/mesh_set.cpp
+  bodies/mesh_stability.cpp
   contactors/contactor.cpp
   contactors/hulls.cpp
   contacts/bonds.cpp

@@ -1,6 +1,6 @@
 !> What every solver does with a batch: read the relative velocity of its contacts, give their bodies a change of impulse.
 module batch_kinematics
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer, c_f_procpointer
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
     record_size, max_batch, batch_workspace, mapping_nodes
   use condensed_bodies, only: load_mapped, add_mapped, delassus_mapped
@@ -17,7 +17,7 @@ module batch_kinematics
     integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null(), node_a(:) => null(), node_b(:) => null()
     type(cairn_condensed), pointer, contiguous :: condensed(:) => null()
     real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
-    real(c_double), pointer, contiguous :: bias(:) => null(), params(:) => null(), r(:) => null()
+    real(c_double), pointer, contiguous :: bias(:) => null(), compliance(:) => null(), params(:) => null(), r(:) => null()
     procedure(side_gather), pointer, nopass :: gather_a => null(), gather_b => null()
     procedure(side_scatter), pointer, nopass :: scatter_a => null(), scatter_b => null()
   end type batch_view
@@ -61,6 +61,7 @@ contains
       call c_f_pointer(batch%lever_a, view%lever_a, [n*sides(batch%side_a)%lever])
       call c_f_pointer(batch%lever_b, view%lever_b, [n*sides(batch%side_b)%lever])
       call c_f_pointer(batch%bias, view%bias, [n*c])
+      if (c_associated(batch%compliance)) call c_f_pointer(batch%compliance, view%compliance, [n*c])
       call c_f_pointer(batch%params, view%params, [n])
       call c_f_pointer(batch%r, view%r, [n*c])
     end if
@@ -132,7 +133,7 @@ contains
     end if
   end subroutine load_bodies
 
-  !> u = v_A - v_B in local axes, the law's bias added.
+  !> u = v_A - v_B in local axes, the law's bias and compliance added: the velocity that the cone's condition is on.
   subroutine relative_velocity(view, va, vb, u)
     type(batch_view), intent(in) :: view
     real(c_double), intent(in)   :: va(view%n, view%width_a) !< columns of side A
@@ -142,6 +143,11 @@ contains
     do i = 1, view%n*view%c
       u(i) = view%bias(i)
     end do
+    if (associated(view%compliance)) then
+      do i = 1, view%n*view%c
+        u(i) = u(i) + view%compliance(i)*view%r(i)
+      end do
+    end if
     call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
     call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
   end subroutine relative_velocity

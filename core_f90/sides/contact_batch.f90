@@ -57,6 +57,7 @@ module contact_batch
     type(c_ptr) :: lever_b
     type(c_ptr) :: delassus
     type(c_ptr) :: bias
+    type(c_ptr) :: compliance
     type(c_ptr) :: params
     type(c_ptr) :: r
     type(c_ptr) :: rho

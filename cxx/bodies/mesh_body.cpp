@@ -76,10 +76,11 @@ void MeshBody::refuse(const SoeStatus& status) const {
               ": a mass, a stiffness or a held dof is missing");
 }
 
-// A = M + h theta C + h^2 theta^2 K, factorised once for a step and theta.
-void MeshBody::factorise(double h, double theta) {
+// A, factorised once for a step and theta.
+void MeshBody::factorise(double h, double theta, BulkStep bulk) {
+  explicit_ = bulk != BulkStep::implicit;
   for (const auto& known : factors_)
-    if (known->h == h && known->theta == theta) { // the same step, to the bit
+    if (known->h == h && known->theta == theta && known->explicit_bulk == explicit_) { // the same step, to the bit
       now_ = known.get();
       return;
     }
@@ -88,12 +89,15 @@ void MeshBody::factorise(double h, double theta) {
   auto made = std::make_unique<Factors>();
   made->h = h;
   made->theta = theta;
+  made->explicit_bulk = explicit_;
+  if (bulk == BulkStep::central_difference) check_step(h);
   made->place.assign(std::size_t(model.nodes()), -1);
-  if (model.make_solver) {
+  if (model.make_solver && !explicit_) {
     made->solver = model.make_solver(h, theta);
   } else {
     made->value.resize(model.mass.value.size());
-    for (std::size_t e = 0; e < made->value.size(); ++e)
+    for (std::size_t e = 0; e < made->value.size(); ++e) made->value[e] = model.mass.value[e];
+    for (std::size_t e = 0; e < made->value.size() && !explicit_; ++e)
       made->value[e] =
           model.mass.value[e] + h * theta * model.damping.value[e] + h * theta * (h * theta) * model.stiffness.value[e];
     made->soe = Soe::make(model.mass, model.options);
@@ -110,19 +114,19 @@ void MeshBody::solve(double* b) const {
     now_->solver(b);
 }
 
-void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, double theta) {
+void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, double theta, BulkStep bulk) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
   h_ = h;
   theta_ = theta;
-  factorise(h, theta);
+  factorise(h, theta, bulk);
   gather(bodies.velocity, v_.data());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
   for (std::int64_t i = 0; i < n; ++i) a_[i] = gravity[i % dim];
   multiply(model.mass, a_.data(), f_.data());
   for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += theta * load_end[i] + (1 - theta) * load_begin[i];
-  for (std::int64_t i = 0; i < n; ++i) a_[i] = q_[i] + h * theta * v_[i];
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? q_[i] : q_[i] + h * theta * v_[i];
   stiffness_times(a_.data(), b_.data());
   damping_times(v_.data(), c_.data());
   bool moved = false;
@@ -194,11 +198,13 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
   std::vector<double>&end = a_, &elastic = b_, &damping = c_;
   gather(bodies.velocity, end.data());
   work = {};
-  const auto seen = [&](std::int64_t i) { return q_[i] + h * (theta * v_[i] + theta * theta * (end[i] - v_[i])); };
+  const auto seen = [&](std::int64_t i) {
+    return explicit_ ? q_[i] : q_[i] + h * (theta * v_[i] + theta * theta * (end[i] - v_[i]));
+  };
   std::vector<double>& x = free_; // what comes before is no longer needed
   for (std::int64_t i = 0; i < n; ++i) x[i] = seen(i);
   stiffness_times(x.data(), elastic.data());
-  for (std::int64_t i = 0; i < n; ++i) x[i] = v_[i] + theta * (end[i] - v_[i]);
+  for (std::int64_t i = 0; i < n; ++i) x[i] = explicit_ ? v_[i] : v_[i] + theta * (end[i] - v_[i]);
   damping_times(x.data(), damping.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double way = h * (theta * end[i] + (1 - theta) * v_[i]);

@@ -13,6 +13,9 @@ namespace cairn {
 
 struct Bodies;
 
+// How the stiffness of a mesh counts in a step: A = M + h theta C + h^2 theta^2 K, or M alone, whose step has a limit.
+enum class BulkStep { implicit, central_difference, unchecked_central_difference };
+
 // What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
 struct MeshModel {
   int dim = 2;
@@ -53,7 +56,7 @@ public:
   double size() const { return size_; } // of a cell, about [m]
 
   // Velocities of nodes at the end of the step without contacts, from those in `bodies`; of a step's begin.
-  void free_velocity(Bodies& bodies, const double* gravity, double h, double theta);
+  void free_velocity(Bodies& bodies, const double* gravity, double h, double theta, BulkStep bulk);
   // Contact nodes from now on, in this order after those that are: compliance between them.
   void touch(const std::vector<std::int32_t>& more);
   std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
@@ -77,6 +80,7 @@ public:
 private:
   struct Factors { // of one step and theta
     double h = 0, theta = 0;
+    bool explicit_bulk = false;
     std::unique_ptr<Soe> soe;
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
@@ -84,7 +88,9 @@ private:
     std::int64_t leading = 0;
     Array<double> compliance; // (leading, leading)
   };
-  void factorise(double h, double theta);
+  void factorise(double h, double theta, BulkStep bulk);
+  void check_step(double h) const;
+  double stable_step() const;  // of central differences [s]
   void solve(double* b) const; // held dofs bring their given x
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
@@ -98,7 +104,7 @@ private:
   std::vector<double> lumped_;                       // (dofs) [kg]
   std::vector<double> q_, v_, free_, f_, a_, b_, c_; // (dofs) of the step at hand
   double h_ = 0, theta_ = 0, size_ = 0;
-  bool weighs_ = false;
+  bool explicit_ = false; // the step at hand
 };
 
 } // namespace cairn

@@ -44,9 +44,43 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
 void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
 
 void Interactions::hold_at_detection(bool there) { s_->flies = !there; }
+void Interactions::pose(const ContactPose& pose) {
+  s_->pose = pose;
+  if (!pose.kernel) s_->memory.forces.clear();
+}
+
+cairn_pose* pose_named(const std::string& name) {
+#define CAIRN_POSE(row, python)                                                                                        \
+  if (name == #row) return cairn_pose_##row;
+#include "../../core_f90/poses/poses.def"
+#undef CAIRN_POSE
+  return nullptr;
+}
+
+// Impulses besides those that are sought: they change the free velocity, and come on top of the solution.
+void Interactions::State::add_given(const Bodies& bodies) {
+  velocity_given = bodies.velocity_free;
+  if (system.batches.empty()) return;
+  const auto swap_in = [&] {
+    for (const cairn_batch& b : system.batches)
+      for (std::size_t i = 0; i < std::size_t(b.count) * dim(); ++i)
+        std::swap(b.r[i], given[std::size_t(dim()) * b.first + i]);
+  };
+  swap_in();
+  system.load(bodies.velocity_free);
+  const cairn_schedule schedule = system.schedule(1);
+  cairn_add_impulses(&schedule);
+  system.unload(velocity_given);
+  swap_in();
+}
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
-  SolveReport report = solve_step(s_->system, bodies.velocity_free, options);
+  State& s = *s_;
+  if (s.given) s.add_given(bodies);
+  SolveReport report = solve_step(s.system, s.given ? s.velocity_given : bodies.velocity_free, options);
+  for (const cairn_batch& b : s.system.batches)
+    for (std::size_t i = 0; i < std::size_t(b.count) * s.dim() && s.given; ++i)
+      b.r[i] += s.given[std::size_t(s.dim()) * b.first + i];
   if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
   return report;
 }

@@ -148,6 +148,14 @@ struct ContactEnergy {
   double turned_over = 0;            // sum of what each contact took or gave
 };
 
+// The condition that a strategy poses at contacts, a row of poses.def; null: Moreau's, as laws prepare it.
+struct ContactPose {
+  cairn_pose* kernel = nullptr;
+  double params[2] = {0, 0};
+};
+// Null for a name that is no row.
+cairn_pose* pose_named(const std::string& name);
+
 // What a restart needs to go on to the same bits.
 struct ContactMemory {
   double h = 0;                     // step that the impulses belong to [s]; 0 before the first
@@ -157,6 +165,7 @@ struct ContactMemory {
   std::vector<double>
       impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
   std::vector<double> states; // (state_components, keys)
+  std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
 
 // The assembled contacts as plain arrays, in the order of the candidates, for whoever wants to solve them elsewhere.
@@ -185,6 +194,7 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
+  void pose(const ContactPose& pose);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
   // Impulses (dim, count), local, that someone else solved for, instead of solve.

@@ -321,6 +321,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
   for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
+  if (pose.kernel) apply_pose(b, gap, u, compliance);
   const double* exact = b.hub ? w_true : w;
   for (int lane = 0; lane < n; ++lane) {
     const bool real = lane < b.contacts;
@@ -330,8 +331,9 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
       if (!real) w[n * (k * c + k) + lane] = 1;
     }
     if (!real)
-      for (int k = 0; k < c; ++k) b.bias[k * n + lane] = 0;
+      for (int k = 0; k < c; ++k) b.bias[k * n + lane] = compliance[k * n + lane] = 0;
   }
+  if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
   settle_singular_blocks(b, dim(), w);
   if (b.block)
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);
@@ -345,6 +347,28 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
   else if (packable(b) && !acts_along_tangents(b, compliance))
     dim() == 2 ? pack_columns<2>(b) : pack_columns<3>(b);
+}
+
+// What the strategy poses in place of what the law prepared, with the forces that contacts had at the end of the last
+// step.
+void Interactions::State::apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance) {
+  const int n = b.count, d = dim();
+  alignas(64) double force[6 * 128], impulses[6 * 128];
+  std::fill_n(force, std::size_t(n) * b.components, 0.0);
+  for (int lane = 0; lane < b.contacts && !memory.forces.empty(); ++lane) {
+    const std::int32_t where = place[b.first + lane];
+    if (where < 0) continue;
+    const double* f = &memory.forces[std::size_t(where) * d];
+    double axes[3][3];
+    axes_of(b, d, lane, axes);
+    for (int k = 0; k < d; ++k) {
+      double along = d == 2 ? f[k] : 0;
+      for (int l = 0; l < d && d == 3; ++l) along += axes[k][l] * f[l];
+      force[k * n + lane] = along;
+    }
+  }
+  pose.kernel(n, b.components, h, theta, pose.params, gap, u, force, b.bias, compliance, impulses);
+  std::copy_n(impulses, std::size_t(n) * d, given + std::size_t(d) * b.first);
 }
 
 // Whether the law gave what a pack has no line for: a bias of tangential velocities, a compliance.

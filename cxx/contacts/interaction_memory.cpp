@@ -70,9 +70,10 @@ void Interactions::State::remember() {
   fit(m.keys, kept);
   fit(m.impulses, kept * impulse_components);
   fit(m.states, kept * state_components);
+  fit(m.forces, given ? kept * dim() : 0);
   std::int64_t to = 0;
   for (const cairn_batch& b : system.batches) {
-    if (b.pack && state_components == 0 && impulse_components == dim())
+    if (b.pack && state_components == 0 && impulse_components == dim() && !given)
       to = dim() == 2 ? remember_packed<2>(b, to) : remember_packed<3>(b, to);
     else
       to = remember(b, to);
@@ -122,6 +123,20 @@ std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to
     else
       space_impulse(b, lane, p, p + 3);
     for (int k = 0; k < impulse_components; ++k) memory.impulses[to * impulse_components + k] = p[k];
+    if (given) { // what the solver found is h theta times the force at the end
+      double f[6] = {};
+      cairn_batch of_force = b;
+      of_force.components = dim();
+      double force[3 * 128];
+      for (int k = 0; k < dim(); ++k)
+        force[k * n + lane] = (b.r[k * n + lane] - given[dim() * b.first + k * n + lane]) / (h * theta);
+      of_force.r = force;
+      if (dim() == 2)
+        for (int k = 0; k < 2; ++k) f[k] = force[k * n + lane];
+      else
+        space_impulse(of_force, lane, f, f + 3);
+      std::copy_n(f, dim(), &memory.forces[to * dim()]);
+    }
     for (int k = 0; k < state_components; ++k)
       memory.states[to * state_components + k] =
           k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max();

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include "interaction_state.hpp"
 
@@ -147,12 +148,10 @@ void Interactions::State::plan_tiles() {
   std::size_t ordered = 0;
   order_start.assign(1, 0);
   tile_stage.clear();
-  const auto simple = [&](std::int64_t i) {
-    return !((moves_a(i) && degree[unit_of(c.contactor_a[i])] > hub_degree) ||
-             (moves_b(i) && degree[unit_of(c.contactor_b[i])] > hub_degree));
-  };
+  const auto simple = [&](std::int64_t i) { return !is_hub(c.contactor_a[i]) && !is_hub(c.contactor_b[i]); };
   const auto size = std::size_t(std::clamp<std::int64_t>(c.count / tiles, smallest_tile, largest_tile));
-  const bool hubs = std::any_of(degree, degree + system.bodies, [](std::int32_t d) { return d > hub_degree; });
+  const int least = meshes ? mesh_hub_degree : hub_degree;
+  const bool hubs = std::any_of(degree, degree + system.bodies, [&](std::int32_t d) { return d > least; });
   for (std::int64_t i = 0; i < c.count;) {
     const auto start = ordered;
     std::uint64_t taken = 0;
@@ -256,7 +255,7 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   b.hub = hub;
   b.relaxes = !law.has_solve;
   b.bonds = law.has_solve && !law.state.empty() && !std::isfinite(law.state_begin[0]);
-  b.pack = packable(b) && law.normal_bias && !sheared ? 2 * dim() + 4 : 0;
+  b.pack = packable(b) && law.normal_bias && !sheared && !pose.kernel ? 2 * dim() + 4 : 0;
   b.group = hub ? n : 1;
   b.velocities = system.velocities();
   b.first = std::int32_t(system.candidate.size());
@@ -272,9 +271,6 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
 void Interactions::State::plan_hubs() {
   if (hub_contacts.empty()) return;
   const Candidates& c = *candidates;
-  const auto is_hub = [&](std::int32_t contactor) {
-    return (kind[contactor] & moving) && degree[unit_of(contactor)] > hub_degree;
-  };
   // the impulse on one contact of a mesh moves all others: they come one at a time
   const auto is_mesh_hub = [&](std::int32_t contactor) { return (kind[contactor] & mapped) && is_hub(contactor); };
   by_hub.clear();
@@ -309,9 +305,14 @@ void Interactions::State::plan_hubs() {
   system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
 }
 
-// Contacts between hubs, one at a time.
+// Contacts between hubs and those of meshes, one at a time, in the order of their keys: that of bodies changes.
 void Interactions::State::plan_late() {
   if (late_contacts.empty()) return;
+  std::sort(late_contacts.begin(), late_contacts.end(), [&](std::int32_t i, std::int32_t j) {
+    const ContactKey a = key(i), b = key(j);
+    return std::tie(a.contactor_a, a.contactor_b, a.feature, a.image) <
+           std::tie(b.contactor_a, b.contactor_b, b.feature, b.image);
+  });
   for (const std::int32_t& i : late_contacts) emit(&i, 1, 0);
   system.first_batch.push_back(std::int32_t(system.batches.size()));
   system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
@@ -331,10 +332,12 @@ void Interactions::State::lay_out() {
   };
   const auto states = [](const cairn_batch& b) { return int(law_infos()[b.law].state.size()); };
   const int frame = dim() == 2 ? 2 : 6;
+  system.compliant = false;
+  given = pose.kernel ? scratch.take<double>(std::int64_t(places) * dim()) : nullptr;
   for (const cairn_batch& b : system.batches)
     doubles += std::size_t(b.count) * (2 + (b.pack ? b.pack
                                                    : frame + sides()[b.side_a].lever + sides()[b.side_b].lever +
-                                                         block(b) + 2 * b.components + params(b) + states(b)));
+                                                         block(b) + 3 * b.components + params(b) + states(b)));
   double* next = scratch.take<double>(doubles);
   // what a sweep does not read stands apart
   double* apart = next + doubles - 2 * places;
@@ -361,6 +364,10 @@ void Interactions::State::lay_out() {
     if (b.mapped_a) b.node_a = scratch.take<std::int32_t>(4 * std::size_t(b.count));
     if (b.mapped_b) b.node_b = scratch.take<std::int32_t>(4 * std::size_t(b.count));
     b.bias = take(b.components);
+    const LawInfo& law = law_infos()[b.law];
+    const bool may_yield = pose.kernel || (law.plugged() && law.has_prepare);
+    b.compliance = may_yield ? take(b.components) : nullptr;
+    system.compliant = system.compliant || may_yield;
     b.delassus = take(block(b));
     b.r = take(b.components);
     b.params = take(params(b));

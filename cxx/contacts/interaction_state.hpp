@@ -18,6 +18,9 @@ inline constexpr int batch_size = 104;
 inline constexpr int smallest_tile = 600, largest_tile = 2000, tiles = 24;
 // A body that moves with more contacts than this is a hub.
 inline constexpr int hub_degree = 32;
+// A mesh with more contacts than this is swept contact by contact: all of them see each other, and lanes of a colour
+// would be empty.
+inline constexpr int mesh_hub_degree = 8;
 
 // Component k of a field of a batch, packed or not (see cairn/core.h).
 inline double& at(const cairn_batch& b, double* field, int lane, int k) {
@@ -94,6 +97,9 @@ struct Interactions::State {
   PluggedFault fault;                               // of laws from users' libraries
 
   MeshSet* meshes = nullptr; // null: none in the scene
+  ContactPose pose;
+  double* given = nullptr;      // (dim) of each place: impulses that the pose adds to the solution; null: none
+  Field<double> velocity_given; // free velocity with these
 
   // per contactor: its kind of side (radial, mapped) and whether its body moves
   static constexpr int radial = 1, moving = 2, mapped = 4;
@@ -118,6 +124,10 @@ struct Interactions::State {
   std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; }
   // What may not be moved by two contacts at once.
   std::int32_t unit_of(std::int32_t contactor) const { return unit ? unit[body(contactor)] : body(contactor); }
+  bool is_hub(std::int32_t contactor) const {
+    return (kind[contactor] & moving) &&
+           degree[unit_of(contactor)] > (kind[contactor] & mapped ? mesh_hub_degree : hub_degree);
+  }
   static int kind_a(int contact_class) { return contact_class / kinds % kinds; }
   static int kind_b(int contact_class) { return contact_class % kinds; }
   bool moves_a(std::int64_t i) const { return kind_a(contact_class[i]) & moving; }
@@ -139,6 +149,7 @@ struct Interactions::State {
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
   void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
+  void add_given(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
   void push_meshes(Bodies& bodies) const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
@@ -150,6 +161,7 @@ struct Interactions::State {
 private:
   void load_further_inertia(std::int64_t n);
   void load_meshes();
+  void apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance);
   void fill_mapping(cairn_batch& b, int side, int lane, std::int64_t candidate);
   void find_places(int threads);
   void follow_across_facets();

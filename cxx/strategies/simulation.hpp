@@ -28,6 +28,9 @@ struct Nscd {
   bool warm_start = true;
   bool act_on_surfaces = false; // see Interactions
   int renumber_every = 200;     // steps between renumberings along the space-filling curve
+  ContactPose pose{};           // Carpenter's scheme and the granular element method pose conditions of their own
+  bool explicit_bulk = false;   // central differences in deformable bodies: A = M
+  bool refuse_unstable = true;  // of these, steps beyond their limit
 };
 
 // Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth/smooth_dynamics.hpp.

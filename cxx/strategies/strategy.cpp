@@ -151,7 +151,10 @@ void Simulation::compute_free_velocity() {
                     pointer(b.force), pointer(b.damping), bits(b.driven));
   }
   if (!meshes.empty()) {
-    for (MeshBody& mesh : meshes.meshes) mesh.free_velocity(b, scene.gravity.data(), h_, strategy.theta);
+    const BulkStep bulk = !strategy.explicit_bulk    ? BulkStep::implicit
+                          : strategy.refuse_unstable ? BulkStep::central_difference
+                                                     : BulkStep::unchecked_central_difference;
+    for (MeshBody& mesh : meshes.meshes) mesh.free_velocity(b, scene.gravity.data(), h_, strategy.theta, bulk);
     for (const MeshBody& mesh : meshes.meshes) mesh.follow(b);
   }
   if (!free_velocity) return;
@@ -247,7 +250,8 @@ void Simulation::detect_contacts() {
 void Simulation::prepare_contacts() {
   if (!strategy.warm_start) interactions.forget_impulses();
   interactions.act_on_surfaces(strategy.act_on_surfaces);
-  interactions.hold_at_detection(strategy.act_on_surfaces);
+  interactions.hold_at_detection(strategy.act_on_surfaces || strategy.pose.kernel);
+  interactions.pose(strategy.pose);
   interactions.assemble(scene.bodies, scene.contactors, candidates, laws, scene.cell, h_, strategy.theta, &meshes);
   contacts_known_ = true;
 }

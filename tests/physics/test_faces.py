@@ -1,11 +1,10 @@
 """Faces of meshes in 3D as antagonists: a patch test through the contact of two blocks, a ball and the corners of a cube
-carried by a face, the balance of energy, restart; spins of facets, shares of their nodes."""
+carried by a face, the balance of energy, restart."""
 
 import cairn as cn
 import numpy as np
 import pytest
 from cairn.build.elastic import ElasticBody
-from cairn.build.mesh_faces import Faces, bilinear
 from report import judge
 from test_deformable import STEEL, at, scene_of
 from test_elastic import grid
@@ -94,33 +93,6 @@ def test_corners_of_a_cube_rest_on_a_face(corners):
     judge("moment", moment, np.zeros(2), 1e-3, scale=weight * size)
     with pytest.raises(ValueError, match="a contactor is a sphere: give a set of polyhedra"):
         cn.with_corners(cn.spheres([[0, 0, 0]], 1.0, STEEL), corner)
-
-
-def mean_velocity_error(turn):
-    """Of facets of a mesh that turns rigidly: the spin found, against the one given."""
-    body = block((2, 2, 1), 0.0, 0.5, young=1.0, poisson=0.0)
-    faces = Faces(body.boundary_faces())
-    moving = np.cross(turn, body.points) + [1.0, -2.0, 0.5]
-    found = np.einsum("mixk,mik->mx", faces.spins(body.points), moving[faces.nodes])
-    return np.abs(found - turn).max()
-
-
-@pytest.mark.parametrize("turn", [(1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0), (0.3, -0.7, 2.0)])
-def test_facets_turn_with_the_mesh(turn):
-    assert mean_velocity_error(np.array(turn)) < 1e-13
-
-
-def test_shares_of_a_quadrilateral():
-    """They sum to one, give the point back, and are those of the nodes at the nodes; of a face that is not flat."""
-    corners = np.array([[[0.0, 0, 0], [2, 0.1, 0.05], [1.8, 1.5, 0], [-0.2, 1, 0.05]]])
-    normal = np.cross(corners[0, 2] - corners[0, 0], corners[0, 3] - corners[0, 1])
-    normal /= np.linalg.norm(normal)
-    place = np.array([0.3, -0.6])
-    share = np.array([(1 - place[0]) * (1 - place[1]), (1 + place[0]) * (1 - place[1]),
-                      (1 + place[0]) * (1 + place[1]), (1 - place[0]) * (1 + place[1])]) / 4  # fmt: skip
-    judge("shares", bilinear(corners, (share @ corners[0] + 0.2 * normal)[None], normal[None])[0], share, 1e-13)
-    for k in range(4):
-        judge("at a node", bilinear(corners, corners[:, k], normal[None])[0], np.eye(4)[k], 1e-13, scale=1.0)
 
 
 def test_energy_closes_on_faces():

@@ -155,6 +155,7 @@ typedef struct cairn_batch {
   double *lever_a, *lever_b;        /* (n, lever of the side) [m] */
   double* delassus;                 /* [1/kg] */
   double* bias;                     /* (n, c) [m/s] */
+  double* compliance;               /* (n, c) diagonal that W has besides that of bodies [1/kg]; null: none */
   double* params;                   /* (n, p) of the law, or mu (n) of the cone */
   double* r;                        /* (n, c) impulse [N s] */
   double* rho;                      /* (n) 1 / true W_NN [kg] */
@@ -212,6 +213,15 @@ struct cairn_condensed {
   cairn_law_stiffness cairn_law_##name##_stiffness;
 #include "../../contact_laws/laws.def"
 #undef CAIRN_LAW
+/* What a strategy poses at contacts in place of Moreau's condition, from what their law prepared; columns (n, c).
+ * params (2) of the strategy; force_begin that of the contact at the start of the step; given: impulses besides those
+ * that are solved for. */
+typedef void cairn_pose(int32_t n, int32_t c, double h, double theta, const double* params, const double* gap,
+                        const double* u_begin, const double* force_begin, double* bias, double* compliance,
+                        double* given);
+#define CAIRN_POSE(name, python) cairn_pose cairn_pose_##name;
+#include "../../poses/poses.def"
+#undef CAIRN_POSE
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
 
 /* ------------------------------------------------------------------ sweeps and passes over batches

@@ -42,8 +42,11 @@ void ActiveSet::read_velocities() {
   cairn_add_impulses(&schedule_);
   double* u = memory_.u.data();
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    const cairn_batch& b = system_.batches[k];
+    const std::size_t size = std::size_t(b.count) * b.components;
     cairn_relative_velocities(&schedule_, std::int32_t(k), 0, u);
-    u += std::size_t(system_.batches[k].count) * system_.batches[k].components;
+    for (std::size_t i = 0; i < size && b.compliance; ++i) u[i] += b.compliance[i] * b.r[i];
+    u += size;
   }
 }
 

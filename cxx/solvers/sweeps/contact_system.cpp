@@ -67,6 +67,9 @@ void ContactSystem::unload(Field<double>& velocity) const {
     return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
   };
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+  for (const CondensedBody& c : condensed)
+    for (std::size_t i = 0; i < c.node.size(); ++i)
+      for (int k = 0; k < dim; ++k) velocity[c.node[i]][k] = c.dofs.velocity[dim * i + k];
 }
 
 void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>& more) {

@@ -30,7 +30,9 @@ struct ContactSystem {
   int velocities() const { return dim == 2 ? 3 : 6; }
   std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
   cairn_schedule schedule(int threads);
-  bool couples() const { return !condensed.empty(); } // contacts of a condensed body see each other
+  bool compliant = false; // a batch has a compliance of its own
+  // W is more than what bodies of six dofs give: contacts of a condensed body see each other, or have a compliance.
+  bool needs_blocks() const { return compliant || !condensed.empty(); }
   void clear_velocities();
   // velocities of bodies into the records; inverse masses stay
   void load(const Field<double>& velocity);

@@ -205,10 +205,19 @@ double StepProblem::bytes() const {
   return 8.0 * system_.dim * system_.dim * sum;
 }
 
-// Block (a, b) gets e_a' C e_b, C the compliance between the two points of the body, weighted over their nodes.
+// The diagonal gets the compliance of contacts; block (a, b) gets e_a' C e_b, C the compliance between the two points
+// of the body, weighted over their nodes.
 void StepProblem::add_condensed() {
-  if (!system_.couples()) return;
   const int d = system_.dim;
+  for (std::int64_t a = 0; a < problem_.contacts && system_.compliant; ++a) {
+    const cairn_batch& b = system_.batches[places_[a].batch];
+    const auto first = problem_.column.begin();
+    const auto own =
+        std::find(first + problem_.row_start[a], first + problem_.row_start[a + 1], std::int32_t(a)) - first;
+    for (int k = 0; k < d && b.compliance; ++k)
+      problem_.block[std::size_t(d) * d * own + (d + 1) * k] += b.compliance[k * b.count + places_[a].lane];
+  }
+  if (system_.condensed.empty()) return;
   const auto mapped = [&](std::int64_t contact, int side) {
     const cairn_batch& b = system_.batches[places_[contact].batch];
     return (side ? b.mapped_b : b.mapped_a) != 0;

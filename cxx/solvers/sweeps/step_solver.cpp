@@ -65,7 +65,7 @@ public:
 
   bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) override {
     StepProblem step(system_, schedule, velocity_free_);
-    if (system_.couples()) step.form_blocks();
+    if (system_.needs_blocks()) step.form_blocks();
     Array<double> start(step.problem().unknowns());
     step.read(start.data());
     ProblemOptions options = problem_options(options_);
@@ -124,8 +124,8 @@ private:
     if (!StepProblem::obstacle(system_).empty() || !has_factorisations()) return;
     const cairn_schedule schedule = system_.schedule(1);
     StepProblem step(system_, schedule, velocity_free_);
-    const bool fits = !system_.couples() || step.bytes() <= options_.max_bytes;
-    if (system_.couples() && fits) step.form_blocks();
+    const bool fits = !system_.needs_blocks() || step.bytes() <= options_.max_bytes;
+    if (system_.needs_blocks() && fits) step.form_blocks();
     if (step.problem().contacts > 0 && fits) find_cost(step.problem()); // or nothing can touch
     system_.load(velocity_free_);
     cairn_add_impulses(&schedule);
@@ -169,7 +169,7 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
   StepProblem step(system, schedule, velocity_free);
   Array<double> r(step.problem().unknowns());
   step.read(r.data());
-  const bool over_bodies = solver.name == "ppa_newton" && !system.couples();
+  const bool over_bodies = solver.name == "ppa_newton" && !system.needs_blocks();
   const double bytes = over_bodies ? 0 : step.bytes();
   ProblemReport solved;
   if (bytes > options.max_bytes) {

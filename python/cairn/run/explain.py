@@ -45,9 +45,9 @@ def _nscd(simulation):
         "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
     )
     solver = strategy.solver
-    if simulation._blocks:
-        lines.append(f"Strategy {type(strategy).__name__}; contacts are solved in blocks of W = H' A^-1 H")
-    for mesh in simulation._moving_meshes():
+    if strategy.pose != "moreau":
+        lines.append(f"Strategy {type(strategy).__name__}: the condition at contacts is that of {strategy.pose}")
+    for mesh in simulation._meshes.meshes if simulation._meshes else ():
         size, points = mesh.size, len(mesh.d.contact_nodes)
         lines.append(f"Deformable {mesh.d.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
     lines += [

@@ -53,7 +53,7 @@ class Simulation:
         self._warnings = StepWarnings()
         self._shadows = []
         self._start_functions()
-        self._start_blocks()
+        self._start_meshes()
         self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         one_of("overlap", overlap, ("warn", "error", "ignore"))
         self._unmet, self._lawless = set(), set()
@@ -85,7 +85,7 @@ class Simulation:
         self._core.set_strategy(self._strategy.settings())
         self._core.check_laws()
         self._constant_force_set = False
-        self._start_blocks()
+        self._start_meshes()
 
     @property
     def time(self):
@@ -105,13 +105,12 @@ class Simulation:
     @property
     def energy(self):
         """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
-        energy = self._core.energy()
-        return self._blocks.energy(energy) if self._blocks and self._blocks.meshes else energy
+        return self._core.energy()
 
     @property
     def meshes(self):
         """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
-        return [views.MeshView(self, mesh) for mesh in self._moving_meshes()]
+        return [views.MeshView(self, mesh) for mesh in (self._meshes.meshes if self._meshes else ())]
 
     @property
     def raw(self):
@@ -159,10 +158,7 @@ class Simulation:
         self._apply_functions(h)
         if self._meshes:
             self._meshes.load(h)
-        if self._blocks:
-            self._info = self._blocks.step(h)
-        else:
-            self._info = self._beside_shadows(h) if self._shadows else self._core.step(h)
+        self._info = self._beside_shadows(h) if self._shadows else self._core.step(h)
         self._warnings.look(self, self._info, h)
         return self._info
 
@@ -223,8 +219,8 @@ class Simulation:
         tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
         for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
         """
-        if self._blocks:
-            raise ValueError("shadows stand beside the stages of NSCD with rigid bodies; this simulation steps by blocks")
+        if self._meshes or self.strategy.pose != "moreau":
+            raise ValueError("shadows stand beside the stages of NSCD with rigid bodies: leave out meshes and other strategies")
         from . import shadow
 
         self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
@@ -295,7 +291,7 @@ class Simulation:
         if self._given.for_scene(self._core.scene) != self._strategy:
             self.strategy = self._given
         self._start_functions()
-        self._start_blocks()
+        self._start_meshes()
         self._warn_of_unmet()
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
@@ -343,7 +339,6 @@ class Simulation:
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
-                **({"blocks": self._blocks.state()} if self._blocks else {}),
                 "later": {f"{k:06d}": _later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
@@ -381,9 +376,7 @@ class Simulation:
         self._sets = [*known[:start], *later]
         self._dt, self._radii, self._info = float(content["dt"]), None, {}
         self._start_functions()
-        self._start_blocks()
-        if self._blocks and "blocks" in content:
-            self._blocks.restore(content["blocks"])
+        self._start_meshes()
 
     # ------------------------------------------------------------------ words
 
@@ -427,25 +420,16 @@ class Simulation:
             self._core.assign_body("damping", damping)
         self._constant_force_set = False
 
-    def _start_blocks(self):
-        """Scenes with deformable bodies, and strategies that pose another problem than NSCD, step by blocks."""
+    def _start_meshes(self):
+        """Gives the deformable bodies to the core; scenes without any load nothing for them."""
         meshes = any(s.mesh is not None for s in self._sets)
-        plain = type(self._strategy) in (NSCD, SmoothDEM)
         if meshes and isinstance(self._strategy, SmoothDEM):
             raise ValueError("SmoothDEM moves rigid bodies alone: give NSCD or Carpenter to scenes with deformable bodies")
-        self._blocks = self._meshes = None
-        if meshes and plain:
+        self._meshes = None
+        if meshes:
             from .meshes import Meshes
 
             self._meshes = Meshes(self)
-        elif not plain:
-            from .block_step import BlockStep
-
-            self._core.forget_meshes()
-            self._blocks = BlockStep(self)
-
-    def _moving_meshes(self):
-        return self._meshes.meshes if self._meshes else self._blocks.meshes if self._blocks else ()
 
     def _field(self, name, shape):
         values = self._core.scene.body(name)

@@ -166,17 +166,16 @@ class NSCD:
             raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...), cairn.Auto(...) or one of {', '.join(SOLVERS)}")
 
     explicit = False  # the bulk of deformable bodies is implicit
+    unstable = "error"  # a step beyond the limit of an explicit bulk
+    pose = "moreau"  # the condition at contacts: a row of the kernels' poses, or Moreau's
+
+    def pose_params(self):
+        """The two numbers that the kernel of the pose takes."""
+        return (0.0, 0.0)
 
     def for_scene(self, core):
         """This strategy with the solver that a simulation of this scene (of the core) takes."""
         return replace(self, solver=self.solver.for_scene(core))
-
-    def pose(self, step, w, q, rows, chosen):
-        """The contact problem (W, q, r0) that impulses r + r0 solve; see cairn.block_step. This is the one of Moreau and Jean."""
-        return w, q, None
-
-    def solved(self, step, r, chosen):
-        """Called with the solution of the problem."""
 
     def settings(self):
         """What the core reads."""
@@ -189,6 +188,10 @@ class NSCD:
             "act_on_surfaces": self.contact_point == "surface",
             "renumber_every": int(self.renumber_every),
             "threads": int(self.threads),
+            "pose": self.pose,
+            "pose_params": tuple(map(float, self.pose_params())),
+            "explicit_bulk": self.explicit,
+            "refuse_unstable": self.unstable == "error",
             **self.solver.settings(),
         }
 
@@ -209,6 +212,7 @@ class Carpenter(NSCD):
     unstable: str = "error"
 
     explicit = True
+    pose = "carpenter"
 
     def __post_init__(self):
         super().__post_init__()
@@ -218,13 +222,9 @@ class Carpenter(NSCD):
             checks.positive("penalty", self.penalty)
         one_of("unstable", self.unstable, ("error", "ignore"))
 
-    def pose(self, step, w, q, rows, chosen):
-        """The condition is on gap + h u_n, whether the gap is open or not."""
-        q = q.copy()
-        q[:, 0] += step.gap[chosen] / step.h - rows.bias[chosen, 0]
-        if self.penalty is not None:
-            w = _softened(w, q.shape, 1 / (step.h**2 * self.penalty), 0.0)
-        return w, q, None
+    def pose_params(self):
+        """Stiffness of the penalty [N/m]; unused."""
+        return (math.inf if self.penalty is None else self.penalty, 0.0)
 
 
 @dataclass(frozen=True)
@@ -248,33 +248,11 @@ class GranularElement(NSCD):
         checks.positive("stiffness", self.stiffness)
         checks.positive("ratio", self.ratio)
 
-    def pose(self, step, w, q, rows, chosen):
-        """With rho = h theta f(t+): u_n + rho_n / (h^2 theta^2 k) + gap / (h theta) >= 0, the same for slip along tangents."""
-        import numpy as np
+    pose = "granular_element"
 
-        reach = step.h * self.theta
-        force = step.recall(chosen)
-        given = step.h * (1 - self.theta) * force
-        q = q + (w @ given.ravel()).reshape(q.shape)
-        q[:, 0] += step.gap[chosen] / reach - rows.bias[chosen, 0]
-        q[:, 1:] += (1 - self.theta) / self.theta * step.begin_velocity()[:, 1:]
-        q[:, 1:] -= force[:, 1:] / (reach * self.ratio * self.stiffness)
-        soft = 1 / (reach**2 * self.stiffness)
-        return _softened(w, q.shape, soft, soft / self.ratio), np.ascontiguousarray(q), given
-
-    def solved(self, step, r, chosen):
-        """Keeps the forces at the end of the step."""
-        step.remember(chosen, r / (step.h * self.theta))
-
-
-def _softened(w, shape, normal, tangential):
-    """W with compliances added along its diagonal."""
-    import numpy as np
-    from scipy import sparse
-
-    added = np.full(shape, tangential)
-    added[:, 0] = normal
-    return w + sparse.diags_array(added.ravel())
+    def pose_params(self):
+        """Stiffness [N/m]; ratio of the tangential one to it."""
+        return (self.stiffness, self.ratio)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,107 @@
+// What a contact on a deformable body rests on: nodes and weights of its point.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "bodies/mesh_set.hpp"
+#include "scene/scene.hpp"
+
+namespace {
+
+// One quadrilateral that is not flat, of four nodes, and the two facets it is cut into.
+struct Face {
+  cairn::Scene scene{3};
+  cairn::MeshSet set;
+  const std::vector<double> corner{0, 0, 0, 2, 0.1, 0.05, 1.8, 1.5, 0, -0.2, 1, 0.05};
+
+  Face() {
+    std::vector<double> position(corner), mass(6, 1.0), inertia(18, 1.0);
+    position.resize(18, 0.5);
+    scene.add_bodies({6, position, {}, {}, mass, inertia});
+    cairn::MeshModel m;
+    m.dim = 3;
+    m.reference = corner;
+    m.mass.n = 12;
+    m.mass.start.clear();
+    for (std::int64_t i = 0; i <= 12; ++i) m.mass.start.push_back(i);
+    for (std::int32_t i = 0; i < 12; ++i) m.mass.row.push_back(i), m.mass.value.push_back(1);
+    m.stiffness = m.damping = m.mass;
+    m.held.assign(12, 0);
+    m.node_ids = {0, 1, 2, 3};
+    m.side_ids = {4, 5};
+    m.side_nodes = {0, 1, 2, -1, 0, 2, 3, -1};
+    m.face_nodes = {0, 1, 2, 3, 0, 1, 2, 3};
+    m.around = {0, 1, 2, 0, 2, 3};
+    m.around_start = {0, 3, 6};
+    set.meshes.emplace_back(std::move(m));
+    set.place(scene.bodies, scene.insertion_order());
+  }
+  // Shares of the nodes at (a, b) of the square from -1 to 1.
+  static std::vector<double> shares(double a, double b) {
+    return {(1 - a) * (1 - b) / 4, (1 + a) * (1 - b) / 4, (1 + a) * (1 + b) / 4, (1 - a) * (1 + b) / 4};
+  }
+  // A point of the face, lifted by `height` along the normal of the facet.
+  std::vector<double> point(const std::vector<double>& share, const std::vector<std::int32_t>& facet,
+                            double height) const {
+    double e[3], f[3], x[3] = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      e[k] = corner[3 * facet[1] + k] - corner[3 * facet[0] + k];
+      f[k] = corner[3 * facet[2] + k] - corner[3 * facet[0] + k];
+      for (int i = 0; i < 4; ++i) x[k] += share[i] * corner[3 * i + k];
+    }
+    const double n[3] = {e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]};
+    const double size = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    return {x[0] + height * n[0] / size, x[1] + height * n[1] / size, x[2] + height * n[2] / size};
+  }
+};
+
+TEST(MeshSet, SharesOfAQuadrilateralAreThoseOfItsShapeFunctions) {
+  const Face face;
+  const double places[][2] = {{0.3, -0.6}, {-0.2, 0.4}, {0, 0}, {-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  for (const auto& at : places)
+    for (const std::int32_t side : {4, 5}) {
+      const std::vector<std::int32_t> facet =
+          side == 4 ? std::vector<std::int32_t>{0, 1, 2} : std::vector<std::int32_t>{0, 2, 3};
+      const auto want = Face::shares(at[0], at[1]);
+      const auto point = face.point(want, facet, 0.2);
+      const cairn::Mapping m = face.set.mapping(face.scene.bodies, face.scene.internal(side), point.data());
+      double sum = 0;
+      for (int i = 0; i < 4; ++i) {
+        EXPECT_EQ(m.node[i], i);
+        EXPECT_NEAR(m.weight[i], want[i], 1e-13); // of a sum of 1
+        sum += m.weight[i];
+      }
+      EXPECT_NEAR(sum, 1, 1e-15);
+    }
+}
+
+TEST(MeshSet, ANodeRestsOnItself) {
+  const Face face;
+  const double somewhere[3] = {7, 7, 7};
+  const cairn::Mapping m = face.set.mapping(face.scene.bodies, face.scene.internal(2), somewhere);
+  EXPECT_EQ(m.node[0], 2);
+  EXPECT_EQ(m.weight[0], 1);
+  EXPECT_EQ(m.node[1], -1);
+}
+
+TEST(MeshSet, CompliancesOfNodesThatAreTouchedLaterAreThoseOfAllAtOnce) {
+  Face one, two;
+  const double gravity[3] = {0, 0, 0};
+  for (Face* face : {&one, &two})
+    face->set.meshes[0].free_velocity(face->scene.bodies, gravity, 0.5, 1, cairn::BulkStep::implicit);
+  cairn::MeshBody &a = one.set.meshes[0], &b = two.set.meshes[0];
+  a.touch({0, 1, 2});
+  b.touch({0});
+  b.touch({1, 2});
+  ASSERT_EQ(a.contact_nodes(), 3);
+  ASSERT_EQ(b.contact_nodes(), 3);
+  const double want = 1 / (1 + 0.5 + 0.25); // M + h C + h^2 K, all of them the unit matrix
+  for (int i = 0; i < 9; ++i)
+    for (int j = 0; j < 9; ++j) {
+      EXPECT_NEAR(a.compliance()[a.leading() * i + j], i == j ? want : 0, 1e-15);
+      EXPECT_NEAR(b.compliance()[b.leading() * i + j], a.compliance()[a.leading() * i + j], 1e-15);
+    }
+}
+
+} // namespace
