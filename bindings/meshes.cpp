@@ -1,6 +1,7 @@
 // Deformable bodies: matrices and nodes go to the core once, loads and held velocities before each step.
 #include <pybind11/functional.h>
 
+#include "alone.hpp"
 #include "arrays.hpp"
 #include "strategies/simulation.hpp"
 

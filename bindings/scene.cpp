@@ -1,4 +1,5 @@
 #include "scene/scene.hpp"
+#include "alone.hpp"
 #include "arrays.hpp"
 
 using cairn::Scene;

@@ -5,6 +5,7 @@
 #include "strategies/simulation.hpp"
 #include "strategies/smooth/smooth_dynamics.hpp"
 
+#include "alone.hpp"
 #include "arrays.hpp"
 
 using cairn::Simulation;
@@ -368,6 +369,7 @@ void bind_simulation(py::module_& m) {
            })
       .def("step",
            [](Simulation& s, double h) {
+             const cairn::StepAlone alone(s);
              {
                py::gil_scoped_release release;
                s.step(h);

@@ -45,6 +45,7 @@ module contact_batch
     integer(c_int32_t) :: pack
     integer(c_int32_t) :: relaxes
     integer(c_int32_t) :: bonds
+    integer(c_int32_t) :: repeats
     integer(c_int32_t) :: mapped_a
     integer(c_int32_t) :: mapped_b
     type(c_ptr) :: body_a

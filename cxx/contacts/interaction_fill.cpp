@@ -18,6 +18,14 @@ cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
   return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
 }
 
+// Lanes that hold no contact are handed to laws as the last contact again: a law may divide by its parameters.
+void repeat_last(const cairn_batch& b, double* column, int columns) {
+  for (int k = 0; k < columns; ++k) {
+    double* lane = column + std::ptrdiff_t(k) * b.count;
+    std::fill(lane + b.contacts, lane + b.count, lane[b.contacts - 1]);
+  }
+}
+
 } // namespace
 
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
@@ -49,6 +57,7 @@ void Interactions::State::fill() {
 void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   cairn_batch& batch = system.batches[which];
   batch.solve = solver_of(batch, dim());
+  batch.repeats = law_infos()[batch.law].plugged() && law_infos()[batch.law].has_solve && batch.contacts < batch.count;
   if (batch.pack) return dim() == 2 ? fill_packed<2>(batch, deepest) : fill_packed<3>(batch, deepest);
   cairn_schedule schedule{};
   schedule.batches = 1;
@@ -108,13 +117,15 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   for (int lane = b.contacts; lane < n; ++lane) {
     double* to = b.frame + lane / 8 * lines + lane % 8;
     for (int k = 0; k < d + 2; ++k) to[8 * k] = 0;
-    gap[lane] = 0;
     b.rho[lane] = 1;
     b.body_a[lane] = b.body_b[lane] = std::int32_t(system.bodies);
-    for (int k = 0; k < parameters; ++k) params[k * n + lane] = 0;
   }
+  repeat_last(b, gap, 1);
+  repeat_last(b, params, parameters);
   const cairn_law_context context{h, theta, nullptr, nullptr};
   law.prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
+  std::fill(bias + b.contacts, bias + n, 0.0);
+  std::fill(mu + b.contacts, mu + n, 0.0);
   if (law.plugged()) check_prepared(b, bias, compliance, mu);
   for (int lane = 0; flying && lane < b.contacts; ++lane) bias[lane] += flight[lane];
   inherit_packed<d>(b);
@@ -272,6 +283,7 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
         b.r[(3 + c) * n + lane] = scale * (axes[c][0] * p[3] + axes[c][1] * p[4] + axes[c][2] * p[5]);
     }
   }
+  repeat_last(b, b.state, states);
 }
 
 // u += factor * relative velocity that the image of B lends to its contact
@@ -301,22 +313,23 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   // the law sees velocities in the middle of the flights before and after
   const bool flying = fill_flight(b, flight);
   for (int k = 0; flying && k < n * c; ++k) u[k] -= flight[k];
-  for (int lane = 0; lane < n; ++lane) {
-    const bool real = lane < b.contacts;
-    const std::int64_t i = real ? system.candidate[b.first + lane] : 0;
-    gap[lane] = real ? candidates->gap[i] : 0;
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int64_t i = system.candidate[b.first + lane];
+    gap[lane] = candidates->gap[i];
     const LawTable::Entry& e = laws->entry(entry[i]);
     // an infinite friction times no impulse shall be none
     for (int k = 0; k < parameters; ++k)
-      params[k * n + lane] = real ? std::min(e.params[k], std::numeric_limits<double>::max()) : 0;
-    if (!real)
-      for (int k = 0; k < c; ++k) u[k * n + lane] = 0;
-    const double ra = real ? *contactors->radius[candidates->contactor_a[i]] : 1;
-    const double rb = real ? *contactors->radius[candidates->contactor_b[i]] : 1;
+      params[k * n + lane] = std::min(e.params[k], std::numeric_limits<double>::max());
+    const double ra = *contactors->radius[candidates->contactor_a[i]];
+    const double rb = *contactors->radius[candidates->contactor_b[i]];
     geometry[lane] = 0;
     geometry[n + lane] = ra > 0 && rb > 0 ? ra * rb / (ra + rb) : std::max(ra, rb);
     geometry[2 * n + lane] = 1 / w[lane];
   }
+  repeat_last(b, gap, 1);
+  repeat_last(b, params, parameters);
+  repeat_last(b, geometry, 3);
+  repeat_last(b, u, c);
   const cairn_law_context context{h, theta, geometry, nullptr};
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
@@ -332,9 +345,11 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     }
     if (!real)
       for (int k = 0; k < c; ++k) b.bias[k * n + lane] = compliance[k * n + lane] = 0;
+    if (!real) mu[lane] = 0;
   }
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
   settle_singular_blocks(b, dim(), w);
+  if (b.repeats) repeat_last(b, w, c * c);
   if (b.block)
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);
   else
@@ -421,8 +436,13 @@ void Interactions::State::commit_laws() {
       gap[lane] = candidates->gap[i];
       for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
     }
+    repeat_last(b, u, b.components);
+    repeat_last(b, gap, 1);
+    repeat_last(b, params, parameters);
+    repeat_last(b, b.state, int(law_infos()[b.law].state.size()));
     for (int c = 0; c < b.components; ++c)
-      for (int lane = 0; lane < n; ++lane) r[c * n + lane] = at(b, b.r, lane, c);
+      for (int lane = 0; lane < b.contacts; ++lane) r[c * n + lane] = at(b, b.r, lane, c);
+    repeat_last(b, r, b.components);
     law_infos()[b.law].commit(n, b.components, &context, gap, u, r, params, b.state);
     if (!law_infos()[b.law].plugged()) continue;
     for (int s = 0; s < int(law_infos()[b.law].state.size()); ++s)

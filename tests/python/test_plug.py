@@ -57,6 +57,10 @@ end module
 """
 
 
+UNIT = "params(:, 1)/params(:, 1)"  # no number where there is no parameter
+DIVIDES = f"bias = bias*spread({UNIT}, 2, c); mu = mu*{UNIT}"
+
+
 def library(folder, name, options='parameters="mu::0:inf"', *, prepare="", solve="", commit="", after=""):
     """Builds the law above, with statements put in; the path of the library."""
     text = LAW.format(name=name, options=options, prepare=prepare, solve=solve, commit=commit, after=after)
@@ -156,6 +160,37 @@ def test_state_lives_with_its_contact_and_in_a_checkpoint(tmp_path):
     for _ in range(30):
         again.step()
     assert np.array_equal(again.bodies.position, once.bodies.position)
+
+
+@pytest.mark.parametrize(
+    "name, options, statements",
+    [
+        ("divides_packed", 'parameters="mu::0:inf", normal_bias=.true.', {"prepare": DIVIDES}),
+        ("divides_loose", 'parameters="mu::0:inf"', {"prepare": DIVIDES}),
+        (
+            "divides_alone",
+            'parameters="mu::0:inf", solve=solve',
+            {"prepare": "mu = 0", "solve": f"r = r*spread({UNIT}*w(:, 1, 1)/w(:, 1, 1), 2, c)"},
+        ),
+        (
+            "divides_late",
+            'parameters="mu::0:inf", state="s:1", commit=commit',
+            {"commit": "state(:, 1) = state(:, 1)/merge(1, 0, all(params(:, 1) > 0))"},
+        ),
+    ],
+)
+def test_lanes_without_a_contact_hold_no_zeros(tmp_path, name, options, statements):
+    """Batches go by eights; the lanes left over are the last contact again, so that a law may divide by a parameter."""
+    law = cn.plug(library(tmp_path, name, options, **statements), law=name, params=[0.4])
+    rock = cn.Material("rock", density=2700.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks(np.array([[0.0, 0.1], [0.5, 0.1], [1.0, 0.1]]), 0.1, rock), cn.wall((0, 0), (0, 1), rock))
+    scene.interact(rock, rock, law)
+    sim = cn.Simulation(scene, dt=1e-3)
+    for _ in range(20):
+        sim.step()
+        assert sim.info["status"] == "converged"
+    assert np.allclose(sim.bodies.position[:3, 1], 0.1, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -147,6 +147,7 @@ typedef struct cairn_batch {
   int32_t pack;               /* 0, or the lines of a pack: see above */
   int32_t relaxes;            /* 1: over-relaxation applies */
   int32_t bonds;              /* 1: state is the gap at which it bonded, huge where it did not */
+  int32_t repeats;            /* 1: solve is handed the last contact again where there is a dummy */
   int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights */
   int32_t *body_a, *body_b;   /* (n) places of velocity records, of condensed bodies where mapped */
   int32_t *node_a, *node_b;   /* (n, 4) of a mapped side: places among the contact nodes of its body; else null */

@@ -88,15 +88,49 @@ contains
     call relative_velocity(view, work(va), work(vb), work(u))
     if (batch%block == 0) then
       call leave_isotropic(n, c, delassus, view%r, work(u), work(dr))
+      if (batch%repeats /= 0) call repeat_last(n, c, batch%contacts, work(u), view%bias, view%r)
       call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
+      if (batch%repeats /= 0) call clear_dummies(n, c, batch%contacts, view%bias, view%r)
       call change_isotropic(n, c, delassus, view%r, work(dr), change)
     else
       call leave_full(n, c, delassus, view%r, work(u), work(dr))
+      if (batch%repeats /= 0) call repeat_last(n, c, batch%contacts, work(u), view%bias, view%r)
       call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
+      if (batch%repeats /= 0) call clear_dummies(n, c, batch%contacts, view%bias, view%r)
       call change_full(n, c, delassus, view%r, work(dr), change)
     end if
     call add_impulse(batch, view, work(dr), work(va), work(vb), record)
   end subroutine sweep_batch
+
+  !> A law of its own may divide by what a dummy has not: it is handed the last contact again.
+  subroutine repeat_last(n, c, contacts, u, bias, r)
+    integer, value                :: n          !< contacts, dummies included
+    integer, value                :: c          !< components
+    integer, value                :: contacts   !< contacts that are not dummies
+    real(c_double), intent(inout) :: u(n, c)    !< relative velocity without r [m/s]
+    real(c_double), intent(inout) :: bias(n, c) !< [m/s]
+    real(c_double), intent(inout) :: r(n, c)    !< impulse [N s]
+    integer :: k
+    do k = 1, c
+      u(contacts + 1:n, k) = u(contacts, k)
+      bias(contacts + 1:n, k) = bias(contacts, k)
+      r(contacts + 1:n, k) = r(contacts, k)
+    end do
+  end subroutine repeat_last
+
+  !> Dummies give no impulse, whatever the law made of them.
+  subroutine clear_dummies(n, c, contacts, bias, r)
+    integer, value                :: n          !< contacts, dummies included
+    integer, value                :: c          !< components
+    integer, value                :: contacts   !< contacts that are not dummies
+    real(c_double), intent(inout) :: bias(n, c) !< [m/s]
+    real(c_double), intent(inout) :: r(n, c)    !< impulse [N s]
+    integer :: k
+    do k = 1, c
+      bias(contacts + 1:n, k) = 0
+      r(contacts + 1:n, k) = 0
+    end do
+  end subroutine clear_dummies
 
   !> What is left of u without the contact's own impulse, which is kept aside.
   subroutine leave_isotropic(n, c, w, r, u, old)
