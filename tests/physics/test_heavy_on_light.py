@@ -1,4 +1,4 @@
-"""A heavy ball on a light one, without friction, is unstable: it falls at the rate of the closed form, whatever the ratio of masses."""
+"""A heavy ball on a light one, without friction, is unstable: it falls at the rate of the closed form at any ratio of masses."""
 
 import cairn as cn
 import numpy as np
