@@ -434,23 +434,30 @@ def periodic_cell(dim, x):
     ]
 
 
-def turning_bond(watched, x, moment, start, length):
+def turning_bond(watched, x, moment, start, length, touching):
     """Speed along the bond and spin at the last of x.steps, by mechanics alone.
 
     Between steps the pair flies freely, so that its angular momentum about its centre of mass stays; at a step the bond leaves no
-    sliding and no rolling, so that both turn with w = L / (m d^2 + I1 + I2), m the reduced mass, d the distance; and it takes
-    back the lengthening that turning by a chord gave since the step before, u = -(d - length)/h. start: distance and velocity of
-    the second body from the first, along and across [m, m/s].
+    sliding and no rolling, so that both turn with w = L / (m d^2 + I1 + I2), m the reduced mass, d the distance. It takes back what
+    the distance at detection is off its length, and beforehand what flying on along the chord at the speed across that the step
+    begins with would lengthen it by: u = -(d - length)/h - (D - sqrt(D^2 - (h u_t)^2))/h, D = d or, if they are apart, the distance
+    of centres that touch. start: distance and velocity of the second body from the first, along and across [m, m/s].
     """
     h, mass = watched.sim.dt, watched.sim.bodies.mass
     reduced = mass.min() / (1 + mass.min() / mass.max())
-    apart, across = start[0] + h / 2 * start[1], h / 2 * start[2]
     angular = reduced * start[0] * start[2]
-    away = np.hypot(apart, across)
-    for _ in range(x.steps - 1):
+    way, speed = np.array([start[0] + h / 2 * start[1], h / 2 * start[2]]), np.array(start[1:])
+    for _ in range(x.steps):
+        away = np.hypot(*way)
+        normal = way / away
+        begin = abs(normal[0] * speed[1] - normal[1] * speed[0])
+        distance = min(away, touching)
+        turn = min(1.0, (h * begin / distance) ** 2)
+        u = -(away - length) / h - distance * turn / (h * (1 + np.sqrt(1 - turn)))
         spin = angular / (reduced * away**2 + moment)
-        away = np.hypot(length, h * spin * away)
-    return -(away - length) / h, angular / (reduced * away**2 + moment)
+        speed = np.array([u, spin * away])  # in the axes of this contact, which the next ones turn from
+        way = np.array([away, 0.0]) + h * speed
+    return u, spin
 
 
 def bonded_pair(dim, x):
@@ -472,7 +479,7 @@ def bonded_pair(dim, x):
     before = share @ watched.sim.bodies.velocity[:, :dim]
     moment = (0.5 if dim == 2 else 0.4) * (mass @ np.square([x.size, two]))
     sim = watched.run(x.steps)
-    speed, spin = turning_bond(watched, x, moment, (length, 2 * unit, unit), length)
+    speed, spin = turning_bond(watched, x, moment, (length, 2 * unit, unit), length, x.size + two)
     spins = sim.bodies.velocity[:2, dim:]
     wanted = np.array([spin]) if dim == 2 else np.array([0, -spin, 0])  # across is y in 2D, z in 3D
     u = sim.contacts.relative_velocity[0]  # (n, t[, s])

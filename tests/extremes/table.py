@@ -120,7 +120,7 @@ BOARD = [
                 USUAL
                 | PLACES
                 | RATIOS
-                | {"step x 1e3": dict(step=1e3, steps=10, max_iter=5000, limit_told=True)}  # every pair is a candidate
+                | {"step x 1e3": dict(step=1e3, steps=10, max_iter=8000, limit_told=True)}  # every pair is a candidate
                 | {"sizes 1e-3 and 1 m": dict(size=1.0, other=1e-3), "sizes 1e-6 and 1 m": dict(size=1.0, other=1e-6)}
             ).items()
         },
