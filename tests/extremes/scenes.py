@@ -438,10 +438,10 @@ def turning_bond(watched, x, moment, start, length, touching):
     """Speed along the bond and spin at the last of x.steps, by mechanics alone.
 
     Between steps the pair flies freely, so that its angular momentum about its centre of mass stays; at a step the bond leaves no
-    sliding and no rolling, so that both turn with w = L / (m d^2 + I1 + I2), m the reduced mass, d the distance. It takes back what
-    the distance at detection is off its length, and beforehand what flying on along the chord at the speed across that the step
-    begins with would lengthen it by: u = -(d - length)/h - (D - sqrt(D^2 - (h u_t)^2))/h, D = d or, if they are apart, the distance
-    of centres that touch. start: distance and velocity of the second body from the first, along and across [m, m/s].
+    sliding and no rolling, so that both turn with w = L / (m d^2 + I1 + I2), m the reduced mass, d the distance. It takes back
+    what the distance at detection is off its length, and beforehand what flying on along the chord would lengthen it by, at the
+    speed across that the step begins with: u = -(d - length)/h - (D - sqrt(D^2 - (h u_t)^2))/h. D is d or, if they are apart, the
+    distance of centres that touch. start: distance and velocity of the second body from the first, along and across [m, m/s].
     """
     h, mass = watched.sim.dt, watched.sim.bodies.mass
     reduced = mass.min() / (1 + mass.min() / mass.max())
