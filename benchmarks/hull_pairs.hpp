@@ -20,6 +20,7 @@ struct Pairs {
   std::vector<std::int32_t> recalled = std::vector<std::int32_t>(2 * pairs, 0);
   bool recalls = false;
   cairn_hull_contact* kernel = cairn_pair_polyhedron_polyhedron;
+  cairn_convex seen_a = cairn_convex_polyhedron, seen_b = cairn_convex_polyhedron;
   std::vector<double> rotation, radius, reach, turned, box, between, radius_a, radius_b, direction, limit;
   std::vector<double> gap, normal, point;
   std::mt19937 random{1};
@@ -32,7 +33,8 @@ struct Pairs {
   }
 
   // Of round shapes, spheres and boxes by name, of sizes of a factor of three.
-  Pairs(const std::string& first, const std::string& second, cairn_hull_contact* contact) : kernel(contact) {
+  Pairs(const std::string& first, const std::string& second) : seen_a(seen(first)), seen_b(seen(second)) {
+    if (seen_a != cairn_convex_polyhedron) kernel = cairn_pair_convex;
     for (int k = 0; k < 2 * pairs; ++k) add_shape(k % 2 ? second : first);
     begin();
     bring_near();
@@ -142,6 +144,13 @@ struct Pairs {
     turned.resize(turned.size() + 3 * (hulls.vertices(h) + hulls.faces(h)));
   }
 
+  static cairn_convex seen(const std::string& shape) {
+    if (shape == "sphere") return cairn_convex_point;
+    if (shape == "capsule") return cairn_convex_segment;
+    if (shape == "cylinder") return cairn_convex_cylinder;
+    return shape == "box" || shape == "polyhedron" ? cairn_convex_polyhedron : cairn_convex_superquadric;
+  }
+
   void add_shape(const std::string& shape) {
     if (shape == "box") return add_box();
     if (shape == "polyhedron") return add(8);
@@ -189,6 +198,8 @@ struct Pairs {
   cairn_hulls view(int first) {
     return {3,
             most,
+            seen_a,
+            seen_b,
             hull.data(),
             hulls.first_vertex.data(),
             hulls.first_face.data(),

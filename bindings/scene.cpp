@@ -7,15 +7,9 @@ using Doubles = std::optional<Input<double>>;
 
 namespace {
 
-const char* const shape_names[] = {
-#define CAIRN_SHAPE(name, dimension, bounded) #name,
-#include "../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
-
 cairn::Shape shape_named(const std::string& name) {
-  for (std::size_t i = 0; i < std::size(shape_names); ++i)
-    if (name == shape_names[i]) return cairn::Shape(i);
+  for (int i = 0; i < cairn::shapes; ++i)
+    if (name == cairn::shape_infos[i].name) return cairn::Shape(i);
   throw cairn::Error("there is no shape " + name);
 }
 
@@ -169,10 +163,15 @@ void bind_scene(py::module_& m) {
     return std::vector<std::pair<std::string, std::string>>{
 #define CAIRN_PAIR(name, a, b, most) {#a, #b},
 #define CAIRN_HULL_PAIR(name, a, b, most) {#a, #b},
+#define CAIRN_CONVEX_PAIR(a, b, most) {#a, #b},
 #include "../core_f90/detection/pairs.def"
     };
   });
-  m.def("shapes", [] { return std::vector<std::string>(std::begin(shape_names), std::end(shape_names)); });
+  m.def("shapes", [] {
+    std::vector<std::string> names;
+    for (const cairn::ShapeInfo& shape : cairn::shape_infos) names.emplace_back(shape.name);
+    return names;
+  });
   py::class_<Scene>(m, "Scene")
       .def(py::init<int>())
       .def_readonly("dim", &Scene::dim)

@@ -9,6 +9,7 @@ set(CAIRN_CORE_SOURCES
   detection/convex/convex_climb.f90
   detection/convex/convex_contact.f90
   detection/convex/convex_facet.f90
+  detection/convex/convex_pair.f90
   detection/convex/convex_shape.f90
   detection/convex/convex_top.f90
   detection/grid/grid_levels.f90

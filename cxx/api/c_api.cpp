@@ -75,15 +75,10 @@ std::span<const T> span_of(const T* values, std::int64_t n) {
 }
 
 cairn::Shape shape_named(const char* name) {
-  static const char* const names[] = {
-#define CAIRN_SHAPE(name, dimension, bounded) #name,
-#include "../../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-  };
   std::string known;
-  for (std::size_t i = 0; i < std::size(names); ++i) {
-    if (std::strcmp(name, names[i]) == 0) return cairn::Shape(i);
-    known += std::string(i ? ", " : "") + names[i];
+  for (int i = 0; i < cairn::shapes; ++i) {
+    if (std::strcmp(name, cairn::shape_infos[i].name) == 0) return cairn::Shape(i);
+    known += std::string(i ? ", " : "") + cairn::shape_infos[i].name;
   }
   throw Error(std::string("there is no shape '") + name + "'; there are " + known);
 }

@@ -1,15 +1,32 @@
 // The shapes that detect, each carried by a body.
 #pragma once
+#include <iterator>
+
 #include "../base/field.hpp"
+#include "cairn/core.h"
 #include "hulls.hpp"
 
 namespace cairn {
 
 enum class Shape : std::int16_t {
-#define CAIRN_SHAPE(name, dimension, bounded) name,
+#define CAIRN_SHAPE(name, ...) name,
 #include "../../core_f90/detection/shapes.def"
 #undef CAIRN_SHAPE
 };
+// What shapes.def says of each.
+struct ShapeInfo {
+  const char* name;
+  int dim;
+  bool bounded;
+  cairn_convex convex;
+};
+inline constexpr ShapeInfo shape_infos[] = {
+#define CAIRN_SHAPE(name, dimension, bounded, convex) {#name, dimension, bounded != 0, cairn_convex_##convex},
+#include "../../core_f90/detection/shapes.def"
+#undef CAIRN_SHAPE
+};
+inline constexpr int shapes = int(std::size(shape_infos));
+constexpr const ShapeInfo& info(Shape shape) { return shape_infos[int(shape)]; }
 // Those whose shape is among the hulls.
 constexpr bool is_hull(Shape s) {
   return s == Shape::polygon || s == Shape::polyhedron || s == Shape::facet || s == Shape::capsule ||

@@ -21,22 +21,17 @@ struct PairKind {
 inline PairKind pair_kinds[] = {
 #define CAIRN_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, cairn_pair_##name, nullptr, cairn_pair_##name},
 #define CAIRN_HULL_PAIR(name, a, b, most) {#name, Shape::a, Shape::b, most, nullptr, cairn_pair_##name, nullptr},
+#define CAIRN_CONVEX_PAIR(a, b, most) {#a "_" #b, Shape::a, Shape::b, most, nullptr, cairn_pair_convex, nullptr},
 #include "../../core_f90/detection/pairs.def"
 };
 inline constexpr int kinds = int(std::size(pair_kinds));
-inline const char* const shape_names[] = {
-#define CAIRN_SHAPE(name, dimension, bounded) #name,
-#include "../../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
 // Kinds whose kernel makes use of what it found the last time.
 inline bool recalls(const PairKind& kind) { return kind.hull_contact == cairn_pair_polyhedron_polyhedron; }
-inline constexpr bool shape_bounded[] = {
-#define CAIRN_SHAPE(name, dimension, bounded) bounded != 0,
-#include "../../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
-inline constexpr int shapes = int(std::size(shape_bounded));
+// A convex pair that its kernel cannot see does not compile.
+#define CAIRN_CONVEX_PAIR(a, b, most)                                                                                  \
+  static_assert(info(Shape::a).convex >= 0 && info(Shape::a).convex != cairn_convex_half_space &&                      \
+                info(Shape::b).convex >= 0);
+#include "../../core_f90/detection/pairs.def"
 constexpr bool directed(Shape shape) {
   return shape != Shape::disk && shape != Shape::sphere && shape != Shape::ring && !is_hull(shape);
 }

@@ -52,7 +52,7 @@ private:
 namespace detection {
 
 std::string name_of(const Contactors& contactors, const Bodies& bodies, std::int64_t i) {
-  return std::string(shape_names[std::size_t(contactors.shape.values[i])]) + " (contactor " +
+  return std::string(info(Shape(contactors.shape.values[i])).name) + " (contactor " +
          std::to_string(contactors.id.values[i]) + ") of body " +
          std::to_string(bodies.id.values[contactors.body.values[i]]);
 }
@@ -205,7 +205,7 @@ void InteractionHandler::Workspace::make_items() {
   std::int64_t nb = 0;
   const std::int16_t* shape = contactors->shape.values.data();
   for (std::int64_t i = 0; i < n; ++i) {
-    if (shape_bounded[shape[i]])
+    if (shape_infos[shape[i]].bounded)
       bounded[nb++] = std::int32_t(i);
     else
       walls.push_back(std::int32_t(i));
@@ -315,8 +315,8 @@ void InteractionHandler::Workspace::search_walls() {
 }
 
 std::int32_t InteractionHandler::Workspace::nearest_image(std::int64_t a, std::int64_t b) const {
-  if (!any_periodic || !shape_bounded[contactors->shape.values[a]] || !shape_bounded[contactors->shape.values[b]])
-    return own_image;
+  const auto bounded = [&](std::int64_t i) { return info(Shape(contactors->shape.values[i])).bounded; };
+  if (!any_periodic || !bounded(a) || !bounded(b)) return own_image;
   double d[3] = {0, 0, 0};
   for (int k = 0; k < dim; ++k) d[k] = centre[a * dim + k] - centre[b * dim + k];
   double base[3] = {0, 0, 0};

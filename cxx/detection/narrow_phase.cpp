@@ -112,6 +112,8 @@ std::int64_t InteractionHandler::Workspace::narrow_hulls(int kind, std::int64_t 
   const Hulls& h = contactors->hulls;
   const cairn_hulls hulls{dim,
                           most,
+                          info(pair_kinds[kind].a).convex,
+                          info(pair_kinds[kind].b).convex,
                           contactors->hull.values.data(),
                           h.first_vertex.data(),
                           h.first_face.data(),

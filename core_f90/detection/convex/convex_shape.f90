@@ -8,9 +8,11 @@ module convex_shape
   use hull_view, only: hulls_view, solid, view_solid
   implicit none
   private
-  public :: convex, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, bow, guesses
+  public :: convex, see, see_point, see_capsule, see_cylinder, see_superquadric, see_polyhedron, support, reach, bend, bow, guesses
 
+  !> As in enum cairn_convex of core.h.
   integer, parameter, public :: is_point = 0, is_segment = 1, is_cylinder = 2, is_superquadric = 3, is_polyhedron = 4
+  integer, parameter, public :: is_half_space = 5 !< of pairs; none is ever seen
   integer, parameter, public :: most_guesses = 6
   !> Of the largest component: what is less is rounding, where the point of a superquadric like a box jumps across its face.
   real(c_double), parameter :: level = 1e-14_c_double
@@ -26,6 +28,26 @@ module convex_shape
   end type convex
 
 contains
+
+  !> Contactor i, counted from 0, as one of the kinds above.
+  subroutine see(view, kind, i, radius, c)
+    type(hulls_view), intent(in) :: view
+    integer(c_int32_t), intent(in) :: kind, i
+    real(c_double), intent(in) :: radius !< of the ball around it [m]
+    type(convex), intent(inout) :: c
+    select case (kind)
+    case (is_point)
+      call see_point(radius, c)
+    case (is_segment)
+      call see_capsule(view, i, radius, c)
+    case (is_cylinder)
+      call see_cylinder(view, i, radius, c)
+    case (is_superquadric)
+      call see_superquadric(view, i, radius, c)
+    case (is_polyhedron)
+      call see_polyhedron(view, i, radius, c)
+    end select
+  end subroutine see
 
   pure subroutine see_point(radius, c)
     real(c_double), intent(in) :: radius

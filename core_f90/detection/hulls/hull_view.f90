@@ -9,6 +9,7 @@ module hull_view
   type, bind(C) :: cairn_hulls
     integer(c_int32_t) :: dim           !< 2 or 3
     integer(c_int32_t) :: most          !< contacts a pair may have
+    integer(c_int32_t) :: seen_a, seen_b !< what convex_pair sees A and B as
     type(c_ptr) :: hull                 !< (contactors) which hull, -1: none
     type(c_ptr) :: first_vertex         !< (hulls + 1)
     type(c_ptr) :: first_face           !< (hulls + 1); sides in 2D

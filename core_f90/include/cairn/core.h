@@ -471,11 +471,22 @@ void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b
 typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
 enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
+/* What the one kernel of all convex shapes sees a shape as; a half space is B. See convex_shape.f90. */
+enum cairn_convex {
+  cairn_convex_none = -1,
+  cairn_convex_point = 0,
+  cairn_convex_segment = 1,
+  cairn_convex_cylinder = 2,
+  cairn_convex_superquadric = 3,
+  cairn_convex_polyhedron = 4,
+  cairn_convex_half_space = 5
+};
 /* Convex polygons, polyhedra and round shapes: what contactors share, numbered within a hull from 1, and a copy of each
  * contactor turned to where it is. first_... (n + 1) count from 0. */
 typedef struct cairn_hulls {
   int32_t dim;
   int32_t most;                 /* contacts a pair of the present kind may have */
+  int32_t seen_a, seen_b;       /* what cairn_pair_convex sees A and B as: enum cairn_convex */
   const int32_t* hull;          /* (contactors) -1: none */
   const int32_t* first_vertex;  /* (hulls + 1) */
   const int32_t* first_face;    /* (hulls + 1); sides in 2D */
@@ -507,6 +518,8 @@ typedef void cairn_hull_contact(int32_t n, const cairn_hulls* hulls, const int32
 #define CAIRN_PAIR(name, a, b, most) cairn_pair_contact cairn_pair_##name;
 #define CAIRN_HULL_PAIR(name, a, b, most) cairn_hull_contact cairn_pair_##name;
 #include "../../detection/pairs.def"
+/* Of all rows CAIRN_CONVEX_PAIR: hulls says what A and what B is seen as. */
+cairn_hull_contact cairn_pair_convex;
 /* The plain way, to check against: see core_f90/reference. */
 void cairn_reference_detection(int32_t dim, int32_t n, const int32_t* form, const int32_t* body, const int64_t* id,
                                const int32_t* immovable, const double* centre, const double* radius,
