@@ -1,6 +1,8 @@
-#include "scene/scene.hpp"
+#include <algorithm>
+
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "scene/scene.hpp"
 
 using cairn::Scene;
 using Doubles = std::optional<Input<double>>;
@@ -11,6 +13,30 @@ cairn::Shape shape_named(const std::string& name) {
   for (int i = 0; i < cairn::shapes; ++i)
     if (name == cairn::shape_infos[i].name) return cairn::Shape(i);
   throw cairn::Error("there is no shape " + name);
+}
+
+// Names of the shapes of which all these words of shapes.def are true; of all shapes if there are none.
+std::vector<std::string> shapes_that_are(const py::args& words) {
+  using Info = cairn::ShapeInfo;
+  static const std::pair<const char*, bool (*)(const Info&)> columns[] = {
+      {"bounded", [](const Info& s) { return s.bounded; }}, {"ball", [](const Info& s) { return s.ball(); }},
+      {"hollow", [](const Info& s) { return s.hollow(); }}, {"directed", [](const Info& s) { return s.directed; }},
+      {"hull", [](const Info& s) { return s.is_hull(); }},  {"mover", [](const Info& s) { return s.mover; }},
+      {"faced", [](const Info& s) { return s.faced; }},
+  };
+  std::vector<std::string> names;
+  for (const Info& shape : cairn::shape_infos) {
+    bool all = true;
+    for (const auto& word : words) {
+      const auto name = py::cast<std::string>(word);
+      const auto column =
+          std::find_if(std::begin(columns), std::end(columns), [&](auto& c) { return name == c.first; });
+      if (column == std::end(columns)) throw cairn::Error("shapes.def does not say which shapes are " + name);
+      all = all && column->second(shape);
+    }
+    if (all) names.emplace_back(shape.name);
+  }
+  return names;
 }
 
 std::int64_t add_bodies(Scene& s, std::int64_t count, const Doubles& position, const Doubles& rotation,
@@ -167,11 +193,7 @@ void bind_scene(py::module_& m) {
 #include "../core_f90/detection/pairs.def"
     };
   });
-  m.def("shapes", [] {
-    std::vector<std::string> names;
-    for (const cairn::ShapeInfo& shape : cairn::shape_infos) names.emplace_back(shape.name);
-    return names;
-  });
+  m.def("shapes", &shapes_that_are); // in the order of their numbers
   py::class_<Scene>(m, "Scene")
       .def(py::init<int>())
       .def_readonly("dim", &Scene::dim)

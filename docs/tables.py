@@ -14,7 +14,7 @@ LISTS = [
     ("Pairs of all shapes that are convex, by one kernel", "core_f90/detection/pairs.def", "CAIRN_CONVEX_PAIR",
      ("candidate", "antagonist", "most contacts")),
     ("Shapes", "core_f90/detection/shapes.def", "CAIRN_SHAPE",
-     ("name", "dimension", "bounded", "seen by the kernel of convex pairs as")),
+     ("name", "dimension", "bounded", "round", "directed", "hull", "mover", "faced", "seen by the kernel of convex pairs as")),
     ("Kinds of side", "core_f90/sides/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
     ("Contact solvers", "core_f90/solvers/solvers.def", "CAIRN_SOLVER",
      ("file", "in Python", "what it is", "of problems")),

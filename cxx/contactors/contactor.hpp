@@ -18,20 +18,24 @@ struct ShapeInfo {
   const char* name;
   int dim;
   bool bounded;
+  int round;
+  bool directed;
+  Hulls::Form hull;
+  bool mover, faced;
   cairn_convex convex;
+  constexpr bool ball() const { return round > 0; }
+  constexpr bool hollow() const { return round < 0; }
+  constexpr bool is_hull() const { return hull != Hulls::Form::none; }
 };
 inline constexpr ShapeInfo shape_infos[] = {
-#define CAIRN_SHAPE(name, dimension, bounded, convex) {#name, dimension, bounded != 0, cairn_convex_##convex},
+#define CAIRN_SHAPE(name, dimension, bounded, round, directed, hull, mover, faced, convex)                             \
+  {#name,      dimension,  bounded != 0,         round, directed != 0, Hulls::Form::hull,                              \
+   mover != 0, faced != 0, cairn_convex_##convex},
 #include "../../core_f90/detection/shapes.def"
 #undef CAIRN_SHAPE
 };
 inline constexpr int shapes = int(std::size(shape_infos));
 constexpr const ShapeInfo& info(Shape shape) { return shape_infos[int(shape)]; }
-// Those whose shape is among the hulls.
-constexpr bool is_hull(Shape s) {
-  return s == Shape::polygon || s == Shape::polyhedron || s == Shape::facet || s == Shape::capsule ||
-         s == Shape::cylinder || s == Shape::superquadric;
-}
 
 struct Contactors {
   explicit Contactors(int dim);

@@ -31,8 +31,8 @@ inline constexpr std::int64_t most_face_corners = 1024, most_hull_edges = 16383;
 struct Hulls {
   explicit Hulls(int dimension) : dim(dimension) {}
   int dim;
-  // Which of these a hull is, from its numbers of faces and edges.
-  enum class Form { polygon, polyhedron, facet, axial, superquadric };
+  // Which of these a hull is, from its numbers of faces and edges; none stands for what is no hull.
+  enum class Form { none, polygon, polyhedron, facet, axial, superquadric };
   Form form(std::int32_t hull) const;
   // see cairn_hulls in cairn/core.h
   std::vector<std::int32_t> first_vertex{0}, first_face{0}, first_edge{0}, first_corner{0};

@@ -26,7 +26,7 @@ bool vanishes(const Vector a) { return !(a[0] != 0 || a[1] != 0 || a[2] != 0); }
 enum class Curved { unknown, round, ring, tube, plane, segment, faces };
 
 Curved curved(Shape a, Shape b) {
-  const bool ball = a == Shape::disk || a == Shape::sphere;
+  const bool ball = info(a).ball();
   if (!ball && a != Shape::polygon && a != Shape::polyhedron) return Curved::unknown;
   switch (b) {
   case Shape::disk:
@@ -121,7 +121,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   const auto same_pair = [&](std::int64_t j) {
     return j >= 0 && j < candidates->count && candidates->contactor_a[j] == ca && candidates->contactor_b[j] == cb;
   };
-  if (is_hull(shape_a) && (same_pair(i - 1) || same_pair(i + 1))) return;
+  if (info(shape_a).is_hull() && (same_pair(i - 1) || same_pair(i + 1))) return;
   const int d = dim();
   const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
   const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
@@ -131,7 +131,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);
   const double* n = axes[0];
-  const bool ball = shape_a == Shape::disk || shape_a == Shape::sphere, hull_b = is_hull(shape_b);
+  const bool ball = info(shape_a).ball(), hull_b = info(shape_b).is_hull();
   const double gap = candidates->gap[i], ra = ball ? *contactors->radius[ca] : 0;
   double rb = hull_b || how == Curved::plane ? 0 : *contactors->radius[cb];
   if (how == Curved::segment) { // a side is flat, an end round

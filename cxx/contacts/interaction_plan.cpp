@@ -39,8 +39,7 @@ void Interactions::State::load_bodies() {
   kind = scratch.take<std::uint8_t>(contactors->count);
   bool wide = false; // only round bodies centred on their contactor do without their further inertia
   for (std::int64_t c = 0; c < contactors->count; ++c) {
-    const auto shape = Shape(*contactors->shape[c]);
-    bool centred = shape == Shape::disk || shape == Shape::sphere;
+    bool centred = info(Shape(*contactors->shape[c])).ball();
     if (centred && contactors->offset.active)
       for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
     const std::int32_t carrier = body(std::int32_t(c));

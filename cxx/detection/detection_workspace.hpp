@@ -32,9 +32,6 @@ inline bool recalls(const PairKind& kind) { return kind.hull_contact == cairn_pa
   static_assert(info(Shape::a).convex >= 0 && info(Shape::a).convex != cairn_convex_half_space &&                      \
                 info(Shape::b).convex >= 0);
 #include "../../core_f90/detection/pairs.def"
-constexpr bool directed(Shape shape) {
-  return shape != Shape::disk && shape != Shape::sphere && shape != Shape::ring && !is_hull(shape);
-}
 
 inline constexpr std::int32_t declared_bit = 1 << 30; // beside an image
 inline constexpr std::int32_t image_bits = declared_bit - 1;

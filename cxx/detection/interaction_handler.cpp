@@ -117,7 +117,7 @@ void InteractionHandler::Workspace::check() const {
   if (any_periodic) check_cell();
   if (contactors->direction.active) return;
   for (std::int64_t i = 0; i < contactors->count; ++i)
-    if (directed(Shape(contactors->shape.values[i])))
+    if (info(Shape(contactors->shape.values[i])).directed)
       throw Error("direction: " + name_of(*contactors, *bodies, i) +
                   " has none; activate the field and give a unit vector");
 }
@@ -293,15 +293,14 @@ void InteractionHandler::Workspace::search_walls() {
   if (walls.empty() || real_items == 0) return;
   for (std::int32_t wall : walls) {
     const double* origin = &centre[std::int64_t(wall) * dim];
-    const auto shape = Shape(contactors->shape.values[wall]);
-    const bool tube = shape == Shape::tube || shape == Shape::ring;
-    const double* axis = directed(shape) ? &direction[std::int64_t(wall) * (dim + 1)] : nullptr;
+    const ShapeInfo& shape = info(Shape(contactors->shape.values[wall]));
+    const double* axis = shape.directed ? &direction[std::int64_t(wall) * (dim + 1)] : nullptr;
     in_slices(real_items, [&](std::int64_t first, std::int64_t last) {
       PairList& list = lists[omp_get_thread_num()];
       list.reserve(list.count + (last - first), *scratch);
       std::int32_t* near = list.a + list.count;
       std::int64_t found = 0;
-      if (tube)
+      if (shape.hollow())
         cairn_tube_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
                           contactors->radius.values[wall], share(wall), last - first, near, &found);
       else

@@ -77,7 +77,7 @@ std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t 
   alignas(64) std::int32_t status[batch];
   const std::int32_t n = std::int32_t(last - first);
   cairn_pair_gather(dim, n, a + first, b + first, image + first, centre.data(), contactors->radius.values.data(),
-                    directed(pair_kinds[kind].b), direction.data(), any_periodic, cell->vectors, between, radius_a,
+                    info(pair_kinds[kind].b).directed, direction.data(), any_periodic, cell->vectors, between, radius_a,
                     radius_b, direction_b);
   pair_kinds[kind].contact(n, between, radius_a, radius_b, direction_b, gap, normal, point, status);
   if (pair_kinds[kind].contact != pair_kinds[kind].built_in)
@@ -128,7 +128,7 @@ std::int64_t InteractionHandler::Workspace::narrow_hulls(int kind, std::int64_t 
                           turned.data(),
                           recalls(pair_kinds[kind]) ? recalled.features(first - first_recalled, n) : nullptr};
   cairn_pair_gather(dim, n, a + first, b + first, image + first, centre.data(), contactors->radius.values.data(),
-                    directed(pair_kinds[kind].b), direction.data(), any_periodic, cell->vectors, between, radius_a,
+                    info(pair_kinds[kind].b).directed, direction.data(), any_periodic, cell->vectors, between, radius_a,
                     radius_b, direction_b);
   for (std::int32_t i = 0; i < n; ++i) {
     const std::int64_t pair = first + i;

@@ -139,26 +139,15 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   return first;
 }
 
-static Hulls::Form form_of(Shape shape) {
-  switch (shape) {
-  case Shape::polygon: return Hulls::Form::polygon;
-  case Shape::facet: return Hulls::Form::facet;
-  case Shape::capsule:
-  case Shape::cylinder: return Hulls::Form::axial;
-  case Shape::superquadric: return Hulls::Form::superquadric;
-  default: return Hulls::Form::polyhedron;
-  }
-}
-
 // Radii of the hulls of a batch.
 std::vector<double> Scene::check_hulls(const ContactorBatch& b) const {
-  if ((b.shape == Shape::polygon) != (dim == 2)) throw Error("polygons are of 2D scenes, polyhedra of 3D scenes");
+  if (info(b.shape).dim != dim) throw Error("polygons are of 2D scenes, polyhedra of 3D scenes");
   check_size("hull", b.hull.size(), b.count, 1, false);
   std::vector<double> radius(b.count);
   for (std::int64_t i = 0; i < b.count; ++i) {
     if (b.hull[i] < 0 || b.hull[i] >= contactors.hulls.count())
       refuse("hull", i, b.hull[i], "there are " + std::to_string(contactors.hulls.count()) + " hulls, numbered from 0");
-    if (contactors.hulls.form(b.hull[i]) != form_of(b.shape))
+    if (contactors.hulls.form(b.hull[i]) != info(b.shape).hull)
       refuse("hull", i, b.hull[i], "it is of another kind of shape than the contactors");
     radius[i] = contactors.hulls.radius[b.hull[i]];
   }
@@ -174,16 +163,15 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   check_size("radius", b.radius.size(), b.count, 1, true);
   check_size("offset", b.offset.size(), b.count, dim, true);
   check_size("direction", b.direction.size(), b.count, components, true);
-  const bool hollow = b.shape == Shape::tube || b.shape == Shape::ring;
-  const bool round = b.shape == Shape::disk || b.shape == Shape::sphere || hollow;
-  const bool hull = is_hull(b.shape);
-  check_positive("radius", b.radius, 1, !hollow, false); // a disk or sphere of radius 0 is a point
-  if (round && b.radius.empty() && b.count > 0) throw Error("radius is missing; a round contactor needs one");
+  const ShapeInfo& shape = info(b.shape);
+  check_positive("radius", b.radius, 1, !shape.hollow(), false); // a disk or sphere of radius 0 is a point
+  if (shape.round != 0 && b.radius.empty() && b.count > 0)
+    throw Error("radius is missing; a round contactor needs one");
   check_finite("offset", b.offset, dim);
-  if (!round && !hull && b.direction.empty() && b.count > 0)
+  if (shape.directed && shape.round == 0 && b.direction.empty() && b.count > 0)
     throw Error("direction is missing; a flat contactor needs one");
   std::vector<double> radius(b.radius.begin(), b.radius.end());
-  if (hull) radius = check_hulls(b);
+  if (shape.is_hull()) radius = check_hulls(b);
   std::vector<std::int32_t> body(b.count);
   for (std::int64_t i = 0; i < b.count; ++i) body[i] = internal(b.body[i]);
   std::vector<double> direction(b.direction.begin(), b.direction.end());
@@ -198,8 +186,8 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   }
   const auto off_centre = std::any_of(b.offset.begin(), b.offset.end(), [](double x) { return x != 0; });
   if (off_centre) activate(Need::offset);
-  if (off_centre || hull || !direction.empty()) activate(Need::rotation);
-  if (hull) activate(Need::hull);
+  if (off_centre || shape.is_hull() || !direction.empty()) activate(Need::rotation);
+  if (shape.is_hull()) activate(Need::hull);
   if (!direction.empty()) activate(Need::direction);
 
   const std::int64_t first = next_contactor_id, old = contactors.count;
@@ -211,7 +199,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
     *contactors.id[old + i] = next_contactor_id++;
     *contactors.body[old + i] = body[i];
     *contactors.shape[old + i] = std::int16_t(b.shape);
-    if (contactors.hull.active) *contactors.hull[old + i] = hull ? b.hull[i] : -1;
+    if (contactors.hull.active) *contactors.hull[old + i] = shape.is_hull() ? b.hull[i] : -1;
     *contactors.material[old + i] = b.material[b.material.size() == 1 ? 0 : i];
   }
   contactors.count = old + b.count;

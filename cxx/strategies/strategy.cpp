@@ -215,7 +215,7 @@ void Simulation::measure_margins() {
       for (int d = 0; d < dim; ++d) arm += c.offset[k][d] * c.offset[k][d];
       for (int d = dim; d < nd; ++d) spin += v_free[d] * v_free[d];
     }
-    const double grain = Shape(*c.shape[k]) == Shape::disk || Shape(*c.shape[k]) == Shape::sphere ? *c.radius[k] : 0;
+    const double grain = info(Shape(*c.shape[k])).ball() ? *c.radius[k] : 0;
     margins_[k] = 0.05 * grain + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
     if (meshes.empty() || !meshes.carries(*c.body[k])) continue;
     // a node has no size: what a cell has counts instead

@@ -173,3 +173,15 @@ def test_shapes_that_do_not_meet_are_told_once():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sim.add(cn.disks([[-2.0, 0.0]], 0.5, rock))  # meets both
+
+
+def test_what_shapes_are_is_asked_of_their_list():
+    core = cn._core
+    assert core.shapes("ball", "mover") == ["disk", "sphere"]
+    assert set(core.shapes("faced")) <= set(core.shapes("mover", "hull")) < set(core.shapes("hull", "bounded"))
+    known = {frozenset(pair) for pair in core.pairs()}
+    for shape in core.shapes("mover"):  # bodies that move meet their own like and an endless wall
+        assert frozenset((shape,)) in known
+        assert any(frozenset((shape, wall)) in known for wall in ("half_plane", "plane"))
+    with pytest.raises(ValueError, match="which shapes are wooden"):
+        core.shapes("mover", "wooden")

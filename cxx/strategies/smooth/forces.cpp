@@ -27,10 +27,9 @@ void SmoothDynamics::batch_geometry(const Simulation& s, const NeighbourList::Ba
   const std::int64_t p = batch.first;
   const SmoothPairKind& kind = smooth_pair_kinds[batch.kind];
   const double* centre = centred_ ? b.position.values.data() : centre_.data();
-  const bool directed = kind.b != Shape::disk && kind.b != Shape::sphere;
   cairn_pair_gather(dim_, batch.count, &list_.a[p], &list_.b[p], &list_.image[p], centre, c.radius.values.data(),
-                    directed, direction_.data(), s.scene.cell.any(), s.scene.cell.vectors, w.between, w.radius_a,
-                    w.radius_b, w.direction_b);
+                    info(kind.b).directed, direction_.data(), s.scene.cell.any(), s.scene.cell.vectors, w.between,
+                    w.radius_a, w.radius_b, w.direction_b);
   kind.contact(batch.count, w.between, w.radius_a, w.radius_b, w.direction_b, w.gap, w.normal, w.point, w.status);
 }
 

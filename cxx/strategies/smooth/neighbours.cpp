@@ -16,10 +16,7 @@ int row_of(Shape a, Shape b) {
 }
 
 // 1/R of a surface seen from outside: a plane and the flank of a segment are flat, a tube and a ring are hollow.
-double curvature(Shape shape, double radius) {
-  if (shape == Shape::disk || shape == Shape::sphere) return 1 / radius;
-  return shape == Shape::tube || shape == Shape::ring ? -1 / radius : 0;
-}
+double curvature(Shape shape, double radius) { return info(shape).round == 0 ? 0 : info(shape).round / radius; }
 
 } // namespace
 
@@ -116,13 +113,12 @@ void SmoothDynamics::make_list(Simulation& s) {
   centred_ = !c.offset.active && c.count == b.count;
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
-    const bool round = shape == Shape::disk || shape == Shape::sphere;
     grain_[2 * k] = curvature(shape, *c.radius[k]);
     grain_[2 * k + 1] = 1 / *b.mass[*c.body[k]];
     centred_ = centred_ && *c.body[k] == k;
-    if (round) widest_ = std::max(widest_, *c.radius[k]);
-    if (!round) directed_.push_back(std::int32_t(k));
-    if (!round && shape != Shape::segment) walls_.push_back(std::int32_t(k));
+    if (info(shape).ball()) widest_ = std::max(widest_, *c.radius[k]);
+    if (info(shape).directed) directed_.push_back(std::int32_t(k));
+    if (!info(shape).bounded) walls_.push_back(std::int32_t(k));
     double arm = shape == Shape::segment ? c.direction[k][dim_] : 0;
     if (c.offset.active) {
       double square = 0;

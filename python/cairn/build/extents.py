@@ -5,7 +5,8 @@ import numpy as np
 from .. import _core
 from ..post.geometry import turn
 
-HULLS = ("polygon", "polyhedron", "capsule", "cylinder", "superquadric")
+HULLS = _core.shapes("hull", "mover")
+PLAIN = sorted(set(_core.shapes("bounded")) - set(_core.shapes("hull")))
 
 
 class Placed:
@@ -66,7 +67,7 @@ class Placed:
         offset = core.contactor("offset")
         centre = in_space(np.arange(m), np.reshape(offset, (m, dim))) if len(offset) else np.zeros((m, dim))
         half = np.zeros((m, dim))
-        round_ = np.isin(self.shape, ("disk", "sphere", "segment"))
+        round_ = np.isin(self.shape, PLAIN)
         half[round_] = core.contactor("radius")[round_, None]
         bars = np.flatnonzero(self.shape == "segment")
         if len(bars):

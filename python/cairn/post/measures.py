@@ -6,6 +6,7 @@ the step h; contact quantities act on the first body (A), the normal points from
 
 import numpy as np
 
+from .. import _core
 from .geometry import contactors_of, lever_arms
 from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
 
@@ -137,7 +138,7 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
     """
     from .plots import step_size
 
-    contactors, dim = contactors_of(step).select("disk", "sphere"), step.dim
+    contactors, dim = contactors_of(step).select(*_core.shapes("ball")), step.dim
     n = len(step.bodies)
     counted = np.zeros(n, bool)
     counted[contactors.body] = True

@@ -6,6 +6,7 @@ import os
 
 import numpy as np
 
+from .. import _core
 from .geometry import contactors_of
 from .plots import CATEGORIES, CLASSES, WALL, _axes, _pyplot, field_values, title_of, value_limits
 from .shape_meshes import meshes_of
@@ -138,7 +139,7 @@ def view(run, what="velocity", off_screen=False):
     def show(i):
         step = run[round(i)]
         values, _ = field_values(step, what)
-        bodies = contactors_of(step).select("disk", "sphere")
+        bodies = contactors_of(step).select(*_core.shapes("ball"))
         center = np.zeros((len(bodies), 3))
         center[:, : run.dim] = bodies.center
         of_bodies, values = values, values[bodies.body]

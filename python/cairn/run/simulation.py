@@ -127,7 +127,7 @@ class Simulation:
             if len(offset):
                 reach = reach + np.linalg.norm(offset, axis=1)
             shapes = np.array(_core.shapes())[core.contactor("shape")]
-            round_ = np.isin(shapes, ("disk", "sphere"))
+            round_ = np.isin(shapes, _core.shapes("ball"))
             self._radii = np.zeros(len(ids))
             internal = core.raw_body("id")
             owners = np.searchsorted(ids, internal[core.contactor("body")])
@@ -139,7 +139,7 @@ class Simulation:
         core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
         names = np.array(_core.shapes())[core.contactor("shape")]
         moves = np.isfinite(core.raw_body("mass")).ravel()[core.contactor("body")]
-        for a in {"disk", "sphere", "polygon", "polyhedron", "capsule", "cylinder", "superquadric"} & set(names[moves]):
+        for a in set(_core.shapes("mover")) & set(names[moves]):
             for b in set(names) - {a}:
                 pair = frozenset((a, b))
                 if pair in known or pair in self._unmet:

@@ -101,14 +101,13 @@ class Default(ContactSolver):
         if len(driven := core.raw_body("driven").ravel()):
             free &= driven != held
         light, heavy = (mass[free].min(), mass[free].max()) if free.any() else (1.0, 1.0)
-        faces = np.isin(shapes[free[core.contactor("body")]], FACED).any()
+        faces = np.isin(shapes[free[core.contactor("body")]], _core.shapes("faced")).any()
         chosen = Auto if faces or heavy > HEAVY * light else NLGS
         return chosen(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
 
 
-# a mass ratio beyond which sweeps alone end with bodies that sink (docs/problems.md), and shapes that meet at several points
+# a mass ratio beyond which sweeps alone end with bodies that sink (docs/problems.md)
 HEAVY = 1000
-FACED = ("polygon", "polyhedron", "cylinder")
 
 
 def solver_class(name, python_name, summary):
