@@ -196,6 +196,16 @@ class Scene:
         content = load(path, "a scene", ".scene.h5")
         if content.get("kind") != "scene":
             raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
+        try:
+            return cls._made_of(content)
+        except FileError:
+            raise
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, MemoryError, RuntimeError) as error:
+            told = error if isinstance(error, ValueError) else repr(error)
+            raise FileError(path, f"the scene is damaged: {told}", "write it again") from error
+
+    @classmethod
+    def _made_of(cls, content):
         periodic = content.get("periodic")
         if periodic is not None:
             periodic = Periodic(
@@ -227,6 +237,10 @@ def rules_to_dict(rules):
 
 def rules_from_dict(d):
     """The inverse of rules_to_dict."""
+    for number, r in d.items():
+        wrong = next((name for name in ("a", "b", "law") if not isinstance(r[name], str)), None)
+        if wrong is not None:
+            raise ValueError(f"{wrong} of rule {number} is {r[wrong]!r}: a name is due")
     return [(r["a"], r["b"], law_from(r["law"], r["values"]) if r["law"] else None) for _, r in sorted(d.items())]
 
 
@@ -358,11 +372,22 @@ def _velocity_at(s, time):
     return velocity
 
 
+def _within(name, numbers, end, what):
+    """Refuses numbers of a set of contactors that its set of bodies has not: one below 0 would be counted from the end."""
+    numbers = np.asarray(numbers)
+    wrong = np.flatnonzero((numbers < 0) | (numbers >= end))
+    if wrong.size:
+        raise ValueError(f"{name}[{wrong[0]}] of contactors is {numbers[wrong[0]]}: there are {end} {what}, from 0")
+
+
 def insert(core, s, species, time=0.0):
     """Puts a set into a core scene and returns its ids. species: numbers of (material, group); filled where missing."""
     first = core.add_bodies(len(s), s.position, s.rotation, _velocity_at(s, time), s.mass, s.inertia)
     ids = np.arange(first, first + len(s))
     for c in s.contactors:
+        _within("body", c.body, len(s), "bodies")
+        if c.hulls is not None:
+            _within("hull", c.hull, len(c.hulls.first_vertex) - 1, "hulls")
         number = species.setdefault((c.material.name, s.group or ""), len(species))
         hull = None
         if c.hulls is not None:

@@ -15,6 +15,9 @@ from ..post.errors import as_file_error
 from ..post.exclusive import create, stands
 from .problem import Problem
 
+# what the HDF5 library, and arrays of no sense, raise beside ValueError
+DAMAGE = (OSError, RuntimeError, TypeError, AttributeError, OverflowError, MemoryError)
+
 
 class ProblemFileError(ValueError):
     """A file that holds no frictional contact problem, or one that is damaged."""
@@ -38,6 +41,8 @@ def read(path):
             raise ProblemFileError(f"{path}: lacks a part of the FCLIB layout: {error.args[0]}") from error
         except (ValueError, IndexError) as error:
             raise ProblemFileError(f"{path}: {error}") from error
+        except DAMAGE as error:
+            raise ProblemFileError(f"{path}: is damaged ({type(error).__name__}: {error}): write it again") from error
     raise ProblemFileError(f"{path}: has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout")
 
 
@@ -51,13 +56,18 @@ def read_solution(path):
     """(r, u) of the group /solution, each (n, dim), or None where the file has none."""
     import h5py
 
-    with h5py.File(path, "r") as file:
-        if "solution" not in file:
-            return None
-        root = file["fclib_local"] if "fclib_local" in file else file["fclib_global"]
-        dim = _number(root["spacedim"])
-        r = file["solution/r"][()].reshape(-1, dim)
-        return r, file["solution/u"][()].reshape(-1, dim) if "u" in file["solution"] else None
+    try:
+        with h5py.File(path, "r") as file:
+            if "solution" not in file:
+                return None
+            root = file["fclib_local"] if "fclib_local" in file else file["fclib_global"]
+            dim = _number(root["spacedim"])
+            if dim not in (2, 3):
+                raise ValueError(f"spacedim is {dim}: 2 and 3 are known")
+            r = file["solution/r"][()].reshape(-1, dim)
+            return r, file["solution/u"][()].reshape(-1, dim) if "u" in file["solution"] else None
+    except (KeyError, ValueError, IndexError, *DAMAGE) as error:
+        raise ProblemFileError(f"{path}: its solution cannot be read ({type(error).__name__}: {error})") from error
 
 
 def write(path, problem, result=None, *, title="", description="", like=None):
@@ -110,24 +120,61 @@ def _number(dataset):
 
 
 def read_matrix(group):
-    """scipy.sparse.csr_array of a matrix group."""
+    """scipy.sparse.csr_array of a matrix group. Raises ValueError for starts, rows or columns that the matrix has not."""
     from scipy import sparse
 
-    shape = (_number(group["m"]), _number(group["n"]))
+    shape = tuple(_size(group, name) for name in ("m", "n"))
     nz = _number(group["nz"])
-    x, i, p = group["x"][()], group["i"][()], group["p"][()]
+    if nz < -2:
+        raise ValueError(f"{group.name} has nz = {nz}: -2 (rows), -1 (columns) and counts of triplets are known")
+    x, i, p = np.ravel(group["x"][()]), _indices(group, "i"), _indices(group, "p")
+    if x.dtype.kind not in "fiu":
+        raise ValueError(f"{group.name}/x holds {x.dtype}: numbers are due")
     if nz >= 0:
+        _told(group, nz, {"x": x, "i": i, "p": p})
+        _within(group, "i", i[:nz], shape[0], "row")
+        _within(group, "p", p[:nz], shape[1], "column")
         return sparse.coo_array((x[:nz], (i[:nz], p[:nz])), shape=shape).tocsr()
     starts = shape[1] if nz == -1 else shape[0]
     if p.size < starts + 1:
         raise ValueError(f"{group.name} has {p.size} starts: {starts + 1} are needed where nz = {nz}")
+    p = p[: starts + 1]
+    falls = np.flatnonzero(np.diff(p) < 0)
+    if p[0] != 0 or falls.size:
+        at = int(falls[0]) + 1 if p[0] == 0 else 0
+        raise ValueError(f"{group.name}/p: start {at} is {p[at]}: starts rise from 0")
     entries = int(p[starts])
-    data = (x[:entries], i[:entries], p[: starts + 1])
-    if nz == -1:
-        return sparse.csr_array(sparse.csc_array(data, shape=shape))
-    if nz == -2:
-        return sparse.csr_array(data, shape=shape)
-    raise ValueError(f"{group.name} has nz = {nz}: -2 (rows), -1 (columns) and counts of triplets are known")
+    _told(group, entries, {"x": x, "i": i})
+    _within(group, "i", i[:entries], shape[0] if nz == -1 else shape[1], "row" if nz == -1 else "column")
+    made = sparse.csc_array if nz == -1 else sparse.csr_array
+    return sparse.csr_array(made((x[:entries], i[:entries], p), shape=shape))
+
+
+def _size(group, name):
+    value = _number(group[name])
+    if not 0 <= value < 2**31:
+        raise ValueError(f"{group.name}/{name} is {value}: give 0 or more, less than 2**31")
+    return value
+
+
+def _indices(group, name):
+    values = np.ravel(group[name][()])
+    if values.size and values.dtype.kind not in "iu":
+        raise ValueError(f"{group.name}/{name} holds {values.dtype}: whole numbers are due")
+    return values.astype(np.int64)
+
+
+def _told(group, entries, arrays):
+    for name, values in arrays.items():
+        if values.size < entries:
+            raise ValueError(f"{group.name}/{name} holds {values.size} entries: {entries} are told")
+
+
+def _within(group, name, values, limit, what):
+    wrong = np.flatnonzero((values < 0) | (values >= limit))
+    if wrong.size:
+        k = int(wrong[0])
+        raise ValueError(f"{group.name}/{name}: entry {k} is in {what} {values[k]}: it goes from 0 to {limit - 1}")
 
 
 def _write_matrix(group, matrix, like):

@@ -34,6 +34,8 @@ def read(path):
         return _read(_Words(_text(data)))
     except (ValueError, IndexError) as error:
         raise ProblemFileError(f"{path}: {error}") from error
+    except (OverflowError, MemoryError, TypeError) as error:
+        raise ProblemFileError(f"{path}: {type(error).__name__}: {error}: its sizes are too large") from error
 
 
 def _text(data):

@@ -10,10 +10,10 @@ import numpy as np
 from .. import _core
 from ..build import missing_laws
 from ..build.extents import Placed
-from ..build.scene import Scene, checked_sets, insert, rule, rules_from_dict, rules_to_dict
+from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import one_of
 from ..pre import checks
-from . import time_functions, views
+from . import restored, time_functions, views
 from .step_warnings import OverlapWarning, StepWarnings
 from .strategies import NSCD, SmoothDEM
 
@@ -357,24 +357,13 @@ class Simulation:
         Bodies added since the start come from the file with what drives them; where that is a Python function, add the same sets
         first. Raises FileError when the file is no checkpoint of this scene.
         """
-        from ..post.checkpoint import load
-        from ..post.errors import FileError
+        restored.restore(self, path)
 
-        content = load(path)
-        if content.get("kind") != "checkpoint":
-            raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
-        names = [(d["material"], d["group"]) for _, d in sorted(content["species"].items())]
-        if int(content["dim"]) != self.scene.dim or content["scene"] != self._fingerprint():
-            raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
-        known, start = self._sets, self._sets_seen
-        later = [
-            _later_from_dict(path, self.scene.dim, d, known[start + k] if start + k < len(known) else None)
-            for k, (_, d) in enumerate(sorted(content["later"].items()))
-        ]
-        self._core.set_state(content["state"])
-        self._use_laws({pair: k for k, pair in enumerate(names)}, rules_from_dict(content["rules"]), later)
-        self._sets = [*known[:start], *later]
-        self._dt, self._radii, self._info = float(content["dt"]), None, {}
+    def _take(self, state, species, rules, sets, dt, info):
+        self._core.set_state(state)
+        self._use_laws(species, rules, sets[self._sets_seen :])
+        self._sets = sets
+        self._dt, self._radii, self._info = dt, None, info
         self._start_functions()
         self._start_meshes()
 
@@ -526,27 +515,6 @@ def _later_to_dict(s):
             function = callable(value) and not hasattr(value, "to_dict")
             out[name] = {"kind": "python"} if function else time_functions.to_dict(name, value)
     return out
-
-
-def _later_from_dict(path, dim, d, known):
-    """The set again; `known` is the one at the same place in the simulation that reads, for its Python functions."""
-    from ..build.bodies import BodySet
-    from ..post.errors import FileError
-
-    n, values = len(d["ids"]), {}
-    for name in ("drive", "force", "damping"):
-        if name not in d:
-            continue
-        if d[name]["kind"] == "python":
-            if known is None or not callable(getattr(known, name)) or len(known) != n:
-                remedy = "add the same bodies by Simulation.add before restore, or use cairn.Table or cairn.Harmonic"
-                raise FileError(path, f"{name} of bodies that came in later is a Python function, which no file holds", remedy)
-            values[name] = getattr(known, name)
-        else:
-            values[name] = time_functions.from_dict(d[name])
-    mass = None if d["carrier"] else np.ones(n)
-    driven = tuple(name for name in d["driven"].split(",") if name)
-    return BodySet(dim, np.zeros((n, dim)), mass, None, [], driven=driven, ids=np.asarray(d["ids"], np.int64), **values)
 
 
 def _found(ids, present):

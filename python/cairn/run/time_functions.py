@@ -137,7 +137,12 @@ def from_dict(d):
         area = None if np.isnan(d["area"]) else float(d["area"])
         stress = from_dict(d["stress"])
         return Servo(stress if callable(stress) else float(stress), d["normal"], area)
-    return np.asarray(d["value"], float)
+    if d["kind"] != "constant":
+        raise ValueError(f"kind is {d['kind']!r}: table, harmonic, ramp, components, servo and constant are known")
+    value = np.asarray(d["value"], float)
+    if not np.all(np.isfinite(value)):
+        raise ValueError(f"value is {value}: give finite numbers")
+    return value
 
 
 def _part(d):
