@@ -11,9 +11,6 @@ from ..post.errors import FileError
 from ..pre import checks
 from . import time_functions
 
-# contactor shapes that have a direction, and those that are hulls (shapes.def)
-DIRECTED = ("segment", "half_plane", "plane", "tube")
-HULLS = ("polygon", "polyhedron", "facet", "capsule", "cylinder", "superquadric")
 # what the contents of a damaged file raise where they are put to use
 DAMAGE = (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, MemoryError, RuntimeError)
 MEMORY = ("h", "contactors_seen", "impulse_components", "state_components", "keys", "impulses", "states")
@@ -208,9 +205,9 @@ def _check_contactors(contactors, bodies, end, species, hulls):
         if name in contactors:
             _finite(f"contactors/{name}", contactors[name])
     shapes = names[np.ravel(contactors["shape"])]
-    if "direction" not in contactors and np.any(np.isin(shapes, DIRECTED)):
+    if "direction" not in contactors and np.any(np.isin(shapes, _core.shapes("directed"))):
         raise ValueError("contactors/direction is missing")
-    is_hull = np.isin(shapes, HULLS)
+    is_hull = np.isin(shapes, _core.shapes("hull"))
     if "hull" not in contactors:
         if np.any(is_hull):
             raise ValueError("contactors/hull is missing")
