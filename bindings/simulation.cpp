@@ -2,7 +2,8 @@
 
 #include "laws/plug.hpp"
 #include "solvers/sweeps/contact_system.hpp"
-#include "strategies/simulation.hpp"
+#include "strategies/contact_fields.hpp"
+#include "strategies/options.hpp"
 #include "strategies/smooth/smooth_dynamics.hpp"
 
 #include "alone.hpp"
@@ -12,44 +13,43 @@ using cairn::Simulation;
 
 namespace {
 
-cairn::Nscd nscd_of(const py::dict& d) {
-  cairn::Nscd n;
-  n.theta = py::cast<double>(d["theta"]);
-  n.margin = py::cast<double>(d["margin"]);
-  n.project_positions = py::cast<bool>(d["project_positions"]);
-  n.act_on_surfaces = py::cast<bool>(d["act_on_surfaces"]);
-  n.warm_start = py::cast<bool>(d["warm_start"]);
-  n.renumber_every = py::cast<int>(d["renumber_every"]);
-  n.solver.tolerance = py::cast<double>(d["tol"]);
-  n.solver.min_iterations = py::cast<int>(d["min_iter"]);
-  n.solver.max_iterations = py::cast<int>(d["max_iter"]);
-  n.solver.threads = py::cast<int>(d["threads"]);
-  n.solver.solver = py::cast<std::string>(d["solver"]);
-  n.explicit_bulk = py::cast<bool>(d["explicit_bulk"]);
-  n.refuse_unstable = py::cast<bool>(d["refuse_unstable"]);
-  n.pose.kernel = cairn::pose_named(py::cast<std::string>(d["pose"]));
-  const auto params = py::cast<std::array<double, 2>>(d["pose_params"]);
-  std::copy(params.begin(), params.end(), n.pose.params);
-  if (d.contains("memory")) n.solver.max_bytes = py::cast<double>(d["memory"]);
-  return n;
+// A strategy with the settings that a dict gives by the names of options.def.
+template <class Strategy>
+Strategy strategy_of(const py::dict& d) {
+  auto s = cairn::standard_options<Strategy>();
+  cairn::each_option(s, [&](const cairn::OptionInfo& o, auto& member, const auto&) {
+    const py::str name(o.name.data(), o.name.size());
+    if (d.contains(name)) member = py::cast<std::decay_t<decltype(member)>>(d[name]);
+  });
+  return s;
 }
 
-cairn::SmoothDem smooth_dem_of(const py::dict& d) {
-  cairn::SmoothDem o;
-  o.skin = py::cast<double>(d["skin"]);
-  o.overlap = py::cast<double>(d["overlap"]);
-  o.refuse_unstable = py::cast<bool>(d["refuse_unstable"]);
-  o.energy = py::cast<bool>(d["energy"]);
-  o.renumber_every = py::cast<int>(d["renumber_every"]);
-  o.threads = py::cast<int>(d["threads"]);
-  return o;
+// Names, kinds, ranges and defaults of the settings of a strategy.
+template <class Strategy>
+py::list described() {
+  py::list rows;
+  Strategy s;
+  cairn::each_option(s, [&](const cairn::OptionInfo& o, auto&, const auto& standard) {
+    py::dict row;
+    row["name"] = o.name;
+    row["kind"] = o.kind;
+    row["ends"] = o.ends;
+    row["smallest"] = o.smallest;
+    row["largest"] = o.largest;
+    row["default"] = standard;
+    row["meaning"] = o.meaning;
+    rows.append(row);
+  });
+  return rows;
 }
 
 void use(Simulation& s, const py::dict& d) {
-  if (py::cast<std::string>(d["strategy"]) == "smooth_dem")
-    s.use(smooth_dem_of(d));
-  else
-    s.use(nscd_of(d));
+  if (py::cast<std::string>(d["strategy"]) == "smooth_dem") return s.use(strategy_of<cairn::SmoothDem>(d));
+  auto nscd = strategy_of<cairn::Nscd>(d);
+  nscd.pose.kernel = cairn::pose_named(py::cast<std::string>(d["pose"]));
+  const auto params = py::cast<std::array<double, 2>>(d["pose_params"]);
+  std::copy(params.begin(), params.end(), nscd.pose.params);
+  s.use(nscd);
 }
 
 const char* name_of(cairn::SolveStatus status) {
@@ -60,28 +60,16 @@ const char* name_of(cairn::SolveStatus status) {
   }
 }
 
-#define CAIRN_ENERGY_TERMS(X)                                                                                          \
-  X(kinetic)                                                                                                           \
-  X(potential)                                                                                                         \
-  X(work_driven)                                                                                                       \
-  X(work_external)                                                                                                     \
-  X(dissipated_friction)                                                                                               \
-  X(dissipated_normal)                                                                                                 \
-  X(dissipated_bulk)                                                                                                   \
-  X(dissipated_theta) X(work_projection) X(stored) X(closure) X(in_play) X(largest_kinetic) X(turned_over)
-
 py::dict energy_of(const cairn::Energy& e) {
   py::dict out;
-#define X(term) out[#term] = e.term;
-  CAIRN_ENERGY_TERMS(X)
-#undef X
+#define CAIRN_ENERGY_TERM(term, meaning) out[#term] = e.term;
+#include "strategies/report.def"
   return out;
 }
 
 void restore_energy(cairn::Energy& e, const py::dict& in) {
-#define X(term) e.term = py::cast<double>(in[#term]);
-  CAIRN_ENERGY_TERMS(X)
-#undef X
+#define CAIRN_ENERGY_TERM(term, meaning) e.term = py::cast<double>(in[#term]);
+#include "strategies/report.def"
 }
 
 py::dict report_of(const cairn::StepReport& r) {
@@ -113,100 +101,25 @@ py::dict report_of(const cairn::StepReport& r) {
   return out;
 }
 
-// Body ids of both sides of every candidate: what a person calls the pair.
-py::array_t<std::int64_t> contact_bodies(Simulation& s) {
-  py::array_t<std::int64_t> out({py::ssize_t(s.candidates.count), py::ssize_t(2)});
-  std::int64_t* to = out.mutable_data();
-  for (std::int64_t k = 0; k < s.candidates.count; ++k) {
-    *to++ = *s.scene.bodies.id[*s.scene.contactors.body[s.candidates.contactor_a[k]]];
-    *to++ = *s.scene.bodies.id[*s.scene.contactors.body[s.candidates.contactor_b[k]]];
-  }
-  return out;
-}
-
-// What tells a contact from all others, from step to step (ContactMemory).
-py::array_t<std::int64_t> contact_keys(Simulation& s) {
-  const auto& c = s.candidates;
-  py::array_t<std::int64_t> out({py::ssize_t(c.count), py::ssize_t(4)});
-  std::int64_t* to = out.mutable_data();
-  for (std::int64_t k = 0; k < c.count; ++k) {
-    *to++ = *s.scene.contactors.id[c.contactor_a[k]];
-    *to++ = *s.scene.contactors.id[c.contactor_b[k]];
-    *to++ = c.feature[k];
-    *to++ = c.image[k];
-  }
-  return out;
-}
-
 template <class T>
 py::array_t<T> array_of(const std::vector<T>& v) {
   return py::array_t<T>(py::ssize_t(v.size()), v.data());
 }
 
-template <class F>
-py::array_t<double> filled(std::int64_t items, int components, F&& fill) {
-  py::array_t<double> out(shape_of(items, components));
-  fill(out.mutable_data());
+template <class T>
+py::array read_contacts(Simulation& s, const cairn::ContactFieldInfo& field, std::int64_t n) {
+  py::array_t<T> out(shape_of(n, field.components(s.scene.dim)));
+  cairn::read_contact_field(s, field, out.mutable_data());
   return out;
 }
 
-// Forces of smooth contacts count for a step, as impulses do.
-py::object smooth_field(Simulation& s, const std::string& name) {
-  const std::int64_t n = s.candidates.count;
-  const int dim = s.scene.dim;
-  const cairn::SmoothDynamics& c = *s.smooth();
-  const auto times_step = [&](double* to) {
-    for (std::int64_t i = 0; i < n * dim; ++i) to[i] *= s.report.h;
-  };
-  if (name == "impulse") return filled(n, dim, [&](double* to) { c.force_space(to), times_step(to); });
-  if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.force_local(s, to), times_step(to); });
-  if (name == "relative_velocity") return filled(n, dim, [&](double* to) { c.relative_velocity(s, to); });
-  if (name == "moment") {
-    const int components = dim == 2 ? 1 : 3;
-    return filled(n, components, [&](double* to) { std::fill_n(to, n * components, 0.0); });
-  }
-  if (name == "status") {
-    py::array_t<std::int32_t> out(n);
-    c.status(s, out.mutable_data());
-    return out;
-  }
-  throw py::key_error("smooth contacts have no field " + name + "; the sums are in the energy of the simulation");
-}
-
-py::object contact_field(Simulation& s, const std::string& name) {
+py::array contact_field(Simulation& s, const std::string& name) {
+  if (!cairn::has_contact_field(s, name)) throw py::key_error("there is no contact field " + name);
+  const cairn::ContactFieldInfo& field = cairn::contact_field_info(name);
   if (s.smooth()) s.smooth()->view(s);
   const std::int64_t n = s.candidates.count;
-  const int dim = s.scene.dim;
-  auto copied = [&](const cairn::Array<double>& from, int components) {
-    return filled(n, components, [&](double* to) { std::copy_n(from.data(), n * components, to); });
-  };
-  if (name == "bodies") return contact_bodies(s);
-  if (name == "key") return contact_keys(s);
-  if (name == "gap") return copied(s.candidates.gap, 1);
-  if (name == "normal") return copied(s.candidates.normal, dim);
-  if (name == "point") {
-    py::array_t<double> out = copied(s.candidates.point, dim);
-    for (std::int64_t i = 0; i < n * dim; ++i) out.mutable_data()[i] += s.scene.origin[i % dim];
-    return out;
-  }
-  if (s.smooth()) return smooth_field(s, name);
-  auto& c = s.interactions;
-  if (!s.contacts_known()) { // detected, not yet solved
-    if (name == "status") return array_of(std::vector<std::int32_t>(n, 0));
-    const bool scalar = name == "dissipated" || (name == "moment" && dim == 2);
-    return filled(n, scalar ? 1 : dim, [&](double* to) { std::fill_n(to, n * (scalar ? 1 : dim), 0.0); });
-  }
-  if (name == "impulse") return filled(n, dim, [&](double* to) { c.impulse_space(to); });
-  if (name == "impulse_local") return filled(n, dim, [&](double* to) { c.impulse_local(to); });
-  if (name == "moment") return filled(n, dim == 2 ? 1 : 3, [&](double* to) { c.moment_space(to); });
-  if (name == "relative_velocity") return filled(n, dim, [&](double* to) { c.relative_velocity(to); });
-  if (name == "dissipated") return filled(n, 1, [&](double* to) { c.dissipated(to); });
-  if (name == "status") {
-    py::array_t<std::int32_t> out(n);
-    c.status(out.mutable_data());
-    return out;
-  }
-  throw py::key_error("there is no contact field " + name);
+  if (name == "status") return read_contacts<std::int64_t>(s, field, n).attr("astype")("int32");
+  return field.whole ? read_contacts<std::int64_t>(s, field, n) : read_contacts<double>(s, field, n);
 }
 
 py::dict memory_of(const cairn::ContactMemory& m) {
@@ -314,6 +227,9 @@ void set_state(py::object self, const py::dict& state) {
 } // namespace
 
 void bind_simulation(py::module_& m) {
+  m.def("strategy_options", [](const std::string& strategy) {
+    return strategy == "smooth_dem" ? described<cairn::SmoothDem>() : described<cairn::Nscd>();
+  });
   py::class_<Simulation>(m, "Simulation")
       .def(py::init([](const cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
         auto s = std::make_unique<Simulation>(scene, laws, cairn::Nscd{});

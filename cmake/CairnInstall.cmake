@@ -15,8 +15,9 @@ set(package ${CMAKE_INSTALL_LIBDIR}/cmake/Cairn)
 set(headers ${CMAKE_INSTALL_INCLUDEDIR}/cairn)
 install(TARGETS cairn cairn_fortran EXPORT CairnTargets)
 install(EXPORT CairnTargets NAMESPACE Cairn:: DESTINATION ${package})
-install(FILES ${PROJECT_BINARY_DIR}/fortran/cairn.mod DESTINATION ${modules})
-install(FILES fortran/cairn.f90 python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/fortran/ DESTINATION ${modules} FILES_MATCHING PATTERN "cairn*.mod")
+install(DIRECTORY fortran/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn FILES_MATCHING PATTERN "cairn*.f90")
+install(FILES python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
         FILES_MATCHING PATTERN "*.h" PATTERN "core.h" EXCLUDE)
 # core.h reads the lists beside it, which are one folder down once installed

@@ -1,11 +1,16 @@
 set(CAIRN_CXX_SOURCES
-  api/c_api.cpp
+  api/contacts.cpp
+  api/hulls.cpp
+  api/meshes.cpp
+  api/scene.cpp
+  api/simulation.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
   bodies/mesh_body.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
   contactors/contactor.cpp
+  contactors/hull_shapes.cpp
   contactors/hulls.cpp
   contacts/bonds.cpp
   contacts/contact_flight.cpp
@@ -21,6 +26,8 @@ set(CAIRN_CXX_SOURCES
   laws/law_table.cpp
   laws/plug.cpp
   laws/plugged_laws.cpp
+  scene/mesh_draft.cpp
+  scene/mesh_parts.cpp
   scene/periodic.cpp
   scene/scene.cpp
   soe/banded.cpp
@@ -59,7 +66,9 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_error.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
+  strategies/contact_fields.cpp
   strategies/meshes.cpp
+  strategies/options.cpp
   strategies/projection.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp

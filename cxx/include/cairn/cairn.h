@@ -22,6 +22,7 @@ enum cairn_solve_status { cairn_converged = 0, cairn_iteration_limit = 1, cairn_
 
 typedef struct cairn_scene cairn_scene;
 typedef struct cairn_simulation cairn_simulation;
+typedef struct cairn_mesh cairn_mesh;
 
 /* "0.1.0" */
 const char* cairn_version(void);
@@ -37,11 +38,23 @@ void cairn_scene_destroy(cairn_scene* scene); /* NULL is allowed */
 int32_t cairn_scene_set_gravity(cairn_scene* scene, const double* gravity, cairn_error* error); /* (dim) [m/s2] */
 /* The point that stored positions are relative to; before the first body. (dim) [m] */
 int32_t cairn_scene_set_origin(cairn_scene* scene, const double* origin, cairn_error* error);
+/* A periodic cell: lengths (dim) [m], 0 or inf along an axis that is not periodic; corner (dim) [m], may be NULL: 0;
+ * lean: displacement along x of the cell's upper face [m]; shear_rate: at which it moves, per length of the cell along
+ * its last axis [1/s]. */
+int32_t cairn_scene_set_cell(cairn_scene* scene, const double* lengths, const double* corner, double lean,
+                             double shear_rate, cairn_error* error);
 int32_t cairn_scene_add_material(cairn_scene* scene, const char* name, int32_t* material, cairn_error* error);
+/* The material of that name for contactors of a group that rules may name. */
+int32_t cairn_scene_add_material_of_group(cairn_scene* scene, const char* name, const char* group, int32_t* material,
+                                          cairn_error* error);
 /* law: a name of laws.def, as in Python ("Coulomb") or as its file ("signorini_coulomb"), with its parameters in the
  * order of that list. A material of -1 on both sides: the law of all pairs that have none of their own. */
 int32_t cairn_scene_set_law(cairn_scene* scene, int32_t material_a, int32_t material_b, const char* law,
                             int32_t parameters, const double* parameter, cairn_error* error);
+/* The same by the names of materials or groups, "*" for all; law NULL: they pass through each other. A rule that names
+ * groups goes before one that names materials, that before "*"; among equals the later one counts. */
+int32_t cairn_scene_set_rule(cairn_scene* scene, const char* a, const char* b, const char* law, int32_t parameters,
+                             const double* parameter, cairn_error* error);
 
 /* position (dim, n) [m]; rotation (1, n) [rad] or (4, n) quaternion w x y z, may be NULL: none; velocity (nd, n), may
  * be NULL: zero; mass (n) [kg] and inertia (1 or 3, n) [kg m2], inf: moved by nothing. *first is the id of the first.
@@ -55,9 +68,83 @@ int32_t cairn_scene_add_bodies(cairn_scene* scene, int64_t n, const double* posi
 int32_t cairn_scene_add_contactors(cairn_scene* scene, const char* shape, int64_t n, const int64_t* body,
                                    const int32_t* material, const double* radius, const double* offset,
                                    const double* direction, int64_t* first, cairn_error* error);
+
+/* Hulls are shapes that contactors share: each call adds n of them and gives the number of the first.
+ * Polygons: vertex (2, v) [m] in order, those of hull i from first_vertex[i] on, first_vertex (n + 1). */
+int32_t cairn_scene_add_polygons(cairn_scene* scene, int64_t n, const int64_t* first_vertex, const double* vertex,
+                                 int32_t* first, cairn_error* error);
+/* Convex polyhedra: vertex (3, v); faces of hull i from first_face[i] on, first_face (n + 1); corners of a face from
+ * first_corner[face] on, first_corner (faces + 1): vertices numbered from 0 within the hull, anticlockwise from
+ * outside. */
+int32_t cairn_scene_add_polyhedra(cairn_scene* scene, int64_t n, const int64_t* first_vertex, const double* vertex,
+                                  const int64_t* first_face, const int64_t* first_corner, const int64_t* corner,
+                                  int32_t* first, cairn_error* error);
+/* shape "capsule" or "cylinder": sizes (2, n) radius and length along the third axis of the body, without round ends
+ * [m]; "superquadric": sizes (5, n) half axes a, b, c [m], exponents e1 towards z, e2 in the section, 0.05 to 1.95. */
+int32_t cairn_scene_add_round_hulls(cairn_scene* scene, const char* shape, int64_t n, const double* sizes,
+                                    int32_t* first, cairn_error* error);
+/* Contactors that are hulls: shape "polygon", "polyhedron", "capsule", "cylinder" or "superquadric"; hull (n); the rest
+ * as above. */
+int32_t cairn_scene_add_hull_contactors(cairn_scene* scene, const char* shape, int64_t n, const int64_t* body,
+                                        const int32_t* material, const int32_t* hull, const double* offset,
+                                        int64_t* first, cairn_error* error);
+/* A surface of triangles (3, m) on a body, solid behind: anticlockwise from the free side. vertex (3, v) [m] from the
+ * centre of the body, in its axes. */
+int32_t cairn_scene_add_surface(cairn_scene* scene, int64_t body, int32_t material, int64_t vertices,
+                                const double* vertex, int64_t triangles, const int32_t* triangle, cairn_error* error);
+
+/* Values (components, n) of a field of bodies: "position" (absolute), "rotation", "velocity", "force" (applied force
+ * and torque, in space axes, from now on [N, N m]) or "damping" (viscous, per unit of mass [1/s]). bodies (n) ids;
+ * NULL: all, in the order of insertion. */
+int32_t cairn_scene_set_body_field(cairn_scene* scene, const char* name, int64_t n, const int64_t* bodies,
+                                   const double* values, cairn_error* error);
 /* Bit i of mask: dof i takes its value from velocity (nd, n), may be NULL: zero. */
 int32_t cairn_scene_drive(cairn_scene* scene, int64_t n, const int64_t* bodies, uint8_t mask, const double* velocity,
                           cairn_error* error);
+
+/* ---------------------------------------------------------------- deformable bodies
+ * Small displacements. A mesh is made, described, and added to scenes; it may be destroyed then. Nodes count from 0;
+ * dof dim i + k is the displacement of node i along axis k. */
+int32_t cairn_mesh_create(int32_t dim, int64_t nodes, const double* position, cairn_mesh** mesh,
+                          cairn_error* error); /* position (dim, nodes) [m] */
+void cairn_mesh_destroy(cairn_mesh* mesh);     /* NULL is allowed */
+/* n isotropic elastic cells of an element of elements.def ("t3", "q4", "tet4", "hex8"): node (nodes of a cell, n),
+ * anticlockwise in 2D; young [Pa], poisson, density [kg/m3]; in 2D plane_stress 0 (strain) or 1, thickness [m]. Cells
+ * of several calls add up. */
+int32_t cairn_mesh_add_elastic_cells(cairn_mesh* mesh, const char* element, int64_t n, const int32_t* node,
+                                     double young, double poisson, double density, int32_t plane_stress,
+                                     double thickness, cairn_error* error);
+/* Of cells: C = by_mass M + by_stiffness K [1/s, s]; lumped 1: mass in the nodes alone. Default: 0, 0, 0. */
+int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiffness, int32_t lumped,
+                               cairn_error* error);
+/* Instead of cells, matrices of your own: lower triangles by columns on one pattern, start (dofs + 1), row, each column
+ * from its diagonal on, rows rising; damping may be NULL: none. [kg], [N/m], [N s/m] */
+int32_t cairn_mesh_set_matrices(cairn_mesh* mesh, const int64_t* start, const int32_t* row, const double* mass,
+                                const double* stiffness, const double* damping, cairn_error* error);
+/* What touches: nodes (n); points between nodes, node (4, n), -1 where fewer, and their weights (4, n); sides, against
+ * which other bodies come: in 2D edges (2, n), the body on their left, in 3D faces (4, n), anticlockwise from outside,
+ * -1 for the fourth node of a triangle. Calls add up. Nodes and points meet disks, spheres, walls, polygons and
+ * polyhedra and the sides of other meshes; edges meet disks, faces spheres, and both points of other meshes. */
+int32_t cairn_mesh_touch_nodes(cairn_mesh* mesh, int64_t n, const int32_t* node, cairn_error* error);
+int32_t cairn_mesh_touch_points(cairn_mesh* mesh, int64_t n, const int32_t* node, const double* weight,
+                                cairn_error* error);
+int32_t cairn_mesh_touch_sides(cairn_mesh* mesh, int64_t n, const int32_t* node, cairn_error* error);
+/* Sides of one cell alone, as cairn_mesh_touch_sides takes them: *count numbers, written if capacity is enough. */
+int32_t cairn_mesh_boundary(const cairn_mesh* mesh, int64_t capacity, int32_t* node, int64_t* count,
+                            cairn_error* error);
+/* Bit k of mask: displacement along axis k of these nodes is held, or driven by cairn_simulation_load_mesh. */
+int32_t cairn_mesh_hold(cairn_mesh* mesh, int64_t n, const int32_t* node, uint8_t mask, cairn_error* error);
+/* At the start, (dim, nodes) each [m], [m/s]; may be NULL: zero. */
+int32_t cairn_mesh_set_motion(cairn_mesh* mesh, const double* displacement, const double* velocity, cairn_error* error);
+/* name: its own, a group that rules may name; its sides are of the group "NAME edges" (2D), "NAME faces" (3D).
+ * side_material of -1: as material. *first: id of the body of node 0, others follow; *number: the mesh in the
+ * simulation. Either may be NULL. Nodes of all meshes pass through each other unless a rule names both groups. */
+int32_t cairn_scene_add_mesh(cairn_scene* scene, const cairn_mesh* mesh, const char* name, int32_t material,
+                             int32_t side_material, int64_t* first, int32_t* number, cairn_error* error);
+/* Stiffness [N/m] and mass [kg] (dofs, dofs, n) of n elements at position (dim, nodes, n) [m]; elasticity (3, 3) or
+ * (6, 6) on strains xx yy [zz] xy [yz zx] [Pa], as density times the thickness in 2D. */
+int32_t cairn_element_matrices(const char* element, int64_t n, const double* position, double density,
+                               const double* elasticity, double* stiffness, double* mass, cairn_error* error);
 
 /* ---------------------------------------------------------------- simulation */
 /* Non-Smooth Contact Dynamics: theta-method in time, block nonlinear Gauss-Seidel over the contacts. */
@@ -93,9 +180,38 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
 void cairn_simulation_destroy(cairn_simulation* simulation); /* NULL is allowed */
 /* One step of h [s]. report may be NULL. */
 int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_report* report, cairn_error* error);
-/* As cairn_scene_drive, between steps. */
+
+/* Options by their names in options.def, of the strategy in use; those that a number cannot say: "strategy" ("nscd",
+ * "carpenter" and "granular_element", which begin with theta = 1, "smooth_dem") and "solver" ("nlgs", "auto", or a
+ * solver of solvers.def). Flags are 0 or 1; a number that is NaN
+ * brings back what is found from the scene. Text: capacity characters with the nought at the end. */
+int32_t cairn_simulation_set_option(cairn_simulation* simulation, const char* name, const char* text,
+                                    cairn_error* error);
+int32_t cairn_simulation_set_number(cairn_simulation* simulation, const char* name, double value, cairn_error* error);
+int32_t cairn_simulation_get_option(const cairn_simulation* simulation, const char* name, int64_t capacity, char* text,
+                                    cairn_error* error);
+int32_t cairn_simulation_get_number(const cairn_simulation* simulation, const char* name, double* value,
+                                    cairn_error* error);
+
+/* Between steps: as the functions of the scene. hull: of contactors that are hulls of the scene, NULL for all else. */
+int32_t cairn_simulation_set_gravity(cairn_simulation* simulation, const double* gravity, cairn_error* error);
+int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char* name, int64_t n,
+                                        const int64_t* bodies, const double* values, cairn_error* error);
+int32_t cairn_simulation_add_bodies(cairn_simulation* simulation, int64_t n, const double* position,
+                                    const double* rotation, const double* velocity, const double* mass,
+                                    const double* inertia, int64_t* first, cairn_error* error);
+int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char* shape, int64_t n, const int64_t* body,
+                                        const int32_t* material, const double* radius, const double* offset,
+                                        const double* direction, const int32_t* hull, int64_t* first,
+                                        cairn_error* error);
+int32_t cairn_simulation_remove_bodies(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
+                                       cairn_error* error);
 int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const int64_t* bodies, uint8_t mask,
                                const double* velocity, cairn_error* error);
+/* Forces on the dofs of a mesh at the begin and the end of the coming steps, from now on [N]; one NULL: as the other,
+ * both: none. held_velocity (dofs): of held dofs at the end of the steps [m/s], NULL: zero. */
+int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,
+                                   const double* held_velocity, cairn_error* error);
 
 int64_t cairn_simulation_bodies(const cairn_simulation* simulation);
 int64_t cairn_simulation_contacts(const cairn_simulation* simulation); /* of the last step */
@@ -104,6 +220,21 @@ int64_t cairn_simulation_contacts(const cairn_simulation* simulation); /* of the
  * nothing is written if that is more. */
 int32_t cairn_simulation_body_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
                                     int64_t* count, cairn_error* error);
+/* "position" (absolute), "displacement" or "velocity" (dim, nodes) of a mesh. */
+int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,
+                                    double* values, int64_t* count, cairn_error* error);
+/* A field of the contacts of the last step by its name in contact_fields.def ("bodies", "gap", "status", ...),
+ * (components, n), n of cairn_simulation_contacts; whole numbers, too, are doubles. */
+int32_t cairn_simulation_contact_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
+                                       int64_t* count, cairn_error* error);
+/* By the names of report.def: a term of the energy since the start [J] ("kinetic", "stored", "closure", ...), a number
+ * of the last step ("worst_contact", "penetration", ...), a text of it: "status", "solver", "hint". */
+int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* term, double* value,
+                                cairn_error* error);
+int32_t cairn_simulation_report(const cairn_simulation* simulation, const char* name, double* value,
+                                cairn_error* error);
+int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const char* name, int64_t capacity, char* text,
+                                     cairn_error* error);
 /* Contacts of the last step, each array may be NULL: ids of the bodies (2, n), antagonist second; gap (n) [m]; normal
  * (dim, n), from the antagonist to the candidate; point (dim, n) [m]; impulse (dim, n) on the candidate, in space axes
  * [N s]. n is cairn_simulation_contacts. */

@@ -1,0 +1,103 @@
+// What the files of the C API share: the objects behind the handles, and how what is thrown becomes a code.
+#pragma once
+#include <cstdio>
+#include <new>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../base/call.hpp"
+#include "../scene/mesh_parts.hpp"
+#include "../strategies/options.hpp"
+#include "cairn/cairn.h"
+
+struct cairn_scene {
+  // What is known of a pair of materials: by their numbers, -1 and -1 for all, or by words where these are given.
+  struct Rule {
+    int a, b;
+    std::string word_a, word_b;
+    bool meet;
+    cairn::Law law;
+    std::vector<double> parameters;
+  };
+  explicit cairn_scene(int dim) : scene(dim) {}
+  cairn::Scene scene;
+  std::vector<std::string> materials, groups; // a group for each material, "" if none
+  std::vector<Rule> rules;
+  std::vector<cairn::MeshModel> meshes;
+};
+
+struct cairn_simulation {
+  cairn::Simulation simulation;
+  cairn::SmoothDem smooth = cairn::standard_options<cairn::SmoothDem>(); // what it takes when it is chosen
+  int materials = 0;
+};
+
+struct cairn_mesh {
+  cairn::MeshDraft draft;
+};
+
+namespace cairn::api {
+
+inline int32_t failed(cairn_error* error, int32_t code, const char* message) {
+  if (error) {
+    error->code = code;
+    error->item = -1;
+    std::snprintf(error->message, sizeof error->message, "%s", message);
+  }
+  return code;
+}
+
+// Runs body(); what it throws becomes a code and a message.
+template <class Body>
+int32_t guarded(cairn_error* error, Body&& body) {
+  try {
+    body();
+  } catch (const std::bad_alloc&) {
+    return failed(error, cairn_out_of_memory, "out of memory");
+  } catch (const Error& e) {
+    return failed(error, cairn_wrong_input, e.what());
+  } catch (const std::invalid_argument& e) {
+    return failed(error, cairn_wrong_input, e.what());
+  } catch (const std::exception& e) { return failed(error, cairn_internal_error, e.what()); } catch (...) {
+    return failed(error, cairn_internal_error, "an exception of unknown type");
+  }
+  if (error) *error = cairn_error{};
+  return cairn_ok;
+}
+
+inline void require(const void* pointer, const char* name) {
+  if (!pointer) throw Error(std::string(name) + " is NULL; it has no default");
+}
+
+inline std::int64_t counted(std::int64_t n) {
+  if (n < 0) throw Error("n is " + std::to_string(n) + "; it must be at least 0");
+  return n;
+}
+
+template <class T>
+std::span<const T> span_of(const T* values, std::int64_t n) {
+  return values ? std::span<const T>(values, std::size_t(n)) : std::span<const T>();
+}
+
+// A text into room for `capacity` characters with the nought behind it; what does not fit is left out.
+inline void copy_text(const std::string& from, std::int64_t capacity, char* text) {
+  if (capacity < 1) throw Error("capacity is " + std::to_string(capacity) + "; a text needs room for 1 character");
+  require(text, "text");
+  std::snprintf(text, std::size_t(capacity), "%s", from.c_str());
+}
+
+void check_materials(std::int64_t n, const std::int32_t* material, std::size_t known);
+std::int64_t add_bodies(Scene& scene, std::int64_t n, const double* position, const double* rotation,
+                        const double* velocity, const double* mass, const double* inertia);
+std::int64_t add_contactors(Scene& scene, const char* shape, std::int64_t n, const std::int64_t* body,
+                            const std::int32_t* material, const double* radius, const double* offset,
+                            const double* direction, const std::int32_t* hull);
+void drive(Scene& scene, std::int64_t n, const std::int64_t* bodies, std::uint8_t mask, const double* velocity);
+// Values (components, n) of bodies, all of them in the order of insertion without ids.
+void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const std::int64_t* bodies,
+                    const double* values);
+LawTable table_of(const cairn_scene& scene);
+
+} // namespace cairn::api

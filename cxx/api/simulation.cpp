@@ -1,0 +1,338 @@
+// The C API of simulations (cairn/cairn.h): steps, options by name, what is read and changed between steps.
+#include <algorithm>
+#include <cmath>
+
+#include "../strategies/smooth/smooth_dynamics.hpp"
+#include "objects.hpp"
+
+using cairn::Error;
+using namespace cairn::api;
+
+namespace {
+
+cairn::Nscd strategy_of(const cairn_nscd& options) {
+  if (!(options.tolerance > 0))
+    throw Error("tolerance is " + std::to_string(options.tolerance) + "; it must be above 0");
+  if (options.min_iterations < 0 || options.max_iterations < std::max(options.min_iterations, 1))
+    throw Error("iterations are " + std::to_string(options.min_iterations) + " to " +
+                std::to_string(options.max_iterations) + "; at least 0 and 1, and in this order");
+  auto strategy = cairn::standard_options<cairn::Nscd>();
+  strategy.theta = options.theta;
+  strategy.solver = {options.tolerance, options.min_iterations, options.max_iterations, options.threads};
+  if (options.margin >= 0) strategy.margin = options.margin;
+  strategy.project_positions = options.project_positions != 0;
+  strategy.warm_start = options.warm_start != 0;
+  return strategy;
+}
+
+void check_meshes(const cairn::Nscd& strategy, bool meshes) {
+  if (strategy.project_positions && meshes)
+    throw Error("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies");
+}
+
+// change(strategy) of the one in use; what throws leaves it as it was.
+template <class Change>
+void change_option(cairn_simulation& s, Change&& change) {
+  cairn::Simulation& simulation = s.simulation;
+  if (simulation.smooth()) {
+    cairn::SmoothDem changed = s.smooth;
+    change(changed);
+    simulation.use(s.smooth = changed);
+  } else {
+    cairn::Nscd changed = simulation.strategy;
+    change(changed);
+    check_meshes(changed, !simulation.meshes.empty());
+    simulation.strategy = changed;
+  }
+}
+
+// NSCD, or one of those that pose other conditions at contacts: both of them end at theta = 1.
+void choose_strategy(cairn_simulation& s, const std::string& name) {
+  cairn::Simulation& simulation = s.simulation;
+  if (name == "smooth_dem") {
+    if (!simulation.meshes.empty()) throw Error("smooth_dem moves rigid bodies alone: keep nscd for deformable ones");
+    simulation.use(s.smooth);
+    return;
+  }
+  const bool posed = name == "carpenter" || name == "granular_element";
+  if (name != "nscd" && !posed)
+    throw Error("there is no strategy '" + name + "'; there are nscd, carpenter, granular_element, smooth_dem");
+  cairn::Nscd changed = simulation.strategy;
+  changed.pose.kernel = posed ? cairn::pose_named(name) : nullptr;
+  changed.explicit_bulk = name == "carpenter";
+  if (posed) changed.theta = 1;
+  simulation.use(changed);
+}
+
+std::string strategy_name(const cairn::Simulation& s) {
+  if (s.smooth()) return "smooth_dem";
+  for (const char* name : {"carpenter", "granular_element"})
+    if (s.strategy.pose.kernel == cairn::pose_named(name)) return name;
+  return "nscd";
+}
+
+void refuse_parts_of_meshes(const cairn::Simulation& s, std::span<const std::int64_t> bodies) {
+  for (const cairn::MeshBody& mesh : s.meshes.meshes)
+    for (const auto* ids : {&mesh.model.node_ids, &mesh.model.point_ids, &mesh.model.side_ids})
+      for (const std::int64_t id : bodies)
+        if (!ids->empty() && id >= ids->front() && id <= ids->back())
+          throw Error("body " + std::to_string(id) + " is part of the mesh '" + mesh.model.name +
+                      "', which cannot be removed");
+}
+
+// Internal order to the order of insertion, positions from relative to absolute.
+template <class FieldOfNumbers>
+void copy_field(const cairn::Scene& scene, const FieldOfNumbers& field, double* values) {
+  const bool place = field.name == "position";
+  const auto& order = scene.insertion_order();
+  for (std::size_t i = 0; i < order.size(); ++i)
+    for (int c = 0; c < field.components; ++c)
+      values[i * field.components + c] = double(field[order[i]][c]) + (place ? scene.origin[c] : 0.0);
+}
+
+} // namespace
+
+extern "C" {
+
+void cairn_nscd_defaults(cairn_nscd* options) {
+  if (options) *options = {0.5, 1e-4, 1, 1000, 0, 1, 0, -1.0};
+}
+
+int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* options, cairn_simulation** simulation,
+                                cairn_error* error) {
+  return guarded(error, [&] {
+    require(scene, "scene");
+    require(simulation, "simulation");
+    cairn_nscd chosen;
+    cairn_nscd_defaults(&chosen);
+    if (options) chosen = *options;
+    const cairn::Nscd strategy = strategy_of(chosen);
+    check_meshes(strategy, !scene->meshes.empty());
+    auto made = std::unique_ptr<cairn_simulation>(new cairn_simulation{{scene->scene, table_of(*scene), strategy}});
+    made->materials = int(scene->materials.size());
+    for (const cairn::MeshModel& mesh : scene->meshes) made->simulation.add_mesh(mesh);
+    *simulation = made.release();
+  });
+}
+
+void cairn_simulation_destroy(cairn_simulation* simulation) { delete simulation; }
+
+int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_report* report, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    const cairn::StepReport& r = simulation->simulation.step(h);
+    if (!report) return;
+    *report = {r.step,           r.contacts,       int32_t(r.solve.status), r.solve.iterations,
+               r.time,           r.solve.error,    r.solve.worst_error,     r.solve.penetration,
+               r.energy.kinetic, r.energy.closure, r.energy.in_play};
+  });
+}
+
+// ------------------------------------------------------------------ options
+
+int32_t cairn_simulation_set_option(cairn_simulation* simulation, const char* name, const char* text,
+                                    cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    require(text, "text");
+    if (std::string(name) == "strategy")
+      choose_strategy(*simulation, text);
+    else
+      change_option(*simulation, [&](auto& strategy) { cairn::set_option(strategy, name, std::string(text)); });
+  });
+}
+
+int32_t cairn_simulation_set_number(cairn_simulation* simulation, const char* name, double value, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    change_option(*simulation, [&](auto& strategy) { cairn::set_option(strategy, name, value); });
+  });
+}
+
+int32_t cairn_simulation_get_option(const cairn_simulation* simulation, const char* name, int64_t capacity, char* text,
+                                    cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    const cairn::Simulation& s = simulation->simulation;
+    if (std::string(name) == "strategy") return copy_text(strategy_name(s), capacity, text);
+    copy_text(s.smooth() ? cairn::option_text(simulation->smooth, name) : cairn::option_text(s.strategy, name),
+              capacity, text);
+  });
+}
+
+int32_t cairn_simulation_get_number(const cairn_simulation* simulation, const char* name, double* value,
+                                    cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    require(value, "value");
+    *value = simulation->simulation.smooth() ? cairn::option_number(simulation->smooth, name)
+                                             : cairn::option_number(simulation->simulation.strategy, name);
+  });
+}
+
+// ------------------------------------------------------------------ what is changed between steps
+
+int32_t cairn_simulation_set_gravity(cairn_simulation* simulation, const double* gravity, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(gravity, "gravity");
+    cairn::Scene& scene = simulation->simulation.scene;
+    for (int c = 0; c < scene.dim; ++c)
+      if (!std::isfinite(gravity[c])) throw Error("gravity[" + std::to_string(c) + "] is not a finite number");
+    std::copy_n(gravity, scene.dim, scene.gravity.begin());
+  });
+}
+
+int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const int64_t* bodies, uint8_t mask,
+                               const double* velocity, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    drive(simulation->simulation.scene, n, bodies, mask, velocity);
+  });
+}
+
+int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char* name, int64_t n,
+                                        const int64_t* bodies, const double* values, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    cairn::Simulation& s = simulation->simulation;
+    const std::string field = name;
+    set_body_field(s.scene, field, n, bodies, values);
+    if (s.smooth() && field != "force" && field != "damping") s.smooth()->invalidate();
+  });
+}
+
+int32_t cairn_simulation_add_bodies(cairn_simulation* simulation, int64_t n, const double* position,
+                                    const double* rotation, const double* velocity, const double* mass,
+                                    const double* inertia, int64_t* first, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    const auto id = add_bodies(simulation->simulation.scene, n, position, rotation, velocity, mass, inertia);
+    if (first) *first = id;
+  });
+}
+
+int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char* shape, int64_t n, const int64_t* body,
+                                        const int32_t* material, const double* radius, const double* offset,
+                                        const double* direction, const int32_t* hull, int64_t* first,
+                                        cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(material, "material");
+    check_materials(n, material, std::size_t(simulation->materials));
+    const auto id =
+        add_contactors(simulation->simulation.scene, shape, n, body, material, radius, offset, direction, hull);
+    if (first) *first = id;
+  });
+}
+
+int32_t cairn_simulation_remove_bodies(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
+                                       cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(bodies, "bodies");
+    cairn::Simulation& s = simulation->simulation;
+    const auto ids = span_of(bodies, counted(n));
+    refuse_parts_of_meshes(s, ids);
+    s.scene.remove_bodies(ids);
+    s.forget_contacts();
+  });
+}
+
+// ------------------------------------------------------------------ what is read
+
+int64_t cairn_simulation_bodies(const cairn_simulation* simulation) {
+  return simulation ? simulation->simulation.scene.bodies.count : 0;
+}
+
+int32_t cairn_simulation_body_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
+                                    int64_t* count, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    cairn::Scene& scene = simulation->simulation.scene;
+    bool found = false;
+    scene.bodies.for_each_field([&](auto& field) {
+      if (field.name != name) return;
+      found = true;
+      const std::int64_t numbers = field.active ? scene.bodies.count * field.components : 0;
+      if (count) *count = numbers;
+      if (numbers == 0 || numbers > capacity) return;
+      require(values, "values");
+      copy_field(scene, field, values);
+    });
+    if (!found) throw Error(std::string("bodies have no field '") + name + "'; see fields.def");
+  });
+}
+
+int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* term, double* value,
+                                cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(term, "term");
+    require(value, "value");
+    const cairn::Energy& energy = simulation->simulation.energy;
+    const std::pair<const char*, double> terms[] = {
+#define CAIRN_ENERGY_TERM(name, meaning) {#name, energy.name},
+#include "../strategies/report.def"
+    };
+    std::string known;
+    for (const auto& [name, number] : terms) {
+      if (std::string(term) == name) {
+        *value = number;
+        return;
+      }
+      known += std::string(known.empty() ? "" : ", ") + name;
+    }
+    throw Error(std::string("the energy has no term '") + term + "'; it has " + known);
+  });
+}
+
+int32_t cairn_simulation_report(const cairn_simulation* simulation, const char* name, double* value,
+                                cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    require(value, "value");
+    const cairn::StepReport& report = simulation->simulation.report;
+    const std::pair<const char*, double> rows[] = {
+#define CAIRN_REPORT_NUMBER(name, member, meaning) {#name, double(report.member)},
+#include "../strategies/report.def"
+    };
+    std::string known;
+    for (const auto& [row, number] : rows) {
+      if (std::string(name) == row) {
+        *value = number;
+        return;
+      }
+      known += std::string(known.empty() ? "" : ", ") + row;
+    }
+    throw Error(std::string("a step reports no number '") + name + "'; it reports " + known);
+  });
+}
+
+int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const char* name, int64_t capacity, char* text,
+                                     cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    const cairn::StepReport& report = simulation->simulation.report;
+    const char* const statuses[] = {"converged", "iteration_limit", "diverged"};
+    const std::string what = name;
+    if (what == "status")
+      copy_text(report.stable_step > 0 ? "explicit" : statuses[int(report.solve.status)], capacity, text);
+    else if (what == "solver")
+      copy_text(report.solve.solver, capacity, text);
+    else if (what == "hint")
+      copy_text(report.solve.hint, capacity, text);
+    else
+      throw Error("a step reports no text '" + what + "'; it reports status, solver, hint");
+  });
+}
+
+} // extern "C"

@@ -1,0 +1,139 @@
+// Matrices of a mesh from its elements, and the sides of its boundary.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "../base/call.hpp"
+#include "mesh_parts.hpp"
+
+namespace cairn {
+namespace {
+
+// Faces of a solid cell, anticlockwise from outside, -1 for the fourth corner of a triangle.
+using Side = std::array<std::int32_t, 4>;
+std::vector<Side> sides_of(const ElementInfo& e) {
+  if (e.dim == 2) {
+    std::vector<Side> edges;
+    for (std::int32_t k = 0; k < e.nodes; ++k) edges.push_back({k, (k + 1) % e.nodes, -1, -1});
+    return edges;
+  }
+  if (e.nodes == 4) return {{0, 2, 1, -1}, {0, 1, 3, -1}, {1, 2, 3, -1}, {0, 3, 2, -1}};
+  if (e.nodes == 8) return {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  throw Error(std::string("the faces of ") + e.name + " cells are not known: give the sides that touch yourself");
+}
+
+} // namespace
+
+const ElementInfo& element_named(const std::string& name) {
+  std::string known;
+  for (const ElementInfo& e : element_infos) {
+    if (name == e.name || name == e.cell) return e;
+    known += std::string(known.empty() ? "" : ", ") + e.name;
+  }
+  throw Error("there is no element '" + name + "'; there are " + known);
+}
+
+std::vector<double> isotropic(int dim, double young, double poisson, bool plane_stress) {
+  if (!(young > 0) || !std::isfinite(young))
+    throw Error("young is " + std::to_string(young) + "; give a finite modulus > 0 [Pa]");
+  const bool flat = dim == 2 && plane_stress;
+  if (!(poisson > -1 && (poisson < 0.5 || (flat && poisson <= 0.5))))
+    throw Error("poisson is " + std::to_string(poisson) + "; give a value above -1 and below 1/2");
+  const double shear = young / (2 * (1 + poisson));
+  const double lame =
+      flat ? young * poisson / (1 - poisson * poisson) : young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  const int size = 3 * dim - 3;
+  std::vector<double> out(std::size_t(size * size), 0.0);
+  for (int i = 0; i < size; ++i) {
+    for (int j = 0; i < dim && j < dim; ++j) out[i * size + j] = lame;
+    out[i * size + i] += i < dim ? 2 * shear : shear;
+  }
+  return out;
+}
+
+void MeshDraft::check_node(std::int64_t node) const {
+  if (node < 0 || node >= nodes())
+    throw Error("there is no node " + std::to_string(node) + "; there are " + std::to_string(nodes()) +
+                ", counted from 0");
+}
+
+void MeshDraft::add_elastic(const std::string& element, std::int64_t n, const std::int32_t* node, double young,
+                            double poisson, double density, bool plane_stress, double thickness) {
+  const ElementInfo& e = element_named(element);
+  if (e.dim != dim)
+    throw Error(std::string(e.name) + " cells have " + std::to_string(e.dim) + " dimensions, the mesh " +
+                std::to_string(dim));
+  if (!(density > 0) || !std::isfinite(density))
+    throw Error("density is " + std::to_string(density) + "; give a finite number > 0 [kg/m3]");
+  if (dim == 2 && (!(thickness > 0) || !std::isfinite(thickness)))
+    throw Error("thickness is " + std::to_string(thickness) + "; give a finite length > 0 [m]");
+  const double t = dim == 2 ? thickness : 1;
+  Cells added{&e, {node, node + e.nodes * n}, isotropic(dim, young, poisson, plane_stress), density * t};
+  for (double& a : added.elasticity) a *= t;
+  for (const std::int32_t i : added.node) check_node(i);
+  cells.push_back(std::move(added));
+}
+
+std::vector<std::int32_t> MeshDraft::boundary() const {
+  std::map<Side, int> times;
+  std::vector<Side> all, keys;
+  for (const Cells& c : cells) {
+    const std::vector<Side> sides = sides_of(*c.element);
+    for (std::size_t first = 0; first < c.node.size(); first += c.element->nodes)
+      for (const Side& local : sides) {
+        Side side = local;
+        for (std::int32_t& i : side)
+          if (i >= 0) i = c.node[first + std::size_t(i)];
+        all.push_back(side);
+        std::sort(side.begin(), side.end());
+        keys.push_back(side);
+        ++times[side];
+      }
+  }
+  std::vector<std::int32_t> out;
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (times[keys[i]] == 1) out.insert(out.end(), all[i].begin(), all[i].end());
+  return out;
+}
+
+void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c) const {
+  std::vector<std::int64_t> start{0};
+  std::vector<std::int32_t> unknown;
+  for (const Cells& some : cells)
+    for (std::size_t i = 0; i < some.node.size(); ++i) {
+      for (int axis = 0; axis < dim; ++axis) unknown.push_back(dim * some.node[i] + axis);
+      if ((i + 1) % some.element->nodes == 0) start.push_back(std::int64_t(unknown.size()));
+    }
+  m = lower_pattern(std::int64_t(reference.size()), start, unknown);
+  k = m;
+  std::size_t clique = 0;
+  for (const Cells& some : cells) {
+    const ElementInfo& e = *some.element;
+    const ElementShape shape(e);
+    const int dofs = dim * e.nodes;
+    std::vector<double> x(dofs, 0.0), stiffness(dofs * dofs, 0.0), mass(dofs * dofs, 0.0);
+    for (std::size_t first = 0; first < some.node.size(); first += e.nodes, ++clique) {
+      for (int i = 0; i < dofs; ++i) x[i] = reference[dim * some.node[first + i / dim] + i % dim];
+      std::int32_t wrong = 0;
+      cairn_elastic_matrices(dim, e.nodes, e.points, shape.value.data(), shape.gradient.data(), shape.weight.data(), 1,
+                             x.data(), some.density, some.elasticity.data(), stiffness.data(), mass.data(), &wrong);
+      if (wrong)
+        throw Error(std::string(e.name) + " cell " + std::to_string(first / e.nodes) + " with first node " +
+                    std::to_string(some.node[first]) + " is flat or inside out: turn its nodes the other way round");
+      const std::int32_t* dof = &unknown[start[clique]];
+      for (int j = 0; j < dofs; ++j)
+        for (int i = 0; i < dofs; ++i) {
+          if (lumped) m.value[m.start[dof[j]]] += mass[j * dofs + i];
+          if (dof[i] < dof[j]) continue;
+          const std::int64_t place = place_of(m, dof[i], dof[j]);
+          k.value[place] += stiffness[j * dofs + i];
+          if (!lumped) m.value[place] += mass[j * dofs + i];
+        }
+    }
+  }
+  c = m;
+  for (std::size_t i = 0; i < c.value.size(); ++i) c.value[i] = by_mass * m.value[i] + by_stiffness * k.value[i];
+}
+
+} // namespace cairn

@@ -1,0 +1,215 @@
+#include "mesh_parts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "../base/call.hpp"
+#include "../contactors/hull_shapes.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr double no_inertia = 1e-20; // of the lightest node: what follows nodes has no inertia of its own
+
+std::vector<std::int64_t> numbers(std::int64_t first, std::int64_t n) {
+  std::vector<std::int64_t> out(std::size_t(n), first);
+  std::iota(out.begin(), out.end(), first);
+  return out;
+}
+
+std::vector<double> masses_of(const MeshModel& m) {
+  std::vector<double> mass(std::size_t(m.nodes()), 0.0);
+  for (std::int64_t column = 0; column < m.mass.n; ++column)
+    for (std::int64_t e = m.mass.start[column]; e < m.mass.start[column + 1]; ++e) {
+      const std::int64_t row = m.mass.row[e];
+      if (row % m.dim == 0) mass[row / m.dim] += m.mass.value[e];
+      if (row != column && column % m.dim == 0) mass[column / m.dim] += m.mass.value[e];
+    }
+  for (std::size_t i = 0; i < mass.size(); ++i)
+    if (!(mass[i] > 0))
+      throw Error("node " + std::to_string(i) + " of the mesh '" + m.name + "' has mass " + std::to_string(mass[i]) +
+                  " kg: give a density above 0, and leave out nodes without cells");
+  return mass;
+}
+
+// Bodies of nodes and of points between them; places (dim, nodes) where nodes start.
+void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, std::vector<double> place, std::vector<double> mass,
+               std::int32_t material) {
+  const int dim = m.dim, dofs = scene.bodies.dofs();
+  const std::int64_t n = m.nodes(), points = std::int64_t(d.point_nodes.size()) / 4;
+  std::vector<double> speed(std::size_t(n * dim), 0.0);
+  if (!d.velocity.empty()) speed = d.velocity;
+  double size = 0;
+  for (int k = 0; k < dim; ++k) {
+    double low = d.reference[k], high = low;
+    for (std::int64_t i = 0; i < n; ++i)
+      low = std::min(low, d.reference[dim * i + k]), high = std::max(high, d.reference[dim * i + k]);
+    size = std::max(size, high - low);
+  }
+  mass.resize(std::size_t(n + points), no_inertia * *std::min_element(mass.begin(), mass.end()));
+  for (std::int64_t p = 0; p < points; ++p)
+    for (std::vector<double>* field : {&place, &speed})
+      for (int k = 0; k < dim; ++k) {
+        double sum = 0;
+        for (int j = 0; j < 4 && d.point_nodes[4 * p + j] >= 0; ++j)
+          sum += d.point_weights[4 * p + j] * (*field)[dim * d.point_nodes[4 * p + j] + k];
+        field->push_back(sum);
+      }
+  std::vector<double> inertia, velocity(std::size_t((n + points) * dofs), 0.0);
+  for (std::int64_t i = 0; i < n + points; ++i) {
+    inertia.insert(inertia.end(), std::size_t(2 * dim - 3), mass[i] * size * size);
+    std::copy_n(&speed[dim * i], dim, &velocity[dofs * i]);
+  }
+  const std::int64_t first = scene.add_bodies({n + points, place, {}, velocity, mass, inertia});
+  m.node_ids = numbers(first, n);
+  m.point_ids = numbers(first + n, points);
+  const auto all = numbers(first, n + points);
+  scene.drive(all, std::uint8_t(dim == 2 ? 4 : 56), {}); // they do not turn
+  std::vector<std::int64_t> touching;
+  std::vector<std::int32_t> nodes = d.contact_nodes;
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  for (const std::int32_t i : nodes) touching.push_back(first + i);
+  touching.insert(touching.end(), m.point_ids.begin(), m.point_ids.end());
+  if (touching.empty()) return;
+  const std::vector<double> radius(touching.size(), 0.0);
+  const std::int32_t materials[] = {material};
+  scene.add_contactors(
+      {std::int64_t(touching.size()), dim == 2 ? Shape::disk : Shape::sphere, touching, materials, radius, {}, {}});
+}
+
+// Bars that follow two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in
+// is still pushed out.
+void add_edges(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place, double lightest,
+               std::int32_t material) {
+  const std::int64_t n = std::int64_t(d.side_nodes.size()) / 4;
+  std::vector<double> centre, length, light(std::size_t(n), no_inertia * lightest), inertia, offset, direction;
+  for (std::int64_t s = 0; s < n; ++s) {
+    const double *a = &place[2 * d.side_nodes[4 * s]], *b = &place[2 * d.side_nodes[4 * s + 1]];
+    const double x = b[0] - a[0], y = b[1] - a[1], size = std::sqrt(x * x + y * y);
+    if (!(size > 0)) throw Error("side " + std::to_string(s) + " of the mesh '" + m.name + "' has no length");
+    centre.insert(centre.end(), {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2});
+    m.edge_start.insert(m.edge_start.end(), {x / size, y / size});
+    length.push_back(size);
+    inertia.push_back(light[s] * size * size);
+  }
+  const double thickness = 0.05 * *std::min_element(length.begin(), length.end());
+  for (std::int64_t s = 0; s < n; ++s) {
+    const double* along = &m.edge_start[2 * s];
+    offset.insert(offset.end(), {-along[1] * thickness, along[0] * thickness});
+    direction.insert(direction.end(), {along[0], along[1], length[s] / 2});
+  }
+  const std::vector<double> radius(std::size_t(n), thickness);
+  m.side_ids = numbers(scene.add_bodies({n, centre, {}, {}, light, inertia}), n);
+  m.side_nodes = d.side_nodes;
+  const std::int32_t materials[] = {material};
+  scene.add_contactors({n, Shape::segment, m.side_ids, materials, radius, offset, direction});
+}
+
+// A facet for each triangle, two for a face of four nodes, in the order of the faces and then their second halves.
+void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place, double lightest,
+               std::int32_t material) {
+  const std::int64_t faces = std::int64_t(d.side_nodes.size()) / 4;
+  std::vector<std::int32_t> triangle, used;
+  for (int half = 0; half < 2; ++half)
+    for (std::int64_t s = 0; s < faces; ++s) {
+      const std::int32_t* f = &d.side_nodes[4 * s];
+      if (half == 1 && f[3] < 0) continue;
+      triangle.insert(triangle.end(), {f[0], f[1 + half], f[2 + half]});
+      m.side_nodes.insert(m.side_nodes.end(), {f[0], f[1 + half], f[2 + half], -1});
+      m.face_nodes.insert(m.face_nodes.end(), f, f + 4);
+    }
+  used = triangle;
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<double> x;
+  for (const std::int32_t i : used) x.insert(x.end(), &place[3 * i], &place[3 * i] + 3);
+  for (std::int32_t& i : triangle) i = std::int32_t(std::lower_bound(used.begin(), used.end(), i) - used.begin());
+  const SurfaceFacets facets = add_facets(scene.contactors.hulls, x, triangle);
+  const std::int64_t n = std::int64_t(triangle.size()) / 3;
+  std::vector<double> light(std::size_t(n), no_inertia * lightest), inertia;
+  std::vector<std::int32_t> hull(static_cast<std::size_t>(n));
+  std::iota(hull.begin(), hull.end(), facets.first);
+  for (std::int64_t t = 0; t < n; ++t) {
+    double widest = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double a = x[3 * triangle[3 * t] + k], b = x[3 * triangle[3 * t + 1] + k],
+                   c = x[3 * triangle[3 * t + 2] + k];
+      widest = std::max(widest, std::max({a, b, c}) - std::min({a, b, c}));
+    }
+    inertia.insert(inertia.end(), 3, light[t] * widest * widest);
+  }
+  for (const std::int32_t v : facets.around) m.around.push_back(used[std::size_t(v)]);
+  m.around_start = facets.around_start;
+  m.side_ids = numbers(scene.add_bodies({n, facets.centre, {}, {}, light, inertia}), n);
+  const std::int32_t materials[] = {material};
+  scene.add_contactors({n, Shape::facet, m.side_ids, materials, {}, {}, {}, hull});
+}
+
+} // namespace
+
+MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& name, std::int32_t node_material,
+                         std::int32_t side_material) {
+  if (d.dim != scene.dim)
+    throw Error("the mesh has " + std::to_string(d.dim) + " dimensions, the scene " + std::to_string(scene.dim));
+  MeshModel m;
+  m.dim = d.dim;
+  m.name = name;
+  m.around_start = {0};
+  if (d.mass.n > 0) {
+    m.mass = d.mass;
+    m.stiffness = d.stiffness;
+    m.damping = d.damping;
+  } else if (!d.cells.empty()) {
+    d.assemble(m.mass, m.stiffness, m.damping);
+  } else {
+    throw Error("the mesh has neither cells nor matrices: give one of them");
+  }
+  m.held = d.held;
+  m.point_nodes = d.point_nodes;
+  m.point_weights = d.point_weights;
+  m.reference = d.reference;
+  std::vector<double> place = d.reference;
+  for (std::size_t i = 0; i < d.displacement.size(); ++i) place[i] += d.displacement[i];
+  const std::vector<double> mass = masses_of(m);
+  const double lightest = *std::min_element(mass.begin(), mass.end());
+  add_nodes(scene, d, m, place, mass, node_material);
+  if (!d.side_nodes.empty()) (d.dim == 2 ? add_edges : add_faces)(scene, d, m, place, lightest, side_material);
+  for (std::size_t i = 0; i < m.reference.size(); ++i) m.reference[i] -= scene.origin[i % d.dim];
+  return m;
+}
+
+void add_surface(Scene& scene, std::int64_t body, std::int32_t material, std::span<const double> vertex,
+                 std::span<const std::int32_t> triangle) {
+  if (triangle.empty()) throw Error("a surface has no triangles: give at least one");
+  std::map<std::array<double, 3>, std::int32_t> known;
+  std::vector<double> x;
+  std::vector<std::int32_t> welded, number;
+  for (std::size_t i = 0; i < vertex.size(); i += 3) {
+    const std::array<double, 3> at = {vertex[i] + 0.0, vertex[i + 1] + 0.0, vertex[i + 2] + 0.0};
+    for (const double c : at)
+      if (!std::isfinite(c)) throw Error("vertex " + std::to_string(i / 3) + " of a surface is not finite");
+    const auto [found, is_new] = known.try_emplace(at, std::int32_t(x.size() / 3));
+    if (is_new) x.insert(x.end(), at.begin(), at.end());
+    number.push_back(found->second);
+  }
+  for (const std::int32_t i : triangle) {
+    if (i < 0 || std::size_t(i) >= number.size())
+      throw Error("a triangle names vertex " + std::to_string(i) + " of " + std::to_string(number.size()) +
+                  "; number vertices from 0");
+    welded.push_back(number[std::size_t(i)]);
+  }
+  const SurfaceFacets facets = add_facets(scene.contactors.hulls, x, welded);
+  const std::size_t n = welded.size() / 3;
+  std::vector<std::int32_t> hull(n);
+  std::iota(hull.begin(), hull.end(), facets.first);
+  const std::vector<std::int64_t> bodies(n, body);
+  const std::int32_t materials[] = {material};
+  scene.add_contactors({std::int64_t(n), Shape::facet, bodies, materials, {}, facets.centre, {}, hull});
+}
+
+} // namespace cairn

@@ -1,0 +1,57 @@
+// A deformable body before it is part of a scene: its matrices, given or from elements, and what of it can touch; and
+// the bodies of the scene by which its nodes, points, edges and facets are seen.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "../bodies/mesh_body.hpp"
+#include "../fe/elements.hpp"
+#include "scene.hpp"
+
+namespace cairn {
+
+// The group of the edges or faces of a mesh of that name.
+inline std::string side_group(const std::string& name, int dim) { return name + (dim == 2 ? " edges" : " faces"); }
+
+struct MeshDraft {
+  struct Cells {
+    const ElementInfo* element;
+    std::vector<std::int32_t> node; // (nodes, cells)
+    std::vector<double> elasticity; // times the thickness in 2D [Pa]
+    double density = 0;             // as well [kg/m3]
+  };
+  int dim = 2;
+  std::vector<double> reference; // (dim, nodes) [m], absolute
+  std::vector<Cells> cells;
+  bool lumped = false;
+  double by_mass = 0, by_stiffness = 0;  // Rayleigh's damping C = a M + b K [1/s, s]
+  SparseMatrix mass, stiffness, damping; // lower triangles of one pattern, where they are given; else n is 0
+  std::vector<std::uint8_t> held;        // (dofs)
+  std::vector<std::int32_t> contact_nodes, point_nodes, side_nodes; // (4, points), (4, sides), -1 where fewer
+  std::vector<double> point_weights, displacement, velocity;        // (4, points), (dim, nodes) or empty
+
+  std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
+  void check_node(std::int64_t node) const;
+  // Takes cells of isotropic elasticity. Throws Error, naming cell and node.
+  void add_elastic(const std::string& element, std::int64_t n, const std::int32_t* node, double young, double poisson,
+                   double density, bool plane_stress, double thickness);
+  // Edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body left of an edge.
+  std::vector<std::int32_t> boundary() const;
+  // mass, stiffness and damping from the cells.
+  void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c) const;
+};
+
+// The row of elements.def of that name or cell type. Throws Error with those that there are.
+const ElementInfo& element_named(const std::string& name);
+// Isotropic elasticity (3, 3) or (6, 6) on engineering strains [Pa].
+std::vector<double> isotropic(int dim, double young, double poisson, bool plane_stress);
+
+// Adds the bodies and contactors of a mesh to a scene, nodes first, then points, then sides; their contactors are of
+// the two materials. Throws Error; the scene may then be half done.
+MeshModel add_mesh_parts(Scene& scene, const MeshDraft& draft, const std::string& name, std::int32_t node_material,
+                         std::int32_t side_material);
+// Triangles (3, m) of a surface on a body; vertex (3, n) [m] from its centre, in its axes; equal vertices are one.
+void add_surface(Scene& scene, std::int64_t body, std::int32_t material, std::span<const double> vertex,
+                 std::span<const std::int32_t> triangle);
+
+} // namespace cairn

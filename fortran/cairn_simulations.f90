@@ -1,0 +1,495 @@
+!> Simulations of Cairn for Fortran. Programs use the module cairn.
+module cairn_simulations
+  use, intrinsic :: iso_c_binding
+  use cairn_calls
+  use cairn_scenes
+  implicit none
+  private
+  public :: cairn_simulation, cairn_nscd, cairn_report
+  public :: cairn_converged, cairn_iteration_limit, cairn_diverged
+  public :: create_simulation, destroy_simulation, step_simulation, drive_simulation
+  public :: set_option, set_number, option_text, option_number
+  public :: change_gravity, change_body_field, insert_bodies, insert_contactors, remove_bodies
+  public :: body_count, contact_count, body_field, contact_field, contact_arrays, energy_term, report_number, report_text
+
+  enum, bind(c)
+    enumerator :: cairn_converged = 0, cairn_iteration_limit = 1, cairn_diverged = 2
+  end enum
+
+  type :: cairn_simulation
+    type(c_ptr) :: handle = c_null_ptr !< of the C API
+    integer :: dim = 0
+  end type
+
+  !> Options of Non-Smooth Contact Dynamics; a variable of this type starts with the defaults.
+  type, bind(c) :: cairn_nscd
+    real(c_double) :: theta = 0.5_dp           !< 1/2 to 1
+    real(c_double) :: tolerance = 1e-4_dp      !< on the error of the contact problem [-]
+    integer(c_int32_t) :: min_iterations = 1
+    integer(c_int32_t) :: max_iterations = 1000
+    integer(c_int32_t) :: threads = 0          !< 0: as OpenMP decides
+    integer(c_int32_t) :: warm_start = 1
+    integer(c_int32_t) :: project_positions = 0
+    real(c_double) :: margin = -1              !< [m]; negative: from sizes and speeds
+  end type
+
+  !> What the last step did.
+  type, bind(c) :: cairn_report
+    integer(c_int64_t) :: step
+    integer(c_int64_t) :: contacts             !< candidates that were solved
+    integer(c_int32_t) :: status               !< cairn_converged, cairn_iteration_limit, cairn_diverged
+    integer(c_int32_t) :: iterations
+    real(c_double) :: time                     !< end of the step [s]
+    real(c_double) :: error                    !< of the contact problem [-]
+    real(c_double) :: worst_error              !< of one contact, on its own scale [-]
+    real(c_double) :: penetration              !< deepest overlap / size of the smaller body
+    real(c_double) :: kinetic                  !< energy [J]
+    real(c_double) :: closure                  !< what is left of the energy balance since the start [J]
+    real(c_double) :: energy_in_play           !< the scale of closure [J]
+  end type
+
+  interface
+    integer(c_int32_t) function c_simulation_create(scene, options, simulation, error) bind(c, name="cairn_simulation_create")
+      import
+      type(c_ptr), value :: scene
+      type(cairn_nscd), intent(in) :: options
+      type(c_ptr), intent(out) :: simulation
+      type(c_error), intent(inout) :: error
+    end function
+    subroutine c_simulation_destroy(simulation) bind(c, name="cairn_simulation_destroy")
+      import
+      type(c_ptr), value :: simulation
+    end subroutine
+    integer(c_int32_t) function c_simulation_step(simulation, h, report, error) bind(c, name="cairn_simulation_step")
+      import
+      type(c_ptr), value :: simulation
+      real(c_double), value :: h
+      type(cairn_report), intent(out) :: report
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_simulation_drive(simulation, n, bodies, mask, velocity, error) &
+        bind(c, name="cairn_simulation_drive")
+      import
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: n
+      integer(c_int64_t), intent(in) :: bodies(*)
+      integer(c_int8_t), value :: mask
+      real(c_double), intent(in), optional :: velocity(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int64_t) function c_simulation_bodies(simulation) bind(c, name="cairn_simulation_bodies")
+      import
+      type(c_ptr), value :: simulation
+    end function
+    integer(c_int64_t) function c_simulation_contacts(simulation) bind(c, name="cairn_simulation_contacts")
+      import
+      type(c_ptr), value :: simulation
+    end function
+    integer(c_int32_t) function c_body_field(simulation, name, capacity, values, count, error) &
+        bind(c, name="cairn_simulation_body_field")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: capacity
+      real(c_double), intent(inout) :: values(*)
+      integer(c_int64_t), intent(out) :: count
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_contact_arrays(simulation, bodies, gap, normal, point, impulse, error) &
+        bind(c, name="cairn_simulation_contact_arrays")
+      import
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), intent(inout) :: bodies(*)
+      real(c_double), intent(inout) :: gap(*), normal(*), point(*), impulse(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_set_option(simulation, name, text, error) &
+        bind(c, name="cairn_simulation_set_option")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*), text(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_set_number(simulation, name, value, error) &
+        bind(c, name="cairn_simulation_set_number")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      real(c_double), value :: value
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_get_option(simulation, name, capacity, text, error) &
+        bind(c, name="cairn_simulation_get_option")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: capacity
+      character(c_char), intent(inout) :: text(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_get_number(simulation, name, value, error) &
+        bind(c, name="cairn_simulation_get_number")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      real(c_double), intent(out) :: value
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_simulation_set_gravity(simulation, gravity, error) &
+        bind(c, name="cairn_simulation_set_gravity")
+      import
+      type(c_ptr), value :: simulation
+      real(c_double), intent(in) :: gravity(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_simulation_set_body_field(simulation, name, n, bodies, values, error) &
+        bind(c, name="cairn_simulation_set_body_field")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: n
+      integer(c_int64_t), intent(in), optional :: bodies(*)
+      real(c_double), intent(in) :: values(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_simulation_add_bodies(simulation, n, position, rotation, velocity, mass, inertia, first, error) &
+        bind(c, name="cairn_simulation_add_bodies")
+      import
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: n
+      real(c_double), intent(in) :: position(*), mass(*), inertia(*)
+      real(c_double), intent(in), optional :: rotation(*), velocity(*)
+      integer(c_int64_t), intent(out) :: first
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_simulation_add_contactors(simulation, shape, n, body, material, radius, offset, &
+        direction, hull, first, error) bind(c, name="cairn_simulation_add_contactors")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: shape(*)
+      integer(c_int64_t), value :: n
+      integer(c_int64_t), intent(in) :: body(*)
+      integer(c_int32_t), intent(in) :: material(*)
+      real(c_double), intent(in), optional :: radius(*), offset(*), direction(*)
+      integer(c_int32_t), intent(in), optional :: hull(*)
+      integer(c_int64_t), intent(out) :: first
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_remove_bodies(simulation, n, bodies, error) &
+        bind(c, name="cairn_simulation_remove_bodies")
+      import
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), value :: n
+      integer(c_int64_t), intent(in) :: bodies(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_contact_field(simulation, name, capacity, values, count, error) &
+        bind(c, name="cairn_simulation_contact_field")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: capacity
+      real(c_double), intent(inout) :: values(*)
+      integer(c_int64_t), intent(out) :: count
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_energy(simulation, name, value, error) &
+        bind(c, name="cairn_simulation_energy")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      real(c_double), intent(out) :: value
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_report(simulation, name, value, error) &
+        bind(c, name="cairn_simulation_report")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      real(c_double), intent(out) :: value
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_report_text(simulation, name, capacity, text, error) &
+        bind(c, name="cairn_simulation_report_text")
+      import
+      type(c_ptr), value :: simulation
+      character(c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: capacity
+      character(c_char), intent(inout) :: text(*)
+      type(c_error), intent(inout) :: error
+    end function
+  end interface
+
+contains
+
+  !> The simulation takes a copy of the scene.
+  subroutine create_simulation(simulation, scene, options, error)
+    type(cairn_simulation), intent(out) :: simulation
+    type(cairn_scene), intent(in) :: scene
+    type(cairn_nscd), intent(in), optional :: options
+    type(cairn_error), intent(out), optional :: error
+    type(cairn_nscd) :: chosen
+    type(c_error) :: what
+
+    if (present(options)) chosen = options
+    simulation%dim = scene%dim
+    call report_back(c_simulation_create(scene%handle, chosen, simulation%handle, what), what, error)
+  end subroutine create_simulation
+
+  subroutine destroy_simulation(simulation)
+    type(cairn_simulation), intent(inout) :: simulation
+
+    call c_simulation_destroy(simulation%handle)
+    simulation%handle = c_null_ptr
+  end subroutine destroy_simulation
+
+  subroutine step_simulation(simulation, h, report, error)
+    type(cairn_simulation), intent(in) :: simulation
+    real(dp), intent(in) :: h                                    !< [s]
+    type(cairn_report), intent(out), optional :: report
+    type(cairn_error), intent(out), optional :: error
+    type(cairn_report) :: own
+    type(c_error) :: what
+
+    call report_back(c_simulation_step(simulation%handle, h, own, what), what, error)
+    if (present(report)) report = own
+  end subroutine step_simulation
+
+  !> As drive_bodies, between steps.
+  subroutine drive_simulation(simulation, body, driven, velocity, error)
+    type(cairn_simulation), intent(in) :: simulation
+    integer(c_int64_t), intent(in) :: body(:)
+    logical, intent(in) :: driven(:)
+    real(dp), intent(in), contiguous, optional :: velocity(:, :)
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. drive_sizes(simulation%dim, size(body), driven, velocity, error)) return
+    call report_back(c_simulation_drive(simulation%handle, size(body, kind=c_int64_t), body, mask_of(driven), velocity, what), &
+                     what, error)
+  end subroutine drive_simulation
+
+  integer(c_int64_t) function body_count(simulation)
+    type(cairn_simulation), intent(in) :: simulation
+
+    body_count = c_simulation_bodies(simulation%handle)
+  end function body_count
+
+  !> Candidates of the last step.
+  integer(c_int64_t) function contact_count(simulation)
+    type(cairn_simulation), intent(in) :: simulation
+
+    contact_count = c_simulation_contacts(simulation%handle)
+  end function contact_count
+
+  !> A field of bodies by its name ("position", "velocity", "rotation", ...), in the order of insertion: (components, n). A field
+  !> that nothing in the scene needs has no components.
+  subroutine body_field(simulation, name, values, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    real(dp), allocatable, intent(out) :: values(:, :)
+    type(cairn_error), intent(out), optional :: error
+    integer(c_int64_t) :: numbers, written, n
+    integer(c_int32_t) :: code
+    real(dp) :: nothing(1)
+    type(c_error) :: what
+
+    n = body_count(simulation)
+    numbers = 0
+    code = c_body_field(simulation%handle, c_text(name), -1_c_int64_t, nothing, numbers, what)
+    allocate (values(numbers/max(n, 1_c_int64_t), n))
+    if (code == 0 .and. numbers > 0) &
+      code = c_body_field(simulation%handle, c_text(name), numbers, values, written, what)
+    call report_back(code, what, error)
+  end subroutine body_field
+
+  !> Contacts of the last step: n candidates, the antagonist body second; impulses act on the candidate, in space axes.
+  subroutine contact_arrays(simulation, bodies, gap, normal, point, impulse, error)
+    type(cairn_simulation), intent(in) :: simulation
+    integer(c_int64_t), allocatable, intent(out) :: bodies(:, :) !< (2, n) ids
+    real(dp), allocatable, intent(out) :: gap(:)                 !< (n) [m]
+    real(dp), allocatable, intent(out) :: normal(:, :)           !< (dim, n)
+    real(dp), allocatable, intent(out) :: point(:, :)            !< (dim, n) [m]
+    real(dp), allocatable, intent(out) :: impulse(:, :)          !< (dim, n) [N s]
+    type(cairn_error), intent(out), optional :: error
+    integer(c_int64_t) :: n
+    type(c_error) :: what
+
+    n = contact_count(simulation)
+    allocate (bodies(2, n), gap(n), normal(simulation%dim, n), point(simulation%dim, n), impulse(simulation%dim, n))
+    call report_back(c_contact_arrays(simulation%handle, bodies, gap, normal, point, impulse, what), what, error)
+  end subroutine contact_arrays
+
+  !> An option that a number cannot say: "strategy" ("nscd", "carpenter", "granular_element", "smooth_dem"), "solver" ("auto", ...).
+  subroutine set_option(simulation, name, text, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name, text
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    call report_back(c_set_option(simulation%handle, c_text(name), c_text(text), what), what, error)
+  end subroutine set_option
+
+  !> An option of the strategy in use by its name in options.def: "tol", "max_iter", "skin", ...; flags are 0 or 1.
+  subroutine set_number(simulation, name, value, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    real(dp), intent(in) :: value
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    call report_back(c_set_number(simulation%handle, c_text(name), value, what), what, error)
+  end subroutine set_number
+
+  function option_text(simulation, name, error) result(text)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    type(cairn_error), intent(out), optional :: error
+    character(:), allocatable :: text
+    character(c_char) :: room(64)
+    type(c_error) :: what
+
+    room = c_null_char
+    call report_back(c_get_option(simulation%handle, c_text(name), size(room, kind=c_int64_t), room, what), what, error)
+    text = from_c(room)
+  end function option_text
+
+  real(dp) function option_number(simulation, name, error) result(value)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    value = 0
+    call report_back(c_get_number(simulation%handle, c_text(name), value, what), what, error)
+  end function option_number
+
+  subroutine change_gravity(simulation, gravity, error)
+    type(cairn_simulation), intent(in) :: simulation
+    real(dp), intent(in) :: gravity(:)                           !< (dim) [m/s2], from now on
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. has_size("gravity", size(gravity), simulation%dim, error)) return
+    call report_back(c_simulation_set_gravity(simulation%handle, gravity, what), what, error)
+  end subroutine change_gravity
+
+  !> As set_body_field, between steps.
+  subroutine change_body_field(simulation, name, values, body, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    real(dp), intent(in), contiguous :: values(:, :)             !< (components, n)
+    integer(c_int64_t), intent(in), contiguous, optional :: body(:) !< (n) ids; all in the order of insertion without
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. field_fits(simulation%dim, name, values, body, error)) return
+    call report_back(c_simulation_set_body_field(simulation%handle, c_text(name), size(values, 2, c_int64_t), body, values, &
+                                                 what), what, error)
+  end subroutine change_body_field
+
+  !> As add_bodies, between steps.
+  subroutine insert_bodies(simulation, position, mass, inertia, first, rotation, velocity, error)
+    type(cairn_simulation), intent(in) :: simulation
+    real(dp), intent(in), contiguous :: position(:, :), inertia(:, :)
+    real(dp), intent(in) :: mass(:)
+    integer(c_int64_t), intent(out) :: first
+    real(dp), intent(in), contiguous, optional :: rotation(:, :), velocity(:, :)
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    first = -1
+    if (.not. body_sizes(simulation%dim, position, mass, inertia, rotation, velocity, error)) return
+    call report_back(c_simulation_add_bodies(simulation%handle, size(mass, kind=c_int64_t), position, rotation, velocity, &
+                                             mass, inertia, first, what), what, error)
+  end subroutine insert_bodies
+
+  !> As add_contactors, or with `hull` as add_hull_contactors, between steps; materials and hulls are those of the scene.
+  subroutine insert_contactors(simulation, shape, body, material, radius, offset, direction, hull, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: shape
+    integer(c_int64_t), intent(in) :: body(:)
+    integer, intent(in) :: material(:)
+    real(dp), intent(in), contiguous, optional :: radius(:), offset(:, :), direction(:, :)
+    integer(c_int32_t), intent(in), contiguous, optional :: hull(:)
+    type(cairn_error), intent(out), optional :: error
+    integer :: n
+    integer(c_int64_t) :: first
+    type(c_error) :: what
+
+    n = size(body)
+    if (.not. contactor_sizes(simulation%dim, n, material, radius, offset, direction, error)) return
+    if (present(hull)) then
+      if (.not. has_size("hull", size(hull), n, error)) return
+    end if
+    call report_back(c_simulation_add_contactors(simulation%handle, c_text(shape), int(n, c_int64_t), body, &
+                                                 int(material, c_int32_t), radius, offset, direction, hull, first, what), &
+                     what, error)
+  end subroutine insert_contactors
+
+  !> Bodies go, with their contactors; ids of the others stay.
+  subroutine remove_bodies(simulation, body, error)
+    type(cairn_simulation), intent(in) :: simulation
+    integer(c_int64_t), intent(in) :: body(:)
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    call report_back(c_remove_bodies(simulation%handle, size(body, kind=c_int64_t), body, what), what, error)
+  end subroutine remove_bodies
+
+  !> A field of the contacts of the last step by its name in contact_fields.def: (components, n).
+  subroutine contact_field(simulation, name, values, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    real(dp), allocatable, intent(out) :: values(:, :)
+    type(cairn_error), intent(out), optional :: error
+    integer(c_int64_t) :: numbers, written, n
+    integer(c_int32_t) :: code
+    real(dp) :: nothing(1)
+    type(c_error) :: what
+
+    n = contact_count(simulation)
+    numbers = 0
+    code = c_contact_field(simulation%handle, c_text(name), -1_c_int64_t, nothing, numbers, what)
+    allocate (values(numbers/max(n, 1_c_int64_t), n))
+    if (code == 0 .and. numbers > 0) &
+      code = c_contact_field(simulation%handle, c_text(name), numbers, values, written, what)
+    call report_back(code, what, error)
+  end subroutine contact_field
+
+  !> A term of the energy since the start by its name in report.def [J]: "kinetic", "stored", "closure", ...
+  real(dp) function energy_term(simulation, name, error) result(value)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    value = 0
+    call report_back(c_energy(simulation%handle, c_text(name), value, what), what, error)
+  end function energy_term
+
+  !> A number of the last step by its name in report.def: "worst_contact", "penetration", ...
+  real(dp) function report_number(simulation, name, error) result(value)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    value = 0
+    call report_back(c_report(simulation%handle, c_text(name), value, what), what, error)
+  end function report_number
+
+  !> "status", "solver" or "hint" of the last step.
+  function report_text(simulation, name, error) result(text)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    type(cairn_error), intent(out), optional :: error
+    character(:), allocatable :: text
+    character(c_char) :: room(1024)
+    type(c_error) :: what
+
+    room = c_null_char
+    call report_back(c_report_text(simulation%handle, c_text(name), size(room, kind=c_int64_t), room, what), what, error)
+    text = from_c(room)
+  end function report_text
+end module cairn_simulations

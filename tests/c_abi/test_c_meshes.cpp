@@ -1,0 +1,238 @@
+// Deformable bodies through the C API: from cells and from matrices, held and loaded, against rigid bodies and each
+// other.
+#include <algorithm>
+
+#include "c_scene.hpp"
+
+namespace {
+
+struct CMeshes : CScene {
+  cairn_mesh* mesh = nullptr;
+  std::vector<double> node;
+  std::vector<int32_t> cell;
+  ~CMeshes() override { cairn_mesh_destroy(mesh); }
+
+  // n by n quadrilaterals of a square of side 1, or n by n by n hexahedra of a cube, its lower corner there.
+  void block(int dim, int n, std::vector<double> corner) {
+    cairn_mesh_destroy(mesh);
+    mesh = nullptr;
+    node.clear();
+    cell.clear();
+    const int m = n + 1, layers = dim == 2 ? 1 : m;
+    for (int k = 0; k < layers; ++k)
+      for (int j = 0; j < m; ++j)
+        for (int i = 0; i < m; ++i) {
+          const double x[] = {double(i) / n, double(j) / n, double(k) / n};
+          for (int c = 0; c < dim; ++c) node.push_back(corner[std::size_t(c)] + x[c]);
+        }
+    for (int k = 0; k < (dim == 2 ? 1 : n); ++k)
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const int32_t a = (k * m + j) * m + i;
+          cell.insert(cell.end(), {a, a + 1, a + m + 1, a + m});
+          if (dim == 3) cell.insert(cell.end(), {a + m * m, a + m * m + 1, a + m * m + m + 1, a + m * m + m});
+        }
+    ASSERT_EQ(cairn_mesh_create(dim, int64_t(node.size()) / dim, node.data(), &mesh, &error), 0) << error.message;
+  }
+  int64_t cells(int dim) const { return int64_t(cell.size()) / (dim == 2 ? 4 : 8); }
+  void elastic(int dim, double young = 1e7) {
+    ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, dim == 2 ? "q4" : "hex8", cells(dim), cell.data(), young, 0.3, 1000, 0,
+                                           1, &error),
+              0)
+        << error.message;
+    ASSERT_EQ(cairn_mesh_set_damping(mesh, 0, 5e-3, 0, &error), 0) << error.message;
+  }
+  // Nodes whose coordinate along the last axis is that.
+  std::vector<int32_t> level(int dim, double height) const {
+    std::vector<int32_t> found;
+    for (std::size_t i = 0; i < node.size() / dim; ++i)
+      if (std::abs(node[dim * i + dim - 1] - height) < 1e-9) found.push_back(int32_t(i));
+    return found;
+  }
+  void touch(const std::vector<int32_t>& nodes) {
+    ASSERT_EQ(cairn_mesh_touch_nodes(mesh, int64_t(nodes.size()), nodes.data(), &error), 0) << error.message;
+  }
+  // Sides of the boundary whose nodes are all of these.
+  void touch_sides(int dim, const std::vector<int32_t>& nodes) {
+    int64_t count = 0;
+    ASSERT_EQ(cairn_mesh_boundary(mesh, 0, nullptr, &count, &error), 0) << error.message;
+    std::vector<int32_t> sides(count), kept;
+    ASSERT_EQ(cairn_mesh_boundary(mesh, count, sides.data(), &count, &error), 0);
+    const std::size_t width = dim == 2 ? 2 : 4;
+    for (std::size_t s = 0; s < sides.size(); s += width) {
+      bool all = true;
+      for (std::size_t k = 0; k < width; ++k)
+        all = all && std::find(nodes.begin(), nodes.end(), sides[s + k]) != nodes.end();
+      if (all) kept.insert(kept.end(), &sides[s], &sides[s] + width);
+    }
+    ASSERT_GT(kept.size(), 0u);
+    ASSERT_EQ(cairn_mesh_touch_sides(mesh, int64_t(kept.size() / width), kept.data(), &error), 0) << error.message;
+  }
+  int32_t add(const char* name) {
+    int32_t number = -1;
+    EXPECT_EQ(cairn_scene_add_mesh(scene, mesh, name, rock, -1, nullptr, &number, &error), 0) << error.message;
+    return number;
+  }
+  std::vector<double> mesh_field(int32_t number, const char* name) {
+    int64_t count = 0;
+    EXPECT_EQ(cairn_simulation_mesh_field(simulation, number, name, 0, nullptr, &count, &error), 0) << error.message;
+    std::vector<double> values(count);
+    EXPECT_EQ(cairn_simulation_mesh_field(simulation, number, name, count, values.data(), &count, &error), 0);
+    return values;
+  }
+  void settle(int n) {
+    ASSERT_EQ(cairn_simulation_set_number(simulation, "theta", 1, &error), 0) << error.message;
+    ASSERT_EQ(cairn_simulation_set_number(simulation, "tol", 1e-8, &error), 0);
+    ASSERT_EQ(cairn_simulation_set_option(simulation, "solver", "auto", &error), 0);
+    steps(n, 2e-3);
+    EXPECT_EQ(text("status"), "converged");
+  }
+  double upwards(int dim) {
+    double up = 0;
+    const auto impulse = contact("impulse");
+    for (std::size_t i = std::size_t(dim) - 1; i < impulse.size(); i += std::size_t(dim)) up += impulse[i];
+    return up / 2e-3;
+  }
+};
+
+TEST_F(CMeshes, a_block_rests_on_a_floor) {
+  for (const int dim : {2, 3}) {
+    make(dim);
+    floor(dim);
+    block(dim, 2, {0, 0, 0});
+    elastic(dim);
+    touch(level(dim, 0));
+    const int32_t number = add("block");
+    start();
+    settle(100);
+    EXPECT_NEAR(upwards(dim) / 9810, 1, 1e-6);
+    EXPECT_GT(energy("stored"), 0);
+    for (const double v : mesh_field(number, "velocity")) EXPECT_NEAR(v, 0, 1e-5);
+    cairn_simulation_destroy(simulation);
+    cairn_scene_destroy(scene);
+    simulation = nullptr;
+    scene = nullptr;
+  }
+}
+
+TEST_F(CMeshes, blocks_rest_on_each_others_sides) {
+  for (const int dim : {2, 3}) {
+    make(dim);
+    floor(dim);
+    block(dim, 2, {0, 0, 0});
+    elastic(dim);
+    touch(level(dim, 0));
+    touch_sides(dim, level(dim, 1));
+    add("lower");
+    EXPECT_REFUSED(cairn_scene_add_mesh(scene, mesh, "lower", rock, -1, nullptr, nullptr, &error), "lower");
+    if (dim == 2)
+      block(dim, 2, {0.1, 1});
+    else
+      block(dim, 2, {0.1, 0.05, 1});
+    elastic(dim);
+    touch(level(dim, 1));
+    add("upper");
+    start();
+    settle(400);
+    double on_floor = 0;
+    const auto bodies = contact("bodies"), impulse = contact("impulse");
+    for (std::size_t i = 0; i < bodies.size() / 2; ++i)
+      if (bodies[2 * i + 1] == 0) on_floor += impulse[dim * i + dim - 1] / 2e-3;
+    EXPECT_NEAR(on_floor / 9810, 2, 5e-3) << dim; // it still sways a little
+    EXPECT_NEAR((upwards(dim) - on_floor) / 9810, 1, 5e-3) << dim;
+    const int64_t part = 1;
+    EXPECT_REFUSED(cairn_simulation_remove_bodies(simulation, 1, &part, &error), "lower");
+    EXPECT_REFUSED(cairn_simulation_set_option(simulation, "strategy", "smooth_dem", &error), "smooth_dem");
+    EXPECT_REFUSED(cairn_simulation_set_number(simulation, "project_positions", 1, &error), "project_positions");
+    cairn_simulation_destroy(simulation);
+    cairn_scene_destroy(scene);
+    simulation = nullptr;
+    scene = nullptr;
+  }
+}
+
+// Held below, pulled above: the answer of a rod without transverse strain.
+TEST_F(CMeshes, held_and_loaded_nodes_give_the_strain_of_a_rod) {
+  make(2);
+  const double none[] = {0, 0};
+  ASSERT_EQ(cairn_scene_set_gravity(scene, none, &error), 0);
+  block(2, 2, {0, 0});
+  EXPECT_EQ(cairn_mesh_add_elastic_cells(mesh, "q4", cells(2), cell.data(), 1e7, 0, 1000, 1, 0.5, &error), 0);
+  ASSERT_EQ(cairn_mesh_set_damping(mesh, 0, 5e-3, 0, &error), 0);
+  const auto bottom = level(2, 0), top = level(2, 1);
+  ASSERT_EQ(cairn_mesh_hold(mesh, int64_t(bottom.size()), bottom.data(), 3, &error), 0) << error.message;
+  EXPECT_REFUSED(cairn_mesh_hold(mesh, 1, bottom.data(), 4, &error), "mask");
+  const int32_t number = add("rod");
+  start();
+  std::vector<double> force(node.size(), 0.0);
+  for (std::size_t k = 0; k < top.size(); ++k) force[2 * std::size_t(top[k]) + 1] = k == 1 ? 500.0 : 250.0;
+  ASSERT_EQ(cairn_simulation_load_mesh(simulation, number, force.data(), nullptr, nullptr, &error), 0);
+  EXPECT_REFUSED(cairn_simulation_load_mesh(simulation, 4, force.data(), nullptr, nullptr, &error), "mesh 4");
+  settle(200);
+  const auto u = mesh_field(number, "displacement");
+  for (const int32_t i : top) EXPECT_NEAR(u[2 * std::size_t(i) + 1] / (1000 / (1e7 * 0.5)), 1, 1e-4);
+}
+
+// The same body from matrices that a program puts together from those of its elements.
+TEST_F(CMeshes, matrices_of_elements_give_the_same_steps) {
+  make(2);
+  const double young = 1e7, poisson = 0.3, lame = young * poisson / (1.3 * 0.4), shear = young / 2.6;
+  const double elasticity[] = {lame + 2 * shear, lame, 0, lame, lame + 2 * shear, 0, 0, 0, shear};
+  block(2, 1, {0, 0});
+  std::vector<double> corners, stiffness(64), mass(64);
+  for (const int32_t i : cell) corners.insert(corners.end(), {node[2 * i], node[2 * i + 1]});
+  ASSERT_EQ(cairn_element_matrices("q4", 1, corners.data(), 1000, elasticity, stiffness.data(), mass.data(), &error), 0)
+      << error.message;
+  std::vector<int64_t> start_of{0};
+  std::vector<int32_t> row;
+  std::vector<double> m, k;
+  for (int c = 0; c < 8; ++c) {
+    for (int r = c; r < 8; ++r) {
+      // where dofs of nodes stand among those of the cell: its last two nodes are in the other order
+      const int order[] = {0, 1, 3, 2}, ec = 2 * order[c / 2] + c % 2, er = 2 * order[r / 2] + r % 2;
+      row.push_back(r);
+      m.push_back(mass[8 * ec + er]);
+      k.push_back(stiffness[8 * ec + er]);
+    }
+    start_of.push_back(int64_t(row.size()));
+  }
+  elastic(2, young);
+  EXPECT_REFUSED(cairn_mesh_set_matrices(mesh, start_of.data(), row.data(), m.data(), k.data(), nullptr, &error),
+                 "cells");
+  add("cells");
+  block(2, 1, {0, 0});
+  const std::vector<int32_t> wrong(row.size(), 0);
+  EXPECT_REFUSED(cairn_mesh_set_matrices(mesh, start_of.data(), wrong.data(), m.data(), k.data(), nullptr, &error),
+                 "row[1]");
+  std::vector<double> damping = k;
+  for (double& c : damping) c *= 5e-3;
+  ASSERT_EQ(cairn_mesh_set_matrices(mesh, start_of.data(), row.data(), m.data(), k.data(), damping.data(), &error), 0)
+      << error.message;
+  add("matrices");
+  start();
+  const std::vector<double> force = {0, 0, 1e3, 0, -2e3, 0, 0, 5e2};
+  for (const int32_t which : {0, 1})
+    ASSERT_EQ(cairn_simulation_load_mesh(simulation, which, force.data(), nullptr, nullptr, &error), 0);
+  steps(20);
+  const auto one = mesh_field(0, "velocity"), other = mesh_field(1, "velocity");
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_NEAR(one[i], other[i], 1e-12 * std::abs(one[i]) + 1e-13);
+}
+
+TEST_F(CMeshes, what_no_mesh_can_be_is_refused_by_name) {
+  make(2);
+  block(2, 1, {0, 0});
+  EXPECT_REFUSED(cairn_scene_add_mesh(scene, mesh, "empty", rock, -1, nullptr, nullptr, &error), "cells");
+  const std::vector<int32_t> turned(cell.rbegin(), cell.rend()), far{0, 1, 2, 9};
+  EXPECT_REFUSED(cairn_mesh_add_elastic_cells(mesh, "q9", 1, cell.data(), 1, 0, 1, 0, 1, &error), "q4");
+  EXPECT_REFUSED(cairn_mesh_add_elastic_cells(mesh, "hex8", 1, cell.data(), 1, 0, 1, 0, 1, &error), "dimensions");
+  EXPECT_REFUSED(cairn_mesh_add_elastic_cells(mesh, "q4", 1, far.data(), 1, 0, 1, 0, 1, &error), "node 9");
+  EXPECT_REFUSED(cairn_mesh_add_elastic_cells(mesh, "q4", 1, cell.data(), 1, 0.5, 1, 0, 1, &error), "poisson");
+  EXPECT_REFUSED(cairn_mesh_touch_nodes(mesh, 1, &far[3], &error), "node 9");
+  ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, "q4", 1, turned.data(), 1, 0, 1, 0, 1, &error), 0) << error.message;
+  EXPECT_REFUSED(cairn_scene_add_mesh(scene, mesh, "turned", rock, -1, nullptr, nullptr, &error), "inside out");
+  EXPECT_REFUSED(cairn_scene_add_mesh(scene, mesh, "rock", rock, -1, nullptr, nullptr, &error), "rock");
+  start();
+  EXPECT_EQ(cairn_simulation_bodies(simulation), 0); // nothing of it stays
+}
+
+} // namespace

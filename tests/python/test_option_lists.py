@@ -1,0 +1,34 @@
+"""Settings of strategies: the core's list and Python's classes say the same."""
+
+import dataclasses
+import math
+
+import cairn as cn
+import pytest
+from cairn import _core
+from cairn.run.strategies import NLGS
+
+
+@pytest.mark.parametrize("name, strategy", [("nscd", cn.NSCD(solver=NLGS())), ("smooth_dem", cn.SmoothDEM())])
+def test_defaults_of_the_core_are_those_of_python(name, strategy):
+    rows = {row["name"]: row for row in _core.strategy_options(name)}
+    given = strategy.settings()
+    assert given.pop("strategy") == name
+    if name == "nscd":  # the pose is chosen with the strategy, its parameters are stiffness and ratio
+        assert given.pop("pose") == "moreau" and len(given.pop("pose_params")) == 2
+    assert set(given) <= set(rows)
+    for key, value in given.items():
+        default = rows[key]["default"]
+        assert type(default) is type(value)
+        assert default == value or (math.isnan(default) and math.isnan(value))
+    assert set(rows) - set(given) <= {"memory", "stiffness", "ratio"}  # of solvers that keep factors, of poses
+
+
+def test_ranges_of_the_core_are_those_of_python():
+    for name, ends in {"theta": (0.5, 1.0), "threads": (0, 1024)}.items():
+        row = next(r for r in _core.strategy_options("nscd") if r["name"] == name)
+        assert (row["smallest"], row["largest"], row["ends"]) == (*ends, "[]")
+        for value in ends:
+            dataclasses.replace(cn.NSCD(), **{name: value})
+        with pytest.raises(ValueError, match=name):
+            dataclasses.replace(cn.NSCD(), **{name: ends[1] + 1})
