@@ -86,8 +86,8 @@ TEST_F(COptions, granular_element_and_carpenter_are_chosen_by_name) {
   EXPECT_NEAR(contact("gap")[0] * 1e5 / (-2 * 9.81), 1, 1e-3);
   ASSERT_EQ(cairn_simulation_set_option(simulation, "strategy", "carpenter", &error), 0) << error.message;
   ASSERT_EQ(cairn_simulation_set_number(simulation, "stiffness", infinite, &error), 0) << error.message;
-  steps(3); // what was overlap is pushed out in one step
-  EXPECT_NEAR(contact("gap")[0], 0, 1e-9);
+  steps(2); // what was overlap is pushed out in one step, and flies on
+  EXPECT_GT(contact("gap")[0], -1e-9);
 }
 
 TEST_F(COptions, contacts_and_energy_are_read_by_name) {
