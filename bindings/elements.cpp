@@ -2,6 +2,7 @@
 
 #include "arrays.hpp"
 #include "base/call.hpp"
+#include "soe/soe.hpp"
 
 namespace {
 
@@ -31,6 +32,38 @@ py::tuple matrices(const std::string& cell, const Input<double>& x, double densi
   return py::make_tuple(stiffness, mass, wrong);
 }
 
+// Lower triangles (start, row, [values, ...]) on one pattern of n unknowns. Of each kind of cells: unknowns (m, k) and
+// matrices (m, k, k), as many as there are values.
+py::tuple assembled(std::int64_t n, const std::vector<Input<std::int32_t>>& unknown,
+                    const std::vector<std::vector<Input<double>>>& matrices) {
+  std::vector<std::int64_t> start{0};
+  std::vector<std::int32_t> all;
+  for (const auto& of : unknown) {
+    if (of.ndim() != 2) throw cairn::Error("unknowns of cells must be (m, k)");
+    for (py::ssize_t c = 0; c < of.shape(0); ++c) start.push_back(start.back() + of.shape(1));
+    all.insert(all.end(), of.data(), of.data() + of.size());
+  }
+  const cairn::SparseMatrix pattern = cairn::lower_pattern(n, start, all);
+  const std::size_t entries = pattern.row.size();
+  py::list values;
+  for (const auto& of_kinds : matrices) {
+    py::array_t<double> value(entries);
+    std::fill_n(value.mutable_data(), entries, 0.0);
+    std::size_t first = 0, kind = 0;
+    for (const auto& of : unknown) {
+      const auto cells = std::size_t(of.shape(0)), size = std::size_t(of.shape(1));
+      const Input<double>& matrix = of_kinds.at(kind++);
+      if (matrix.size() != py::ssize_t(cells * size * size)) throw cairn::Error("matrices of cells must be (m, k, k)");
+      cairn::add_cliques(pattern, std::span(start).subspan(first, cells + 1), all, matrix.data(),
+                         {value.mutable_data(), entries});
+      first += cells;
+    }
+    values.append(value);
+  }
+  return py::make_tuple(py::array_t<std::int64_t>(pattern.start.size(), pattern.start.data()),
+                        py::array_t<std::int32_t>(entries, pattern.row.data()), values);
+}
+
 py::array_t<double> stress(const std::string& cell, const Input<double>& x, const Input<double>& elasticity,
                            const Input<double>& displacement) {
   const cairn::ElementInfo& e = element_of(cell, x, elasticity);
@@ -57,5 +90,6 @@ void bind_elements(py::module_& m) {
     return rows;
   });
   m.def("element_matrices", &matrices);
+  m.def("assembled", &assembled);
   m.def("element_stress", &stress);
 }

@@ -114,6 +114,22 @@ void bind_meshes(py::module_& m) {
   auto simulation = py::reinterpret_borrow<py::class_<Simulation>>(m.attr("Simulation"));
   simulation.def("add_mesh", &add_mesh)
       .def("load_mesh", &load_mesh)
+      .def("mesh_work",
+           [](const Simulation& s) {
+             py::dict out;
+             std::int64_t solves = 0, factorisations = 0, bytes = 0, dofs = 0;
+             for (const cairn::MeshBody& mesh : s.meshes.meshes) {
+               solves += mesh.solves;
+               factorisations += mesh.factorisations;
+               bytes += mesh.bytes();
+               dofs += mesh.model.dim * mesh.contact_nodes();
+             }
+             out["solves"] = solves;
+             out["factorisations"] = factorisations;
+             out["bytes"] = bytes;
+             out["contact_dofs"] = dofs;
+             return out;
+           })
       .def("follow_meshes", &Simulation::follow_meshes)
       .def("forget_meshes", [](Simulation& s) { s.meshes = cairn::MeshSet(); });
 }

@@ -91,6 +91,7 @@ void MeshBody::factorise(double h, double theta, BulkStep bulk) {
   made->theta = theta;
   made->explicit_bulk = explicit_;
   if (bulk == BulkStep::central_difference) check_step(h);
+  ++factorisations;
   made->place.assign(std::size_t(model.nodes()), -1);
   if (model.make_solver && !explicit_) {
     made->solver = model.make_solver(h, theta);
@@ -107,11 +108,10 @@ void MeshBody::factorise(double h, double theta, BulkStep bulk) {
   now_ = factors_.back().get();
 }
 
-void MeshBody::solve(double* b) const {
-  if (now_->soe)
-    now_->soe->solve(b);
-  else
-    now_->solver(b);
+void MeshBody::solve(double* b, std::int64_t columns) {
+  solves += columns;
+  if (now_->soe) return now_->soe->solve(b, columns);
+  for (std::int64_t c = 0; c < columns; ++c) now_->solver(b + c * model.dofs());
 }
 
 void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, double theta, BulkStep bulk) {
@@ -164,14 +164,19 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     f.soe->solve_units(dofs, made.data());
   } else {
     for (std::size_t c = 0; c < old; ++c) std::copy_n(&f.compliance[f.leading * c], old, &made[size * c]);
-    for (std::size_t c = old; c < size; ++c) { // one solution for each dof that is new
-      std::fill(a_.begin(), a_.end(), 0.0);
-      if (!model.held[dofs[c]]) {
-        a_[dofs[c]] = 1;
-        solve(a_.data());
+    constexpr std::size_t most = 8; // columns that the factors are gone through for at once
+    const auto n = std::size_t(model.dofs());
+    for (std::size_t first = old; first < size; first += most) { // one solution for each dof that is new
+      const std::size_t end = std::min(first + most, size);
+      columns_.assign(n * (end - first), 0.0);
+      for (std::size_t c = first; c < end; ++c)
+        if (!model.held[dofs[c]]) columns_[n * (c - first) + dofs[c]] = 1;
+      solve(columns_.data(), std::int64_t(end - first));
+      for (std::size_t c = first; c < end; ++c) {
+        const double* x = &columns_[n * (c - first)];
+        for (std::size_t r = 0; r < size; ++r) made[size * c + r] = model.held[dofs[r]] ? 0 : x[dofs[r]];
+        for (std::size_t r = 0; r < old; ++r) made[size * r + c] = made[size * c + r];
       }
-      for (std::size_t r = 0; r < size; ++r) made[size * c + r] = model.held[dofs[r]] ? 0 : a_[dofs[r]];
-      for (std::size_t r = 0; r < old; ++r) made[size * r + c] = made[size * c + r];
     }
   }
   f.compliance.swap(made);

@@ -53,6 +53,8 @@ public:
   std::vector<double> held_velocity;              // (dofs) of held dofs at the end of the step [m/s]; empty: zero
   MeshWork work;                                  // of the last step
 
+  std::int64_t solves = 0, factorisations = 0;    // forward and back, and of A, since the start
+
   double size() const { return size_; } // of a cell, about [m]
 
   // Velocities of nodes at the end of the step without contacts, from those in `bodies`; of a step's begin.
@@ -90,8 +92,8 @@ private:
   };
   void factorise(double h, double theta, BulkStep bulk);
   void check_step(double h) const;
-  double stable_step() const;  // of central differences [s]
-  void solve(double* b) const; // held dofs bring their given x
+  double stable_step() const; // of central differences [s]
+  void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
   void damping_times(const double* x, double* out) const;
@@ -103,6 +105,7 @@ private:
   Factors* now_ = nullptr;
   std::vector<double> lumped_;                       // (dofs) [kg]
   std::vector<double> q_, v_, free_, f_, a_, b_, c_; // (dofs) of the step at hand
+  std::vector<double> columns_;                      // (some, dofs) right sides that are solved at once
   double h_ = 0, theta_ = 0, size_ = 0;
   bool explicit_ = false; // the step at hand
 };

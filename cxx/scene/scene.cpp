@@ -68,6 +68,7 @@ bool Scene::has(Need need) const {
   case Need::anisotropic: return bodies.angular_momentum.active;
   case Need::driven: return bodies.driven.active;
   case Need::damping: return bodies.damping.active;
+  case Need::whole: return bodies.whole.active;
   case Need::smooth: return bodies.contact_force.active;
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;
@@ -301,9 +302,13 @@ std::int32_t Scene::internal(std::int64_t id) const {
 }
 
 void Scene::move_facets(std::span<const std::int64_t> body, std::span<const double> vertex) {
-  std::vector<std::int32_t> facet(bodies.count, -1);
-  for (std::int64_t c = 0; c < contactors.count; ++c)
-    if (*contactors.shape[c] == std::int16_t(Shape::facet)) facet[*contactors.body[c]] = std::int32_t(c);
+  if (facets_known_ != std::array{order_version_, contactors.count}) {
+    facets_known_ = {order_version_, contactors.count};
+    facet_of_.assign(bodies.count, -1);
+    for (std::int64_t c = 0; c < contactors.count; ++c)
+      if (*contactors.shape[c] == std::int16_t(Shape::facet)) facet_of_[*contactors.body[c]] = std::int32_t(c);
+  }
+  const std::vector<std::int32_t>& facet = facet_of_;
   std::size_t at = 0;
   for (const std::int64_t b : body) {
     if (b < 0 || b >= bodies.count || facet[b] < 0) throw Error("body " + std::to_string(b) + " carries no facet");

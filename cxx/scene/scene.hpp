@@ -75,6 +75,8 @@ private:
   void refresh_orders();
   void append_to_orders(std::int64_t first_body, std::int64_t first_contactor);
   std::int64_t order_version_ = 0;
+  std::vector<std::int32_t> facet_of_;                  // contactor of each body that carries a facet, or -1
+  std::array<std::int64_t, 2> facets_known_ = {-1, -1}; // the order and number of contactors that it was made of
   std::vector<std::int32_t> insertion_order_, contactor_insertion_order_;
 };
 

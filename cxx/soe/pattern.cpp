@@ -39,6 +39,18 @@ SparseMatrix lower_pattern(std::int64_t n, std::span<const std::int64_t> clique_
   return pattern;
 }
 
+void add_cliques(const SparseMatrix& pattern, std::span<const std::int64_t> clique_start,
+                 std::span<const std::int32_t> unknown, const double* matrix, std::span<double> value) {
+  for (std::size_t c = 0; c + 1 < clique_start.size(); ++c) {
+    const std::int64_t begin = clique_start[c], size = clique_start[c + 1] - begin;
+    for (std::int64_t j = 0; j < size; ++j)
+      for (std::int64_t i = 0; i < size; ++i)
+        if (unknown[begin + i] >= unknown[begin + j])
+          value[place_of(pattern, unknown[begin + i], unknown[begin + j])] += matrix[size * j + i];
+    matrix += size * size;
+  }
+}
+
 std::int64_t place_of(const SparseMatrix& pattern, std::int64_t row, std::int64_t column) {
   const auto begin = pattern.row.begin() + pattern.start[column], end = pattern.row.begin() + pattern.start[column + 1];
   const auto found = std::lower_bound(begin, end, row);

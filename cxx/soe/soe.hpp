@@ -22,6 +22,10 @@ struct SparseMatrix {
 SparseMatrix lower_pattern(std::int64_t n, std::span<const std::int64_t> clique_start,
                            std::span<const std::int32_t> unknown);
 
+// Adds the matrices of the cliques, full ones with a column after the other, to the values of such a pattern.
+void add_cliques(const SparseMatrix& pattern, std::span<const std::int64_t> clique_start,
+                 std::span<const std::int32_t> unknown, const double* matrix, std::span<double> value);
+
 // Where entry (row, column) stands in `value`, or -1; of a lower triangle give row >= column.
 std::int64_t place_of(const SparseMatrix& pattern, std::int64_t row, std::int64_t column);
 

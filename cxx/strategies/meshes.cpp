@@ -11,8 +11,6 @@ void Simulation::add_mesh(MeshModel model) {
   if (!scene.has(Need::force)) scene.activate(Need::force);
   meshes.meshes.emplace_back(std::move(model));
   meshes_placed_ = -1;
-  place_meshes();
-  follow_meshes();
 }
 
 void Simulation::place_meshes() {
@@ -23,6 +21,7 @@ void Simulation::place_meshes() {
 
 void Simulation::follow_meshes() {
   if (meshes.empty()) return;
+  place_meshes();
   facet_bodies_.clear();
   facet_vertices_.clear();
   for (const MeshBody& mesh : meshes.meshes) {

@@ -6,11 +6,15 @@ u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)})
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from .. import _core
 from ..names import listed
 from ..pre import checks
+
+ELEMENTS = {e["cell"]: e for e in _core.elements()}
 
 # Of a cell, anticlockwise from outside.
 FACES = {
@@ -31,8 +35,6 @@ class ElasticBody:
         self, points, cells, *, young, poisson, density=0.0, groups=None, plane="strain", thickness=1.0,
         lumped=False, rayleigh=(0.0, 0.0),
     ):  # fmt: skip
-        from scipy import sparse
-
         self.points = np.ascontiguousarray(points, float)
         if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
             raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
@@ -41,7 +43,7 @@ class ElasticBody:
         self.elasticity = _elasticity(self.dim, checks.positive("young", young), checks.number("poisson", poisson), plane)
         self.thickness = checks.positive("thickness", thickness) if self.dim == 2 else 1.0
         self.cells, n = {}, self.points.size
-        self.K = self.M = sparse.csc_array((n, n))
+        unknown, stiffness, mass = [], [], []
         for kind, nodes in cells.items():
             nodes = self._checked(kind, np.ascontiguousarray(nodes))
             x = np.ascontiguousarray(self.points[nodes])
@@ -50,14 +52,44 @@ class ElasticBody:
                 at = int(np.argmax(wrong))
                 named = f"{kind} {at} with nodes {nodes[at].tolist()}"
                 raise ValueError(f"{named} is flat or inside out: turn its nodes the other way round")
-            dofs = (self.dim * nodes[:, :, None] + np.arange(self.dim)).reshape(len(nodes), -1)
-            rows, columns = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
-            self.K = self.K + sparse.csc_array((k.ravel(), (rows, columns)), (n, n))
-            self.M = self.M + sparse.csc_array((m.ravel(), (rows, columns)), (n, n))
+            unknown.append((self.dim * nodes[:, :, None] + np.arange(self.dim)).reshape(len(nodes), -1).astype(np.int32))
+            stiffness.append(k)
+            mass.append(m)
             self.cells[kind] = nodes
+        start, row, (k, m) = _core.assembled(n, unknown, [stiffness, mass])
+        self._mass = _row_sums(start, row, m)
         if lumped:
-            self.M = sparse.diags_array(np.asarray(self.M.sum(axis=1)).ravel()).tocsc()
-        self.C = rayleigh[0] * self.M + rayleigh[1] * self.K
+            m = np.zeros(len(row))
+            m[start[:-1]] = self._mass  # a column begins with its diagonal entry
+        #: start, row and values of mass, stiffness and damping: lower triangles by columns, on one pattern
+        self.lower = start, row, m, k, rayleigh[0] * m + rayleigh[1] * k
+
+    @cached_property
+    def M(self):
+        """Mass (n dofs, n dofs), scipy.sparse [kg]."""
+        return self._full(2)
+
+    @cached_property
+    def K(self):
+        """Stiffness (n dofs, n dofs), scipy.sparse [N/m]."""
+        return self._full(3)
+
+    @cached_property
+    def C(self):
+        """Damping (n dofs, n dofs), scipy.sparse [N s/m]."""
+        return self._full(4)
+
+    def _full(self, which):
+        from scipy import sparse
+
+        start, row = self.lower[:2]
+        below = sparse.csc_array((self.lower[which], row, start), (self.points.size, self.points.size), copy=True)
+        below.eliminate_zeros()
+        return (below + sparse.tril(below, -1).T).tocsc()
+
+    def nodal_mass(self):
+        """Mass of each node, (n,) [kg]: the sum of its row."""
+        return self._mass.reshape(-1, self.dim)[:, 0]
 
     @classmethod
     def read(cls, path, **options):
@@ -82,7 +114,7 @@ class ElasticBody:
         return cls(mesh.points[:, :dim], cells, groups=groups, **options)
 
     def _checked(self, kind, nodes):
-        known = {e["cell"]: e for e in _core.elements()}
+        known = ELEMENTS
         if kind not in known or known[kind]["dim"] != self.dim:
             fit = [name for name, e in known.items() if e["dim"] == self.dim]
             raise ValueError(f"cells of kind {kind!r} do not fit {self.dim} dimensions: give {' or '.join(fit)}")
@@ -160,6 +192,14 @@ class ElasticBody:
             kind: _core.element_stress(kind, self.points[nodes], self.elasticity, np.ascontiguousarray(u[nodes]))
             for kind, nodes in self.cells.items()
         }
+
+
+def _row_sums(start, row, value):
+    """Of a symmetric matrix by its lower triangle."""
+    n = len(start) - 1
+    column = np.repeat(np.arange(n), np.diff(start))
+    above = np.where(row == column, 0.0, value)
+    return np.bincount(row, value, n) + np.bincount(column, above, n)
 
 
 def _elasticity(dim, young, poisson, plane):

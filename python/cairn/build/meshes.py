@@ -6,6 +6,8 @@ scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from . import bodies
@@ -47,6 +49,10 @@ class LinearBody:
             elif name == "mass" or solver is None:
                 raise ValueError(f"{name} is an operator: give a matrix" + ("" if name == "mass" else ", or a solver"))
         self.M, self.K, self.C = matrices["mass"], matrices["stiffness"], matrices["damping"]
+
+    def nodal_mass(self):
+        """Sum of the row of each node along the first axis, (n,) [kg]."""
+        return np.asarray(self.M.sum(axis=1)).reshape(-1, self.dim)[:, 0]
 
     def boundary_edges(self):
         """Edges (m, 2) of the boundary, the body on their left."""
@@ -103,7 +109,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
     d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
-    mass = np.asarray(body.M.sum(axis=1)).reshape(n, dim)[:, 0]
+    mass = body.nodal_mass()
     if not np.all(mass > 0):
         at = int(np.argmin(mass))
         raise ValueError(f"node {at} has mass {mass[at]:g} kg: give a density above 0, and leave out nodes without cells")
@@ -201,7 +207,11 @@ class MovingMesh:
         self.dim, self.size = d.body.dim, d.body.points.size
         held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
-        self.free = np.setdiff1d(np.arange(self.size), self.held)
+
+    @cached_property
+    def free(self):
+        """Dofs that are not held."""
+        return np.setdiff1d(np.arange(self.size), self.held)
 
     # ------------------------------------------------------------------ state
 

@@ -21,7 +21,7 @@ class _Kind:
     """What the bodies of a material and group are: shapes, whether one can move, whether they are several."""
 
     def __init__(self):
-        self.shapes, self.moves, self.owner = set(), False, None
+        self.shapes, self.moves, self.owner, self.meshes = set(), False, None, set()
         self.several = False
 
     def add(self, s, number, contactors):
@@ -31,6 +31,7 @@ class _Kind:
         self.shapes.add(contactors.shape)
         self.several |= self.owner is not None or bool(np.any(body != body[0]))
         self.owner = number
+        self.meshes.add(s.mesh and id(s.mesh))
         held = s.mask == 2 ** len(DOFS[s.dim]) - 1
         self.moves |= not held and bool(np.any(np.isfinite(s.mass)))
 
@@ -41,9 +42,9 @@ def missing_laws(sets, rules, most=TOLD + 1):
     for number, s in enumerate(sets):
         for c in s.contactors:
             kinds.setdefault((c.material.name, s.group or ""), _Kind()).add(s, number, c)
-    nodes, own_sides = mesh_groups(sets)
+    nodes = mesh_groups(sets)
     partners = {}
-    for a, b, _ in [*own_sides, *rules]:
+    for a, b, _ in rules:
         partners.setdefault(a, set()).add(b)
         partners.setdefault(b, set()).add(a)
     everyone = partners.get("*", set())
@@ -67,7 +68,8 @@ def missing_laws(sets, rules, most=TOLD + 1):
         for j in np.flatnonzero(open_):
             a, b = kinds[first], kinds[species[j]]
             meet = any(frozenset((x, y)) in known for x in a.shapes for y in b.shapes)
-            if meet and (i != j or a.several):
+            one = len(a.meshes | b.meshes) == 1 and None not in a.meshes  # which does not meet itself
+            if meet and not one and (i != j or a.several):
                 found.append((first, species[j]))
                 if len(found) == most:
                     return found

@@ -121,9 +121,9 @@ class Scene:
     def law_table(self, species, rules=None, sets=None):
         """The core's table of laws. rules, sets: those of the scene unless others are given."""
         table = _core.LawTable([material for material, _ in species], [group for _, group in species])
-        nodes, own_sides = mesh_groups(self.sets if sets is None else sets)
+        nodes = mesh_groups(self.sets if sets is None else sets)
         table.keep_apart([k for k, (_, group) in enumerate(species) if group in nodes])
-        for a, b, law in [*own_sides, *(self.rules if rules is None else rules)]:
+        for a, b, law in self.rules if rules is None else rules:
             if law is None:
                 table.pass_through(a, b)
             else:
@@ -133,9 +133,8 @@ class Scene:
 
     def law_between(self, a, b):
         """The law between two species (material, group) as species() has them, or None if they have none."""
-        nodes, own_sides = mesh_groups(self.sets)
-        apart = [(a[1], b[1], None)] if {a[1], b[1]} <= nodes else []
-        return chosen_rule(a, b, [*apart, *own_sides, *self.rules])[1]
+        apart = [(a[1], b[1], None)] if {a[1], b[1]} <= mesh_groups(self.sets) else []
+        return chosen_rule(a, b, [*apart, *self.rules])[1]
 
     # ------------------------------------------------------------------ files
 
@@ -315,13 +314,22 @@ def _weight(a, first, b, second):
 
 
 def mesh_groups(sets):
-    """Groups of the nodes of meshes, which do not meet one another, and rules by which no node meets its own edges and faces.
+    """Groups of the nodes of meshes, which do not meet one another unless a rule of the scene names both."""
+    return {s.mesh.name for s in sets if s.mesh is not None}
 
-    Rules of the scene come after them, so that one that names two such groups counts.
-    """
-    nodes = {s.mesh.name for s in sets if s.mesh is not None}
-    sides = dict.fromkeys(s.group for s in sets if s.mesh is not None and s.group != s.mesh.name)
-    return nodes, [(side.rsplit(" ", 1)[0], side, None) for side in sides]
+
+def hold_together(core, sets):
+    """Tells a core scene which bodies show one mesh: they never meet one another, whatever it is called."""
+    first, whole = {}, None
+    for s in sets:
+        if s.mesh is None:
+            continue
+        if whole is None:
+            ids = core.body("id")
+            whole = np.zeros(len(ids), np.int64)
+        whole[np.searchsorted(ids, s.ids)] = first.setdefault(id(s.mesh), len(first) + 1)
+    if whole is not None:
+        core.assign_body("whole", whole)
 
 
 def checked_sets(dim, given, materials=None, periodic=None):

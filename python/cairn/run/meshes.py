@@ -20,12 +20,16 @@ class Meshes:
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
             self.meshes.append(mesh)
             self._core.add_mesh(_model(mesh, origin))
+        self._core.follow_meshes()
 
     def load(self, h):
         """Forces and held velocities of the step from the core's time on; what is constant is written once."""
         t = self._core.time
         for k, mesh in enumerate(self.meshes):
             if k in self._loaded:
+                continue
+            if mesh.d.force is None and not mesh.d.drive:
+                self._loaded.add(k)
                 continue
             self._core.load_mesh(k, mesh.load(t), mesh.load(t + h), mesh.held_velocity(t + h))
             functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
@@ -46,8 +50,10 @@ def _model(mesh, origin):
     """What the core keeps of a mesh, a dict of arrays; the lower triangles of the matrices on one pattern."""
     d, body, dim = mesh.d, mesh.body, mesh.dim
     own = getattr(body, "solver", None) is not None
-    matrices = [body.M] if own else [body.M, body.K, body.C]
-    start, row, values = _lower(matrices, mesh.size)
+    if own or not hasattr(body, "lower"):
+        start, row, values = _lower([body.M] if own else [body.M, body.K, body.C], mesh.size)
+    else:
+        start, row, *values = body.lower
     held = np.zeros(mesh.size, np.uint8)
     held[mesh.held] = 1
     followed, weights = d.points

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _core
 from ..build import missing_laws
 from ..build.extents import Placed
-from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
+from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rules_to_dict
 from ..names import one_of
 from ..pre import checks
 from . import restored, time_functions, views
@@ -46,6 +46,7 @@ class Simulation:
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species)) for s in scene.sets]
+        hold_together(core, sets)
         table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
@@ -287,6 +288,7 @@ class Simulation:
         for s in sets:
             ids.append(insert(self._core.scene, s, species, self.time))
             self._sets.append(replace(s, ids=ids[-1]))
+        hold_together(self._core.scene, self._sets)
         self._radii = None
         if self._given.for_scene(self._core.scene) != self._strategy:
             self.strategy = self._given
@@ -363,6 +365,7 @@ class Simulation:
         self._core.set_state(state)
         self._use_laws(species, rules, sets[self._sets_seen :])
         self._sets = sets
+        hold_together(self._core.scene, sets)
         self._dt, self._radii, self._info = dt, None, info
         self._start_functions()
         self._start_meshes()
