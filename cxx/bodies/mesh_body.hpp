@@ -53,7 +53,7 @@ public:
   std::vector<double> held_velocity;              // (dofs) of held dofs at the end of the step [m/s]; empty: zero
   MeshWork work;                                  // of the last step
 
-  std::int64_t solves = 0, factorisations = 0;    // forward and back, and of A, since the start
+  std::int64_t solves = 0, factorisations = 0; // forward and back, and of A, since the start
 
   double size() const { return size_; } // of a cell, about [m]
 

@@ -258,9 +258,9 @@ void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) co
   const LawRules::Arrays filter = rules ? rules->arrays() : LawRules::Arrays{};
   cairn_pair_admit(added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind, kind_table.turn,
                    contactors->body.values.data(), contactors->shape.values.data(), contactors->id.values.data(),
-                   movable.data(), bodies->whole.active, bodies->whole.values.data(), rules && !rules->all_meet(), contactors->material.values.data(), filter.meet,
-                   filter.word, filter.apart, filter.alone, filter.any, filter.places, filter.key, filter.rule,
-                   list.kind + at, &kept);
+                   movable.data(), bodies->whole.active, bodies->whole.values.data(), rules && !rules->all_meet(),
+                   contactors->material.values.data(), filter.meet, filter.word, filter.apart, filter.alone, filter.any,
+                   filter.places, filter.key, filter.rule, list.kind + at, &kept);
   list.count += kept;
 }
 

@@ -259,3 +259,57 @@ def test_what_is_wrong_is_named():
     sim = cn.Simulation(scene, dt=1.0, strategy=cn.NSCD())
     with pytest.raises(ValueError, match="is a node of a deformable body"):
         sim.remove([0])
+
+
+def square(corner, name="mesh"):
+    """A square of side 1 m of four cells, its nodes candidates, its edges antagonists."""
+    points, cells = grid(2, (2, 2), (1.0, 1.0))
+    body = ElasticBody(points + corner, cells, young=1e7, poisson=0.2, density=1000.0)
+    return cn.deformable(body, STEEL, contact=np.arange(9), edges=body.boundary_edges(), name=name)
+
+
+def test_meshes_of_one_name_meet():
+    """A mesh is kept apart from itself alone: one of the same name rests on it as one of another does."""
+    speeds = []
+    for other in ("mesh", "upper"):
+        scene = scene_of(square((0.0, 0.0)), square((0.3, 1.0), other), cn.wall((0, 0), (0, 1), STEEL), gravity=(0.0, -9.81))
+        sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=SHARP))
+        for _ in range(100):
+            assert sim.step()["status"] == "converged"
+        assert sim.contacts.gap.min() > -1e-4
+        assert sim.meshes[1].displacement[:, 1].min() > -0.01  # free fall: 0.05 m
+        speeds.append(sim.meshes[1].velocity)
+    assert np.array_equal(*speeds)
+
+
+def test_a_mesh_does_not_touch_itself():
+    """Not even where a rule names its nodes and its edges."""
+    scene = scene_of(square((0.0, 0.0)))
+    scene.interact("mesh", "mesh edges", cn.Coulomb(mu=0.1))
+    sim = cn.Simulation(scene, dt=1e-3)
+    assert sim.step()["contacts"] == 0
+
+
+def test_triangles_that_share_corners():
+    """Bodies of one element whose corners all meet, nodes against edges: more contacts than can be told apart, and no speed from
+    nowhere."""
+    points, sides = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), np.array([[0, 1], [1, 2], [2, 0]])
+    sets = []
+    for at in np.ndindex(2, 2):
+        for half in ([0, 1, 2], [0, 2, 3]):
+            cells = {"triangle": np.array([[0, 1, 2]])}
+            body = ElasticBody((points + at)[half], cells, young=1e7, poisson=0.2, density=2000.0)
+            sets.append(cn.deformable(body, STEEL, contact=[0, 1, 2], edges=sides))
+    scene = scene_of(*sets, cn.wall((0, 0), (0, 1), STEEL), gravity=(0.0, -9.81), mu=0.5)
+    sim = cn.Simulation(scene, dt=5e-3, strategy=cn.NSCD(solver=cn.Auto(tol=1e-6)), overlap="ignore")
+    for _ in range(8):
+        assert sim.step()["status"] == "converged"
+        assert np.abs(sim.raw.velocity).max() < 2 * 9.81 * sim.time  # a corner swings beyond the fall of its triangle
+    assert abs(sim.energy["closure"]) < 1e-10 * sim.energy["in_play"]
+
+
+def test_the_default_solver_looks_at_rigid_bodies_alone():
+    """What shows points and edges of a mesh has next to no mass of its own."""
+    disks = cn.disks([[5.0, 5.0], [7.0, 5.0]], 0.5, STEEL)
+    sim = cn.Simulation(scene_of(square((0.0, 0.0)), disks), dt=1e-3)
+    assert type(sim.strategy.solver) is cn.NLGS
