@@ -92,7 +92,7 @@ private:
   };
   void factorise(double h, double theta, BulkStep bulk);
   void check_step(double h) const;
-  double stable_step() const; // of central differences [s]
+  double stable_step() const;                      // of central differences [s]
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
