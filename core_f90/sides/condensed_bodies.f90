@@ -20,17 +20,24 @@ contains
     type(cairn_condensed), intent(in) :: condensed(0:*)
     real(c_double), intent(out)       :: v(n, dim)    !< [m/s]
     real(c_double), pointer, contiguous :: v_c(:)
-    integer :: i, j, k
-    v = 0
+    real(c_double) :: mean(3)
+    integer :: i, j, at
+    v(contacts + 1:n, :) = 0
     do i = 1, contacts
       associate (of => condensed(body(i)))
         call c_f_pointer(of%velocity, v_c, [of%dofs])
-        do j = 1, mapping_nodes
-          do k = 1, dim
-            v(i, k) = v(i, k) + weight(i, j)*v_c(dim*node(i, j) + k)
-          end do
-        end do
       end associate
+      mean = 0
+      do j = 1, mapping_nodes
+        if (.not. abs(weight(i, j)) > 0) cycle
+        at = dim*node(i, j)
+        mean(1) = mean(1) + weight(i, j)*v_c(at + 1)
+        mean(2) = mean(2) + weight(i, j)*v_c(at + 2)
+        if (dim == 3) mean(3) = mean(3) + weight(i, j)*v_c(at + 3)
+      end do
+      v(i, 1) = mean(1)
+      v(i, 2) = mean(2)
+      if (dim == 3) v(i, 3) = mean(3)
     end do
   end subroutine load_mapped
 
@@ -47,30 +54,47 @@ contains
     real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
     type(cairn_condensed), intent(in) :: condensed(0:*)
     real(c_double), pointer, contiguous :: v_c(:), compliance(:, :)
-    real(c_double) :: axes(3, 3), p(3), factor
-    integer :: i, j, k, l, column
+    real(c_double) :: axes(3, 3), p(3)
+    integer :: i, j
     do i = 1, contacts
-      call axes_of(n, dim, i, frame, axes)
-      p = 0
-      do k = 1, dim
-        p(1:dim) = p(1:dim) + sign*dr(i, k)*axes(1:dim, k)
-      end do
+      if (dim == 2) then
+        p(1) = sign*(dr(i, 1)*frame(i, 1) - dr(i, 2)*frame(i, 2))
+        p(2) = sign*(dr(i, 1)*frame(i, 2) + dr(i, 2)*frame(i, 1))
+        p(3) = 0
+      else
+        call axes_of(n, dim, i, frame, axes)
+        p = sign*(dr(i, 1)*axes(:, 1) + dr(i, 2)*axes(:, 2) + dr(i, 3)*axes(:, 3))
+      end if
+      if (.not. (abs(p(1)) > 0 .or. abs(p(2)) > 0 .or. abs(p(3)) > 0)) cycle ! nothing changed
       associate (of => condensed(body(i)))
         call c_f_pointer(of%velocity, v_c, [of%dofs])
         call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
-        do j = 1, mapping_nodes
-          if (.not. abs(weight(i, j)) > 0) cycle
-          do k = 1, dim
-            factor = weight(i, j)*p(k)
-            column = dim*node(i, j) + k
-            do l = 1, int(of%dofs)
-              v_c(l) = v_c(l) + factor*compliance(l, column)
-            end do
-          end do
-        end do
       end associate
+      do j = 1, mapping_nodes
+        if (abs(weight(i, j)) > 0) call add_columns(dim, node(i, j), weight(i, j)*p, v_c, compliance)
+      end do
     end do
   end subroutine add_mapped
+
+  !> What an impulse p on a node does to the velocities of all, columns of the compliance side by side.
+  pure subroutine add_columns(dim, node, p, v, compliance)
+    integer, intent(in)            :: dim
+    integer(c_int32_t), intent(in) :: node             !< from 0
+    real(c_double), intent(in)     :: p(3)             !< [N s]
+    real(c_double), intent(inout), contiguous :: v(:)  !< [m/s]
+    real(c_double), intent(in), contiguous :: compliance(:, :) !< [1/kg]
+    integer :: at, l
+    at = dim*node
+    if (dim == 2) then
+      do l = 1, size(v)
+        v(l) = v(l) + (p(1)*compliance(l, at + 1) + p(2)*compliance(l, at + 2))
+      end do
+    else
+      do l = 1, size(v)
+        v(l) = v(l) + (p(1)*compliance(l, at + 1) + p(2)*compliance(l, at + 2) + p(3)*compliance(l, at + 3))
+      end do
+    end if
+  end subroutine add_columns
 
   !> w = w + H' S H of each contact on its own.
   subroutine delassus_mapped(n, contacts, c, dim, frame, body, node, weight, condensed, w)
