@@ -1,5 +1,6 @@
 """How runs are asked for, from Python and from the shell: what is refused, what a signal ends, what is said of it."""
 
+import contextlib
 import os
 import re
 import signal
@@ -149,11 +150,26 @@ def test_errors_of_cairn_take_a_line_and_those_of_a_script_are_shown(script, tmp
         cli.main(["run", str(script)])
 
 
+@contextlib.contextmanager
+def killed_late(process):
+    """A process that does not end fails its test, and does not keep it."""
+    try:
+        yield
+    finally:
+        process.kill()
+
+
+def hears():
+    """In the child: tests that run in the background inherit that SIGINT is ignored."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.mark.parametrize(("how", "number"), [("runs", signal.SIGINT), ("runs", signal.SIGTERM), ("steps", signal.SIGINT)])
 def test_a_signal_says_where(script, tmp_path, how, number):
     command = [sys.executable, "-m", "cairn", "run", script, how, tmp_path / "a.vtkhdf"]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as process:
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment, "preexec_fn": hears}
+    with subprocess.Popen(command, **options) as process, killed_late(process):
         assert process.stdout.readline() == "20\n"
         process.send_signal(number)
         out, err = process.communicate(timeout=60)
@@ -171,7 +187,8 @@ def test_a_scene_that_is_stopped_exits_with_130(tmp_path):
     heap().save(tmp_path / "pile.scene.h5")
     command = [sys.executable, "-m", "cairn", "run", tmp_path / "pile.scene.h5", "--dt", "1e-3", "--until", "1e6"]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment) as process:
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "env": environment, "preexec_fn": hears}
+    with subprocess.Popen(command, **options) as process, killed_late(process):
         while not (tmp_path / "pile.vtkhdf").exists() and process.poll() is None:
             pass
         process.send_signal(signal.SIGINT)

@@ -346,7 +346,8 @@ def test_study_that_was_cut_goes_on(pile, tmp_path):
     folder = tmp_path / "cut"
     arguments = [sys.executable, "-m", "cairn.cli", "study", pile, "-o", folder, "-j", "1", "--tolerances", "1e-1", "1e-3",
                  "--solvers", "NLGS", "--warm-start", "on", "--states", "2", "--figure", "top"]
-    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    hears = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # in the background it is ignored
+    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, preexec_fn=hears)
     rows = folder / "rows.csv"
     end = time.monotonic() + 120
     while not rows.exists() or rows.read_bytes().count(b"\n") < 8:
