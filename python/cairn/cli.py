@@ -205,7 +205,7 @@ def _verify_parser(commands):
     check.add_argument("b", help="the other")
     check.add_argument("--tol", action="append", metavar="NAME=VALUE", help="largest value of a norm (default: position=1e-4)")
     check.add_argument("--until", type=float, help="ignore later instants [s]")
-    check.add_argument("--size", type=float, help="size of a body [m] (default: median radius of A)")
+    check.add_argument("--size", type=float, help="size of a body [m] (default: median radius of A, half the extent of a mesh)")
     check.add_argument("-o", "--output", help="picture of the divergence over time")
     check.add_argument("--csv", help="write the norms at all common instants")
 

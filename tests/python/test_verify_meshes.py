@@ -90,6 +90,14 @@ def test_a_block_on_a_bar_meets_what_lmgc90_stored_contacts_too(tmp_path):
     assert stored.agrees and stored.rows[0]["position"] < 1e-7
 
 
+def test_a_mesh_that_no_body_has_is_refused_with_its_line(tmp_path):
+    mesh = block(1, [0, 3.0]).replace("      1      2      3      4\n", "      1      4      3      2\n")
+    folder = write(tmp_path, mesh, bulk=BULK + RUBBER)
+    (folder / "MODELS.DAT").write_text(MODEL)
+    with pytest.raises(legacy.LegacyError, match=r"BODIES.DAT, line 2: MAILx 1: quad 0 .* inside out"):
+        legacy.read_datbox(folder)
+
+
 def test_polygons_do_not_meet_sides_of_meshes_and_that_is_said(tmp_path):
     side = " ALpxx      1  color  SIDEx  noda=    1  nodb=    2\n"
     square = " POLYG      1  color  BLEUx  nb_vertex=      4\n" + "".join(row(*v) for v in CORNERS - 0.5)

@@ -149,7 +149,12 @@ def deformables(box, materials, origin):
         if why:
             origin.unmapped.append(f"MAILx {mesh.number}: {why} (BODIES.DAT, line {mesh.line})")
             continue
-        sets += _deformable(box, mesh, models, drives.get(mesh.number, []), states.get(mesh.number), materials, origin)
+        try:
+            sets += _deformable(box, mesh, models, drives.get(mesh.number, []), states.get(mesh.number), materials, origin)
+        except LegacyError:
+            raise
+        except ValueError as error:
+            raise LegacyError(f"{box.folder / 'BODIES.DAT'}, line {mesh.line}: MAILx {mesh.number}: {error}") from error
     return sets
 
 
