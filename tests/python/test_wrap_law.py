@@ -1,7 +1,11 @@
 """Scalar routines of another time as contact laws: COMMON data, prints and STOP among them."""
 
+import os
 import shutil
+import signal
 import subprocess
+import sys
+import time
 from pathlib import Path
 
 import cairn as cn
@@ -42,7 +46,19 @@ PREPARE = """
       IF (FRIC .GT. 0.9D0) STOP 7
       END
 """
+# Fast ones are refused in two ways.
+IMPACT = """
+      SUBROUTINE IMPACT(UN, UT, WN, WT, FRIC, RN, RT)
+      DOUBLE PRECISION UN, UT, WN, WT, FRIC, RN, RT
+      IF (UN .LT. -5.D0 .AND. FRIC .GT. 0.5D0) STOP 'TOO FAST'
+   10 IF (UN .LT. -5.D0) GO TO 10
+      RN = MAX(0.D0, -UN/WN)
+      RT = 0.D0
+      END
+"""
 INTERFACES = {
+    "impact": 'name="{n}"\nroutine="IMPACT"\nslot="solve"\nsources=["old.f"]\nparameters="fric::0:inf"\ncomponents=[2, 0]\n'
+    'arguments=["u1", "u2", "w11", "w22", "fric", "r1", "r2"]\n',
     "solve": 'name="{n}"\nroutine="OLDLAW"\nslot="solve"\nsources=["old.f"]\nparameters="fric::0:inf"\ncomponents=[2, 0]\n'
     'arguments=["u1", "u2", "w11", "w22", "fric", "r1", "r2", "status:int"]\n',
     "prepare": 'name="{n}"\nroutine="OLDGAP"\nslot="prepare"\nsources=["old.f"]\nparameters="fric::0:inf"\ncomponents=[2, 3]\n'
@@ -54,7 +70,7 @@ def wrapped(folder, slot, **options):
     """The law's class."""
     folder.mkdir(parents=True, exist_ok=True)
     name = f"old_{slot}_{abs(hash(str(folder))) % 10**8}"
-    (folder / "old.f").write_text(SOLVE + PREPARE)
+    (folder / "old.f").write_text(SOLVE + PREPARE + IMPACT)
     (folder / "law.toml").write_text(INTERFACES[slot].format(n=name))
     adapter, build = wrap_law(folder / "law.toml", **options)
     assert adapter == folder / f"{name}_adapter.c"
@@ -81,6 +97,70 @@ def test_a_stop_is_an_error_message_and_the_simulation_lives(tmp_path):
     assert np.allclose(again.bodies.position, heap(cn.Coulomb(mu=0.3)).bodies.position, rtol=1e-6)
 
 
+def row(law, fast):
+    """Eleven disks on a floor; one of them falls fast."""
+    rock = cn.Material("rock", density=2700.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks(np.column_stack([0.3 * np.arange(11), np.full(11, 0.1)]), 0.1, rock), cn.wall((0, 0), (0, 1), rock))
+    scene.interact(rock, rock, law)
+    sim = cn.Simulation(scene, dt=1e-3)
+    velocity = np.array(sim.bodies.velocity)
+    velocity[fast, 1] = -20.0
+    sim.bodies.set(velocity=velocity)
+    return sim
+
+
+@pytest.mark.parametrize("fast", [0, 6, 10])
+def test_the_contact_at_which_a_routine_ended_or_stayed_is_named(tmp_path, fast):
+    law = wrapped(tmp_path / "a", "impact", isolate=True, time_limit=0.5)
+    with pytest.raises(cn.Error, match=rf"between bodies {fast} and 11 .*IMPACT ended its process .*TOO FAST"):
+        row(law(fric=0.9), fast).step()
+    began = time.monotonic()
+    with pytest.raises(cn.Error, match=rf"between bodies {fast} and 11 .*IMPACT did not end within 0.5 s \(time_limit\)"):
+        row(law(fric=0.1), fast).step()
+    assert time.monotonic() - began < 10
+    sim = row(law(fric=0.1), fast)
+    sim.bodies.set(velocity=np.zeros((12, 3)))
+    assert sim.step()["status"] == "converged"  # by a new process
+
+
+def test_signals_to_the_parent_are_not_the_end_of_the_routine(tmp_path):
+    law = wrapped(tmp_path / "a", "solve", isolate=True)(fric=0.3)
+    quiet = heap(law)
+    before = signal.signal(signal.SIGUSR1, lambda *_: None)
+    shower = subprocess.Popen(["sh", "-c", f"for i in $(seq 200000); do kill -USR1 {os.getpid()} || exit; done"])
+    try:
+        assert np.array_equal(heap(law).bodies.position, quiet.bodies.position)
+        assert shower.poll() is None
+    finally:
+        shower.kill()
+        shower.wait()
+        signal.signal(signal.SIGUSR1, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_with_an_isolated_routine_ends_after_the_step_at_hand(tmp_path, number):
+    """The signal goes to the child too, as that of a terminal does."""
+    law = wrapped(tmp_path / "a", "solve", isolate=True)
+    script = tmp_path / "run.py"
+    script.write_text(
+        f"import sys\nsys.path.insert(0, {os.path.dirname(__file__)!r})\nimport cairn as cn\nfrom test_plug import heap\n"
+        f"law = cn.plug({os.fspath(tmp_path / 'a' / ('lib' + law.name + '.so'))!r}, law={law.name!r}, params=[0.3])\n"
+        "sim = heap(law, 5)\nprint('ready', flush=True)\nsim.run(10**6, output='run.vtkhdf', every=1000, progress=False)\n"
+    )
+    run = subprocess.Popen([sys.executable, script], cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                           start_new_session=True)  # fmt: skip
+    run.stdout.readline()
+    time.sleep(0.3)
+    os.killpg(run.pid, number)
+    try:
+        said = run.communicate(timeout=30)[1]
+    except subprocess.TimeoutExpired:
+        os.killpg(run.pid, signal.SIGKILL)
+        raise
+    assert "Error" not in said and (tmp_path / "run.vtkhdf").exists(), said
+
+
 def test_it_is_serialised_unless_it_says_that_threads_may(tmp_path):
     text = [wrap_law(_interface(tmp_path, extra), tmp_path)[0].read_text() for extra in ("", "thread_safe = true\n")]
     assert "d->thread_unsafe = 1" in text[0] and "d->thread_unsafe = 0" in text[1]
@@ -101,6 +181,7 @@ def _interface(folder, extra):
         ('"r1", "r2", "status:int"', '"1.0"', "give nothing back"),
         ('"status:int"', '"status:long"', "not int, float, double or value"),
         ('name="some_law"\n', "", "key 'name' is missing"),
+        ('name="some_law"', 'time_limit=0\nname="some_law"', "time_limit is 0: give seconds"),
         ("components=[2", "components=[2 2", "i.toml: "),
     ],
 )

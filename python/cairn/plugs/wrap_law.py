@@ -11,6 +11,7 @@ The interface says what the routine is called with:
     components = [2, 0]                     # unknowns in 2D and in 3D, 0: not there
     thread_safe = false                     # SAVE, COMMON, static data: one call at a time
     isolate = true                          # in a process of its own: its STOP becomes an error message
+    time_limit = 60                         # seconds after which a call of that process is stopped, 60 if not said
 
 Words of solve: u1.. relative velocity without this contact, bias included, normal first; w11.. Delassus block; bias1..; r1.. out;
 status out (0 open, 1 stick, 2 slip); names of parameters and of state variables. Words of prepare: gap, h, theta, u1.. at the
@@ -21,12 +22,13 @@ number, passed as it is. `:int`, `:float` tell the type (double without); `:valu
 from __future__ import annotations
 
 import re
+import shlex
 import tomllib
 from importlib.resources import files
 from pathlib import Path
 
 TYPES = {"double": "double", "float": "float", "int": "int32_t"}
-KEYS = set("name routine language sources slot arguments parameters state components thread_safe isolate".split())
+KEYS = set("name routine language sources slot arguments parameters state components thread_safe isolate time_limit".split())
 
 
 def wrap_law(interface, folder=None, **changes):
@@ -51,6 +53,9 @@ def wrap_law(interface, folder=None, **changes):
             raise ValueError(f"{path}: {key} is {given[key]!r}: give a name of letters, digits and _")
     if given["slot"] not in ("solve", "prepare"):
         raise ValueError(f"{path}: slot is {given['slot']!r}: give 'solve' or 'prepare'")
+    limit = given.get("time_limit", 60)
+    if isinstance(limit, bool) or not isinstance(limit, (int, float)) or not 0 < limit <= 1e6:
+        raise ValueError(f"{path}: time_limit is {limit!r}: give seconds, more than 0 and at most 1e6")
     text = _adapter(path, given)
     target = Path(folder or path.parent) / f"{given['name']}_adapter.c"
     target.write_text(text, encoding="utf-8")
@@ -58,7 +63,7 @@ def wrap_law(interface, folder=None, **changes):
 
 
 def _build(given):
-    sources = " ".join(given.get("sources", []))
+    sources = " ".join(shlex.quote(source) for source in given.get("sources", []))
     name = given["name"]
     return f"gcc -O2 -fPIC -c {name}_adapter.c && gfortran -O2 -shared -fPIC {name}_adapter.o {sources} -o lib{name}.so"
 
@@ -77,6 +82,7 @@ def _adapter(path, given):
         "BUILD": _build(given),
         "DECLARATION": f"extern void {symbol}({', '.join(declaration)});",
         "ISOLATE": str(int(bool(given.get("isolate", False)))),
+        "TIME_LIMIT": repr(float(given.get("time_limit", 60))),
         "PARAMETER_COUNT": str(len(names)),
         "STATE_COUNT": str(len(states)),
         "SOLVE": "\n".join(lines) if slot == "solve" else "    r[i] = status[i] = 0;",
