@@ -75,6 +75,7 @@ BatchedSoe::Status BatchedSoe::factor(const double* value, int threads) {
 }
 
 void BatchedSoe::solve(double* b, int threads) const {
+  if (n_ == 0) return; // no numbers, and no address to hand on
   const std::int64_t groups = groups_of(bodies_), n = n_;
 #pragma omp parallel for num_threads(std::max(threads, 1)) schedule(static, stretch) if (threads > 1)
   for (std::int64_t g = 0; g < groups; ++g) {
@@ -86,6 +87,7 @@ void BatchedSoe::solve(double* b, int threads) const {
 }
 
 void BatchedSoe::inverse(double* out, int threads) const {
+  if (n_ == 0) return;
   const std::int64_t groups = groups_of(bodies_), n = n_;
 #pragma omp parallel for num_threads(std::max(threads, 1)) schedule(static, stretch) if (threads > 1)
   for (std::int64_t g = 0; g < groups; ++g) {
