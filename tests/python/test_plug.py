@@ -193,6 +193,22 @@ def test_lanes_without_a_contact_hold_no_zeros(tmp_path, name, options, statemen
     assert np.allclose(sim.bodies.position[:3, 1], 0.1, rtol=1e-9)
 
 
+@pytest.mark.parametrize("solver", [cn.NLGS, cn.Auto, cn.PPANewton, cn.ADMM])
+def test_a_compliance_is_one_at_the_answer(tmp_path, solver):
+    """gap/h + u_n + r_n/(h^2 k) = 0 where it is closed: two disks rest on each other and on the ground by springs k."""
+    yields = "bias(:, 1) = gap/context%h; compliance(:, 1) = 1/(context%h**2*params(:, 2))"
+    path = library(tmp_path, f"yielding_{solver.__name__.lower()}", 'parameters="mu::0:inf k::0:inf"', prepare=yields)
+    rock, stiffness = cn.Material("rock", density=1000.0), 1e6
+    scene = cn.Scene(2, gravity=(0, -10.0))
+    scene.add(cn.disks([[0, 0.1], [0, 0.3]], 0.1, rock, driven=("vx", "w")), cn.wall((0, 0), (0, 1), rock))
+    scene.interact(rock, rock, cn.plug(path, law=f"yielding_{solver.__name__.lower()}", params=[0.3, stiffness]))
+    sim = cn.Simulation(scene, 1e-2, cn.NSCD(theta=1.0, solver=solver(tol=1e-10)))
+    for _ in range(400):
+        assert sim.step()["status"] == "converged"
+    sunk = 10 * sim.bodies.mass[0] / stiffness * np.array([2, 1])  # the lower contact carries both
+    assert np.allclose(np.sort(sim.contacts.gap), -sunk, rtol=1e-6, atol=0)
+
+
 @pytest.mark.parametrize(
     "statements, message",
     [
