@@ -115,10 +115,8 @@ def test_the_contact_at_which_a_routine_ended_or_stayed_is_named(tmp_path, fast)
     law = wrapped(tmp_path / "a", "impact", isolate=True, time_limit=0.5)
     with pytest.raises(cn.Error, match=rf"between bodies {fast} and 11 .*IMPACT ended its process .*TOO FAST"):
         row(law(fric=0.9), fast).step()
-    began = time.monotonic()
     with pytest.raises(cn.Error, match=rf"between bodies {fast} and 11 .*IMPACT did not end within 0.5 s \(time_limit\)"):
         row(law(fric=0.1), fast).step()
-    assert time.monotonic() - began < 10
     sim = row(law(fric=0.1), fast)
     sim.bodies.set(velocity=np.zeros((12, 3)))
     assert sim.step()["status"] == "converged"  # by a new process
@@ -128,7 +126,7 @@ def test_signals_to_the_parent_are_not_the_end_of_the_routine(tmp_path):
     law = wrapped(tmp_path / "a", "solve", isolate=True)(fric=0.3)
     quiet = heap(law)
     before = signal.signal(signal.SIGUSR1, lambda *_: None)
-    shower = subprocess.Popen(["sh", "-c", f"for i in $(seq 200000); do kill -USR1 {os.getpid()} || exit; done"])
+    shower = subprocess.Popen(["sh", "-c", f"while kill -USR1 {os.getpid()}; do :; done"])
     try:
         assert np.array_equal(heap(law).bodies.position, quiet.bodies.position)
         assert shower.poll() is None
