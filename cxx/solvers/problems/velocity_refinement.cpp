@@ -59,6 +59,7 @@ bool VelocityRefinement::step(const Point& from, double alpha, Point& to) {
 
 // Least squares by orthogonal columns: differences to the newest point, which shrink by many powers of ten.
 void VelocityRefinement::combine(Point& newest) {
+  // Of its own size: a column of which no more is left depends on those before it.
   constexpr double little = 1e-10;
   const std::size_t n = points_.size();
   std::vector<Array<double>> q;
