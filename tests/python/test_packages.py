@@ -48,4 +48,4 @@ def test_a_missing_package_is_told_by_the_name_that_pip_knows(monkeypatch, tmp_p
     monkeypatch.setitem(sys.modules, "scipy", None)
     assert cli.main(["solve", str(tmp_path / "p.dat")]) == 1
     assert capsys.readouterr().err == "cairn: error: scipy is needed for this: pip install scipy\n"
-    assert set(cli.PACKAGES.values()) <= KNOWN
+    assert set(cli.errors.PACKAGES.values()) <= KNOWN

@@ -33,9 +33,9 @@ def add_parser(add, commands):
     )
 
 
-def import_blocks(options):
+def main(options):
     """The command: prints the report, writes the scene; returns the exit status."""
-    from . import importing, mesh
+    from ..pre import importing, mesh
 
     try:
         with warnings.catch_warnings():

@@ -52,10 +52,10 @@ def add_parser(add, commands):
     how.add_argument("--max-seconds", type=float, help="CPU seconds of a run at most")
 
 
-def study(options):
+def main(options):
     """Runs the command; 0 done, 3 if an accuracy was asked for and nothing can be recommended, 130 stopped."""
-    from .figures import SUMMARY
-    from .study import run
+    from ..study.figures import SUMMARY
+    from ..study.study import run
 
     if options.figure == ["list"]:
         for name, summary in SUMMARY.items():
@@ -121,7 +121,7 @@ def _pair(text):
 
 
 def _plan(options, call):
-    from .study import planned
+    from ..study.study import planned
 
     for kind, (total, missing) in planned(call.pop("what"), options.folder, **call).items():
         print(f"{kind:20s} {total:6d}, of which {missing} are to be made")

@@ -36,9 +36,9 @@ def add_parser(add, commands):
     parser.add_argument("--list", action="store_true", help="list the solvers and end")
 
 
-def solve(options):
+def main(options):
     """Runs the command; 0 if every problem converged, 3 if one did not."""
-    from . import ProblemFileError, read, solvers, write
+    from ..problems import ProblemFileError, read, solvers, write
 
     if options.list:
         for name, summary in solvers().items():

@@ -1,0 +1,123 @@
+"""The command `cairn`: run, look at, draw and convert, from the shell.
+
+A command is a module of this folder, with `add_parser(add, commands)` and `main(options)`, which returns the exit status, and a
+row of COMMANDS.
+"""
+
+import argparse
+import os
+import sys
+
+from . import convert, import_blocks, info, new_law, plot, run, solve, study, verify, view, wrap_law
+from .errors import in_a_line, interrupted, line_of, meant_to_be_read
+from .parser import Parser, add_command
+
+COMMANDS = {
+    "run": run,
+    "import": import_blocks,
+    "info": info,
+    "plot": plot,
+    "convert": convert,
+    "verify": verify,
+    "new-law": new_law,
+    "wrap-law": wrap_law,
+    "solve": solve,
+    "study": study,
+    "view": view,
+}
+
+EXAMPLES = """\
+examples:
+  cairn run pile.py                            run a Python script
+  cairn run pile.scene.h5 --dt 1e-3 --steps 2000 --output pile.vtkhdf --every 20
+                                               run a scene that Scene.save wrote
+  cairn import wall.stl -o wall.scene.h5       blocks of a file: what is wrong with them, and a scene to run
+  cairn info pile.vtkhdf                       what is in a file, and how the solver did
+  cairn plot pile.vtkhdf -o pile.png           the last output, coloured by speed
+  cairn plot pile.vtkhdf --what forces -o chains.png
+  cairn plot pile.vtkhdf --what material -o pile.gif
+                                               an animation of all outputs
+  cairn convert pile.vtkhdf pile.csv           for a spreadsheet; .npz for numpy, .vtu or .vtp for older readers
+  cairn solve box.hdf5 --tol 1e-8              a frictional contact problem of its own (FCLIB, Siconos)
+  cairn study pile.py --accuracy 1e-2 --of solid_fraction
+                                               which setting is the cheapest that is accurate enough
+  cairn view pile.vtkhdf                       turn it round in a window
+  cairn verify pile.vtkhdf other.vtkhdf        two runs compared, with a verdict (exit status 3: they differ)
+  cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run
+
+'cairn COMMAND --help' tells more of each. ParaView opens .vtkhdf files as they are (5.13 or later).
+"""
+
+
+def build_parser():
+    """The parser of all commands."""
+    parser = Parser(
+        prog="cairn",
+        description="Mechanics of divided media: many bodies in dry-frictional contact.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="store_true", help="show the version and how it was built")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+    for module in COMMANDS.values():
+        module.add_parser(add_command, commands)
+    parser.commands = commands.choices
+    return parser
+
+
+def main(arguments=None):
+    """Run the command; returns the exit status: 0 done, 1 an error, 2 a wrong call, 3 runs differ, 128 and the number
+    of the signal that stopped it: 130 after Ctrl-C."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    parser = build_parser()
+    arguments, passed_on = _of_script(arguments)
+    options = parser.parse_args(arguments)
+    if options.version:
+        print(version())
+        return 0
+    if options.command is None:
+        parser.print_help()
+        return 2
+    options.passed_on = passed_on
+    try:
+        from .. import post  # noqa: F401  a message of its own if h5py is missing
+
+        return COMMANDS[options.command].main(options)
+    except KeyboardInterrupt as error:
+        return interrupted(error)
+    except BrokenPipeError:  # the reader of our output left, as 'head' does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except Exception as error:
+        place = ""
+        if passed_on is not None:
+            if not meant_to_be_read(error):
+                raise  # the script's own trouble: show where
+            place = line_of(error, options.what)
+        elif not (isinstance(error, (OSError, ValueError, LookupError, TypeError, ImportError)) or meant_to_be_read(error)):
+            raise
+        print(f"cairn: error: {place}{in_a_line(error)}", file=sys.stderr)
+        return 1
+
+
+def _of_script(arguments):
+    """Arguments for Cairn, and those for a script, which has options of its own; None for these where there is no script."""
+    own = [k for k, word in enumerate(arguments) if word != "--overwrite"][:2]
+    if len(own) < 2 or arguments[0] != "run" or not arguments[own[1]].endswith(".py"):
+        return arguments, None
+    script, rest = arguments[own[1]], arguments[own[1] + 1 :]
+    end = rest.index("--") if "--" in rest else len(rest)
+    overwrite = "--overwrite" in arguments[: own[1]] + rest[:end]
+    passed_on = [word for word in rest[:end] if word != "--overwrite"] + rest[end + 1 :]
+    return ["run", script] + ["--overwrite"] * overwrite, passed_on
+
+
+def version():
+    """Version, and how it was built."""
+    try:
+        from .. import _core
+    except ImportError:
+        return "cairn (the compiled part is not installed)"
+    build = dict(_core.build_info())
+    lines = [f"cairn {build.pop('version')}"]
+    return "\n".join(lines + [f"  {name}: {value}" for name, value in build.items()])

@@ -1,0 +1,76 @@
+"""What the command says when something goes wrong, and the exit status that goes with it."""
+
+import os
+import sys
+
+# modules that some commands need, and what pip calls them
+PACKAGES = {
+    "PIL": "pillow", "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista",
+    "scipy": "scipy", "trimesh": "trimesh", "vtkmodules": "vtk",
+}
+
+
+def _frames(error):
+    """Frames that an error came through, the outermost first, each with the place of its instruction."""
+    trace = error.__traceback__
+    while trace is not None:
+        yield trace.tb_frame, trace.tb_lasti, trace.tb_lineno
+        trace = trace.tb_next
+
+
+def meant_to_be_read(error):
+    """Whether Cairn raised an error by a statement of its own, or in its core, which then says all that there is to know."""
+    import dis
+
+    from .. import Error
+
+    frame, at, _ = list(_frames(error))[-1]
+    code = frame.f_code
+    if not os.path.abspath(code.co_filename).startswith(_package() + os.sep):
+        return False
+    return isinstance(error, Error) or dis.opname[code.co_code[at]] == "RAISE_VARARGS"
+
+
+def _package():
+    return os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def in_a_line(error):
+    """The words of an error."""
+    from ..post.errors import FileError, as_file_error
+
+    if isinstance(error, ModuleNotFoundError) and (package := PACKAGES.get((error.name or "").partition(".")[0])):
+        return f"{package} is needed for this: pip install {package}"
+    if isinstance(error, OSError) and not isinstance(error, FileError) and error.errno and error.filename:
+        error = as_file_error(error.filename, error)
+    text = error.args[0] if isinstance(error, LookupError) and error.args else error
+    return " ".join(str(text).splitlines())
+
+
+def line_of(error, script):
+    """'pile.py, line 12: ' of an error that came through this line of a script."""
+    lines = [line for frame, _, line in _frames(error) if os.path.abspath(frame.f_code.co_filename) == os.path.abspath(script)]
+    return f"{script}, line {lines[-1]}: " if lines else ""
+
+
+def interrupted(error):
+    """Says where the simulation at hand was, if it has not been said, and returns the exit status."""
+    from ..run.loop import Stopped
+    from ..run.simulation import Simulation
+
+    if isinstance(error, Stopped):  # said when the run ended
+        return error.status
+    found = [x for frame, _, _ in _frames(error) for x in frame.f_locals.values() if isinstance(x, Simulation)]
+    at = f" at step {found[-1].steps}, t = {found[-1].time:g} s" if found else ""
+    print(f"cairn: stopped by Ctrl-C{at}", file=sys.stderr)
+    return 130
+
+
+def save_picture(ax, path, dpi):
+    """Saves the figure of some axes; trouble with the file becomes a FileError."""
+    from ..post.errors import as_file_error
+
+    try:
+        ax.figure.savefig(path, dpi=dpi)
+    except OSError as error:
+        raise as_file_error(path, error) from error

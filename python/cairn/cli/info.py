@@ -1,0 +1,39 @@
+"""`cairn info`: what is in a file, and how the solver did."""
+
+
+def add_parser(add, commands):
+    """The parser of `cairn info`."""
+    info = add(
+        commands,
+        "info",
+        "what is in a file, and how the solver did",
+        "cairn info pile.vtkhdf\ncairn info pile.vtkhdf --json\ncairn info pile.vtkhdf --script     the script that made it",
+    )
+    info.add_argument("file", help="a run, a scene or a checkpoint")
+    info.add_argument("--json", action="store_true", help="for programs")
+    info.add_argument("--script", action="store_true", help="print the script that made the run")
+    info.add_argument("--repair", action="store_true", help="after a loss of power: go back to the last state on the disk")
+
+
+def main(options):
+    """`cairn info`."""
+    from ..post.container import restore_superblock
+    from ..post.summary import describe, render
+
+    if options.repair:
+        changed = restore_superblock(options.file)
+        print("went back to the last state that was on the disk" if changed else "nothing to repair")
+    if options.script:
+        from ..post.load import load
+
+        with load(options.file) as run:
+            print(run.provenance.get("script_text") or run.provenance.get("script") or "no script is stored")
+        return 0
+    facts = describe(options.file)
+    if options.json:
+        import json
+
+        print(json.dumps(facts, indent=2, default=str))
+    else:
+        print(render(facts))
+    return 0

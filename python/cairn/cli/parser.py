@@ -1,0 +1,38 @@
+"""How the words of the command line are read."""
+
+import argparse
+
+from ..names import listed, meant
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser whose refusals say what may have been meant."""
+
+    def _check_value(self, action, value):
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, f"{value!r} is none of {listed(action.choices, value)}")
+
+    def parse_args(self, args=None, namespace=None):
+        options, unknown = self.parse_known_args(args, namespace)
+        if unknown:
+            parser = self.commands.get(options.command, self)
+            word = next((word for word in unknown if word.startswith("-")), None)
+            if word is None:
+                parser.error(f"there is no place for {' '.join(unknown)}")
+            word = word.partition("=")[0]
+            known = [text for action in parser._actions for text in action.option_strings if text.startswith("--")]
+            parser.error(f"there is no option {word}{meant(word, known) or f'; there are {listed(known)}'}")
+        return options
+
+    commands = {}
+
+
+def add_command(commands, name, summary, examples):
+    """The parser of a command, with its examples in the help."""
+    return commands.add_parser(
+        name,
+        help=summary,
+        description=summary[0].upper() + summary[1:] + ".",
+        epilog="examples:\n  " + examples.replace("\n", "\n  "),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )

@@ -1,0 +1,61 @@
+"""`cairn plot`: pictures and animations of a run."""
+
+import os
+
+from ..names import listed
+from ..pre import checks
+from .errors import save_picture
+
+
+def add_parser(add, commands):
+    """The parser of `cairn plot`."""
+    plot = add(
+        commands,
+        "plot",
+        "draw a run",
+        "cairn plot pile.vtkhdf -o pile.png\n"
+        "cairn plot pile.vtkhdf --time 0.5 --what rotation -o turned.png\n"
+        "cairn plot pile.vtkhdf --what forces -o chains.pdf\n"
+        "cairn plot pile.vtkhdf --what energy -o energy.png\n"
+        "cairn plot pile.vtkhdf --what material --every 2 -o pile.gif",
+    )
+    plot.add_argument("file", help="a .vtkhdf file")
+    plot.add_argument(
+        "--what",
+        default="velocity",
+        help="velocity, rotation, material, any field of the bodies, forces, energy or residual (default: velocity)",
+    )
+    plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")
+    plot.add_argument("--time", type=float, help="draw the output nearest to this time [s] instead")
+    plot.add_argument("--every", type=int, default=1, help="of an animation: each so many outputs")
+    plot.add_argument("--dpi", type=int, default=150, help="dots an inch (default: 150)")
+    plot.add_argument("-o", "--output", help="picture (.png, .pdf, .svg) or animation (.gif, .mp4); default: beside the file")
+
+
+def main(options):
+    """`cairn plot`."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from ..post.load import load
+
+    checks.count("every", options.every, 1)
+    checks.count("dpi", options.dpi, 1)
+    stem = os.path.splitext(options.file)[0]
+    out = options.output or f"{stem}_{options.what}.png"
+    with load(options.file) as run:
+        if len(run):
+            fields = [*run[-1].bodies.names, "speed", "spin", "forces", "energy", "residual"]
+            if options.what not in fields:
+                raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
+        if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
+            run.animate(out, options.what, every=options.every, dpi=options.dpi)
+        elif options.what in ("energy", "residual"):
+            save_picture(run.plot_energy() if options.what == "energy" else run.plot_residual(), out, options.dpi)
+        else:
+            if len(run) == 0:
+                raise ValueError(f"{options.file} holds no output yet")
+            i = options.step if options.time is None else run.at(options.time).index
+            save_picture(run.plot_force_chains(i) if options.what == "forces" else run.plot(i, options.what), out, options.dpi)
+    print(out)
+    return 0

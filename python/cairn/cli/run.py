@@ -1,0 +1,102 @@
+"""`cairn run`: a Python script, or a scene that Scene.save wrote, run from the shell."""
+
+import os
+import sys
+
+from ..names import listed
+
+
+def add_parser(add, commands):
+    """The parser of `cairn run`."""
+    run = add(
+        commands,
+        "run",
+        "run a Python script, or a scene that Scene.save wrote",
+        "cairn run pile.py                     what follows the script is for the script\n"
+        "cairn run pile.py --overwrite         but for this: it replaces the files of runs that are there\n"
+        "cairn run pile.py -- --overwrite      after -- all is for the script\n"
+        "cairn run pile.scene.h5 --dt 1e-3 --until 2.0 --output pile.vtkhdf --every 20\n"
+        "cairn run pile.scene.h5 --dt 1e-3 --steps 500 --restart pile.checkpoint.h5 --output more.vtkhdf",
+    )
+    run.add_argument("what", metavar="SCRIPT_OR_SCENE", help="a .py script, or a scene file")
+    run.add_argument("--dt", type=float, help="time step [s]")
+    run.add_argument("--steps", type=int, help="steps to take")
+    run.add_argument("--until", type=float, help="time to reach [s]")
+    run.add_argument("--output", "-o", help="the .vtkhdf file to write (default: beside the scene)")
+    run.add_argument("--every", type=int, default=20, help="steps between outputs (default: 20)")
+    run.add_argument("--checkpoint-every", type=int, help="steps between checkpoints, written beside the output")
+    run.add_argument("--restart", metavar="CHECKPOINT", help="go on from this checkpoint")
+    run.add_argument("--overwrite", action="store_true", help="replace output files that are there, those of a script too")
+    run.add_argument("--append", action="store_true", help="go on in the output file; what is later than --restart is dropped")
+    run.add_argument("--solver", help="of contacts, by its name in Python: Default, NLGS, Auto, PPANewton, ...")
+    run.add_argument("--tol", type=float, help="true error of the contact solver (default: 1e-4)")
+    run.add_argument("--dump-problem", metavar="WHEN", help="step=120, or worst: write that contact problem beside the output")
+    run.add_argument("--quiet", "-q", action="store_true", help="no progress bar, no figures")
+
+
+def main(options):
+    """`cairn run`."""
+    from ..run import loop as runs
+
+    if options.what.endswith(".py"):
+        import runpy
+
+        if not os.path.isfile(options.what):
+            raise SystemExit(f"cairn: error: {options.what}: no such script")
+        sys.argv = [options.what, *options.passed_on]
+        sys.path.insert(0, os.path.dirname(os.path.abspath(options.what)))
+        with runs.commanded(options.overwrite) as command:
+            try:
+                runpy.run_path(options.what, run_name="__main__")
+            except SystemExit as end:
+                if command.stopped is None or end.code not in (None, 0):
+                    raise
+        return command.status
+    from ..build.scene import Scene
+    from ..run.simulation import Simulation
+
+    if options.dt is None:
+        raise ValueError("a scene has no time step of its own: give one, --dt 1e-3 [s] say")
+    if options.steps is None and options.until is None:
+        raise ValueError("say how long to run: --steps 1000, or --until 2.0 [s]")
+    simulation = Simulation(Scene.load(options.what), dt=options.dt, strategy=_strategy(options))
+    if options.restart:
+        simulation.restore(options.restart)
+        simulation.dt = options.dt
+    stem = options.what
+    for ending in (".h5", ".scene"):
+        stem = stem.removesuffix(ending)
+    output = options.output or stem + ".vtkhdf"
+    dump = None
+    if options.dump_problem:
+        from ..run.contact_problem import Dump
+
+        dump = Dump(options.dump_problem, os.path.splitext(output)[0] + ".problem.hdf5")
+    with runs.commanded() as command:
+        taken = simulation.run(
+            steps=options.steps,
+            until=options.until,
+            output=output,
+            every=options.every,
+            checkpoint_every=options.checkpoint_every,
+            callback=dump,
+            progress=not options.quiet,
+            overwrite=options.overwrite,
+            append=options.append,
+        )
+    if dump and dump.written is None:
+        raise ValueError(f"--dump-problem {options.dump_problem}: no such step was made, {taken} were")
+    if not options.quiet:
+        if dump:
+            print(f"the contact problem of step {dump.written}, error {dump.error:.2e}, is in {dump.path}")
+        print(f"{taken} steps, t = {simulation.time:g} s, written to {output}")
+    return command.status
+
+
+def _strategy(options):
+    from ..run.strategies import NSCD, SOLVERS
+
+    if options.solver is not None and options.solver not in SOLVERS:
+        raise ValueError(f"--solver is {options.solver!r}: give one of {listed(SOLVERS, options.solver)}")
+    solver = SOLVERS[options.solver or "Default"]
+    return NSCD(solver=solver() if options.tol is None else solver(tol=options.tol))
