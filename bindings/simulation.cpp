@@ -1,5 +1,4 @@
-#include <pybind11/functional.h>
-
+#include "base/threads.hpp"
 #include "laws/plug.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 #include "strategies/contact_fields.hpp"
@@ -186,6 +185,9 @@ py::dict contact_rows(Simulation& s) {
   out["mu"] = array_of(rows.mu);
   out["bodies"] = array_of(rows.bodies);
   out["kind"] = array_of(rows.kind);
+  out["mesh"] = array_of(rows.mesh);
+  out["node"] = array_of(rows.node);
+  out["weight"] = array_of(rows.weight);
   return out;
 }
 
@@ -224,13 +226,37 @@ void set_state(py::object self, const py::dict& state) {
   s.time = py::cast<double>(state["time"]);
 }
 
+// A stage of NSCD by itself: with threads and clock as step() calls it.
+template <void (Simulation::*stage)()>
+void bind_stage(py::class_<Simulation>& simulation, const char* name) {
+  simulation.def(name, [name](Simulation& s) {
+    const cairn::StepAlone alone(s);
+    const py::gil_scoped_release release;
+    const cairn::Threads threads(s.strategy.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
+    s.timed(name, [&s] { (s.*stage)(); });
+  });
+}
+
+void bind_stages(py::class_<Simulation>& simulation) {
+  bind_stage<&Simulation::predict_configuration>(simulation, "predict_configuration");
+  bind_stage<&Simulation::compute_free_velocity>(simulation, "compute_free_velocity");
+  bind_stage<&Simulation::detect_contacts>(simulation, "detect_contacts");
+  bind_stage<&Simulation::prepare_contacts>(simulation, "prepare_contacts");
+  bind_stage<&Simulation::solve_contacts>(simulation, "solve_contacts");
+  bind_stage<&Simulation::update_velocity>(simulation, "update_velocity");
+  bind_stage<&Simulation::commit_contacts>(simulation, "commit_contacts");
+  bind_stage<&Simulation::update_configuration>(simulation, "update_configuration");
+  bind_stage<&Simulation::project_positions>(simulation, "project_positions");
+}
+
 } // namespace
 
 void bind_simulation(py::module_& m) {
   m.def("strategy_options", [](const std::string& strategy) {
     return strategy == "smooth_dem" ? described<cairn::SmoothDem>() : described<cairn::Nscd>();
   });
-  py::class_<Simulation>(m, "Simulation")
+  py::class_<Simulation> simulation(m, "Simulation");
+  simulation
       .def(py::init([](const cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
         auto s = std::make_unique<Simulation>(scene, laws, cairn::Nscd{});
         use(*s, strategy);
@@ -293,16 +319,7 @@ void bind_simulation(py::module_& m) {
              return report_of(s.report);
            })
       .def("begin_step", &Simulation::begin_step)
-      .def("predict_configuration", &Simulation::predict_configuration)
-      .def("compute_free_velocity", &Simulation::compute_free_velocity)
-      .def("detect_contacts", &Simulation::detect_contacts)
-      .def("prepare_contacts", &Simulation::prepare_contacts)
-      .def("solve_contacts", &Simulation::solve_contacts)
-      .def("update_velocity", &Simulation::update_velocity, py::arg("correct") = std::function<void()>())
       .def("give_impulses", &give_impulses)
-      .def("commit_contacts", &Simulation::commit_contacts)
-      .def("update_configuration", &Simulation::update_configuration)
-      .def("project_positions", &Simulation::project_positions)
       .def("undo_step", &Simulation::undo_step)
       .def("report", [](Simulation& s) { return report_of(s.report); })
       .def("energy", [](Simulation& s) { return energy_of(s.energy); })
@@ -319,4 +336,5 @@ void bind_simulation(py::module_& m) {
       .def("bytes", &Simulation::bytes)
       .def("get_state", &get_state)
       .def("set_state", &set_state);
+  bind_stages(simulation);
 }

@@ -93,7 +93,7 @@ void Interactions::give_impulses(const double* local) {
   });
 }
 
-void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& correct) {
+void Interactions::update_velocity(Bodies& bodies) {
   State& s = *s_;
   ContactSystem& system = s.system;
   s.energy = {};
@@ -106,10 +106,9 @@ void Interactions::update_velocity(Bodies& bodies, const std::function<void()>& 
       system.load(bodies.velocity_free);
       cairn_add_impulses(&schedule);
     }
-    if (correct || s.meshes) {
+    if (s.meshes) {
       system.unload(bodies.velocity);
-      if (s.meshes) s.push_meshes(bodies);
-      if (correct) correct();
+      s.push_meshes(bodies);
       system.load(bodies.velocity);
     }
     system.unload_and_add(bodies.velocity, bodies.velocity_begin);
@@ -305,7 +304,15 @@ ContactRows Interactions::rows() const {
                    .bias = std::vector<double>(d * n),
                    .mu = std::vector<double>(n),
                    .bodies = std::vector<std::int32_t>(2 * n),
-                   .kind = std::vector<std::int32_t>(n)};
+                   .kind = std::vector<std::int32_t>(n),
+                   .mesh = {},
+                   .node = {},
+                   .weight = {}};
+  if (s_->meshes) {
+    rows.mesh.assign(2 * n, -1);
+    rows.node.assign(8 * n, 0);
+    rows.weight.assign(8 * n, 0);
+  }
   s_->each([&](const cairn_batch& b, int lane, std::int64_t i) {
     double axes[3][3];
     axes_of(b, d, lane, axes);
@@ -324,6 +331,15 @@ ContactRows Interactions::rows() const {
     rows.bodies[2 * i] = b.mapped_a ? -1 : b.body_a[lane];
     rows.bodies[2 * i + 1] = b.mapped_b ? -1 : b.body_b[lane];
     rows.kind[i] = cone ? 1 : 2;
+    const auto map = [&](std::int64_t side, std::int32_t which, const std::int32_t* node, const double* weight) {
+      rows.mesh[side] = which;
+      for (int j = 0; j < 4; ++j) {
+        rows.node[4 * side + j] = s_->meshes->meshes[which].contact_node(node[j * b.count + lane]);
+        rows.weight[4 * side + j] = weight[j * b.count + lane];
+      }
+    };
+    if (b.mapped_a) map(2 * i, b.body_a[lane], b.node_a, b.lever_a);
+    if (b.mapped_b) map(2 * i + 1, b.body_b[lane], b.node_b, b.lever_b);
   });
   return rows;
 }

@@ -3,7 +3,6 @@
 #pragma once
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <span>
@@ -173,8 +172,12 @@ struct ContactRows {
   std::vector<double> axes;         // (dim, dim, count): normal, tangents, each in space axes
   std::vector<double> lever;        // (dim, 2, count) of A, of B, in space axes [m]
   std::vector<double> bias, mu;     // (dim, count) [m/s], (count) [-]
-  std::vector<std::int32_t> bodies; // (2, count) internal numbers
+  std::vector<std::int32_t> bodies; // (2, count) internal numbers, -1 of a mesh
   std::vector<std::int32_t> kind;   // (count) 0: nothing there moves, 1: Coulomb's cone, 2: a law with its own solution
+  // Of sides on meshes, if there are any: the mesh, -1 of others (2, count); nodes and their weights (4, 2, count), the
+  // weight 0 where fewer.
+  std::vector<std::int32_t> mesh, node;
+  std::vector<double> weight;
 };
 
 class Interactions {
@@ -200,9 +203,8 @@ public:
   // Impulses (dim, count), local, that someone else solved for, instead of solve.
   void give_impulses(const double* local);
   // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'
-  // energy. correct, if given, then replaces the velocities of bodies that do not move on their own, such as the nodes
-  // of a mesh.
-  void update_velocity(Bodies&, const std::function<void()>& correct = {});
+  // energy.
+  void update_velocity(Bodies&);
   // State of laws, then impulses and keys become the memory of the next step.
   ContactEnergy commit();
 

@@ -109,8 +109,7 @@ public:
   void detect_contacts();
   void prepare_contacts();
   void solve_contacts();
-  // correct: see Interactions::update_velocity
-  void update_velocity(const std::function<void()>& correct = {});
+  void update_velocity();
   void update_configuration();
   void commit_contacts();
   void project_positions();

@@ -258,11 +258,11 @@ void Simulation::prepare_contacts() {
 
 void Simulation::solve_contacts() { report.solve = interactions.solve(scene.bodies, strategy.solver); }
 
-void Simulation::update_velocity(const std::function<void()>& correct) {
+void Simulation::update_velocity() {
   Bodies& b = scene.bodies;
   if (b.reaction.active) std::fill(b.reaction.values.begin(), b.reaction.values.end(), 0.0);
   std::swap(b.velocity_begin.values, b.velocity.values); // with the spin that the contacts saw
-  interactions.update_velocity(b, correct);
+  interactions.update_velocity(b);
   if (b.angular_momentum.active)
     cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
                           b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));

@@ -3,8 +3,8 @@
 import subprocess
 import sys
 
-LATER = ["build.meshes", "build.elastic", "build.mesh_faces", "build.surfaces", "run.block_step", "run.equilibrium",
-         "run.shadow", "legacy", "problems", "study"]  # fmt: skip
+LATER = ["build.meshes", "build.elastic", "build.mesh_faces", "build.surfaces", "run.contact_problem", "run.equilibrium",
+         "run.meshes", "run.shadow", "run.soe", "legacy", "problems", "study"]  # fmt: skip
 
 SCRIPT = """
 import sys

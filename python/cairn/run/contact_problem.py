@@ -5,32 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 
-class Rows:
-    """Assembled contacts as arrays, in the order of sim.contacts: axes (n, dim, dim) by rows n, t[, s]; lever (n, 2, dim) of A
-    and B [m]; bias (n, dim) [m/s]; mu (n,); bodies (n, 2) internal numbers; kind (n,): 0 nothing moves, 1 cone, 2 own
-    solution."""
-
-    def __init__(self, simulation):
-        dim = simulation.scene.dim
-        d = simulation._core.contact_rows()
-        self.dim = dim
-        self.axes = d["axes"].reshape(-1, dim, dim)
-        self.lever = d["lever"].reshape(-1, 2, dim)
-        self.bias = d["bias"].reshape(-1, dim)
-        self.mu, self.kind = d["mu"], d["kind"]
-        self.bodies = d["bodies"].reshape(-1, 2)
-
-    def chosen(self):
-        """Rows of contacts where something moves. Raises ValueError if one of them is no cone."""
-        own = np.flatnonzero(self.kind == 2)
-        if len(own):
-            raise ValueError(
-                f"contact {own[0]} obeys a law with its own local solution, such as Bonded: "
-                "a contact problem holds Coulomb's cones alone"
-            )
-        return np.flatnonzero(self.kind == 1)
-
-
 def jacobians(rows, chosen):
     """Relative velocity of each contact from the velocities of its two bodies, (m, dim, 2, dofs)."""
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
@@ -62,13 +36,13 @@ def inverse_mass(simulation):
     """A^-1 of all bodies, internal order, scipy.sparse (dofs bodies, dofs bodies)."""
     from scipy import sparse
 
-    core = simulation._core.scene
-    mass = np.array(core.raw_body("inverse_mass"))
+    raw = simulation.raw
+    mass = np.array(raw.inverse_mass)
     if simulation.scene.dim == 2:
         return sparse.diags_array(mass.ravel())
     blocks = np.zeros((len(mass), 6, 6))
     blocks[:, range(6), range(6)] = mass
-    turning = np.array(core.raw_body("inverse_inertia"))
+    turning = np.array(raw.inverse_inertia)
     if len(turning):
         for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
             blocks[:, 3 + i, 3 + j] = blocks[:, 3 + j, 3 + i] = turning[:, k]
@@ -80,10 +54,9 @@ def problem_of(simulation):
     """The step at hand as a dict: problem; rows, and which of them it holds; operator H' and inverse A^-1 (sparse)."""
     from ..problems import Problem
 
-    rows = Rows(simulation)
-    chosen = rows.chosen()
-    core = simulation._core.scene
-    free = np.array(core.raw_body("velocity_free"))
+    rows = simulation.stages.contacts
+    chosen = rows.cones()
+    free = np.array(simulation.raw.velocity_free)
     h = operator(rows, chosen, len(free))
     inverse = inverse_mass(simulation)
     q = h @ free.ravel() + rows.bias[chosen].ravel()
@@ -106,7 +79,7 @@ class Dump:
             self.step = int(number)
 
     def __call__(self, simulation):
-        info = simulation._info
+        info = simulation.report
         wanted = info["error"] > self.error if self.step is None else info["step"] == self.step
         if wanted and info["contacts"]:
             self.written, self.error = info["step"], info["error"]

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..pre import checks
-from .contact_problem import Rows, inverse_mass, jacobians
+from .contact_problem import inverse_mass, jacobians
 
 
 def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=1e6, report=None):
@@ -30,24 +30,22 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
     """
     checks.positive("tol", tol), checks.positive("unbalanced", unbalanced), checks.positive("stiffness", stiffness)
     checks.count("rounds", rounds, 1)
-    core = simulation._core
-    state = core.get_state()
+    state = simulation.get_state()
     simulation.step()
     try:
         if not len(simulation.contacts):
             raise ValueError("no bodies touch: there is nothing that could be at rest under load")
         system = System(simulation)
         keys = np.array(simulation.contacts.key)[system.chosen]
-        memory = core.get_state()["memory"]
+        memory = simulation.get_state()["memory"]
     finally:
-        core.set_state(state)
-        simulation._constant_force_set = False  # a state from before the first step has none
+        simulation.set_state(state)
     result = system.solve(tol, unbalanced, rounds, stiffness, report)
     impulses = system.r if system.dim == 2 else np.einsum("mk,mki->mi", system.r, system.axes)
     act = np.any(impulses != 0, axis=1)
     memory["keys"], memory["impulses"] = keys[act], np.ascontiguousarray(impulses[act])
     state["memory"] = memory
-    core.set_state(state)
+    simulation.set_state(state)
     return result
 
 
@@ -78,9 +76,9 @@ class System:
     """The step at hand: free bodies (n), contacts (m)."""
 
     def __init__(self, simulation):
-        rows = Rows(simulation)
+        rows = simulation.stages.contacts
         self.dim = rows.dim
-        self.chosen = rows.chosen()
+        self.chosen = rows.cones()
         self.chosen = self.chosen[on_faces(simulation.contacts)[self.chosen]]
         self.dofs = 3 * self.dim - 3
         self.mu, self.bias, self.axes = rows.mu[self.chosen], rows.bias[self.chosen], rows.axes[self.chosen]
@@ -93,8 +91,8 @@ class System:
             raise ValueError("no body is free to move: there is nothing to find")
         free, self.inverse = free[moves], inverse[moves]
         self.mass = np.linalg.inv(self.inverse)
-        raw = simulation._core.scene
-        self.v_free, self.position = (np.array(raw.raw_body(name))[free] for name in ("velocity_free", "position"))
+        raw = simulation.raw
+        self.v_free, self.position = (np.array(getattr(raw, name))[free] for name in ("velocity_free", "position"))
         number = np.full(rows.bodies.max() + 1, len(free))
         number[free[free < len(number)]] = np.arange(np.sum(free < len(number)))
         self.bodies = number[rows.bodies[self.chosen]]  # the number after the last: cannot move

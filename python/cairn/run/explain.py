@@ -4,42 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 
+from .stages import ORDER
 from .strategies import SmoothDEM
 
 
 def explain(simulation):
     """Text on stages, arrays, bytes, settings and scales."""
-    core, strategy = simulation._core, simulation.strategy
-    lines = [f"{len(simulation.bodies)} bodies, {core.scene.contactor_count} contactors, {simulation.scene.dim}D"]
+    strategy, bodies, contactors = simulation.strategy, simulation.bodies, simulation.contactors
+    lines = [f"{len(bodies)} bodies, {len(contactors)} contactors, {simulation.scene.dim}D"]
     lines += _smooth(simulation) if isinstance(strategy, SmoothDEM) else _nscd(simulation)
-    for title, fields in (("body", core.scene.body_fields()), ("contactor", core.scene.contactor_fields())):
+    for title, fields in (("body", bodies.fields), ("contactor", contactors.fields)):
         active = [f for f in fields if f["active"]]
         lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
         lines += [f"  {f['name']:<18}{f['components']} x [{f['unit']}]  {f['meaning']} ({f['stage']})" for f in active]
         absent = [f["name"] for f in fields if not f["active"]]
         if absent:
             lines.append(f"  not stored, since nothing needs them: {', '.join(absent)}")
-    bodies, contacts = core.bytes()
-    lines += ["", f"In all, with workspace: {bodies / max(1, len(simulation.bodies)):.0f} bytes a body"]
-    if core.contact_count:
-        lines.append(f"and {contacts / core.contact_count:.0f} bytes a contact ({core.contact_count} contacts)")
+    held, contacts = simulation.held_bytes, len(simulation.contacts)
+    lines += ["", f"In all, with workspace: {held['bodies'] / max(1, len(bodies)):.0f} bytes a body"]
+    if contacts:
+        lines.append(f"and {held['contacts'] / contacts:.0f} bytes a contact ({contacts} contacts)")
     lines += ["", *_scales(simulation)]
     return "\n".join(lines)
 
 
 def _nscd(simulation):
     strategy = simulation.strategy
-    stages = [
-        "predict_configuration",
-        "compute_free_velocity",
-        "detect_contacts",
-        "prepare_contacts",
-        "solve_contacts",
-        "update_velocity",
-        "commit_contacts",
-        "update_configuration",
-    ]
-    stages += ["project_positions"] if strategy.project_positions else []
+    stages = [*ORDER, "project_positions"] if strategy.project_positions else ORDER
     lines = ["", "Stages of a step: " + ", ".join(stages)]
     margin = (
         "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
@@ -47,9 +38,9 @@ def _nscd(simulation):
     solver = strategy.solver
     if strategy.pose != "moreau":
         lines.append(f"Strategy {type(strategy).__name__}: the condition at contacts is that of {strategy.pose}")
-    for mesh in simulation._meshes.meshes if simulation._meshes else ():
-        size, points = mesh.size, len(mesh.d.contact_nodes)
-        lines.append(f"Deformable {mesh.d.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
+    for mesh in simulation.meshes:
+        size, points = mesh.body.points.size, len(mesh.contact_nodes)
+        lines.append(f"Deformable {mesh.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
     lines += [
         f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
@@ -61,11 +52,10 @@ def _nscd(simulation):
 
 
 def _smooth(simulation):
-    core, strategy, dt = simulation._core, simulation.strategy, simulation.dt
-    limit = core.stable_step()
+    strategy, dt, limit = simulation.strategy, simulation.dt, simulation.stable_step
     stages = ["kick_and_drift", "find_neighbours", "compute_forces", "kick"]
     lines = ["", "Stages of a step: " + ", ".join(stages)]
-    lines.append(f"Velocity Verlet; step {dt:g} s; pairs listed up to {core.skin():.3g} m beyond the reach of their law")
+    lines.append(f"Velocity Verlet; step {dt:g} s; pairs listed up to {simulation.skin:.3g} m beyond the reach of their law")
     if np.isfinite(limit):
         lines.append(
             f"Stable step {limit:.3g} s, from masses and from stiffness at an overlap of at least {strategy.overlap:g} of the "

@@ -63,28 +63,27 @@ def commanded(overwrite=False):
 
 def scene_info(simulation):
     """What a reader of the file needs to draw the scene."""
-    core = simulation._core.scene
-    internal = core.raw_body("id")
-    names = np.array(_core.shapes())
+    known = simulation.contactors
     contactors = {
-        "shape": list(names[core.contactor("shape")]) if core.contactor_count < 100_000 else "",
-        "shape_number": core.contactor("shape"),
-        "body": internal[core.contactor("body")],
-        "radius": core.contactor("radius"),
+        "shape": list(known.shape) if len(known) < 100_000 else "",
+        "shape_number": known.shape_number.copy(),
+        "body": known.body.copy(),
+        "radius": known.radius.copy(),
     }
     for name in ("offset", "direction"):
-        values = core.contactor(name)
+        values = getattr(known, name).copy()
         if len(values):
             contactors[name] = values
-    hull = core.contactor("hull")
+    hull = known.hull.copy()
     if len(hull):
+        hulls = known.hulls
         shown = ("first_vertex", "first_face", "first_corner", "corner_vertex", "vertex", "offset")
-        contactors |= {"hull": hull, "hulls": {name: core.hulls[name] for name in shown}}
+        contactors |= {"hull": hull, "hulls": {name: hulls[name] for name in shown}}
     species = [f"{m} ({g})" if g else m for m, g in simulation._species]
     return {
         "materials": species,
         "contactors": contactors,
-        "shapes": list(names),
+        "shapes": _core.shapes(),
         "gravity": _plain(simulation.scene.gravity),
         "dt": simulation.dt,
         "strategy": repr(simulation.strategy),
@@ -124,7 +123,6 @@ def provenance():
 def snapshot(simulation):
     """Arrays of bodies and of contacts for one output."""
     bodies, contacts = simulation.bodies, simulation.contacts
-    core = simulation._core.scene
     out = {
         "position": bodies.position,
         "velocity": bodies.velocity,
@@ -133,8 +131,8 @@ def snapshot(simulation):
         "mass": bodies.mass,
         "material": _material(simulation),
     }
-    if len(core.body("rotation")):
-        out["rotation"] = core.body("rotation")
+    if "rotation" in bodies.names:
+        out["rotation"] = bodies.rotation
     if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
         out["stress"] = _stress(simulation)
     pairs = contacts.bodies
@@ -161,19 +159,11 @@ def _stress(simulation):
 
 def _material(simulation):
     """Number of the material of each body's first contactor, (n,)."""
-    core = simulation._core.scene
-    ids, owners = core.body("id"), core.raw_body("id")[core.contactor("body")]
-    rows = np.searchsorted(ids, owners)
+    ids, contactors = simulation.bodies.id, simulation.contactors
+    rows = np.searchsorted(ids, contactors.body)
     out = np.full(len(ids), -1, np.int32)
-    out[rows[::-1]] = core.contactor("material")[::-1]
+    out[rows[::-1]] = contactors.material[::-1]
     return out
-
-
-def keep_rotations(simulation):
-    """From now on the rotations of the bodies are followed where no contact needs them: readers of a run look at them."""
-    core, n = simulation._core.scene, len(simulation.bodies)
-    if n and not len(core.body("rotation")):
-        core.assign_body("rotation", np.zeros(n) if simulation.scene.dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1)))
 
 
 class _Recorder:
@@ -190,7 +180,7 @@ class _Recorder:
                 overwrite = overwrite or (command is not None and command.replaces(output))
             self.checkpoint_path = output.with_suffix(".checkpoint.h5")
             scene = simulation.scene
-            keep_rotations(simulation)
+            simulation.follow_rotations()
             self.written = None
             kept, info = 0, scene_info(simulation)
             if append and output.exists():
@@ -205,14 +195,14 @@ class _Recorder:
         sim = self.simulation
         self.written = sim.steps
         bodies, contacts = snapshot(sim)
-        info = sim._info
+        info = sim.report
         self.writer.write_step(sim.time, info.get("time_detection", sim.time), sim.steps, bodies, contacts)
         self.writer.flush()
 
     def record(self, probes):
         sim = self.simulation
         if self.writer is not None:
-            row = {k: v for k, v in sim._info.items() if k not in ("step", "time", "hint")}
+            row = {k: v for k, v in sim.report.items() if k not in ("step", "time", "hint")}
             row["energy"] = sim.energy
             row.update({name: one_number(name, probe(sim)) for name, probe in (probes or {}).items()})
             self.writer.write_history(sim.time, sim.steps, row)

@@ -10,8 +10,8 @@ from ..build.meshes import MovingMesh
 class Meshes:
     """The deformable bodies of a simulation in the order in which they came in: `meshes`, a MovingMesh each."""
 
-    def __init__(self, simulation):
-        self._core, self.meshes, self._loaded = simulation._core, [], set()
+    def __init__(self, simulation, core):
+        self._core, self.meshes, self._loaded = core, [], set()
         if simulation.strategy.project_positions:
             raise ValueError("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies")
         self._core.forget_meshes()

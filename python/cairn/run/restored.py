@@ -24,7 +24,7 @@ def restore(sim, path):
     if content.get("scene") != sim._fingerprint():
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
-    before["state"] = sim._core.get_state()
+    before["state"] = sim.get_state()
     try:
         made = _content(sim, path, content, before["state"])
     except FileError:
@@ -90,7 +90,7 @@ def _later_from_dict(path, dim, d, known):
 
 
 def check(dim, state, species, like):
-    """Raises ValueError that names the field and the value of what is wrong in the state of a core (_core.Simulation.get_state).
+    """Raises ValueError that names the field and the value of what is wrong in the state of a core (Simulation.get_state).
 
     species: how many materials and groups there are. like: the state of the simulation that restores.
     """

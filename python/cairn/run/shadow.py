@@ -14,18 +14,9 @@ import numpy as np
 from .. import _core
 from ..names import listed
 from . import contact_problem
+from .stages import ORDER
 from .strategies import NSCD
 
-STAGES = (
-    "predict_configuration",
-    "compute_free_velocity",
-    "detect_contacts",
-    "prepare_contacts",
-    "solve_contacts",
-    "update_velocity",
-    "commit_contacts",
-    "update_configuration",
-)
 # What a stage makes, by which it is compared with its shadow: fields of bodies, all (n, components) in internal order.
 OUTPUTS = {
     "predict_configuration": ("position",),
@@ -92,40 +83,40 @@ def _named(stage, name):
     return lambda s: s["problem"].solve(name, tol=1e-12).r
 
 
-def step(simulation, h, shadows):
+def step(simulation, dt, shadows):
     """One step stage by stage, each shadow beside its stage; the report of the step."""
-    core = simulation._core
-    core.begin_step(h)
+    stages = simulation.stages
+    stages.begin_step(dt)
     found, solved = [], []
     try:
-        for stage in STAGES:
+        for stage in ORDER:
             mine = [s for s in shadows if s.stage == stage]
-            before = [_input(simulation, s, h) for s in mine]
-            getattr(core, stage)()
+            before = [_input(simulation, s, stages.h) for s in mine]
+            getattr(stages, stage)()
             done = list(zip(mine, before))
             if stage == "solve_contacts":  # compared by the velocities that its impulses make: impulses need not be unique
                 solved, done = done, []
             for s, given in solved if stage == "update_velocity" else done:
                 found.append((s, given, _difference(simulation, s, given)))
     except BaseException:
-        core.undo_step()
+        if stages.due is not None:
+            stages.undo_step()
         raise
-    if simulation.strategy.project_positions:
-        core.project_positions()
+    report = stages.end_step()
     for s, given, (difference, body, other) in found:
-        record = (core.steps, core.time, difference, body)
+        record = (simulation.steps, simulation.time, difference, body)
         s.records.append(record)
         if s.beyond is None and not difference <= s.tol:
             s.beyond = record
-            s.dump = _dump(s, given, other, core.steps)
-    return core.report()
+            s.dump = _dump(s, given, other, simulation.steps)
+    return report
 
 
 def _input(simulation, shadow, h):
     """What a kernel is given: copies, so that it can do no harm."""
-    core = simulation._core.scene
-    s = {"dim": simulation.scene.dim, "h": h, "theta": simulation.strategy.theta, "gravity": np.array(core.gravity)}
-    s |= {name: np.array(core.raw_body(name)) for name in INPUTS}
+    raw = simulation.raw
+    s = {"dim": simulation.scene.dim, "h": h, "theta": simulation.strategy.theta, "gravity": simulation.stages.gravity}
+    s |= {name: np.array(getattr(raw, name)) for name in INPUTS}
     if shadow.stage == "solve_contacts":
         s |= contact_problem.problem_of(simulation)
     return s
@@ -133,9 +124,8 @@ def _input(simulation, shadow, h):
 
 def _difference(simulation, shadow, given):
     """(largest difference / largest value, id of the body, what the kernel gave)."""
-    core = simulation._core.scene
     other = shadow.kernel(given)
-    mine = np.array(core.raw_body(OUTPUTS[shadow.stage][0]))
+    mine = np.array(getattr(simulation.raw, OUTPUTS[shadow.stage][0]))
     if shadow.stage == "solve_contacts":
         r = np.asarray(other, float)
         want = (given["problem"].contacts, given["dim"])
@@ -155,7 +145,7 @@ def _difference(simulation, shadow, given):
     if len(apart) == 0 or not np.max(apart) > 0:
         return 0.0, -1, np.asarray(other)
     worst = int(np.argmax(apart))
-    return float(apart[worst] / scale) if scale > 0 else math.inf, int(core.raw_body("id")[worst]), np.asarray(other)
+    return float(apart[worst] / scale) if scale > 0 else math.inf, int(simulation.raw.id[worst]), np.asarray(other)
 
 
 def _dump(shadow, given, other, steps):

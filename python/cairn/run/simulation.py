@@ -14,6 +14,7 @@ from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rule
 from ..names import one_of
 from ..pre import checks
 from . import restored, time_functions, views
+from .stages import Stages
 from .step_warnings import OverlapWarning, StepWarnings
 from .strategies import NSCD, SmoothDEM
 
@@ -23,7 +24,7 @@ class ShapesWarning(UserWarning):
 
 
 class Simulation:
-    """A scene on the move.
+    """A scene on the move: `step` and `run` move it, `stages` are the parts of a step.
 
     scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do
     when bodies overlap at the start by more than overlap_share of the smaller radius, of shapes that are not round half of
@@ -53,9 +54,10 @@ class Simulation:
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings = StepWarnings()
         self._shadows = []
+        self.bodies, self.contacts = views.BodyView(self, self._core), views.ContactView(self, self._core)
+        self.contactors, self.stages = views.ContactorView(self._core), Stages(self, self._core)
         self._start_functions()
         self._start_meshes()
-        self.bodies, self.contacts = views.BodyView(self), views.ContactView(self)
         one_of("overlap", overlap, ("warn", "error", "ignore"))
         self._unmet, self._lawless = set(), set()
         self._warn_of_unmet()
@@ -81,6 +83,7 @@ class Simulation:
 
     @strategy.setter
     def strategy(self, value):
+        self.between_steps("strategy")
         self._given = _checked_strategy(value)
         self._strategy = value.for_scene(self._core.scene)
         self._core.set_strategy(self._strategy.settings())
@@ -104,6 +107,11 @@ class Simulation:
         return {**self._info, "energy": self.energy, "seconds": dict(self._core.stage_seconds())}
 
     @property
+    def report(self):
+        """What the last step returned, without energy and seconds; {} before the first."""
+        return self._info
+
+    @property
     def energy(self):
         """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
         return self._core.energy()
@@ -111,29 +119,45 @@ class Simulation:
     @property
     def meshes(self):
         """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
-        return [views.MeshView(self, mesh) for mesh in (self._meshes.meshes if self._meshes else ())]
+        return [views.MeshView(self, self._core, mesh) for mesh in (self._meshes.meshes if self._meshes else ())]
 
     @property
     def raw(self):
         """Live arrays in internal order, until the next renumbering."""
-        return views.RawView(self)
+        return views.RawView(self._core)
+
+    @property
+    def held_bytes(self):
+        """Bytes held for "bodies" (with contactors and velocities of the solver) and for "contacts", a dict."""
+        return dict(zip(("bodies", "contacts"), self._core.bytes()))
+
+    @property
+    def stable_step(self):
+        """Stable step of the smooth contacts as they are [s]; inf with NSCD."""
+        return self._core.stable_step()
+
+    @property
+    def skin(self):
+        """Gap beyond the reach of a smooth law up to which pairs are listed [m]. Raises ValueError with NSCD."""
+        return self._core.skin()
 
     def radii(self):
         """Radius of each body about its centre of mass, (n,) [m]: 0 for walls."""
         if self._radii is None:
-            core = self._core.scene
-            ids = core.body("id")
-            reach = core.contactor("radius")
-            offset = core.contactor("offset")
+            ids, contactors = self.bodies.id, self.contactors
+            reach, offset = contactors.radius.copy(), contactors.offset
             if len(offset):
                 reach = reach + np.linalg.norm(offset, axis=1)
-            shapes = np.array(_core.shapes())[core.contactor("shape")]
-            round_ = np.isin(shapes, _core.shapes("ball"))
+            round_ = np.isin(contactors.shape, _core.shapes("ball"))
             self._radii = np.zeros(len(ids))
-            internal = core.raw_body("id")
-            owners = np.searchsorted(ids, internal[core.contactor("body")])
-            np.maximum.at(self._radii, owners[round_], reach[round_])
+            np.maximum.at(self._radii, np.searchsorted(ids, contactors.body)[round_], reach[round_])
         return self._radii.copy()
+
+    def follow_rotations(self):
+        """Rotations of the bodies are kept from now on where no contact needs them, too: readers of a run look at them."""
+        n = len(self.bodies)
+        if n and "rotation" not in self.bodies.names:
+            self._core.assign_body("rotation", np.zeros(n) if self.scene.dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1)))
 
     def _warn_of_unmet(self):
         """Shapes that pass through each other, of which one at least is of a body that moves and is no wall: once a pair."""
@@ -154,14 +178,34 @@ class Simulation:
 
     def step(self, dt=None):
         """One step; returns its report (see info). Raises and leaves everything as it was if the step cannot be made."""
+        self.between_steps("step")
+        if self._shadows:
+            from . import shadow
+
+            return shadow.step(self, dt, self._shadows)
+        h = self.ready(dt)
+        return self.stepped(self._core.step(h), h)
+
+    def ready(self, dt=None):
+        """What a step of dt [s] begins with, and its length: gravity, loads and driven velocities of its time; see stages."""
         h = self._dt if dt is None else checks.positive("dt", dt)
         self._follow_scene()
         self._apply_functions(h)
         if self._meshes:
             self._meshes.load(h)
-        self._info = self._beside_shadows(h) if self._shadows else self._core.step(h)
-        self._warnings.look(self, self._info, h)
-        return self._info
+        return h
+
+    def stepped(self, report, h):
+        """What a step of h [s] ends with: its report, looked at and kept; see stages."""
+        self._info = report
+        self._warnings.look(self, report, h)
+        return report
+
+    def between_steps(self, what):
+        """Raises ValueError if a step is being made stage by stage, where `what` would find it half done."""
+        if self.stages.due is not None:
+            text = f"{what} stands between steps, and one is being made: its stage {self.stages.due} is due"
+            raise ValueError(f"{text}; go on to stages.end_step(), or stages.undo_step()")
 
     def run(
         self,
@@ -204,11 +248,6 @@ class Simulation:
         )
 
     # ------------------------------------------------------------------ comparisons
-
-    def _beside_shadows(self, h):
-        from . import shadow
-
-        return shadow.step(self, h, self._shadows)
 
     def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None):
         """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
@@ -277,6 +316,7 @@ class Simulation:
         """Inserts sets of bodies between steps and returns their ids, (n,). All or nothing."""
         from ..build.bodies import replace
 
+        self.between_steps("add")
         sets, self._materials = checked_sets(self.scene.dim, sets, self._materials, self.scene.periodic)
         species = dict(self._species)
         for s in sets:
@@ -306,6 +346,7 @@ class Simulation:
 
     def remove(self, ids):
         """Removes bodies by their ids between steps. All or nothing."""
+        self.between_steps("remove")
         ids = self._ids(ids)
         for s in self._sets:
             if s.mesh is not None and np.any(np.isin(s.ids, ids)):
@@ -337,13 +378,26 @@ class Simulation:
                 "kind": "checkpoint",
                 "dim": self.scene.dim,
                 "dt": self._dt,
-                "state": self._core.get_state(),
+                "state": self.get_state(),
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
                 "later": {f"{k:06d}": _later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
+
+    def get_state(self):
+        """All that the future depends on besides laws and functions of time, dicts of arrays: a checkpoint in memory."""
+        self.between_steps("get_state")
+        return self._core.get_state()
+
+    def set_state(self, state):
+        """Goes back, or on, to what get_state gave, to the same bits. Raises ValueError if bodies came in or went since."""
+        self.between_steps("set_state")
+        if not np.array_equal(np.sort(state["scene"]["bodies"]["id"].ravel()), self.bodies.id):
+            raise ValueError("the state is of other bodies than those that there are now: see checkpoint and restore")
+        self._core.set_state(state)
+        self._constant_force_set = False  # a state from before the first step has none
 
     def _fingerprint(self):
         """Tells scenes apart: bodies and contactors that it was made of."""
@@ -359,6 +413,7 @@ class Simulation:
         Bodies added since the start come from the file with what drives them; where that is a Python function, add the same sets
         first. Raises FileError when the file is no checkpoint of this scene.
         """
+        self.between_steps("restore")
         restored.restore(self, path)
 
     def _take(self, state, species, rules, sets, dt, info):
@@ -421,7 +476,7 @@ class Simulation:
         if meshes:
             from .meshes import Meshes
 
-            self._meshes = Meshes(self)
+            self._meshes = Meshes(self, self._core)
 
     def _field(self, name, shape):
         values = self._core.scene.body(name)

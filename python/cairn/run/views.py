@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import _core
 from ..names import listed, meant
 from ..pre import checks
 
@@ -79,16 +80,21 @@ class BodyView(_View):
     Every stored array can be read by its name (`names`); `set` writes position, velocity, rotation.
     """
 
-    def __init__(self, simulation):
-        self._simulation = simulation
+    def __init__(self, simulation, core):
+        self._simulation, self._core = simulation, core
 
     def __len__(self):
-        return self._simulation._core.scene.body_count
+        return self._core.scene.body_count
 
     @property
     def names(self):
         """Arrays that exist in this scene."""
-        return [f["name"] for f in self._simulation._core.scene.body_fields() if f["active"]]
+        return [f["name"] for f in self.fields if f["active"]]
+
+    @property
+    def fields(self):
+        """All arrays that bodies can have, a dict each: name, components, unit, meaning, stage that makes it, bytes, active."""
+        return self._core.scene.body_fields()
 
     def __getattr__(self, name):
         if name.startswith("_"):
@@ -97,7 +103,7 @@ class BodyView(_View):
         if name == "radius":
             return shown(simulation.radii(), self._remedy(name))
         try:
-            values = simulation._core.scene.body(name)
+            values = self._core.scene.body(name)
         except KeyError:
             raise AttributeError(f"bodies have no array {name!r}; they have {listed(self.names, name)}") from None
         if name == "position" and np.any(simulation.scene.origin):
@@ -130,7 +136,7 @@ class BodyView(_View):
                 values = values / np.where(np.abs(size - 1) <= 4 * np.finfo(float).eps, 1, size)
             ready[name] = np.ascontiguousarray(values)
         for name, values in ready.items():
-            simulation._core.assign_body(name, values)
+            self._core.assign_body(name, values)
 
 
 class ContactView(_View):
@@ -151,16 +157,16 @@ class ContactView(_View):
         "status",
     )
 
-    def __init__(self, simulation):
-        self._simulation = simulation
+    def __init__(self, simulation, core):
+        self._simulation, self._core = simulation, core
 
     def __len__(self):
-        return self._simulation._core.contact_count
+        return self._core.contact_count
 
     def __getattr__(self, name):
         if name not in self._names:
             raise AttributeError(f"contacts have no array {name!r}; they have {listed([*self._names, 'force'], name)}")
-        return shown(self._simulation._core.contact(name), self._remedy(name))
+        return shown(self._core.contact(name), self._remedy(name))
 
     def _remedy(self, name):
         return "contacts are what the last step found, and are not set; sim.bodies.set(...) sets position, velocity and rotation"
@@ -172,12 +178,59 @@ class ContactView(_View):
         return impulse / info["dt"] if "dt" in info else impulse
 
 
+class ContactorView(_View):
+    """What contacts are found between, in the order of insertion: shape (m,) names, body (m,) ids, radius (m,) [m], material (m,)
+    numbers of (material, group), id (m,); offset (m, dim) from the body's centre, direction and hull where some have one."""
+
+    def __init__(self, core):
+        self._core = core
+
+    def __len__(self):
+        return self._core.scene.contactor_count
+
+    @property
+    def fields(self):
+        """All arrays that contactors can have, a dict each, as BodyView.fields."""
+        return self._core.scene.contactor_fields()
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        scene = self._core.scene
+        try:
+            values = scene.contactor(name)
+        except KeyError:
+            known = [f["name"] for f in self.fields if f["active"]]
+            raise AttributeError(f"contactors have no array {name!r}; they have {listed(known, name)}") from None
+        if name == "body":
+            values = scene.raw_body("id").ravel()[values]
+        return shown(values, self._remedy(name))
+
+    @property
+    def shape(self):
+        """Name of each one's shape, (m,)."""
+        return np.array(_core.shapes())[self.shape_number]
+
+    @property
+    def shape_number(self):
+        """Number of each one's shape, (m,), in the order of the list of shapes."""
+        return shown(self._core.scene.contactor("shape"), self._remedy("shape"))
+
+    @property
+    def hulls(self):
+        """Arrays of the hulls that `hull` names, by name: vertices, faces, planes, each with the first of every hull."""
+        return self._core.scene.hulls
+
+    def _remedy(self, name):
+        return "contactors come with their bodies: Scene.add, Simulation.add"
+
+
 class RawView(_View):
     """The live arrays in internal order. Order changes at a renumbering: a view kept across one is refused."""
 
-    def __init__(self, simulation):
-        self._simulation = simulation
-        self._order = simulation._core.order_version
+    def __init__(self, core):
+        self._core = core
+        self._order = core.order_version
 
     def _remedy(self, name):
         return f"write into the array, sim.raw.{name}[:] = x, or give sim.bodies.set(...) arrays in the order of insertion"
@@ -185,32 +238,36 @@ class RawView(_View):
     def __getattr__(self, name):
         if name.startswith("_"):
             raise AttributeError(name)
-        if self._simulation._core.order_version != self._order:
+        if self._core.order_version != self._order:
             raise RuntimeError("bodies were renumbered since this view was taken: take sim.raw again after each step")
-        return self._simulation._core.scene.raw_body(name)
+        return self._core.scene.raw_body(name)
 
 
 class MeshView(_View):
-    """A deformable body: arrays of its nodes in the order of the mesh."""
+    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id, held (k,)
+    numbers of its dofs whose velocity is given, contact_nodes (m,) numbers of nodes that may touch."""
 
-    def __init__(self, simulation, mesh):
-        self._simulation, self._mesh = simulation, mesh
+    def __init__(self, simulation, core, mesh):
+        self._simulation, self._core, self._mesh = simulation, core, mesh
 
     name = property(lambda self: self._mesh.d.name)
     body = property(lambda self: self._mesh.body)
     ids = property(lambda self: self._mesh.node_ids)
+    held = property(lambda self: self._mesh.held)
+    contact_nodes = property(lambda self: self._mesh.d.contact_nodes)
 
     def _remedy(self, name):
         return "sim.bodies.set(position=x, velocity=v) sets the nodes, whose rows are those of mesh.ids among sim.bodies.id"
 
     def _of_nodes(self, name):
-        core = self._simulation._core.scene
-        return core.body(name)[np.searchsorted(core.body("id"), self.ids)]
+        scene = self._core.scene
+        return scene.body(name)[np.searchsorted(scene.body("id"), self.ids)]
 
     @property
     def displacement(self):
         """(n, dim) [m]."""
-        return self._of_nodes("position") - self.body.points
+        origin = self._simulation.scene.origin  # the core's positions are relative to it
+        return self._of_nodes("position") - (self.body.points - origin)
 
     @property
     def velocity(self):

@@ -187,7 +187,6 @@ def _is_force(name):
 
 def _compound(sim, free):
     """Whether a free body has more than one contactor."""
-    core = sim._core.scene
-    owners = core.raw_body("id")[core.contactor("body")]
+    owners = sim.contactors.body
     owners = owners[np.isin(owners, sim.bodies.id[free])]
     return len(np.unique(owners)) != len(owners)

@@ -97,7 +97,7 @@ class Target:
 
             return _hash(*_leaves(load(self.path)))
         simulation = self.simulation()
-        state = simulation._core.get_state()
+        state = simulation.get_state()
         rules = [repr(rule) for rule in simulation._rules]
         return _hash(self.path.read_bytes(), digest(self.options), *rules, *_leaves(state["scene"]))
 

@@ -1,0 +1,157 @@
+"""The stages of a step of NSCD, to be called one by one: to look between them, or to put something else in the place of one.
+
+stages = simulation.stages
+stages.begin_step()
+stages.predict_configuration()
+stages.compute_free_velocity()
+stages.detect_contacts()
+stages.prepare_contacts()
+stages.solve_contacts()          # or stages.give_impulses(r)
+stages.update_velocity()
+stages.commit_contacts()
+stages.update_configuration()
+report = stages.end_step()       # the same bits as simulation.step()
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..pre import checks
+from .contact_rows import ContactRows
+from .strategies import NSCD
+
+ORDER = (
+    "predict_configuration",
+    "compute_free_velocity",
+    "detect_contacts",
+    "prepare_contacts",
+    "solve_contacts",
+    "update_velocity",
+    "commit_contacts",
+    "update_configuration",
+)
+
+
+class Stages:
+    """The stages of a simulation's step, in their order; each reads and writes arrays of simulation.raw, bodies n in internal
+    order, velocities (n, 3 | 6) of dofs x y spin | x y z and three spins about the body's axes.
+
+    begin_step: keeps the state for undo_step. predict_configuration: position, rotation of q + h (1 - theta) v.
+    compute_free_velocity: velocity_free, inverse_mass, in 3D inverse_inertia. detect_contacts: simulation.contacts' gap, normal,
+    point, bodies, key. prepare_contacts: `contacts`. solve_contacts: impulses, from velocity_free. update_velocity: velocity,
+    reaction. commit_contacts: what laws and the next step remember, energy. update_configuration: position, rotation, time.
+
+    What is written into arrays of simulation.raw between two stages counts from then on. A stage that cannot be made undoes the
+    step, and raises ValueError (cairn.Error) as simulation.step does; so does one that is not due.
+    """
+
+    def __init__(self, simulation, core):
+        self._simulation, self._core, self._due, self._h = simulation, core, None, None
+
+    @property
+    def due(self):
+        """Name of the stage that comes next; None between steps."""
+        if self._due is None:
+            return None
+        return ORDER[self._due] if self._due < len(ORDER) else "end_step"
+
+    @property
+    def h(self):
+        """Length of the step at hand [s]; None between steps."""
+        return self._h
+
+    @property
+    def gravity(self):
+        """Gravity of the step at hand or of the last, (3,) [m/s2]: of a function of time its mean over the step."""
+        return np.array(self._core.scene.gravity)
+
+    def begin_step(self, dt=None):
+        """A step of dt [s] begins, simulation.dt if None: loads, driven velocities and gravity are those of this step."""
+        simulation = self._simulation
+        simulation.between_steps("begin_step")
+        if not isinstance(simulation.strategy, NSCD):
+            raise ValueError(f"{type(simulation.strategy).__name__} has no stages to be called: give NSCD, or call step()")
+        h = simulation.ready(dt)
+        self._core.begin_step(h)
+        self._due, self._h = 0, h
+
+    def predict_configuration(self):
+        """position, rotation: the configuration q + h (1 - theta) v, in which contacts are looked for."""
+        self._make("predict_configuration")
+
+    def compute_free_velocity(self):
+        """velocity_free: velocity at the end of the step without contacts; inverse_mass (n, 3 | 6), 0 of driven dofs."""
+        self._make("compute_free_velocity")
+
+    def detect_contacts(self):
+        """simulation.contacts: pairs that may touch within the step, with gap, normal, point, bodies, key."""
+        self._make("detect_contacts")
+
+    def prepare_contacts(self):
+        """`contacts`: laws as conditions on velocities, impulses of the last step as a start."""
+        self._make("prepare_contacts")
+
+    def solve_contacts(self):
+        """Impulses of all contacts, by the solver of the strategy."""
+        self._make("solve_contacts")
+
+    def give_impulses(self, impulses, *, converged=True, iterations=0, error=0.0, hint=""):
+        """In the place of solve_contacts: impulses (m, dim) along normal and tangents of `contacts`, on the first body [N s].
+
+        converged, iterations, error, hint: for the report.
+        """
+        self._is_due("solve_contacts")
+        shape = (len(self._simulation.contacts), self._simulation.scene.dim)
+        given = np.ascontiguousarray(checks.real_array("impulses", impulses, shape))
+        found = {"status": "converged" if converged else "iteration_limit", "iterations": iterations, "error": error}
+        found |= {"worst_error": error, "worst_contact": -1, "cone_distance": 0.0, "hint": hint}
+        self._core.give_impulses(given, found)
+        self._due += 1
+
+    def update_velocity(self):
+        """velocity = velocity_free + A^-1 H r; reaction (n, 3 | 6) [N s] on driven bodies."""
+        self._make("update_velocity")
+
+    def commit_contacts(self):
+        """States of laws, memory of impulses, terms of energy."""
+        self._make("commit_contacts")
+
+    def update_configuration(self):
+        """position, rotation at the end of the step: q + h theta v further; the simulation's time and number of steps."""
+        self._make("update_configuration")
+
+    def end_step(self):
+        """Removes overlap if the strategy says so; the report of the step, as simulation.step returns it."""
+        self._is_due("end_step")
+        simulation, h = self._simulation, self._h
+        if simulation.strategy.project_positions:
+            self._core.project_positions()
+        self._due = self._h = None
+        return simulation.stepped(self._core.report(), h)
+
+    def undo_step(self):
+        """Bodies and time as they were at begin_step; not after update_configuration."""
+        if self._due is not None and self._due == len(ORDER):
+            raise ValueError("the step is made: call end_step()")
+        self._core.undo_step()
+        self._due = self._h = None
+
+    @property
+    def contacts(self):
+        """The contacts that were prepared, a ContactRows; ValueError before the first step."""
+        return ContactRows(self._core.contact_rows(), self._simulation.scene.dim)
+
+    def _is_due(self, stage):
+        if self.due != stage:
+            due = "begin_step" if self.due is None else self.due
+            raise ValueError(f"{stage} is not due: the next stage is {due}")
+
+    def _make(self, stage):
+        self._is_due(stage)
+        try:
+            getattr(self._core, stage)()
+        except BaseException:
+            self.undo_step()
+            raise
+        self._due += 1
