@@ -1,5 +1,7 @@
 #include "fe/elements.hpp"
 
+#include <pybind11/stl.h>
+
 #include "arrays.hpp"
 #include "base/call.hpp"
 #include "soe/soe.hpp"
@@ -30,6 +32,21 @@ py::tuple matrices(const std::string& cell, const Input<double>& x, double densi
                          x.data(), density, elasticity.data(), stiffness.mutable_data(), mass.mutable_data(),
                          wrong.mutable_data());
   return py::make_tuple(stiffness, mass, wrong);
+}
+
+// Masses (m, nodes) of the nodes of cells of second order from their consistent masses (m, k, k).
+py::array_t<double> lumped(const std::string& cell, const Input<double>& mass) {
+  for (const cairn::ElementInfo& e : cairn::element_infos) {
+    if (cell != e.cell) continue;
+    const py::ssize_t dofs = e.dim * e.nodes;
+    if (mass.ndim() != 3 || mass.shape(1) != dofs || mass.shape(2) != dofs)
+      throw cairn::Error("masses of " + cell + " cells must be (n, k, k)");
+    py::array_t<double> out({mass.shape(0), py::ssize_t(e.nodes)});
+    for (py::ssize_t c = 0; c < mass.shape(0); ++c)
+      cairn::lump_by_diagonal(e, mass.data() + c * dofs * dofs, out.mutable_data() + c * e.nodes);
+    return out;
+  }
+  throw cairn::Error("there is no element for cells of kind " + cell);
 }
 
 // Lower triangles (start, row, [values, ...]) on one pattern of n unknowns. Of each kind of cells: unknowns (m, k) and
@@ -85,11 +102,16 @@ void bind_elements(py::module_& m) {
       row["cell"] = e.cell;
       row["dim"] = e.dim;
       row["nodes"] = e.nodes;
+      row["order"] = e.order;
+      py::list sides;
+      for (const cairn::CellSide& side : cairn::sides_of(e)) sides.append(py::cast(side));
+      row["sides"] = sides;
       rows.append(row);
     }
     return rows;
   });
   m.def("element_matrices", &matrices);
   m.def("assembled", &assembled);
+  m.def("lumped_masses", &lumped);
   m.def("element_stress", &stress);
 }

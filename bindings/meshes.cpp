@@ -73,6 +73,7 @@ void add_mesh(Simulation& s, const py::dict& d) {
   };
   m.mass = matrix("mass");
   m.held = vector_of<std::uint8_t>(d, "held");
+  if (d.contains("node_mass")) m.node_mass = vector_of<double>(d, "node_mass");
   if (d.contains("solver")) {
     m.times_stiffness = product_of(d["times_stiffness"], m.dofs());
     m.times_damping = product_of(d["times_damping"], m.dofs());

@@ -22,6 +22,7 @@ set(CAIRN_CXX_SOURCES
   detection/detection_grid.cpp
   detection/interaction_handler.cpp
   detection/narrow_phase.cpp
+  fe/elements.cpp
   laws/law_rules.cpp
   laws/law_table.cpp
   laws/plug.cpp

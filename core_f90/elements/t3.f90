@@ -4,8 +4,8 @@ module t3
   use shape_families, only: simplex
   implicit none
   private
-  public :: cairn_element_t3_rule, cairn_element_t3_shape
-  integer, parameter :: dim = 2, nodes = 3, points = 3
+  public :: cairn_element_t3_rule, cairn_element_t3_bulk_rule, cairn_element_t3_shape
+  integer, parameter :: dim = 2, nodes = 3, points = 3, bulk_points = 1
 contains
 
   !> Three points, exact for the square of the shape functions.
@@ -19,6 +19,14 @@ contains
     end do
     weight = 1.0_c_double/6
   end subroutine cairn_element_t3_rule
+
+  !> One point: the strain is constant.
+  pure subroutine cairn_element_t3_bulk_rule(xi, weight) bind(c)
+    real(c_double), intent(out) :: xi(dim, bulk_points) !< in the parent element
+    real(c_double), intent(out) :: weight(bulk_points)
+    xi = 1.0_c_double/3
+    weight = 0.5_c_double
+  end subroutine cairn_element_t3_bulk_rule
 
   pure subroutine cairn_element_t3_shape(xi, value, gradient) bind(c)
     real(c_double), intent(in)  :: xi(dim)

@@ -4,8 +4,8 @@ module tet4
   use shape_families, only: simplex
   implicit none
   private
-  public :: cairn_element_tet4_rule, cairn_element_tet4_shape
-  integer, parameter :: dim = 3, nodes = 4, points = 4
+  public :: cairn_element_tet4_rule, cairn_element_tet4_bulk_rule, cairn_element_tet4_shape
+  integer, parameter :: dim = 3, nodes = 4, points = 4, bulk_points = 1
 contains
 
   !> Four points, exact for the square of the shape functions.
@@ -19,6 +19,14 @@ contains
     end do
     weight = 1.0_c_double/24
   end subroutine cairn_element_tet4_rule
+
+  !> One point: the strain is constant.
+  pure subroutine cairn_element_tet4_bulk_rule(xi, weight) bind(c)
+    real(c_double), intent(out) :: xi(dim, bulk_points) !< in the parent element
+    real(c_double), intent(out) :: weight(bulk_points)
+    xi = 0.25_c_double
+    weight = 1.0_c_double/6
+  end subroutine cairn_element_tet4_bulk_rule
 
   pure subroutine cairn_element_tet4_shape(xi, value, gradient) bind(c)
     real(c_double), intent(in)  :: xi(dim)

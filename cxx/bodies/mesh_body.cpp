@@ -18,6 +18,7 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
       lumped_[model.mass.row[e]] += model.mass.value[e];
       if (model.mass.row[e] != column) lumped_[column] += model.mass.value[e];
     }
+  for (std::size_t i = 0; i < n && !model.node_mass.empty(); ++i) lumped_[i] = model.node_mass[i / dim];
   for (std::vector<double>* v : {&q_, &v_, &free_, &f_, &a_, &b_, &c_}) v->assign(n, 0);
   impulse.assign(n, 0);
   double extent = std::numeric_limits<double>::infinity();

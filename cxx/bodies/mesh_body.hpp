@@ -22,6 +22,7 @@ struct MeshModel {
   std::string name;
   std::vector<double> reference;         // (dim, nodes) [m], relative to the origin of the scene
   SparseMatrix mass, stiffness, damping; // lower triangles of one pattern; the last two empty where operators are given
+  std::vector<double> node_mass;         // (nodes) that the scene shows [kg]; empty: the sums of the rows of mass
   std::vector<std::uint8_t> held;        // (dofs) 1: its velocity is given
   SoeOptions options;                    // of the system of equations
   std::vector<std::int64_t> node_ids, point_ids, side_ids; // of the bodies that show nodes, points, edges or faces

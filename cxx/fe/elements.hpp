@@ -1,5 +1,6 @@
 // Finite elements: rows of elements.def with their kernels.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -10,13 +11,22 @@ namespace cairn {
 
 struct ElementInfo {
   const char *name, *cell; // file of the kernel; cell type of a mesh
-  int dim, nodes, points;
-  cairn_element_rule* rule;
+  int dim, nodes, points, bulk_points, order;
+  cairn_element_rule *rule, *bulk_rule;
   cairn_element_shape* shape;
 };
 inline constexpr ElementInfo element_infos[] = {
-#define CAIRN_ELEMENT(name, cell, dim, nodes, points)                                                                  \
-  {#name, #cell, dim, nodes, points, cairn_element_##name##_rule, cairn_element_##name##_shape},
+#define CAIRN_ELEMENT(name, cell, dim, nodes, points, bulk_points, order)                                              \
+  {#name,                                                                                                              \
+   #cell,                                                                                                              \
+   dim,                                                                                                                \
+   nodes,                                                                                                              \
+   points,                                                                                                             \
+   bulk_points,                                                                                                        \
+   order,                                                                                                              \
+   cairn_element_##name##_rule,                                                                                        \
+   cairn_element_##name##_bulk_rule,                                                                                   \
+   cairn_element_##name##_shape},
 #include "../../core_f90/elements/elements.def"
 #undef CAIRN_ELEMENT
 };
@@ -36,5 +46,14 @@ struct ElementShape {
     e.shape(mean.data(), unused.data(), middle.data());
   }
 };
+
+// Edges (2D) or faces (3D) of a cell, anticlockwise from outside, the body left of an edge: -1 in the last place of a
+// triangle, in the last two of an edge. Those of second order are cut along their middle nodes into flat ones.
+using CellSide = std::array<std::int32_t, 4>;
+const std::vector<CellSide>& sides_of(const ElementInfo& e);
+
+// Masses of the nodes of a cell of second order: the diagonal of its consistent mass, scaled to the mass of the cell
+// (Hinton, Rock & Zienkiewicz 1976). mass (dim nodes, dim nodes), node_mass (nodes).
+void lump_by_diagonal(const ElementInfo& e, const double* mass, double* node_mass);
 
 } // namespace cairn

@@ -1,6 +1,5 @@
 // Matrices of a mesh from its elements, and the sides of its boundary.
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -8,23 +7,6 @@
 #include "mesh_parts.hpp"
 
 namespace cairn {
-namespace {
-
-// Faces of a solid cell, anticlockwise from outside, -1 for the fourth corner of a triangle.
-using Side = std::array<std::int32_t, 4>;
-std::vector<Side> sides_of(const ElementInfo& e) {
-  if (e.dim == 2) {
-    std::vector<Side> edges;
-    for (std::int32_t k = 0; k < e.nodes; ++k) edges.push_back({k, (k + 1) % e.nodes, -1, -1});
-    return edges;
-  }
-  if (e.nodes == 4) return {{0, 2, 1, -1}, {0, 1, 3, -1}, {1, 2, 3, -1}, {0, 3, 2, -1}};
-  if (e.nodes == 8) return {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
-  throw Error(std::string("the faces of ") + e.name + " cells are not known: give the sides that touch yourself");
-}
-
-} // namespace
-
 const ElementInfo& element_named(const std::string& name) {
   std::string known;
   for (const ElementInfo& e : element_infos) {
@@ -76,13 +58,13 @@ void MeshDraft::add_elastic(const std::string& element, std::int64_t n, const st
 }
 
 std::vector<std::int32_t> MeshDraft::boundary() const {
-  std::map<Side, int> times;
-  std::vector<Side> all, keys;
+  std::map<CellSide, int> times;
+  std::vector<CellSide> all, keys;
   for (const Cells& c : cells) {
-    const std::vector<Side> sides = sides_of(*c.element);
+    const std::vector<CellSide>& sides = sides_of(*c.element);
     for (std::size_t first = 0; first < c.node.size(); first += c.element->nodes)
-      for (const Side& local : sides) {
-        Side side = local;
+      for (const CellSide& local : sides) {
+        CellSide side = local;
         for (std::int32_t& i : side)
           if (i >= 0) i = c.node[first + std::size_t(i)];
         all.push_back(side);
@@ -97,7 +79,10 @@ std::vector<std::int32_t> MeshDraft::boundary() const {
   return out;
 }
 
-void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c) const {
+void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const {
+  node_mass.clear();
+  for (const Cells& some : cells)
+    if (some.element->order > 1) node_mass.assign(std::size_t(nodes()), 0.0);
   std::vector<std::int64_t> start{0};
   std::vector<std::int32_t> unknown;
   for (const Cells& some : cells)
@@ -112,7 +97,7 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c) cons
     const ElementInfo& e = *some.element;
     const ElementShape shape(e);
     const int dofs = dim * e.nodes;
-    std::vector<double> x(dofs, 0.0), stiffness(dofs * dofs, 0.0), mass(dofs * dofs, 0.0);
+    std::vector<double> x(dofs, 0.0), stiffness(dofs * dofs, 0.0), mass(dofs * dofs, 0.0), of_nodes(e.nodes, 0.0);
     for (std::size_t first = 0; first < some.node.size(); first += e.nodes, ++clique) {
       for (int i = 0; i < dofs; ++i) x[i] = reference[dim * some.node[first + i / dim] + i % dim];
       std::int32_t wrong = 0;
@@ -122,9 +107,21 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c) cons
         throw Error(std::string(e.name) + " cell " + std::to_string(first / e.nodes) + " with first node " +
                     std::to_string(some.node[first]) + " is flat or inside out: turn its nodes the other way round");
       const std::int32_t* dof = &unknown[start[clique]];
+      const bool by_diagonal = e.order > 1;
+      if (!node_mass.empty()) {
+        if (by_diagonal) {
+          lump_by_diagonal(e, mass.data(), of_nodes.data());
+        } else {
+          std::fill(of_nodes.begin(), of_nodes.end(), 0.0);
+          for (int j = 0; j < dofs; j += dim)
+            for (int i = 0; i < dofs; i += dim) of_nodes[j / dim] += mass[j * dofs + i];
+        }
+        for (int j = 0; j < e.nodes; ++j) node_mass[some.node[first + j]] += of_nodes[j];
+      }
+      for (int j = 0; j < dofs && lumped && by_diagonal; ++j) m.value[m.start[dof[j]]] += of_nodes[j / dim];
       for (int j = 0; j < dofs; ++j)
         for (int i = 0; i < dofs; ++i) {
-          if (lumped) m.value[m.start[dof[j]]] += mass[j * dofs + i];
+          if (lumped && !by_diagonal) m.value[m.start[dof[j]]] += mass[j * dofs + i];
           if (dof[i] < dof[j]) continue;
           const std::int64_t place = place_of(m, dof[i], dof[j]);
           k.value[place] += stiffness[j * dofs + i];

@@ -22,6 +22,7 @@ std::vector<std::int64_t> numbers(std::int64_t first, std::int64_t n) {
 }
 
 std::vector<double> masses_of(const MeshModel& m) {
+  if (!m.node_mass.empty()) return m.node_mass;
   std::vector<double> mass(std::size_t(m.nodes()), 0.0);
   for (std::int64_t column = 0; column < m.mass.n; ++column)
     for (std::int64_t e = m.mass.start[column]; e < m.mass.start[column + 1]; ++e) {
@@ -165,7 +166,7 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
     m.stiffness = d.stiffness;
     m.damping = d.damping;
   } else if (!d.cells.empty()) {
-    d.assemble(m.mass, m.stiffness, m.damping);
+    d.assemble(m.mass, m.stiffness, m.damping, m.node_mass);
   } else {
     throw Error("the mesh has neither cells nor matrices: give one of them");
   }

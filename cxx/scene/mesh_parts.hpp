@@ -37,8 +37,8 @@ struct MeshDraft {
                    double density, bool plane_stress, double thickness);
   // Edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body left of an edge.
   std::vector<std::int32_t> boundary() const;
-  // mass, stiffness and damping from the cells.
-  void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c) const;
+  // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.
+  void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const;
 };
 
 // The row of elements.def of that name or cell type. Throws Error with those that there are.

@@ -377,8 +377,8 @@ void cairn_proximal_velocity(int64_t n, double alpha, const double* r, const dou
                              double* shifted);
 
 /* ------------------------------------------------------------------ finite elements
- * An element is its rule of integration, xi (dim, points) and weight (points), and its shape functions at xi (dim):
- * value (nodes), gradient (dim, nodes). */
+ * An element is its rules of integration, one for mass, one for stresses, xi (dim, points) and weight (points), and its
+ * shape functions at xi (dim): value (nodes), gradient (dim, nodes). */
 typedef void cairn_element_rule(double* xi, double* weight);
 typedef void cairn_element_shape(const double* xi, double* value, double* gradient);
 /* n elements: x (dim, nodes, n); stiffness and mass (dofs, dofs, n), consistent; wrong (n) 1: flat or inside out;
@@ -388,8 +388,9 @@ void cairn_elastic_matrices(int32_t dim, int32_t nodes, int32_t points, const do
                             double* stiffness, double* mass, int32_t* wrong);
 void cairn_elastic_stress(int32_t dim, int32_t nodes, const double* gradient, int64_t n, const double* x,
                           const double* elasticity, const double* displacement, double* stress);
-#define CAIRN_ELEMENT(name, cell, dim, nodes, points)                                                                  \
+#define CAIRN_ELEMENT(name, cell, dim, nodes, points, bulk_points, order)                                              \
   cairn_element_rule cairn_element_##name##_rule;                                                                      \
+  cairn_element_rule cairn_element_##name##_bulk_rule;                                                                 \
   cairn_element_shape cairn_element_##name##_shape;
 #include "../../elements/elements.def"
 #undef CAIRN_ELEMENT

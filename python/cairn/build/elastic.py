@@ -1,4 +1,4 @@
-"""A linear elastic body by finite elements: T3 and Q4 in 2D, TET4 and HEX8 in 3D; at rest, or in a scene (cairn.deformable).
+"""A linear elastic body by finite elements of first and second order; at rest, or in a scene (cairn.deformable).
 
 body = ElasticBody(points, {"quad": cells}, young=200e9, poisson=0.3, density=7800.0)
 u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)})
@@ -16,17 +16,15 @@ from ..pre import checks
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 
-# Of a cell, anticlockwise from outside.
-FACES = {
-    "tetra": np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
-    "hexahedron": np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]),
-}
+# Edges or faces of a cell, anticlockwise from outside; those of second order cut along their middle nodes.
+SIDES = {cell: np.array(e["sides"])[:, : 2 * e["dim"] - 2] for cell, e in ELEMENTS.items()}
 
 
 class ElasticBody:
     """Small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
 
-    points (n, dim) [m]; cells: {"triangle" | "quad" | "tetra" | "hexahedron": (m, nodes) whole numbers}; groups: {name: nodes};
+    points (n, dim) [m]; cells: {"triangle" | "quad" | "triangle6" | "quad8" | "quad9" | "tetra" | "hexahedron" | "tetra10" |
+    "hexahedron20" | "hexahedron27": (m, nodes) whole numbers, in the order of meshio}; groups: {name: nodes};
     young, poisson, density; plane: "strain" or "stress" in 2D, thickness [m]; rayleigh: (a, b) of C = a M + b K [1/s, s].
     Raises ValueError naming what is wrong, the cell and the remedy.
     """
@@ -58,6 +56,10 @@ class ElasticBody:
             self.cells[kind] = nodes
         start, row, (k, m) = _core.assembled(n, unknown, [stiffness, mass])
         self._mass = _row_sums(start, row, m)
+        #: whether a sum of a row of its mass can be zero, so that its nodes have masses of their own
+        self.second_order = any(ELEMENTS[kind]["order"] > 1 for kind in self.cells)
+        if self.second_order:
+            self._mass = self._lumped(mass)
         if lumped:
             m = np.zeros(len(row))
             m[start[:-1]] = self._mass  # a column begins with its diagonal entry
@@ -87,8 +89,19 @@ class ElasticBody:
         below.eliminate_zeros()
         return (below + sparse.tril(below, -1).T).tocsc()
 
+    def _lumped(self, mass):
+        """Masses of dofs from those of each kind of cells: sums of rows, or diagonals scaled to the mass of the cell."""
+        out = np.zeros(self.points.size)
+        for (kind, nodes), m in zip(self.cells.items(), mass):
+            second = ELEMENTS[kind]["order"] > 1
+            of_nodes = _core.lumped_masses(kind, m) if second else m[:, :: self.dim, :: self.dim].sum(axis=2)
+            for axis in range(self.dim):
+                np.add.at(out, self.dim * nodes + axis, of_nodes)
+        return out
+
     def nodal_mass(self):
-        """Mass of each node, (n,) [kg]: the sum of its row."""
+        """Mass of each node, (n,) [kg]: the sum of its row; of cells of second order the diagonal of their mass, scaled to the
+        mass of the cell (Hinton, Rock & Zienkiewicz 1976)."""
         return self._mass.reshape(-1, self.dim)[:, 0]
 
     @classmethod
@@ -126,17 +139,15 @@ class ElasticBody:
 
     def boundary_edges(self):
         """Edges (m, 2) of the boundary in 2D, the body on their left: those of one cell alone."""
-        turns = [np.stack([cells, np.roll(cells, -1, axis=1)], -1).reshape(-1, 2) for cells in self.cells.values()]
-        edges = np.concatenate(turns)
+        edges = np.concatenate([cells[:, SIDES[kind]].reshape(-1, 2) for kind, cells in self.cells.items()])
         _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
         return edges[np.sort(first[count == 1])]
 
     def boundary_faces(self):
         """Faces (m, 3 | 4) of the boundary in 3D, anticlockwise from outside: those of one cell alone; the fourth node
         of a triangle is -1."""
-        parts = [cells[:, FACES[kind]].reshape(-1, FACES[kind].shape[1]) for kind, cells in self.cells.items()]
-        wide = [np.pad(p, ((0, 0), (0, 4 - p.shape[1])), constant_values=-1) for p in parts]
-        faces = np.concatenate(wide)
+        parts = [np.where(SIDES[kind] < 0, -1, cells[:, SIDES[kind]]) for kind, cells in self.cells.items()]
+        faces = np.concatenate([part.reshape(-1, 4) for part in parts])
         _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
         return faces[np.sort(first[count == 1])]
 

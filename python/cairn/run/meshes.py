@@ -81,6 +81,8 @@ def _model(mesh, origin):
         "around": np.concatenate(around) if len(around) else np.zeros(0, int),
         "around_start": np.concatenate([[0], np.cumsum([len(part) for part in around])]),
     }
+    if getattr(body, "second_order", False):
+        out["node_mass"] = body.nodal_mass()
     if not own:
         return {**out, "stiffness": values[1], "damping": values[2]}
     calls = {"times_stiffness": lambda x: body.K @ x, "times_damping": lambda x: body.C @ x}

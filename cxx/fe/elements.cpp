@@ -1,0 +1,94 @@
+// What elements have besides their kernels: sides that can touch, lumped masses.
+#include "elements.hpp"
+
+#include <string>
+
+#include "../base/call.hpp"
+
+namespace cairn {
+namespace {
+
+using Sides = std::vector<CellSide>;
+
+Sides edges_of_polygon(std::int32_t corners, bool middles) {
+  Sides out;
+  for (std::int32_t k = 0; k < corners; ++k) {
+    const std::int32_t next = (k + 1) % corners, middle = corners + k;
+    if (!middles) {
+      out.push_back({k, next, -1, -1});
+    } else {
+      out.push_back({k, middle, -1, -1});
+      out.push_back({middle, next, -1, -1});
+    }
+  }
+  return out;
+}
+
+const Sides tetrahedron = {{0, 2, 1, -1}, {0, 1, 3, -1}, {1, 2, 3, -1}, {0, 3, 2, -1}};
+const Sides hexahedron = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+
+// Between two corners the node in the middle of their edge.
+std::int32_t middle_of(std::int32_t corners, std::int32_t a, std::int32_t b) {
+  static const std::int32_t tet[6][2] = {{0, 1}, {1, 2}, {0, 2}, {0, 3}, {1, 3}, {2, 3}};
+  static const std::int32_t hex[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                          {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+  const auto* edge = corners == 4 ? tet : hex;
+  for (std::int32_t k = 0; k < (corners == 4 ? 6 : 12); ++k)
+    if ((edge[k][0] == a && edge[k][1] == b) || (edge[k][0] == b && edge[k][1] == a)) return corners + k;
+  return -1;
+}
+
+// Each corner with the middles beside it, and what is left between the middles; about the middle of the face if it has
+// a node.
+Sides cut(const Sides& faces, std::int32_t corners, const std::vector<std::int32_t>& face_middle) {
+  Sides out;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::int32_t n = faces[f][3] < 0 ? 3 : 4;
+    CellSide middle{-1, -1, -1, -1};
+    for (std::int32_t k = 0; k < n; ++k) middle[k] = middle_of(corners, faces[f][k], faces[f][(k + 1) % n]);
+    for (std::int32_t k = 0; k < n; ++k) {
+      const std::int32_t before = middle[(k + n - 1) % n];
+      if (face_middle.empty())
+        out.push_back({faces[f][k], middle[k], before, -1});
+      else
+        out.push_back({faces[f][k], middle[k], face_middle[f], before});
+    }
+    if (face_middle.empty()) out.push_back(middle);
+  }
+  return out;
+}
+
+} // namespace
+
+const std::vector<CellSide>& sides_of(const ElementInfo& e) {
+  static const Sides triangle = edges_of_polygon(3, false), quad = edges_of_polygon(4, false),
+                     triangle6 = edges_of_polygon(3, true), quad8 = edges_of_polygon(4, true),
+                     tetra10 = cut(tetrahedron, 4, {}), hexahedron20 = cut(hexahedron, 8, {}),
+                     hexahedron27 = cut(hexahedron, 8, {24, 25, 22, 21, 23, 20});
+  const std::string cell = e.cell;
+  const std::pair<const char*, const Sides*> known[] = {{"triangle", &triangle},
+                                                        {"quad", &quad},
+                                                        {"triangle6", &triangle6},
+                                                        {"quad8", &quad8},
+                                                        {"quad9", &quad8},
+                                                        {"tetra", &tetrahedron},
+                                                        {"tetra10", &tetra10},
+                                                        {"hexahedron", &hexahedron},
+                                                        {"hexahedron20", &hexahedron20},
+                                                        {"hexahedron27", &hexahedron27}};
+  for (const auto& [name, sides] : known)
+    if (cell == name) return *sides;
+  throw Error("the sides of " + cell + " cells are not known: give those that touch yourself");
+}
+
+void lump_by_diagonal(const ElementInfo& e, const double* mass, double* node_mass) {
+  const int dofs = e.dim * e.nodes;
+  double total = 0, diagonal = 0;
+  for (int j = 0; j < e.nodes; ++j) {
+    for (int i = 0; i < e.nodes; ++i) total += mass[e.dim * j * dofs + e.dim * i];
+    diagonal += mass[e.dim * j * (dofs + 1)];
+  }
+  for (int j = 0; j < e.nodes; ++j) node_mass[j] = mass[e.dim * j * (dofs + 1)] * (total / diagonal);
+}
+
+} // namespace cairn
