@@ -130,7 +130,8 @@ Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t body, const double* 
   if (place.role == Role::edge) {
     const double *one = bodies.position[mesh.nodes[node[0]]], *two = bodies.position[mesh.nodes[node[1]]];
     const double x = two[0] - one[0], y = two[1] - one[1];
-    const double t = ((point[0] - one[0]) * x + (point[1] - one[1]) * y) / (x * x + y * y);
+    // beyond an end it is the end that touches
+    const double t = std::clamp(((point[0] - one[0]) * x + (point[1] - one[1]) * y) / (x * x + y * y), 0.0, 1.0);
     m.node[0] = node[0];
     m.node[1] = node[1];
     m.weight[0] = 1 - t;

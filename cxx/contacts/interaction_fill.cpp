@@ -175,9 +175,11 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
   const int n = b.count, d = dim();
   const bool image = cell->any(), hulls = d == 2 && contactors->hull.active;
   const auto polygon = [&](std::int32_t contactor) { return hulls && *contactors->hull[contactor] >= 0; };
+  // LMGC90's impulses between a rigid body and a mesh act on the surface of the mesh for both.
+  const double share = b.mapped_a || b.mapped_b ? 1 - gap_share : gap_share;
   const auto lever = [&](double* out, bool radial, std::int64_t i, std::int32_t contactor, double side, int lane) {
     if (radial) {
-      out[lane] = side * (*contactors->radius[contactor] + gap_share * c.gap[i]);
+      out[lane] = side * (*contactors->radius[contactor] + share * c.gap[i]);
       return;
     }
     double shift[3] = {0, 0, 0};
@@ -186,7 +188,7 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
     const double* normal = &c.normal[d * i];
     // LMGC90's impulses on surfaces: between two polygons it has them in the middle
     const double beyond =
-        polygon(c.contactor_a[i]) && polygon(c.contactor_b[i]) ? 0 : side * (0.5 - gap_share) * c.gap[i];
+        polygon(c.contactor_a[i]) && polygon(c.contactor_b[i]) ? 0 : side * (0.5 - share) * c.gap[i];
     for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]) - beyond * normal[k];
   };
   const bool radial_a = is_radial(b.side_a), radial_b = is_radial(b.side_b);

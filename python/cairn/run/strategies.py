@@ -140,8 +140,8 @@ class NSCD:
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
     "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90
-    has it: between two polygons the middle all the same, and conditions on velocities where contacts are detected, which
-    on curved surfaces loses distance and speed in proportion to the step.
+    has it: between two polygons the middle all the same, on meshes theirs for both bodies, and conditions on
+    velocities where contacts are detected, which on curved surfaces loses distance and speed in proportion to the step.
     """
 
     theta: float = 0.5
