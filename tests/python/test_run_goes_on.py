@@ -177,3 +177,17 @@ def test_append_on_the_command_line(tmp_path, capsys):
     assert call("--restart", tmp_path / "heap.checkpoint.h5", "--append")[0] == 0
     with cn.load(out) as run:
         assert [step.step for step in run] == [0, 5, 10, 15, 20]
+
+
+def test_a_run_goes_on_while_it_is_read(tmp_path):
+    """HDF5 gives a file that is open already as it stood then; what is written and read meanwhile is the file itself."""
+    path = tmp_path / "a.vtkhdf"
+    simulation = sim()
+    simulation.run(steps=4, output=path, every=2, progress=False)
+    with cn.load(path) as before:
+        for _ in range(2):
+            simulation.run(steps=2, output=path, every=2, append=True, progress=False)
+        with cn.load(path) as after:
+            assert [s.step for s in after] == [0, 2, 4, 6, 8]
+        assert [s.step for s in before] == [0, 2, 4]
+        assert np.array_equal(before[-1].bodies["position"], cn.load(path)[2].bodies["position"])

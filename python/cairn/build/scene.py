@@ -138,6 +138,11 @@ class Scene:
 
     # ------------------------------------------------------------------ files
 
+    def _repr_html_(self):
+        from ..post.notebook import of_scene
+
+        return of_scene(self)
+
     def save(self, path):
         """Writes the scene, without any Python code, to an HDF5 file. Functions of time must be Table or Harmonic."""
         from ..post.checkpoint import save

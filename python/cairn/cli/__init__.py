@@ -8,7 +8,7 @@ import argparse
 import os
 import sys
 
-from . import convert, import_blocks, info, new_law, plot, run, solve, study, verify, view, wrap_law
+from . import convert, doctor, import_blocks, info, new_law, plot, run, solve, study, verify, view, wrap_law
 from .errors import in_a_line, interrupted, line_of, meant_to_be_read
 from .parser import Parser, add_command
 
@@ -24,6 +24,7 @@ COMMANDS = {
     "solve": solve,
     "study": study,
     "view": view,
+    "doctor": doctor,
 }
 
 EXAMPLES = """\
@@ -41,8 +42,9 @@ examples:
   cairn solve box.hdf5 --tol 1e-8              a frictional contact problem of its own (FCLIB, Siconos)
   cairn study pile.py --accuracy 1e-2 --of solid_fraction
                                                which setting is the cheapest that is accurate enough
-  cairn view pile.vtkhdf                       turn it round in a window
+  cairn view pile.vtkhdf                       turn it round in the browser; --html page.html writes a page to send
   cairn verify pile.vtkhdf other.vtkhdf        two runs compared, with a verdict (exit status 3: they differ)
+  cairn doctor                                 what is installed, what is missing, a self-test
   cairn new-law sticky                         a contact law of your own in Fortran, ready to build and run
 
 'cairn COMMAND --help' tells more of each. ParaView opens .vtkhdf files as they are (5.13 or later).

@@ -6,7 +6,7 @@ import sys
 # modules that some commands need, and what pip calls them
 PACKAGES = {
     "PIL": "pillow", "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista",
-    "scipy": "scipy", "trimesh": "trimesh", "vtkmodules": "vtk",
+    "scipy": "scipy", "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
 }
 
 

@@ -1,5 +1,6 @@
 """Reads a run: `cairn.load(path)` gives its steps as numpy arrays."""
 
+import io
 import json
 import os
 
@@ -28,6 +29,13 @@ def load(path):
     return Run(path)
 
 
+class _Stream(io.FileIO):
+    """A file that is closed when HDF5 lets go of it."""
+
+    def __del__(self):
+        self.close()
+
+
 def open_run(path):
     """The h5py file of a run, checked to be one."""
     path = os.fspath(path)
@@ -40,8 +48,9 @@ def open_run(path):
     if start != b"\x89HDF\r\n\x1a\n":
         what = "the file is empty" if size == 0 else "this is not an HDF5 file"
         raise FileError(path, what, "give a .vtkhdf file that a Cairn simulation wrote")
+    # By its path HDF5 would hand out what is open already, as it stood when it was opened: of a run that goes on, too few outputs.
     try:
-        file = h5py.File(path, "r")
+        file = h5py.File(_Stream(path), "r")
     except OSError as error:
         what = "the file is truncated" if "truncated" in str(error) else f"HDF5 cannot open the file ({error})"
         raise FileError(path, what, "copy it again from where it was made, or try 'cairn info --repair'") from error
@@ -300,6 +309,11 @@ class Run:
     def __repr__(self):
         times = f", t = {self.times[0]:g} to {self.times[-1]:g} s" if len(self) else ""
         return f"<run {self.path}: {self.dim}D, {len(self)} outputs{times}>"
+
+    def _repr_html_(self):
+        from .notebook import of_run
+
+        return of_run(self)
 
 
 teach(globals())

@@ -16,6 +16,8 @@ from .errors import FileError, as_file_error
 from .exclusive import lock
 from .writer import RunWriter, _Block
 
+# Files are read through a stream of their own: by its path HDF5 would hand out what another reader of this program had opened
+# before, as it stood then, and the outputs since would be written over.
 _BLOCK = (("bodies", "position"), ("contacts", "point"))
 _PARTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
 _STEPS = ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets")
@@ -46,7 +48,7 @@ def reopen(path):
         file._end = -(-int.from_bytes(block[28:36], "little") // 8) * 8
         file._commits, file._durable, file._freed, file._wasted = 0, 0, {}, 0
         file._failure, file._synced_at = None, time.monotonic()
-        with h5py.File(path, "r") as old:
+        with open(path, "rb") as stream, h5py.File(stream, "r") as old:
             file.root = _group(file, old["/"])
     except BaseException as error:
         if file._fd is not None:
@@ -117,7 +119,7 @@ def reopen_run(path, step):
 
     Returns it, and how many outputs it keeps.
     """
-    with h5py.File(path, "r") as old:
+    with open(path, "rb") as stream, h5py.File(stream, "r") as old:
         own = old["cairn"]
         dim, outputs = int(own.attrs["dim"]), int(np.searchsorted(own["steps/step"][()], step, side="right"))
         history = own["history"]["step"][()] if "step" in own["history"] else np.zeros(0, int)

@@ -427,6 +427,11 @@ class Simulation:
 
     # ------------------------------------------------------------------ words
 
+    def _repr_html_(self):
+        from ..post.notebook import of_simulation
+
+        return of_simulation(self)
+
     def explain(self):
         """What will run: stages, arrays, bytes for each body and contact, the settings chosen, scales of the scene."""
         from .explain import explain

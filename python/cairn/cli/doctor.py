@@ -1,0 +1,103 @@
+"""`cairn doctor`: what is installed, what is missing and what it would be for, and whether the numbers come out right."""
+
+import importlib.metadata
+import json
+import os
+import platform
+import shutil
+import sys
+
+# packages that are not needed for a first scene, and what they are for
+OPTIONAL = {
+    "matplotlib": "pictures",
+    "pillow": "animations",
+    "pyvista": "pictures in space",
+    "trame-pyvista": "cairn view in the browser",
+    "trame-vtk": "cairn view --html",
+    "scipy": "studies, hulls, problems from files",
+    "trimesh": "blocks from STL and OBJ",
+    "meshio": "meshes from gmsh, MED, VTK, Abaqus",
+    "networkx": "pieces of a surface",
+}
+PROGRAMS = {"gfortran": "laws of your own in Fortran", "cc": "laws of your own in C", "cmake": "building Cairn", "ffmpeg": "films as .mp4"}
+
+
+def add_parser(add, commands):
+    """The parser of `cairn doctor`."""
+    doctor = add(
+        commands,
+        "doctor",
+        "what is installed, what is missing, and whether the numbers come out right",
+        "cairn doctor\ncairn doctor --json > machine.json     to send along with a question",
+    )
+    doctor.add_argument("--json", action="store_true", help="for programs")
+
+
+def main(options):
+    """`cairn doctor`; 0 if the self-test passes, 1 if not."""
+    facts = examine()
+    if options.json:
+        print(json.dumps(facts, indent=2))
+    else:
+        for part, entries in facts.items():
+            print(part)
+            for name, value in entries.items():
+                print(f"  {name:16s} {value}")
+    return 0 if facts["self-test"]["verdict"].startswith("right") else 1
+
+
+def examine():
+    """All that the command tells, as a dict of dicts of text."""
+    from .. import _core
+
+    build = {name: str(value) for name, value in dict(_core.build_info()).items()}
+    machine = {
+        "python": f"{platform.python_version()} at {sys.executable}",
+        "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
+        "processors": str(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()),
+        "threads": os.environ.get("OMP_NUM_THREADS", "as many as processors (OMP_NUM_THREADS is not set)"),
+    }
+    packages = {}
+    for name in ("numpy", "h5py", "rich", *OPTIONAL):
+        try:
+            packages[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            packages[name] = f"missing: for {OPTIONAL.get(name, 'everything')}; pip install {name}"
+    programs = {name: shutil.which(name) or f"missing: for {what}" for name, what in PROGRAMS.items()}
+    return {"cairn": build, "machine": machine, "packages": packages, "programs": programs, "self-test": self_test()}
+
+
+def self_test():
+    """A small scene, solved: a column of three disks on a floor carries its weight, and does so to the same bits twice."""
+    import numpy as np
+
+    from .. import NSCD, Coulomb, Material, Scene, Simulation, disks, wall
+
+    def run():
+        rock = Material("rock", density=2000.0)
+        scene = Scene(dim=2, gravity=(0.0, -10.0))
+        scene.add(disks([[0.0, 0.5], [0.0, 1.5], [0.0, 2.5]], [0.5, 0.5, 0.5], rock), wall(point=(0, 0), normal=(0, 1), material=rock))
+        scene.interact(rock, rock, Coulomb(mu=0.5))
+        simulation = Simulation(scene, dt=2.0**-8, strategy=NSCD())
+        simulation.run(steps=16, progress=False)
+        return simulation
+
+    one, two = run(), run()
+    mass = float(np.sum(one.bodies.mass[np.isfinite(one.bodies.mass)]))
+    contacts = one.contacts
+    carried = float(np.max(np.sum(contacts.impulse * contacts.normal, axis=1))) * 2.0**8
+    weight = mass * 10.0
+    same = np.array_equal(one.bodies.position, two.bodies.position) and np.array_equal(one.bodies.velocity, two.bodies.velocity)
+    off = abs(carried - weight) / weight
+    faults = []
+    if one.info["status"] != "converged":
+        faults.append(f"the step ended {one.info['status']}")
+    if not off <= 1e-3:
+        faults.append(f"the floor carries {carried:g} N of {weight:g} N")
+    if not same:
+        faults.append("two runs of the same scene differ")
+    return {
+        "verdict": "right" if not faults else "wrong: " + "; ".join(faults),
+        "weight carried": f"to {off:.1e}",
+        "twice the same": "to the bit" if same else "no",
+    }
