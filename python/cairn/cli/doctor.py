@@ -19,7 +19,12 @@ OPTIONAL = {
     "meshio": "meshes from gmsh, MED, VTK, Abaqus",
     "networkx": "pieces of a surface",
 }
-PROGRAMS = {"gfortran": "laws of your own in Fortran", "cc": "laws of your own in C", "cmake": "building Cairn", "ffmpeg": "films as .mp4"}
+PROGRAMS = {
+    "gfortran": "laws of your own in Fortran",
+    "cc": "laws of your own in C",
+    "cmake": "building Cairn",
+    "ffmpeg": "films as .mp4",
+}
 
 
 def add_parser(add, commands):
@@ -76,7 +81,8 @@ def self_test():
     def run():
         rock = Material("rock", density=2000.0)
         scene = Scene(dim=2, gravity=(0.0, -10.0))
-        scene.add(disks([[0.0, 0.5], [0.0, 1.5], [0.0, 2.5]], [0.5, 0.5, 0.5], rock), wall(point=(0, 0), normal=(0, 1), material=rock))
+        scene.add(disks([[0.0, 0.5], [0.0, 1.5], [0.0, 2.5]], [0.5, 0.5, 0.5], rock))
+        scene.add(wall(point=(0, 0), normal=(0, 1), material=rock))
         scene.interact(rock, rock, Coulomb(mu=0.5))
         simulation = Simulation(scene, dt=2.0**-8, strategy=NSCD())
         simulation.run(steps=16, progress=False)

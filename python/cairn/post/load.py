@@ -48,7 +48,8 @@ def open_run(path):
     if start != b"\x89HDF\r\n\x1a\n":
         what = "the file is empty" if size == 0 else "this is not an HDF5 file"
         raise FileError(path, what, "give a .vtkhdf file that a Cairn simulation wrote")
-    # By its path HDF5 would hand out what is open already, as it stood when it was opened: of a run that goes on, too few outputs.
+    # By its path HDF5 would hand out what is open already, as it stood when it was opened: too few outputs of a run
+    # that goes on.
     try:
         file = h5py.File(_Stream(path), "r")
     except OSError as error:

@@ -9,7 +9,8 @@ import numpy as np
 
 def table(title, rows):
     """A table of names and values as HTML; what comes from a file or a user is escaped."""
-    cells = "".join(f"<tr><td><b>{html.escape(str(name))}</b></td><td>{html.escape(str(value))}</td></tr>" for name, value in rows)
+    pairs = ((html.escape(str(name)), html.escape(str(value))) for name, value in rows)
+    cells = "".join(f"<tr><td><b>{name}</b></td><td>{value}</td></tr>" for name, value in pairs)
     return f"<table><caption>{html.escape(title)}</caption>{cells}</table>"
 
 

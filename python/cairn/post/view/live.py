@@ -21,8 +21,8 @@ LOOK_AGAIN = 2.0  # seconds between looks for new outputs of a run that goes on
 class Viewer:
     """The picture of a run and what its controls change.
 
-    `show(output, what, forces, axis, cut)` draws an output: what, the field that colours bodies; axis "", "x", "y" or "z" and cut in
-    0..1, the part of the scene below which bodies are shown. `numbers(point)` tells of the body nearest to a point in space.
+    `show(output, what, forces, axis, cut)` draws an output: what, the field that colours bodies; axis "", "x", "y" or "z" and cut
+    in 0..1, the part of the scene below which bodies are shown. `numbers(point)` tells of the body nearest to a point in space.
     """
 
     def __init__(self, path, what="velocity"):
@@ -69,9 +69,9 @@ class Viewer:
             cloud = pyvista.PolyData(balls[0])
             cloud["diameter"], cloud["value"] = 2 * balls[1], balls[2]
             disk = pyvista.Disc(inner=0.0, outer=0.5, c_res=24)
+            disks = cloud.glyph(scale="diameter", orient=False, geom=disk)
             self.plotter.add_mesh(
-                cloud.glyph(scale="diameter", orient=False, geom=disk), scalars="value", cmap=palette, clim=limits, lighting=False,
-                show_scalar_bar=False,
+                disks, scalars="value", cmap=palette, clim=limits, lighting=False, show_scalar_bar=False
             )
         else:
             add_spheres(self.plotter, *balls, palette, limits)

@@ -27,8 +27,8 @@ def write_page(run, path, what="velocity", every=1, fields=None, overwrite=False
     run : of `cairn.load`. what : the field that colours the bodies at first. every : take each so many outputs, and the last.
     fields : names of the fields to carry along (default: all).
 
-    The drawing is done by vtk.js, as the packages trame-vtk and trame-client carry it. Raises ImportError without them, ValueError
-    for a field that is not there or a run without outputs, FileError if the file is there or would be larger than 200 MB.
+    The drawing is done by vtk.js, as the packages trame-vtk and trame-client carry it. Raises ImportError without them,
+    ValueError for a field that is not there or a run without outputs, FileError if the file is there or would be larger than 200 MB.
     Returns the path.
     """
     path = os.fspath(path)
