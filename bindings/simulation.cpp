@@ -2,8 +2,8 @@
 #include "laws/plug.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 #include "strategies/contact_fields.hpp"
+#include "strategies/nscd/nscd.hpp"
 #include "strategies/options.hpp"
-#include "strategies/smooth/smooth_dynamics.hpp"
 
 #include "alone.hpp"
 #include "arrays.hpp"
@@ -12,44 +12,50 @@ using cairn::Simulation;
 
 namespace {
 
-// A strategy with the settings that a dict gives by the names of options.def.
-template <class Strategy>
-Strategy strategy_of(const py::dict& d) {
-  auto s = cairn::standard_options<Strategy>();
-  cairn::each_option(s, [&](const cairn::OptionInfo& o, auto& member, const auto&) {
-    const py::str name(o.name.data(), o.name.size());
-    if (d.contains(name)) member = py::cast<std::decay_t<decltype(member)>>(d[name]);
-  });
-  return s;
+// A strategy with the settings that a dict gives by the names of its options.
+std::unique_ptr<cairn::Strategy> strategy_of(const py::dict& d) {
+  auto strategy = cairn::make_strategy(py::cast<std::string>(d["strategy"]));
+  for (cairn::Option& o : strategy->options()) {
+    const py::str name(o.info.name.data(), o.info.name.size());
+    if (!d.contains(name)) continue;
+    std::visit([&](auto* member) { *member = py::cast<std::decay_t<decltype(*member)>>(d[name]); }, o.member);
+  }
+  strategy->check_options();
+  return strategy;
 }
 
 // Names, kinds, ranges and defaults of the settings of a strategy.
-template <class Strategy>
-py::list described() {
+py::list described(const std::string& name) {
   py::list rows;
-  Strategy s;
-  cairn::each_option(s, [&](const cairn::OptionInfo& o, auto&, const auto& standard) {
+  auto strategy = cairn::make_strategy(name);
+  for (const cairn::Option& o : strategy->options()) {
     py::dict row;
-    row["name"] = o.name;
-    row["kind"] = o.kind;
-    row["ends"] = o.ends;
-    row["smallest"] = o.smallest;
-    row["largest"] = o.largest;
-    row["default"] = standard;
-    row["meaning"] = o.meaning;
+    row["name"] = o.info.name;
+    row["kind"] = o.info.kind;
+    row["ends"] = o.info.ends;
+    row["smallest"] = o.info.smallest;
+    row["largest"] = o.info.largest;
+    row["meaning"] = o.info.meaning;
+    row["texts"] = strategy->texts_of(o.info.name);
+    std::visit([&](auto* member) { row["default"] = *member; }, o.member);
     rows.append(row);
-  });
+  }
   return rows;
 }
 
-void use(Simulation& s, const py::dict& d) {
-  if (py::cast<std::string>(d["strategy"]) == "smooth_dem") return s.use(strategy_of<cairn::SmoothDem>(d));
-  auto nscd = strategy_of<cairn::Nscd>(d);
-  nscd.pose.kernel = cairn::pose_named(py::cast<std::string>(d["pose"]));
-  const auto params = py::cast<std::array<double, 2>>(d["pose_params"]);
-  std::copy(params.begin(), params.end(), nscd.pose.params);
-  s.use(nscd);
+py::list strategies() {
+  py::list rows;
+  for (const cairn::StrategyInfo& s : cairn::strategy_infos()) {
+    const auto made = s.make();
+    py::list laws;
+    for (const cairn::LawInfo& law : cairn::law_infos())
+      if (made->serves(law)) laws.append(law.python_name);
+    rows.append(py::make_tuple(s.name, s.python_name, s.meaning, laws));
+  }
+  return rows;
 }
+
+void use(Simulation& s, const py::dict& d) { s.use(strategy_of(d)); }
 
 const char* name_of(cairn::SolveStatus status) {
   switch (status) {
@@ -115,7 +121,7 @@ py::array read_contacts(Simulation& s, const cairn::ContactFieldInfo& field, std
 py::array contact_field(Simulation& s, const std::string& name) {
   if (!cairn::has_contact_field(s, name)) throw py::key_error("there is no contact field " + name);
   const cairn::ContactFieldInfo& field = cairn::contact_field_info(name);
-  if (s.smooth()) s.smooth()->view(s);
+  s.strategy().view(s);
   const std::int64_t n = s.candidates.count;
   if (name == "status") return read_contacts<std::int64_t>(s, field, n).attr("astype")("int32");
   return field.whole ? read_contacts<std::int64_t>(s, field, n) : read_contacts<double>(s, field, n);
@@ -167,8 +173,8 @@ py::dict get_state(py::object self) {
   Simulation& s = self.cast<Simulation&>();
   py::dict out;
   out["scene"] = self.attr("scene").attr("get_state")();
-  out["memory"] = memory_of(s.contact_memory());
-  out["projection_memory"] = memory_of(s.projection_memory());
+  out["memory"] = memory_of(s.strategy().memory(s));
+  out["projection_memory"] = memory_of(s.strategy().projection_memory());
   out["energy"] = energy_of(s.energy);
   out["steps"] = s.steps;
   out["time"] = s.time;
@@ -176,7 +182,8 @@ py::dict get_state(py::object self) {
 }
 
 py::dict contact_rows(Simulation& s) {
-  if (s.smooth() || !s.contacts_known()) throw cairn::Error("there is no contact problem at hand: make a step first");
+  stages_of(s);
+  if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
   const cairn::ContactRows rows = s.interactions.rows();
   py::dict out;
   out["axes"] = array_of(rows.axes);
@@ -194,7 +201,8 @@ py::dict contact_rows(Simulation& s) {
 // Impulses of all candidates, local, and how they were found.
 void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict& found) {
   const std::int64_t n = s.candidates.count;
-  if (s.smooth() || !s.contacts_known()) throw cairn::Error("there are no contacts at hand: prepare them first");
+  stages_of(s);
+  if (!s.contacts_known) throw cairn::Error("there are no contacts at hand: prepare them first");
   if (impulses.size() != n * s.scene.dim)
     throw cairn::Error("impulses holds " + std::to_string(impulses.size()) + " numbers: " + std::to_string(n) +
                        " contacts need " + std::to_string(n * s.scene.dim));
@@ -218,8 +226,8 @@ void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict&
 void set_state(py::object self, const py::dict& state) {
   Simulation& s = self.cast<Simulation&>();
   self.attr("scene").attr("set_state")(state["scene"]);
-  s.restore_contacts(memory_from(state["memory"]));
-  s.restore_projection(memory_from(state["projection_memory"]));
+  s.strategy().restore(s, memory_from(state["memory"]));
+  s.strategy().restore_projection(s, memory_from(state["projection_memory"]));
   s.forget_contacts();
   restore_energy(s.energy, state["energy"]);
   s.steps = py::cast<std::int64_t>(state["steps"]);
@@ -227,40 +235,39 @@ void set_state(py::object self, const py::dict& state) {
 }
 
 // A stage of NSCD by itself: with threads and clock as step() calls it.
-template <void (Simulation::*stage)()>
+template <void (cairn::Nscd::*stage)(Simulation&)>
 void bind_stage(py::class_<Simulation>& simulation, const char* name) {
   simulation.def(name, [name](Simulation& s) {
     const cairn::StepAlone alone(s);
     const py::gil_scoped_release release;
-    const cairn::Threads threads(s.strategy.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
-    s.timed(name, [&s] { (s.*stage)(); });
+    cairn::Nscd& nscd = stages_of(s);
+    const cairn::Threads threads(nscd.settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
+    s.timed(name, [&] { (nscd.*stage)(s); });
   });
 }
 
 void bind_stages(py::class_<Simulation>& simulation) {
-  bind_stage<&Simulation::predict_configuration>(simulation, "predict_configuration");
-  bind_stage<&Simulation::compute_free_velocity>(simulation, "compute_free_velocity");
-  bind_stage<&Simulation::detect_contacts>(simulation, "detect_contacts");
-  bind_stage<&Simulation::prepare_contacts>(simulation, "prepare_contacts");
-  bind_stage<&Simulation::solve_contacts>(simulation, "solve_contacts");
-  bind_stage<&Simulation::update_velocity>(simulation, "update_velocity");
-  bind_stage<&Simulation::commit_contacts>(simulation, "commit_contacts");
-  bind_stage<&Simulation::update_configuration>(simulation, "update_configuration");
-  bind_stage<&Simulation::project_positions>(simulation, "project_positions");
+  bind_stage<&cairn::Nscd::predict_configuration>(simulation, "predict_configuration");
+  bind_stage<&cairn::Nscd::compute_free_velocity>(simulation, "compute_free_velocity");
+  bind_stage<&cairn::Nscd::detect_contacts>(simulation, "detect_contacts");
+  bind_stage<&cairn::Nscd::prepare_contacts>(simulation, "prepare_contacts");
+  bind_stage<&cairn::Nscd::solve_contacts>(simulation, "solve_contacts");
+  bind_stage<&cairn::Nscd::update_velocity>(simulation, "update_velocity");
+  bind_stage<&cairn::Nscd::commit_contacts>(simulation, "commit_contacts");
+  bind_stage<&cairn::Nscd::update_configuration>(simulation, "update_configuration");
+  bind_stage<&cairn::Nscd::project_positions>(simulation, "project_positions");
 }
 
 } // namespace
 
 void bind_simulation(py::module_& m) {
-  m.def("strategy_options", [](const std::string& strategy) {
-    return strategy == "smooth_dem" ? described<cairn::SmoothDem>() : described<cairn::Nscd>();
-  });
+  m.def("strategies", &strategies);
+  m.def("strategy_options", &described);
   py::class_<Simulation> simulation(m, "Simulation");
   simulation
       .def(py::init([](const cairn::Scene& scene, const cairn::LawTable& laws, const py::dict& strategy) {
-        auto s = std::make_unique<Simulation>(scene, laws, cairn::Nscd{});
-        use(*s, strategy);
-        s->check_laws();
+        auto s = std::make_unique<Simulation>(scene, laws, strategy_of(strategy));
+        s->strategy().check_laws(*s);
         return s;
       }))
       .def_property_readonly(
@@ -277,37 +284,46 @@ void bind_simulation(py::module_& m) {
              if (name == "force" || name == "damping") return;
              Simulation& s = self.cast<Simulation&>();
              s.scene.state_assigned();
-             if (s.smooth()) s.smooth()->invalidate();
+             s.strategy().changed(s, true);
            })
       .def_property_readonly("order_version", [](Simulation& s) { return s.scene.order_version(); })
       .def("set_laws",
            [](Simulation& s, const cairn::LawTable& laws) {
              s.laws = laws;
-             if (s.smooth()) s.smooth()->invalidate(false);
+             s.strategy().changed(s, false);
            })
       .def("plug_force",
            [](Simulation& s, const cairn::PluggedRoutine& r, std::vector<double> params) {
              auto* routine = reinterpret_cast<cairn_plug_body_force*>(r.routine);
              s.forces.push_back({r.name, routine, std::move(params)});
+             try {
+               s.strategy().check_scene(s);
+             } catch (...) {
+               s.forces.pop_back();
+               throw;
+             }
            })
       .def("plug_velocity",
            [](Simulation& s, const cairn::PluggedRoutine& r, std::vector<double> params) {
              auto* routine = reinterpret_cast<cairn_plug_free_velocity*>(r.routine);
-             s.free_velocity = {r.name, routine, std::move(params)};
+             const auto before = std::exchange(s.free_velocity, {{r.name, routine, std::move(params)}});
+             try {
+               s.strategy().check_scene(s);
+             } catch (...) {
+               s.free_velocity = before;
+               throw;
+             }
            })
       .def("set_strategy", &use)
-      .def("check_laws", &Simulation::check_laws)
-      .def("stable_step",
+      .def("check_scene", [](const Simulation& s) { s.strategy().check_scene(s); })
+      .def("check_laws", [](const Simulation& s) { s.strategy().check_laws(s); })
+      .def("stable_step", [](Simulation& s) { return s.strategy().stable_step(s); })
+      .def("stages", [](const Simulation& s) { return s.strategy().stages(s); })
+      .def("figures",
            [](Simulation& s) {
-             if (!s.smooth()) return std::numeric_limits<double>::infinity();
-             s.smooth()->view(s);
-             return s.smooth()->contact_limit(s);
-           })
-      .def("skin",
-           [](Simulation& s) {
-             if (!s.smooth()) throw cairn::Error("NSCD has no skin");
-             s.smooth()->view(s);
-             return s.smooth()->skin();
+             py::dict out;
+             for (const auto& [name, value] : s.strategy().figures(s)) out[py::str(name.data(), name.size())] = value;
+             return out;
            })
       .def("step",
            [](Simulation& s, double h) {
@@ -318,18 +334,14 @@ void bind_simulation(py::module_& m) {
              }
              return report_of(s.report);
            })
-      .def("begin_step", &Simulation::begin_step)
+      .def("begin_step", [](Simulation& s, double h) { stages_of(s).begin_step(s, h); })
       .def("give_impulses", &give_impulses)
-      .def("undo_step", &Simulation::undo_step)
+      .def("undo_step", [](Simulation& s) { stages_of(s).undo_step(s); })
       .def("report", [](Simulation& s) { return report_of(s.report); })
       .def("energy", [](Simulation& s) { return energy_of(s.energy); })
       .def("contact", &contact_field)
       .def("contact_rows", &contact_rows)
-      .def_property_readonly("contact_count",
-                             [](Simulation& s) {
-                               if (s.smooth() && s.steps > 0) s.smooth()->view(s);
-                               return s.candidates.count;
-                             })
+      .def_property_readonly("contact_count", [](Simulation& s) { return cairn::contacts_to_read(s); })
       .def_readonly("steps", &Simulation::steps)
       .def_readonly("time", &Simulation::time)
       .def("stage_seconds", &Simulation::stage_seconds)

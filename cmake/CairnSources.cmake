@@ -1,11 +1,15 @@
-# Lists of sources. The .def lists name one file per row: cairn_listed(<out> <list> <macro> <folder>) returns folder/<first field>.f90.
+# Lists of sources. The .def lists name one file per row: cairn_listed(<out> <list> <macro> <folder>) returns folder/<first field>.f90, or of the suffix given.
 function(cairn_listed out list macro folder)
+  set(suffix ${ARGV4})
+  if(NOT suffix)
+    set(suffix f90)
+  endif()
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${list})
   file(STRINGS ${list} rows REGEX "^${macro}\\(")
   set(files)
   foreach(row IN LISTS rows)
     string(REGEX REPLACE "^${macro}\\([ ]*([A-Za-z0-9_]+).*" "\\1" name "${row}")
-    list(APPEND files ${folder}/${name}.f90)
+    list(APPEND files ${folder}/${name}.${suffix})
   endforeach()
   set(${out} ${files} PARENT_SCOPE)
 endfunction()

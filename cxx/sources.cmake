@@ -69,13 +69,13 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   strategies/contact_fields.cpp
   strategies/meshes.cpp
+  strategies/nscd/projection.cpp
+  strategies/nscd/stages.cpp
   strategies/options.cpp
-  strategies/projection.cpp
+  strategies/simulation.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp
   strategies/smooth/neighbours.cpp
   strategies/smooth/stability.cpp
-  strategies/smooth/step.cpp
-  strategies/step.cpp
   strategies/strategy.cpp
 )

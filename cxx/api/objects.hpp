@@ -1,6 +1,7 @@
 // What the files of the C API share: the objects behind the handles, and how what is thrown becomes a code.
 #pragma once
 #include <cstdio>
+#include <memory>
 #include <new>
 #include <span>
 #include <string>
@@ -30,7 +31,7 @@ struct cairn_scene {
 
 struct cairn_simulation {
   cairn::Simulation simulation;
-  cairn::SmoothDem smooth = cairn::standard_options<cairn::SmoothDem>(); // what it takes when it is chosen
+  std::vector<std::unique_ptr<cairn::Strategy>> left{}; // strategies that were in use, with their settings
   int materials = 0;
 };
 

@@ -1,8 +1,8 @@
 // The C API of simulations (cairn/cairn.h): steps, options by name, what is read and changed between steps.
 #include <algorithm>
 #include <cmath>
+#include <typeinfo>
 
-#include "../strategies/smooth/smooth_dynamics.hpp"
 #include "objects.hpp"
 
 using cairn::Error;
@@ -10,13 +10,13 @@ using namespace cairn::api;
 
 namespace {
 
-cairn::Nscd strategy_of(const cairn_nscd& options) {
+cairn::NscdOptions strategy_of(const cairn_nscd& options) {
   if (!(options.tolerance > 0))
     throw Error("tolerance is " + std::to_string(options.tolerance) + "; it must be above 0");
   if (options.min_iterations < 0 || options.max_iterations < std::max(options.min_iterations, 1))
     throw Error("iterations are " + std::to_string(options.min_iterations) + " to " +
                 std::to_string(options.max_iterations) + "; at least 0 and 1, and in this order");
-  auto strategy = cairn::standard_options<cairn::Nscd>();
+  auto strategy = cairn::standard_options<cairn::NscdOptions>();
   strategy.theta = options.theta;
   strategy.solver = {options.tolerance, options.min_iterations, options.max_iterations, options.threads};
   if (options.margin >= 0) strategy.margin = options.margin;
@@ -25,50 +25,41 @@ cairn::Nscd strategy_of(const cairn_nscd& options) {
   return strategy;
 }
 
-void check_meshes(const cairn::Nscd& strategy, bool meshes) {
-  if (strategy.project_positions && meshes)
-    throw Error("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies");
-}
-
 // change(strategy) of the one in use; what throws leaves it as it was.
 template <class Change>
 void change_option(cairn_simulation& s, Change&& change) {
-  cairn::Simulation& simulation = s.simulation;
-  if (simulation.smooth()) {
-    cairn::SmoothDem changed = s.smooth;
-    change(changed);
-    simulation.use(s.smooth = changed);
-  } else {
-    cairn::Nscd changed = simulation.strategy;
-    change(changed);
-    check_meshes(changed, !simulation.meshes.empty());
-    simulation.strategy = changed;
-  }
+  auto changed = s.simulation.strategy().fresh();
+  change(*changed);
+  s.simulation.use(std::move(changed));
 }
 
-// NSCD, or one of those that pose other conditions at contacts: both of them end at theta = 1.
+// Hands on what a caller set: settings of the same name that are not those which their strategy begins with.
+void hand_on(cairn::Strategy& from, cairn::Strategy& to) {
+  const auto begin = cairn::make_strategy(from.name);
+  const auto before = begin->options(), now = from.options();
+  for (cairn::Option& o : to.options())
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (now[i].info.name != o.info.name || now[i].member.index() != o.member.index()) continue;
+      std::visit(
+          [&](auto* member) {
+            using Place = decltype(member);
+            const auto &was = *std::get<Place>(before[i].member), &is = *std::get<Place>(now[i].member);
+            if (is != was && (is == is || was == was)) *member = is;
+          },
+          o.member);
+    }
+}
+
+// A strategy begins with the settings that it, or one of its class, was left with.
 void choose_strategy(cairn_simulation& s, const std::string& name) {
-  cairn::Simulation& simulation = s.simulation;
-  if (name == "smooth_dem") {
-    if (!simulation.meshes.empty()) throw Error("smooth_dem moves rigid bodies alone: keep nscd for deformable ones");
-    simulation.use(s.smooth);
-    return;
-  }
-  const bool posed = name == "carpenter" || name == "granular_element";
-  if (name != "nscd" && !posed)
-    throw Error("there is no strategy '" + name + "'; there are nscd, carpenter, granular_element, smooth_dem");
-  cairn::Nscd changed = simulation.strategy;
-  changed.pose.kernel = posed ? cairn::pose_named(name) : nullptr;
-  changed.explicit_bulk = name == "carpenter";
-  if (posed) changed.theta = 1;
-  simulation.use(changed);
-}
-
-std::string strategy_name(const cairn::Simulation& s) {
-  if (s.smooth()) return "smooth_dem";
-  for (const char* name : {"carpenter", "granular_element"})
-    if (s.strategy.pose.kernel == cairn::pose_named(name)) return name;
-  return "nscd";
+  auto next = cairn::make_strategy(name);
+  auto present = s.simulation.strategy().fresh();
+  for (const auto& known : s.left)
+    if (typeid(*known) == typeid(*next)) hand_on(*known, *next);
+  hand_on(*present, *next);
+  s.simulation.use(std::move(next));
+  std::erase_if(s.left, [&](const auto& known) { return typeid(*known) == typeid(*present); });
+  s.left.push_back(std::move(present));
 }
 
 void refuse_parts_of_meshes(const cairn::Simulation& s, std::span<const std::int64_t> bodies) {
@@ -106,11 +97,11 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
     cairn_nscd chosen;
     cairn_nscd_defaults(&chosen);
     if (options) chosen = *options;
-    const cairn::Nscd strategy = strategy_of(chosen);
-    check_meshes(strategy, !scene->meshes.empty());
+    const cairn::NscdOptions strategy = strategy_of(chosen);
     auto made = std::unique_ptr<cairn_simulation>(new cairn_simulation{{scene->scene, table_of(*scene), strategy}});
     made->materials = int(scene->materials.size());
     for (const cairn::MeshModel& mesh : scene->meshes) made->simulation.add_mesh(mesh);
+    made->simulation.strategy().check_scene(made->simulation);
     *simulation = made.release();
   });
 }
@@ -157,9 +148,8 @@ int32_t cairn_simulation_get_option(const cairn_simulation* simulation, const ch
     require(simulation, "simulation");
     require(name, "name");
     const cairn::Simulation& s = simulation->simulation;
-    if (std::string(name) == "strategy") return copy_text(strategy_name(s), capacity, text);
-    copy_text(s.smooth() ? cairn::option_text(simulation->smooth, name) : cairn::option_text(s.strategy, name),
-              capacity, text);
+    if (std::string(name) == "strategy") return copy_text(s.strategy().name, capacity, text);
+    copy_text(cairn::option_text(s.strategy(), name), capacity, text);
   });
 }
 
@@ -169,8 +159,7 @@ int32_t cairn_simulation_get_number(const cairn_simulation* simulation, const ch
     require(simulation, "simulation");
     require(name, "name");
     require(value, "value");
-    *value = simulation->simulation.smooth() ? cairn::option_number(simulation->smooth, name)
-                                             : cairn::option_number(simulation->simulation.strategy, name);
+    *value = cairn::option_number(simulation->simulation.strategy(), name);
   });
 }
 
@@ -203,7 +192,7 @@ int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char
     cairn::Simulation& s = simulation->simulation;
     const std::string field = name;
     set_body_field(s.scene, field, n, bodies, values);
-    if (s.smooth() && field != "force" && field != "damping") s.smooth()->invalidate();
+    if (field != "force" && field != "damping") s.strategy().changed(s, true);
   });
 }
 

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "../strategies/simulation.hpp"
+#include "../strategies/nscd/nscd.hpp"
 
 namespace cairn {
 namespace {
@@ -28,39 +28,40 @@ void make_room(ContactMemory& m, int impulses) {
 
 // Contactors that came in since the last step and touch where they stand; a bond is a state of its contact: the gap it
 // had.
-void Simulation::make_bonds() {
-  const std::int64_t seen = interactions.memory().contactors_seen;
-  if (seen >= scene.next_contactor_id) return;
+void Nscd::make_bonds(Simulation& s) {
+  const std::int64_t seen = s.interactions.memory().contactors_seen;
+  if (seen >= s.scene.next_contactor_id) return;
   bool bonding = false;
-  for (int e = 0; e < laws.entries(); ++e) bonding |= laws.entry(e).law == Law::bonded;
-  ContactMemory m = interactions.memory();
-  m.contactors_seen = scene.next_contactor_id;
+  for (int e = 0; e < s.laws.entries(); ++e) bonding |= s.laws.entry(e).law == Law::bonded;
+  ContactMemory m = s.interactions.memory();
+  m.contactors_seen = s.scene.next_contactor_id;
   if (bonding) {
-    make_room(m, law_infos()[int(Law::bonded)].components(scene.dim));
-    const Contactors& c = scene.contactors;
+    make_room(m, law_infos()[int(Law::bonded)].components(s.scene.dim));
+    const Contactors& c = s.scene.contactors;
     margins_.assign(c.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k) margins_[k] = 2 * touch * *c.radius[k];
     Margin margin{};
     margin.per_contactor = margins_.data();
-    contacts_known_ = false;
-    compute_free_velocity(); // detection leaves out pairs that nothing moves
-    scene.bodies.velocity.values = scene.bodies.velocity_begin.values;
-    handler.declared().clear();
-    handler.detect(scene.bodies, c, scene.cell, margin, candidates, {}, &interactions.scratch(), &laws.rules());
-    for (std::int64_t i = 0; i < candidates.count; ++i) {
-      const std::int32_t a = candidates.contactor_a[i], b = candidates.contactor_b[i];
-      const int entry = laws.find(*c.material[a], *c.material[b]);
-      if (entry < 0 || laws.entry(entry).law != Law::bonded || std::max(*c.id[a], *c.id[b]) < seen) continue;
+    s.contacts_known = false;
+    compute_free_velocity(s); // detection leaves out pairs that nothing moves
+    s.scene.bodies.velocity.values = s.scene.bodies.velocity_begin.values;
+    s.handler.declared().clear();
+    s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {}, &s.interactions.scratch(),
+                     &s.laws.rules());
+    for (std::int64_t i = 0; i < s.candidates.count; ++i) {
+      const std::int32_t a = s.candidates.contactor_a[i], b = s.candidates.contactor_b[i];
+      const int entry = s.laws.find(*c.material[a], *c.material[b]);
+      if (entry < 0 || s.laws.entry(entry).law != Law::bonded || std::max(*c.id[a], *c.id[b]) < seen) continue;
       const double ra = *c.radius[a], rb = *c.radius[b];
-      if (candidates.gap[i] > touch * (ra > 0 && rb > 0 ? ra * rb / (ra + rb) : std::max(ra, rb))) continue;
-      m.keys.push_back({*c.id[a], *c.id[b], candidates.feature[i], candidates.image[i]});
+      if (s.candidates.gap[i] > touch * (ra > 0 && rb > 0 ? ra * rb / (ra + rb) : std::max(ra, rb))) continue;
+      m.keys.push_back({*c.id[a], *c.id[b], s.candidates.feature[i], s.candidates.image[i]});
       m.impulses.insert(m.impulses.end(), m.impulse_components, 0.0);
-      m.states.push_back(candidates.gap[i]);
+      m.states.push_back(s.candidates.gap[i]);
       m.states.insert(m.states.end(), m.state_components - 1, std::numeric_limits<double>::max());
     }
-    candidates.count = 0;
+    s.candidates.count = 0;
   }
-  interactions.restore(std::move(m));
+  s.interactions.restore(std::move(m));
 }
 
 } // namespace cairn

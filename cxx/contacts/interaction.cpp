@@ -49,14 +49,6 @@ void Interactions::pose(const ContactPose& pose) {
   if (!pose.kernel) s_->memory.forces.clear();
 }
 
-cairn_pose* pose_named(const std::string& name) {
-#define CAIRN_POSE(row, python)                                                                                        \
-  if (name == #row) return cairn_pose_##row;
-#include "../../core_f90/poses/poses.def"
-#undef CAIRN_POSE
-  return nullptr;
-}
-
 // Impulses besides those that are sought: they change the free velocity, and come on top of the solution.
 void Interactions::State::add_given(const Bodies& bodies) {
   velocity_given = bodies.velocity_free;

@@ -152,8 +152,6 @@ struct ContactPose {
   cairn_pose* kernel = nullptr;
   double params[2] = {0, 0};
 };
-// Null for a name that is no row.
-cairn_pose* pose_named(const std::string& name);
 
 // What a restart needs to go on to the same bits.
 struct ContactMemory {

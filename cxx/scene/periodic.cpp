@@ -3,36 +3,25 @@
 #include <cmath>
 
 #include "../strategies/simulation.hpp"
-#include "../strategies/smooth/smooth_dynamics.hpp"
 
 namespace cairn {
 
 // Keys of contacts name images: they follow bodies that were moved by whole cells, so that impulses and bonds find them
 // again.
-void Simulation::move_images(const std::vector<std::array<int, 3>>& moved) {
-  const auto follow = [&](ContactMemory memory) {
-    for (ContactKey& key : memory.keys) {
-      const auto a = contactor(key.contactor_a), b = contactor(key.contactor_b);
-      if (a < 0 || b < 0) continue;
-      key.image =
-          image_after_move(key.image, moved[*scene.contactors.body[a]].data(), moved[*scene.contactors.body[b]].data());
-    }
-    return memory;
-  };
-  interactions.restore(follow(interactions.memory()));
-  if (projector_) projector_->restore(follow(projector_->memory()));
-  if (smooth_) smooth_->move_images(moved);
+ContactMemory Simulation::after_move(ContactMemory memory, const std::vector<std::array<int, 3>>& moved) const {
+  for (ContactKey& key : memory.keys) {
+    const auto a = contactor(key.contactor_a), b = contactor(key.contactor_b);
+    if (a < 0 || b < 0) continue;
+    key.image =
+        image_after_move(key.image, moved[*scene.contactors.body[a]].data(), moved[*scene.contactors.body[b]].data());
+  }
+  return memory;
 }
 
 // The same after cell vector k lost so many times vector i.
-void Simulation::lean_images(int k, int i, int cells) {
-  const auto follow = [&](ContactMemory memory) {
-    for (ContactKey& key : memory.keys) key.image = image_after_lean(key.image, k, i, cells);
-    return memory;
-  };
-  interactions.restore(follow(interactions.memory()));
-  if (projector_) projector_->restore(follow(projector_->memory()));
-  if (smooth_) smooth_->lean_images(k, i, cells);
+ContactMemory after_lean(ContactMemory memory, int k, int i, int cells) {
+  for (ContactKey& key : memory.keys) key.image = image_after_lean(key.image, k, i, cells);
+  return memory;
 }
 
 // Internal number of a contactor, -1 if it is gone.
@@ -78,7 +67,8 @@ void Simulation::wrap_into_cell() {
     if (std::isfinite(*b.mass[i])) work += *b.mass[i] * (after - before) / 2;
   }
   if (all_moved.empty()) return;
-  move_images(all_moved);
+  interactions.restore(after_move(interactions.memory(), all_moved));
+  strategy_->move_images(*this, all_moved);
   energy.work_driven += work;
   energy.turned_over += std::abs(work);
 }
@@ -103,7 +93,8 @@ void Simulation::reduce_lean() {
       const double cells = std::rint(cell.vectors[i + 3 * k] / cell.vectors[i + 3 * i]);
       if (cells == 0) continue;
       for (int d = 0; d <= i; ++d) cell.vectors[d + 3 * k] -= cells * cell.vectors[d + 3 * i];
-      lean_images(k, i, int(cells));
+      interactions.restore(after_lean(interactions.memory(), k, i, int(cells)));
+      strategy_->lean_images(k, i, int(cells));
     }
 }
 

@@ -6,7 +6,6 @@
 
 #include "../base/call.hpp"
 #include "simulation.hpp"
-#include "smooth/smooth_dynamics.hpp"
 
 namespace cairn {
 namespace {
@@ -17,17 +16,6 @@ constexpr ContactFieldInfo fields[] = {
 #include "../contacts/contact_fields.def"
 #undef CAIRN_CONTACT_FIELD
 };
-
-// Forces of smooth contacts count for a step, as impulses do.
-void read_smooth(Simulation& s, std::string_view name, int components, double* out) {
-  const SmoothDynamics& c = *s.smooth();
-  if (name == "impulse") c.force_space(out);
-  if (name == "impulse_local") c.force_local(s, out);
-  if (name == "relative_velocity") return c.relative_velocity(s, out);
-  if (name == "moment") std::fill_n(out, components * s.candidates.count, 0.0);
-  if (name != "moment")
-    for (std::int64_t i = 0; i < components * s.candidates.count; ++i) out[i] *= s.report.h;
-}
 
 } // namespace
 
@@ -42,12 +30,12 @@ const ContactFieldInfo& contact_field_info(const std::string& name) {
 
 bool has_contact_field(const Simulation& s, const std::string& name) {
   for (const ContactFieldInfo& f : fields)
-    if (name == f.name) return f.smooth || !s.smooth();
+    if (name == f.name) return s.strategy().has(f);
   return false;
 }
 
 std::int64_t contacts_to_read(Simulation& s) {
-  if (s.smooth() && s.steps > 0) s.smooth()->view(s);
+  if (s.steps > 0) s.strategy().view(s);
   return s.candidates.count;
 }
 
@@ -67,20 +55,8 @@ void read_contact_field(Simulation& s, const ContactFieldInfo& field, double* ou
     std::copy_n(s.candidates.normal.data(), n * components, out);
   } else if (name == "point") {
     for (std::int64_t i = 0; i < n * components; ++i) out[i] = s.candidates.point[i] + s.scene.origin[i % components];
-  } else if (s.smooth()) {
-    read_smooth(s, name, components, out);
-  } else if (!s.contacts_known()) {
-    std::fill_n(out, n * components, 0.0);
-  } else if (name == "impulse") {
-    s.interactions.impulse_space(out);
-  } else if (name == "impulse_local") {
-    s.interactions.impulse_local(out);
-  } else if (name == "moment") {
-    s.interactions.moment_space(out);
-  } else if (name == "relative_velocity") {
-    s.interactions.relative_velocity(out);
   } else {
-    s.interactions.dissipated(out);
+    s.strategy().read(s, name, components, out);
   }
 }
 
@@ -90,10 +66,7 @@ void read_contact_field(Simulation& s, const ContactFieldInfo& field, std::int64
   const Contactors& k = s.scene.contactors;
   if (name == "status") {
     std::vector<std::int32_t> status(std::size_t(c.count), 0);
-    if (s.smooth())
-      s.smooth()->status(s, status.data());
-    else if (s.contacts_known())
-      s.interactions.status(status.data());
+    s.strategy().status(s, status.data());
     std::copy(status.begin(), status.end(), out);
     return;
   }

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "../base/call.hpp"
-#include "../solvers/problems/friction_problem.hpp"
 
 namespace cairn {
 namespace {
@@ -25,98 +24,79 @@ void check_range(const OptionInfo& o, double value) {
     throw Error(std::string(o.name) + " is " + shown(value) + "; give a whole number");
 }
 
-void check_solver(const std::string& text) {
+Option option_of(Strategy& s, const std::string& name) {
   std::string known;
-  for (const ProblemSolverInfo& s : problem_solvers()) {
-    if (s.name == text) return;
-    known += (known.empty() ? "" : ", ") + s.name;
+  for (const Option& o : s.options()) {
+    if (o.info.name == name) return o;
+    known += (known.empty() ? "" : ", ") + std::string(o.info.name);
   }
-  throw Error("there is no solver '" + text + "'; there are " + known);
+  throw Error("the strategy has no option '" + name + "'; it has " + known);
 }
 
-void check_together(const Nscd& s) {
-  if (s.solver.min_iterations > s.solver.max_iterations)
-    throw Error("min_iter is " + std::to_string(s.solver.min_iterations) + ", above max_iter, " +
-                std::to_string(s.solver.max_iterations) + ": give them in this order");
-}
-void check_together(const SmoothDem&) {}
-
-// Calls found(info, member, default) for the option of that name.
-template <class Strategy, class Found>
-void with_option(Strategy& s, const std::string& name, Found&& found) {
-  bool any = false;
-  std::string known;
-  each_option(s, [&](const OptionInfo& o, auto& member, const auto& standard) {
-    known += (known.empty() ? "" : ", ") + std::string(o.name);
-    if (o.name != name) return;
-    any = true;
-    found(o, member, standard);
-  });
-  if (!any) throw Error("the strategy has no option '" + name + "'; it has " + known);
-}
-
-template <class Strategy>
-void set_number(Strategy& strategy, const std::string& name, double value) {
-  Strategy changed = strategy;
-  with_option(changed, name, [&](const OptionInfo& o, auto& member, const auto& standard) {
-    using T = std::decay_t<decltype(member)>;
-    if constexpr (std::is_same_v<T, std::string>) {
-      throw Error(name + " is " + shown(value) + "; give a text: " + std::string(o.meaning));
-    } else {
-      const bool may_lack = std::isnan(double(standard));
-      if (!(may_lack && std::isnan(value))) check_range(o, value);
-      member = T(value);
-    }
-  });
-  check_together(changed);
-  strategy = changed;
-}
-
-template <class Strategy>
-void set_text(Strategy& strategy, const std::string& name, const std::string& text) {
-  with_option(strategy, name, [&](const OptionInfo& o, auto& member, const auto&) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(member)>, std::string>) {
-      check_solver(text); // the one text that there is
-      member = text;
-    } else {
-      throw Error(name + " is '" + text + "'; give a number: " + std::string(o.meaning));
-    }
-  });
-}
-
-template <class Strategy>
-double number_of(Strategy& s, const std::string& name) {
-  double value = 0;
-  with_option(s, name, [&](const OptionInfo&, auto& member, const auto&) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(member)>, std::string>)
-      throw Error(name + " is a text, and no number");
-    else
-      value = double(member);
-  });
-  return value;
-}
-
-template <class Strategy>
-std::string text_of(Strategy& s, const std::string& name) {
-  std::string text;
-  with_option(s, name, [&](const OptionInfo&, auto& member, const auto&) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(member)>, std::string>)
-      text = member;
-    else
-      text = shown(double(member));
-  });
-  return text;
-}
+template <class T>
+using Kept = std::decay_t<decltype(*std::declval<T>())>;
 
 } // namespace
 
-void set_option(Nscd& s, const std::string& name, double value) { set_number(s, name, value); }
-void set_option(SmoothDem& s, const std::string& name, double value) { set_number(s, name, value); }
-void set_option(Nscd& s, const std::string& name, const std::string& text) { set_text(s, name, text); }
-void set_option(SmoothDem& s, const std::string& name, const std::string& text) { set_text(s, name, text); }
-double option_number(Nscd s, const std::string& name) { return number_of(s, name); }
-double option_number(SmoothDem s, const std::string& name) { return number_of(s, name); }
-std::string option_text(Nscd s, const std::string& name) { return text_of(s, name); }
-std::string option_text(SmoothDem s, const std::string& name) { return text_of(s, name); }
+void set_option(Strategy& strategy, const std::string& name, double value) {
+  const Option o = option_of(strategy, name);
+  std::visit(
+      [&](auto* member) {
+        using T = Kept<decltype(member)>;
+        if constexpr (std::is_same_v<T, std::string>) {
+          throw Error(name + " is " + shown(value) + "; give a text: " + std::string(o.info.meaning));
+        } else {
+          if (!(o.may_lack && std::isnan(value))) check_range(o.info, value);
+          const T before = *member;
+          *member = T(value);
+          try {
+            strategy.check_options();
+          } catch (...) {
+            *member = before;
+            throw;
+          }
+        }
+      },
+      o.member);
+}
+
+void set_option(Strategy& strategy, const std::string& name, const std::string& text) {
+  const Option o = option_of(strategy, name);
+  auto* const* member = std::get_if<std::string*>(&o.member);
+  if (!member) throw Error(name + " is '" + text + "'; give a number: " + std::string(o.info.meaning));
+  std::string known;
+  for (const std::string& may_be : strategy.texts_of(name)) {
+    if (may_be == text) {
+      **member = text;
+      return;
+    }
+    known += (known.empty() ? "" : ", ") + may_be;
+  }
+  throw Error("there is no " + name + " '" + text + "'; there are " + known);
+}
+
+double option_number(const Strategy& strategy, const std::string& name) {
+  const auto copy = strategy.fresh();
+  return std::visit(
+      [&](auto* member) -> double {
+        if constexpr (std::is_same_v<Kept<decltype(member)>, std::string>)
+          throw Error(name + " is a text, and no number");
+        else
+          return double(*member);
+      },
+      option_of(*copy, name).member);
+}
+
+std::string option_text(const Strategy& strategy, const std::string& name) {
+  const auto copy = strategy.fresh();
+  return std::visit(
+      [&](auto* member) -> std::string {
+        if constexpr (std::is_same_v<Kept<decltype(member)>, std::string>)
+          return *member;
+        else
+          return shown(double(*member));
+      },
+      option_of(*copy, name).member);
+}
 
 } // namespace cairn

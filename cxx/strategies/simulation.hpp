@@ -1,9 +1,6 @@
-// A scene, the strategy that moves it, and what the last step did. step() is in step.cpp, one page; each stage can be
-// called alone.
+// A scene, the strategy that moves it, and what the last step did.
 #pragma once
-#include <array>
 #include <chrono>
-#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -16,11 +13,12 @@
 #include "../detection/interaction_handler.hpp"
 #include "../scene/scene.hpp"
 #include "cairn/plug.h"
+#include "strategy.hpp"
 
 namespace cairn {
 
-// Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
-struct Nscd {
+// Non-Smooth Contact Dynamics by the theta-method: see nscd.cpp.
+struct NscdOptions {
   double theta = 0.5;
   SolverOptions solver{};
   double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
@@ -33,8 +31,8 @@ struct Nscd {
   bool refuse_unstable = true;  // of these, steps beyond their limit
 };
 
-// Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth/smooth_dynamics.hpp.
-struct SmoothDem {
+// Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth_dem.cpp.
+struct SmoothDemOptions {
   double skin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair, beyond the reach of its law; NaN: from sizes
   double overlap = 0.01; // of an effective radius, at which the stiffness is taken for the stable step
   bool refuse_unstable = true;
@@ -42,7 +40,6 @@ struct SmoothDem {
   int threads = 0;
   int renumber_every = 1000;
 };
-class SmoothDynamics;
 
 // Terms of d(T + U) = W_driven + W_external - D_friction - D_normal - D_bulk - D_theta + closure [J], since the start.
 struct Energy {
@@ -82,13 +79,13 @@ struct PluggedVelocity {
 
 class Simulation {
 public:
-  Simulation(Scene scene, LawTable laws, Nscd strategy);
+  Simulation(Scene scene, LawTable laws, const NscdOptions& options);
+  Simulation(Scene scene, LawTable laws, std::unique_ptr<Strategy> strategy);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 
   Scene scene;
   LawTable laws;
-  Nscd strategy;
   MeshSet meshes;
   InteractionHandler handler;
   Interactions interactions;
@@ -97,39 +94,37 @@ public:
   StepReport report;
   std::int64_t steps = 0;
   double time = 0;
+  // Contacts can be read until bodies go, numbers change or a step is undone.
+  bool contacts_known = false;
 
-  // One step of length h. When it cannot be made, throws and leaves bodies, time and what contacts remember as they
-  // were; the contacts of the last step can no longer be read.
-  const StepReport& step(double h);
+  // What moves the scene. One of the class in use hands on its settings alone; contacts of any other mean nothing to it
+  // and are forgotten.
+  Strategy& strategy() { return *strategy_; }
+  const Strategy& strategy() const { return *strategy_; }
+  void use(std::unique_ptr<Strategy> strategy);
 
-  // The stages of step(), in its order.
-  void begin_step(double h);
-  void predict_configuration();
-  void compute_free_velocity();
-  void detect_contacts();
-  void prepare_contacts();
-  void solve_contacts();
-  void update_velocity();
-  void update_configuration();
-  void commit_contacts();
-  void project_positions();
-  void undo_step();
+  // One step of length h, as the strategy makes it.
+  const StepReport& step(double h) { return strategy_->step(*this, h); }
 
   // Routines of users' libraries: forces on bodies, which are added, and the free velocity, which is replaced.
   std::vector<PluggedForce> forces;
   std::optional<PluggedVelocity> free_velocity;
 
-  // Contacts can be read until bodies go, numbers change or a step is undone.
-  bool contacts_known() const { return contacts_known_; }
   // To be called after bodies were removed or fields restored.
   void forget_contacts();
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
-  void place_meshes();  // among the bodies, when their order changed
-  void follow_meshes(); // points, edges and faces to where the nodes are
-  // What project_positions remembers between steps, for a checkpoint.
-  ContactMemory projection_memory() const;
-  void restore_projection(ContactMemory memory);
+  void place_meshes();       // among the bodies, when their order changed
+  void follow_meshes();      // points, edges and faces to where the nodes are
+  void account_for_meshes(); // in the balance of energy, beside their nodes
+
+  // Bodies back into a periodic cell, and the cell on its way over a duration [s].
+  void wrap_into_cell();
+  void advance_cell(double duration);
+  // What contacts remember, after bodies were moved by whole cells.
+  ContactMemory after_move(ContactMemory memory, const std::vector<std::array<int, 3>>& moved) const;
+  // Internal number of a contactor, -1 if it is gone.
+  std::int32_t contactor(std::int64_t id) const;
 
   // Seconds of wall clock spent in each stage since the start, in the order of the stages.
   const std::vector<std::pair<std::string, double>>& stage_seconds() const { return stage_seconds_; }
@@ -150,46 +145,17 @@ public:
     stage_seconds_.emplace_back(name, spent.count());
   }
 
-  // Explicit dynamics with smooth contacts instead of NSCD from now on; the laws must have forces. Null: NSCD.
-  void use(const Nscd& nscd);
-  void use(const SmoothDem& dem);
-  SmoothDynamics* smooth() const { return smooth_.get(); }
-  // What contacts remember from step to step, whatever the strategy, for a checkpoint.
-  ContactMemory contact_memory() const;
-  void restore_contacts(ContactMemory memory);
-  void check_laws() const; // throws Error naming a law that the strategy cannot use
-
 private:
-  friend class SmoothDynamics;
-  void save_begin();
-  void make_bonds();
-  void wrap_into_cell();
-  void move_images(const std::vector<std::array<int, 3>>& moved);
-  void lean_images(int k, int i, int cells);
   void reduce_lean();
-  std::int32_t contactor(std::int64_t id) const;
-  void advance_cell(double time);
-  void measure_margins();
-  void check_free_velocity() const;
-  void add_plugged_forces();
-  void leave_plugged_forces();
-  void account_for_meshes();
-  void account(const ContactEnergy& contacts);
-  const LawTable& projection_laws();
 
-  double h_ = 0;
-  bool begun_ = false, contacts_known_ = false;
+  std::unique_ptr<Strategy> strategy_;
   std::int64_t meshes_placed_ = -1; // the scene's order that meshes know
   std::vector<std::int64_t> facet_bodies_;
   std::vector<double> facet_vertices_;
-  Cell cell_begin_;
-  Array<double> margins_, force_given_;
-  std::optional<Interactions> projector_; // of project_positions, with a memory of its own
-  Candidates projection_candidates_;
-  std::optional<LawTable> projection_laws_;
-  Array<double> reaction_kept_;
-  std::unique_ptr<SmoothDynamics> smooth_;
   std::vector<std::pair<std::string, double>> stage_seconds_;
 };
+
+// What contacts remember, after cell vector k lost so many times vector i.
+ContactMemory after_lean(ContactMemory memory, int k, int i, int cells);
 
 } // namespace cairn

@@ -28,7 +28,7 @@ from .run import strategies
 from .run.servo import Servo
 from .run.simulation import ShapesWarning, Simulation
 from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
-from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM
+from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .run.time_functions import Harmonic, Table
 
 _LATER = {
@@ -59,6 +59,7 @@ def __dir__():
 
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list
 globals().update(strategies.SOLVERS)  # NLGS, Auto, PPANewton, ...
+globals().update(strategies.STRATEGIES)  # one class for each row of the core's list
 
 __version__ = _core.build_info()["version"]
 __all__ = [
@@ -101,6 +102,7 @@ __all__ = [
     "ring",
     "segment",
     "spheres",
+    "strategy",
     "superquadrics",
     "surface",
     "tube",
@@ -108,6 +110,7 @@ __all__ = [
     "with_corners",
     *laws.LAWS,
     *strategies.SOLVERS,
+    *(name for name in strategies.STRATEGIES if name not in ("NSCD", "Carpenter", "GranularElement", "SmoothDEM")),
 ]
 names.teach(globals(), (name for name in __all__ if name not in _LATER))
 for _space in (pre, pre.masonry):

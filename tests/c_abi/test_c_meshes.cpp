@@ -142,7 +142,7 @@ TEST_F(CMeshes, blocks_rest_on_each_others_sides) {
     EXPECT_NEAR((upwards(dim) - on_floor) / 9810, 1, 5e-3) << dim;
     const int64_t part = 1;
     EXPECT_REFUSED(cairn_simulation_remove_bodies(simulation, 1, &part, &error), "lower");
-    EXPECT_REFUSED(cairn_simulation_set_option(simulation, "strategy", "smooth_dem", &error), "smooth_dem");
+    EXPECT_REFUSED(cairn_simulation_set_option(simulation, "strategy", "smooth_dem", &error), "SmoothDEM");
     EXPECT_REFUSED(cairn_simulation_set_number(simulation, "project_positions", 1, &error), "project_positions");
     cairn_simulation_destroy(simulation);
     cairn_scene_destroy(scene);

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-#include "strategies/simulation.hpp"
+#include "strategies/nscd/nscd.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 namespace {
@@ -60,7 +60,7 @@ Simulation pile(int dim, int per_side, bool lid, Law law, bool project) {
   LawTable laws({"rock"});
   const double mu = 0.4;
   laws.set_default(law, {&mu, 1});
-  Nscd nscd;
+  NscdOptions nscd;
   nscd.solver = {1e-4, 1, 500, 1};
   nscd.project_positions = project;
   return Simulation(std::move(scene), std::move(laws), nscd);
@@ -84,7 +84,8 @@ TEST_P(Step, AllocatesNothing) {
     const std::int64_t before = allocations;
     s.step(1e-3);
     // what a solve that did not converge has to say is one string
-    const bool said = !s.report.solve.hint.empty() || s.report.projection_error > s.strategy.solver.tolerance;
+    const bool said =
+        !s.report.solve.hint.empty() || s.report.projection_error > stages_of(s).settings.solver.tolerance;
     EXPECT_LE(allocations - before, said ? 1 : 0) << "step " << s.report.step;
   }
 }

@@ -14,8 +14,6 @@ def test_defaults_of_the_core_are_those_of_python(name, strategy):
     rows = {row["name"]: row for row in _core.strategy_options(name)}
     given = strategy.settings()
     assert given.pop("strategy") == name
-    if name == "nscd":  # the pose is chosen with the strategy, its parameters are stiffness and ratio
-        assert given.pop("pose") == "moreau" and len(given.pop("pose_params")) == 2
     assert set(given) <= set(rows)
     for key, value in given.items():
         default = rows[key]["default"]
@@ -32,3 +30,15 @@ def test_ranges_of_the_core_are_those_of_python():
             dataclasses.replace(cn.NSCD(), **{name: value})
         with pytest.raises(ValueError, match=name):
             dataclasses.replace(cn.NSCD(), **{name: ends[1] + 1})
+
+
+def test_strategies_are_rows_that_python_knows_by_class_and_by_name():
+    assert {row[0] for row in _core.strategies()} >= {"nscd", "carpenter", "granular_element", "smooth_dem"}
+    for row, python_name, meaning, laws in _core.strategies():
+        kind = getattr(cn, python_name)
+        assert kind.row == row and meaning and laws
+        needed = {"stiffness": 1e5} if row == "granular_element" else {}
+        assert cn.strategy(row, **needed) == cn.strategy(python_name, **needed) == kind(**needed)
+        assert {o["name"] for o in _core.strategy_options(row)} >= set(kind(**needed).settings()) - {"strategy"}
+    with pytest.raises(ValueError, match="nscd.*did you mean"):
+        cn.strategy("nscdd")

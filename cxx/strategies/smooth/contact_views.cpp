@@ -3,12 +3,14 @@
 #include <cmath>
 
 #include "../../contacts/interaction_state.hpp"
+#include "../contact_fields.hpp"
 #include "lanes.hpp"
 
 namespace cairn {
 
-void SmoothDynamics::view(Simulation& s) {
-  if (s.contacts_known_) return;
+void SmoothDem::view(Simulation& s) {
+  dim_ = s.scene.dim;
+  if (s.contacts_known) return;
   Candidates& out = s.candidates;
   if (list_is_old(s)) {
     s.handler.declared().clear();
@@ -40,21 +42,38 @@ void SmoothDynamics::view(Simulation& s) {
     }
   }
   out.count = std::int64_t(viewed_.size());
-  s.contacts_known_ = true;
+  s.contacts_known = true;
 }
 
-void SmoothDynamics::force_space(double* out) const {
+bool SmoothDem::has(const ContactFieldInfo& field) const { return field.smooth; }
+
+// Forces of smooth contacts count for a step, as impulses do.
+void SmoothDem::read(Simulation& s, std::string_view field, int components, double* out) {
+  const std::int64_t n = components * s.candidates.count;
+  if (field == "relative_velocity") return relative_velocity(s, out);
+  if (field == "moment") {
+    std::fill_n(out, n, 0.0);
+    return;
+  }
+  if (field == "impulse_local")
+    force_local(s, out);
+  else
+    force_space(out);
+  for (std::int64_t i = 0; i < n; ++i) out[i] *= s.report.h;
+}
+
+void SmoothDem::force_space(double* out) const {
   for (const std::int32_t p : viewed_) out = std::copy_n(&list_.force[std::int64_t(p) * dim_], dim_, out);
 }
 
-void SmoothDynamics::force_local(const Simulation& s, double* out) const {
+void SmoothDem::force_local(const Simulation& s, double* out) const {
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
     const double *n = &s.candidates.normal[i * dim_], *f = &list_.force[std::int64_t(viewed_[i]) * dim_];
     to_local(n, f, out + i * dim_);
   }
 }
 
-void SmoothDynamics::to_local(const double* n, const double* v, double* out) const {
+void SmoothDem::to_local(const double* n, const double* v, double* out) const {
   if (dim_ == 2) {
     out[0] = n[0] * v[0] + n[1] * v[1];
     out[1] = n[0] * v[1] - n[1] * v[0];
@@ -70,7 +89,7 @@ void SmoothDynamics::to_local(const double* n, const double* v, double* out) con
   }
 }
 
-void SmoothDynamics::relative_velocity(const Simulation& s, double* out) const {
+void SmoothDem::relative_velocity(const Simulation& s, double* out) const {
   const Bodies& b = s.scene.bodies;
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
     const std::int64_t p = viewed_[i];
@@ -98,7 +117,7 @@ void SmoothDynamics::relative_velocity(const Simulation& s, double* out) const {
 }
 
 // A contact slips where its tangential force is as large as the law's friction allows.
-void SmoothDynamics::status(const Simulation& s, std::int32_t* out) const {
+void SmoothDem::status(Simulation& s, std::int32_t* out) {
   for (std::size_t i = 0; i < viewed_.size(); ++i) {
     const std::int64_t p = viewed_[i];
     const int entry = s.laws.find(*s.scene.contactors.material[list_.a[p]], *s.scene.contactors.material[list_.b[p]]);

@@ -4,7 +4,7 @@
 namespace cairn {
 
 // Centres and directions of contactors, where they are not those of the bodies.
-void SmoothDynamics::place_contactors(Simulation& s) {
+void SmoothDem::place_contactors(Simulation& s) {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const double* rotation = b.rotation.active ? b.rotation.values.data() : nullptr;
@@ -21,7 +21,7 @@ void SmoothDynamics::place_contactors(Simulation& s) {
                                rotation, direction_.data());
 }
 
-void SmoothDynamics::batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const {
+void SmoothDem::batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const std::int64_t p = batch.first;
@@ -33,14 +33,14 @@ void SmoothDynamics::batch_geometry(const Simulation& s, const NeighbourList::Ba
   kind.contact(batch.count, w.between, w.radius_a, w.radius_b, w.direction_b, w.gap, w.normal, w.point, w.status);
 }
 
-void SmoothDynamics::fill_records(const Simulation& s, std::int64_t first, std::int64_t last) {
+void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64_t last) {
   const Bodies& b = s.scene.bodies;
   cairn_sphere_records(first, last, b.position.values.data(), b.velocity.values.data(), body_radius_.data(),
                        b.inverse_mass.values.data(), record_.data());
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.
-int SmoothDynamics::sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
+int SmoothDem::sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
   const std::int64_t p = batch.first;
   const LawTable::Entry& entry = s.laws.entry(batch.entry);
   std::int32_t count = 0, m = 0;
@@ -56,7 +56,7 @@ int SmoothDynamics::sphere_forces(Simulation& s, const NeighbourList::Batch& bat
                       w.geometry, w.state);
   if (count <= 0) return count;
   const cairn_law_context context{h, 0.5, w.geometry, nullptr};
-  double* energy = options.energy ? w.energy : nullptr;
+  double* energy = settings.energy ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
   cairn_sphere_scatter(batch.count, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.frame, w.arm, w.f, w.state,
                        &list_.state[3 * p], &list_.force[3 * p], s.scene.bodies.contact_force.values.data(),
@@ -66,7 +66,7 @@ int SmoothDynamics::sphere_forces(Simulation& s, const NeighbourList::Batch& bat
 }
 
 // sums: see sums_of_tile
-void SmoothDynamics::batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
+void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums) {
   Bodies& b = s.scene.bodies;
   const std::int64_t p = batch.first;
   const int n = batch.count, nd = b.dofs();
@@ -97,15 +97,15 @@ void SmoothDynamics::batch_forces(Simulation& s, const NeighbourList::Batch& bat
       sheared ? w.jump : nullptr);
   const cairn_law_context context{h, 0.5, w.geometry, nullptr};
   law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
-                                            options.energy ? w.energy : nullptr);
+                                            settings.energy ? w.energy : nullptr);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
       shape.vectors, w.state, stored, &list_.force[p * dim_], b.contact_force.values.data(), other);
-  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, options.energy ? w.energy : nullptr, &sums[2], &sums[3],
+  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, settings.energy ? w.energy : nullptr, &sums[2], &sums[3],
                     &sums[9]);
 }
 
-void SmoothDynamics::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums) {
+void SmoothDem::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums) {
   Bodies& b = s.scene.bodies;
   const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
   std::fill(b.contact_force[first], b.contact_force[last], 0.0);

@@ -1,10 +1,10 @@
 // Workspace of one thread: a batch of pairs on its way from places to forces.
 #pragma once
-#include "smooth_dynamics.hpp"
+#include "smooth_dem.hpp"
 
 namespace cairn {
 
-struct SmoothDynamics::Lanes {
+struct SmoothDem::Lanes {
   static constexpr int n = NeighbourList::lanes;
   static constexpr int most_state = 8;
   alignas(64) double between[3 * n], radius_a[n], radius_b[n], direction_b[4 * n], gap[n], normal[3 * n], point[3 * n];

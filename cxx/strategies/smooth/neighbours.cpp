@@ -20,21 +20,21 @@ double curvature(Shape shape, double radius) { return info(shape).round == 0 ? 0
 
 } // namespace
 
-SmoothDynamics::SmoothDynamics(const Simulation& simulation, const SmoothDem& o)
-    : options(o), dim_(simulation.scene.dim) {}
+SmoothDem::SmoothDem(const SmoothDemOptions& o) : settings(o) { name = "smooth_dem"; }
 
-SmoothDynamics::~SmoothDynamics() = default;
+SmoothDem::~SmoothDem() = default;
 
-void SmoothDynamics::invalidate(bool forces) {
+// The list is made anew, and so are the forces where places changed.
+void SmoothDem::changed(Simulation&, bool places) {
   list_.valid = false;
-  if (forces) forces_known_ = balanced_ = false;
+  if (places) forces_known_ = balanced_ = false;
 }
 
-std::int64_t SmoothDynamics::tiles(const Simulation& s) const {
+std::int64_t SmoothDem::tiles(const Simulation& s) const {
   return (s.scene.bodies.count + NeighbourList::tile - 1) / NeighbourList::tile;
 }
 
-void SmoothDynamics::check_bodies(const Simulation& s) const {
+void SmoothDem::check_bodies(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   if (!b.angular_momentum.active) return;
   for (std::int64_t i = 0; i < b.count; ++i)
@@ -45,20 +45,20 @@ void SmoothDynamics::check_bodies(const Simulation& s) const {
 }
 
 // Twice what any body may have gone is what a gap may have closed.
-bool SmoothDynamics::list_is_old(const Simulation& s) const {
+bool SmoothDem::list_is_old(const Simulation& s) const {
   const Scene& scene = s.scene;
   return !list_.valid || list_.order_version != scene.order_version() || list_.bodies != scene.bodies.count ||
          list_.contactors != scene.contactors.count || !(2 * moved_ <= skin());
 }
 
 // A tenth of a radius costs few pairs more than those that touch.
-double SmoothDynamics::skin() const {
-  if (!std::isnan(options.skin)) return options.skin;
+double SmoothDem::skin() const {
+  if (!std::isnan(settings.skin)) return settings.skin;
   return 0.1 * (widest_ > 0 ? widest_ : 1);
 }
 
 // How much nearer to any body the walls, and the images in a cell that moves, came in this step [m].
-double SmoothDynamics::walls_move(const Simulation& s) const {
+double SmoothDem::walls_move(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   double most = 0;
@@ -83,7 +83,7 @@ double SmoothDynamics::walls_move(const Simulation& s) const {
 }
 
 // Laws of the table as pairs need them: numbers of state, and from which gap they act.
-void SmoothDynamics::read_laws(const Simulation& s) {
+void SmoothDem::read_laws(const Simulation& s) {
   entries_.assign(s.laws.entries(), {});
   states_ = 0;
   for (int e = 0; e < s.laws.entries(); ++e) {
@@ -98,10 +98,10 @@ void SmoothDynamics::read_laws(const Simulation& s) {
   }
 }
 
-void SmoothDynamics::make_list(Simulation& s) {
+void SmoothDem::make_list(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
-  s.check_laws();
+  check_laws(s);
   s.scene.activate(Need::smooth);
   remember(s);
   cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
@@ -164,7 +164,7 @@ void SmoothDynamics::make_list(Simulation& s) {
 
 // Pairs by tile of A, what stays in the tile first, then by pair of shapes and law; within that in the order of
 // detection.
-void SmoothDynamics::lay_out(Simulation& s) {
+void SmoothDem::lay_out(Simulation& s) {
   const Contactors& c = s.scene.contactors;
   const std::int64_t n = found_.count, nt = tiles(s);
   const int entries = s.laws.entries(), kinds = int(std::size(smooth_pair_kinds)), groups = 2 * kinds * entries;
@@ -239,7 +239,7 @@ void SmoothDynamics::lay_out(Simulation& s) {
 }
 
 // States of pairs that act, by key: what a list leaves to the next, or to a file.
-ContactMemory SmoothDynamics::memory(const Simulation&) const {
+ContactMemory SmoothDem::memory(const Simulation&) const {
   if (list_.pairs == 0) return memory_;
   ContactMemory m;
   m.h = h_;
@@ -254,14 +254,14 @@ ContactMemory SmoothDynamics::memory(const Simulation&) const {
   return m;
 }
 
-void SmoothDynamics::remember(Simulation& s) {
+void SmoothDem::remember(Simulation& s) {
   if (list_.pairs == 0) return;
   memory_ = memory(s);
   list_.pairs = 0;
   list_.valid = false;
 }
 
-void SmoothDynamics::recall(const Simulation& s) {
+void SmoothDem::recall(const Simulation& s) {
   const Contactors& c = s.scene.contactors;
   Scratch scratch;
   auto* place = scratch.take<std::int32_t>(list_.pairs);
@@ -278,28 +278,28 @@ void SmoothDynamics::recall(const Simulation& s) {
   }
 }
 
-void SmoothDynamics::restore(ContactMemory memory) {
+void SmoothDem::restore(Simulation&, ContactMemory memory) {
   memory_ = std::move(memory);
   list_.pairs = 0;
   list_.valid = false;
   forces_known_ = balanced_ = true;
 }
 
-void SmoothDynamics::move_images(const std::vector<std::array<int, 3>>& moved) {
+void SmoothDem::move_images(const Simulation&, const std::vector<std::array<int, 3>>& moved) {
   for (std::int64_t p = 0; p < list_.pairs; ++p)
     list_.image[p] = image_after_move(list_.image[p], moved[list_.body_a[p]].data(), moved[list_.body_b[p]].data());
 }
 
-void SmoothDynamics::lean_images(int k, int i, int cells) {
+void SmoothDem::lean_images(int k, int i, int cells) {
   for (std::int64_t p = 0; p < list_.pairs; ++p) list_.image[p] = image_after_lean(list_.image[p], k, i, cells);
 }
 
-std::int64_t SmoothDynamics::body_bytes() const {
+std::int64_t SmoothDem::body_bytes() const {
   return std::int64_t(sizeof(double) * (grain_.capacity() + centre_.capacity() + direction_.capacity()) +
                       8 * list_.contactor_id.capacity());
 }
 
-std::int64_t SmoothDynamics::contact_bytes() const {
+std::int64_t SmoothDem::contact_bytes() const {
   return std::int64_t(
       4 * (5 * list_.a.capacity() + list_.incoming_body.capacity() + list_.incoming_place.capacity()) +
       8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity()) + list_.active.capacity() +

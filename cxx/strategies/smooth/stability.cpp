@@ -20,14 +20,14 @@ double stiffness_over_mass(const double k[3], double inverse_mass, double invers
 } // namespace
 
 // Of a collision of any body with its like at the overlap of the options, whatever touches now.
-double SmoothDynamics::pair_limit(const Simulation& s) const {
+double SmoothDem::pair_limit(const Simulation& s) const {
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   double limit = std::numeric_limits<double>::infinity();
   std::vector<int> entries_of(s.laws.materials());
   for (std::int64_t i = 0; i < c.count; ++i) {
     const double inverse_mass = b.inverse_mass[*c.body[i]][0], inverse_inertia = b.inverse_mass[*c.body[i]][dim_];
-    const double radius = 0.5 * *c.radius[i], overlap = options.overlap * radius;
+    const double radius = 0.5 * *c.radius[i], overlap = settings.overlap * radius;
     if (!(inverse_mass > 0) || !(radius > 0)) continue;
     const int entry = s.laws.find(*c.material[i], *c.material[i]);
     if (entry < 0) continue;
@@ -40,8 +40,8 @@ double SmoothDynamics::pair_limit(const Simulation& s) const {
   return limit;
 }
 
-// Gershgorin's bound on the contacts as they are, each at least at the overlap of the options.
-double SmoothDynamics::contact_limit(Simulation& s) {
+// Gershgorin's bound on the contacts as they are, each at least at the overlap of the settings.
+double SmoothDem::contact_limit(Simulation& s) {
   const Bodies& b = s.scene.bodies;
   if (lanes_.empty()) lanes_.push_back(std::make_unique<Lanes>());
   Lanes& w = *lanes_[0];
@@ -55,7 +55,7 @@ double SmoothDynamics::contact_limit(Simulation& s) {
       if (w.gap[i] >= entries_[batch.entry].reach || w.status[i] == cairn_apart) continue;
       const std::int64_t p = batch.first + i;
       const double radius = 1 / (grain_[2 * list_.a[p]] + grain_[2 * list_.b[p]]);
-      const double overlap = std::max(-w.gap[i], options.overlap * radius);
+      const double overlap = std::max(-w.gap[i], settings.overlap * radius);
       double k[3], reach;
       law_infos()[std::size_t(entry.law)].stiffness(1, &overlap, &radius, entry.params, k, &reach);
       damping = std::max(damping, k[2]);
@@ -71,10 +71,10 @@ double SmoothDynamics::contact_limit(Simulation& s) {
   return std::min(limit, pair_limit_);
 }
 
-void SmoothDynamics::refuse_step(double h) const {
+void SmoothDem::refuse_step(double h) const {
   std::ostringstream message;
   message << "dt is " << h << " s, beyond the stable step of " << pair_limit_
-          << " s of the lightest body and the stiffest law at an overlap of " << options.overlap
+          << " s of the lightest body and the stiffest law at an overlap of " << settings.overlap
           << " of its effective radius; give dt below it (a tenth is accurate), softer laws or heavier bodies, or "
              "SmoothDEM(unstable='warn')";
   throw Error(message.str());

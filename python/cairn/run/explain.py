@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from .stages import ORDER
-from .strategies import SmoothDEM
+from .. import _core
+from .strategies import NSCD, SmoothDEM
 
 
 def explain(simulation):
     """Text on stages, arrays, bytes, settings and scales."""
     strategy, bodies, contactors = simulation.strategy, simulation.bodies, simulation.contactors
     lines = [f"{len(bodies)} bodies, {len(contactors)} contactors, {simulation.scene.dim}D"]
-    lines += _smooth(simulation) if isinstance(strategy, SmoothDEM) else _nscd(simulation)
+    lines += ["", "Stages of a step: " + ", ".join(simulation.stage_names)]
+    lines += next(words for kind, words in WORDS.items() if isinstance(strategy, kind))(simulation)
     for title, fields in (("body", bodies.fields), ("contactor", contactors.fields)):
         active = [f for f in fields if f["active"]]
         lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
@@ -30,8 +31,7 @@ def explain(simulation):
 
 def _nscd(simulation):
     strategy = simulation.strategy
-    stages = [*ORDER, "project_positions"] if strategy.project_positions else ORDER
-    lines = ["", "Stages of a step: " + ", ".join(stages)]
+    lines = []
     margin = (
         "h x speed + 0.05 radius, for each body" if strategy.margin is None else f"{strategy.margin:g} m for a pair"
     )
@@ -53,9 +53,7 @@ def _nscd(simulation):
 
 def _smooth(simulation):
     strategy, dt, limit = simulation.strategy, simulation.dt, simulation.stable_step
-    stages = ["kick_and_drift", "find_neighbours", "compute_forces", "kick"]
-    lines = ["", "Stages of a step: " + ", ".join(stages)]
-    lines.append(f"Velocity Verlet; step {dt:g} s; pairs listed up to {simulation.skin:.3g} m beyond the reach of their law")
+    lines = [f"Velocity Verlet; step {dt:g} s; pairs listed up to {simulation.skin:.3g} m beyond the reach of their law"]
     if np.isfinite(limit):
         lines.append(
             f"Stable step {limit:.3g} s, from masses and from stiffness at an overlap of at least {strategy.overlap:g} of the "
@@ -65,6 +63,20 @@ def _smooth(simulation):
         lines.append("No stable step is known: no law moves a body yet")
     lines.append("The balance of energy is " + ("kept" if strategy.energy else "not kept (energy=False)"))
     return lines
+
+
+def _listed(simulation):
+    row = simulation.strategy.row
+    known, options = {r[0]: r for r in _core.strategies()}, _core.strategy_options(row)
+    settings = simulation.strategy.settings()
+    return [
+        f"Strategy {row}: {known[row][2]}; step {simulation.dt:g} s",
+        *(f"  {o['name']} {settings.get(o['name'], o['default'])!r}: {o['meaning']}" for o in options),
+    ]
+
+
+# what each class of strategies says of itself
+WORDS = {NSCD: _nscd, SmoothDEM: _smooth, object: _listed}
 
 
 def _scales(simulation):

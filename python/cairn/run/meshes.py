@@ -12,14 +12,13 @@ class Meshes:
 
     def __init__(self, simulation, core):
         self._core, self.meshes, self._loaded = core, [], set()
-        if simulation.strategy.project_positions:
-            raise ValueError("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies")
         self._core.forget_meshes()
         origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         for d, ids in sets_of_meshes(simulation):
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
             self.meshes.append(mesh)
             self._core.add_mesh(_model(mesh, origin))
+        self._core.check_scene()
         self._core.follow_meshes()
 
     def load(self, h):

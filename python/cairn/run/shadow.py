@@ -15,7 +15,6 @@ from .. import _core
 from ..names import listed
 from . import contact_problem
 from .stages import ORDER
-from .strategies import NSCD
 
 # What a stage makes, by which it is compared with its shadow: fields of bodies, all (n, components) in internal order.
 OUTPUTS = {
@@ -56,7 +55,7 @@ def add(simulation, stage, kernel, tol, folder, name):
     """Checks what was asked for; see Simulation.shadow."""
     if stage not in OUTPUTS:
         raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(OUTPUTS, stage)}")
-    if not isinstance(simulation.strategy, NSCD):
+    if not simulation.strategy.stages:
         raise ValueError("shadows need the stages of NSCD; this simulation has another strategy")
     if not (isinstance(tol, (int, float)) and tol >= 0 and math.isfinite(tol)):
         raise ValueError(f"tol is {tol!r}: give a number >= 0, relative to the largest value")

@@ -16,7 +16,7 @@ from ..pre import checks
 from . import restored, time_functions, views
 from .stages import Stages
 from .step_warnings import OverlapWarning, StepWarnings
-from .strategies import NSCD, SmoothDEM
+from .strategies import NSCD, STRATEGIES, Strategy
 
 
 class ShapesWarning(UserWarning):
@@ -26,7 +26,7 @@ class ShapesWarning(UserWarning):
 class Simulation:
     """A scene on the move: `step` and `run` move it, `stages` are the parts of a step.
 
-    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...) or SmoothDEM(...). overlap: what to do
+    scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: what to do
     when bodies overlap at the start by more than overlap_share of the smaller radius, of shapes that are not round half of
     their least width: "warn", "error" or "ignore".
 
@@ -84,9 +84,9 @@ class Simulation:
     @strategy.setter
     def strategy(self, value):
         self.between_steps("strategy")
-        self._given = _checked_strategy(value)
-        self._strategy = value.for_scene(self._core.scene)
-        self._core.set_strategy(self._strategy.settings())
+        chosen = _checked_strategy(value).for_scene(self._core.scene)
+        self._core.set_strategy(chosen.settings())
+        self._given, self._strategy = value, chosen
         self._core.check_laws()
         self._constant_force_set = False
         self._start_meshes()
@@ -138,8 +138,16 @@ class Simulation:
 
     @property
     def skin(self):
-        """Gap beyond the reach of a smooth law up to which pairs are listed [m]. Raises ValueError with NSCD."""
-        return self._core.skin()
+        """Gap beyond the reach of their law up to which SmoothDEM lists pairs [m]."""
+        figures = self._core.figures()
+        if "skin" not in figures:
+            raise ValueError(f"{type(self.strategy).__name__} has no skin: SmoothDEM has one")
+        return figures["skin"]
+
+    @property
+    def stage_names(self):
+        """Names of the stages of a step, in their order."""
+        return list(self._core.stages())
 
     def radii(self):
         """Radius of each body about its centre of mass, (n,) [m]: 0 for walls."""
@@ -286,8 +294,6 @@ class Simulation:
 
         if not isinstance(routine, Routine):
             raise ValueError(f"routine is {routine!r}: give cairn.plug(library, force=...) or cairn.plug(library, velocity=...)")
-        if isinstance(self.strategy, SmoothDEM):
-            raise ValueError("SmoothDEM calls no plugged routines of bodies: give NSCD")
         call = self._core.plug_force if routine.kind == "force" else self._core.plug_velocity
         call(routine._core, list(routine.params.values()))
 
@@ -474,11 +480,8 @@ class Simulation:
 
     def _start_meshes(self):
         """Gives the deformable bodies to the core; scenes without any load nothing for them."""
-        meshes = any(s.mesh is not None for s in self._sets)
-        if meshes and isinstance(self._strategy, SmoothDEM):
-            raise ValueError("SmoothDEM moves rigid bodies alone: give NSCD or Carpenter to scenes with deformable bodies")
         self._meshes = None
-        if meshes:
+        if any(s.mesh is not None for s in self._sets):
             from .meshes import Meshes
 
             self._meshes = Meshes(self, self._core)
@@ -489,11 +492,11 @@ class Simulation:
 
     def _apply_functions(self, h):
         t, end = self.time, self.time + h
-        theta = self.strategy.theta
+        late_share = self.strategy.end_share
         gravity = self.scene.gravity
         if callable(gravity):
             late, early = (checks.real_array("gravity", gravity(at), (self.scene.dim,)) for at in (end, t))
-            gravity = theta * late + (1 - theta) * early
+            gravity = late_share * late + (1 - late_share) * early
         self._core.set_gravity(_three(gravity))
         for ids, mask, alive, drive in self._driven:
             if callable(drive):
@@ -505,7 +508,7 @@ class Simulation:
                 if callable(force):
                     late = self._rows("force", self._call(force, end), alive)
                     early = self._rows("force", self._call(force, t), alive)
-                    forces[rows] += theta * late + (1 - theta) * early
+                    forces[rows] += late_share * late + (1 - late_share) * early
                 else:
                     forces[rows] += force[alive]
             self._core.assign_body("force", forces)
@@ -526,7 +529,7 @@ class Simulation:
 
     def _first_gaps(self):
         core = self._core
-        if isinstance(self.strategy, SmoothDEM):
+        if not self.strategy.stages:
             return core.contact("gap"), core.contact("bodies")
         core.begin_step(self._dt)
         try:
@@ -564,8 +567,8 @@ class Simulation:
 
 
 def _checked_strategy(strategy):
-    if not isinstance(strategy, (NSCD, SmoothDEM)):
-        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or cairn.SmoothDEM(...)")
+    if not isinstance(strategy, Strategy):
+        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or one of {', '.join(STRATEGIES)}")
     return strategy
 
 

@@ -19,7 +19,6 @@ import numpy as np
 
 from ..pre import checks
 from .contact_rows import ContactRows
-from .strategies import NSCD
 
 ORDER = (
     "predict_configuration",
@@ -70,7 +69,7 @@ class Stages:
         """A step of dt [s] begins, simulation.dt if None: loads, driven velocities and gravity are those of this step."""
         simulation = self._simulation
         simulation.between_steps("begin_step")
-        if not isinstance(simulation.strategy, NSCD):
+        if not simulation.strategy.stages:
             raise ValueError(f"{type(simulation.strategy).__name__} has no stages to be called: give NSCD, or call step()")
         h = simulation.ready(dt)
         self._core.begin_step(h)

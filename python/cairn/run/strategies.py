@@ -130,8 +130,25 @@ for _row in _core.problem_solvers():
     SOLVERS.setdefault(_row[1], solver_class(*_row))
 
 
+class Strategy:
+    """How a scene moves: a row of the core's list of strategies and its settings."""
+
+    row = ""  # its name in the core
+    stages = False  # those of NSCD, each of which can be called alone
+    pose = "moreau"  # the condition at contacts
+    end_share = 0.5  # of the end of the step in gravity and forces that change with time; the rest is of its start
+
+    def for_scene(self, core):
+        """This strategy with what it chooses by a scene of the core."""
+        return self
+
+    def settings(self):
+        """What the core reads: options by name, and `strategy`, the row."""
+        return {"strategy": self.row}
+
+
 @dataclass(frozen=True)
-class NSCD:
+class NSCD(Strategy):
     """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
 
     theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. solver: Default(...), NLGS(...), Auto(...), ...
@@ -166,13 +183,15 @@ class NSCD:
         if not isinstance(self.solver, ContactSolver) or not self.solver.name:
             raise ValueError(f"solver is {self.solver!r}: give cairn.NLGS(...), cairn.Auto(...) or one of {', '.join(SOLVERS)}")
 
+    row = "nscd"
+    stages = True
     explicit = False  # the bulk of deformable bodies is implicit
     unstable = "error"  # a step beyond the limit of an explicit bulk
-    pose = "moreau"  # the condition at contacts: a row of the kernels' poses, or Moreau's
 
-    def pose_params(self):
-        """The two numbers that the kernel of the pose takes."""
-        return (0.0, 0.0)
+    @property
+    def end_share(self):
+        """Of the end of the step in gravity and forces that change with time."""
+        return self.theta
 
     def for_scene(self, core):
         """This strategy with the solver that a simulation of this scene (of the core) takes."""
@@ -181,7 +200,7 @@ class NSCD:
     def settings(self):
         """What the core reads."""
         return {
-            "strategy": "nscd",
+            "strategy": self.row,
             "theta": float(self.theta),
             "margin": math.nan if self.margin is None else float(self.margin),
             "project_positions": bool(self.project_positions),
@@ -189,8 +208,6 @@ class NSCD:
             "act_on_surfaces": self.contact_point == "surface",
             "renumber_every": int(self.renumber_every),
             "threads": int(self.threads),
-            "pose": self.pose,
-            "pose_params": tuple(map(float, self.pose_params())),
             "explicit_bulk": self.explicit,
             "refuse_unstable": self.unstable == "error",
             **self.solver.settings(),
@@ -212,8 +229,8 @@ class Carpenter(NSCD):
     penalty: float | None = None
     unstable: str = "error"
 
+    row = pose = "carpenter"
     explicit = True
-    pose = "carpenter"
 
     def __post_init__(self):
         super().__post_init__()
@@ -223,9 +240,9 @@ class Carpenter(NSCD):
             checks.positive("penalty", self.penalty)
         one_of("unstable", self.unstable, ("error", "ignore"))
 
-    def pose_params(self):
-        """Stiffness of the penalty [N/m]; unused."""
-        return (math.inf if self.penalty is None else self.penalty, 0.0)
+    def settings(self):
+        """What the core reads."""
+        return {**super().settings(), "stiffness": math.inf if self.penalty is None else float(self.penalty)}
 
 
 @dataclass(frozen=True)
@@ -249,15 +266,15 @@ class GranularElement(NSCD):
         checks.positive("stiffness", self.stiffness)
         checks.positive("ratio", self.ratio)
 
-    pose = "granular_element"
+    row = pose = "granular_element"
 
-    def pose_params(self):
-        """Stiffness [N/m]; ratio of the tangential one to it."""
-        return (self.stiffness, self.ratio)
+    def settings(self):
+        """What the core reads."""
+        return {**super().settings(), "stiffness": float(self.stiffness), "ratio": float(self.ratio)}
 
 
 @dataclass(frozen=True)
-class SmoothDEM:
+class SmoothDEM(Strategy):
     """Explicit dynamics with smooth contacts (Cundall & Strack 1979): velocity Verlet, time-centred, unconstrained.
 
     Laws: LinearSpring, HertzMindlin, JKR. skin: gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth
@@ -274,7 +291,7 @@ class SmoothDEM:
     threads: int = 0
     renumber_every: int = 1000
 
-    theta = 0.5  # forces and gravity that change with time count with their mean over a step
+    row = "smooth_dem"
 
     def __post_init__(self):
         if self.skin is not None and checks.number("skin", self.skin) <= 0:
@@ -286,14 +303,10 @@ class SmoothDEM:
         checks.count("threads", self.threads, 0, MOST_THREADS)
         checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
 
-    def for_scene(self, core):
-        """This strategy: it chooses nothing by the scene."""
-        return self
-
     def settings(self):
         """What the core reads."""
         return {
-            "strategy": "smooth_dem",
+            "strategy": self.row,
             "skin": math.nan if self.skin is None else float(self.skin),
             "overlap": float(self.overlap),
             "refuse_unstable": self.unstable == "error",
@@ -301,3 +314,65 @@ class SmoothDEM:
             "threads": int(self.threads),
             "renumber_every": int(self.renumber_every),
         }
+
+
+class Listed(Strategy):
+    """A strategy that is a row of the core's list alone: its options by their names there."""
+
+    def __init__(self, **options):
+        rows = {row["name"]: row for row in _core.strategy_options(self.row)}
+        self._options = {}
+        for name, value in options.items():
+            row = rows[one_of("option of " + self.row, name, tuple(rows))]
+            self._options[name] = _checked_option(row, value)
+        for name in rows:
+            setattr(self, name, self._options.get(name, rows[name]["default"]))
+
+    def __eq__(self, other):
+        return isinstance(other, Listed) and self.settings() == other.settings()
+
+    def __hash__(self):
+        return hash(tuple(sorted(self.settings().items())))
+
+    def __repr__(self):
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self._options.items())})"
+
+    def settings(self):
+        """What the core reads."""
+        return {"strategy": self.row, **self._options}
+
+
+def _checked_option(row, value):
+    """A value of the kind and range that a row of the core's options names."""
+    name = row["name"]
+    if row["kind"] == "text":
+        return one_of(name, value, tuple(row["texts"]))
+    if row["kind"] == "flag":
+        return bool(checks.flag(name, value))
+    value = int(checks.count(name, value, -checks.INT32, checks.INT32)) if row["kind"] == "whole" else checks.number(name, value)
+    low = value >= row["smallest"] if row["ends"][0] == "[" else value > row["smallest"]
+    high = value <= row["largest"] if row["ends"][1] == "]" else value < row["largest"]
+    if not (low and high):
+        ends = f"{row['ends'][0]}{row['smallest']:g}, {row['largest']:g}{row['ends'][1]}"
+        raise ValueError(f"{name} is {value}: give a value in {ends}, {row['meaning']}")
+    return value
+
+
+def _listed_class(row, python_name, summary, laws):
+    """The class of a strategy that has none of its own in this file."""
+    lines = [f"{summary[0].upper()}{summary[1:]}.", "", f"Laws: {', '.join(laws)}."]
+    lines += [f"{o['name']}: {o['meaning']} ({o['default']!r})." for o in _core.strategy_options(row)]
+    body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "__qualname__": python_name}
+    return type(python_name, (Listed,), body)
+
+
+# one class for each row of the core's list of strategies, by its name in Python
+STRATEGIES = {"NSCD": NSCD, "Carpenter": Carpenter, "GranularElement": GranularElement, "SmoothDEM": SmoothDEM}
+for _row in _core.strategies():
+    STRATEGIES.setdefault(_row[1], _listed_class(*_row))
+
+
+def strategy(name, **options):
+    """A strategy by its name in the core's list ("nscd", "smooth_dem", ...) or in Python, with options of its class."""
+    known = {**{row[0]: STRATEGIES[row[1]] for row in _core.strategies()}, **STRATEGIES}
+    return known[one_of("strategy", name, tuple(known))](**options)

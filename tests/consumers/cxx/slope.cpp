@@ -18,7 +18,7 @@ int main() {
   cairn::LawTable laws({"rock"});
   const double mu[] = {0.5};
   laws.set(0, 0, cairn::Law::signorini_coulomb, mu);
-  cairn::Nscd strategy;
+  cairn::NscdOptions strategy;
   strategy.solver = {1e-8, 1, 100, 1};
   cairn::Simulation simulation(scene, laws, strategy);
   for (int step = 0; step < 100; ++step) simulation.step(1e-3);

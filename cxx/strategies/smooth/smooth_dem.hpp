@@ -5,6 +5,7 @@
 #include <array>
 
 #include "../simulation.hpp"
+#include "../strategy.hpp"
 #include "cairn/core.h"
 
 namespace cairn {
@@ -36,16 +37,16 @@ struct NeighbourList {
   bool valid = false;
 };
 
-class SmoothDynamics {
+class SmoothDem final : public Strategy {
 public:
-  SmoothDynamics(const Simulation& simulation, const SmoothDem& options);
-  ~SmoothDynamics();
+  explicit SmoothDem(const SmoothDemOptions& options);
+  ~SmoothDem() override;
 
-  SmoothDem options;
+  SmoothDemOptions settings;
 
-  // One step; see step.cpp. What is refused is refused before anything moves. A step that ends in velocities that are
-  // no numbers throws and leaves bodies where they are: go back to a checkpoint.
-  const StepReport& step(Simulation& s, double h);
+  // What is refused is refused before anything moves. A step that ends in velocities that are no numbers throws and
+  // leaves bodies where they are: go back to a checkpoint.
+  const StepReport& step(Simulation& s, double h) override;
 
   // The stages of step(), in its order.
   void begin_step(Simulation& s, double h);
@@ -54,25 +55,37 @@ public:
   void compute_forces(Simulation& s);
   void kick(Simulation& s);
 
+  std::vector<std::string_view> stages(const Simulation& s) const override;
+  std::vector<Option> options() override;
+  std::unique_ptr<Strategy> fresh() const override;
+  bool take_settings(Simulation& s, const Strategy& other) override;
+  void check_scene(const Simulation& s) const override;
+  void check_laws(const Simulation& s) const override;
+  bool serves(const LawInfo& law) const override { return law.force != nullptr; }
+  void changed(Simulation& s, bool places) override;
+  double stable_step(Simulation& s) override;
+  std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override;
+
   // Pairs that act, as candidates: gap, normal and point of now. Their forces are those of the last step.
-  void view(Simulation& s);
+  void view(Simulation& s) override;
+  bool has(const ContactFieldInfo& field) const override;
+  void read(Simulation& s, std::string_view field, int components, double* out) override;
   void force_space(double* out) const;                            // (dim, count) on A [N]
   void force_local(const Simulation& s, double* out) const;       // along n, t [, s]
   void relative_velocity(const Simulation& s, double* out) const; // (dim, count) local [m/s]
-  void status(const Simulation& s, std::int32_t* out) const;      // see cairn_contact_status
+  void status(Simulation& s, std::int32_t* out) override;
 
   // Steps beyond which motion is unstable: of a pair of the lightest bodies, and of the contacts as they stand [s].
   double pair_limit(const Simulation& s) const;
   double contact_limit(Simulation& s);
   double skin() const;
 
-  // Bodies, laws or places changed from outside: the list and the forces are made anew.
-  void invalidate(bool forces = true);
-  ContactMemory memory(const Simulation& s) const;
-  void restore(ContactMemory memory);
-  void move_images(const std::vector<std::array<int, 3>>& moved);
-  void lean_images(int k, int i, int cells);
-  std::int64_t body_bytes() const, contact_bytes() const;
+  ContactMemory memory(const Simulation& s) const override;
+  void restore(Simulation& s, ContactMemory memory) override;
+  void move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) override;
+  void lean_images(int k, int i, int cells) override;
+  std::int64_t body_bytes() const override;
+  std::int64_t contact_bytes() const override;
 
 private:
   struct Lanes;
@@ -103,7 +116,7 @@ private:
   [[noreturn]] void refuse_step(double h) const;
   std::int64_t tiles(const Simulation& s) const;
 
-  int dim_;
+  int dim_ = 0;
   double h_ = 0, moved_ = 0; // way that bodies may have gone since the list was made [m]
   bool forces_known_ = false, balanced_ = false;
   std::int64_t lists_made_ = 0;

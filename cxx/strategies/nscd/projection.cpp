@@ -3,31 +3,31 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../base/call.hpp"
-#include "simulation.hpp"
+#include "../../base/call.hpp"
+#include "nscd.hpp"
 
 namespace cairn {
 
-ContactMemory Simulation::projection_memory() const { return projector_ ? projector_->memory() : ContactMemory{}; }
+ContactMemory Nscd::projection_memory() const { return projector_ ? projector_->memory() : ContactMemory{}; }
 
-void Simulation::restore_projection(ContactMemory memory) {
-  if (!projector_) projector_.emplace(scene.dim);
+void Nscd::restore_projection(const Simulation& s, ContactMemory memory) {
+  if (!projector_) projector_.emplace(s.scene.dim);
   projector_->restore(std::move(memory));
 }
 
 // A condition on the gap at the end, without friction: overlap is pushed back.
-const LawTable& Simulation::projection_laws() {
-  if (!projection_laws_ || projection_laws_->materials() < laws.materials()) {
+const LawTable& Nscd::projection_laws(const Simulation& s) {
+  if (!projection_laws_ || projection_laws_->materials() < s.laws.materials()) {
     const double mu = 0;
-    projection_laws_.emplace(std::vector<std::string>(std::size_t(laws.materials())));
+    projection_laws_.emplace(std::vector<std::string>(std::size_t(s.laws.materials())));
     projection_laws_->set_default(Law::gap_coulomb, {&mu, 1});
   }
   return *projection_laws_;
 }
 
-void Simulation::project_positions() {
-  Bodies& b = scene.bodies;
-  const int nd = b.dofs(), dim = scene.dim;
+void Nscd::project_positions(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const int nd = b.dofs(), dim = s.scene.dim;
   b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
   reaction_kept_ = b.reaction.values;
   std::fill(b.velocity.values.begin(), b.velocity.values.end(), 0.0);
@@ -41,22 +41,23 @@ void Simulation::project_positions() {
   if (!projector_) projector_.emplace(dim);
   Margin margin{};
   margin.per_contactor = margins_.data();
-  if (std::isnan(strategy.margin))
-    measure_margins();
+  if (std::isnan(settings.margin))
+    measure_margins(s);
   else
-    margin = {strategy.margin, nullptr};
-  handler.detect(b, scene.contactors, scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
-                 &laws.rules());
-  projector_->assemble(b, scene.contactors, projection_candidates_, projection_laws(), scene.cell, h_, strategy.theta);
-  const SolveReport solved = projector_->solve(b, strategy.solver);
+    margin = {settings.margin, nullptr};
+  s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
+                   &s.laws.rules());
+  projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_,
+                       settings.theta);
+  const SolveReport solved = projector_->solve(b, settings.solver);
   projector_->update_velocity(b);
   projector_->commit();
-  report.projection_error = solved.error;
+  s.report.projection_error = solved.error;
 
   double potential = 0;
   for (std::int64_t i = 0; i < b.count; ++i)
     if (std::isfinite(*b.mass[i]))
-      for (int d = 0; d < dim; ++d) potential -= *b.mass[i] * scene.gravity[d] * h_ * b.velocity[i][d];
+      for (int d = 0; d < dim; ++d) potential -= *b.mass[i] * s.scene.gravity[d] * h_ * b.velocity[i][d];
   cairn_theta_advance(dim, nd, b.count, h_, b.velocity.values.data(), b.position.values.data(),
                       dim == 2 && b.rotation.active ? b.rotation.values.data() : nullptr);
   if (dim == 3 && b.rotation.active) {
@@ -66,12 +67,12 @@ void Simulation::project_positions() {
   }
   b.velocity_begin.values.swap(b.velocity.values);
   b.reaction.values.swap(reaction_kept_);
-  scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
-  energy.potential += potential;
-  energy.work_projection += potential;
-  energy.turned_over += std::abs(potential);
-  energy.in_play = energy.largest_kinetic + energy.turned_over;
-  report.energy = energy;
+  s.scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
+  s.energy.potential += potential;
+  s.energy.work_projection += potential;
+  s.energy.turned_over += std::abs(potential);
+  s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
+  s.report.energy = s.energy;
 }
 
 } // namespace cairn

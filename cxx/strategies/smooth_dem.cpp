@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "../../base/call.hpp"
-#include "../../base/threads.hpp"
-#include "lanes.hpp"
+#include "../base/call.hpp"
+#include "../base/threads.hpp"
+#include "options.hpp"
+#include "smooth/lanes.hpp"
 
 namespace cairn {
 namespace {
@@ -18,8 +19,8 @@ const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<co
 
 } // namespace
 
-const StepReport& SmoothDynamics::step(Simulation& s, double h) {
-  const Threads threads(options.threads, s.scene.bodies.count);
+const StepReport& SmoothDem::step(Simulation& s, double h) {
+  const Threads threads(settings.threads, s.scene.bodies.count);
   begin_step(s, h);
   s.timed("kick_and_drift", [&] { kick_and_drift(s); });
   s.timed("find_neighbours", [&] { find_neighbours(s); });
@@ -28,17 +29,64 @@ const StepReport& SmoothDynamics::step(Simulation& s, double h) {
   return s.report;
 }
 
+std::vector<std::string_view> SmoothDem::stages(const Simulation&) const {
+  return {"kick_and_drift", "find_neighbours", "compute_forces", "kick"};
+}
+
+std::unique_ptr<Strategy> make_smooth_dem() {
+  return std::make_unique<SmoothDem>(standard_options<SmoothDemOptions>());
+}
+
+std::vector<Option> SmoothDem::options() { return rows_of(settings); }
+
+std::unique_ptr<Strategy> SmoothDem::fresh() const { return std::make_unique<SmoothDem>(settings); }
+
+bool SmoothDem::take_settings(Simulation& s, const Strategy& other) {
+  const auto* same = dynamic_cast<const SmoothDem*>(&other);
+  if (!same) return false;
+  settings = same->settings;
+  changed(s, false);
+  return true;
+}
+
+void SmoothDem::check_scene(const Simulation& s) const {
+  if (!s.meshes.empty()) throw Error("SmoothDEM moves rigid bodies alone: keep NSCD for deformable ones");
+  if (!s.forces.empty() || s.free_velocity)
+    throw Error("SmoothDEM calls no plugged routines of bodies, and this simulation has some: keep NSCD");
+}
+
+void SmoothDem::check_laws(const Simulation& s) const {
+  for (int e = 0; e < s.laws.entries(); ++e)
+    if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
+      throw Error(
+          "law " + law.python_name +
+          " has no force that a gap and a velocity give, which SmoothDEM needs; give LinearSpring, HertzMindlin "
+          "or JKR, or use NSCD");
+}
+
+double SmoothDem::stable_step(Simulation& s) {
+  view(s);
+  return contact_limit(s);
+}
+
+std::vector<std::pair<std::string_view, double>> SmoothDem::figures(Simulation& s) {
+  view(s);
+  return {{"skin", skin()}};
+}
+
 // Order is state, and changes with the number of the step alone. The first forces are those of the places at the start.
-void SmoothDynamics::begin_step(Simulation& s, double h) {
+void SmoothDem::begin_step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  dim_ = s.scene.dim;
+  check_scene(s);
   check_bodies(s);
-  if (s.steps > 0 && s.steps % options.renumber_every == 0) {
+  if (s.steps > 0 && s.steps % settings.renumber_every == 0) {
     remember(s);
     s.scene.renumber();
   }
   if (s.scene.cell.any()) s.wrap_into_cell();
   if (list_is_old(s)) make_list(s);
-  if (options.refuse_unstable && h > pair_limit_) refuse_step(h);
+  if (settings.refuse_unstable && h > pair_limit_) refuse_step(h);
   if (!forces_known_) {
     h_ = 0;
     compute_forces(s);
@@ -47,7 +95,7 @@ void SmoothDynamics::begin_step(Simulation& s, double h) {
   h_ = h;
 }
 
-void SmoothDynamics::kick_and_drift(Simulation& s) {
+void SmoothDem::kick_and_drift(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const std::int64_t n = tiles(s);
   sums_.resize(std::max<std::size_t>(sums_.size(), sums_of_tile * n));
@@ -78,7 +126,7 @@ void SmoothDynamics::kick_and_drift(Simulation& s) {
   moved_ += h_ * (std::sqrt(linear) + arm_ * std::sqrt(spin)) + walls_move(s);
 }
 
-void SmoothDynamics::find_neighbours(Simulation& s) {
+void SmoothDem::find_neighbours(Simulation& s) {
   if (list_is_old(s)) {
     make_list(s);
     s.report.stable_step = contact_limit(s);
@@ -86,7 +134,7 @@ void SmoothDynamics::find_neighbours(Simulation& s) {
   place_contactors(s);
 }
 
-void SmoothDynamics::compute_forces(Simulation& s) {
+void SmoothDem::compute_forces(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const std::int64_t n = tiles(s);
   if (!forces_known_) place_contactors(s);
@@ -103,14 +151,14 @@ void SmoothDynamics::compute_forces(Simulation& s) {
   forces_known_ = true;
 }
 
-void SmoothDynamics::kick(Simulation& s) {
+void SmoothDem::kick(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const std::int64_t n = tiles(s);
   std::int64_t wrong = -1;
 #pragma omp parallel for schedule(static) reduction(max : wrong)
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
-    double* terms = options.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
+    double* terms = settings.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
     if (plain_tile(s, first, last))
       cairn_verlet_end_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
                                b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
@@ -121,7 +169,7 @@ void SmoothDynamics::kick(Simulation& s) {
   }
   account(s, n);
   s.candidates.count = 0;
-  s.contacts_known_ = false;
+  s.contacts_known = false;
   s.report.step = ++s.steps;
   s.report.h = h_;
   s.report.time = s.report.time_detection = s.time += h_;
@@ -135,14 +183,14 @@ void SmoothDynamics::kick(Simulation& s) {
 }
 
 // Whether nothing but contacts and gravity moves the bodies of a tile of spheres.
-bool SmoothDynamics::plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const {
+bool SmoothDem::plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const {
   const Bodies& b = s.scene.bodies;
   if (!records_ || b.force.active || b.damping.active) return false;
   return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
 }
 
 // Sums of the tiles in their order. d(T + U + stored) = W - D + closure, which is the error of the scheme, O(dt^2).
-void SmoothDynamics::account(Simulation& s, std::int64_t n) {
+void SmoothDem::account(Simulation& s, std::int64_t n) {
   double sum[sums_of_tile] = {};
   for (std::int64_t t = 0; t < n; ++t) {
     const double* of = &sums_[sums_of_tile * t];
@@ -152,7 +200,7 @@ void SmoothDynamics::account(Simulation& s, std::int64_t n) {
   s.report.solve = {};
   s.report.solve.penetration = sum[2];
   s.report.contacts = s.report.solve.contacts = std::int64_t(sum[3]);
-  if (!options.energy) return;
+  if (!settings.energy) return;
   Energy& e = s.energy;
   const double kinetic = sum[4], potential = sum[5], external = sum[6], driven = sum[7], bulk = sum[8], stored = sum[9],
                normal = sum[10], friction = sum[11];

@@ -1,0 +1,128 @@
+// Non-Smooth Contact Dynamics (Moreau 1988, Jean 1999): the step on one page, and what the strategy is to others.
+
+#include "nscd/nscd.hpp"
+#include "../base/call.hpp"
+#include "../base/threads.hpp"
+#include "../solvers/problems/friction_problem.hpp"
+#include "options.hpp"
+
+namespace cairn {
+
+const StepReport& Nscd::step(Simulation& s, double h) {
+  begin_step(s, h);
+  const Threads threads(settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
+  try {
+    // The configuration is predicted first: the free spin of a body depends on how it then stands.
+    s.timed("predict_configuration", [&] { predict_configuration(s); });
+    s.timed("compute_free_velocity", [&] { compute_free_velocity(s); });
+    s.timed("detect_contacts", [&] { detect_contacts(s); });
+    s.timed("prepare_contacts", [&] { prepare_contacts(s); });
+    s.timed("solve_contacts", [&] { solve_contacts(s); });
+    s.timed("update_velocity", [&] { update_velocity(s); });
+    s.timed("commit_contacts", [&] { commit_contacts(s); }); // refuses what a user's law gives back that is no number
+  } catch (...) {
+    undo_step(s);
+    throw;
+  }
+  s.timed("update_configuration", [&] { update_configuration(s); });
+  if (settings.project_positions) s.timed("project_positions", [&] { project_positions(s); });
+  return s.report;
+}
+
+std::vector<std::string_view> Nscd::stages(const Simulation&) const {
+  std::vector<std::string_view> names = {"predict_configuration", "compute_free_velocity", "detect_contacts",
+                                         "prepare_contacts",      "solve_contacts",        "update_velocity",
+                                         "commit_contacts",       "update_configuration"};
+  if (settings.project_positions) names.push_back("project_positions");
+  return names;
+}
+
+std::unique_ptr<Strategy> make_nscd() { return std::make_unique<Nscd>(); }
+
+Nscd::Nscd() : Nscd(standard_options<NscdOptions>()) {}
+
+Nscd::Nscd(const NscdOptions& options) : settings(options) {
+  name = "nscd";
+  if (!(settings.theta >= 0.5 && settings.theta <= 1))
+    throw Error("theta is " + std::to_string(settings.theta) +
+                "; give a value in [1/2, 1], below 1/2 the method is unstable");
+}
+
+std::vector<Option> Nscd::options() { return rows_of(settings); }
+
+void Nscd::check_options() const {
+  if (settings.solver.min_iterations > settings.solver.max_iterations)
+    throw Error("min_iter is " + std::to_string(settings.solver.min_iterations) + ", above max_iter, " +
+                std::to_string(settings.solver.max_iterations) + ": give them in this order");
+}
+
+std::vector<std::string> Nscd::texts_of(std::string_view option) const {
+  std::vector<std::string> names;
+  if (option == "solver")
+    for (const ProblemSolverInfo& s : problem_solvers()) names.push_back(s.name);
+  return names;
+}
+
+std::unique_ptr<Strategy> Nscd::fresh() const {
+  auto made = std::make_unique<Nscd>(settings);
+  made->name = name;
+  return made;
+}
+
+bool Nscd::take_settings(Simulation&, const Strategy& other) {
+  const auto* same = dynamic_cast<const Nscd*>(&other);
+  if (!same) return false;
+  settings = same->settings;
+  name = same->name;
+  return true;
+}
+
+void Nscd::check_scene(const Simulation& s) const {
+  if (settings.project_positions && !s.meshes.empty())
+    throw Error("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies");
+}
+
+void Nscd::check_laws(const Simulation& s) const {
+  for (int e = 0; e < s.laws.entries(); ++e)
+    if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
+      throw Error("law " + law.python_name +
+                  " gives a force and no condition on impulses, which NSCD needs; give Coulomb, Restitution or the "
+                  "like, or use SmoothDEM");
+}
+
+ContactMemory Nscd::memory(const Simulation& s) const { return s.interactions.memory(); }
+void Nscd::restore(Simulation& s, ContactMemory memory) { s.interactions.restore(std::move(memory)); }
+
+void Nscd::move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) {
+  if (projector_) projector_->restore(s.after_move(projector_->memory(), moved));
+}
+
+void Nscd::lean_images(int k, int i, int cells) {
+  if (projector_) projector_->restore(after_lean(projector_->memory(), k, i, cells));
+}
+
+void Nscd::read(Simulation& s, std::string_view field, int components, double* out) {
+  if (!s.contacts_known)
+    std::fill_n(out, components * s.candidates.count, 0.0);
+  else if (field == "impulse")
+    s.interactions.impulse_space(out);
+  else if (field == "impulse_local")
+    s.interactions.impulse_local(out);
+  else if (field == "moment")
+    s.interactions.moment_space(out);
+  else if (field == "relative_velocity")
+    s.interactions.relative_velocity(out);
+  else
+    s.interactions.dissipated(out);
+}
+
+void Nscd::status(Simulation& s, std::int32_t* out) {
+  if (s.contacts_known) s.interactions.status(out);
+}
+
+Nscd& stages_of(Simulation& s) {
+  if (auto* nscd = dynamic_cast<Nscd*>(&s.strategy())) return *nscd;
+  throw Error("the strategy " + s.strategy().name + " has no stages of NSCD");
+}
+
+} // namespace cairn

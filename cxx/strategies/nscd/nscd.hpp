@@ -1,0 +1,77 @@
+// Non-Smooth Contact Dynamics (Moreau 1988, Jean 1999): its settings and its stages. The step is a page, nscd.cpp;
+// Carpenter's scheme and the granular element method are the same step with another pose.
+#pragma once
+#include <optional>
+
+#include "../simulation.hpp"
+#include "../strategy.hpp"
+
+namespace cairn {
+
+class Nscd final : public Strategy {
+public:
+  Nscd();
+  explicit Nscd(const NscdOptions& options);
+
+  NscdOptions settings;
+
+  // One step of length h. When it cannot be made, throws and leaves bodies, time and what contacts remember as they
+  // were; the contacts of the last step can no longer be read.
+  const StepReport& step(Simulation& s, double h) override;
+
+  // The stages of step(), in its order.
+  void begin_step(Simulation& s, double h);
+  void predict_configuration(Simulation& s);
+  void compute_free_velocity(Simulation& s);
+  void detect_contacts(Simulation& s);
+  void prepare_contacts(Simulation& s);
+  void solve_contacts(Simulation& s);
+  void update_velocity(Simulation& s);
+  void update_configuration(Simulation& s);
+  void commit_contacts(Simulation& s);
+  void project_positions(Simulation& s);
+  void undo_step(Simulation& s);
+
+  std::vector<std::string_view> stages(const Simulation& s) const override;
+  std::vector<Option> options() override;
+  void check_options() const override;
+  std::vector<std::string> texts_of(std::string_view option) const override;
+  std::unique_ptr<Strategy> fresh() const override;
+  bool take_settings(Simulation& s, const Strategy& other) override;
+  void check_scene(const Simulation& s) const override;
+  void check_laws(const Simulation& s) const override;
+  bool serves(const LawInfo& law) const override { return law.prepare != nullptr; }
+  ContactMemory memory(const Simulation& s) const override;
+  void restore(Simulation& s, ContactMemory memory) override;
+  ContactMemory projection_memory() const override;
+  void restore_projection(const Simulation& s, ContactMemory memory) override;
+  void move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) override;
+  void lean_images(int k, int i, int cells) override;
+  void read(Simulation& s, std::string_view field, int components, double* out) override;
+  void status(Simulation& s, std::int32_t* out) override;
+  std::int64_t body_bytes() const override { return std::int64_t(margins_.capacity() * sizeof(double)); }
+
+private:
+  void save_begin(Simulation& s);
+  void make_bonds(Simulation& s);
+  void measure_margins(Simulation& s);
+  void check_free_velocity(const Simulation& s) const;
+  void add_plugged_forces(Simulation& s);
+  void leave_plugged_forces(Simulation& s);
+  void account(Simulation& s, const ContactEnergy& contacts);
+  const LawTable& projection_laws(const Simulation& s);
+
+  double h_ = 0;
+  bool begun_ = false;
+  Cell cell_begin_;
+  Array<double> margins_, force_given_;
+  std::optional<Interactions> projector_; // of project_positions, with a memory of its own
+  Candidates projection_candidates_;
+  std::optional<LawTable> projection_laws_;
+  Array<double> reaction_kept_;
+};
+
+// The stages of a simulation that NSCD moves; throws Error where another strategy does.
+Nscd& stages_of(Simulation& s);
+
+} // namespace cairn

@@ -1,0 +1,278 @@
+// The stages of NSCD: what step() calls, one function each.
+#include <algorithm>
+#include <cmath>
+
+#include "../../base/call.hpp"
+#include "nscd.hpp"
+
+namespace cairn {
+namespace {
+
+template <class T>
+auto pointer(Field<T>& field) {
+  return field.active ? field.values.data() : nullptr;
+}
+
+const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
+
+} // namespace
+
+void Nscd::begin_step(Simulation& s, double h) {
+  if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
+  check_scene(s);
+  check_laws(s);
+  h_ = h;
+  // Order is state, and changes with the number of the step alone.
+  if (s.steps > 0 && s.steps % settings.renumber_every == 0) s.scene.renumber();
+  if (s.scene.cell.any()) s.wrap_into_cell(); // what was put outside; the images of contacts follow
+  s.place_meshes();
+  save_begin(s);
+  make_bonds(s);
+  begun_ = true;
+}
+
+void Nscd::save_begin(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  b.position_begin.values = b.position.values;
+  b.velocity_begin.values = b.velocity.values;
+  if (b.rotation.active) b.rotation_begin.values = b.rotation.values;
+  if (b.angular_momentum.active) b.momentum_begin.values = b.angular_momentum.values;
+  cell_begin_ = s.scene.cell;
+}
+
+void Nscd::undo_step(Simulation& s) {
+  if (!begun_) return;
+  leave_plugged_forces(s);
+  Bodies& b = s.scene.bodies;
+  b.position.values = b.position_begin.values;
+  b.velocity.values = b.velocity_begin.values;
+  if (b.rotation.active) b.rotation.values = b.rotation_begin.values;
+  if (b.angular_momentum.active) {
+    b.angular_momentum.values = b.momentum_begin.values;
+    // of bodies whose spin is driven it followed their orientation
+    cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity.values.data(),
+                          b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
+  }
+  s.scene.cell = cell_begin_;
+  begun_ = false;
+  s.forget_contacts();
+}
+
+// q_m = q + h (1 - theta) v
+void Nscd::predict_configuration(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const double ahead = h_ * (1 - settings.theta);
+  cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
+                      s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+  if (s.scene.dim == 3 && b.rotation.active) {
+    std::int64_t unsolved = 0;
+    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+                 pointer(b.angular_momentum), bits(b.driven), &unsolved);
+    s.report.unresolved_rotations = unsolved;
+  }
+  if (b.angular_momentum.active) { // of bodies whose spin is driven: they turned with their spin
+    cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
+                          b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
+    b.momentum_begin.values = b.angular_momentum.values;
+  }
+  s.advance_cell(ahead);
+}
+
+void Nscd::compute_free_velocity(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  s.follow_meshes();
+  if (!s.forces.empty()) add_plugged_forces(s);
+  cairn_theta_free_velocity(s.scene.dim, b.dofs(), b.count, h_, settings.theta, s.scene.gravity.data(),
+                            b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
+                            b.velocity_free.values.data(), b.inverse_mass.values.data(), pointer(b.force),
+                            pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
+  if (b.angular_momentum.active) {
+    cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
+                          b.inverse_inertia.values.data(), bits(b.driven));
+    cairn_free_spin(b.count, h_, settings.theta, b.inertia.values.data(), b.angular_momentum.values.data(),
+                    b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
+                    pointer(b.force), pointer(b.damping), bits(b.driven));
+  }
+  if (!s.meshes.empty()) {
+    const BulkStep bulk = !settings.explicit_bulk    ? BulkStep::implicit
+                          : settings.refuse_unstable ? BulkStep::central_difference
+                                                     : BulkStep::unchecked_central_difference;
+    for (MeshBody& mesh : s.meshes.meshes) mesh.free_velocity(b, s.scene.gravity.data(), h_, settings.theta, bulk);
+    for (const MeshBody& mesh : s.meshes.meshes) mesh.follow(b);
+  }
+  if (!s.free_velocity) return;
+  s.free_velocity->routine(s.scene.dim, b.dofs(), b.count, h_, settings.theta, s.time, s.free_velocity->params.data(),
+                           b.id.values.data(), b.mass.values.data(), b.inertia.values.data(), b.position.values.data(),
+                           b.velocity.values.data(), bits(b.driven), b.velocity_free.values.data(),
+                           b.inverse_mass.values.data());
+  for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
+    if (!(b.inverse_mass.values[i] >= 0) || !std::isfinite(b.inverse_mass.values[i]))
+      throw Error("the plugged free velocity " + s.free_velocity->name + " gave the inverse mass " +
+                  std::to_string(b.inverse_mass.values[i]) + " to body " + std::to_string(*b.id[i / b.dofs()]) +
+                  ": give finite numbers >= 0");
+}
+
+// Beside the forces that were given; these come back when the step is accounted for.
+void Nscd::add_plugged_forces(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  if (!b.force.active) b.force.activate(b.count);
+  force_given_ = b.force.values;
+  for (const PluggedForce& f : s.forces) {
+    f.routine(s.scene.dim, b.dofs(), b.count, s.time + settings.theta * h_, f.params.data(), b.id.values.data(),
+              b.mass.values.data(), b.position.values.data(), b.velocity.values.data(), b.force.values.data());
+    for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
+      if (!std::isfinite(b.force.values[i]))
+        throw Error("the plugged body force " + f.name + " gave " + std::to_string(b.force.values[i]) + " to body " +
+                    std::to_string(*b.id[i / b.dofs()]) + ": give finite numbers");
+  }
+}
+
+void Nscd::leave_plugged_forces(Simulation& s) {
+  if (!force_given_.empty()) s.scene.bodies.force.values.swap(force_given_);
+  force_given_.clear();
+}
+
+// Forces and steps that are each in order may together be too much for a double.
+void Nscd::check_free_velocity(const Simulation& s) const {
+  const Bodies& b = s.scene.bodies;
+  for (std::int64_t i = 0; i < b.count; ++i)
+    for (int k = 0; k < b.dofs(); ++k)
+      if (!std::isfinite(b.velocity_free[i][k]))
+        throw Error("velocity of body " + std::to_string(*b.id[i]) + " would not be finite after a step of " +
+                    std::to_string(h_) + " s; give smaller forces, a smaller dt or a larger mass");
+}
+
+// A pair is a candidate if it could close within the step at the speeds at hand, and a little beyond: five hundredths
+// of a radius each, for what collisions may add to the speeds.
+void Nscd::measure_margins(Simulation& s) {
+  const Bodies& b = s.scene.bodies;
+  const Contactors& c = s.scene.contactors;
+  const int nd = b.dofs(), dim = s.scene.dim;
+  margins_.resize(c.count);
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const double* v = b.velocity[*c.body[k]];
+    const double* v_free = b.velocity_free[*c.body[k]];
+    double begin = 0, free = 0, arm = 0, spin = 0;
+    for (int d = 0; d < dim; ++d) begin += v[d] * v[d], free += v_free[d] * v_free[d];
+    if (c.offset.active) {
+      for (int d = 0; d < dim; ++d) arm += c.offset[k][d] * c.offset[k][d];
+      for (int d = dim; d < nd; ++d) spin += v_free[d] * v_free[d];
+    }
+    const double grain = info(Shape(*c.shape[k])).ball() ? *c.radius[k] : 0;
+    margins_[k] = 0.05 * grain + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
+    if (s.meshes.empty() || !s.meshes.carries(*c.body[k])) continue;
+    // a node has no size: what a cell has counts instead
+    margins_[k] = 0.05 * s.meshes.meshes[s.meshes.mesh_of(*c.body[k])].size() + h_ * std::sqrt(std::max(begin, free));
+  }
+}
+
+void Nscd::detect_contacts(Simulation& s) {
+  check_free_velocity(s);
+  Margin margin{};
+  if (std::isnan(settings.margin)) {
+    measure_margins(s);
+    margin.per_contactor = margins_.data();
+  } else {
+    margin.constant = settings.margin;
+  }
+  std::vector<DeclaredPair>& declared = s.handler.declared();
+  declared.clear();
+  const auto bonding = [](Law law) { return law_infos()[std::size_t(law)].bonds(); };
+  if (std::any_of(s.laws.laws().begin(), s.laws.laws().end(), bonding))
+    for (const ContactKey& key : s.interactions.bonds()) {
+      const std::int32_t a = s.contactor(key.contactor_a), b = s.contactor(key.contactor_b);
+      if (a < 0 || b < 0) continue;
+      const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
+      if (entry >= 0 && bonding(s.laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
+    }
+  s.contacts_known = false;
+  s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates, {},
+                   &s.interactions.scratch(), &s.laws.rules());
+}
+
+void Nscd::prepare_contacts(Simulation& s) {
+  if (!settings.warm_start) s.interactions.forget_impulses();
+  s.interactions.act_on_surfaces(settings.act_on_surfaces);
+  s.interactions.hold_at_detection(settings.act_on_surfaces || settings.pose.kernel);
+  s.interactions.pose(settings.pose);
+  s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, settings.theta,
+                          &s.meshes);
+  s.contacts_known = true;
+}
+
+void Nscd::solve_contacts(Simulation& s) { s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver); }
+
+void Nscd::update_velocity(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  if (b.reaction.active) std::fill(b.reaction.values.begin(), b.reaction.values.end(), 0.0);
+  std::swap(b.velocity_begin.values, b.velocity.values); // with the spin that the contacts saw
+  s.interactions.update_velocity(b);
+  if (b.angular_momentum.active)
+    cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
+                          b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
+}
+
+// Energy is measured here, where the inertia of turning bodies is still that of the contacts.
+void Nscd::commit_contacts(Simulation& s) {
+  if (!s.meshes.empty())
+    for (MeshBody& mesh : s.meshes.meshes) mesh.account(s.scene.bodies, s.scene.gravity.data());
+  const ContactEnergy contacts = s.interactions.commit();
+  account(s, contacts);
+  s.account_for_meshes();
+}
+
+void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
+  Bodies& b = s.scene.bodies;
+  double terms[8];
+  cairn_energy_terms(s.scene.dim, b.dofs(), b.count, h_, settings.theta, s.scene.gravity.data(), b.mass.values.data(),
+                     b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms,
+                     pointer(b.force), pointer(b.damping), bits(b.driven), pointer(b.reaction),
+                     pointer(b.momentum_begin), pointer(b.angular_momentum));
+  const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
+  s.energy.kinetic = kinetic;
+  s.energy.potential += d_potential;
+  s.energy.work_external += external;
+  s.energy.work_driven += driven + contacts.cell_work;
+  s.energy.dissipated_normal += contacts.normal;
+  s.energy.dissipated_friction += contacts.tangential;
+  s.energy.dissipated_bulk += bulk;
+  s.energy.dissipated_theta += by_theta;
+  s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work + contacts.normal +
+                      contacts.tangential + bulk + by_theta;
+  s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
+                          std::abs(contacts.tangential) + std::abs(bulk);
+  s.energy.largest_kinetic = std::max({s.energy.largest_kinetic, kinetic, kinetic - d_kinetic});
+  s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
+  const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over + fall;
+  s.report.solve.energy_created = of_step > 0 ? contacts.created / of_step : 0;
+}
+
+// q+ = q_m + h theta v+
+void Nscd::update_configuration(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  leave_plugged_forces(s);
+  const double ahead = h_ * settings.theta;
+  cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
+                      s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+  if (s.scene.dim == 3 && b.rotation.active) {
+    std::int64_t unsolved = 0;
+    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+                 pointer(b.angular_momentum), bits(b.driven), &unsolved);
+    s.report.unresolved_rotations += unsolved;
+  }
+  if (b.angular_momentum.active)
+    cairn_momentum_update(b.count, 0, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
+                          b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
+  s.advance_cell(ahead);
+  s.follow_meshes();
+  if (s.scene.cell.any()) s.wrap_into_cell();
+  s.report.step = ++s.steps;
+  s.report.h = h_;
+  s.report.time_detection = s.time + h_ * (1 - settings.theta);
+  s.report.time = s.time += h_;
+  s.report.contacts = s.candidates.count;
+  s.report.energy = s.energy;
+  begun_ = false;
+}
+
+} // namespace cairn

@@ -1,0 +1,47 @@
+#include "simulation.hpp"
+
+#include "nscd/nscd.hpp"
+
+namespace cairn {
+
+Simulation::Simulation(Scene s, LawTable l, const NscdOptions& options)
+    : Simulation(std::move(s), std::move(l), std::make_unique<Nscd>(options)) {}
+
+Simulation::Simulation(Scene s, LawTable l, std::unique_ptr<Strategy> strategy)
+    : scene(std::move(s)), laws(std::move(l)), interactions(scene.dim), strategy_(std::move(strategy)) {
+  scene.renumber();
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+void Simulation::use(std::unique_ptr<Strategy> next) {
+  next->check_scene(*this);
+  if (strategy_->take_settings(*this, *next)) return;
+  interactions.restore({});
+  strategy_ = std::move(next);
+  forget_contacts();
+}
+
+void Simulation::forget_contacts() {
+  candidates.count = 0;
+  contacts_known = false;
+  strategy_->changed(*this, false);
+}
+
+std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
+  std::int64_t bodies = 0;
+  auto add = [&bodies](auto& field) { bodies += field.values.capacity() * sizeof(field.values[0]); };
+  scene.bodies.for_each_field(add);
+  scene.contactors.for_each_field(add);
+  bodies += strategy_->body_bytes() + handler.bytes() + interactions.body_bytes();
+  bodies += 4 * (scene.insertion_order().capacity() + scene.contactor_insertion_order().capacity());
+  std::int64_t contacts = interactions.bytes() + strategy_->contact_bytes();
+  contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() +
+                   candidates.feature.capacity() + candidates.image.capacity());
+  contacts += 8 * (candidates.gap.capacity() + candidates.normal.capacity() + candidates.point.capacity());
+  for (const MeshBody& mesh : meshes.meshes) bodies += mesh.bytes();
+  return {bodies, contacts};
+}
+
+} // namespace cairn

@@ -1,0 +1,93 @@
+// How a scene moves: an object behind Simulation::step. A strategy is one page of this folder and one row of
+// strategies.def.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "../contacts/interaction.hpp"
+
+namespace cairn {
+
+class Simulation;
+struct ContactFieldInfo;
+struct StepReport;
+
+// A setting that callers give by name.
+struct OptionInfo {
+  std::string_view name, kind, ends, meaning; // kind: number, whole, flag, text; ends: [ and ], ( and )
+  double smallest = 0, largest = 0;
+};
+struct Option {
+  OptionInfo info;
+  std::variant<bool*, int*, double*, std::string*> member;
+  bool may_lack = false; // NaN: found from the scene
+};
+
+class Strategy {
+public:
+  virtual ~Strategy() = default;
+
+  virtual const StepReport& step(Simulation& s, double h) = 0;
+  // Names of its stages, as the seconds that each took are kept.
+  virtual std::vector<std::string_view> stages(const Simulation& s) const = 0;
+
+  // Settings, each with the place where it is kept; and what is wrong with them together, as Error.
+  virtual std::vector<Option> options() = 0;
+  virtual void check_options() const {}
+  virtual std::vector<std::string> texts_of(std::string_view option) const; // that a text may be
+  // Of the same class and settings, without what it remembers.
+  virtual std::unique_ptr<Strategy> fresh() const = 0;
+  // Takes the settings of a strategy of its own class, and goes on; false: it is of another.
+  virtual bool take_settings(Simulation& s, const Strategy& other) = 0;
+
+  // What it cannot move, as Error: bodies and routines, as soon as it is chosen; laws, when it steps.
+  virtual void check_scene(const Simulation&) const {}
+  virtual void check_laws(const Simulation& s) const = 0;
+  // The law has the slots that this strategy calls.
+  virtual bool serves(const LawInfo& law) const = 0;
+
+  // Bodies, laws or numbers changed from outside; places: so did positions or velocities, and forces are not those of
+  // the last step.
+  virtual void changed(Simulation&, bool places) { (void)places; }
+  // What contacts remember from step to step, for a checkpoint.
+  virtual ContactMemory memory(const Simulation& s) const = 0;
+  virtual void restore(Simulation& s, ContactMemory memory) = 0;
+  virtual ContactMemory projection_memory() const { return {}; }
+  virtual void restore_projection(const Simulation&, ContactMemory) {}
+  // Keys of contacts follow bodies that went over into another image of the cell, and a cell that leans less.
+  virtual void move_images(const Simulation&, const std::vector<std::array<int, 3>>&) {}
+  virtual void lean_images(int, int, int) {}
+
+  // Contacts of the last step become readable in Simulation::candidates.
+  virtual void view(Simulation&) {}
+  virtual bool has(const ContactFieldInfo&) const { return true; }
+  // A field that is neither of detection nor of scene: out (components, contacts).
+  virtual void read(Simulation& s, std::string_view field, int components, double* out) = 0;
+  virtual void status(Simulation& s, std::int32_t* out) = 0; // see cairn_contact_status
+
+  // The largest step that is stable where contacts are as they stand [s]; inf: any.
+  virtual double stable_step(Simulation&) { return std::numeric_limits<double>::infinity(); }
+  // Numbers that it found from the scene, by name, for explain().
+  virtual std::vector<std::pair<std::string_view, double>> figures(Simulation&) { return {}; }
+  virtual std::int64_t body_bytes() const { return 0; }
+  virtual std::int64_t contact_bytes() const { return 0; }
+
+  std::string name; // of its row
+};
+
+struct StrategyInfo {
+  std::string_view name, python_name, meaning;
+  std::unique_ptr<Strategy> (*make)();
+};
+const std::vector<StrategyInfo>& strategy_infos();
+// With the settings of its page. Throws Error with the names that there are.
+std::unique_ptr<Strategy> make_strategy(const std::string& name);
+
+} // namespace cairn
