@@ -8,7 +8,7 @@ import argparse
 import os
 import sys
 
-from . import convert, doctor, import_blocks, info, new_law, plot, run, solve, study, verify, view, wrap_law
+from . import convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
 from .errors import in_a_line, interrupted, line_of, meant_to_be_read
 from .parser import Parser, add_command
 
@@ -23,6 +23,7 @@ COMMANDS = {
     "wrap-law": wrap_law,
     "solve": solve,
     "study": study,
+    "sweep": sweep,
     "view": view,
     "doctor": doctor,
 }
@@ -42,6 +43,7 @@ examples:
   cairn solve box.hdf5 --tol 1e-8              a frictional contact problem of its own (FCLIB, Siconos)
   cairn study pile.py --accuracy 1e-2 --of solid_fraction
                                                which setting is the cheapest that is accurate enough
+  cairn sweep study.toml -j 4                  a script over many values of its parameters, results in one table
   cairn view pile.vtkhdf                       turn it round in the browser; --html page.html writes a page to send
   cairn verify pile.vtkhdf other.vtkhdf        two runs compared, with a verdict (exit status 3: they differ)
   cairn doctor                                 what is installed, what is missing, a self-test

@@ -28,8 +28,8 @@ def write_page(run, path, what="velocity", every=1, fields=None, overwrite=False
     fields : names of the fields to carry along (default: all).
 
     The drawing is done by vtk.js, as the packages trame-vtk and trame-client carry it. Raises ImportError without them,
-    ValueError for a field that is not there or a run without outputs, FileError if the file is there or would be larger than 200 MB.
-    Returns the path.
+    ValueError for a field that is not there or a run without outputs, FileError if the file is there or would be larger than
+    200 MB. Returns the path.
     """
     path = os.fspath(path)
     if len(run) == 0:
