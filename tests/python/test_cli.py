@@ -206,3 +206,10 @@ def test_import_blocks(tmp_path, capsys):
 def test_the_package_runs_as_the_command():
     told = subprocess.run([sys.executable, "-m", "cairn", "--version"], capture_output=True, text=True, check=True)
     assert cn.__version__ in told.stdout
+
+
+@pytest.mark.parametrize("shell", ("bash", "zsh", "tcsh"))
+def test_shells_complete_every_command(capsys, shell):
+    pytest.importorskip("shtab")
+    status, out, _ = call(capsys, "completion", shell)
+    assert status == 0 and all(name in out for name in cli.COMMANDS) and "checkpoint-every" in out

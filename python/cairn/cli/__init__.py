@@ -8,7 +8,7 @@ import argparse
 import os
 import sys
 
-from . import convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
+from . import completion, convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
 from .errors import in_a_line, interrupted, line_of, meant_to_be_read
 from .parser import Parser, add_command
 
@@ -26,6 +26,7 @@ COMMANDS = {
     "sweep": sweep,
     "view": view,
     "doctor": doctor,
+    "completion": completion,
 }
 
 EXAMPLES = """\
