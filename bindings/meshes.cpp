@@ -86,6 +86,7 @@ void add_mesh(Simulation& s, const py::dict& d) {
   m.node_ids = vector_of<std::int64_t>(d, "node_ids");
   m.point_ids = vector_of<std::int64_t>(d, "point_ids");
   m.side_ids = vector_of<std::int64_t>(d, "side_ids");
+  m.contact_nodes = vector_of<std::int32_t>(d, "contact_nodes");
   m.point_nodes = vector_of<std::int32_t>(d, "point_nodes");
   m.point_weights = vector_of<double>(d, "point_weights");
   m.side_nodes = vector_of<std::int32_t>(d, "side_nodes");

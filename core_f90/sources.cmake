@@ -67,6 +67,7 @@ set(CAIRN_CORE_SOURCES
   solvers/sweeps/contact_block.f90
   solvers/sweeps/contact_passes.f90
   solvers/sweeps/contact_velocity.f90
+  solvers/sweeps/contacts_in_turn.f90
   solvers/sweeps/radial_passes.f90
   solvers/sweeps/radial_sweep.f90
 )

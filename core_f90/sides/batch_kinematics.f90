@@ -2,8 +2,8 @@
 module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
-    record_size, max_batch, batch_workspace, mapping_nodes
-  use condensed_bodies, only: load_mapped, add_mapped, delassus_mapped
+    record_size, max_batch, batch_workspace, mapping_nodes, mapping_dofs
+  use condensed_bodies, only: load_mapped, add_mapped, add_responses, delassus_mapped
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
@@ -12,9 +12,11 @@ module batch_kinematics
   !> A batch with its blocks as Fortran arrays (component c of contact i at (c-1) n + i).
   type :: batch_view
     integer(c_int32_t) :: n = 0, c = 0, width_a = 0, width_b = 0
-    integer :: contacts = 0, dim = 0
+    integer :: contacts = 0, dim = 0, nodes_a = 0, nodes_b = 0, stride_a = 0, stride_b = 0
     logical :: mapped_a = .false., mapped_b = .false. !< rests on nodes of a condensed body
     integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null(), node_a(:) => null(), node_b(:) => null()
+    integer(c_int32_t), pointer, contiguous :: dof_a(:) => null(), dof_b(:) => null()
+    real(c_double), pointer, contiguous :: velocity(:) => null(), response_a(:) => null(), response_b(:) => null()
     type(cairn_condensed), pointer, contiguous :: condensed(:) => null()
     real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
     real(c_double), pointer, contiguous :: bias(:) => null(), compliance(:) => null(), params(:) => null(), r(:) => null()
@@ -75,9 +77,22 @@ contains
     view%dim = merge(2, 3, batch%velocities == 3)
     view%mapped_a = batch%mapped_a /= 0
     view%mapped_b = batch%mapped_b /= 0
+    view%nodes_a = batch%nodes_a
+    view%nodes_b = batch%nodes_b
+    view%stride_a = batch%stride_a
+    view%stride_b = batch%stride_b
     call c_f_pointer(batch%condensed, view%condensed, [many])
-    if (view%mapped_a) call c_f_pointer(batch%node_a, view%node_a, [mapping_nodes*view%n])
-    if (view%mapped_b) call c_f_pointer(batch%node_b, view%node_b, [mapping_nodes*view%n])
+    call c_f_pointer(batch%condensed_velocity, view%velocity, [many])
+    if (view%mapped_a) then
+      call c_f_pointer(batch%node_a, view%node_a, [mapping_nodes*view%n])
+      call c_f_pointer(batch%dof_a, view%dof_a, [mapping_dofs*view%n])
+    end if
+    if (view%mapped_b) then
+      call c_f_pointer(batch%node_b, view%node_b, [mapping_nodes*view%n])
+      call c_f_pointer(batch%dof_b, view%dof_b, [mapping_dofs*view%n])
+    end if
+    if (view%stride_a > 0) call c_f_pointer(batch%response_a, view%response_a, [view%stride_a*view%dim*view%n])
+    if (view%stride_b > 0) call c_f_pointer(batch%response_b, view%response_b, [view%stride_b*view%dim*view%n])
   end subroutine open_mappings
 
   subroutine unpack_batch(packs, c, lines, packed, frame, lever_a, lever_b, bias, mu, r)
@@ -120,13 +135,13 @@ contains
     real(c_double), intent(out)     :: vb(view%n, view%width_b) !< columns of side B
     type(cairn_record) :: line(max_batch)
     if (view%mapped_a) then
-      call load_mapped(view%n, view%contacts, view%dim, view%body_a, view%node_a, view%lever_a, view%condensed, va)
+      call load_mapped(view%n, view%contacts, view%dim, view%nodes_a, view%dof_a, view%lever_a, view%velocity, va)
     else
       call load_records(view%n, view%body_a, record, line, va)
       if (view%width_a > record_size) call load_records(view%n, view%body_a, general, line, va(1, record_size + 1))
     end if
     if (view%mapped_b) then
-      call load_mapped(view%n, view%contacts, view%dim, view%body_b, view%node_b, view%lever_b, view%condensed, vb)
+      call load_mapped(view%n, view%contacts, view%dim, view%nodes_b, view%dof_b, view%lever_b, view%velocity, vb)
     else
       call load_records(view%n, view%body_b, record, line, vb)
       if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
@@ -174,7 +189,10 @@ contains
     type(cairn_record) :: line(max_batch)
     integer :: k
     k = batch%velocities
-    if (view%mapped_a) then
+    if (view%stride_a > 0) then
+      call add_responses(view%n, view%contacts, view%dim, view%stride_a, 1.0_c_double, dr, view%dof_a, view%response_a, &
+        view%velocity)
+    else if (view%mapped_a) then
       call add_mapped(view%n, view%contacts, view%dim, 1.0_c_double, dr, view%frame, view%body_a, view%node_a, view%lever_a, &
         view%condensed)
     else if (batch%moves_a /= 0) then
@@ -186,7 +204,10 @@ contains
         call store_records(view%n, batch%contacts, view%body_a, va, line, record)
       end if
     end if
-    if (view%mapped_b) then
+    if (view%stride_b > 0) then
+      call add_responses(view%n, view%contacts, view%dim, view%stride_b, -1.0_c_double, dr, view%dof_b, view%response_b, &
+        view%velocity)
+    else if (view%mapped_b) then
       call add_mapped(view%n, view%contacts, view%dim, -1.0_c_double, dr, view%frame, view%body_b, view%node_b, view%lever_b, &
         view%condensed)
     else if (batch%moves_b /= 0) then

@@ -3,43 +3,144 @@
 !>   v_c = v_c + S H dr,   S = B A^-1 B' on the contact dofs, A the matrix of the body's step.
 module condensed_bodies
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_ptr, c_f_pointer
-  use contact_batch, only: cairn_condensed, mapping_nodes
+  use contact_batch, only: cairn_batch, cairn_condensed, mapping_nodes, mapping_dofs
   implicit none
   private
-  public :: load_mapped, add_mapped, delassus_mapped
+  public :: load_mapped, add_mapped, add_responses, delassus_mapped, cairn_mapped_responses
 contains
 
   !> Velocity of the point of the body that each contact rests on: the mean of its nodes, by weight.
-  subroutine load_mapped(n, contacts, dim, body, node, weight, condensed, v)
+  subroutine load_mapped(n, contacts, dim, nodes, dof, weight, velocity, v)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies
     integer, value                    :: dim          !< 2 or 3
-    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
-    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
-    real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes; 0 where there are fewer [-]
-    type(cairn_condensed), intent(in) :: condensed(0:*)
+    integer, value                    :: nodes        !< of a contact, at most
+    integer(c_int32_t), intent(in)    :: dof(n, *)    !< places of the first dof of each node, from 0
+    real(c_double), intent(in)        :: weight(n, *) !< of the nodes; 0 where there are fewer [-]
+    real(c_double), intent(in)        :: velocity(0:*) !< of all condensed bodies [m/s]
     real(c_double), intent(out)       :: v(n, dim)    !< [m/s]
-    real(c_double), pointer, contiguous :: v_c(:)
-    real(c_double) :: mean(3)
-    integer :: i, j, at
-    v(contacts + 1:n, :) = 0
-    do i = 1, contacts
-      associate (of => condensed(body(i)))
-        call c_f_pointer(of%velocity, v_c, [of%dofs])
-      end associate
-      mean = 0
-      do j = 1, mapping_nodes
-        if (.not. abs(weight(i, j)) > 0) cycle
-        at = dim*node(i, j)
-        mean(1) = mean(1) + weight(i, j)*v_c(at + 1)
-        mean(2) = mean(2) + weight(i, j)*v_c(at + 2)
-        if (dim == 3) mean(3) = mean(3) + weight(i, j)*v_c(at + 3)
+    integer :: i, j, k
+    do k = 1, dim
+      !$omp simd
+      do i = 1, contacts
+        v(i, k) = weight(i, 1)*velocity(dof(i, 1) + k - 1)
       end do
-      v(i, 1) = mean(1)
-      v(i, 2) = mean(2)
-      if (dim == 3) v(i, 3) = mean(3)
+      do j = 2, nodes
+        !$omp simd
+        do i = 1, contacts
+          v(i, k) = v(i, k) + weight(i, j)*velocity(dof(i, j) + k - 1)
+        end do
+      end do
+      v(contacts + 1:n, k) = 0
     end do
   end subroutine load_mapped
+
+  !> v_c = v_c + sign (S H) dr of small bodies, S H as the batch keeps it; no two contacts share a body.
+  subroutine add_responses(n, contacts, dim, stride, sign, dr, dof, response, velocity)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: stride       !< rows of a response
+    real(c_double), value             :: sign         !< +1 on side A, -1 on side B
+    real(c_double), intent(in)        :: dr(n, dim)   !< change of impulse along the axes of the contact [N s]
+    integer(c_int32_t), intent(in)    :: dof(n, mapping_dofs) !< fifth: place of the body, from 0; sixth: its rows
+    real(c_double), intent(in)        :: response(stride, dim, n) !< [1/kg]
+    real(c_double), intent(inout)     :: velocity(0:*) !< of all condensed bodies [m/s]
+    integer :: i
+    if (dim == 2 .and. stride == 8) then
+      do i = 1, contacts
+        call add_line(sign*dr(i, 1), sign*dr(i, 2), response(1, 1, i), velocity(dof(i, 5)))
+      end do
+      return
+    end if
+    do i = 1, contacts
+      call add_rows(dof(i, 6), stride, dim, sign*dr(i, :), response(1, 1, i), velocity(dof(i, 5)))
+    end do
+  end subroutine add_responses
+
+  pure subroutine add_line(p, q, response, v)
+    real(c_double), value         :: p, q            !< [N s]
+    real(c_double), intent(in)    :: response(8, 2)  !< [1/kg]
+    real(c_double), intent(inout) :: v(8)            !< a cache line [m/s]
+    integer :: l
+    !$omp simd
+    do l = 1, 8
+      v(l) = v(l) + (p*response(l, 1) + q*response(l, 2))
+    end do
+  end subroutine add_line
+
+  pure subroutine add_rows(rows, stride, dim, p, response, v)
+    integer, value                :: rows, stride, dim
+    real(c_double), intent(in)    :: p(dim)                !< [N s]
+    real(c_double), intent(in)    :: response(stride, dim) !< [1/kg]
+    real(c_double), intent(inout) :: v(rows)               !< [m/s]
+    integer :: k, l
+    do k = 1, dim
+      !$omp simd
+      do l = 1, rows
+        v(l) = v(l) + p(k)*response(l, k)
+      end do
+    end do
+  end subroutine add_rows
+
+  !> S H of every contact of a batch, on the sides that keep it.
+  subroutine cairn_mapped_responses(batch, dimension) bind(c)
+    type(cairn_batch), intent(in) :: batch     !< see cairn/core.h
+    integer(c_int32_t), value     :: dimension !< 2 or 3
+    type(cairn_condensed), pointer, contiguous :: condensed(:)
+    integer, parameter :: many = huge(0)
+    call c_f_pointer(batch%condensed, condensed, [many])
+    if (batch%stride_a > 0) call one_side(batch%stride_a, batch%body_a, batch%node_a, batch%lever_a, batch%response_a)
+    if (batch%stride_b > 0) call one_side(batch%stride_b, batch%body_b, batch%node_b, batch%lever_b, batch%response_b)
+  contains
+    subroutine one_side(stride, body, node, lever, response)
+      integer(c_int32_t), value :: stride
+      type(c_ptr), value        :: body, node, lever, response
+      integer(c_int32_t), pointer, contiguous :: which(:), nodes(:, :)
+      real(c_double), pointer, contiguous :: frame(:), weight(:, :), s_h(:, :, :)
+      call c_f_pointer(body, which, [batch%count])
+      call c_f_pointer(node, nodes, [int(batch%count), mapping_nodes])
+      call c_f_pointer(lever, weight, [int(batch%count), mapping_nodes])
+      call c_f_pointer(batch%frame, frame, [6*batch%count])
+      call c_f_pointer(response, s_h, [int(stride), int(dimension), int(batch%count)])
+      call fill_responses(int(batch%count), int(batch%contacts), int(dimension), int(stride), frame, which, nodes, weight, &
+        condensed, s_h)
+    end subroutine one_side
+  end subroutine cairn_mapped_responses
+
+  subroutine fill_responses(n, contacts, dim, stride, frame, body, node, weight, condensed, response)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: stride       !< rows of a response
+    real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), intent(out)       :: response(stride, dim, n) !< [1/kg]
+    real(c_double), pointer, contiguous :: compliance(:, :)
+    real(c_double) :: axes(3, 3), push
+    integer :: i, j, k, l, dofs
+    do i = 1, contacts
+      call axes_of(n, dim, i, frame, axes)
+      response(:, :, i) = 0
+      associate (of => condensed(body(i)))
+        dofs = int(of%dofs)
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+      end associate
+      do j = 1, mapping_nodes
+        if (.not. abs(weight(i, j)) > 0) cycle
+        do k = 1, dim
+          do l = 1, dim
+            push = weight(i, j)*axes(l, k)
+            response(1:dofs, k, i) = response(1:dofs, k, i) + push*compliance(1:dofs, dim*node(i, j) + l)
+          end do
+        end do
+      end do
+    end do
+    response(:, :, contacts + 1:n) = 0
+  end subroutine fill_responses
 
   !> v_c = v_c + sign S H dr, one contact after the other; no two contacts of a batch share a body.
   subroutine add_mapped(n, contacts, dim, sign, dr, frame, body, node, weight, condensed)

@@ -5,7 +5,7 @@ module contact_batch
   implicit none
   private
   public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, cairn_condensed
-  public :: side_gather, side_scatter, side_delassus, law_solve, mapping_nodes
+  public :: side_gather, side_scatter, side_delassus, law_solve, mapping_nodes, mapping_dofs
   public :: record_size, max_batch, max_components, batch_workspace
 
   integer, parameter :: record_size = 8     !< numbers of a body's velocity record: one cache line
@@ -15,6 +15,8 @@ module contact_batch
   integer, parameter :: batch_workspace = 80*max_batch !< numbers of workspace a thread
 
   integer, parameter :: mapping_nodes = 4   !< nodes that a contact on a body that deforms rests on, at most
+
+  integer, parameter :: mapping_dofs = 6    !< places of a mapped contact: of its nodes, of its body, rows of its response
 
   !> Copied whole: as one object, the compiler moves the line at once.
   type, bind(c) :: cairn_record
@@ -48,11 +50,21 @@ module contact_batch
     integer(c_int32_t) :: repeats
     integer(c_int32_t) :: mapped_a
     integer(c_int32_t) :: mapped_b
+    integer(c_int32_t) :: in_turn
+    integer(c_int32_t) :: nodes_a
+    integer(c_int32_t) :: nodes_b
+    integer(c_int32_t) :: stride_a
+    integer(c_int32_t) :: stride_b
     type(c_ptr) :: body_a
     type(c_ptr) :: body_b
     type(c_ptr) :: node_a
     type(c_ptr) :: node_b
+    type(c_ptr) :: dof_a
+    type(c_ptr) :: dof_b
     type(c_ptr) :: condensed
+    type(c_ptr) :: condensed_velocity
+    type(c_ptr) :: response_a
+    type(c_ptr) :: response_b
     type(c_ptr) :: frame
     type(c_ptr) :: lever_a
     type(c_ptr) :: lever_b

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "../base/call.hpp"
@@ -19,8 +20,16 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
       if (model.mass.row[e] != column) lumped_[column] += model.mass.value[e];
     }
   for (std::size_t i = 0; i < n && !model.node_mass.empty(); ++i) lumped_[i] = model.node_mass[i / dim];
-  for (std::vector<double>* v : {&q_, &v_, &free_, &f_, &a_, &b_, &c_}) v->assign(n, 0);
+  for (std::vector<double>* v : {&q_, &v_, &free_, &f_, &a_, &b_, &stiff_q_, &stiff_, &damped_, &momentum_,
+                                 &stiff_begin_, &damped_begin_, &momentum_begin_})
+    v->assign(n, 0);
   impulse.assign(n, 0);
+  lumped_mass_ = model.node_mass.empty();
+  const auto vanishes = [](double x) { return !(x < 0 || x > 0); };
+  for (std::int64_t column = 0; column < model.mass.n; ++column)
+    for (std::int64_t e = model.mass.start[column]; e < model.mass.start[column + 1]; ++e)
+      lumped_mass_ = lumped_mass_ && (model.mass.row[e] == column || vanishes(model.mass.value[e]));
+  damps_ = model.times_damping || !std::all_of(model.damping.value.begin(), model.damping.value.end(), vanishes);
   double extent = std::numeric_limits<double>::infinity();
   for (int k = 0; k < dim; ++k) {
     double low = model.reference[k], high = low;
@@ -30,6 +39,16 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
   }
   size_ = extent / std::pow(double(model.nodes()), 1.0 / dim);
   model.options.held = model.held;
+  mark_contact_nodes();
+}
+
+// Nodes that contacts may rest on, now or later.
+void MeshBody::mark_contact_nodes() {
+  std::vector<std::uint8_t>& last = model.options.last;
+  last.assign(std::size_t(model.dofs()), 0);
+  for (const std::vector<std::int32_t>* nodes : {&model.contact_nodes, &model.point_nodes, &model.side_nodes})
+    for (const std::int32_t node : *nodes)
+      for (int k = 0; k < model.dim && node >= 0; ++k) last[model.dim * node + k] = 1;
 }
 
 void MeshBody::multiply(const SparseMatrix& a, const double* x, double* out) const {
@@ -43,6 +62,30 @@ void MeshBody::multiply(const SparseMatrix& a, const double* x, double* out) con
     }
     out[column] += sum;
   }
+}
+
+void MeshBody::multiply_mass(const double* x, double* out) const {
+  if (!lumped_mass_) return multiply(model.mass, x, out);
+  for (std::int64_t i = 0; i < model.dofs(); ++i) out[i] = lumped_[i] * x[i];
+}
+
+void MeshBody::weigh(const double* gravity) {
+  const auto dim = std::size_t(model.dim);
+  if (!weight_.empty() && std::equal(weight_of_.begin(), weight_of_.end(), gravity)) return;
+  weight_of_.assign(gravity, gravity + dim);
+  weight_.resize(lumped_.size());
+  for (std::size_t i = 0; i < lumped_.size(); ++i) a_[i] = gravity[i % dim];
+  multiply_mass(a_.data(), weight_.data());
+}
+
+// The velocity that a step ended with is that which the next begins with, unless someone set it.
+void MeshBody::times_velocity(const double* v) {
+  const std::size_t n = lumped_.size();
+  if (moving_.size() == n && std::equal(moving_.begin(), moving_.end(), v)) return;
+  moving_.assign(v, v + n);
+  stiffness_times(v, stiff_.data());
+  if (damps_) damping_times(v, damped_.data());
+  multiply_mass(v, momentum_.data());
 }
 
 void MeshBody::stiffness_times(const double* x, double* out) const {
@@ -63,6 +106,15 @@ void MeshBody::scatter(const double* v, Field<double>& field) const {
     for (int k = 0; k < model.dim; ++k) field[nodes[i]][k] = v[model.dim * i + k];
 }
 
+// Whether what holds a mesh that nothing else holds is below the rounding of what is added to it.
+bool MeshBody::lost_mass(std::int64_t row) const {
+  for (std::int64_t e = model.mass.start[row]; e < model.mass.start[row + 1]; ++e)
+    if (model.mass.row[e] == row)
+      return !model.stiffness.value.empty() &&
+             model.mass.value[e] < 1e-14 * (h_ * theta_) * (h_ * theta_) * model.stiffness.value[e];
+  return false;
+}
+
 void MeshBody::refuse(const SoeStatus& status) const {
   std::string where;
   if (status.row >= 0)
@@ -73,6 +125,14 @@ void MeshBody::refuse(const SoeStatus& status) const {
                 ": check stiffness, mass and step");
   if (status.kind == SoeStatus::too_large)
     throw Error("the matrix of the mesh '" + model.name + "' is too large for this build of its solver");
+  if (status.row >= 0 && lost_mass(status.row)) {
+    char step[32];
+    std::snprintf(step, sizeof step, "%g", h_);
+    throw Error(
+        "the mass of the mesh '" + model.name + "' is lost in rounding" + where + ": a step of " + step +
+        " s is more than 1e7 times what a wave takes through a cell; give a shorter step, thicker cells, or hold "
+        "the mesh");
+  }
   throw Error("the matrix of the mesh '" + model.name + "' is not positive definite" + where +
               ": a mass, a stiffness or a held dof is missing");
 }
@@ -125,15 +185,18 @@ void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, do
   gather(bodies.velocity, v_.data());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
-  for (std::int64_t i = 0; i < n; ++i) a_[i] = gravity[i % dim];
-  multiply(model.mass, a_.data(), f_.data());
+  weigh(gravity);
+  stiffness_times(q_.data(), stiff_q_.data());
+  times_velocity(v_.data());
+  stiff_begin_ = stiff_;
+  damped_begin_ = damped_;
+  momentum_begin_ = momentum_;
+  f_ = weight_;
   for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += theta * load_end[i] + (1 - theta) * load_begin[i];
-  for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? q_[i] : q_[i] + h * theta * v_[i];
-  stiffness_times(a_.data(), b_.data());
-  damping_times(v_.data(), c_.data());
+  const double ahead = explicit_ ? 0 : h * theta;
   bool moved = false;
   for (std::int64_t i = 0; i < n; ++i) {
-    free_[i] = h * (f_[i] - c_[i] - b_[i]);
+    free_[i] = h * (f_[i] - damped_begin_[i] - (stiff_q_[i] + ahead * stiff_begin_[i]));
     if (!model.held[i]) continue;
     free_[i] = (held_velocity.empty() ? 0 : held_velocity[i]) - v_[i];
     moved = moved || free_[i] < 0 || free_[i] > 0;
@@ -156,33 +219,39 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
       f.active.push_back(node);
     }
   const std::size_t now = f.active.size();
-  contact_velocity.resize(dim * now);
   if (now == known) return;
-  const std::size_t size = dim * now, old = dim * known;
+  // a little room for nodes to come, so that what is known is seldom copied
+  const std::size_t size = dim * now, old = dim * known, leading = std::size_t(f.leading);
+  const std::size_t room =
+      size <= leading ? leading : std::min(size + (known > 0 ? size / 8 : 0), std::size_t(model.dofs()));
   std::vector<std::int32_t> dofs(size);
   for (std::size_t i = 0; i < size; ++i) dofs[i] = dim * f.active[i / dim] + std::int32_t(i % dim);
-  Array<double> made(size * size);
-  if (known == 0 && f.soe) {
-    f.soe->solve_units(dofs, made.data());
-  } else {
-    for (std::size_t c = 0; c < old; ++c) std::copy_n(&f.compliance[f.leading * c], old, &made[size * c]);
-    constexpr std::size_t most = 8; // columns that the factors are gone through for at once
-    const auto n = std::size_t(model.dofs());
-    for (std::size_t first = old; first < size; first += most) { // one solution for each dof that is new
-      const std::size_t end = std::min(first + most, size);
-      columns_.assign(n * (end - first), 0.0);
-      for (std::size_t c = first; c < end; ++c)
-        if (!model.held[dofs[c]]) columns_[n * (c - first) + dofs[c]] = 1;
-      solve(columns_.data(), std::int64_t(end - first));
-      for (std::size_t c = first; c < end; ++c) {
-        const double* x = &columns_[n * (c - first)];
-        for (std::size_t r = 0; r < size; ++r) made[size * c + r] = model.held[dofs[r]] ? 0 : x[dofs[r]];
-        for (std::size_t r = 0; r < old; ++r) made[size * r + c] = made[size * c + r];
-      }
+  Array<double> made;
+  if (room > leading) {
+    made.resize(room * room);
+    for (std::size_t c = 0; c < old; ++c) std::copy_n(&f.compliance[leading * c], old, &made[room * c]);
+    f.compliance.swap(made);
+    f.leading = std::int64_t(room);
+  }
+  if (known == 0 && f.soe && room == size) return f.soe->solve_units(dofs, f.compliance.data());
+  if (f.soe) {
+    solves += (std::int64_t(size - old) + 7) / 8;
+    return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room));
+  }
+  constexpr std::size_t most = 8; // columns that the factors are gone through for at once
+  const auto n = std::size_t(model.dofs());
+  for (std::size_t first = old; first < size; first += most) { // one solution for each dof that is new
+    const std::size_t end = std::min(first + most, size);
+    columns_.assign(n * (end - first), 0.0);
+    for (std::size_t c = first; c < end; ++c)
+      if (!model.held[dofs[c]]) columns_[n * (c - first) + dofs[c]] = 1;
+    solve(columns_.data(), std::int64_t(end - first));
+    for (std::size_t c = first; c < end; ++c) {
+      const double* x = &columns_[n * (c - first)];
+      for (std::size_t r = 0; r < size; ++r) f.compliance[room * c + r] = model.held[dofs[r]] ? 0 : x[dofs[r]];
+      for (std::size_t r = 0; r < old; ++r) f.compliance[room * r + c] = f.compliance[room * c + r];
     }
   }
-  f.compliance.swap(made);
-  f.leading = std::int64_t(size);
 }
 
 void MeshBody::push(Bodies& bodies) {
@@ -201,39 +270,32 @@ void MeshBody::push(Bodies& bodies) {
 void MeshBody::account(Bodies& bodies, const double* gravity) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
-  const double h = h_, theta = theta_;
-  std::vector<double>&end = a_, &elastic = b_, &damping = c_;
+  const double h = h_, theta = theta_, ahead = explicit_ ? 0 : h * theta, more = explicit_ ? 0 : theta;
+  std::vector<double>&end = a_, &x = b_;
   gather(bodies.velocity, end.data());
+  times_velocity(end.data());
   work = {};
-  const auto seen = [&](std::int64_t i) {
-    return explicit_ ? q_[i] : q_[i] + h * (theta * v_[i] + theta * theta * (end[i] - v_[i]));
-  };
-  std::vector<double>& x = free_; // what comes before is no longer needed
-  for (std::int64_t i = 0; i < n; ++i) x[i] = seen(i);
-  stiffness_times(x.data(), elastic.data());
-  for (std::int64_t i = 0; i < n; ++i) x[i] = explicit_ ? v_[i] : v_[i] + theta * (end[i] - v_[i]);
-  damping_times(x.data(), damping.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double way = h * (theta * end[i] + (1 - theta) * v_[i]);
-    work.elastic += way * elastic[i];
-    work.damping += way * damping[i];
-    f_[i] -= elastic[i] + damping[i];
+    const double elastic = stiff_q_[i] + ahead * (stiff_begin_[i] + theta * (stiff_[i] - stiff_begin_[i]));
+    const double damping = damped_begin_[i] + more * (damped_[i] - damped_begin_[i]);
+    work.elastic += way * elastic;
+    work.damping += way * damping;
+    f_[i] -= elastic + damping;
   }
-  for (std::int64_t i = 0; i < n; ++i) x[i] = end[i] - v_[i];
-  multiply(model.mass, x.data(), elastic.data());
   for (std::int64_t i = 0; i < n; ++i) {
-    const double extra = (elastic[i] - lumped_[i] * x[i]) / h, weight = lumped_[i] * gravity[i % dim];
+    const double change = end[i] - v_[i], inertia = momentum_[i] - momentum_begin_[i];
+    const double extra = (inertia - lumped_[i] * change) / h, weight = lumped_[i] * gravity[i % dim];
     work.inertia += h * (theta * end[i] + (1 - theta) * v_[i]) * extra;
-    const double force = model.held[i] ? (lumped_[i] * x[i] - impulse[i]) / h - weight : f_[i] - weight - extra;
+    const double force = model.held[i] ? (lumped_[i] * change - impulse[i]) / h - weight : f_[i] - weight - extra;
     bodies.force[nodes[i / dim]][i % dim] = force;
+    work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
-  multiply(model.mass, end.data(), elastic.data());
-  for (std::int64_t i = 0; i < n; ++i) work.kinetic += 0.5 * end[i] * (elastic[i] - lumped_[i] * end[i]);
-  stiffness_times(q_.data(), elastic.data());
-  for (std::int64_t i = 0; i < n; ++i) work.stored_change -= 0.5 * q_[i] * elastic[i];
-  for (std::int64_t i = 0; i < n; ++i) x[i] = q_[i] + h * (theta * end[i] + (1 - theta) * v_[i]);
-  stiffness_times(x.data(), elastic.data());
-  for (std::int64_t i = 0; i < n; ++i) work.stored += 0.5 * x[i] * elastic[i];
+  for (std::int64_t i = 0; i < n; ++i) work.stored_change -= 0.5 * q_[i] * stiff_q_[i];
+  for (std::int64_t i = 0; i < n; ++i) {
+    x[i] = q_[i] + h * (theta * end[i] + (1 - theta) * v_[i]);
+    work.stored += 0.5 * x[i] * (stiff_q_[i] + h * (theta * stiff_[i] + (1 - theta) * stiff_begin_[i]));
+  }
   work.stored_change += work.stored;
 }
 
@@ -274,7 +336,7 @@ void MeshBody::facet_vertices(const Bodies& bodies, std::vector<double>& out) co
 }
 
 std::int64_t MeshBody::bytes() const {
-  std::int64_t sum = std::int64_t(8 * (lumped_.capacity() * 8 + impulse.capacity() + contact_velocity.capacity()));
+  std::int64_t sum = std::int64_t(8 * (lumped_.capacity() * 17 + impulse.capacity()));
   for (const SparseMatrix* a : {&model.mass, &model.stiffness, &model.damping})
     sum += std::int64_t(8 * a->start.capacity() + 4 * a->row.capacity() + 8 * a->value.capacity());
   for (const auto& f : factors_)

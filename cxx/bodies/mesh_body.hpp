@@ -27,6 +27,7 @@ struct MeshModel {
   SoeOptions options;                    // of the system of equations
   std::vector<std::int64_t> node_ids, point_ids, side_ids; // of the bodies that show nodes, points, edges or faces
   // Points between nodes, edges (2D) and facets (3D): nodes and weights (4, each); of edges and facets the nodes alone.
+  std::vector<std::int32_t> contact_nodes;                       // that are points of contact themselves
   std::vector<std::int32_t> point_nodes, side_nodes, face_nodes; // (4, n), -1 where fewer; faces: whose part a facet is
   std::vector<double> point_weights;                             // (4, points)
   std::vector<double> edge_start;                                // (2, edges) directions when the rotation was nought
@@ -67,8 +68,7 @@ public:
   std::int32_t contact_node(std::int64_t place) const { return now_->active[place]; }
   double* compliance() { return now_->compliance.data(); }
   std::int64_t leading() const { return now_->leading; }
-  Array<double> contact_velocity; // (dim, contact nodes), for solvers
-  Array<double> impulse;          // (dofs) of contacts, to be given
+  Array<double> impulse; // (dofs) of contacts, to be given
 
   // Velocities of nodes at the end of the step with `impulse`.
   void push(Bodies& bodies);
@@ -91,6 +91,7 @@ private:
     std::int64_t leading = 0;
     Array<double> compliance; // (leading, leading)
   };
+  void mark_contact_nodes();
   void factorise(double h, double theta, BulkStep bulk);
   void check_step(double h) const;
   double stable_step() const;                      // of central differences [s]
@@ -98,15 +99,24 @@ private:
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
   void damping_times(const double* x, double* out) const;
+  void multiply_mass(const double* x, double* out) const;
+  void weigh(const double* gravity);    // M g
+  void times_velocity(const double* v); // K, C and M of it, unless they are there
   void gather(const Field<double>& field, double* out) const;
   void scatter(const double* v, Field<double>& field) const;
+  bool lost_mass(std::int64_t row) const;
   [[noreturn]] void refuse(const SoeStatus& status) const;
 
   std::vector<std::unique_ptr<Factors>> factors_;
   Factors* now_ = nullptr;
-  std::vector<double> lumped_;                       // (dofs) [kg]
-  std::vector<double> q_, v_, free_, f_, a_, b_, c_; // (dofs) of the step at hand
-  std::vector<double> columns_;                      // (some, dofs) right sides that are solved at once
+  std::vector<double> lumped_;                                      // (dofs) [kg]
+  std::vector<double> q_, v_, free_, f_, a_, b_;                    // (dofs) of the step at hand
+  std::vector<double> stiff_q_;                                     // K q of the step at hand [N]
+  std::vector<double> weight_, weight_of_;                          // M g, g [N, m/s2]
+  std::vector<double> moving_, stiff_, damped_, momentum_;          // v and K v, C v, M v, of the last v asked for
+  std::vector<double> stiff_begin_, damped_begin_, momentum_begin_; // as the step began
+  bool lumped_mass_ = false, damps_ = false;                        // M is diagonal; C is not zero
+  std::vector<double> columns_;                                     // (some, dofs) right sides that are solved at once
   double h_ = 0, theta_ = 0, size_ = 0;
   bool explicit_ = false; // the step at hand
 };

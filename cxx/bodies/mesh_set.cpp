@@ -160,13 +160,13 @@ void MeshSet::want(const Mapping& m) {
     if (meshes[m.mesh].place(m.node[j]) < 0) wanted_[m.mesh].push_back(m.node[j]);
 }
 
-void MeshSet::condense(std::vector<CondensedBody>& out) {
-  constexpr std::int64_t small = 24; // dofs of a body that is taken whole
+void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity) {
   out.resize(meshes.size());
+  std::size_t room = 0;
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     MeshBody& mesh = meshes[i];
     std::vector<std::int32_t>& wanted = wanted_[i];
-    if (!wanted.empty() && mesh.model.dofs() <= small) {
+    if (!wanted.empty() && mesh.model.dofs() <= small_condensed) {
       wanted.resize(std::size_t(mesh.model.nodes()));
       for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = std::int32_t(k);
     }
@@ -174,9 +174,17 @@ void MeshSet::condense(std::vector<CondensedBody>& out) {
     wanted.clear();
     const std::int64_t n = mesh.contact_nodes();
     CondensedBody& body = out[i];
-    body.dofs = {mesh.model.dim * n, mesh.leading(), mesh.contact_velocity.data(), mesh.compliance()};
+    body.dofs = {mesh.model.dim * n, mesh.leading(), nullptr, mesh.compliance()};
     body.node.resize(std::size_t(n));
     for (std::int64_t k = 0; k < n; ++k) body.node[k] = mesh.nodes[mesh.contact_node(k)];
+    room += condensed_rows(body.dofs.dofs);
+  }
+  fit(velocity, room);
+  std::fill(velocity.begin(), velocity.end(), 0.0);
+  room = 0;
+  for (CondensedBody& body : out) {
+    body.dofs.velocity = velocity.data() + room;
+    room += condensed_rows(body.dofs.dofs);
   }
 }
 

@@ -28,8 +28,9 @@ public:
   Mapping mapping(const Bodies& bodies, std::int32_t body, const double* point) const;
   // Nodes that a contact may rest on become contact nodes.
   void want(const Mapping& mapping);
-  // After all were wanted: compliances, and the meshes as solvers see them.
-  void condense(std::vector<CondensedBody>& out);
+  // After all were wanted: compliances, and the meshes as solvers see them, with room for the velocities of contact
+  // nodes.
+  void condense(std::vector<CondensedBody>& out, Array<double>& velocity);
 
 private:
   enum class Role : std::int8_t { node, point, edge, facet };

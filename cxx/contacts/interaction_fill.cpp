@@ -70,6 +70,7 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   schedule.general = system.general.empty() ? system.record.data() : system.general.data();
   schedule.work = system.work.data();
   fill_geometry(batch, deepest);
+  if (batch.stride_a || batch.stride_b) cairn_mapped_responses(&batch, dim());
   fill_impulses(batch);
   fill_law(schedule, batch, thread);
 }
@@ -187,8 +188,7 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
     const double *x = bodies->position[body(contactor)], *p = &c.point[d * i];
     const double* normal = &c.normal[d * i];
     // LMGC90's impulses on surfaces: between two polygons it has them in the middle
-    const double beyond =
-        polygon(c.contactor_a[i]) && polygon(c.contactor_b[i]) ? 0 : side * (0.5 - share) * c.gap[i];
+    const double beyond = polygon(c.contactor_a[i]) && polygon(c.contactor_b[i]) ? 0 : side * (0.5 - share) * c.gap[i];
     for (int k = 0; k < d; ++k) out[k * n + lane] = p[k] - (x[k] + shift[k]) - beyond * normal[k];
   };
   const bool radial_a = is_radial(b.side_a), radial_b = is_radial(b.side_b);
@@ -233,11 +233,20 @@ void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::
   if (cell->any() && side) image_shift(*cell, c.image[i], shift);
   for (int k = 0; k < dim(); ++k) point[k] = c.point[dim() * i + k] - shift[k];
   const Mapping m = meshes->mapping(*bodies, carrier, point);
+  const cairn_condensed& of = system.condensed_dofs[m.mesh];
+  const auto first = std::int32_t(of.velocity - system.condensed_velocity.data());
+  std::int32_t *const node = side ? b.node_b : b.node_a, *const dof = side ? b.dof_b : b.dof_a;
+  std::int32_t& nodes = side ? b.nodes_b : b.nodes_a;
   (side ? b.body_b : b.body_a)[lane] = m.mesh;
   for (int j = 0; j < 4; ++j) {
-    (side ? b.node_b : b.node_a)[j * b.count + lane] = m.node[j] < 0 ? 0 : meshes->meshes[m.mesh].place(m.node[j]);
+    const std::int32_t place = m.node[j] < 0 ? 0 : meshes->meshes[m.mesh].place(m.node[j]);
+    node[j * b.count + lane] = place;
+    dof[j * b.count + lane] = first + dim() * place;
     (side ? b.lever_b : b.lever_a)[j * b.count + lane] = m.weight[j];
+    if (m.node[j] >= 0) nodes = std::max(nodes, j + 1);
   }
+  dof[4 * b.count + lane] = first;
+  dof[5 * b.count + lane] = std::int32_t(condensed_rows(of.dofs));
 }
 
 void Interactions::State::fill_impulses(cairn_batch& b) {

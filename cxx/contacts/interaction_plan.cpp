@@ -66,7 +66,7 @@ void Interactions::State::load_meshes() {
   for (std::int64_t i = 0; i < c.count; ++i)
     for (const std::int32_t contactor : {c.contactor_a[i], c.contactor_b[i]})
       if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, body(contactor), &c.point[dim() * i]));
-  meshes->condense(system.condensed);
+  meshes->condense(system.condensed, system.condensed_velocity);
   system.condensed_dofs.clear();
   for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
   for (const CondensedBody& body : system.condensed)
@@ -229,6 +229,15 @@ void Interactions::State::emit_sorted(const std::vector<std::int32_t>& contacts,
   std::fill(count.begin(), count.begin() + keys + 1, 0);
 }
 
+// Rows of what contacts keep of their bodies on one side; 0: one of these bodies is too large for that.
+std::int32_t Interactions::State::response_rows(const std::int32_t* contacts, int n,
+                                                const std::int32_t* contactor) const {
+  std::int64_t most = 0;
+  for (int k = 0; k < n; ++k)
+    most = std::max(most, system.condensed_dofs[meshes->mesh_of(body(contactor[contacts[k]]))].dofs);
+  return most <= small_condensed ? std::int32_t(condensed_rows(most)) : 0;
+}
+
 void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   cairn_batch b{};
   const int cls = contact_class[contacts[0]];
@@ -247,6 +256,9 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   b.mapped_a = (kind_a(cls) & mapped) != 0;
   b.mapped_b = (kind_b(cls) & mapped) != 0;
   b.condensed = system.condensed_dofs.data();
+  b.condensed_velocity = system.condensed_velocity.data();
+  b.stride_a = b.mapped_a ? response_rows(contacts, n, candidates->contactor_a.data()) : 0;
+  b.stride_b = b.mapped_b ? response_rows(contacts, n, candidates->contactor_b.data()) : 0;
   b.moves_a = (kind_a(cls) & moving) != 0;
   b.moves_b = (kind_b(cls) & moving) != 0;
   const bool diagonal = (radial_a || !b.moves_a) && (radial_b || !b.moves_b);
@@ -304,7 +316,8 @@ void Interactions::State::plan_hubs() {
   system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
 }
 
-// Contacts between hubs and those of meshes, one at a time, in the order of their keys: that of bodies changes.
+// Contacts between hubs, one at a time, and those of meshes, one after the other in batches of a kind; in the order of
+// their keys, since that of bodies changes.
 void Interactions::State::plan_late() {
   if (late_contacts.empty()) return;
   std::sort(late_contacts.begin(), late_contacts.end(), [&](std::int32_t i, std::int32_t j) {
@@ -312,9 +325,29 @@ void Interactions::State::plan_late() {
     return std::tie(a.contactor_a, a.contactor_b, a.feature, a.image) <
            std::tie(b.contactor_a, b.contactor_b, b.feature, b.image);
   });
-  for (const std::int32_t& i : late_contacts) emit(&i, 1, 0);
+  const auto in_turn = [&](std::int32_t i) {
+    const int cls = contact_class[i];
+    const Law law = laws->laws()[std::size_t(cls / (kinds * kinds))];
+    return ((kind_a(cls) | kind_b(cls)) & mapped) && !law_infos()[std::int32_t(law)].has_solve;
+  };
+  for (std::size_t k = 0, end; k < late_contacts.size(); k = end) {
+    const std::int32_t first = late_contacts[k];
+    end = k + 1;
+    while (in_turn(first) && end < late_contacts.size() && end - k < std::size_t(batch_size) &&
+           contact_class[late_contacts[end]] == contact_class[first])
+      ++end;
+    emit(&late_contacts[k], int(end - k), 0);
+    system.batches.back().in_turn = in_turn(first);
+  }
   system.first_batch.push_back(std::int32_t(system.batches.size()));
   system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
+}
+
+void Interactions::State::lay_out_mapping(const cairn_batch& b, std::int32_t*& node, std::int32_t*& dof,
+                                          double*& response, std::int32_t stride) {
+  node = scratch.take<std::int32_t>(4 * std::int64_t(b.count));
+  dof = scratch.take<std::int32_t>(6 * std::int64_t(b.count));
+  response = stride ? scratch.take<double>(std::int64_t(stride) * dim() * b.count) : nullptr;
 }
 
 // Blocks of numbers in the order in which a sweep reads them.
@@ -360,8 +393,8 @@ void Interactions::State::lay_out() {
     b.frame = take(frame);
     b.lever_a = take(sides()[b.side_a].lever);
     b.lever_b = take(sides()[b.side_b].lever);
-    if (b.mapped_a) b.node_a = scratch.take<std::int32_t>(4 * std::size_t(b.count));
-    if (b.mapped_b) b.node_b = scratch.take<std::int32_t>(4 * std::size_t(b.count));
+    if (b.mapped_a) lay_out_mapping(b, b.node_a, b.dof_a, b.response_a, b.stride_a);
+    if (b.mapped_b) lay_out_mapping(b, b.node_b, b.dof_b, b.response_b, b.stride_b);
     b.bias = take(b.components);
     const LawInfo& law = law_infos()[b.law];
     const bool may_yield = pose.kernel || (law.plugged() && law.has_prepare);

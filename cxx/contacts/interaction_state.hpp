@@ -171,6 +171,9 @@ private:
   void plan_tiles();
   void plan_hubs();
   void plan_late();
+  std::int32_t response_rows(const std::int32_t* contacts, int n, const std::int32_t* contactor) const;
+  void lay_out_mapping(const cairn_batch& b, std::int32_t*& node, std::int32_t*& dof, double*& response,
+                       std::int32_t stride);
   void emit(const std::int32_t* contacts, int n, int hub);
   void emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub);
   void lay_out();

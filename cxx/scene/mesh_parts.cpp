@@ -75,6 +75,7 @@ void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, std::vector<doubl
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   for (const std::int32_t i : nodes) touching.push_back(first + i);
+  m.contact_nodes = nodes;
   touching.insert(touching.end(), m.point_ids.begin(), m.point_ids.end());
   if (touching.empty()) return;
   const std::vector<double> radius(touching.size(), 0.0);

@@ -84,7 +84,14 @@ std::unique_ptr<Soe> Soe::make(const SparseMatrix& pattern, const SoeOptions& op
     throw Error("held has " + std::to_string(options.held.size()) + " marks for " + std::to_string(pattern.n) +
                 " unknowns: give one for each, or none");
   made->take_equations(pattern, options.held);
-  made->factors_ = make_factors(made->scaled_, options);
+  if (!options.last.empty() && std::int64_t(options.last.size()) != pattern.n)
+    throw Error("last has " + std::to_string(options.last.size()) + " marks for " + std::to_string(pattern.n) +
+                " unknowns: give one for each, or none");
+  SoeOptions of_equations = options;
+  of_equations.last.clear();
+  for (const std::int32_t i : made->unknown_)
+    if (!options.last.empty()) of_equations.last.push_back(options.last[i]);
+  made->factors_ = make_factors(made->scaled_, of_equations);
   const std::span<const std::int32_t> order = made->factors_->order();
   made->place_.resize(made->unknown_.size());
   std::iota(made->place_.begin(), made->place_.end(), 0);

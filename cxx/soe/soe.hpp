@@ -51,6 +51,9 @@ struct SoeOptions {
   SoeBlocks blocks = SoeBlocks::automatic;
   // (n), not zero: x is given there, not sought; empty: none. See Soe::solve.
   std::vector<std::uint8_t> held;
+  // (n), not zero: entries of the inverse will be asked for between these. Sparse factors eliminate them last, if that
+  // does not fill much more, so that what such entries need is the end of the factors alone. Empty: none.
+  std::vector<std::uint8_t> last = {};
 };
 
 // How a factorisation ended. A pivot counts as zero below 8 roundings of its diagonal entry, 8 * 2^-52 * a_ii: then
@@ -86,6 +89,9 @@ public:
   // no full columns: of sparse factors only what the indices reach is gone through. Symmetric to the last bit. Zero
   // where an unknown is held. May allocate.
   void solve_units(std::span<const std::int32_t> indices, double* out, int threads = 1) const;
+  // The same of a symmetric A for indices that follow `known` others, whose entries are there: fills rows and columns
+  // of the new ones in out (leading, m), one solution for each of these.
+  void add_units(std::span<const std::int32_t> indices, std::int64_t known, double* out, std::int64_t leading) const;
 
   std::int64_t size() const { return n_; }
   bool factorised() const { return factorised_; }
@@ -105,6 +111,11 @@ private:
   void lift(double* b) const;
   void solve_lanes(double* b, std::int64_t columns, double* work) const;
   std::int64_t work_size() const;
+  struct Wanted {       // an unknown whose entries of the inverse are asked for
+    std::int64_t index; // in the caller's list
+    std::int32_t equation, place;
+  };
+  std::vector<Wanted> wanted_of(std::span<const std::int32_t> indices) const; // those not held, by rising places
 
   std::int64_t n_ = 0;
   bool symmetric_ = true, factorised_ = false;

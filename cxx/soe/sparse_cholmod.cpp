@@ -82,6 +82,8 @@ public:
       throw Error("CHOLMOD cannot analyse a matrix of " + std::to_string(pattern.n) + " unknowns and " +
                   std::to_string(pattern.row.size()) + " entries: its factors are too large");
     }
+    if (std::any_of(options.last.begin(), options.last.end(), [](std::uint8_t last) { return last; }))
+      put_last(a, options.last);
     order_ = static_cast<const std::int32_t*>(factor_->Perm);
     most_rows_ = factor_->is_super ? most_rows() : 0;
   }
@@ -137,6 +139,23 @@ private:
     common_.method[0].ordering = options.order == SoeOrder::amd     ? CHOLMOD_AMD
                                  : options.order == SoeOrder::metis ? CHOLMOD_METIS
                                                                     : CHOLMOD_NATURAL;
+  }
+
+  // Takes the order with these equations at its end, if the factors do not grow by more than half.
+  void put_last(const cholmod_sparse& a, const std::vector<std::uint8_t>& last) {
+    constexpr double growth = 1.5;
+    const double entries = common_.lnz;
+    const auto* const order = static_cast<const std::int32_t*>(factor_->Perm);
+    std::vector<std::int32_t> given(order, order + factor_->n);
+    std::stable_partition(given.begin(), given.end(), [&](std::int32_t e) { return !last[e]; });
+    const int methods = common_.nmethods, ordering = common_.method[0].ordering;
+    common_.nmethods = 1;
+    common_.method[0].ordering = CHOLMOD_GIVEN;
+    cholmod_factor* other = cholmod_analyze_p(const_cast<cholmod_sparse*>(&a), given.data(), nullptr, 0, &common_);
+    common_.nmethods = methods;
+    common_.method[0].ordering = ordering;
+    if (other != nullptr && common_.lnz <= growth * entries) std::swap(factor_, other);
+    cholmod_free_factor(&other, &common_);
   }
 
   cholmod_sparse view(const SparseMatrix& a) {

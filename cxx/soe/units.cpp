@@ -14,12 +14,8 @@ namespace {
 
 constexpr std::int64_t lanes = 8;
 
-struct Wanted {
-  std::int64_t index; // in the caller's list
-  std::int32_t equation, place;
-};
-
 // Nodes from those of some places up to their roots.
+template <class Wanted>
 class Paths {
 public:
   Paths(const SoeTree& tree, const std::vector<Wanted>& wanted) : tree_(tree), last_(tree.parent.size(), -1) {
@@ -47,6 +43,19 @@ public:
                  [&](std::int32_t i) { return last_[i] >= begin; });
   }
 
+  // Right sides at some, solutions at all.
+  void find_all(std::span<const Wanted> sides, SoeReach& reach) const {
+    std::vector<bool> seen(tree_.parent.size());
+    reach.down.clear();
+    for (const Wanted& w : sides)
+      for (std::int32_t i = node(w.place); i >= 0 && !seen[i]; i = tree_.parent[i]) {
+        seen[i] = true;
+        reach.down.push_back(i);
+      }
+    std::sort(reach.down.begin(), reach.down.end());
+    reach.up = all_;
+  }
+
   void clear(const std::vector<std::int32_t>& nodes, double* y) const {
     for (const std::int32_t i : nodes) {
       const std::int64_t first = tree_.first.empty() ? i : tree_.first[i];
@@ -64,21 +73,62 @@ private:
 
 } // namespace
 
-void Soe::solve_units(std::span<const std::int32_t> indices, double* out, int threads) const {
+std::vector<Soe::Wanted> Soe::wanted_of(std::span<const std::int32_t> indices) const {
   if (!factorised_) throw Error("there are no factors to solve with: give values that can be factorised first");
-  const std::int64_t m = std::int64_t(indices.size()), equations = scaled_.n, size = work_size();
-  std::fill(out, out + m * m, 0.0);
   std::vector<Wanted> wanted;
-  for (std::int64_t i = 0; i < m; ++i) {
+  for (std::size_t i = 0; i < indices.size(); ++i) {
     if (indices[i] < 0 || indices[i] >= n_)
       throw Error("index " + std::to_string(i) + " names unknown " + std::to_string(indices[i]) + " of " +
                   std::to_string(n_) + ": they count from 0");
-    if (const std::int32_t e = equation_[indices[i]]; e >= 0) wanted.push_back({i, e, place_[e]});
+    if (const std::int32_t e = equation_[indices[i]]; e >= 0) wanted.push_back({std::int64_t(i), e, place_[e]});
   }
   std::stable_sort(wanted.begin(), wanted.end(), [](const Wanted& a, const Wanted& b) { return a.place < b.place; });
+  return wanted;
+}
+
+void Soe::add_units(std::span<const std::int32_t> indices, std::int64_t known, double* out,
+                    std::int64_t leading) const {
+  if (!symmetric_) throw Error("entries are added to those of the inverse of a symmetric matrix alone");
+  const std::int64_t m = std::int64_t(indices.size()), equations = scaled_.n;
+  const std::vector<Wanted> wanted = wanted_of(indices);
+  std::vector<Wanted> fresh;
+  std::copy_if(wanted.begin(), wanted.end(), std::back_inserter(fresh),
+               [&](const Wanted& w) { return w.index >= known; });
+  for (std::int64_t c = known; c < m; ++c)
+    for (std::int64_t r = 0; r < m; ++r) out[leading * c + r] = out[leading * r + c] = 0;
+  const SoeTree* const tree = factors_->tree();
+  std::optional<Paths<Wanted>> paths;
+  if (tree != nullptr) paths.emplace(*tree, wanted);
+  std::vector<double> y(std::size_t(work_size()), 0.0);
+  SoeReach reach;
+  for (std::size_t begin = 0; begin < fresh.size(); begin += lanes) {
+    const std::size_t end = std::min(begin + std::size_t(lanes), fresh.size());
+    const std::span<const Wanted> sides(&fresh[begin], end - begin);
+    if (paths) {
+      paths->find_all(sides, reach);
+      paths->clear(reach.up, y.data());
+    } else {
+      std::fill(y.begin(), y.begin() + equations * lanes, 0.0);
+    }
+    for (std::size_t k = 0; k < sides.size(); ++k) y[sides[k].place * lanes + k] = left_[sides[k].equation];
+    factors_->solve(int(lanes), y.data(), paths ? &reach : nullptr, y.data() + equations * lanes);
+    for (const Wanted& w : wanted)
+      for (std::size_t k = 0; k < sides.size(); ++k) {
+        const bool twice = w.index >= known && w.place < sides[k].place; // the column of the lower place counts
+        if (twice) continue;
+        const double x = right_[w.equation] * y[w.place * lanes + k];
+        out[leading * sides[k].index + w.index] = out[leading * w.index + sides[k].index] = x;
+      }
+  }
+}
+
+void Soe::solve_units(std::span<const std::int32_t> indices, double* out, int threads) const {
+  const std::int64_t m = std::int64_t(indices.size()), equations = scaled_.n, size = work_size();
+  const std::vector<Wanted> wanted = wanted_of(indices);
+  std::fill(out, out + m * m, 0.0);
   const std::int64_t count = std::int64_t(wanted.size()), groups = (count + lanes - 1) / lanes;
   const SoeTree* const tree = factors_->tree();
-  std::optional<Paths> paths;
+  std::optional<Paths<Wanted>> paths;
   if (tree != nullptr) paths.emplace(*tree, wanted);
   const int team = int(std::clamp<std::int64_t>(groups, 1, std::max(threads, 1)));
 #pragma omp parallel num_threads(team) if (team > 1)

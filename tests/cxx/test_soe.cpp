@@ -143,6 +143,31 @@ TEST(Soe, EveryStorageSolvesAsElimination) {
     }
 }
 
+TEST(Soe, UnitsThatAreAddedAreThoseOfAllAtOnce) {
+  for (const Kind& each : kinds())
+    for (const bool at_the_end : {false, true}) {
+      const SparseMatrix a = springs(9, 1, 4);
+      const std::vector<std::int32_t> wanted{80, 3, 17, 44, 0, 61, 62, 63, 64, 12, 9, 77, 30, 31, 32, 33, 34, 35};
+      SoeOptions options = each.options;
+      options.held.assign(a.n, 0);
+      options.held[17] = options.held[50] = 1;
+      options.last.assign(a.n, 0);
+      for (const std::int32_t i : wanted) options.last[i] = at_the_end;
+      const auto soe = Soe::make(a, options);
+      ASSERT_TRUE(soe->factor(a.value.data()));
+      const std::int64_t m = std::int64_t(wanted.size()), leading = m + 5;
+      std::vector<double> all(m * m), out(leading * leading, std::numeric_limits<double>::quiet_NaN());
+      soe->solve_units(wanted, all.data());
+      for (const auto& [known, now] : {std::pair<std::int64_t, std::int64_t>{0, 2}, {2, 3}, {3, 14}, {14, m}})
+        soe->add_units({wanted.data(), std::size_t(now)}, known, out.data(), leading);
+      for (std::int64_t j = 0; j < m; ++j)
+        for (std::int64_t i = 0; i < m; ++i) {
+          ASSERT_NEAR(out[leading * j + i], all[m * j + i], 1e-15 * largest(all)) << each.name;
+          ASSERT_EQ(out[leading * j + i], out[leading * i + j]);
+        }
+    }
+}
+
 TEST(Soe, UnitsAreEntriesOfTheInverse) {
   std::vector<Kind> all = kinds();
   for (const Kind& each : all) {

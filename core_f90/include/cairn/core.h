@@ -149,9 +149,17 @@ typedef struct cairn_batch {
   int32_t bonds;              /* 1: state is the gap at which it bonded, huge where it did not */
   int32_t repeats;            /* 1: solve is handed the last contact again where there is a dummy */
   int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights */
+  int32_t in_turn;          /* 1: its contacts see each other, and are swept one after the other; a cone, full blocks */
+  int32_t nodes_a, nodes_b; /* of a mapped side: nodes of a contact, at most */
+  int32_t stride_a, stride_b; /* of a mapped side: rows of a response; 0: there are none */
   int32_t *body_a, *body_b;   /* (n) places of velocity records, of condensed bodies where mapped */
   int32_t *node_a, *node_b;   /* (n, 4) of a mapped side: places among the contact nodes of its body; else null */
+  int32_t *dof_a, *dof_b; /* (n, 6) of a mapped side: places in `condensed_velocity` of the first dof of its nodes (4)
+                           * and of its body, and rows of the response that are the body's */
   const cairn_condensed* condensed; /* bodies of mapped sides */
+  double* condensed_velocity;       /* of all condensed bodies, each from the start of a cache line on [m/s] */
+  double *response_a, *response_b;  /* (stride, dimension, n) what a unit impulse along each axis of the contact does to
+                                     * the  velocities of its body, zero beyond its dofs [1/kg] */
   double* frame;                    /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
   double *lever_a, *lever_b;        /* (n, lever of the side) [m] */
   double* delassus;                 /* [1/kg] */
@@ -204,6 +212,8 @@ struct cairn_condensed {
 #include "../../sides/sides.def"
 #undef CAIRN_SIDE
 #undef CAIRN_MAPPED_SIDE
+
+void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
 #define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \

@@ -7,6 +7,7 @@ module nlgs
   use contact_schedule, only: schedule_view, open_schedule
   use radial_sweep, only: sweep_radial2, sweep_radial3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
+  use contacts_in_turn, only: sweep_in_turn
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
@@ -63,6 +64,10 @@ contains
       return
     end if
     call open_batch(batch, sides, work, view)
+    if (batch%in_turn /= 0) then
+      call sweep_in_turn(batch, sides, record, general, relaxation, view, change)
+      return
+    end if
     n = view%n
     c = view%c
     va = 1

@@ -6,6 +6,7 @@ module contact_passes
   use contact_velocity, only: contact_columns, find_columns
   use radial_passes, only: radial_impulse2, radial_impulse3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, bare_velocity, add_impulse, delassus_block
+  use contacts_in_turn, only: give_in_turn
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
@@ -53,6 +54,10 @@ contains
       return
     end if
     call open_batch(batch, sides, work, view)
+    if (batch%in_turn /= 0) then
+      call give_in_turn(batch, sides, record, general, view)
+      return
+    end if
     vb = 1 + view%width_a*view%n
     call load_bodies(view, record, general, work(1), work(vb))
     call add_impulse(batch, view, view%r, work(1), work(vb), record)

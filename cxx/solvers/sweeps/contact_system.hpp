@@ -19,6 +19,7 @@ struct ContactSystem {
   Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
   std::vector<CondensedBody> condensed;              // on which mapped sides rest
   std::vector<cairn_condensed> condensed_dofs;       // of them, as batches refer to them
+  Array<double> condensed_velocity;                  // of their contact nodes, each body from a cache line on
   Array<double> work;
   Array<std::int32_t> candidate;           // (places of contacts, dummies included); -1: dummy
   Array<double> sums, change;              // (6, batches), (batches)

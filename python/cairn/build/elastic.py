@@ -34,8 +34,15 @@ class ElasticBody:
         lumped=False, rayleigh=(0.0, 0.0),
     ):  # fmt: skip
         self.points = np.ascontiguousarray(points, float)
-        if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
-            raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
+        if self.points.ndim != 2 or self.points.shape[1] not in (2, 3):
+            raise ValueError(f"points have shape {self.points.shape}: give places (n, 2) or (n, 3) [m]")
+        if not np.all(np.isfinite(self.points)):
+            at = int(np.argmin(np.isfinite(self.points).all(axis=1)))
+            raise ValueError(f"points[{at}] is {self.points[at].tolist()}: give finite places [m]")
+        if checks.number("density", density) < 0:
+            raise ValueError(f"density is {density}: give a number >= 0 [kg/m3]")
+        if not sum(len(nodes) for nodes in cells.values()):
+            raise ValueError(f"cells holds no cell: give one at least, of {', '.join(ELEMENTS)}")
         self.dim = self.points.shape[1]
         self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
         self.elasticity = _elasticity(self.dim, checks.positive("young", young), checks.number("poisson", poisson), plane)

@@ -103,6 +103,13 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     points = [np.zeros((0, 2), int), np.zeros((0, 2))] if points is None else [np.asarray(part) for part in points]
     if points[0].shape != points[1].shape or points[0].ndim != 2:
         raise ValueError(f"points have shapes {points[0].shape}, {points[1].shape}: give nodes (m, k) and their weights (m, k)")
+    if not np.all(np.isfinite(points[1])):
+        at = int(np.argmin(np.isfinite(points[1]).all(axis=1)))
+        raise ValueError(f"points have weights {points[1][at].tolist()} at point {at}: give finite numbers whose sum is 1")
+    for field, named in (("contact", nodes), ("points", points[0]), ("edges", pairs)):
+        beyond = named[(named < 0) | (named >= n)]
+        if beyond.size:
+            raise ValueError(f"{field} names node {beyond.flat[0]}: the mesh has {n} nodes, from 0")
     fixed, drive = dict(fixed or {}), dict(drive or {})
     for group, by_axis in drive.items():
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))

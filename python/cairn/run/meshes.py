@@ -72,6 +72,7 @@ def _model(mesh, origin):
         "node_ids": mesh.node_ids,
         "point_ids": mesh.point_ids,
         "side_ids": mesh.side_ids,
+        "contact_nodes": d.contact_nodes,
         "point_nodes": _wide(followed, -1),
         "point_weights": _wide(weights, 0.0),
         "side_nodes": _wide(sides, -1),
