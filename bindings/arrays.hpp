@@ -97,6 +97,7 @@ py::list describe(Holder& holder) {
 }
 
 void bind_elements(py::module_& m);
+void bind_files(py::module_& m);
 void bind_laws(py::module_& m);
 void bind_meshes(py::module_& m);
 void bind_problems(py::module_& m);

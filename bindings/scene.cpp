@@ -92,14 +92,6 @@ py::dict get_hulls(Scene& s) {
   return out;
 }
 
-void set_hulls(Scene& s, const py::dict& arrays) {
-  each_hull_array(s.contactors.hulls, [&](const char* name, auto& v) {
-    using T = typename std::decay_t<decltype(v)>::value_type;
-    const Input<T> in = py::cast<Input<T>>(arrays[name]);
-    v.assign(in.data(), in.data() + in.size());
-  });
-}
-
 void assign_body(Scene& s, const std::string& name, const py::array& values) {
   bool found = false;
   s.bodies.for_each_field([&](auto& field) {
@@ -140,46 +132,6 @@ py::dict get_cell(const Scene& s) {
   out["corner"] = corner;
   out["velocity_gradient"] = gradient;
   return out;
-}
-
-// Every field in internal order, for a checkpoint.
-py::dict get_state(Scene& s) {
-  py::dict bodies, contactors;
-  s.bodies.for_each_field([&](auto& f) {
-    if (f.active) bodies[py::str(f.name)] = py::array(live(f, s.bodies.count, py::none())).attr("copy")();
-  });
-  s.contactors.for_each_field([&](auto& f) {
-    if (f.active) contactors[py::str(f.name)] = py::array(live(f, s.contactors.count, py::none())).attr("copy")();
-  });
-  py::dict out;
-  out["bodies"] = bodies;
-  out["contactors"] = contactors;
-  out["next_body_id"] = s.next_body_id;
-  out["next_contactor_id"] = s.next_contactor_id;
-  if (s.contactors.hulls.count() > 0) out["hulls"] = get_hulls(s);
-  out["cell"] = get_cell(s);
-  return out;
-}
-
-template <class Field>
-void restore_field(Field& f, const py::dict& arrays) {
-  using T = typename Field::value_type;
-  f.active = arrays.contains(py::str(f.name));
-  if (!f.active) return;
-  const Input<T> in = py::cast<Input<T>>(arrays[py::str(f.name)]);
-  f.values.assign(in.data(), in.data() + in.size());
-}
-
-void set_state(Scene& s, const py::dict& state) {
-  const py::dict bodies = state["bodies"], contactors = state["contactors"], cell = state["cell"];
-  s.bodies.for_each_field([&](auto& f) { restore_field(f, bodies); });
-  s.contactors.for_each_field([&](auto& f) { restore_field(f, contactors); });
-  if (state.contains("hulls")) set_hulls(s, state["hulls"]);
-  s.next_body_id = py::cast<std::int64_t>(state["next_body_id"]);
-  s.next_contactor_id = py::cast<std::int64_t>(state["next_contactor_id"]);
-  s.fields_restored();
-  set_cell(s, py::cast<std::array<bool, 3>>(cell["periodic"]), py::cast<Input<double>>(cell["vectors"]),
-           py::cast<Input<double>>(cell["corner"]), py::cast<Input<double>>(cell["velocity_gradient"]));
 }
 
 } // namespace
@@ -234,7 +186,5 @@ void bind_scene(py::module_& m) {
       .def("raw_body",
            [](py::object self, const std::string& name) { return get_live(self.cast<Scene&>().bodies, name, self); })
       .def("body_fields", [](Scene& s) { return describe(s.bodies); })
-      .def("contactor_fields", [](Scene& s) { return describe(s.contactors); })
-      .def("get_state", &get_state)
-      .def("set_state", &set_state);
+      .def("contactor_fields", [](Scene& s) { return describe(s.contactors); });
 }

@@ -1,4 +1,5 @@
 #include "base/threads.hpp"
+#include "files/simulation_state.hpp"
 #include "laws/plug.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 #include "strategies/contact_fields.hpp"
@@ -7,6 +8,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "stored.hpp"
 
 using cairn::Simulation;
 
@@ -72,11 +74,6 @@ py::dict energy_of(const cairn::Energy& e) {
   return out;
 }
 
-void restore_energy(cairn::Energy& e, const py::dict& in) {
-#define CAIRN_ENERGY_TERM(term, meaning) e.term = py::cast<double>(in[#term]);
-#include "strategies/report.def"
-}
-
 py::dict report_of(const cairn::StepReport& r) {
   py::dict out;
   out["step"] = r.step;
@@ -127,60 +124,6 @@ py::array contact_field(Simulation& s, const std::string& name) {
   return field.whole ? read_contacts<std::int64_t>(s, field, n) : read_contacts<double>(s, field, n);
 }
 
-py::dict memory_of(const cairn::ContactMemory& m) {
-  py::dict out;
-  py::array_t<std::int64_t> keys({py::ssize_t(m.keys.size()), py::ssize_t(4)});
-  std::int64_t* to = keys.mutable_data();
-  for (const cairn::ContactKey& k : m.keys) {
-    *to++ = k.contactor_a;
-    *to++ = k.contactor_b;
-    *to++ = k.feature;
-    *to++ = k.image;
-  }
-  out["h"] = m.h;
-  out["contactors_seen"] = m.contactors_seen;
-  out["impulse_components"] = m.impulse_components;
-  out["state_components"] = m.state_components;
-  out["keys"] = keys;
-  out["impulses"] = array_of(m.impulses);
-  out["states"] = array_of(m.states);
-  if (!m.forces.empty()) out["forces"] = array_of(m.forces);
-  return out;
-}
-
-cairn::ContactMemory memory_from(const py::dict& d) {
-  cairn::ContactMemory m;
-  m.h = py::cast<double>(d["h"]);
-  m.contactors_seen = py::cast<std::int64_t>(d["contactors_seen"]);
-  m.impulse_components = py::cast<int>(d["impulse_components"]);
-  m.state_components = py::cast<int>(d["state_components"]);
-  const Input<std::int64_t> keys = py::cast<Input<std::int64_t>>(d["keys"]);
-  for (py::ssize_t i = 0; i + 3 < keys.size(); i += 4) {
-    const std::int64_t* k = keys.data() + i;
-    m.keys.push_back({k[0], k[1], std::int32_t(k[2]), std::int32_t(k[3])});
-  }
-  const Input<double> impulses = py::cast<Input<double>>(d["impulses"]), states = py::cast<Input<double>>(d["states"]);
-  m.impulses.assign(impulses.data(), impulses.data() + impulses.size());
-  m.states.assign(states.data(), states.data() + states.size());
-  if (d.contains("forces")) {
-    const Input<double> forces = py::cast<Input<double>>(d["forces"]);
-    m.forces.assign(forces.data(), forces.data() + forces.size());
-  }
-  return m;
-}
-
-py::dict get_state(py::object self) {
-  Simulation& s = self.cast<Simulation&>();
-  py::dict out;
-  out["scene"] = self.attr("scene").attr("get_state")();
-  out["memory"] = memory_of(s.strategy().memory(s));
-  out["projection_memory"] = memory_of(s.strategy().projection_memory());
-  out["energy"] = energy_of(s.energy);
-  out["steps"] = s.steps;
-  out["time"] = s.time;
-  return out;
-}
-
 py::dict contact_rows(Simulation& s) {
   stages_of(s);
   if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
@@ -221,17 +164,6 @@ void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict&
   report.penetration = s.interactions.system().penetration;
   report.hint = py::cast<std::string>(found["hint"]);
   s.report.solve = report;
-}
-
-void set_state(py::object self, const py::dict& state) {
-  Simulation& s = self.cast<Simulation&>();
-  self.attr("scene").attr("set_state")(state["scene"]);
-  s.strategy().restore(s, memory_from(state["memory"]));
-  s.strategy().restore_projection(s, memory_from(state["projection_memory"]));
-  s.forget_contacts();
-  restore_energy(s.energy, state["energy"]);
-  s.steps = py::cast<std::int64_t>(state["steps"]);
-  s.time = py::cast<double>(state["time"]);
 }
 
 // A stage of NSCD by itself: with threads and clock as step() calls it.
@@ -346,7 +278,10 @@ void bind_simulation(py::module_& m) {
       .def_readonly("time", &Simulation::time)
       .def("stage_seconds", &Simulation::stage_seconds)
       .def("bytes", &Simulation::bytes)
-      .def("get_state", &get_state)
-      .def("set_state", &set_state);
+      .def("get_state", [](Simulation& s) { return dict_of(cairn::state_of(s)); })
+      .def("set_state", [](Simulation& s, const py::dict& state) { cairn::take_state(s, tree_of(state)); })
+      .def("check_state", [](const Simulation& s, const py::dict& state, std::int64_t species) {
+        cairn::check_state(tree_of(state), species, s);
+      });
   bind_stages(simulation);
 }

@@ -1,5 +1,6 @@
 set(CAIRN_CXX_SOURCES
   api/contacts.cpp
+  api/files.cpp
   api/hulls.cpp
   api/meshes.cpp
   api/scene.cpp
@@ -23,6 +24,19 @@ set(CAIRN_CXX_SOURCES
   detection/interaction_handler.cpp
   detection/narrow_phase.cpp
   fe/elements.cpp
+  files/checksums.cpp
+  files/file_error.cpp
+  files/growing_file.cpp
+  files/hdf5_bytes.cpp
+  files/hdf5_image.cpp
+  files/hdf5_node.cpp
+  files/run_reader.cpp
+  files/run_snapshot.cpp
+  files/run_writer.cpp
+  files/simulation_state.cpp
+  files/state_check.cpp
+  files/stored_tree.cpp
+  files/writer_lock.cpp
   laws/law_rules.cpp
   laws/law_table.cpp
   laws/plug.cpp

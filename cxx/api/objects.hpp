@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../base/call.hpp"
+#include "../files/file_error.hpp"
 #include "../scene/mesh_parts.hpp"
 #include "../strategies/options.hpp"
 #include "cairn/cairn.h"
@@ -30,9 +31,12 @@ struct cairn_scene {
 };
 
 struct cairn_simulation {
+  explicit cairn_simulation(cairn::Simulation made) : simulation(std::move(made)) {}
   cairn::Simulation simulation;
   std::vector<std::unique_ptr<cairn::Strategy>> left{}; // strategies that were in use, with their settings
   int materials = 0;
+  std::vector<std::string> material_names;
+  std::string fingerprint; // of the scene that it was made of
 };
 
 struct cairn_mesh {
@@ -61,9 +65,9 @@ int32_t guarded(cairn_error* error, Body&& body) {
     return failed(error, cairn_wrong_input, e.what());
   } catch (const std::invalid_argument& e) {
     return failed(error, cairn_wrong_input, e.what());
-  } catch (const std::exception& e) { return failed(error, cairn_internal_error, e.what()); } catch (...) {
-    return failed(error, cairn_internal_error, "an exception of unknown type");
-  }
+  } catch (const FileError& e) { return failed(error, cairn_file_error, e.what()); } catch (const std::exception& e) {
+    return failed(error, cairn_internal_error, e.what());
+  } catch (...) { return failed(error, cairn_internal_error, "an exception of unknown type"); }
   if (error) *error = cairn_error{};
   return cairn_ok;
 }

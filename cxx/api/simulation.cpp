@@ -3,6 +3,7 @@
 #include <cmath>
 #include <typeinfo>
 
+#include "../files/simulation_state.hpp"
 #include "objects.hpp"
 
 using cairn::Error;
@@ -98,8 +99,10 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
     cairn_nscd_defaults(&chosen);
     if (options) chosen = *options;
     const cairn::NscdOptions strategy = strategy_of(chosen);
-    auto made = std::unique_ptr<cairn_simulation>(new cairn_simulation{{scene->scene, table_of(*scene), strategy}});
+    auto made = std::make_unique<cairn_simulation>(cairn::Simulation(scene->scene, table_of(*scene), strategy));
     made->materials = int(scene->materials.size());
+    made->material_names = scene->materials;
+    made->fingerprint = cairn::fingerprint(made->simulation.scene);
     for (const cairn::MeshModel& mesh : scene->meshes) made->simulation.add_mesh(mesh);
     made->simulation.strategy().check_scene(made->simulation);
     *simulation = made.release();

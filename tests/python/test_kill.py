@@ -71,18 +71,19 @@ def test_killed_at_random_instants(tmp_path):
     assert len(seen) > 3  # they were killed at different instants, on a busy machine too
 
 
-def test_killed_between_any_two_writes_and_within_each(tmp_path, monkeypatch):
+def test_killed_between_any_two_writes_and_within_each(tmp_path):
     """Replays every prefix of the writes of a run, and each prefix with half of the next write."""
-    log, pwrite = [], os.pwrite
+    log, marks = [], []
 
-    def logged(fd, data, address):
-        log.append((address, bytes(data)))
-        return pwrite(fd, data, address)
+    def logged(address, data):
+        log.append((address, data))
+        return 0
 
-    monkeypatch.setattr(container.os, "pwrite", logged)
-    marks = []
-    write(tmp_path / "run.vtkhdf", OUTPUTS, after=lambda k: marks.append(len(log))).close()
-    monkeypatch.undo()
+    container.GrowingFile.watch(logged)
+    try:
+        write(tmp_path / "run.vtkhdf", OUTPUTS, after=lambda k: marks.append(len(log))).close()
+    finally:
+        container.GrowingFile.watch(None)
     first_commit = next(i for i, (address, _) in enumerate(log) if address == 0) + 1
     replayed = tmp_path / "replayed.vtkhdf"
     with open(replayed, "w+b") as file:

@@ -10,9 +10,8 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import problems
-from cairn.post import FileError, checkpoint, load
+from cairn.post import FileError, RunWriter, checkpoint, load
 from cairn.post.container import GrowingFile
-from cairn.post.reopen import reopen
 from made_up import write
 from small_scenes import heap
 
@@ -66,7 +65,7 @@ def test_a_second_writer_of_a_file_is_refused_and_the_first_one_unharmed(tmp_pat
     with pytest.raises(FileError, match="another run is writing this file"):
         GrowingFile(path, overwrite=True)
     with pytest.raises(FileError, match="another run is writing this file"):
-        reopen(path)
+        RunWriter.go_on(path, 0)
     first.close()
     GrowingFile(path, overwrite=True).close()
     assert os.listdir(tmp_path) == ["a.h5"]
@@ -88,8 +87,9 @@ def test_what_a_killed_run_left_is_cleaned_by_the_next(tmp_path):
 
 
 def _killed(path):
-    GrowingFile(path)
-    os.replace = lambda a, b: os.kill(os.getpid(), signal.SIGKILL)
+    left = GrowingFile(path)
+    left.root.array("x", 1)
+    GrowingFile.watch(lambda address, _: os.kill(os.getpid(), signal.SIGKILL) if address == 0 else 0)
     checkpoint.save(path.with_name("run.checkpoint.h5"), {"a": 1})
 
 

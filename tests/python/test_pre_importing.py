@@ -69,7 +69,7 @@ def test_each_bad_block_is_told_with_its_place(tmp_path, capsys):
     with pytest.raises(mesh.MeshError) as error:
         importing.read(path)
     text = str(error.value)
-    assert text.startswith("wall.obj: 2 of 14 blocks are refused") and error.value.items.tolist() == [3, 9]
+    assert text.startswith(f"{path}: 2 of 14 blocks are refused") and error.value.items.tolist() == [3, 9]
     for k, fault in ((3, "is open"), (9, "is run along twice")):
         (line,) = (line for line in text.splitlines() if f"block {k} (stone_{k})" in line)
         assert fault in line

@@ -17,12 +17,20 @@
 extern "C" {
 #endif
 
-enum cairn_code { cairn_ok = 0, cairn_wrong_input = 1, cairn_out_of_memory = 2, cairn_internal_error = 3 };
+enum cairn_code {
+  cairn_ok = 0,
+  cairn_wrong_input = 1,
+  cairn_out_of_memory = 2,
+  cairn_internal_error = 3,
+  cairn_file_error = 4 /* a file cannot be read or written */
+};
 enum cairn_solve_status { cairn_converged = 0, cairn_iteration_limit = 1, cairn_diverged = 2 };
 
 typedef struct cairn_scene cairn_scene;
 typedef struct cairn_simulation cairn_simulation;
 typedef struct cairn_mesh cairn_mesh;
+typedef struct cairn_run_writer cairn_run_writer;
+typedef struct cairn_run cairn_run;
 
 /* "0.1.0" */
 const char* cairn_version(void);
@@ -240,6 +248,42 @@ int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const c
  * [N s]. n is cairn_simulation_contacts. */
 int32_t cairn_simulation_contact_arrays(cairn_simulation* simulation, int64_t* bodies, double* gap, double* normal,
                                         double* point, double* impulse, cairn_error* error);
+
+/* ---------------------------------------------------------------- files
+ * The same as Python's: HDF5, see docs/files.md. */
+/* All that the future depends on but laws, options, gravity and loads; replaced as a whole or not at all. */
+int32_t cairn_simulation_write_checkpoint(cairn_simulation* simulation, const char* path, cairn_error* error);
+/* Goes back, or on, to a checkpoint of the same scene: to the same bits. One that is refused, being damaged or of
+ * another scene, leaves the simulation as it was. */
+int32_t cairn_simulation_restart(cairn_simulation* simulation, const char* path, cairn_error* error);
+
+/* Writes a run, a .vtkhdf file. A kill at any instant leaves what was written as outputs. mode: below; with
+ * cairn_go_on, after a restart, outputs later than the step at hand are dropped. */
+enum cairn_run_mode { cairn_new_file = 0, cairn_replace = 1, cairn_go_on = 2 };
+int32_t cairn_run_writer_create(cairn_simulation* simulation, const char* path, int32_t mode, cairn_run_writer** writer,
+                                cairn_error* error);
+/* Bodies and contacts as they are now. */
+int32_t cairn_run_writer_output(cairn_run_writer* writer, cairn_simulation* simulation, cairn_error* error);
+/* The numbers of the last step, for the history: after each step. */
+int32_t cairn_run_writer_step(cairn_run_writer* writer, const cairn_simulation* simulation, cairn_error* error);
+int32_t cairn_run_writer_close(cairn_run_writer* writer, cairn_error* error); /* NULL is allowed */
+
+/* Reads a run, also while it is written. */
+int32_t cairn_run_open(const char* path, cairn_run** run, cairn_error* error);
+void cairn_run_close(cairn_run* run); /* NULL is allowed */
+int64_t cairn_run_outputs(const cairn_run* run);
+/* Of the outputs [s]. values has room for capacity numbers; *count is how many there are, and nothing is written if
+ * that is more: here and below. */
+int32_t cairn_run_times(const cairn_run* run, int64_t capacity, double* times, int64_t* count, cairn_error* error);
+/* A field of the bodies or the contacts of an output, from 0, (components, n): "position", "velocity", "radius", "id",
+ * ...; "point", "normal", "gap", "impulse", "body_a", ... */
+int32_t cairn_run_body_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity, double* values,
+                             int64_t* count, cairn_error* error);
+int32_t cairn_run_contact_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity,
+                                double* values, int64_t* count, cairn_error* error);
+/* A column of the history, a row for each step: "time", "step", "contacts", "error", "energy_kinetic", ... */
+int32_t cairn_run_history(const cairn_run* run, const char* name, int64_t capacity, double* values, int64_t* count,
+                          cairn_error* error);
 
 #ifdef __cplusplus
 }

@@ -113,10 +113,22 @@ class ElasticBody:
 
     @classmethod
     def read(cls, path, **options):
-        """From a mesh that meshio reads; its named groups (gmsh's physical groups) become groups of nodes."""
-        import meshio
+        """From a mesh that meshio reads; its named groups (gmsh's physical groups) become groups of nodes. Raises FileError for
+        a file that is not there, or that holds no such mesh (a ValueError, too)."""
+        from pathlib import Path
 
-        mesh = meshio.read(path)
+        from ..post.errors import MissingFile
+        from ..pre.importing import by_library, told_of
+        from ..pre.mesh import library
+
+        path = Path(path)
+        if not path.exists():
+            raise MissingFile(path)
+        with told_of(path):
+            return cls._of_mesh(by_library(path, library("meshio", f"to read {path.suffix} files").read), options)
+
+    @classmethod
+    def _of_mesh(cls, mesh, options):
         kinds = [e["cell"] for e in _core.elements()]
         used = [c for c in mesh.cells if c.type in kinds]
         dim = max((e["dim"] for e in _core.elements() if any(c.type == e["cell"] for c in used)), default=2)

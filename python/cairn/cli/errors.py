@@ -23,12 +23,13 @@ def meant_to_be_read(error):
     import dis
 
     from .. import Error
+    from ..post.errors import FileError
 
     frame, at, _ = list(_frames(error))[-1]
     code = frame.f_code
     if not os.path.abspath(code.co_filename).startswith(_package() + os.sep):
         return False
-    return isinstance(error, Error) or dis.opname[code.co_code[at]] == "RAISE_VARARGS"
+    return isinstance(error, (Error, FileError)) or dis.opname[code.co_code[at]] == "RAISE_VARARGS"
 
 
 def _package():

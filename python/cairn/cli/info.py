@@ -7,11 +7,12 @@ def add_parser(add, commands):
         commands,
         "info",
         "what is in a file, and how the solver did",
-        "cairn info pile.vtkhdf\ncairn info pile.vtkhdf --json\ncairn info pile.vtkhdf --script     the script that made it",
+        "cairn info pile.vtkhdf\ncairn info pile.vtkhdf --json\ncairn info pile.vtkhdf --script     the script that made it\ncairn info pile.vtkhdf --check",
     )
     info.add_argument("file", help="a run, a scene or a checkpoint")
     info.add_argument("--json", action="store_true", help="for programs")
     info.add_argument("--script", action="store_true", help="print the script that made the run")
+    info.add_argument("--check", action="store_true", help="verify the checksums of all that the file holds")
     info.add_argument("--repair", action="store_true", help="after a loss of power: go back to the last state on the disk")
 
 
@@ -30,6 +31,10 @@ def main(options):
             print(run.provenance.get("script_text") or run.provenance.get("script") or "no script is stored")
         return 0
     facts = describe(options.file)
+    if options.check:
+        from ..post.sums import check
+
+        facts["checksums"] = check(options.file)
     if options.json:
         import json
 

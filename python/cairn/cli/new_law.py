@@ -1,5 +1,7 @@
 """`cairn new-law`: a contact law of one's own, ready to build, to run and to test."""
 
+import shlex
+
 
 def add_parser(add, commands):
     """The parser of `cairn new-law`."""
@@ -18,5 +20,5 @@ def main(options):
     paths = write(options.name, options.folder)
     for path in paths:
         print(path)
-    print(f"\nnow:  cd {paths[0].parent}\n      {build_line(options.name)}\n      python run.py")
+    print(f"\nnow:  cd {shlex.quote(str(paths[0].parent))}\n      {build_line(options.name)}\n      python run.py")
     return 0

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..post.errors import DAMAGE
+from ..post.hdf5 import read_foreign
 from . import datbox
 from .mesh import read_mesh_states
 from .text import LegacyError, Reader
@@ -134,16 +136,19 @@ def read_outbox(folder, meshes=()):
 
 def read_h5(path, meshes=()):
     """All instants in an lmgc90.h5 file, by rising step. meshes: of the Datbox, whose nodes are wanted."""
-    import h5py
+
+    def instants(f):
+        names = {int(i): n for i, n in _table(f, "inter_id")}
+        status = {int(i): n for i, n in _table(f, "status")}
+        groups = sorted((g for _, g in f["Evolution"].items()), key=lambda g: int(np.ravel(g["NStep"][()])[0]))
+        dim = int(np.ravel(f["Simulation/dimension"][()])[0])
+        return [_h5_instant(path, g, names, status, dim, meshes) for g in groups]
 
     try:
-        with h5py.File(path) as f:
-            names = {int(i): n for i, n in _table(f, "inter_id")}
-            status = {int(i): n for i, n in _table(f, "status")}
-            groups = sorted(f["Evolution"].values(), key=lambda g: int(np.ravel(g["NStep"][()])[0]))
-            dim = int(np.ravel(f["Simulation/dimension"][()])[0])
-            return [_h5_instant(g, names, status, dim, meshes) for g in groups]
-    except (OSError, KeyError, IndexError) as error:
+        return read_foreign(path, instants)
+    except LegacyError:
+        raise
+    except (OSError, *DAMAGE) as error:
         raise LegacyError(f"{path}: is no lmgc90.h5 that can be read ({error})") from error
 
 
@@ -153,7 +158,7 @@ def _table(f, name):
     return zip(np.ravel(group["id"][()]), texts)
 
 
-def _h5_instant(g, names, status, dim, meshes):
+def _h5_instant(path, g, names, status, dim, meshes):
     step, time = int(np.ravel(g["NStep"][()])[0]), float(np.ravel(g["TPS"][()])[0])
     states = {}
     if "RBDY2" in g:
@@ -164,7 +169,7 @@ def _h5_instant(g, names, status, dim, meshes):
             states["RBDY3", k + 1] = datbox.BodyState(row[:3], row[6:12], row[12:21].reshape(3, 3).T)
     instant = _instant(step, time, states, dim)
     if meshes:
-        instant.meshes = _h5_meshes(g, meshes, dim)
+        instant.meshes = _h5_meshes(path, g, meshes, dim)
     if "VlocRloc" in g and (len(states) or meshes):
         i, r = g["VlocRloc/idata"][()], g["VlocRloc/rdata"][()]
         flat = dim == 2
@@ -184,7 +189,7 @@ def _h5_instant(g, names, status, dim, meshes):
     return instant
 
 
-def _h5_meshes(g, meshes, dim):
+def _h5_meshes(path, g, meshes, dim):
     """{mesh: (displacement, velocity)} of the meshes that move; those of heat have no place there."""
     if "MAILx/mecax/displacement" not in g:
         return {}
@@ -192,7 +197,7 @@ def _h5_meshes(g, meshes, dim):
     displacement, velocity = g["MAILx/mecax/displacement"][()], np.ravel(g["MAILx/mecax/dofs"][()])
     if displacement.shape != (last[-1], dim) or len(velocity) != last[-1] * dim:
         raise LegacyError(
-            f"{g.file.filename}: has displacements of shape {displacement.shape} and {len(velocity)} velocities, BODIES.DAT "
+            f"{path}: has displacements of shape {displacement.shape} and {len(velocity)} velocities, BODIES.DAT "
             f"{last[-1]} nodes of meshes in {dim}D; give one case"
         )
     velocity = velocity.reshape(-1, dim)

@@ -6,6 +6,8 @@ import math
 import re
 from pathlib import Path
 
+from ..post.errors import ContentError
+
 # A number of Fortran: its mantissa and its exponent, whose letter may be left out before a sign.
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeEqQ]?([+-]\d+)|[dDeEqQ](\d+))?")
 
@@ -15,7 +17,7 @@ def fortran(found):
     return float(f"{found[1]}e{found[2] or found[3] or 0}")
 
 
-class LegacyError(ValueError):
+class LegacyError(ContentError):
     """A legacy file that cannot be read or mapped; says file, line, what was found and the remedy."""
 
 

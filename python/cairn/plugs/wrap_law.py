@@ -59,7 +59,8 @@ def wrap_law(interface, folder=None, **changes):
     text = _adapter(path, given)
     target = Path(folder or path.parent) / f"{given['name']}_adapter.c"
     target.write_text(text, encoding="utf-8")
-    return target, _build(given)
+    here = target.parent.resolve() == Path.cwd()
+    return target, ("" if here else f"cd {shlex.quote(str(target.parent))} && ") + _build(given)
 
 
 def _build(given):

@@ -1,6 +1,10 @@
 """What can go wrong with a file, said so that a user can act on it."""
 
+import contextlib
 import os
+
+# what contents that make no sense raise where they are put to use
+DAMAGE = (ValueError, KeyError, TypeError, IndexError, AttributeError, OverflowError, MemoryError, RuntimeError, UnicodeError)
 
 
 class FileError(OSError):
@@ -12,6 +16,45 @@ class FileError(OSError):
     def __init__(self, path, problem, remedy=""):
         self.path, self.problem, self.remedy = str(path), problem, remedy
         super().__init__(f"{self.path}: {problem}" + (f"; {remedy}" if remedy else ""))
+
+
+class ContentError(FileError, ValueError):
+    """The contents of a file are of no use, told by one text: `path[, line n]: what is wrong[; what to do]`."""
+
+    def __init__(self, text, remedy="write it again, or mend it by hand"):
+        place, _, rest = str(text).partition(": ")
+        problem, _, told = rest.rpartition("; ") if "; " in rest else (rest, "", "")
+        super().__init__(place.partition(", line ")[0], problem, told or remedy)
+        self.args = (str(text),)
+
+    def __str__(self):
+        return self.args[0]
+
+
+class MissingFile(FileError, FileNotFoundError):
+    """There is no file at a path."""
+
+    def __init__(self, path):
+        super().__init__(path, "does not exist", "check the path")
+        self.args = (f"{path} does not exist; check the path",)
+
+    def __str__(self):
+        return self.args[0]
+
+
+class UnknownStructure(FileError):
+    """A sound HDF5 file may hold it; Cairn's reader does not know it."""
+
+
+@contextlib.contextmanager
+def told_as_damage(path, remedy="copy it again from where it was made"):
+    """What is raised meanwhile because of the contents of a file, as FileError."""
+    try:
+        yield
+    except DAMAGE as error:
+        missing = isinstance(error, KeyError) and error.args
+        told = str(error.args[0] if missing else error) or type(error).__name__
+        raise FileError(path, f"the file is damaged: {told}", remedy) from error
 
 
 # endings of names by which other programs know other formats than HDF5

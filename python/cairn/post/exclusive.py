@@ -83,6 +83,31 @@ def create_beside(folder, name):
         os.close(descriptor)  # another has cleaned it before it was locked
 
 
+def replace_whole(path, data):
+    """Writes bytes to a path, which is the old file or the new one at every instant. What stands in the way under another name,
+    a link say, is never written to. Raises FileError."""
+    path = os.fspath(path)
+    folder, name = os.path.split(path)
+    made = descriptor = None
+    try:
+        remove_stale(folder or ".", f".{name}.")
+        descriptor, made = create_beside(folder or ".", name)
+        with open(descriptor, "wb", closefd=False) as out:
+            out.write(data)
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(made, 0o666 & ~umask)
+        os.replace(made, path)
+        made = None
+    except OSError as error:
+        raise as_file_error(path, error) from error
+    finally:
+        if made is not None and stands(descriptor, made):
+            os.unlink(made)
+        if descriptor is not None:
+            os.close(descriptor)
+
+
 def _clean(part, path):
     """Removes a file that no run writes any more."""
     try:

@@ -1,16 +1,16 @@
 """Reads a run: `cairn.load(path)` gives its steps as numpy arrays."""
 
-import io
 import json
 import os
 
-import h5py
 import numpy as np
 
 from ..names import listed, teach
-from .errors import FileError, as_file_error
+from .errors import FileError, told_as_damage
+from .hdf5 import File, Group
 from .writer import FORMAT_NAME, FORMAT_VERSION
 
+STEPS = ("time", "time_detection", "step", "first_body", "bodies", "first_contact", "contacts")
 _VECTORS = ("position", "point", "normal", "impulse")  # stored with z = 0 in 2D, given back with two components
 
 
@@ -29,34 +29,17 @@ def load(path):
     return Run(path)
 
 
-class _Stream(io.FileIO):
-    """A file that is closed when HDF5 lets go of it."""
-
-    def __del__(self):
-        self.close()
-
-
 def open_run(path):
-    """The h5py file of a run, checked to be one."""
-    path = os.fspath(path)
+    """The file of a run, checked to be one."""
     try:
-        with open(path, "rb") as file:
-            start = file.read(8)
-            size = file.seek(0, os.SEEK_END)
-    except OSError as error:
-        raise as_file_error(path, error) from error
-    if start != b"\x89HDF\r\n\x1a\n":
-        what = "the file is empty" if size == 0 else "this is not an HDF5 file"
-        raise FileError(path, what, "give a .vtkhdf file that a Cairn simulation wrote")
-    # By its path HDF5 would hand out what is open already, as it stood when it was opened: too few outputs of a run
-    # that goes on.
+        file = File(path)
+    except FileError as error:
+        if error.remedy == "give a file that Cairn wrote":
+            raise FileError(path, error.problem, "give a .vtkhdf file that a Cairn simulation wrote") from error
+        raise
     try:
-        file = h5py.File(_Stream(path), "r")
-    except OSError as error:
-        what = "the file is truncated" if "truncated" in str(error) else f"HDF5 cannot open the file ({error})"
-        raise FileError(path, what, "copy it again from where it was made, or try 'cairn info --repair'") from error
-    try:
-        check_format(path, file, "cairn", FORMAT_NAME, FORMAT_VERSION)
+        with told_as_damage(path):
+            check_format(path, file, "cairn", FORMAT_NAME, FORMAT_VERSION)
     except FileError:
         file.close()
         raise
@@ -66,8 +49,7 @@ def open_run(path):
 def check_format(path, file, group, name, version):
     """Raise FileError unless `group` of an HDF5 file bears the format `name`, in a version this program can read."""
     attrs = file[group].attrs if group in file else {}
-    found = attrs.get("format", b"")
-    if (found.decode() if isinstance(found, bytes) else found) != name:
+    if attrs.get("format") != name:
         raise FileError(path, f"this HDF5 file is not a {name} file", "give a file that Cairn wrote for this purpose")
     theirs = tuple(int(n) for n in attrs["version"])
     if theirs[0] > version[0]:
@@ -76,26 +58,29 @@ def check_format(path, file, group, name, version):
         )
 
 
-def read_tree(group):
-    """A group as a nested dict: what `writer.write_tree` stored."""
-    return {name: read_tree(member) if isinstance(member, h5py.Group) else _value(member) for name, member in group.items()}
+def read_tree(group, within=()):
+    """A group as a nested dict: what `writer.write_tree` stored. within: groups that it stands in."""
+    if group._core.address in within:
+        raise ValueError(f"{group.name} stands within itself")
+    within = (*within, group._core.address)
+    return {name: read_tree(member, within) if isinstance(member, Group) else _value(member) for name, member in group.items()}
 
 
-def _value(dataset):
-    value = dataset[()]
-    if dataset.dtype.kind == "S":
+def _value(array):
+    value = array[()]
+    if array.dtype.kind == "S":
         value = np.char.decode(value, "utf-8")
         value = value.item() if value.ndim == 0 else value
     elif value.ndim == 0:
         value = value.item()
-    return json.loads(value) if "encoding" in dataset.attrs else value
+    return json.loads(value) if "encoding" in array.attrs else value
 
 
 class Fields:
     """Arrays over the bodies or the contacts of one step, read when asked for: `fields.gap` or `fields["gap"]`."""
 
-    def __init__(self, block, points_name, step, first, count, dim):
-        self._block, self._points_name, self._step, self._dim = block, points_name, step, dim
+    def __init__(self, path, block, points_name, step, first, count, dim):
+        self._path, self._block, self._points_name, self._step, self._dim = path, block, points_name, step, dim
         self._first, self._count, self._cache = first, count, {}
 
     def __len__(self):
@@ -117,7 +102,8 @@ class Fields:
         if name not in self._cache:
             if name not in self.names and name != "spin":
                 raise KeyError(f"there is no field '{name}'; there are {listed(self.names, name)}")
-            self._cache[name] = self._read(name)
+            with told_as_damage(self._path):
+                self._cache[name] = self._checked(name, self._read(name))
         return self._cache[name]
 
     def __getattr__(self, name):
@@ -130,6 +116,11 @@ class Fields:
 
     def __repr__(self):
         return f"<{self._count} x {', '.join(self.names)}>"
+
+    def _checked(self, name, value):
+        if len(value) != self._count or value.dtype.kind not in "biuf":
+            raise ValueError(f"{name} holds {len(value)} rows of {value.dtype}: {self._count} of numbers are due")
+        return value
 
     def _read(self, name):
         if name == self._points_name:
@@ -152,15 +143,14 @@ class Step:
     """
 
     def __init__(self, run, index):
-        steps = {name: run._steps[name][index] for name in run._steps}
+        steps = {name: values[index] for name, values in run._steps.items()}
         self.dim, self.index, self.run = run.dim, index, run
         self.time, self.time_detection, self.step = steps["time"], steps["time_detection"], int(steps["step"])
-        self.bodies = Fields(
-            run._file["cairn/bodies"], "position", index, int(steps["first_body"]), int(steps["bodies"]), run.dim
-        )
-        self.contacts = Fields(
-            run._file["cairn/contacts"], "point", index, int(steps["first_contact"]), int(steps["contacts"]), run.dim
-        )
+        with told_as_damage(run.path):
+            self.bodies, self.contacts = (
+                Fields(run.path, run._file[f"cairn/{what}"], point, index, int(steps[first]), int(steps[what]), run.dim)
+                for what, point, first in (("bodies", "position", "first_body"), ("contacts", "point", "first_contact"))
+            )
 
     def rows_of(self, ids):
         """Rows of the bodies with these ids in the arrays of this step."""
@@ -188,11 +178,29 @@ class Run:
         """Read the file anew."""
         self.close()
         self._file = open_run(self.path)
-        own = self._file["cairn"]
-        self.dim = int(own.attrs["dim"])
-        self._steps = {name: data[()] for name, data in own["steps"].items()}
+        try:
+            with told_as_damage(self.path):
+                self._read_steps(self._file["cairn"])
+        except FileError:
+            self.close()
+            raise
         self._scene = self._provenance = None
         return self
+
+    def _read_steps(self, own):
+        self.dim = own.attrs["dim"]
+        if self.dim not in (2, 3):
+            raise ValueError(f"dim is {self.dim}: 2 and 3 are known")
+        self._steps = {name: own["steps"][name][()] for name in STEPS}
+        shapes = {values.shape for values in self._steps.values()}
+        if len(shapes) > 1 or len(*shapes) != 1:
+            raise ValueError("the outputs are not told by columns of one length")
+        for name, values in self._steps.items():
+            due = "f" if name.startswith("time") else "i"
+            if values.dtype.kind != due:
+                raise ValueError(f"steps/{name} holds {values.dtype}")
+            if due == "i" and values.size and values.min() < 0 or due == "f" and not np.all(np.isfinite(values)):
+                raise ValueError(f"steps/{name} holds what is no {'number' if due == 'f' else 'count'}")
 
     def close(self):
         """Let go of the file."""
@@ -235,31 +243,37 @@ class Run:
     def scene(self):
         """What was simulated: nested dict."""
         if self._scene is None:
-            self._scene = read_tree(self._file["cairn/scene"])
+            self._scene = self._tree("scene")
         return self._scene
 
     @property
     def provenance(self):
         """Version, compiler, flags, script, seed, date ...: nested dict."""
         if self._provenance is None:
-            self._provenance = read_tree(self._file["cairn/provenance"])
+            self._provenance = self._tree("provenance")
         return self._provenance
 
     @property
     def periodic(self):
         """The periodic cell: nested dict, or None."""
-        return read_tree(self._file["cairn/periodic"]) if "cairn/periodic" in self._file else None
+        return self._tree("periodic") if "cairn/periodic" in self._file else None
+
+    def _tree(self, name):
+        with told_as_damage(self.path):
+            return read_tree(self._file["cairn"][name])
 
     @property
     def history(self):
         """Numbers of every step taken: dict of arrays with one row per step; words as text."""
-        group = self._file["cairn/history"]
-        result = {name: data[()] for name, data in group.items()}
-        for name in result:
-            if f"{name}_words" in group.attrs:
-                words = group.attrs[f"{name}_words"]
-                table = np.array([*json.loads(words.decode() if isinstance(words, bytes) else words), ""])
-                result[name] = table[result[name]]
+        with told_as_damage(self.path):
+            group = self._file["cairn/history"]
+            result, attrs = {name: group[name][()] for name in group}, group.attrs
+            for name in result:
+                if f"{name}_words" in attrs:
+                    table = np.array([*map(str, json.loads(attrs[f"{name}_words"])), ""])
+                    result[name] = table[result[name]]
+            if len({column.shape for column in result.values()}) > 1:
+                raise ValueError("the columns of the history have several lengths")
         return result
 
     def contact_network(self, i=-1, loaded=True):

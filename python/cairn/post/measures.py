@@ -133,6 +133,9 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
     Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks or spheres. dt : step
     [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene [m].
 
+    Where no body is round, those that have a mass count in place of disks and spheres, by their centres, and the solid fraction is
+    NaN: it is not known.
+
     coordination, coordination_without_rattlers, rattlers (their share), solid_fraction, contacts (loaded), fabric
     (dim, dim), stress (dim, dim) [Pa] of the bodies whose centre is in the region, pressure, deviator [Pa].
     """
@@ -140,18 +143,22 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
 
     contactors, dim = contactors_of(step).select(*_core.shapes("ball")), step.dim
     n = len(step.bodies)
-    counted = np.zeros(n, bool)
+    counted, round_ = np.zeros(n, bool), len(contactors.body) > 0
     counted[contactors.body] = True
+    if not round_:
+        counted = np.isfinite(step.bodies["mass"]) if "mass" in step.bodies else np.ones(n, bool)
     loaded = np.any(step.contacts["impulse"] != 0, axis=1)
     row_a, row_b, arm_a, arm_b = (x[loaded] for x in lever_arms(step))
     forces = step.contacts["impulse"][loaded] / (step_size(step) if dt is None else dt)
     if polygon is None and low is None:
-        low = (contactors.center - contactors.radius[:, None]).min(0)
-        high = (contactors.center + contactors.radius[:, None]).max(0)
+        center = contactors.center if round_ else step.bodies["position"][counted]
+        radius = contactors.radius if round_ else np.zeros(len(center))
+        low = (center - radius[:, None]).min(0, initial=np.inf)
+        high = (center + radius[:, None]).max(0, initial=-np.inf)
     volume = depth * _area(polygon) if polygon is not None else np.prod(np.subtract(high, low)) * (depth if dim == 2 else 1.0)
     inside = counted & _inside(step.bodies["position"], low, high, polygon)
     moments = body_moments(n, row_a, row_b, forces, arm_a, arm_b)
-    stress = moments[inside].sum(0) / volume
+    stress = moments[inside].sum(0) / volume if np.any(inside) and volume > 0 else np.full((dim, dim), np.nan)
     pressure, deviator = pressure_and_deviator(stress)
     loose = rattlers(n, row_a, row_b, 2, counted)
     return {
@@ -159,7 +166,7 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
         "coordination": coordination_number(n, row_a, row_b, counted=counted),
         "coordination_without_rattlers": coordination_number(n, row_a, row_b, True, counted=counted),
         "rattlers": float(loose[counted].mean()) if counted.any() else float("nan"),
-        "solid_fraction": solid_fraction(contactors.center, contactors.radius, low, high, polygon),
+        "solid_fraction": solid_fraction(contactors.center, contactors.radius, low, high, polygon) if round_ else float("nan"),
         "fabric": fabric_tensor(step.contacts["normal"][loaded]),
         "stress": stress,
         "pressure": float(pressure),

@@ -2,10 +2,11 @@
 
 import os
 
-import h5py
 import numpy as np
 
 from . import checkpoint
+from .errors import FileError, told_as_damage
+from .hdf5 import File
 from .load import load, open_run
 
 
@@ -45,11 +46,10 @@ def describe(path):
 
 def _is_checkpoint(path):
     try:
-        with h5py.File(path, "r") as file:
-            found = file.attrs.get("format")
-    except OSError:
+        with File(path) as file:
+            return file.attrs.get("format") == checkpoint.FORMAT_NAME
+    except FileError:
         return False
-    return found == checkpoint.FORMAT_NAME
 
 
 def _describe_checkpoint(path):

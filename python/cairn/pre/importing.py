@@ -7,6 +7,7 @@ bodies of several convex parts.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import warnings
 from dataclasses import dataclass, field
@@ -14,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..post.errors import DAMAGE, ContentError, FileError, MissingFile
 from . import checks, mass_properties, mesh
 from .block_overlaps import overlaps
 from .blocks import FLUSH, Blocks
@@ -71,6 +73,30 @@ class ImportReport:
         return "\n".join(lines)
 
 
+class BlocksFileError(ContentError, mesh.MeshError):
+    """A file of blocks that cannot be read, or whose surfaces bound none. fault, items: as of a MeshError, "" and none else."""
+
+    def __init__(self, path, error):
+        text = str(error) if isinstance(error, ValueError) else f"cannot be read ({type(error).__name__}: {error})"
+        name = Path(path).name
+        within = text.removeprefix(name)
+        apart = "" if within.startswith((",", ":", " ")) else ": "
+        ContentError.__init__(self, f"{path}{apart}{within}", "mend it, or write it again by the program that made it")
+        self.path = str(path)
+        self.fault, self.items = getattr(error, "fault", ""), getattr(error, "items", np.zeros(0, int))
+
+
+@contextlib.contextmanager
+def told_of(path):
+    """What is raised meanwhile because of a file of blocks, as BlocksFileError."""
+    try:
+        yield
+    except FileError:
+        raise
+    except (*DAMAGE, ArithmeticError, SystemExit) as error:
+        raise BlocksFileError(path, error) from error
+
+
 @dataclass
 class Raw:
     """Bodies as a file holds them. soups: (vertices, triangles, part, name) of one or more bodies, whose corners may be shared;
@@ -100,30 +126,34 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
     """
     if convex not in ("refuse", "hull"):
         raise ValueError(f'convex is {convex!r}: give "refuse" or "hull", or take cairn.pre.importing.bodies')
-    found, parts, dim, facts = gathered(path, repair, convex, scale, flat)
-    blocks = Blocks(dim)
-    several = [(k, body) for k, body in enumerate(found) if len(body) > 1]
-    if several:
-        corners = [np.concatenate([np.asarray(piece if dim == 2 else piece[0]) for piece in body]) for _, body in several]
-        faults = [(k, not_convex(f"{Path(path).name}, block {k}", x)) for (k, _), x in zip(several, corners)]
-        raise all_told(Path(path).name, faults, len(found))
-    for body, part in zip(found, parts):
-        blocks.add(*([body[0]] if dim == 2 else body[0]), part=part)
-    blocks.flush = facts.pop("flush", FLUSH)
-    return blocks, report_of(blocks, **facts)
+    scale, flat = checks.positive("scale", scale), checks.number("flat", flat)
+    with told_of(path):
+        found, parts, dim, facts = gathered(path, repair, convex, scale, flat)
+        blocks = Blocks(dim)
+        several = [(k, body) for k, body in enumerate(found) if len(body) > 1]
+        if several:
+            corners = [np.concatenate([np.asarray(piece if dim == 2 else piece[0]) for piece in body]) for _, body in several]
+            faults = [(k, not_convex(f"{Path(path).name}, block {k}", x)) for (k, _), x in zip(several, corners)]
+            raise all_told(Path(path).name, faults, len(found))
+        for body, part in zip(found, parts):
+            blocks.add(*([body[0]] if dim == 2 else body[0]), part=part)
+        blocks.flush = facts.pop("flush", FLUSH)
+        return blocks, report_of(blocks, **facts)
 
 
 def bodies(path, *, repair=False, scale=1.0, flat=1e-6) -> tuple[list, list, ImportReport]:
     """Bodies of a file, convex or not: a list with the convex parts of each, for `cairn.polyhedra(bodies, ...)` (polygons in 2D);
     a list of their names; the report. Options: those of `read`."""
-    found, parts, dim, facts = gathered(path, repair, "parts", scale, flat)
-    blocks, owner = Blocks(dim), []
-    for k, body in enumerate(found):
-        for piece in body:
-            blocks.add(*([piece] if dim == 2 else piece), part=parts[k])
-            owner.append(k)
-    blocks.flush = facts.pop("flush", FLUSH)
-    return found, parts, report_of(blocks, owner=np.array(owner), **facts)
+    scale, flat = checks.positive("scale", scale), checks.number("flat", flat)
+    with told_of(path):
+        found, parts, dim, facts = gathered(path, repair, "parts", scale, flat)
+        blocks, owner = Blocks(dim), []
+        for k, body in enumerate(found):
+            for piece in body:
+                blocks.add(*([piece] if dim == 2 else piece), part=parts[k])
+                owner.append(k)
+        blocks.flush = facts.pop("flush", FLUSH)
+        return found, parts, report_of(blocks, owner=np.array(owner), **facts)
 
 
 def gathered(path, repair, convex, scale, flat):
@@ -132,9 +162,8 @@ def gathered(path, repair, convex, scale, flat):
     ending = path.suffix.lower()
     if ending not in READERS:
         raise ValueError(f"{path.name} ends in {ending!r}: give one of {', '.join(READERS)}")
-    scale, flat = checks.positive("scale", scale), checks.number("flat", flat)
     if not path.exists():
-        raise FileNotFoundError(f"{path} does not exist")
+        raise MissingFile(path)
     raw = READERS[ending](path)
     notes = {}
     for vertices, faces, part, own in raw.soups:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..post.errors import MissingFile
 from . import checks
 from .mesh import SLIVER, library
 
@@ -18,12 +19,17 @@ def read_surface(path, scale=1.0):
     with a warning. scale: metres of the file's unit. Raises
     FileNotFoundError, and ValueError naming the file that is no surface.
     """
-    from .importing import by_library
+    from .importing import by_library, told_of
 
     trimesh = library("trimesh", "to read a surface")
     scale, path = checks.positive("scale", scale), Path(path)
     if not path.exists():
-        raise FileNotFoundError(f"{path} does not exist")
+        raise MissingFile(path)
+    with told_of(path):
+        return _surface(path, by_library, trimesh, scale)
+
+
+def _surface(path, by_library, trimesh, scale):
     mesh = by_library(path, lambda p: trimesh.load(p, force="mesh", process=False))
     vertices, faces = scale * np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
     if not len(faces):
@@ -43,7 +49,7 @@ def read_surface(path, scale=1.0):
         warnings.warn(
             f"{path.name}: of {len(faces)} triangles {np.sum(flat)} without area and {np.sum(twice & ~flat)} listed twice are "
             "left out",
-            stacklevel=2,
+            stacklevel=3,
         )
     return known, faces[~(flat | twice)]
 

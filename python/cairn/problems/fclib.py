@@ -11,63 +11,66 @@ import os
 
 import numpy as np
 
-from ..post.errors import as_file_error
+from ..post.errors import DAMAGE, ContentError, FileError, as_file_error
 from ..post.exclusive import create, stands
+from ..post.hdf5 import read_foreign
 from .problem import Problem
 
-# what the HDF5 library, and arrays of no sense, raise beside ValueError
-DAMAGE = (OSError, RuntimeError, TypeError, AttributeError, OverflowError, MemoryError)
 
-
-class ProblemFileError(ValueError):
+class ProblemFileError(ContentError):
     """A file that holds no frictional contact problem, or one that is damaged."""
 
 
 def read(path):
     """The Problem of a file in the FCLIB layout; a global one is reduced to its contacts."""
-    import h5py
+    return _read(path, _problem)
 
+
+def _problem(file):
+    if "fclib_local" in file:
+        return _read_local(file["fclib_local"])
+    if "fclib_global" in file:
+        return _read_global(file["fclib_global"])
+    raise ValueError("has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout")
+
+
+def _read(path, what):
+    """what(file), where all that is raised because of the file is a ProblemFileError."""
     try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise ProblemFileError(f"{path}: {_reason(path, error)}") from error
-    with file:
-        try:
-            if "fclib_local" in file:
-                return _read_local(file["fclib_local"])
-            if "fclib_global" in file:
-                return _read_global(file["fclib_global"])
-        except KeyError as error:
-            raise ProblemFileError(f"{path}: lacks a part of the FCLIB layout: {error.args[0]}") from error
-        except (ValueError, IndexError) as error:
-            raise ProblemFileError(f"{path}: {error}") from error
-        except DAMAGE as error:
-            raise ProblemFileError(f"{path}: is damaged ({type(error).__name__}: {error}): write it again") from error
-    raise ProblemFileError(f"{path}: has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout")
-
-
-def _reason(path, error):
-    if not os.path.exists(path):
-        return "there is no such file"
-    return f"cannot be opened as HDF5 ({error})"
+        return read_foreign(path, what)
+    except FileError as error:
+        missing = error.problem == "no such file or folder"
+        told = "there is no such file" if missing else f"cannot be opened as HDF5 ({error.problem})"
+        raise ProblemFileError(f"{path}: {told}; {error.remedy}") from error
+    except KeyError as error:
+        raise ProblemFileError(f"{path}: lacks a part of the FCLIB layout: {error.args[0]}") from error
+    except (ValueError, IndexError) as error:
+        raise ProblemFileError(f"{path}: {error}") from error
+    except (*DAMAGE, OSError) as error:
+        raise ProblemFileError(f"{path}: is damaged ({type(error).__name__}: {error}): write it again") from error
 
 
 def read_solution(path):
     """(r, u) of the group /solution, each (n, dim), or None where the file has none."""
-    import h5py
+    return _read(path, _solution)
 
-    try:
-        with h5py.File(path, "r") as file:
-            if "solution" not in file:
-                return None
-            root = file["fclib_local"] if "fclib_local" in file else file["fclib_global"]
-            dim = _number(root["spacedim"])
-            if dim not in (2, 3):
-                raise ValueError(f"spacedim is {dim}: 2 and 3 are known")
-            r = file["solution/r"][()].reshape(-1, dim)
-            return r, file["solution/u"][()].reshape(-1, dim) if "u" in file["solution"] else None
-    except (KeyError, ValueError, IndexError, *DAMAGE) as error:
-        raise ProblemFileError(f"{path}: its solution cannot be read ({type(error).__name__}: {error})") from error
+
+def _solution(file):
+    if "solution" not in file:
+        return None
+    root = file["fclib_local"] if "fclib_local" in file else file["fclib_global"]
+    dim = _number(root["spacedim"])
+    if dim not in (2, 3):
+        raise ValueError(f"spacedim is {dim}: 2 and 3 are known")
+    found = [_reals(file["solution"], name).reshape(-1, dim) for name in ("r", "u") if name in file["solution"]]
+    return found[0], found[1] if len(found) > 1 else None
+
+
+def _reals(group, name):
+    values = np.ravel(group[name][()])
+    if values.dtype.kind not in "fiu":
+        raise ValueError(f"{group.name}/{name} holds {values.dtype}: numbers are due")
+    return values
 
 
 def write(path, problem, result=None, *, title="", description="", like=None):
@@ -127,9 +130,7 @@ def read_matrix(group):
     nz = _number(group["nz"])
     if nz < -2:
         raise ValueError(f"{group.name} has nz = {nz}: -2 (rows), -1 (columns) and counts of triplets are known")
-    x, i, p = np.ravel(group["x"][()]), _indices(group, "i"), _indices(group, "p")
-    if x.dtype.kind not in "fiu":
-        raise ValueError(f"{group.name}/x holds {x.dtype}: numbers are due")
+    x, i, p = _reals(group, "x"), _indices(group, "i"), _indices(group, "p")
     if nz >= 0:
         _told(group, nz, {"x": x, "i": i, "p": p})
         _within(group, "i", i[:nz], shape[0], "row")

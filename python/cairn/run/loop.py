@@ -107,8 +107,9 @@ def provenance():
     """Version, compiler, flags, script and date of a run."""
     script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = ""
-    if script is not None and script.suffix == ".py" and script.is_file():
-        text = script.read_text(errors="replace")
+    with contextlib.suppress(OSError):  # it may stand where this user may not look
+        if script is not None and script.suffix == ".py" and script.is_file():
+            text = script.read_text(errors="replace")
     return {
         **_core.build_info(),
         "python": sys.version.split()[0],
@@ -244,7 +245,7 @@ def continued(output, simulation, info):
     at, so that what is done again after a restart takes the place of what was done before."""
     from .. import load
     from ..post.errors import FileError
-    from ..post.reopen import reopen_run
+    from ..post.writer import RunWriter
 
     with load(output) as run:
         theirs, own = run.scene.get("contactors") or {}, info["contactors"]
@@ -258,7 +259,8 @@ def continued(output, simulation, info):
         if not same:
             remedy = "give another name, or restore a checkpoint of the simulation that wrote it"
             raise FileError(output, "this run is of another scene, and cannot be gone on with", remedy)
-    return reopen_run(output, simulation.steps)
+    writer = RunWriter.go_on(output, simulation.steps)
+    return writer, writer.outputs
 
 
 def _check(simulation, steps, until, every, callback, checkpoint_every, probes, output):

@@ -117,6 +117,16 @@ class Simulation:
         return self._core.energy()
 
     @property
+    def bodies(self):
+        """Arrays of the bodies: position, velocity, ...; see BodyView."""
+        return views.BodyView(self)  # made anew: a simulation that held its views would be held by them
+
+    @property
+    def contacts(self):
+        """Arrays of the contacts of the last step: gap, impulse, ...; see ContactView."""
+        return views.ContactView(self)
+
+    @property
     def meshes(self):
         """Views of the deformable bodies, in the order in which they came in: displacement, velocity, stress, ..."""
         return [views.MeshView(self, self._core, mesh) for mesh in (self._meshes.meshes if self._meshes else ())]
@@ -359,7 +369,20 @@ class Simulation:
                 raise ValueError(f"body {s.ids[np.isin(s.ids, ids)][0]} is a node of a deformable body, which cannot be removed")
         self._core.remove_bodies(ids)
         self._radii = None
+        self._forget_sets()
         self._start_functions()
+
+    def _forget_sets(self):
+        """Sets that came in later are let go of when none of their bodies is left; of drives, when later ones have all of theirs."""
+        present, driven, kept = self._core.scene.body("id"), np.zeros(0, np.int64), []
+        for s in reversed(self._sets[self._sets_seen :]):
+            alive = s.ids[_found(s.ids, present)[0]] if s.mass is None else s.ids
+            if s.mass is None:
+                alive = np.setdiff1d(alive, driven)
+                driven = np.union1d(driven, alive)
+            if s.mesh is not None or np.any(_found(alive, present)[0]):
+                kept.append(s)
+        self._sets = [*self._sets[: self._sets_seen], *reversed(kept)]
 
     def drive(self, ids, dofs, velocity):
         """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
@@ -370,6 +393,7 @@ class Simulation:
         carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
         self._core.scene.drive(ids, carrier.mask, None)
         self._sets.append(carrier)
+        self._forget_sets()
         self._start_functions()
 
     # ------------------------------------------------------------------ restart

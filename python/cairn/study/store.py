@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
 import os
 from pathlib import Path
 
 from ..post.errors import FileError
+from ..post.exclusive import replace_whole
 
 COLUMNS = (
     "key", "target", "fingerprint", "protocol", "kind", "role", "state", "seed", "setting", "solver", "tol", "dt", "dt_factor",
@@ -85,9 +87,9 @@ class Store:
         if not new:
             return
         self.columns += new
-        part = self.path.with_suffix(".part")
-        write_csv(part, self.rows.values(), self.columns)
-        os.replace(part, self.path)
+        text = io.StringIO(newline="")
+        write_csv(text, self.rows.values(), self.columns)
+        replace_whole(self.path, text.getvalue().encode())
         self._file.close()
         self._file = open(self.path, "a+b", buffering=0)
         self._lock()
@@ -118,10 +120,10 @@ def show(value):
 
 
 def write_csv(path, rows, columns=None):
-    """Rows (dicts) as a CSV."""
+    """Rows (dicts) as a CSV. path: of a file, or a text that is open for writing."""
     rows = list(rows)
     columns = list(columns or dict.fromkeys(name for row in rows for name in row))
-    with open(path, "w", newline="") as file:
+    with contextlib.nullcontext(path) if hasattr(path, "write") else open(path, "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
         writer.writerows([show(row.get(name)) for name in columns] for row in rows)
@@ -132,8 +134,7 @@ def write_hdf5(path, tables):
     import h5py
     import numpy as np
 
-    part = Path(path).with_suffix(".part")
-    with h5py.File(part, "w") as file:
+    with h5py.File("tables", "w", driver="core", backing_store=False) as file:
         for table, rows in tables.items():
             group, rows = file.create_group(table), list(rows)
             for name in dict.fromkeys(name for row in rows for name in row):
@@ -142,4 +143,5 @@ def write_hdf5(path, tables):
                     group.create_dataset(name, data=["" if v is None else str(v) for v in values], dtype=h5py.string_dtype())
                 else:
                     group[name] = np.array([np.nan if v is None else v for v in values], float)
-    os.replace(part, path)
+        file.flush()
+        replace_whole(path, file.id.get_file_image())

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..post.hdf5 import read_foreign
 from .settings import digest
 
 
@@ -107,11 +108,8 @@ def _kind(path):
         return "script"
     if path.suffix in (".dat", ".txt"):
         return "problem"
-    import h5py
-
     try:
-        with h5py.File(path, "r") as file:
-            return "problem" if "fclib_local" in file or "fclib_global" in file else "scene"
+        return read_foreign(path, lambda file: "problem" if "fclib_local" in file or "fclib_global" in file else "scene")
     except OSError:
         raise ValueError(f"{path}: is no scene of Scene.save, no .py and no problem (FCLIB's HDF5, Siconos's text)") from None
 

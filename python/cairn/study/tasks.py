@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import os
 import time
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..post.errors import FileError
+from ..post.exclusive import replace_whole
 from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum
 from .settings import Setting
 from .targets import Target
@@ -20,6 +22,12 @@ KEPT_EVERY = 30.0  # [s] between two checkpoints of a preparation,
 RUN_OVER_KEEPING = 20  # or, where these are large, so many times as long as it takes to write one
 REPEATS = 3  # of a step that is timed: the least counts, the first finds cold caches
 _targets = {}  # of this process: a scene is built once
+
+
+def _store(path, **arrays):
+    data = io.BytesIO()
+    np.savez(data, **arrays)
+    replace_whole(path, data.getvalue())
 
 
 def run(task):
@@ -131,9 +139,7 @@ def _keep(sim, task, done):
     before, note = prepared(task), _note(task)
     file = note.with_name(f"{note.stem}_step{done['step']}.h5")
     sim.checkpoint(file)
-    part = note.with_suffix(".part")
-    part.write_text(json.dumps({**done, "file": str(file)}))
-    os.replace(part, note)
+    replace_whole(note, json.dumps({**done, "file": str(file)}).encode())
     if before is not None and before["file"] != str(file):
         Path(before["file"]).unlink(missing_ok=True)
 
@@ -206,9 +212,7 @@ def step_reference(task):
     }
     floors = [step_errors(state, reference) for _, _, state in others]
     row.update({name: float(np.max([info["error"], *(floor[name] for floor in floors)])) for name in floors[0]})
-    part = task["file"] + ".part.npz"
-    np.savez(part, **reference)
-    os.replace(part, task["file"])
+    _store(task["file"], **reference)
     return row
 
 
@@ -337,9 +341,7 @@ def problem_reference(task):
     twins = [u for other, u, _ in results[1:] if other <= 10 * max(error, task["setting"]["tol"])]
     row["cpu_seconds"] = sum(r["cpu_seconds"] for _, _, r in results)
     row["velocity"] = max([error, *(velocity_error(problem_, u, best) for u in twins)])
-    part = task["file"] + ".part.npz"
-    np.savez(part, u=best)
-    os.replace(part, task["file"])
+    _store(task["file"], u=best)
     return row
 
 

@@ -1,0 +1,28 @@
+// What a run file says of a simulation: its scene, once, and bodies and contacts of each output.
+#pragma once
+#include <deque>
+
+#include "../strategies/simulation.hpp"
+#include "run_writer.hpp"
+
+namespace cairn {
+
+struct RunSnapshot {
+  std::vector<RunField> bodies, contacts;
+  std::deque<StoredArray> values; // that fields point into
+
+  explicit RunSnapshot(Simulation& s);
+
+private:
+  void keep(std::vector<RunField>& to, const char* name, StoredArray array);
+};
+
+// materials: their names by number.
+void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& materials);
+// Numbers of the last step, as run files have them in their history.
+std::vector<RunNumber> numbers_of_step(const Simulation& s);
+// From now on rotations are followed where no contact needs them: readers of a run look at them.
+void keep_rotations(Scene& scene);
+const char* status_name(const StepReport& report);
+
+} // namespace cairn

@@ -1,0 +1,219 @@
+#include "simulation_state.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "checksums.hpp"
+#include "file_error.hpp"
+
+namespace cairn {
+
+namespace {
+
+// Calls f(name, array) for every array of the hulls.
+template <class H, class F>
+void each_hull_array(H& h, F&& f) {
+  f("first_vertex", h.first_vertex);
+  f("first_face", h.first_face);
+  f("first_edge", h.first_edge);
+  f("first_corner", h.first_corner);
+  f("corner_vertex", h.corner_vertex);
+  f("corner_edge", h.corner_edge);
+  f("edge", h.edge);
+  f("vertex", h.vertex);
+  f("normal", h.normal);
+  f("offset", h.offset);
+  f("inner", h.inner);
+  f("radius", h.radius);
+}
+
+template <class Holder>
+StoredValue fields_of(Holder& holder) {
+  StoredValue out;
+  holder.for_each_field([&](auto& f) {
+    if (!f.active) return;
+    std::vector<std::int64_t> shape = {holder.count};
+    if (f.components != 1) shape.push_back(f.components);
+    out.add_array(std::string(f.name), f.values.data(), std::move(shape));
+  });
+  return out;
+}
+
+// Rows are cell vectors, columns are stored; the gradient by rows.
+StoredValue cell_of(const Cell& cell) {
+  double vectors[9], gradient[9];
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) {
+      vectors[3 * k + i] = cell.vectors[i + 3 * k];
+      gradient[3 * i + k] = cell.velocity_gradient[i + 3 * k];
+    }
+  StoredValue out;
+  out.add_flags("periodic", {cell.periodic[0], cell.periodic[1], cell.periodic[2]});
+  out.add_array("vectors", vectors, {3, 3});
+  out.add_array("corner", cell.corner, {3});
+  out.add_array("velocity_gradient", gradient, {3, 3});
+  return out;
+}
+
+void take_cell(Cell& cell, const StoredValue& tree) {
+  const auto periodic = tree.flags("periodic");
+  const auto vectors = numbers_of<double>(tree.at("vectors").array, "cell/vectors");
+  const auto corner = numbers_of<double>(tree.at("corner").array, "cell/corner");
+  const auto gradient = numbers_of<double>(tree.at("velocity_gradient").array, "cell/velocity_gradient");
+  for (std::size_t i = 0; i < 3; ++i) {
+    cell.periodic[i] = periodic[i];
+    cell.corner[i] = corner[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      cell.vectors[i + 3 * k] = vectors[3 * k + i];
+      cell.velocity_gradient[i + 3 * k] = gradient[3 * i + k];
+    }
+  }
+}
+
+template <class Vector>
+void add_vector(StoredValue& out, const char* name, const Vector& values) {
+  out.add_array(name, values.data(), {std::int64_t(values.size())});
+}
+
+StoredValue memory_of(const ContactMemory& m) {
+  std::vector<std::int64_t> keys;
+  for (const ContactKey& k : m.keys) keys.insert(keys.end(), {k.contactor_a, k.contactor_b, k.feature, k.image});
+  StoredValue out;
+  out.add_real("h", m.h);
+  out.add_whole("contactors_seen", m.contactors_seen);
+  out.add_whole("impulse_components", m.impulse_components);
+  out.add_whole("state_components", m.state_components);
+  out.add_array("keys", keys.data(), {std::int64_t(m.keys.size()), 4});
+  add_vector(out, "impulses", m.impulses);
+  add_vector(out, "states", m.states);
+  if (!m.forces.empty()) add_vector(out, "forces", m.forces);
+  return out;
+}
+
+ContactMemory memory_from(const StoredValue& tree) {
+  ContactMemory m;
+  m.h = tree.real("h");
+  m.contactors_seen = tree.whole("contactors_seen");
+  m.impulse_components = int(tree.whole("impulse_components"));
+  m.state_components = int(tree.whole("state_components"));
+  const auto keys = numbers_of<std::int64_t>(tree.at("keys").array, "keys");
+  for (std::size_t i = 0; i + 3 < keys.size(); i += 4)
+    m.keys.push_back({keys[i], keys[i + 1], std::int32_t(keys[i + 2]), std::int32_t(keys[i + 3])});
+  m.impulses = numbers_of<double>(tree.at("impulses").array, "impulses");
+  m.states = numbers_of<double>(tree.at("states").array, "states");
+  if (const StoredValue* forces = tree.find("forces")) m.forces = numbers_of<double>(forces->array, "forces");
+  return m;
+}
+
+template <class Holder>
+void take_fields(Holder& holder, const StoredValue& tree) {
+  holder.for_each_field([&](auto& f) {
+    using T = typename std::decay_t<decltype(f)>::value_type;
+    const StoredValue* given = tree.find(std::string(f.name));
+    f.active = given != nullptr;
+    if (!given) return;
+    const std::vector<T> values = numbers_of<T>(given->array, std::string(f.name));
+    f.values.assign(values.begin(), values.end());
+  });
+}
+
+} // namespace
+
+StoredValue state_of(Simulation& s) {
+  StoredValue scene, energy, out;
+  scene.add("bodies", fields_of(s.scene.bodies));
+  scene.add("contactors", fields_of(s.scene.contactors));
+  scene.add_whole("next_body_id", s.scene.next_body_id);
+  scene.add_whole("next_contactor_id", s.scene.next_contactor_id);
+  if (s.scene.contactors.hulls.count() > 0) {
+    StoredValue hulls;
+    each_hull_array(s.scene.contactors.hulls, [&](const char* name, const auto& v) { add_vector(hulls, name, v); });
+    scene.add("hulls", std::move(hulls));
+  }
+  scene.add("cell", cell_of(s.scene.cell));
+#define CAIRN_ENERGY_TERM(term, meaning) energy.add_real(#term, s.energy.term);
+#include "../strategies/report.def"
+  out.add("scene", std::move(scene));
+  out.add("memory", memory_of(s.strategy().memory(s)));
+  out.add("projection_memory", memory_of(s.strategy().projection_memory()));
+  out.add("energy", std::move(energy));
+  out.add_whole("steps", s.steps);
+  out.add_real("time", s.time);
+  return out;
+}
+
+void take_state(Simulation& s, const StoredValue& state) {
+  const StoredValue &scene = state.tree("scene"), &energy = state.tree("energy");
+  take_fields(s.scene.bodies, scene.tree("bodies"));
+  take_fields(s.scene.contactors, scene.tree("contactors"));
+  if (const StoredValue* hulls = scene.find("hulls"))
+    each_hull_array(s.scene.contactors.hulls, [&](const char* name, auto& v) {
+      v = numbers_of<typename std::decay_t<decltype(v)>::value_type>(hulls->at(name).array, name);
+    });
+  s.scene.next_body_id = scene.whole("next_body_id");
+  s.scene.next_contactor_id = scene.whole("next_contactor_id");
+  s.scene.fields_restored();
+  take_cell(s.scene.cell, scene.tree("cell"));
+  s.strategy().restore(s, memory_from(state.tree("memory")));
+  s.strategy().restore_projection(s, memory_from(state.tree("projection_memory")));
+  s.forget_contacts();
+#define CAIRN_ENERGY_TERM(term, meaning) s.energy.term = energy.real(#term);
+#include "../strategies/report.def"
+  s.steps = state.whole("steps");
+  s.time = state.real("time");
+}
+
+std::string fingerprint(const Scene& scene) {
+  Blake2b digest(16);
+  const auto take = [&](const auto& field, const std::vector<std::int32_t>& order) {
+    if (!field.active) return;
+    digest.update(std::string(field.name) + "|");
+    for (const std::int32_t i : order) digest.update(field[i], std::size_t(field.components) * sizeof *field[i]);
+  };
+  const Bodies& b = scene.bodies;
+  const Contactors& c = scene.contactors;
+  const auto &bodies = scene.insertion_order(), &contactors = scene.contactor_insertion_order();
+  digest.update(std::to_string(scene.dim) + "|" + std::to_string(b.count) + "|" + std::to_string(c.count) + "|");
+  take(b.mass, bodies);
+  take(b.inertia, bodies);
+  take(c.radius, contactors);
+  take(c.shape, contactors);
+  for (const std::int32_t i : contactors) digest.update(b.id[*c.body[i]], sizeof(std::int64_t));
+  return digest.hexdigest();
+}
+
+void write_checkpoint(Simulation& s, const std::string& scene, std::int64_t species, const std::string& path) {
+  StoredValue content;
+  content.add_text("kind", "checkpoint");
+  content.add_whole("dim", s.scene.dim);
+  content.add_text("core_scene", scene);
+  content.add_whole("materials", species);
+  content.add("state", state_of(s));
+  save_tree(path, content);
+}
+
+void restart(Simulation& s, const std::string& scene, std::int64_t species, const std::string& path) {
+  const StoredValue content = load_tree(path, "a checkpoint", ".checkpoint.h5");
+  const std::string remedy = "restart from an earlier checkpoint";
+  const auto damaged = [&](const std::string& why) {
+    return FileError(path, "the checkpoint is damaged: " + why, remedy);
+  };
+  StoredValue before;
+  try {
+    if (!content.find("kind") || content.text("kind") != "checkpoint")
+      throw FileError(path, "this file holds no checkpoint", "give a file that was written as one");
+    if (!content.find("core_scene") || content.text("core_scene") != scene)
+      throw FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene");
+    check_state(content.tree("state"), species, s);
+    before = state_of(s);
+  } catch (const std::invalid_argument& e) { throw damaged(e.what()); }
+  try {
+    take_state(s, content.tree("state"));
+    s.follow_meshes();
+  } catch (const std::exception& e) {
+    take_state(s, before);
+    throw damaged(e.what());
+  }
+}
+
+} // namespace cairn

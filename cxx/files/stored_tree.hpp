@@ -1,0 +1,50 @@
+// Nested names with what stands under them, as checkpoints and scenes hold it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "stored_array.hpp"
+
+namespace cairn {
+
+struct StoredTree;
+
+// kind says what an array stands for: "array", "number" (of an array's type), "float", "flags" and "flag" (true and
+// false), "bytes", "json" and "texts" (JSON in bytes); empty: a tree.
+struct StoredValue {
+  std::string kind;
+  StoredArray array;
+  std::vector<std::pair<std::string, StoredValue>> members;
+
+  bool is_tree() const { return kind.empty(); }
+  const StoredValue* find(const std::string& name) const; // null: none
+  // Throw std::invalid_argument that names what is missing or of another kind.
+  const StoredValue& at(const std::string& name) const;
+  const StoredValue& tree(const std::string& name) const;
+  std::int64_t whole(const std::string& name, std::int64_t most = std::int64_t(1) << 62) const; // from 0 to most - 1
+  double real(const std::string& name) const;
+  std::string text(const std::string& name) const;
+  std::vector<bool> flags(const std::string& name) const;
+
+  void add(const std::string& name, StoredValue value) { members.emplace_back(name, std::move(value)); }
+  template <class T>
+  void add_array(const std::string& name, const T* values, std::vector<std::int64_t> shape) {
+    add(name, {"array", StoredArray::of(values, std::move(shape)), {}});
+  }
+  void add_whole(const std::string& name, std::int64_t value);
+  void add_real(const std::string& name, double value);
+  void add_text(const std::string& name, const std::string& value);
+  void add_flags(const std::string& name, const std::vector<bool>& values);
+};
+
+// Numbers of an array as T. Throws std::invalid_argument where they are of another kind: real numbers for whole ones.
+template <class T>
+std::vector<T> numbers_of(const StoredArray& array, const std::string& name);
+
+// A file "cairn-checkpoint" with a checksum over names, types, shapes and bytes: what is damaged is refused. Bits come
+// back as they were: NaN with their payload, -0.0, subnormal numbers.
+void save_tree(const std::string& path, const StoredValue& tree);
+// what, given: of the words of errors ("a checkpoint", ".checkpoint.h5").
+StoredValue load_tree(const std::string& path, const std::string& what, const std::string& given);
+
+} // namespace cairn

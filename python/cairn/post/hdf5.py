@@ -1,0 +1,122 @@
+"""HDF5 files as they are read: groups and arrays by their paths, attributes, rows. The reader is Cairn's own
+(cxx/files/hdf5_node.hpp), which takes nothing in a file on trust."""
+
+import os
+
+import numpy as np
+
+from .. import _core
+from .errors import FileError, UnknownStructure
+
+
+class Node:
+    """A group or an array."""
+
+    def __init__(self, core):
+        self._core = core
+
+    @property
+    def name(self):
+        """Path within the file."""
+        return self._core.name
+
+    @property
+    def attrs(self):
+        """Attributes: dict of numbers, arrays and texts; those of kinds that are not read are left out."""
+        values = {name: self._core.attribute(name) for name in self._core.attribute_names}
+        return {name: _plain(value) for name, value in values.items() if value is not None}
+
+
+class Group(Node):
+    """Members by name or path."""
+
+    def __getitem__(self, path):
+        if not self._core.contains(path):
+            raise KeyError(f"{self.name} has no {path!r}")
+        return _node(self._core.at(path))
+
+    def __contains__(self, path):
+        return self._core.contains(path)
+
+    def __iter__(self):
+        return iter(self._core.names)
+
+    def items(self):
+        """(name, member) of all."""
+        return [(name, self[name]) for name in self]
+
+
+class Array(Node):
+    """An array: `array[()]`, `array[i]`, `array[first:last]`, further indices behind."""
+
+    def __init__(self, core):
+        super().__init__(core)
+        self.shape = core.shape
+
+    @property
+    def dtype(self):
+        """Of its numbers, as numpy has it."""
+        return self._core.dtype
+
+    def __len__(self):
+        return self.shape[0]
+
+    def __getitem__(self, index):
+        if index == () or not self.shape:
+            return self._core.read()[()]
+        first, *rest = index if isinstance(index, tuple) else (index,)
+        rows = len(self)
+        if isinstance(first, slice) and first.step in (None, 1):
+            start, stop, _ = first.indices(rows)
+            part = self._core.rows(start, max(stop - start, 0))
+            return part[(slice(None), *rest)]
+        if isinstance(first, slice):
+            return self._core.read()[(first, *rest)]
+        if not -rows <= first < rows:
+            raise IndexError(f"row {first} of {self.name} was asked for; it has {rows}")
+        return self._core.rows(int(first) % rows, 1)[(0, *rest)]
+
+
+def _node(core):
+    return Group(core) if core.is_group else Array(core)
+
+
+def _plain(value):
+    """A number or a text for an array of one."""
+    if value.dtype.kind == "S":
+        value = np.char.decode(value, "utf-8", "replace")
+    return value if value.shape else value.item()
+
+
+class File(Group):
+    """A file that Cairn wrote, or another one without compression. Raises FileError."""
+
+    def __init__(self, path):
+        super().__init__(_core.Hdf5Node.open(os.fspath(path)))
+
+    def close(self):
+        """Let go of the file; arrays that were taken from it keep it open."""
+        self._core = None
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exc):
+        self.close()
+
+
+def read_foreign(path, read):
+    """read(file) of an HDF5 file of another program: by Cairn's reader, or by h5py where it holds what that does not read."""
+    try:
+        with File(path) as file:
+            return read(file)
+    except UnknownStructure as error:
+        unknown = error
+    import h5py
+
+    try:
+        file = h5py.File(path, "r")
+    except OSError as error:
+        raise FileError(path, f"HDF5 cannot open the file ({error})", unknown.remedy) from error
+    with file:
+        return read(file)
