@@ -14,7 +14,7 @@ from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rule
 from ..names import one_of
 from ..pre import checks
 from . import restored, time_functions, views
-from .stages import Stages
+from .stages import Place, Stages
 from .step_warnings import OverlapWarning, StepWarnings
 from .strategies import NSCD, STRATEGIES, Strategy
 
@@ -54,8 +54,7 @@ class Simulation:
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings = StepWarnings()
         self._shadows = []
-        self.bodies, self.contacts = views.BodyView(self, self._core), views.ContactView(self, self._core)
-        self.contactors, self.stages = views.ContactorView(self._core), Stages(self, self._core)
+        self.contactors, self._stage = views.ContactorView(self._core), Place()
         self._start_functions()
         self._start_meshes()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
@@ -119,12 +118,17 @@ class Simulation:
     @property
     def bodies(self):
         """Arrays of the bodies: position, velocity, ...; see BodyView."""
-        return views.BodyView(self)  # made anew: a simulation that held its views would be held by them
+        return views.BodyView(self, self._core)  # made anew: a simulation that held its views would be held by them
 
     @property
     def contacts(self):
         """Arrays of the contacts of the last step: gap, impulse, ...; see ContactView."""
-        return views.ContactView(self)
+        return views.ContactView(self, self._core)
+
+    @property
+    def stages(self):
+        """The stages of a step, to be called one by one; see Stages."""
+        return Stages(self, self._core, self._stage)
 
     @property
     def meshes(self):
@@ -221,7 +225,7 @@ class Simulation:
 
     def between_steps(self, what):
         """Raises ValueError if a step is being made stage by stage, where `what` would find it half done."""
-        if self.stages.due is not None:
+        if self._stage.due is not None:
             text = f"{what} stands between steps, and one is being made: its stage {self.stages.due} is due"
             raise ValueError(f"{text}; go on to stages.end_step(), or stages.undo_step()")
 

@@ -32,6 +32,13 @@ ORDER = (
 )
 
 
+class Place:
+    """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: length of the step [s]."""
+
+    def __init__(self):
+        self.due = self.h = None
+
+
 class Stages:
     """The stages of a simulation's step, in their order; each reads and writes arrays of simulation.raw, bodies n in internal
     order, velocities (n, 3 | 6) of dofs x y spin | x y z and three spins about the body's axes.
@@ -45,20 +52,20 @@ class Stages:
     step, and raises ValueError (cairn.Error) as simulation.step does; so does one that is not due.
     """
 
-    def __init__(self, simulation, core):
-        self._simulation, self._core, self._due, self._h = simulation, core, None, None
+    def __init__(self, simulation, core, place):
+        self._simulation, self._core, self._place = simulation, core, place
 
     @property
     def due(self):
         """Name of the stage that comes next; None between steps."""
-        if self._due is None:
+        if self._place.due is None:
             return None
-        return ORDER[self._due] if self._due < len(ORDER) else "end_step"
+        return ORDER[self._place.due] if self._place.due < len(ORDER) else "end_step"
 
     @property
     def h(self):
         """Length of the step at hand [s]; None between steps."""
-        return self._h
+        return self._place.h
 
     @property
     def gravity(self):
@@ -73,7 +80,7 @@ class Stages:
             raise ValueError(f"{type(simulation.strategy).__name__} has no stages to be called: give NSCD, or call step()")
         h = simulation.ready(dt)
         self._core.begin_step(h)
-        self._due, self._h = 0, h
+        self._place.due, self._place.h = 0, h
 
     def predict_configuration(self):
         """position, rotation: the configuration q + h (1 - theta) v, in which contacts are looked for."""
@@ -106,7 +113,7 @@ class Stages:
         found = {"status": "converged" if converged else "iteration_limit", "iterations": iterations, "error": error}
         found |= {"worst_error": error, "worst_contact": -1, "cone_distance": 0.0, "hint": hint}
         self._core.give_impulses(given, found)
-        self._due += 1
+        self._place.due += 1
 
     def update_velocity(self):
         """velocity = velocity_free + A^-1 H r; reaction (n, 3 | 6) [N s] on driven bodies."""
@@ -123,18 +130,18 @@ class Stages:
     def end_step(self):
         """Removes overlap if the strategy says so; the report of the step, as simulation.step returns it."""
         self._is_due("end_step")
-        simulation, h = self._simulation, self._h
+        simulation, h = self._simulation, self._place.h
         if simulation.strategy.project_positions:
             self._core.project_positions()
-        self._due = self._h = None
+        self._place.due = self._place.h = None
         return simulation.stepped(self._core.report(), h)
 
     def undo_step(self):
         """Bodies and time as they were at begin_step; not after update_configuration."""
-        if self._due is not None and self._due == len(ORDER):
+        if self._place.due is not None and self._place.due == len(ORDER):
             raise ValueError("the step is made: call end_step()")
         self._core.undo_step()
-        self._due = self._h = None
+        self._place.due = self._place.h = None
 
     @property
     def contacts(self):
@@ -153,4 +160,4 @@ class Stages:
         except BaseException:
             self.undo_step()
             raise
-        self._due += 1
+        self._place.due += 1
