@@ -13,6 +13,21 @@
 
 enum { ALONG = 20, UP = 2, NODES = (ALONG + 1) * (UP + 1), CELLS = ALONG * UP };
 
+/* A simulation of the scene with a load on the middle of the top of the beam; NULL if it cannot be. */
+static cairn_simulation* start(const cairn_scene* scene, int32_t beam, double load, cairn_error* error) {
+  cairn_simulation* simulation = NULL;
+  double force[2 * NODES] = {0};
+  force[2 * (UP * (ALONG + 1) + ALONG / 2) + 1] = -load;
+  if (cairn_simulation_create(scene, NULL, &simulation, error) == cairn_ok &&
+      cairn_simulation_set_option(simulation, "solver", "auto", error) == cairn_ok &&
+      cairn_simulation_set_number(simulation, "tol", 1e-8, error) == cairn_ok &&
+      cairn_simulation_set_number(simulation, "theta", 1, error) == cairn_ok &&
+      cairn_simulation_load_mesh(simulation, beam, force, NULL, NULL, error) == cairn_ok)
+    return simulation;
+  cairn_simulation_destroy(simulation);
+  return NULL;
+}
+
 int main(void) {
   const double length = 2, height = 0.2, density = 2000, g = 9.81, load = 1e3, h = 2e-3;
   cairn_error error = {0, 0, ""};
@@ -61,21 +76,55 @@ int main(void) {
   CHECK(cairn_scene_add_mesh(scene, mesh, "beam", stone, -1, NULL, &beam, &error) == cairn_ok)
   cairn_mesh_destroy(mesh);
 
-  cairn_simulation* simulation = NULL;
-  CHECK(cairn_simulation_create(scene, NULL, &simulation, &error) == cairn_ok)
-  cairn_scene_destroy(scene);
-  CHECK(cairn_simulation_set_option(simulation, "solver", "auto", &error) == cairn_ok)
-  CHECK(cairn_simulation_set_number(simulation, "tol", 1e-8, &error) == cairn_ok)
-  CHECK(cairn_simulation_set_number(simulation, "theta", 1, &error) == cairn_ok)
-  double force[2 * NODES] = {0};
-  force[2 * (UP * (ALONG + 1) + ALONG / 2) + 1] = -load; /* on the middle of the top */
-  CHECK(cairn_simulation_load_mesh(simulation, beam, force, NULL, NULL, &error) == cairn_ok)
+  cairn_simulation* simulation = start(scene, beam, load, &error);
+  CHECK(simulation)
+
+  /* a run file with an output every 50 steps, and a checkpoint half way */
+  const char *run_file = "beam.vtkhdf", *saved = "beam.checkpoint.h5";
+  cairn_run_writer* writer = NULL;
+  CHECK(cairn_run_writer_create(simulation, run_file, cairn_replace, &writer, &error) == cairn_ok)
   char text[256];
-  for (int step = 0; step < 300; ++step) {
+  for (int step = 1; step <= 300; ++step) {
     CHECK(cairn_simulation_step(simulation, h, NULL, &error) == cairn_ok)
     CHECK(cairn_simulation_report_text(simulation, "status", sizeof text, text, &error) == cairn_ok)
     CHECK(strcmp(text, "converged") == 0)
+    CHECK(cairn_run_writer_step(writer, simulation, &error) == cairn_ok)
+    if (step % 50 == 0) CHECK(cairn_run_writer_output(writer, simulation, &error) == cairn_ok)
+    if (step == 150) CHECK(cairn_simulation_write_checkpoint(simulation, saved, &error) == cairn_ok)
   }
+  CHECK(cairn_run_writer_close(writer, &error) == cairn_ok)
+
+  /* another simulation of the scene goes on from the checkpoint to the same bits */
+  cairn_simulation* again = start(scene, beam, load, &error);
+  CHECK(again)
+  CHECK(cairn_simulation_restart(again, saved, &error) == cairn_ok)
+  for (int step = 150; step < 300; ++step) CHECK(cairn_simulation_step(again, h, NULL, &error) == cairn_ok)
+  double here[2 * NODES], there[2 * NODES];
+  int64_t numbers = 0;
+  for (int k = 0; k < 2; ++k) {
+    const char* name = k == 0 ? "position" : "velocity";
+    CHECK(cairn_simulation_mesh_field(simulation, beam, name, 2 * NODES, here, &numbers, &error) == cairn_ok)
+    CHECK(cairn_simulation_mesh_field(again, beam, name, 2 * NODES, there, &numbers, &error) == cairn_ok)
+    CHECK(memcmp(here, there, sizeof here) == 0)
+  }
+  cairn_simulation_destroy(again);
+  cairn_scene_destroy(scene);
+
+  /* the file holds what was written */
+  cairn_run* run = NULL;
+  double times[6], position[2 * (NODES + 2)], stored_last[300];
+  CHECK(cairn_run_open(run_file, &run, &error) == cairn_ok)
+  CHECK(cairn_run_outputs(run) == 6)
+  CHECK(cairn_run_times(run, 6, times, &numbers, &error) == cairn_ok && fabs(times[5] - 300 * h) < 1e-9)
+  CHECK(cairn_run_body_field(run, 5, "position", 2 * (NODES + 2), position, &numbers, &error) == cairn_ok)
+  CHECK(numbers == 2 * (NODES + 2))
+  CHECK(cairn_simulation_mesh_field(simulation, beam, "position", 2 * NODES, here, &numbers, &error) == cairn_ok)
+  CHECK(memcmp(position + 4, here, sizeof here) == 0) /* the two blocks come before the nodes */
+  CHECK(cairn_run_history(run, "energy_stored", 300, stored_last, &numbers, &error) == cairn_ok && numbers == 300)
+  CHECK(cairn_run_body_field(run, 5, "colour", 0, NULL, &numbers, &error) == cairn_file_error)
+  cairn_run_close(run);
+  remove(run_file);
+  remove(saved);
 
   /* what the contacts give is what comes down */
   double impulse[2 * (ALONG + 1)], status[ALONG + 1], up = 0, velocity[2 * NODES], u[2 * NODES], fastest = 0;

@@ -8,10 +8,13 @@ program arch
   real(dp), parameter :: h = 1e-3_dp, inner = 1, thick = 0.2_dp, density = 2500, g = 9.81_dp, pi = acos(-1.0_dp)
   type(cairn_scene) :: scene
   type(cairn_mesh) :: mesh
-  type(cairn_simulation) :: simulation
+  type(cairn_simulation) :: simulation, again
+  type(cairn_run_writer) :: writer
+  type(cairn_run) :: run
+  character(*), parameter :: run_file = "arch.vtkhdf", saved = "arch.checkpoint.h5"
   type(cairn_error) :: error
   real(dp) :: infinite, node(2, (along + 1)*(across + 1)), radius, turn, weight
-  real(dp), allocatable :: impulse(:, :), gap(:, :), velocity(:, :), moved(:, :)
+  real(dp), allocatable :: here(:, :), there(:, :), stored(:), times(:), impulse(:, :), gap(:, :), velocity(:, :), moved(:, :)
   integer :: cell(4, along*across), foot(2*(across + 1)), stone, hull, number, i, j, k, step
   integer(c_int64_t) :: blocks
 
@@ -56,18 +59,49 @@ program arch
   call add_mesh(scene, mesh, "arch", stone, number)
   call destroy_mesh(mesh)
 
-  call create_simulation(simulation, scene)
-  call destroy_scene(scene)
-  call set_option(simulation, "solver", "auto")
-  call set_number(simulation, "tol", 1e-8_dp)
-  call set_number(simulation, "theta", 1.0_dp)
+  call start(simulation)
   call set_number(simulation, "tol", -1.0_dp, error)
   call expect(error%code /= 0 .and. index(error%message, "tol") > 0, "a tolerance below 0 is refused by name")
   call expect(option_text(simulation, "solver") == "auto", "options can be read")
+  ! a run file with an output every 100 steps, and a checkpoint half way
+  call create_run_writer(writer, simulation, run_file, cairn_replace)
   do step = 1, 400
     call step_simulation(simulation, h)
     call expect(report_text(simulation, "status") == "converged", "every step converges")
+    call write_step(writer, simulation)
+    if (mod(step, 100) == 0) call write_output(writer, simulation)
+    if (step == 200) call write_checkpoint(simulation, saved)
   end do
+  call close_run_writer(writer)
+
+  ! another simulation of the scene goes on from the checkpoint to the same bits
+  call start(again)
+  call restart_simulation(again, saved)
+  do step = 201, 400
+    call step_simulation(again, h)
+  end do
+  call mesh_field(simulation, number, "position", here)
+  call mesh_field(again, number, "position", there)
+  call expect(all(here == there), "a restart goes on to the same bits: positions")
+  call mesh_field(simulation, number, "velocity", here)
+  call mesh_field(again, number, "velocity", there)
+  call expect(all(here == there), "a restart goes on to the same bits: velocities")
+  call destroy_simulation(again)
+  call destroy_scene(scene)
+
+  call open_run(run, run_file)
+  call run_times(run, times)
+  call expect(output_count(run) == 4 .and. abs(times(4) - 400*h) < 1e-9_dp, "the file holds four outputs")
+  call run_body_field(run, 4, "position", stored)
+  call mesh_field(simulation, number, "position", here)
+  call expect(all(stored(5:) == reshape(here, [size(here)])), "the last of them is what there is now")
+  call run_history(run, "energy_kinetic", stored)
+  call expect(size(stored) == 400, "the history has a row for each step")
+  call run_body_field(run, 1, "colour", stored, error)
+  call expect(error%code == 4 .and. index(error%message, "position") > 0, "a field that is not there is refused by name")
+  call close_run(run)
+  call remove(run_file)
+  call remove(saved)
 
   call contact_field(simulation, "impulse", impulse)
   call contact_field(simulation, "gap", gap)
@@ -84,6 +118,24 @@ program arch
   call destroy_simulation(simulation)
   print "(a)", "the arch rests on its blocks"
 contains
+  !> A simulation of the scene.
+  subroutine start(made)
+    type(cairn_simulation), intent(out) :: made
+
+    call create_simulation(made, scene)
+    call set_option(made, "solver", "auto")
+    call set_number(made, "tol", 1e-8_dp)
+    call set_number(made, "theta", 1.0_dp)
+  end subroutine start
+
+  subroutine remove(path)
+    character(*), intent(in) :: path
+    integer :: unit
+
+    open (newunit=unit, file=path)
+    close (unit, status="delete")
+  end subroutine remove
+
   subroutine expect(condition, what)
     logical, intent(in) :: condition
     character(*), intent(in) :: what

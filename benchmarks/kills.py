@@ -1,0 +1,170 @@
+"""Runs that are killed (SIGKILL) at random instants: what their files hold.
+
+    script/bench kills [--kills 200] [--scenes NAME ...]
+
+A line a kind of run: kills, outputs that were flushed before them, files that open, outputs that are lost (flushed, and not in
+the file), checkpoints that were there, are read and go on to the bits of a run that was not killed.
+"""
+
+import argparse
+import csv
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from pathlib import Path
+
+os.environ["OMP_NUM_THREADS"] = "1"
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "python"))
+
+import cairn as cn
+import numpy as np
+from small_scenes import heap
+
+ROCK = cn.Material("rock", density=2000.0)
+DT, STEPS = 2e-3, 200
+
+
+def _polygons():
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    square = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
+    scene.add(cn.polygons([np.array(square) + [0, 0.5 + 1.01 * k] for k in range(5)], ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+    return scene
+
+
+def _capsules():
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    centers = [[0.3 * (k % 3), 0.3 * (k // 3), 0.2 + 0.3 * k] for k in range(9)]
+    scene.add(cn.capsules(centers, 0.1, 0.2, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    return scene
+
+
+def _mesh():
+    from cairn.build.elastic import ElasticBody
+
+    x, y = np.meshgrid(np.linspace(0, 1, 7), np.linspace(0.02, 0.32, 3))
+    a = (np.arange(6) + 7 * np.arange(2)[:, None]).ravel()
+    body = ElasticBody(np.stack([x.ravel(), y.ravel()], 1), {"quad": np.stack([a, a + 1, a + 8, a + 7], 1)}, young=1e7, poisson=0.3,
+                       density=1000.0, rayleigh=(0.0, 1e-3))  # fmt: skip
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK), *cn.deformable(body, ROCK, contact=np.arange(7)))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    return scene
+
+
+def _periodic():
+    scene = cn.Scene(2, gravity=(0, -9.81), periodic=cn.Periodic(lengths=(8.0, 0.0)))
+    rng = np.random.default_rng(3)
+    places = np.stack(np.meshgrid(np.arange(8), np.arange(4)), -1).reshape(-1, 2) + 0.5 + 0.01 * rng.random((32, 2))
+    scene.add(cn.disks(places, 0.45, ROCK), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    return scene
+
+
+def _sim(scene, strategy=None):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return cn.Simulation(scene, DT, strategy, overlap="ignore")
+
+
+KINDS = {
+    "disks": lambda: _sim(heap(2)),
+    "spheres": lambda: _sim(heap(3)),
+    "disks, Auto": lambda: _sim(heap(2), cn.NSCD(solver=cn.Auto(tol=1e-8))),
+    "polygons": lambda: _sim(_polygons()),
+    "capsules": lambda: _sim(_capsules()),
+    "restitution": lambda: _sim(heap(2, law=cn.NewtonRestitution(mu=0.3, en=0.5))),
+    "bonded": lambda: _sim(heap(2, law=cn.Bonded(mu=0.3))),
+    "smooth DEM": lambda: _sim(heap(2, law=cn.LinearSpring(kn=1e5, kt=1e5, mu=0.3)), cn.SmoothDEM(unstable="ignore")),
+    "granular element": lambda: _sim(heap(2), cn.GranularElement()),
+    "projection": lambda: _sim(heap(2), cn.NSCD(project_positions=True)),
+    "periodic": lambda: _sim(_periodic()),
+    "deformable": lambda: _sim(_mesh()),
+}
+
+
+def child(name, path):
+    """Runs, and tells each output that is flushed and each checkpoint that is written."""
+    sim = KINDS[name]()
+    print("begins", flush=True)
+
+    def tell(s):
+        print(s.steps, flush=True)
+
+    sim.run(STEPS, output=path, every=1, checkpoint_every=5, callback=tell, progress=False)
+    os.kill(os.getpid(), signal.SIGSTOP)  # waits for its end
+
+
+def whole_run(name):
+    """Positions and velocities after each step of a run that nobody kills."""
+    sim, states = KINDS[name](), [None]
+    for _ in range(STEPS):
+        sim.step()
+        states.append((sim.bodies.position.tobytes(), sim.bodies.velocity.tobytes()))
+    return states
+
+
+def killed(name, folder, chance, states):
+    """One run, killed. Returns (outputs flushed, opens, outputs lost, checkpoint there, and right)."""
+    path = Path(folder) / "a.vtkhdf"
+    for old in Path(folder).iterdir():
+        old.unlink()
+    process = subprocess.Popen(
+        [sys.executable, "-W", "ignore", __file__, "--child", name, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    assert process.stdout.readline() == "begins\n"
+    time.sleep(chance.random() * killed.seconds)
+    process.kill()
+    told = [int(line) for line in process.stdout.read().splitlines()]
+    process.wait()
+    flushed = told[-1] if told else 0
+    opens = lost = there = right = 0
+    try:
+        if path.exists():
+            with cn.load(path) as run:
+                steps = [step.step for step in run]
+                opens = 1
+                lost = sum(k not in steps for k in range(flushed + 1)) if told else 0
+        else:
+            opens, lost = int(not told), 0
+    except cn.FileError as error:
+        print(name, error, file=sys.stderr)
+    saved = path.with_suffix(".checkpoint.h5")
+    if saved.exists():
+        there, sim = 1, KINDS[name]()
+        sim.restore(saved)
+        for _ in range(min(3, STEPS - sim.steps)):
+            sim.step()
+        right = int((sim.bodies.position.tobytes(), sim.bodies.velocity.tobytes()) == states[sim.steps])
+    elif flushed >= 6:
+        lost += 1
+    return flushed, opens, lost, there, right
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--scenes", nargs="*")
+    parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.child:
+        return child(*options.child)
+    table = csv.writer(sys.stdout, lineterminator="\n")
+    table.writerow(["run", "kills", "outputs_flushed", "files_that_open", "outputs_lost", "checkpoints", "restarts_to_the_bit"])
+    for name in options.scenes or KINDS:
+        chance, states = random.Random(name), whole_run(name)
+        killed.seconds = 0.6
+        with tempfile.TemporaryDirectory() as folder:
+            rows = np.array([killed(name, folder, chance, states) for _ in range(options.kills)])
+        table.writerow([name, options.kills, *rows.sum(axis=0)])
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
