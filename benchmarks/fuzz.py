@@ -72,6 +72,10 @@ def run_batch(name, first, last, counts, say):
         return done
 
 
+def tell(name, line):
+    print(name, json.dumps(line), file=sys.stderr, flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--inputs", type=int, default=20000)
@@ -93,8 +97,9 @@ def main():
         counts, at, spent = dict.fromkeys(columns[2:8], 0), 0, sum(os.times()[2:4])
         while at < options.inputs:
             last = min(at + options.batch, options.inputs)
-            at = run_batch(kind.name, at, last, counts, lambda name, line: print(name, json.dumps(line), file=sys.stderr, flush=True))
-        table.writerow({"kind": kind.name, "inputs": options.inputs, **counts, "cpu_seconds": f"{sum(os.times()[2:4]) - spent:.1f}"})
+            at = run_batch(kind.name, at, last, counts, tell)
+        spent = sum(os.times()[2:4]) - spent
+        table.writerow({"kind": kind.name, "inputs": options.inputs, **counts, "cpu_seconds": f"{spent:.1f}"})
         sys.stdout.flush()
 
 

@@ -50,8 +50,8 @@ def _mesh():
 
     x, y = np.meshgrid(np.linspace(0, 1, 7), np.linspace(0.02, 0.32, 3))
     a = (np.arange(6) + 7 * np.arange(2)[:, None]).ravel()
-    body = ElasticBody(np.stack([x.ravel(), y.ravel()], 1), {"quad": np.stack([a, a + 1, a + 8, a + 7], 1)}, young=1e7, poisson=0.3,
-                       density=1000.0, rayleigh=(0.0, 1e-3))  # fmt: skip
+    cells = {"quad": np.stack([a, a + 1, a + 8, a + 7], 1)}
+    body = ElasticBody(np.stack([x.ravel(), y.ravel()], 1), cells, young=1e7, poisson=0.3, density=1000.0, rayleigh=(0.0, 1e-3))
     scene = cn.Scene(2, gravity=(0, -9.81))
     scene.add(cn.wall((0, 0), (0, 1), ROCK), *cn.deformable(body, ROCK, contact=np.arange(7)))
     scene.interact("*", "*", cn.Coulomb(mu=0.5))
@@ -115,9 +115,8 @@ def killed(name, folder, chance, states):
     path = Path(folder) / "a.vtkhdf"
     for old in Path(folder).iterdir():
         old.unlink()
-    process = subprocess.Popen(
-        [sys.executable, "-W", "ignore", __file__, "--child", name, str(path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
+    command = [sys.executable, "-W", "ignore", __file__, "--child", name, str(path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     assert process.stdout.readline() == "begins\n"
     time.sleep(chance.random() * killed.seconds)
     process.kill()

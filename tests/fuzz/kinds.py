@@ -256,7 +256,9 @@ def _use_elastic(path):
 
 
 def _datbox(folder):
-    disks = [small_datbox.body("RBDY2", small_datbox.DISK, at=(0.19 * k, 0.1, 0), number=k + 1, avrd=0.1, gyrd=0.07) for k in range(3)]
+    disks = [
+        small_datbox.body("RBDY2", small_datbox.DISK, at=(0.19 * k, 0.1, 0), number=k + 1, avrd=0.1, gyrd=0.07) for k in range(3)
+    ]
     bar = small_datbox.body("RBDY2", small_datbox.BAR, number=4, avrd=1.0, gyrd=1.0)
     see = small_datbox.SEE.format("RBDY2", "DISKx", "DISKx", "BLEUx")
     return small_datbox.write(folder / "DATBOX", "".join(disks) + bar, see, drives=small_datbox.held("RBDY2", 4))

@@ -43,7 +43,7 @@ def test_sets_whose_bodies_are_gone_are_let_go(tmp_path):
     sim, path, sizes = cn.Simulation(heap(2), 1e-3, overlap="ignore"), tmp_path / "a.checkpoint.h5", []
     for k in range(60):
         ids = sim.add(cn.disks([[20.0, 20.0 + k]], 0.4, ROCK, velocity=[[0.0, 0.0, 0.0]]))
-        sim.drive([0], ["vx"], 0.1 * k)
+        sim.drive([0], ["vx"], [0.1 * k, 0.0, 0.0])
         sim.step()
         sim.remove(ids)
         sim.checkpoint(path)
@@ -55,7 +55,7 @@ def test_sets_whose_bodies_are_gone_are_let_go(tmp_path):
 def test_what_is_left_of_a_set_that_lost_some_bodies_is_driven_on(tmp_path):
     sims = [cn.Simulation(heap(2), 1e-3, overlap="ignore") for _ in range(2)]
     for sim in sims:
-        ids = sim.add(cn.disks([[20.0, 20.0], [22.0, 20.0]], 0.4, ROCK, driven=["vx"], drive=cn.Harmonic(1.0, 10.0)))
+        ids = sim.add(cn.disks([[20.0, 20.0], [22.0, 20.0]], 0.4, ROCK, driven=["vx"], drive=cn.Harmonic([1.0, 0.0, 0.0], 10.0)))
         sim.remove(ids[:1])
         sim.step()
     path = tmp_path / "a.checkpoint.h5"

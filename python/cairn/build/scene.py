@@ -198,7 +198,7 @@ class Scene:
         from ..post.errors import FileError
 
         content = load(path, "a scene", ".scene.h5")
-        if content.get("kind") != "scene":
+        if not isinstance(content.get("kind"), str) or content["kind"] != "scene":
             raise FileError(path, "this file holds no scene", "give a file written by Scene.save")
         try:
             return cls._made_of(content)

@@ -7,7 +7,8 @@ def add_parser(add, commands):
         commands,
         "info",
         "what is in a file, and how the solver did",
-        "cairn info pile.vtkhdf\ncairn info pile.vtkhdf --json\ncairn info pile.vtkhdf --script     the script that made it\ncairn info pile.vtkhdf --check",
+        "cairn info pile.vtkhdf\ncairn info pile.vtkhdf --json\ncairn info pile.vtkhdf --script     the script that made it\n"
+        "cairn info pile.vtkhdf --check",
     )
     info.add_argument("file", help="a run, a scene or a checkpoint")
     info.add_argument("--json", action="store_true", help="for programs")

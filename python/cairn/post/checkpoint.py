@@ -10,7 +10,6 @@ import os
 from .. import _core
 from .errors import named
 
-
 FORMAT_NAME = "cairn-checkpoint"
 
 

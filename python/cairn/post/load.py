@@ -154,11 +154,13 @@ class Step:
 
     def rows_of(self, ids):
         """Rows of the bodies with these ids in the arrays of this step."""
-        if "id" not in self.bodies:
-            return np.asarray(ids, dtype=np.int64)
-        own = self.bodies["id"]
+        ids, own = np.asarray(ids, np.int64), self.bodies["id"] if "id" in self.bodies else np.arange(len(self.bodies))
         order = np.argsort(own, kind="stable")
-        return order[np.searchsorted(own, ids, sorter=order)]
+        place = np.minimum(np.searchsorted(own, ids, sorter=order), max(len(own) - 1, 0))
+        if ids.size and (len(own) == 0 or np.any(own[order[place]] != ids)):
+            lacks = f"the file is damaged: output {self.index} lacks bodies that it names"
+            raise FileError(self.run.path, lacks, "use a copy of it")
+        return order[place]
 
     def __repr__(self):
         return f"<step {self.step}, t = {self.time:g} s, {len(self.bodies)} bodies, {len(self.contacts)} contacts>"

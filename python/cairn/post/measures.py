@@ -133,8 +133,8 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
     Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks or spheres. dt : step
     [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene [m].
 
-    Where no body is round, those that have a mass count in place of disks and spheres, by their centres, and the solid fraction is
-    NaN: it is not known.
+    Where no body is round, those that have a mass count in place of disks and spheres, by their centres; the solid fraction is
+    NaN, not known.
 
     coordination, coordination_without_rattlers, rattlers (their share), solid_fraction, contacts (loaded), fabric
     (dim, dim), stress (dim, dim) [Pa] of the bodies whose centre is in the region, pressure, deviator [Pa].
@@ -166,7 +166,7 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
         "coordination": coordination_number(n, row_a, row_b, counted=counted),
         "coordination_without_rattlers": coordination_number(n, row_a, row_b, True, counted=counted),
         "rattlers": float(loose[counted].mean()) if counted.any() else float("nan"),
-        "solid_fraction": solid_fraction(contactors.center, contactors.radius, low, high, polygon) if round_ else float("nan"),
+        "solid_fraction": solid_fraction(contactors.center, contactors.radius, low, high, polygon) if round_ else np.nan,
         "fabric": fabric_tensor(step.contacts["normal"][loaded]),
         "stress": stress,
         "pressure": float(pressure),

@@ -5,7 +5,7 @@ import os
 import numpy as np
 
 from . import checkpoint
-from .errors import FileError, told_as_damage
+from .errors import FileError
 from .hdf5 import File
 from .load import load, open_run
 

@@ -14,9 +14,9 @@ from . import time_functions
 def restore(sim, path):
     """Simulation.restore: all that the file holds is looked at first; what is refused later still leaves all as it was."""
     content = load(path)
-    if content.get("kind") != "checkpoint":
+    if not isinstance(content.get("kind"), str) or content["kind"] != "checkpoint":
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
-    if content.get("scene") != sim._fingerprint():
+    if not isinstance(content.get("scene"), str) or content["scene"] != sim._fingerprint():
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
     before["state"] = sim.get_state()

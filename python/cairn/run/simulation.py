@@ -13,7 +13,8 @@ from ..build.extents import Placed
 from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rules_to_dict
 from ..names import one_of
 from ..pre import checks
-from . import restored, time_functions, views
+from . import restored, views
+from .sets import found, later_to_dict, living
 from .stages import Place, Stages
 from .step_warnings import OverlapWarning, StepWarnings
 from .strategies import NSCD, STRATEGIES, Strategy
@@ -373,20 +374,8 @@ class Simulation:
                 raise ValueError(f"body {s.ids[np.isin(s.ids, ids)][0]} is a node of a deformable body, which cannot be removed")
         self._core.remove_bodies(ids)
         self._radii = None
-        self._forget_sets()
+        self._sets = living(self._sets, self._sets_seen, self._core.scene.body("id"))
         self._start_functions()
-
-    def _forget_sets(self):
-        """Sets that came in later are let go of when none of their bodies is left; of drives, when later ones have all of theirs."""
-        present, driven, kept = self._core.scene.body("id"), np.zeros(0, np.int64), []
-        for s in reversed(self._sets[self._sets_seen :]):
-            alive = s.ids[_found(s.ids, present)[0]] if s.mass is None else s.ids
-            if s.mass is None:
-                alive = np.setdiff1d(alive, driven)
-                driven = np.union1d(driven, alive)
-            if s.mesh is not None or np.any(_found(alive, present)[0]):
-                kept.append(s)
-        self._sets = [*self._sets[: self._sets_seen], *reversed(kept)]
 
     def drive(self, ids, dofs, velocity):
         """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
@@ -397,7 +386,7 @@ class Simulation:
         carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
         self._core.scene.drive(ids, carrier.mask, None)
         self._sets.append(carrier)
-        self._forget_sets()
+        self._sets = living(self._sets, self._sets_seen, self._core.scene.body("id"))
         self._start_functions()
 
     # ------------------------------------------------------------------ restart
@@ -416,7 +405,7 @@ class Simulation:
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
-                "later": {f"{k:06d}": _later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
+                "later": {f"{k:06d}": later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
 
@@ -482,7 +471,7 @@ class Simulation:
         for s in reversed(self._sets):
             if s.drive is None and s.mass is not None:
                 continue
-            alive, rows = _found(s.ids, present)
+            alive, rows = found(s.ids, present)
             mine = alive & free[rows] if len(present) else alive
             free[rows[mine]] = False
             if np.any(mine):
@@ -494,7 +483,7 @@ class Simulation:
         for s in self._sets:
             if s.force is None and s.damping is None:
                 continue
-            alive, rows = _found(s.ids, present)
+            alive, rows = found(s.ids, present)
             if not np.any(alive):
                 continue
             if s.force is not None:
@@ -598,24 +587,6 @@ def _checked_strategy(strategy):
     if not isinstance(strategy, Strategy):
         raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or one of {', '.join(STRATEGIES)}")
     return strategy
-
-
-def _later_to_dict(s):
-    """What a checkpoint says of bodies that came in, or were driven, after the start."""
-    out = {"ids": s.ids, "driven": ",".join(s.driven), "carrier": s.mass is None}
-    for name in ("drive", "force", "damping"):
-        value = getattr(s, name)
-        if value is not None:
-            function = callable(value) and not hasattr(value, "to_dict")
-            out[name] = {"kind": "python"} if function else time_functions.to_dict(name, value)
-    return out
-
-
-def _found(ids, present):
-    """Which ids are among the rising `present`, and where: 0 for those that are not."""
-    rows = np.minimum(np.searchsorted(present, ids), max(len(present) - 1, 0))
-    alive = present[rows] == ids if len(present) else np.zeros(len(ids), bool)
-    return alive, np.where(alive, rows, 0)
 
 
 def _three(values):

@@ -33,7 +33,7 @@ ORDER = (
 
 
 class Place:
-    """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: length of the step [s]."""
+    """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: its length [s]."""
 
     def __init__(self):
         self.due = self.h = None
