@@ -37,14 +37,14 @@ def run_batch(name, first, last, counts, say):
     """Counts what comes of seeds first to last; returns the seed to go on with."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-W", "ignore", __file__, "--batch-of", name, str(first), str(last), folder]
-        child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
         os.set_blocking(child.stdout.fileno(), False)
-        text, begun, done, heard = "", None, first, time.monotonic()
+        text, begun, done, heard = b"", None, first, time.monotonic()
         while True:
-            new = child.stdout.read()
+            new = child.stdout.read()  # None: nothing yet
             if new:
                 heard, text = time.monotonic(), text + new
-                *lines, text = text.split("\n")
+                *lines, text = text.split(b"\n")
                 for line in map(json.loads, filter(None, lines)):
                     if "begun" in line:
                         begun = line

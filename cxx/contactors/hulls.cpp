@@ -91,10 +91,11 @@ void Builder::take_face(std::span<const std::int64_t> corners, std::int64_t face
     refuse(which, name + " has " + std::to_string(corners.size()) + " corners; give three or more");
   Vector area{};
   double longest = 0;
-  for (std::size_t k = 0; k < corners.size(); ++k) {
-    if (corners[k] < 0 || corners[k] >= std::int64_t(x.size()))
-      refuse(which, name + " names vertex " + std::to_string(corners[k]) + " of " + std::to_string(x.size()) +
+  for (const std::int64_t corner : corners) // all of them, before any is looked up
+    if (corner < 0 || corner >= std::int64_t(x.size()))
+      refuse(which, name + " names vertex " + std::to_string(corner) + " of " + std::to_string(x.size()) +
                         "; number vertices from 0");
+  for (std::size_t k = 0; k < corners.size(); ++k) {
     const Vector &v = x[corners[k]], &next = x[corners[(k + 1) % corners.size()]];
     const Vector c = cross(v - x[corners[0]], next - x[corners[0]]);
     longest = std::max(longest, std::sqrt(dot(next - v, next - v)) / size);

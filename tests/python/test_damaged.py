@@ -9,7 +9,7 @@ import sys
 import cairn as cn
 import numpy as np
 import pytest
-from cairn import problems
+from cairn import _core, problems
 from cairn.post import FileError, checkpoint
 from damaged import damaged
 from small_scenes import heap
@@ -142,3 +142,13 @@ def test_numbers_that_no_file_can_hold_are_refused(tmp_path, what, kind):
     run = subprocess.run([sys.executable, "-W", "ignore", "-c", command], capture_output=True, text=True, timeout=540)
     assert run.returncode == 0, f"ended with {run.returncode}: {run.stderr[-3000:]}"
     assert int(run.stdout.split()[-1]) > MANY // 4
+
+
+def test_a_face_that_names_a_vertex_there_is_not_is_refused():
+    corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+    for place in range(4):  # the second corner was looked up before it was checked
+        faces = [list(face) for face in FACES]
+        faces[2][place] = 10**15
+        cuts = np.cumsum([0, *map(len, faces)])
+        with pytest.raises(cn.Error, match="names vertex 1000000000000000 of 8"):
+            _core.Scene(3).add_hulls(corners.ravel(), [0, 8], [0, 6], cuts, np.concatenate(faces))

@@ -153,15 +153,16 @@ contains
     end do
   end subroutine eliminate2
 
-  !> Gauss-Jordan with the largest pivot of each column.
+  !> Gauss-Jordan with the largest pivot of each column, each row in a unit of its own: those of a body are forces and moments.
   pure subroutine invert(dim, given, inverse, regular)
     integer(c_int32_t), intent(in) :: dim
     real(c_double), intent(in)     :: given(dim, dim)
     real(c_double), intent(out)    :: inverse(dim, dim)
     logical, intent(out)           :: regular
-    real(c_double) :: a(dim, dim), row(dim), factor
+    real(c_double) :: a(dim, dim), row(dim), weight(dim), factor
     integer :: c, p, i
     a = given
+    weight = row_weights(dim, given)
     inverse = 0
     do c = 1, dim
       inverse(c, c) = 1
@@ -170,13 +171,16 @@ contains
     do c = 1, dim
       p = c
       do i = c + 1, dim
-        if (abs(a(i, c)) > abs(a(p, c))) p = i
+        if (weight(i)*abs(a(i, c)) > weight(p)*abs(a(p, c))) p = i
       end do
       if (.not. (abs(a(p, c)) > 0 .and. abs(a(p, c)) <= huge(factor))) return
       if (p /= c) then
         row = a(c, :)
         a(c, :) = a(p, :)
         a(p, :) = row
+        factor = weight(c)
+        weight(c) = weight(p)
+        weight(p) = factor
         row = inverse(c, :)
         inverse(c, :) = inverse(p, :)
         inverse(p, :) = row
@@ -253,4 +257,19 @@ contains
       y(2) = y(2) - m(2)*x(1) - m(4)*x(2)
     end if
   end subroutine subtract
+  !> Powers of two that bring rows to one size: roots of the diagonal against its first entry, so that a change of the units of
+  !> mass or length by a power of two changes no choice of a pivot. 1 where a diagonal has no roots.
+  pure function row_weights(dim, a) result(weight)
+    integer(c_int32_t), intent(in) :: dim
+    real(c_double), intent(in)     :: a(dim, dim)
+    real(c_double) :: weight(dim)
+    integer :: i
+    weight = 1
+    do i = 1, dim
+      if (.not. (a(i, i) > 0 .and. a(i, i) <= huge(weight))) return
+    end do
+    do i = 2, dim
+      weight(i) = set_exponent(1.0_c_double, 1 - shifta(exponent(a(i, i)) - exponent(a(1, 1)), 1))
+    end do
+  end function row_weights
 end module block_factors

@@ -7,6 +7,7 @@ the step h; contact quantities act on the first body (A), the normal points from
 import numpy as np
 
 from .. import _core
+from .errors import FileError
 from .geometry import contactors_of, lever_arms
 from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
 
@@ -155,6 +156,9 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
         radius = contactors.radius if round_ else np.zeros(len(center))
         low = (center - radius[:, None]).min(0, initial=np.inf)
         high = (center + radius[:, None]).max(0, initial=-np.inf)
+        if not np.all(np.isfinite(center)):
+            what = f"output {step.index} holds positions that are no numbers"
+            raise FileError(step.run.path, what, "give the region that is measured, or use a copy of it")
     volume = depth * _area(polygon) if polygon is not None else np.prod(np.subtract(high, low)) * (depth if dim == 2 else 1.0)
     inside = counted & _inside(step.bodies["position"], low, high, polygon)
     moments = body_moments(n, row_a, row_b, forces, arm_a, arm_b)
