@@ -69,6 +69,7 @@ set(CAIRN_CXX_SOURCES
   solvers/problems/newton_step.cpp
   solvers/problems/nlgs.cpp
   solvers/problems/nlgs_anderson.cpp
+  solvers/problems/nlgs_nesterov.cpp
   solvers/problems/nlgs_problem.cpp
   solvers/problems/nlgs_variants.cpp
   solvers/problems/ppa_newton.cpp
@@ -77,7 +78,9 @@ set(CAIRN_CXX_SOURCES
   solvers/problems/velocity_refinement.cpp
   solvers/sweeps/active_set.cpp
   solvers/sweeps/contact_system.cpp
+  solvers/sweeps/extrapolation.cpp
   solvers/sweeps/light_error.cpp
+  solvers/sweeps/velocity_error.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp

@@ -238,14 +238,14 @@ contains
     times_b = merge(factor, 1.0_c_double, batch%hub == 2)
     w = 0
     if (view%mapped_a) then
-      call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%frame, view%body_a, view%node_a, view%lever_a, &
-        view%condensed, w)
+      call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%nodes_a, view%frame, view%body_a, view%node_a, &
+        view%lever_a, view%condensed, w)
     else if (batch%moves_a /= 0) then
       call delassus_a(view%n, view%c, view%width_a, times_a, va, view%frame, view%lever_a, w)
     end if
     if (view%mapped_b) then
-      call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%frame, view%body_b, view%node_b, view%lever_b, &
-        view%condensed, w)
+      call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%nodes_b, view%frame, view%body_b, view%node_b, &
+        view%lever_b, view%condensed, w)
     else if (batch%moves_b /= 0) then
       call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
     end if

@@ -198,11 +198,12 @@ contains
   end subroutine add_columns
 
   !> w = w + H' S H of each contact on its own.
-  subroutine delassus_mapped(n, contacts, c, dim, frame, body, node, weight, condensed, w)
+  subroutine delassus_mapped(n, contacts, c, dim, nodes, frame, body, node, weight, condensed, w)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies
     integer, value                    :: c            !< components of a contact
     integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: nodes        !< of a contact, at most
     real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
     integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
     integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
@@ -217,8 +218,8 @@ contains
       of_point = 0
       associate (of => condensed(body(i)))
         call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
-        do j = 1, mapping_nodes
-          do l = 1, mapping_nodes
+        do j = 1, nodes
+          do l = 1, nodes
             both = weight(i, j)*weight(i, l)
             if (.not. abs(both) > 0) cycle
             row = dim*node(i, j)

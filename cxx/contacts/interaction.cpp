@@ -66,8 +66,26 @@ void Interactions::State::add_given(const Bodies& bodies) {
   swap_in();
 }
 
+// What errors of velocities are measured by.
+void Interactions::State::measure_speeds(const Bodies& bodies) {
+  double by_loads = 0, of_meshes = 0;
+  for (std::int64_t b = 0; b < bodies.count; ++b) {
+    const double mass = *bodies.mass[b];
+    const bool shows = bodies.whole.active && *bodies.whole[b] != 0;
+    if (!(mass > 0) || !std::isfinite(mass) || (!shows && !(bodies.inverse_mass[b][0] > 0))) continue;
+    for (int k = 0; k < dim(); ++k) {
+      const double v = bodies.velocity_free[b][k], change = v - bodies.velocity_begin[b][k];
+      by_loads += mass * change * change;
+      if (shows) of_meshes += mass * v * v;
+    }
+  }
+  system.weight_speed_square = by_loads;
+  system.mesh_speed_square = of_meshes;
+}
+
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
+  if (std::isfinite(options.accuracy)) s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   SolveReport report = solve_step(s.system, s.given ? s.velocity_given : bodies.velocity_free, options);
   for (const cairn_batch& b : s.system.batches)
@@ -379,7 +397,8 @@ std::int64_t Interactions::bytes() const {
   const auto of = [](const auto& v) { return std::int64_t(v.capacity() * sizeof(v[0])); };
   const ContactSystem& c = s.system;
   return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) + of(c.candidate) + of(c.sums) +
-         of(c.change) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.work_sums) +
+         of(c.change) + of(c.before) + of(c.r_before) + of(c.along) + of(c.chosen) + of(c.kept_r) + of(c.kept_u) +
+         of(c.best) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.work_sums) +
          of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) +
          of(s.key_of_order) + of(s.order_count) + of(s.sorted) + s.scratch.bytes();
 }

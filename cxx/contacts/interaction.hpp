@@ -117,7 +117,10 @@ struct SolverOptions {
   int max_iterations;
   int threads;                 // 0: as OpenMP decides
   std::string solver = "nlgs"; // in steps: nlgs, auto, or a solver of problems (friction_problem.hpp)
-  double max_bytes = 1e9;      // of factors, and of W where a solver takes it in blocks
+  // On the velocities that impulses leave, see VelocityError; infinity: not asked for.
+  double accuracy = std::numeric_limits<double>::infinity();
+  bool extrapolates = true; // sweeps begin beyond the last one: see Extrapolation
+  double max_bytes = 1e9;   // of factors, and of W where a solver takes it in blocks
 };
 
 enum class SolveStatus { converged, iteration_limit, diverged };
@@ -131,12 +134,13 @@ struct SolveReport {
   double worst_error = 0;          // of one contact, on its own scale, at least a millionth of the mean: 0 to 1
   std::int64_t worst_contact = -1; // its place in the candidates
   double light_error = 0; // where masses differ: speeds that break the law, on the scale of lighter bodies (LightError)
-  std::int64_t light_contact = -1; // where it is largest, its place in the candidates
-  double penetration = 0;          // deepest overlap / size of the smaller body
-  double cone_distance = 0;        // distance of impulses outside the cone / impulse
-  double energy_created = 0;       // energy that contacts made from nothing / energy in play; once it is committed
-  std::string hint;                // empty when converged
-  const char* solver = "nlgs";     // that gave the answer
+  std::int64_t light_contact = -1;                                  // where it is largest, its place in the candidates
+  double velocity_error = std::numeric_limits<double>::quiet_NaN(); // estimated, see VelocityError; NaN: not asked for
+  double penetration = 0;                                           // deepest overlap / size of the smaller body
+  double cone_distance = 0;                                         // distance of impulses outside the cone / impulse
+  double energy_created = 0;   // energy that contacts made from nothing / energy in play; once it is committed
+  std::string hint;            // empty when converged
+  const char* solver = "nlgs"; // that gave the answer
 };
 
 // Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.

@@ -150,6 +150,7 @@ struct Interactions::State {
   void find_fault(const Bodies& with, int sweeps);
   void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
   void add_given(const Bodies& bodies);
+  void measure_speeds(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
   void push_meshes(Bodies& bodies) const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;

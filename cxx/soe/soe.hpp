@@ -52,7 +52,7 @@ struct SoeOptions {
   // (n), not zero: x is given there, not sought; empty: none. See Soe::solve.
   std::vector<std::uint8_t> held;
   // (n), not zero: entries of the inverse will be asked for between these. Sparse factors eliminate them last, if that
-  // does not fill much more, so that what such entries need is the end of the factors alone. Empty: none.
+  // fills little more, so that what such entries need is the end of the factors alone. Empty: none.
   std::vector<std::uint8_t> last = {};
 };
 

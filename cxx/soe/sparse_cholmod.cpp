@@ -141,9 +141,9 @@ private:
                                                                     : CHOLMOD_NATURAL;
   }
 
-  // Takes the order with these equations at its end, if the factors do not grow by more than half.
+  // Takes the order with these equations at its end, if the factors grow little by that.
   void put_last(const cholmod_sparse& a, const std::vector<std::uint8_t>& last) {
-    constexpr double growth = 1.5;
+    constexpr double growth = 1.1; // every step goes through all of them
     const double entries = common_.lnz;
     const auto* const order = static_cast<const std::int32_t*>(factor_->Perm);
     std::vector<std::int32_t> given(order, order + factor_->n);

@@ -253,6 +253,9 @@ typedef struct cairn_schedule {
 } cairn_schedule;
 enum { cairn_batch_workspace = 128 * 80 };
 void cairn_nlgs_sweep(int32_t sweeps, const cairn_schedule* schedule, double* change);
+void cairn_extrapolated_sweep(const cairn_schedule* schedule, double factor, int64_t bodies, int32_t velocities,
+                              double* before, int32_t stride, double* r_before, double* change, double* along);
+void cairn_sweep_chosen(int32_t sweeps, const cairn_schedule* schedule, const int32_t* chosen, double* change);
 void cairn_add_impulses(const cairn_schedule* schedule);
 void cairn_relative_velocities(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* u);
 void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t thread, double* w, double* w_true,
@@ -285,6 +288,9 @@ void cairn_problem_speeds(int32_t dim, int64_t n, const double* mu, const double
 void cairn_law_breaks(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* r, const double* u,
                       double* broken);
 void cairn_project_disks(int32_t dim, int64_t n, const double* mu, double* r);
+void cairn_nesterov_lean(int64_t n, double factor, double* before, double* r, double* start);
+void cairn_nesterov_along(int32_t dim, int64_t contacts, const double* w_nn, const double* start, const double* before,
+                          const double* r, double* along);
 void cairn_shuffle(int64_t n, int64_t* state, int32_t* order);
 void cairn_colour_blocks(int64_t n, const int64_t* row_start, const int32_t* column, int32_t* colour, int32_t* order,
                          int64_t* colours, int64_t* colour_start);

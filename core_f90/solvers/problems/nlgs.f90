@@ -11,7 +11,7 @@ module nlgs
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
-  public :: cairn_nlgs_sweep
+  public :: cairn_nlgs_sweep, sweep_batch
 contains
 
   !> Sweeps over all contacts.

@@ -7,17 +7,21 @@
 #include <limits>
 
 #include "../sweeps/active_set.hpp"
+#include "../sweeps/extrapolation.hpp"
 #include "../sweeps/light_error.hpp"
 #include "../sweeps/step_error.hpp"
+#include "../sweeps/velocity_error.hpp"
 
 namespace cairn {
 
 namespace {
 
-// Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact alone would ask, and stays in its
-// cone. It is the same as blocks of W divided by the factor; bonds keep theirs. A few contacts are solved sooner, and
-// to rounding, without it. Between Coulomb's cones convergence is not proved beyond 1: where an error did not fall the
-// factor is lowered, down to 1.
+constexpr int plain_sweeps = 9; // few contacts are solved by as many, and what is nearly solved stays as it is
+
+// For what is not extrapolated. Projected over-relaxation (Cryer 1971): an impulse changes by more than its contact
+// alone would ask, and stays in its cone. It is the same as blocks of W divided by the factor; bonds keep theirs. A few
+// contacts are solved sooner, and to rounding, without it. Between Coulomb's cones convergence is not proved beyond 1:
+// where an error did not fall the factor is lowered, down to 1.
 class Relaxation {
 public:
   explicit Relaxation(double& factor) : factor_(factor) { factor_ = 1; }
@@ -32,7 +36,6 @@ public:
   }
 
 private:
-  static constexpr int plain_sweeps = 9;
   static constexpr double first = 1.625, decrement = 0.125, least_fall = 0.98;
   double& factor_;
   bool begun_ = false;
@@ -54,6 +57,25 @@ bool near_rest(const ContactSystem& system, const cairn_schedule& schedule, doub
   return moving <= tolerances * tolerances * tolerance * tolerance * energy;
 }
 
+// What stands still is solved to rounding, where it is little.
+void settle(ActiveSet& newton, const ContactSystem& system, const cairn_schedule& schedule, std::int64_t contacts,
+            double error_square, double energy, const SolverOptions& options) {
+  constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
+  constexpr double settled = 0x1p-80;  // the square of an error that only rounding is left of
+  if (contacts <= settled_unknowns && error_square > settled && near_rest(system, schedule, energy, options.tolerance))
+    newton.improve(error_square, settled, settled_unknowns);
+}
+
+// Sweeps, whose last change is left in system.change; returns how many that was in work.
+int sweep_on(ContactSystem& system, cairn_schedule& schedule, int sweeps, Extrapolation* extrapolation) {
+  if (extrapolation) {
+    schedule.relaxation = 1;
+    return extrapolation->sweep(sweeps);
+  }
+  cairn_nlgs_sweep(sweeps, &schedule, system.change.data());
+  return sweeps;
+}
+
 } // namespace
 
 SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options,
@@ -62,6 +84,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   report.penetration = system.penetration;
   for (const cairn_batch& b : system.batches) report.contacts += b.contacts;
   system.load(velocity_free);
+  if (std::isfinite(options.accuracy)) report.velocity_error = 0;
   if (system.batches.empty()) return report;
   cairn_schedule schedule = system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads());
   const FreeScale free = measure_free(system, schedule);
@@ -69,9 +92,13 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
 
   // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the
   // same ratio to the change, which tells when the next error is worth its cost.
-  const double wanted = options.tolerance * options.tolerance;
-  double ratio = 0; // error^2 per change
+  double wanted = options.tolerance * options.tolerance; // less where velocities have to be more exact
+  double ratio = 0;                                      // error^2 per change
   Relaxation relaxation(schedule.relaxation);
+  Extrapolation extrapolation(system, schedule);
+  if (!options.extrapolates) extrapolation.forbid();
+  BestImpulses best(system);
+  VelocityError velocity(system, schedule, options.accuracy);
   int next_check = std::max(options.min_iterations, 1), next_newton = 64;
   const auto square = [&] { return measure(system, schedule, free, false, report).square; };
   const std::function<double()> error_square = std::ref(square); // by reference: nothing is allocated
@@ -84,8 +111,11 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   while (report.iterations < options.max_iterations) {
     const int sweeps = std::min(options.max_iterations - report.iterations,
                                 std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
-    cairn_nlgs_sweep(sweeps, &schedule, system.change.data());
-    report.iterations += sweeps;
+    // beside Newton's method plain ones: where several answers are right, as in a wall, they stay with what is near
+    const bool extrapolates =
+        extrapolation.allowed() && report.iterations >= plain_sweeps && (!help || help->given_up());
+    report.iterations += std::min(sweep_on(system, schedule, sweeps, extrapolates ? &extrapolation : nullptr),
+                                  options.max_iterations - report.iterations);
     const double change = total(system.change, system.batches.size(), 1, 0);
     const bool promising = ratio > 0 && change * ratio <= wanted;
     const bool last = help && report.iterations >= options.max_iterations; // it is asked before the step fails
@@ -93,38 +123,54 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     StepError error = measure(system, schedule, free, false, report);
     if (error.finite && error.square > wanted && report.iterations >= next_newton) {
       newton.improve(error.square, wanted);
+      extrapolation.restart();
       error = measure(system, schedule, free, false, report);
       next_newton = 4 * report.iterations;
     }
     if (help && error.finite && error.square > wanted && help->pays(report.iterations, std::sqrt(error.square))) {
       if (help->improve(schedule, std::sqrt(error.square), error_square)) report.solver = help->name();
+      extrapolation.restart();
       error = measure(system, schedule, free, false, report);
     }
     if (!error.finite || !std::isfinite(change)) {
+      if (extrapolates && best.give_back(error.square, velocity_free, schedule)) {
+        extrapolation.forbid();
+        continue;
+      }
       report.status = SolveStatus::diverged;
       give_none(system, velocity_free);
       break;
     }
     if (error.square <= wanted && report.iterations >= options.min_iterations) {
-      constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
-      constexpr double settled = 0x1p-80;  // the square of an error that only rounding is left of
-      const bool few = !uneven && report.contacts <= settled_unknowns;
-      if (help && few && error.square > settled && near_rest(system, schedule, free.energy, options.tolerance))
-        newton.improve(error.square, settled, settled_unknowns);
+      if (help && !uneven) settle(newton, system, schedule, report.contacts, error.square, free.energy, options);
       double light = light_error();
       if (help && !help->accepts(report.iterations, light)) {
         if (help->improve(schedule, options.tolerance, error_square)) report.solver = help->name();
+        extrapolation.restart();
         error = measure(system, schedule, free, false, report);
         light = light_error();
       }
-      if (light <= options.tolerance && error.square <= wanted) break;
+      if (light <= options.tolerance && error.square <= wanted) {
+        velocity.follow(std::sqrt(error.square));
+        if (velocity.holds()) break;
+        const double next = velocity.wanted(std::sqrt(error.square));
+        wanted = next * next;
+        if (help) help->aim(next);
+      }
     }
-    relaxation.follow(report.iterations, error.square);
+    best.offer(error.square);
+    velocity.follow(std::sqrt(error.square));
+    if (!extrapolation.allowed() || help) relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;
-    next_check = report.iterations + std::max(8, report.iterations / 2);
+    next_check = report.iterations + std::max(8, report.iterations / (extrapolates ? 8 : 2));
   }
-  const StepError end = measure(system, schedule, free, true, report);
+  StepError end = measure(system, schedule, free, true, report);
+  if (report.iterations >= options.max_iterations && end.square > wanted &&
+      best.give_back(end.square, velocity_free, schedule))
+    end = measure(system, schedule, free, true, report);
   light_error();
+  velocity.follow(report.error);
+  report.velocity_error = velocity.value();
   conclude(report, end, options);
   return report;
 }

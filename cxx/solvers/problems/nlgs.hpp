@@ -19,6 +19,10 @@ public:
   // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
   // were. measure: square of the error of the impulses at hand, records up to date.
   virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;
+  // The error has to be smaller than was asked for.
+  virtual void aim(double error) = 0;
+  // It is asked no more: sweeps have to do alone.
+  virtual bool given_up() const = 0;
   virtual const char* name() const = 0;
 };
 

@@ -123,9 +123,10 @@ void ActiveSet::assemble() {
   const int n = int(memory_.unknowns.size());
   memory_.matrix.resize(std::size_t(n) * n);
   each(system_, [&](const cairn_batch& b, int lane, int k) { at(b, b.r, lane, k) = 0; });
+  system_.clear_velocities();
   for (int j = 0; j < n; ++j) {
     apply(memory_.unknowns[j], 1);
-    system_.clear_velocities();
+    if (j > 0) system_.clear_touched();
     read_velocities();
     for (int i = 0; i < n; ++i) memory_.matrix[std::size_t(n) * i + j] = *memory_.unknowns[i].u;
     apply(memory_.unknowns[j], -1);

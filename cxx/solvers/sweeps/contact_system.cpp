@@ -62,6 +62,15 @@ void ContactSystem::clear_velocities() {
   for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
 }
 
+void ContactSystem::clear_touched() {
+  for (const cairn_batch& b : batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      if (b.moves_a && !b.mapped_a) std::fill_n(record[b.body_a[lane]].x, velocities(), 0.0);
+      if (b.moves_b && !b.mapped_b) std::fill_n(record[b.body_b[lane]].x, velocities(), 0.0);
+    }
+  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
+}
+
 void ContactSystem::unload(Field<double>& velocity) const {
   const auto copy = [&, v = velocity.values.data()](int n) {
     return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };

@@ -21,9 +21,15 @@ struct ContactSystem {
   std::vector<cairn_condensed> condensed_dofs;       // of them, as batches refer to them
   Array<double> condensed_velocity;                  // of their contact nodes, each body from a cache line on
   Array<double> work;
-  Array<std::int32_t> candidate;           // (places of contacts, dummies included); -1: dummy
-  Array<double> sums, change;              // (6, batches), (batches)
-  bool serial = false;                     // a law must not be called by two threads at once
+  Array<std::int32_t> candidate;         // (places of contacts, dummies included); -1: dummy
+  Array<double> sums, change;            // (6, batches), (batches)
+  bool serial = false;                   // a law must not be called by two threads at once
+  Array<double> before, r_before, along; // velocities; impulses by place; by batch: see Extrapolation
+  Array<std::int32_t> chosen;            // by task: see Extrapolation
+  Array<double> best;                    // impulses in the order of batches: see BestImpulses
+  Array<double> kept_r, kept_u;          // impulses and relative velocities in the order of batches: see VelocityError
+  double weight_speed_square = 0;        // |v_free - v|_M^2 of the bodies that move, what loads alone make of them [J]
+  double mesh_speed_square = 0;          // |v_free|_M^2 of bodies that deform [J]
   std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
   bool keeps_velocity = false;             // records hold velocities of bodies to more digits than impulses give
   double penetration = 0;                  // deepest overlap / size of the smaller body
@@ -35,6 +41,7 @@ struct ContactSystem {
   // W is more than what bodies of six dofs give: contacts of a condensed body see each other, or have a compliance.
   bool needs_blocks() const { return compliant || !condensed.empty(); }
   void clear_velocities();
+  void clear_touched(); // of bodies with contacts alone
   // velocities of bodies into the records; inverse masses stay
   void load(const Field<double>& velocity);
   void unload(Field<double>& velocity) const;

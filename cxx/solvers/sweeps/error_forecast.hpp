@@ -11,6 +11,7 @@ namespace cairn {
 class ErrorForecast {
 public:
   explicit ErrorForecast(double tolerance) : tolerance_(tolerance) {}
+  void aim(double tolerance) { tolerance_ = tolerance; }
   double sweeps_to_come(std::int64_t iterations, double error) {
     best_ = std::min(best_, error);
     seen_.push_back({iterations, best_});

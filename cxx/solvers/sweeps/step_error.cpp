@@ -101,6 +101,12 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
         "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, after %d iterations, the "
         "worst contact is %lld: take cairn.Auto, allow more iterations or lower dt",
         r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact));
+  else if (r.error <= options.tolerance)
+    std::snprintf(
+        text, sizeof text,
+        "velocities are not known to be as exact as was asked: velocity_error %.2e, accuracy is %.2e, after %d "
+        "iterations: allow more iterations or a larger accuracy",
+        r.velocity_error, options.accuracy, r.iterations);
   else
     std::snprintf(
         text, sizeof text,
@@ -113,7 +119,8 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
 } // namespace
 
 void conclude(SolveReport& report, const StepError& last, const SolverOptions& options, const std::string& hint) {
-  const bool small = last.finite && std::max(report.error, report.light_error) <= options.tolerance;
+  const bool exact = !std::isfinite(options.accuracy) || report.velocity_error <= options.accuracy;
+  const bool small = last.finite && exact && std::max(report.error, report.light_error) <= options.tolerance;
   if (!last.finite) report.status = SolveStatus::diverged;
   if (report.status != SolveStatus::diverged)
     report.status = small ? SolveStatus::converged : SolveStatus::iteration_limit;

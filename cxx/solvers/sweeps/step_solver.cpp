@@ -92,6 +92,11 @@ public:
     return better;
   }
 
+  void aim(double error) override {
+    options_.tolerance = error;
+    forecast_.aim(error);
+  }
+  bool given_up() const override { return given_up_; }
   const char* name() const override { return "ppa_newton"; }
 
 private:
@@ -144,7 +149,7 @@ private:
   static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
   ContactSystem& system_;
   const Field<double>& velocity_free_;
-  const SolverOptions& options_;
+  SolverOptions options_;
   ErrorForecast forecast_;
   double ratio_;          // of masses
   std::int64_t patience_; // sweeps
@@ -201,6 +206,9 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
 } // namespace
 
 SolveReport solve_step(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options) {
+  if (std::isfinite(options.accuracy) && options.solver != "nlgs" && options.solver != "auto")
+    throw Error("accuracy is estimated between sweeps: take cairn.NLGS or cairn.Auto instead of " + options.solver +
+                ", or leave accuracy out");
   if (options.solver == "nlgs") return solve_nlgs(system, velocity_free, options);
   if (options.solver == "auto") {
     NewtonHelp help(system, velocity_free, options);

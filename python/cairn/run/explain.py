@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
-from .strategies import NSCD, SmoothDEM
+from .strategies import NLGS, NSCD, Auto, SmoothDEM
 
 
 def explain(simulation):
@@ -45,10 +45,21 @@ def _nscd(simulation):
         f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
         f"{'warm' if strategy.warm_start else 'cold'} start",
+        *_sweeps(solver),
         "Arbitrary: how impulses share out among contacts of rigid bodies that are more than motion determines (a face on "
         "many points, a wedged pile); their sums and moments on each body, and the motion, are not. cn.PPANewton shares smoothly",
     ]
     return lines
+
+
+def _sweeps(solver):
+    if isinstance(solver, NLGS):
+        if solver.acceleration == "nesterov":
+            return ["Sweeps are extrapolated from the tenth on, and repeated over the slow parts of a pile (acceleration)"]
+        return ["Sweeps are plain, over-relaxed from the tenth on"]
+    if isinstance(solver, Auto):
+        return ["Sweeps are plain, and extrapolated where factors for Newton's method would not fit"]
+    return []
 
 
 def _smooth(simulation):

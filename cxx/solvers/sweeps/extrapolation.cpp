@@ -1,0 +1,107 @@
+#include "extrapolation.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "../../contacts/interaction_state.hpp"
+#include "light_error.hpp"
+#include "step_error.hpp"
+
+namespace cairn {
+
+namespace {
+
+// A light body under a heavy one feels the rounding of an impulse that is extrapolated, and its velocity, extrapolated
+// beside it, does not: what differs grows with the ratio of masses.
+constexpr double largest_ratio = 0x1p20;
+
+// f(impulse, place) for every impulse there is
+template <class F>
+void each(const ContactSystem& system, F&& f) {
+  std::size_t place = 0;
+  for (const cairn_batch& b : system.batches)
+    for (int k = 0; k < b.components; ++k)
+      for (int lane = 0; lane < b.contacts; ++lane) f(at(b, b.r, lane, k), place++);
+}
+
+} // namespace
+
+Extrapolation::Extrapolation(ContactSystem& system, const cairn_schedule& schedule)
+    : system_(system), schedule_(schedule), allowed_(mass_ratio(system) <= largest_ratio) {
+  for (const cairn_batch& b : system.batches) stride_ = std::max(stride_, b.components);
+  std::size_t velocities = std::size_t(system.velocities()) * system.bodies;
+  for (const CondensedBody& c : system.condensed) velocities += std::size_t(c.dofs.dofs);
+  fit(system.before, velocities);
+  for (const cairn_batch& b : system.batches) contacts_ += b.contacts;
+  fit(system.r_before, std::size_t(stride_) * system.places());
+  fit(system.along, system.batches.size());
+  fit(system.chosen, system.first_batch.size());
+}
+
+int Extrapolation::sweep(int sweeps) {
+  for (int k = 0; k < sweeps; ++k) {
+    factor_ = sequence_.factor();
+    lean_condensed();
+    cairn_extrapolated_sweep(&schedule_, factor_, system_.bodies, system_.velocities(), system_.before.data(), stride_,
+                             system_.r_before.data(), system_.change.data(), system_.along.data());
+    sequence_.follow(total(system_.change, system_.batches.size(), 1, 0),
+                     total(system_.along, system_.batches.size(), 1, 0));
+    sweep_slow_tasks();
+  }
+  const int more = int(swept_beside_);
+  swept_beside_ -= more;
+  return sweeps + more;
+}
+
+// A few grains that wedge or slide keep a whole pile from its answer: of the work most goes where most is left to do.
+void Extrapolation::sweep_slow_tasks() {
+  constexpr double above_mean = 4, largest_share = 0.25; // change of a contact; of the contacts
+  constexpr int times = 4;
+  const std::size_t tasks = system_.first_batch.size() - 1;
+  const double change = total(system_.change, system_.batches.size(), 1, 0);
+  double share = 0;
+  for (std::size_t t = 0; t < tasks; ++t) {
+    double of_task = 0, contacts = 0;
+    for (std::int32_t b = system_.first_batch[t]; b < system_.first_batch[t + 1]; ++b) {
+      of_task += system_.change[b];
+      contacts += system_.batches[b].contacts;
+    }
+    system_.chosen[t] = of_task * contacts_ > above_mean * change * contacts;
+    if (system_.chosen[t]) share += contacts / contacts_;
+  }
+  if (!(share > 0) || share > largest_share) return;
+  cairn_sweep_chosen(times, &schedule_, system_.chosen.data(), system_.along.data());
+  swept_beside_ += times * share;
+}
+
+void Extrapolation::lean_condensed() {
+  double* before = system_.before.data() + std::size_t(system_.velocities()) * system_.bodies;
+  for (const CondensedBody& c : system_.condensed)
+    for (std::int64_t i = 0; i < c.dofs.dofs; ++i, ++before) {
+      const double now = c.dofs.velocity[i];
+      if (factor_ > 0) c.dofs.velocity[i] = now + factor_ * (now - *before);
+      *before = now;
+    }
+}
+
+BestImpulses::BestImpulses(ContactSystem& system) : system_(system), least_(std::numeric_limits<double>::infinity()) {
+  std::size_t numbers = 0;
+  for (const cairn_batch& b : system.batches) numbers += std::size_t(b.count) * b.components;
+  fit(system.best, numbers);
+}
+
+void BestImpulses::offer(double error_square) {
+  if (!(error_square < least_)) return;
+  least_ = error_square;
+  each(system_, [&](double& r, std::size_t place) { system_.best[place] = r; });
+}
+
+bool BestImpulses::give_back(double error_square, const Field<double>& velocity_free, const cairn_schedule& schedule) {
+  if (!(least_ < std::numeric_limits<double>::infinity()) || error_square <= least_) return false;
+  each(system_, [&](double& r, std::size_t place) { r = system_.best[place]; });
+  system_.load(velocity_free);
+  cairn_add_impulses(&schedule);
+  return true;
+}
+
+} // namespace cairn

@@ -1,0 +1,47 @@
+// Sweeps that begin beyond the last one (Nesterov 1983), begun again where that leads astray (O'Donoghue & Candes
+// 2015): what plain sweeps carry through a pile contact by contact takes the square root of as many of them.
+#pragma once
+#include "contact_system.hpp"
+#include "nesterov_sequence.hpp"
+
+namespace cairn {
+
+class Extrapolation {
+public:
+  Extrapolation(ContactSystem& system, const cairn_schedule& schedule);
+  // Whether all batches and masses bear it: see the source.
+  bool allowed() const { return allowed_; }
+  void forbid() { allowed_ = false; }
+  // Changes of impulses by the last of them are left in system.change. Returns how many sweeps that was in work, some
+  // of it done where most is left to do.
+  int sweep(int sweeps);
+  // Somebody else changed impulses and velocities: the next sweep begins from them as they are.
+  void restart() { sequence_.restart(); }
+
+private:
+  void lean_condensed();
+  void sweep_slow_tasks();
+  ContactSystem& system_;
+  const cairn_schedule& schedule_;
+  std::int32_t stride_ = 1; // components of a contact, at most
+  bool allowed_ = true;
+  NesterovSequence sequence_;
+  double factor_ = 0, contacts_ = 0;
+  double swept_beside_ = 0; // in sweeps, that were not yet counted
+};
+
+// The impulses of the smallest error that was measured.
+class BestImpulses {
+public:
+  explicit BestImpulses(ContactSystem& system);
+  // Told of each error; keeps the impulses at hand if it is the smallest.
+  void offer(double error_square);
+  // Gives them back where what is at hand is worse, records too. False: nothing changed.
+  bool give_back(double error_square, const Field<double>& velocity_free, const cairn_schedule& schedule);
+
+private:
+  ContactSystem& system_;
+  double least_;
+};
+
+} // namespace cairn

@@ -1,0 +1,28 @@
+// Factors by which sweeps are extrapolated, and when they begin again; for steps and for problems.
+#pragma once
+#include <algorithm>
+
+namespace cairn {
+
+class NesterovSequence {
+public:
+  // Of the next sweep; (k - 1)/(k + 2) differs from Nesterov's own sequence (1983) by less than 1/k.
+  double factor() const { return since_restart_ < 2 ? 0 : double(since_restart_ - 1) / (since_restart_ + 2); }
+  void restart() { since_restart_ = 0; }
+  // Told of each sweep: sum of dr.W dr, dr what it changed [J], and the sum by which O'Donoghue & Candes (2015) tell
+  // that the way leads back [J]. Measured over deposits at rest and in motion: where contacts slip sweeps are not the
+  // descent of a function, and their direction alone tells too late.
+  void follow(double change, double along) {
+    constexpr double growth = 4; // of the change
+    constexpr int longest = 200; // sweeps
+    const bool first = ++since_restart_ == 1;
+    least_change_ = first ? change : std::min(least_change_, change);
+    if (!first && (along > 0 || !(change <= growth * least_change_) || since_restart_ > longest)) restart();
+  }
+
+private:
+  int since_restart_ = 0; // sweeps
+  double least_change_ = 0;
+};
+
+} // namespace cairn
