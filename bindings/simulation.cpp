@@ -275,6 +275,7 @@ void bind_simulation(py::module_& m) {
       .def("contact", &contact_field)
       .def("contact_rows", &contact_rows)
       .def_property_readonly("contact_count", [](Simulation& s) { return cairn::contacts_to_read(s); })
+      .def_property_readonly("laws_keep", &Simulation::laws_keep)
       .def_readonly("steps", &Simulation::steps)
       .def_readonly("time", &Simulation::time)
       .def("stage_seconds", &Simulation::stage_seconds)

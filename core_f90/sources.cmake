@@ -1,7 +1,11 @@
 set(CAIRN_CORE_SOURCES
+  contact_laws/block_cones.f90
+  contact_laws/cohesive_zone.f90
   contact_laws/coulomb_cone.f90
   contact_laws/law_context.f90
   contact_laws/law_rules.f90
+  contact_laws/mixed_mode.f90
+  contact_laws/rods.f90
   contact_laws/spring_slider.f90
   detection/contactor_places.f90
   detection/convex/bracketed_zero.f90
@@ -56,6 +60,7 @@ set(CAIRN_CORE_SOURCES
   soe/column_triangles.f90
   soe/small_cholesky.f90
   solvers/error/cone_projection.f90
+  solvers/error/cone_residual.f90
   solvers/error/contact_error.f90
   solvers/error/problem_error.f90
   solvers/newton/block_factors.f90

@@ -7,6 +7,7 @@ set(CAIRN_CXX_SOURCES
   api/simulation.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
+  bodies/mesh_area.cpp
   bodies/mesh_body.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
@@ -14,11 +15,13 @@ set(CAIRN_CXX_SOURCES
   contactors/hull_shapes.cpp
   contactors/hulls.cpp
   contacts/bonds.cpp
+  contacts/contact_area.cpp
   contacts/contact_flight.cpp
   contacts/interaction.cpp
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp
   contacts/interaction_plan.cpp
+  contacts/law_commit.cpp
   contacts/singular_blocks.cpp
   detection/detection_grid.cpp
   detection/interaction_handler.cpp

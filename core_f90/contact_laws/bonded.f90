@@ -1,38 +1,36 @@
-!> Bonds: a contact that touches when it is first seen is held fast for good, rotations included, at the gap it had;
+!> Bonds: a contact of bodies that came in together and touched is held fast for good, rotations included, at the gap it had;
 !> any other is Signorini-Coulomb.
 module bonded
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
+  use cone_residual, only: cone_map, cone_status
   implicit none
   private
-  public :: cairn_law_bonded_prepare, cairn_law_bonded_solve
-  real(c_double), parameter :: touch = 2.0_c_double**(-30) !< gap / effective radius that positions in doubles cannot tell from 0
+  public :: cairn_law_bonded_prepare, cairn_law_bonded_solve, cairn_law_bonded_residual
 contains
 
-  !> A fresh contact, whose state is no number, bonds or not; a bond has no drift: u_n = -(gap - bond gap)/h.
+  !> A bond has no drift: u_n = -(gap - bond gap)/h.
   subroutine cairn_law_bonded_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
     integer(c_int32_t), value           :: n                !< contacts
     integer(c_int32_t), value           :: c                !< components: 3 in 2D, 6 in 3D
-    type(cairn_law_context), intent(in) :: context          !< step, geometry
+    type(cairn_law_context), intent(in) :: context          !< step
     real(c_double), intent(in)          :: gap(n)           !< [m]
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, 1)     !< friction where there is no bond [-]
-    real(c_double), intent(inout)       :: state(n)         !< gap at which it bonded [m]; huge if it did not; NaN if fresh
+    real(c_double), intent(inout)       :: state(n, 2)      !< 0 no bond, 1 one that begins, 2 a bond; gap at which it bonded [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< friction [-]
-    real(c_double), pointer, contiguous :: geometry(:, :)
     integer :: i
-    call c_f_pointer(context%geometry, geometry, [n, 3])
     bias = 0
     do i = 1, n
-      if (.not. abs(state(i)) <= huge(state)) then
-        state(i) = huge(state)
-        if (gap(i) <= touch*geometry(i, 2)) state(i) = gap(i)
+      if (state(i, 1) > 0 .and. state(i, 1) < 2) then
+        state(i, 1) = 2
+        state(i, 2) = gap(i)
       end if
-      if (state(i) < huge(state)) then
-        bias(i, 1) = (gap(i) - state(i))/context%h
+      if (state(i, 1) > 0) then
+        bias(i, 1) = (gap(i) - state(i, 2))/context%h
       else
         bias(i, 1) = max(gap(i), 0.0_c_double)/context%h
       end if
@@ -49,7 +47,7 @@ contains
     real(c_double), intent(in)    :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s, rad/s]
     real(c_double), intent(in)    :: bias(n, c)   !< of the law, already in u_free [m/s]
     real(c_double), intent(in)    :: params(n, 1) !< friction where there is no bond [-]
-    real(c_double), intent(in)    :: state(n)     !< gap at which it bonded [m]; huge if it did not
+    real(c_double), intent(in)    :: state(n, 2)  !< above 0: a bond; gap at which it bonded [m]
     real(c_double), intent(inout) :: r(n, c)      !< impulse [N s], then moment [N m s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
     integer :: i
@@ -59,14 +57,48 @@ contains
       call cairn_cone_full3(n, c, w, u_free, bias, params, state, r)
     end if
     do i = 1, n
-      if (state(i) < huge(state)) then
+      if (state(i, 1) > 0) then
         call hold(c, w(i, :, :), u_free(i, :), r(i, :))
       else
         r(i, merge(3, 4, c == 3):c) = 0
       end if
     end do
-    if (present(status)) status = merge(3, 0, state < huge(state))
+    if (present(status)) status = merge(3, 0, state(:, 1) > 0)
   end subroutine cairn_law_bonded_solve
+
+  !> F of a bond: all components of u + b vanish, each by its own part of W. F of the cone where there is none.
+  subroutine cairn_law_bonded_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
+    integer(c_int32_t), value           :: n            !< contacts
+    integer(c_int32_t), value           :: c            !< components: 3 in 2D, 6 in 3D
+    type(cairn_law_context), intent(in) :: context      !< step
+    real(c_double), intent(in)          :: rho(n)       !< 1/W_NN [kg]
+    real(c_double), intent(in)          :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), intent(in)          :: u(n, c)      !< relative velocity, bias included [m/s]
+    real(c_double), intent(in)          :: bias(n, c)   !< of the law, in u [m/s]
+    real(c_double), intent(in)          :: r(n, c)      !< impulse [N s], then moment [N m s]
+    real(c_double), intent(in)          :: params(n, 1) !< friction where there is no bond [-]
+    real(c_double), intent(in)          :: state(n, 2)  !< above 0: a bond
+    real(c_double), intent(out)         :: f(n, c)      !< residual [N s]
+    real(c_double), intent(out)         :: weight(n, c) !< by which squares of f are energies [1/kg]
+    integer(c_int32_t), intent(out)     :: status(n)    !< see cairn_contact_status
+    integer :: axes, i, k
+    axes = merge(2, 3, c == 3)
+    call cone_map(n, axes, .false., params(:, 1), rho, r, u, f)
+    do k = 1, c
+      do i = 1, n
+        if (state(i, 1) > 0) then
+          weight(i, k) = w(i, k, k)
+          f(i, k) = 0
+          if (w(i, k, k) > 0) f(i, k) = u(i, k)/w(i, k, k)
+        else
+          weight(i, k) = merge(1/rho(i), 0.0_c_double, k <= axes)
+          if (k > axes) f(i, k) = 0
+        end if
+      end do
+    end do
+    call cone_status(n, axes, params(:, 1), r, status)
+    where (state(:, 1) > 0) status = 3
+  end subroutine cairn_law_bonded_residual
 
   !> r = -W^-1 u by elimination without roots or pivots: W is symmetric and at least semidefinite; a component that nothing
   !> moves (its pivot is rounding) carries nothing.

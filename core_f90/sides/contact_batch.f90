@@ -2,10 +2,11 @@
 !> The C twins of these types, with the meaning of every member, stand in cairn/core.h.
 module contact_batch
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_ptr, c_funptr
+  use law_context, only: cairn_law_context
   implicit none
   private
   public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, cairn_condensed
-  public :: side_gather, side_scatter, side_delassus, law_solve, mapping_nodes, mapping_dofs
+  public :: side_gather, side_scatter, side_delassus, law_solve, law_residual, mapping_nodes, mapping_dofs
   public :: record_size, max_batch, max_components, batch_workspace
 
   integer, parameter :: record_size = 8     !< numbers of a body's velocity record: one cache line
@@ -78,6 +79,8 @@ module contact_batch
     type(c_ptr) :: state
     type(c_ptr) :: status
     type(c_funptr) :: solve
+    type(c_funptr) :: residual
+    type(c_ptr) :: context
   end type cairn_batch
 
   type, bind(c) :: cairn_side
@@ -135,5 +138,13 @@ module contact_batch
       real(c_double), intent(inout) :: r(n, *)
       integer(c_int32_t), intent(out), optional :: status(n)
     end subroutine law_solve
+    subroutine law_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
+      import :: c_int32_t, c_double, cairn_law_context
+      integer(c_int32_t), value :: n, c
+      type(cairn_law_context), intent(in) :: context
+      real(c_double), intent(in) :: rho(n), w(n, *), u(n, *), bias(n, *), r(n, *), params(n, *), state(n, *)
+      real(c_double), intent(out) :: f(n, *), weight(n, *)
+      integer(c_int32_t), intent(out) :: status(n)
+    end subroutine law_residual
   end interface
 end module contact_batch

@@ -10,6 +10,7 @@ namespace cairn {
 
 void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order) {
   of_body_.assign(std::size_t(bodies.count), {});
+  area_.clear();
   wanted_.resize(meshes.size());
   const auto find = [&](std::int64_t id) {
     const auto at = std::lower_bound(insertion_order.begin(), insertion_order.end(), id,

@@ -26,6 +26,11 @@ public:
   std::int32_t mesh_of(std::int32_t body) const { return of_body_[body].mesh; }
   // The nodes that a point (dim) [m] on a body of a mesh moves with.
   Mapping mapping(const Bodies& bodies, std::int32_t body, const double* point) const;
+  // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
+  // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
+  double area(std::int32_t body) const { return area_[body]; }
+  bool has_areas() const { return area_.size() == of_body_.size(); }
+  void find_areas(const std::vector<std::uint8_t>& touches);
   // Nodes that a contact may rest on become contact nodes.
   void want(const Mapping& mapping);
   // After all were wanted: compliances, and the meshes as solvers see them, with room for the velocities of contact
@@ -39,6 +44,7 @@ private:
     Role role = Role::node;
   };
   std::vector<Place> of_body_;
+  std::vector<double> area_;                      // per body
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
 };
 

@@ -1,45 +1,127 @@
-// Bonds are made where bodies stand when they come in, before anything moves.
+// Pairs that laws keep begin where bodies stand when they come in, before anything moves.
 #include <algorithm>
 #include <limits>
 
 #include "../strategies/nscd/nscd.hpp"
+#include "interaction_state.hpp"
 
 namespace cairn {
 namespace {
 
-constexpr double touch = 1.0 / (1 << 30); // gap / effective radius that positions in doubles cannot tell from 0
+constexpr double none = std::numeric_limits<double>::max(); // state of contacts that have none
 
-// Room for a state and for as many components of impulse as a law with a state has.
-void make_room(ContactMemory& m, int impulses) {
-  if (m.impulse_components < impulses) {
-    std::vector<double> wider(m.keys.size() * impulses, 0.0);
-    for (std::size_t k = 0; k < m.keys.size(); ++k)
-      std::copy_n(&m.impulses[k * m.impulse_components], m.impulse_components, &wider[k * impulses]);
-    m.impulses = std::move(wider);
-    m.impulse_components = impulses;
-  }
-  if (m.state_components == 0) {
-    m.states.assign(m.keys.size(), std::numeric_limits<double>::max()); // of contacts that have none
-    m.state_components = 1;
-  }
+// (has, keys) becomes (wants, keys).
+void widen(std::vector<double>& values, int& has, int wants, std::size_t keys, double fill) {
+  if (has >= wants) return;
+  std::vector<double> wider(keys * std::size_t(wants), fill);
+  for (std::size_t k = 0; k < keys; ++k)
+    std::copy_n(values.data() + k * std::size_t(has), has, wider.data() + k * std::size_t(wants));
+  values = std::move(wider);
+  has = wants;
 }
 
 } // namespace
 
-// Contactors that came in since the last step and touch where they stand; a bond is a state of its contact: the gap it
-// had.
+// Contacts of bodies that came in since the last step and touch where they stand, whose law keeps them: what its
+// prepare makes of them is their first memory.
+void Interactions::bond(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
+                        const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes) {
+  State& s = *s_;
+  s.bodies = &bodies;
+  s.contactors = &contactors;
+  s.candidates = &candidates;
+  s.laws = &laws;
+  s.cell = &cell;
+  s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
+  s.kind = s.scratch.take<std::uint8_t>(contactors.count);
+  for (std::int64_t c = 0; c < contactors.count; ++c)
+    s.kind[c] = s.meshes && meshes->carries(s.body(std::int32_t(c))) ? State::mapped : 0;
+  s.find_mesh_areas();
+  s.entry = s.scratch.take<std::int32_t>(candidates.count);
+  ContactMemory& m = s.memory;
+  for (const Law law : laws.laws()) {
+    const LawInfo& info = law_infos()[std::size_t(law)];
+    if (!info.keeps) continue;
+    widen(m.impulses, m.impulse_components, info.components(s.dim()), m.keys.size(), 0);
+    widen(m.states, m.state_components, info.state_kept(s.dim()), m.keys.size(), none);
+  }
+  for (std::int64_t i = 0; i < candidates.count; ++i) {
+    s.entry[i] =
+        laws.find(*contactors.material[candidates.contactor_a[i]], *contactors.material[candidates.contactor_b[i]]);
+    if (s.entry[i] < 0 || !law_infos()[std::size_t(laws.entry(s.entry[i]).law)].keeps || !s.came_in_touching(i))
+      continue;
+    s.begin_kept(i, h, theta);
+  }
+}
+
+// One contact, as eight that are the same.
+void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_theta) {
+  constexpr int n = 8;
+  const LawTable::Entry& e = laws->entry(entry[i]);
+  const LawInfo& law = law_infos()[std::size_t(e.law)];
+  const int c = law.components(dim());
+  double gap[n], geometry[3 * n], u[6 * n] = {}, params[(LawTable::max_parameters + 4) * n] = {};
+  double state[LawTable::max_states * n] = {}, bias[6 * n], compliance[6 * n], mu[n];
+  const auto fill = [](double* column, double value) { std::fill_n(column, n, value); };
+  fill(gap, candidates->gap[i]);
+  fill(geometry, area_of(i));
+  fill(geometry + n, effective_radius(i));
+  fill(geometry + 2 * n, 0);
+  for (std::size_t p = 0; p < law.parameters.size(); ++p) fill(params + p * n, e.params[p]);
+  int column = 0;
+  for (std::size_t k = 0; k < law.state.size(); ++k)
+    for (int v = law.state[k].back() == '*' ? dim() - 1 : 1; v > 0; --v) fill(state + n * column++, law.state_begin[k]);
+  fill(state, 1);
+  const cairn_law_context context{with_h, with_theta, geometry, nullptr};
+  law.prepare(n, c, &context, gap, u, params, state, bias, compliance, mu);
+  memory.keys.push_back(key(i));
+  memory.impulses.insert(memory.impulses.end(), std::size_t(memory.impulse_components), 0.0);
+  const std::size_t end = memory.states.size() + std::size_t(memory.state_components);
+  column = 0;
+  for (const std::string& name : law.state) {
+    if (name.back() == '*' && dim() == 3)
+      memory.states.insert(memory.states.end(), 3, 0.0);
+    else
+      memory.states.push_back(state[n * column]);
+    column += name.back() == '*' ? dim() - 1 : 1;
+  }
+  memory.states.resize(end, none);
+}
+
+// Of a file in which the state of a bond was its gap, huge where there was none.
+void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
+  m.gaps_of_bonds = false;
+  if (m.state_components == 0) return;
+  widen(m.states, m.state_components, 2, m.keys.size(), none);
+  const Contactors& c = s.scene.contactors;
+  for (std::size_t k = 0; k < m.keys.size(); ++k) {
+    const std::int32_t a = s.contactor(m.keys[k].contactor_a), b = s.contactor(m.keys[k].contactor_b);
+    const int entry = a < 0 || b < 0 ? -1 : s.laws.find(*c.material[a], *c.material[b]);
+    if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].holds) continue;
+    double* state = &m.states[k * std::size_t(m.state_components)];
+    const double gap = state[0];
+    state[0] = gap < none ? 2 : 0;
+    state[1] = gap < none ? gap : 0;
+  }
+}
+
 void Nscd::make_bonds(Simulation& s) {
-  const std::int64_t seen = s.interactions.memory().contactors_seen;
-  if (seen >= s.scene.next_contactor_id) return;
-  bool bonding = false;
-  for (int e = 0; e < s.laws.entries(); ++e) bonding |= s.laws.entry(e).law == Law::bonded;
-  ContactMemory m = s.interactions.memory();
-  m.contactors_seen = s.scene.next_contactor_id;
-  if (bonding) {
-    make_room(m, law_infos()[int(Law::bonded)].components(s.scene.dim));
+  if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
+  double within = 0;
+  bool keeping = false;
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)];
+    keeping |= law.keeps;
+    if (law.keeps && law.within >= 0) within = std::max(within, s.laws.entry(e).params[law.within]);
+  }
+  if (keeping) {
     const Contactors& c = s.scene.contactors;
     margins_.assign(c.count, 0);
-    for (std::int64_t k = 0; k < c.count; ++k) margins_[k] = 2 * touch * *c.radius[k];
+    for (std::int64_t k = 0; k < c.count; ++k) {
+      const bool of_mesh = !s.meshes.empty() && s.meshes.carries(*c.body[k]);
+      const double size = of_mesh ? s.meshes.meshes[s.meshes.mesh_of(*c.body[k])].size() : 0;
+      margins_[k] = std::max(2 * touch * std::max(*c.radius[k], size), within);
+    }
     Margin margin{};
     margin.per_contactor = margins_.data();
     s.contacts_known = false;
@@ -48,20 +130,10 @@ void Nscd::make_bonds(Simulation& s) {
     s.handler.declared().clear();
     s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {}, &s.interactions.scratch(),
                      &s.laws.rules());
-    for (std::int64_t i = 0; i < s.candidates.count; ++i) {
-      const std::int32_t a = s.candidates.contactor_a[i], b = s.candidates.contactor_b[i];
-      const int entry = s.laws.find(*c.material[a], *c.material[b]);
-      if (entry < 0 || s.laws.entry(entry).law != Law::bonded || std::max(*c.id[a], *c.id[b]) < seen) continue;
-      const double ra = *c.radius[a], rb = *c.radius[b];
-      if (s.candidates.gap[i] > touch * (ra > 0 && rb > 0 ? ra * rb / (ra + rb) : std::max(ra, rb))) continue;
-      m.keys.push_back({*c.id[a], *c.id[b], s.candidates.feature[i], s.candidates.image[i]});
-      m.impulses.insert(m.impulses.end(), m.impulse_components, 0.0);
-      m.states.push_back(s.candidates.gap[i]);
-      m.states.insert(m.states.end(), m.state_components - 1, std::numeric_limits<double>::max());
-    }
+    s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, settings.theta, &s.meshes);
     s.candidates.count = 0;
   }
-  s.interactions.restore(std::move(m));
+  s.interactions.see_contactors(s.scene.next_contactor_id);
 }
 
 } // namespace cairn

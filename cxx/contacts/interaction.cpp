@@ -354,18 +354,23 @@ ContactRows Interactions::rows() const {
   return rows;
 }
 
-const std::vector<ContactKey>& Interactions::bonds() {
-  std::vector<ContactKey>& all = s_->bonds;
+const std::vector<ContactKey>& Interactions::kept() {
+  std::vector<ContactKey>& all = s_->kept_keys;
   all.clear();
   const ContactMemory& m = s_->memory;
   for (std::size_t k = 0; k < m.keys.size() && m.state_components > 0; ++k)
-    if (m.states[k * m.state_components] < std::numeric_limits<double>::max()) all.push_back(m.keys[k]);
+    if (const double first = m.states[k * m.state_components]; first > 0 && first < std::numeric_limits<double>::max())
+      all.push_back(m.keys[k]);
   std::sort(all.begin(), all.end(), [](const ContactKey& a, const ContactKey& b) {
     if (a.contactor_a != b.contactor_a) return a.contactor_a < b.contactor_a;
     if (a.contactor_b != b.contactor_b) return a.contactor_b < b.contactor_b;
     return a.feature != b.feature ? a.feature < b.feature : a.image < b.image;
   });
   return all;
+}
+
+void Interactions::see_contactors(std::int64_t below) {
+  s_->memory.contactors_seen = std::max(s_->memory.contactors_seen, below);
 }
 
 ContactSystem& Interactions::system() { return s_->system; }

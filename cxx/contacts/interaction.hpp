@@ -24,7 +24,8 @@ class Scratch;
 
 // Rows of laws.def, in its order.
 enum class Law : std::int16_t {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, has_residual,           \
+                  has_energy, bias_along, keeps, has_force)                                                            \
   name,
 #include "../../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
@@ -40,13 +41,20 @@ struct LawInfo {
   std::string name, python_name;
   int components2 = 0, components3 = 0;
   std::vector<LawParameter> parameters;
-  std::vector<std::string> state;
-  std::vector<double> state_begin; // of a contact that is new; not finite: see Interactions::State::fill_impulses
+  std::vector<std::string> state;  // "name*": a vector in the tangent plane
+  std::vector<double> state_begin; // of a contact that is new
   bool has_prepare = false, has_solve = false, has_commit = false;
   bool normal_bias = false; // no bias of tangential velocities
+  // A pair stays a contact while its first state variable is above 0, which is 1 where bodies came in together and
+  // touched; holds: it is then held fast, and under Coulomb's cone, with the first parameter, where it is 0.
+  bool keeps = false, holds = false;
+  int reach = -1;  // the parameter "reach": a gap up to which the law acts; -1: none
+  int within = -1; // the parameter "within": a gap up to which bodies that come in together touch; -1: none
   cairn_law_prepare* prepare = nullptr;
   cairn_law_solve* solve = nullptr;
   cairn_law_commit* commit = nullptr;
+  cairn_law_residual* residual = nullptr; // with solve: how far from it
+  cairn_law_energy* energy = nullptr;
   cairn_law_force* force = nullptr; // serves smooth strategies, as prepare serves NSCD
   cairn_law_stiffness* stiffness = nullptr;
   // Of laws from a user's library alone: where it is, whether threads may call it at once, what it says of a failure.
@@ -54,7 +62,14 @@ struct LawInfo {
   bool thread_safe = true;
   const char* (*complaint)() = nullptr;
   bool plugged() const { return !library.empty(); }
-  bool bonds() const { return !state_begin.empty() && !std::isfinite(state_begin[0]); }
+  // Numbers of the state as the law sees it, and as it is kept: vectors in space axes.
+  int state_columns(int dim) const { return state_numbers(dim - 1); }
+  int state_kept(int dim) const { return state_numbers(dim == 2 ? 1 : 3); }
+  int state_numbers(int of_vector) const {
+    int all = 0;
+    for (const std::string& name : state) all += name.back() == '*' ? of_vector : 1;
+    return all;
+  }
   int components(int dim) const { return dim == 2 ? components2 : components3; }
 };
 // Rows of laws.def, then the laws that were plugged in, in their order. References stay valid.
@@ -149,6 +164,8 @@ struct ContactEnergy {
   double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
   double turned_over = 0;            // sum of what each contact took or gave
+  // By laws that tell; normal and tangential are what is left besides.
+  double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
 };
 
 // The condition that a strategy poses at contacts, a row of poses.def; null: Moreau's, as laws prepare it.
@@ -162,10 +179,11 @@ struct ContactMemory {
   double h = 0;                     // step that the impulses belong to [s]; 0 before the first
   std::int64_t contactors_seen = 0; // contactor ids below this one can no longer bond on first sight
   int impulse_components = 0, state_components = 0;
+  bool gaps_of_bonds = false;   // states of pairs that are held are their gap alone, as files had it once
   std::vector<ContactKey> keys; // contacts with an impulse or a state
   std::vector<double>
       impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
-  std::vector<double> states; // (state_components, keys)
+  std::vector<double> states; // (state_components, keys), vectors in space axes
   std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
 
@@ -194,6 +212,10 @@ public:
   // both).
   void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
                 double theta, MeshSet* meshes = nullptr);
+  // Begins the memory of contacts that laws keep, of bodies that came in since the last step and touch.
+  void bond(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h, double theta,
+            MeshSet* meshes);
+  void see_contactors(std::int64_t below); // those with a smaller id no longer come in
   // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
   void act_on_surfaces(bool surfaces);
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
@@ -219,9 +241,13 @@ public:
   void status(std::int32_t* out) const;      // (count), see cairn_contact_status
   void keys(std::int64_t* out) const;        // (4, count): ids of the contactors, feature, image
   void dissipated(double* out) const;        // (count), after update_velocity [J]
-  ContactRows rows() const;                  // after assemble
-  const std::vector<ContactKey>& bonds();    // contacts that detection must keep although they leave its margin
-  void forget_impulses();                    // the next step begins from none
+  void stored(double* out) const;            // (count), in the springs of laws, after commit [J]
+  void kept(double* out) const;              // (count) what is left of pairs that laws keep, 1 sound to 0, after commit
+  // (count) of laws that have a state variable of that name, 0 elsewhere; after commit.
+  void law_state(const std::string& name, double* out) const;
+  ContactRows rows() const;              // after assemble
+  const std::vector<ContactKey>& kept(); // contacts whose first state is above 0, for laws that keep them
+  void forget_impulses();                // the next step begins from none
 
   const ContactMemory& memory() const; // after commit: what the next assemble will inherit
   void restore(ContactMemory);         // throws std::invalid_argument if sizes do not agree

@@ -18,14 +18,6 @@ cairn_law_solve* solver_of(const cairn_batch& b, int dim) {
   return dim == 2 ? cairn_cone_isotropic2 : cairn_cone_isotropic3;
 }
 
-// Lanes that hold no contact are handed to laws as the last contact again: a law may divide by its parameters.
-void repeat_last(const cairn_batch& b, double* column, int columns) {
-  for (int k = 0; k < columns; ++k) {
-    double* lane = column + std::ptrdiff_t(k) * b.count;
-    std::fill(lane + b.contacts, lane + b.count, lane[b.contacts - 1]);
-  }
-}
-
 } // namespace
 
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
@@ -123,6 +115,17 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   }
   repeat_last(b, gap, 1);
   repeat_last(b, params, parameters);
+  if (const LawColumns& own = of_law[std::size_t(&b - system.batches.data())]; own.flight) { // commit asks for it
+    std::fill_n(own.flight, n * d, 0.0);
+    std::copy_n(flight, flying ? n : 0, own.flight);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      own.geometry[lane] = area_of(who[lane]);
+      own.geometry[n + lane] = effective_radius(who[lane]);
+      own.geometry[2 * n + lane] = b.rho[lane];
+    }
+    repeat_last(b, own.flight, d);
+    repeat_last(b, own.geometry, 3);
+  }
   const cairn_law_context context{h, theta, nullptr, nullptr};
   law.prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
   std::fill(bias + b.contacts, bias + n, 0.0);
@@ -251,30 +254,11 @@ void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::
 
 void Interactions::State::fill_impulses(cairn_batch& b) {
   const int n = b.count, d = dim(), kept = memory.impulse_components, rotations = b.components - d;
-  const LawInfo& law = law_infos()[b.law];
-  const int states = int(law.state.size());
   std::fill(b.r, b.r + std::size_t(n) * b.components, 0.0);
   const double scale = memory.h > 0 ? h / memory.h : 1;
+  if (b.state) fill_states(b);
   for (int lane = 0; lane < b.contacts; ++lane) {
-    const ContactKey k = key(system.candidate[b.first + lane]);
     const std::int32_t where = place[b.first + lane];
-    // The state of a new contact is the value that the law declares. One that declares none learns whether the
-    // contactors are new, no number, or have been there before, huge. Huge also fills the memory of contacts without
-    // state.
-    constexpr double huge = std::numeric_limits<double>::max();
-    for (int s = 0; s < states; ++s) {
-      const bool fresh = k.contactor_a >= memory.contactors_seen || k.contactor_b >= memory.contactors_seen;
-      double value = law.state_begin[s];
-      if (!std::isfinite(value)) value = fresh ? std::numeric_limits<double>::quiet_NaN() : huge;
-      if (where >= 0 && s < memory.state_components) {
-        const double kept_state = memory.states[std::size_t(where) * memory.state_components + s];
-        if (!(kept_state >= huge))
-          value = kept_state;
-        else if (!std::isfinite(law.state_begin[s]))
-          value = huge;
-      }
-      b.state[s * n + lane] = value;
-    }
     if (where < 0) continue;
     const double* p = &memory.impulses[std::size_t(where) * kept];
     if (d == 2) {
@@ -294,7 +278,52 @@ void Interactions::State::fill_impulses(cairn_batch& b) {
         b.r[(3 + c) * n + lane] = scale * (axes[c][0] * p[3] + axes[c][1] * p[4] + axes[c][2] * p[5]);
     }
   }
-  repeat_last(b, b.state, states);
+}
+
+// What the last step left, or the values that the law declares. The memory of contacts without a state is huge.
+// Vectors in the tangent plane keep their length where the plane turns.
+void Interactions::State::fill_states(const cairn_batch& b) const {
+  const LawInfo& law = law_infos()[b.law];
+  const int n = b.count, columns = law.state_columns(dim());
+  constexpr double huge = std::numeric_limits<double>::max();
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int32_t where = place[b.first + lane];
+    const double* found = where < 0 ? nullptr : &memory.states[std::size_t(where) * memory.state_components];
+    int from = 0, to = 0;
+    const auto known = [&](int numbers) {
+      return found && from + numbers <= memory.state_components && !(std::abs(found[from]) >= huge);
+    };
+    for (std::size_t s = 0; s < law.state.size(); ++s) {
+      if (law.state[s].back() != '*' || dim() == 2) {
+        double value = law.state_begin[s];
+        if (known(1))
+          value = found[from];
+        else if (s == 0 && law.keeps && came_in_touching(system.candidate[b.first + lane]))
+          value = 1;
+        b.state[to++ * n + lane] = value;
+        ++from;
+        continue;
+      }
+      double t[2] = {law.state_begin[s], law.state_begin[s]};
+      if (known(3)) {
+        double axes[3][3], whole = 0;
+        axes_of(b, 3, lane, axes);
+        t[0] = t[1] = 0;
+        for (int k = 0; k < 3; ++k) {
+          whole += found[from + k] * found[from + k];
+          t[0] += axes[1][k] * found[from + k];
+          t[1] += axes[2][k] * found[from + k];
+        }
+        const double left = t[0] * t[0] + t[1] * t[1], scale = left > 0 ? std::sqrt(whole / left) : 1;
+        t[0] *= scale;
+        t[1] *= scale;
+      }
+      b.state[to++ * n + lane] = t[0];
+      b.state[to++ * n + lane] = t[1];
+      from += 3;
+    }
+  }
+  repeat_last(b, b.state, columns);
 }
 
 // u += factor * relative velocity that the image of B lends to its contact
@@ -316,8 +345,10 @@ void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double 
 
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
-  alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[LawTable::max_parameters * 128];
+  alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 4) * 128];
   alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128], flight[6 * 128];
+  LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
+  const bool asks = own.geometry || law_infos()[b.law].plugged();
   cairn_delassus(&schedule, 0, thread, w, w_true, u);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, u);
@@ -331,10 +362,8 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     // an infinite friction times no impulse shall be none
     for (int k = 0; k < parameters; ++k)
       params[k * n + lane] = std::min(e.params[k], std::numeric_limits<double>::max());
-    const double ra = *contactors->radius[candidates->contactor_a[i]];
-    const double rb = *contactors->radius[candidates->contactor_b[i]];
-    geometry[lane] = 0;
-    geometry[n + lane] = ra > 0 && rb > 0 ? ra * rb / (ra + rb) : std::max(ra, rb);
+    geometry[lane] = asks ? area_of(i) : 0;
+    geometry[n + lane] = effective_radius(i);
     geometry[2 * n + lane] = 1 / w[lane];
   }
   repeat_last(b, gap, 1);
@@ -342,6 +371,13 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   repeat_last(b, geometry, 3);
   repeat_last(b, u, c);
   const cairn_law_context context{h, theta, geometry, nullptr};
+  if (own.geometry) {
+    std::copy_n(geometry, 3 * n, own.geometry);
+    std::copy_n(flight, flying ? n * c : 0, own.flight);
+    std::fill_n(own.flight, flying ? 0 : n * c, 0.0);
+    std::fill_n(params + parameters * n, n, h);
+    std::copy_n(geometry, 3 * n, params + (parameters + 1) * n);
+  }
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
   for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
@@ -365,8 +401,8 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);
   else
     for (int lane = 0; lane < n; ++lane) b.delassus[lane] = w[lane], b.delassus[n + lane] = w[n * (c + 1) + lane];
-  if (law_infos()[b.law].has_solve && parameters > 0)
-    std::copy_n(params, std::size_t(n) * parameters, b.params);
+  if (law_infos()[b.law].has_solve)
+    std::copy_n(params, std::size_t(n) * (parameters + 4), b.params);
   else
     std::copy_n(mu, n, b.params);
   if (sheared)
@@ -430,37 +466,6 @@ void Interactions::State::pack_columns(cairn_batch& b) const {
   b.delassus = nullptr;
   place_pack(b, d);
   inherit_packed<d>(b);
-}
-
-void Interactions::State::commit_laws() {
-  const cairn_schedule schedule = system.schedule(1);
-  const cairn_law_context context{h, theta, nullptr, nullptr};
-  for (std::size_t k = 0; k < system.batches.size(); ++k) {
-    const cairn_batch& b = system.batches[k];
-    if (!law_infos()[b.law].commit) continue;
-    const int n = b.count, parameters = int(law_infos()[b.law].parameters.size());
-    alignas(64) double u[6 * 128], r[6 * 128], gap[128] = {}, params[LawTable::max_parameters * 128] = {};
-    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      const std::int64_t i = system.candidate[b.first + lane];
-      if (sheared) add_image_jump(b, lane, 1, u);
-      gap[lane] = candidates->gap[i];
-      for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
-    }
-    repeat_last(b, u, b.components);
-    repeat_last(b, gap, 1);
-    repeat_last(b, params, parameters);
-    repeat_last(b, b.state, int(law_infos()[b.law].state.size()));
-    for (int c = 0; c < b.components; ++c)
-      for (int lane = 0; lane < b.contacts; ++lane) r[c * n + lane] = at(b, b.r, lane, c);
-    repeat_last(b, r, b.components);
-    law_infos()[b.law].commit(n, b.components, &context, gap, u, r, params, b.state);
-    if (!law_infos()[b.law].plugged()) continue;
-    for (int s = 0; s < int(law_infos()[b.law].state.size()); ++s)
-      for (int lane = 0; lane < b.contacts; ++lane)
-        if (!std::isfinite(b.state[s * n + lane])) fault.note(std::int32_t(k), lane, s, "state", b.state[s * n + lane]);
-  }
-  if (fault.batch >= 0) refuse_fault();
 }
 
 } // namespace cairn

@@ -113,8 +113,26 @@ std::int64_t Interactions::State::remember_packed(const cairn_batch& b, std::int
   return to;
 }
 
+// States of a contact, vectors in space axes; huge where it has none.
+void Interactions::State::keep_states(const cairn_batch& b, int lane, double* to) const {
+  const LawInfo& law = law_infos()[b.law];
+  const double *from = law.state.empty() ? nullptr : b.state + lane, *end = to + state_components;
+  for (const std::string& name : law.state) {
+    if (name.back() != '*' || dim() == 2) {
+      *to++ = *from;
+      from += b.count;
+      continue;
+    }
+    double axes[3][3];
+    axes_of(b, 3, lane, axes);
+    for (int k = 0; k < 3; ++k) *to++ = axes[1][k] * from[0] + axes[2][k] * from[b.count];
+    from += 2 * b.count;
+  }
+  while (to < end) *to++ = std::numeric_limits<double>::max();
+}
+
 std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to) {
-  const int n = b.count, states = int(law_infos()[b.law].state.size());
+  const int n = b.count;
   for (int lane = 0; lane < b.contacts; ++lane) {
     memory.keys[to] = key(system.candidate[b.first + lane]);
     double p[6] = {};
@@ -137,9 +155,7 @@ std::int64_t Interactions::State::remember(const cairn_batch& b, std::int64_t to
         space_impulse(of_force, lane, f, f + 3);
       std::copy_n(f, dim(), &memory.forces[to * dim()]);
     }
-    for (int k = 0; k < state_components; ++k)
-      memory.states[to * state_components + k] =
-          k < states ? b.state[k * n + lane] : std::numeric_limits<double>::max();
+    if (state_components > 0) keep_states(b, lane, &memory.states[to * state_components]);
     ++to;
   }
   return to;

@@ -111,15 +111,20 @@ void Interactions::State::classify() {
     if (kind[b] & moving) ++degree[unit_of(b)];
   }
   system.serial = false;
+  bool asked = laws_commit = false;
   for (Law law : laws->laws()) {
     const LawInfo& info = law_infos()[std::size_t(law)];
     impulse_components = std::max(impulse_components, info.components(dim()));
-    state_components = std::max(state_components, int(info.state.size()));
+    state_components = std::max(state_components, info.state_kept(dim()));
+    laws_commit |= info.commit || info.energy;
+    asked |= info.has_solve || info.commit || info.energy || info.plugged();
     system.serial |= !info.thread_safe;
     if (info.components(dim()) == 0)
-      throw std::invalid_argument("law " + info.name + " of " + info.library + " has no form in " +
-                                  std::to_string(dim()) + "D: give it components" + std::to_string(dim()));
+      throw std::invalid_argument("law " + info.name + (info.plugged() ? " of " + info.library : std::string()) +
+                                  " has no form in " + std::to_string(dim()) + "D" +
+                                  (info.plugged() ? ": give it components" + std::to_string(dim()) : std::string()));
   }
+  if (asked) find_mesh_areas();
 }
 
 void Interactions::State::plan() {
@@ -265,7 +270,8 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   b.block = law.has_solve || !diagonal;
   b.hub = hub;
   b.relaxes = !law.has_solve;
-  b.bonds = law.has_solve && !law.state.empty() && !std::isfinite(law.state_begin[0]);
+  b.bonds = law.holds;
+  b.residual = law.residual;
   b.pack = packable(b) && law.normal_bias && !sheared && !pose.kernel ? 2 * dim() + 4 : 0;
   b.group = hub ? n : 1;
   b.velocities = system.velocities();
@@ -360,9 +366,9 @@ void Interactions::State::lay_out() {
   const auto block = [](const cairn_batch& b) { return b.block ? b.components * b.components : 2; };
   const auto params = [](const cairn_batch& b) {
     const LawInfo& law = law_infos()[b.law];
-    return law.has_solve ? std::max<int>(1, int(law.parameters.size())) : 1;
+    return law.has_solve ? int(law.parameters.size()) + 4 : 1;
   };
-  const auto states = [](const cairn_batch& b) { return int(law_infos()[b.law].state.size()); };
+  const auto states = [&](const cairn_batch& b) { return law_infos()[b.law].state_columns(dim()); };
   const int frame = dim() == 2 ? 2 : 6;
   system.compliant = false;
   given = pose.kernel ? scratch.take<double>(std::int64_t(places) * dim()) : nullptr;
@@ -371,6 +377,7 @@ void Interactions::State::lay_out() {
                                                    : frame + sides()[b.side_a].lever + sides()[b.side_b].lever +
                                                          block(b) + 3 * b.components + params(b) + states(b)));
   double* next = scratch.take<double>(doubles);
+  fit(of_law, system.batches.size());
   // what a sweep does not read stands apart
   double* apart = next + doubles - 2 * places;
   for (cairn_batch& b : system.batches) {
@@ -380,6 +387,14 @@ void Interactions::State::lay_out() {
     b.body_a = body_a + b.first;
     b.body_b = body_b + b.first;
     b.status = status + b.first;
+    const LawInfo& law = law_infos()[b.law];
+    const bool asks = law.has_solve || law.commit || law.energy;
+    LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
+    own.geometry = asks ? scratch.take<double>(3 * std::int64_t(b.count)) : nullptr;
+    own.flight = asks ? scratch.take<double>(b.components * std::int64_t(b.count)) : nullptr;
+    own.energy = law.energy ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;
+    own.context = {h, theta, own.geometry, nullptr};
+    b.context = &own.context;
     const auto take = [&](int components) {
       double* here = next;
       next += std::size_t(components) * b.count;
@@ -396,7 +411,6 @@ void Interactions::State::lay_out() {
     if (b.mapped_a) lay_out_mapping(b, b.node_a, b.dof_a, b.response_a, b.stride_a);
     if (b.mapped_b) lay_out_mapping(b, b.node_b, b.dof_b, b.response_b, b.stride_b);
     b.bias = take(b.components);
-    const LawInfo& law = law_infos()[b.law];
     const bool may_yield = pose.kernel || (law.plugged() && law.has_prepare);
     b.compliance = may_yield ? take(b.components) : nullptr;
     system.compliant = system.compliant || may_yield;

@@ -13,6 +13,8 @@ namespace cairn {
 // Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same
 // lines of it.
 inline constexpr int batch_size = 104;
+// A gap over the effective radius that positions in doubles cannot tell from none.
+inline constexpr double touch = 1.0 / (1 << 30);
 // Contacts of a task: their bodies share the second cache, their batches are not short, and small scenes too have tasks
 // for threads.
 inline constexpr int smallest_tile = 600, largest_tile = 2000, tiles = 24;
@@ -63,6 +65,13 @@ inline double flight_of_round(const double* v, const double* normal, int dim, do
 }
 // Rows n, t and, in 3D, s of a contact.
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);
+// Lanes that hold no contact are handed to laws as the last contact again: a law may divide by its parameters.
+inline void repeat_last(const cairn_batch& b, double* column, int columns) {
+  for (int k = 0; k < columns; ++k) {
+    double* lane = column + std::ptrdiff_t(k) * b.count;
+    std::fill(lane + b.contacts, lane + b.count, lane[b.contacts - 1]);
+  }
+}
 
 // What a law from a user's library gave back that is no number: the first, in the order of batches.
 struct PluggedFault {
@@ -79,7 +88,7 @@ struct Interactions::State {
   Scratch scratch;
   ContactSystem system;
   ContactMemory memory;
-  std::vector<ContactKey> bonds;
+  std::vector<ContactKey> kept_keys;
   std::int32_t* place = nullptr; // per batched contact: where it stands in the memory, -1 if it was not there
   ContactEnergy energy;
   // of the step being assembled, the caller's
@@ -92,9 +101,22 @@ struct Interactions::State {
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   bool flies = true;      // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
+  bool laws_commit = false;                         // a law of the step has a slot commit or energy
   int impulse_components = 0, state_components = 0; // of this step's laws
   Array<double> work_sums;                          // (4, batches)
   PluggedFault fault;                               // of laws from users' libraries
+  // Per batch, for laws that ask after prepare: null where its law does not.
+  struct LawColumns {
+    cairn_law_context context;
+    double* geometry; // (n, 3) of the context
+    double* flight;   // (n, c) that the bias holds besides the law's own [m/s]
+    double* energy;   // (n, 4) as cairn_law_energy gives it
+  };
+  Array<LawColumns> of_law;
+  struct Commits { // per batch
+    double stored, taken_normal, taken_tangential, released, created, turned_over;
+  };
+  Array<Commits> commits;
 
   MeshSet* meshes = nullptr; // null: none in the scene
   ContactPose pose;
@@ -148,7 +170,12 @@ struct Interactions::State {
   // made a solution diverge.
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
-  void commit_laws(); // state of laws that have a commit slot, in interaction_fill.cpp
+  void commit_laws();                   // states and energies of laws, in law_commit.cpp
+  double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
+  double effective_radius(std::int64_t i) const;
+  void find_mesh_areas();
+  void begin_kept(std::int64_t i, double with_h, double with_theta); // a contact of bodies that came in, in bonds.cpp
+  bool came_in_touching(std::int64_t i) const;                       // its bodies came in together, and touch
   void add_given(const Bodies& bodies);
   void measure_speeds(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
@@ -181,7 +208,10 @@ private:
   void fill_batch(int b, int thread, double& deepest);
   void fill_geometry(cairn_batch& b, double& deepest);
   void fill_impulses(cairn_batch& b);
+  void fill_states(const cairn_batch& b) const;
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
+  void commit_batch(const cairn_schedule& schedule, std::size_t which, int thread);
+  void keep_states(const cairn_batch& b, int lane, double* to) const;
   template <int d>
   void fill_packed(cairn_batch& b, double& deepest);
   template <int d>

@@ -25,7 +25,7 @@ double least_tangential(const double* w, int n, int c, int dim, int lane) {
 void settle_singular_blocks(const cairn_batch& batch, int dim, double* w) {
   const int n = batch.count, c = batch.components;
   for (int lane = 0; lane < batch.contacts; ++lane) {
-    if (batch.bonds && batch.state[lane] < std::numeric_limits<double>::max()) continue;
+    if (batch.bonds && batch.state[lane] > 0) continue;
     double sum = 0;
     for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
     // the normal of a contact is known to some epsilons, and enters its block squared

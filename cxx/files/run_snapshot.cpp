@@ -102,6 +102,8 @@ RunSnapshot::RunSnapshot(Simulation& s) {
     for (std::int64_t i = 0; i < n; ++i) ids.push_back(pairs[std::size_t(2 * i + side)]);
     keep(contacts, side == 0 ? "body_a" : "body_b", StoredArray::of(ids.data(), {n}));
   }
+  if (s.laws_keep())
+    for (const char* name : {"beta", "stored", "released"}) keep(contacts, name, cairn::contacts<double>(s, name));
 }
 
 void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& names) {

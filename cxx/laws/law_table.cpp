@@ -48,14 +48,16 @@ constexpr std::size_t most_laws = 1024;
 #define CAIRN_SLOT_NO(kernel) nullptr
 std::vector<LawInfo> built_in_laws() {
   constexpr bool YES = true, NO = false, NORMAL = true, ALL = false;
+  enum Keeping { lets_go, KEEPS, HOLDS };
   std::vector<LawInfo> all;
   all.reserve(most_laws);
   const auto add = [&](const char* parameters, const char* state, LawInfo law) {
     declare_law(law, parameters, state);
     all.push_back(std::move(law));
   };
-#define CAIRN_LAW(row, python, c2, c3, takes, keeps, prepares, solves, commits, bias_along, forces)                    \
-  add(takes, keeps,                                                                                                    \
+#define CAIRN_LAW(row, python, c2, c3, takes, remembers, prepares, solves, commits, measures, stores, bias_along,      \
+                  keeping, forces)                                                                                     \
+  add(takes, remembers,                                                                                                \
       {.name = #row,                                                                                                   \
        .python_name = #python,                                                                                         \
        .components2 = c2,                                                                                              \
@@ -67,9 +69,13 @@ std::vector<LawInfo> built_in_laws() {
        .has_solve = solves,                                                                                            \
        .has_commit = commits,                                                                                          \
        .normal_bias = bias_along,                                                                                      \
+       .keeps = keeping != 0,                                                                                          \
+       .holds = int(keeping) == HOLDS,                                                                                 \
        .prepare = CAIRN_SLOT_##prepares(cairn_law_##row##_prepare),                                                    \
        .solve = CAIRN_SLOT_##solves(cairn_law_##row##_solve),                                                          \
        .commit = CAIRN_SLOT_##commits(cairn_law_##row##_commit),                                                       \
+       .residual = CAIRN_SLOT_##measures(cairn_law_##row##_residual),                                                  \
+       .energy = CAIRN_SLOT_##stores(cairn_law_##row##_energy),                                                        \
        .force = CAIRN_SLOT_##forces(cairn_law_##row##_force),                                                          \
        .stiffness = CAIRN_SLOT_##forces(cairn_law_##row##_stiffness),                                                  \
        .library = {}});
@@ -89,6 +95,10 @@ const std::vector<LawInfo>& law_infos() { return laws(); }
 
 void declare_law(LawInfo& law, const std::string& parameters, const std::string& state) {
   law.parameters = parameters_of(parameters);
+  for (std::size_t k = 0; k < law.parameters.size(); ++k)
+    if (law.parameters[k].name == "within") law.within = int(k);
+  for (std::size_t k = 0; k < law.parameters.size(); ++k)
+    if (law.parameters[k].name == "reach") law.reach = int(k);
   std::istringstream words(state);
   for (std::string word; words >> word;) {
     const auto colon = word.find(':');
@@ -102,7 +112,10 @@ void declare_law(LawInfo& law, const std::string& parameters, const std::string&
                                   std::to_string(largest) + " are possible");
   };
   most("parameters", law.parameters.size(), LawTable::max_parameters);
-  most("state variables", law.state.size(), LawTable::max_states);
+  most("state variables", std::size_t(law.state_kept(3)), LawTable::max_states);
+  if (law.keeps && (law.state.empty() || law.state[0].back() == '*'))
+    throw std::invalid_argument("law " + law.name +
+                                " keeps pairs and has no state variable to say which: declare one first, as held:0");
 }
 
 Law register_law(LawInfo law, bool replace) {

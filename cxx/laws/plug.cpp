@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <stdexcept>
 
@@ -38,8 +39,10 @@ std::string text_of(const std::string& library, const char* what, const char* te
 }
 
 void check(const std::string& library, const std::string& name, int kind, const cairn_plug_descriptor& d) {
-  expect(library, "ABI version of the descriptor", d.abi, CAIRN_PLUG_ABI);
-  expect(library, "size of the descriptor", d.size, sizeof(cairn_plug_descriptor));
+  const bool first = d.abi == 1;
+  if (!first) expect(library, "ABI version of the descriptor", d.abi, CAIRN_PLUG_ABI);
+  expect(library, "size of the descriptor", d.size,
+         first ? offsetof(cairn_plug_descriptor, residual) : sizeof(cairn_plug_descriptor));
   expect(library, "size of cairn_law_context", d.context_size, sizeof(cairn_law_context));
   static const char* const kinds[] = {"",          "contact law", "contact solver", "detection pair", "free velocity",
                                       "body force"};
@@ -60,6 +63,9 @@ void check(const std::string& library, const std::string& name, int kind, const 
   if (!d.prepare) refuse(library, name + " has no prepare: every law needs one, for bias and friction");
   if (d.normal_bias && (d.solve || d.components2 == 3 || d.components3 == 6))
     refuse(library, name + " says normal_bias, which a law with its own solve or with rotations cannot");
+  if (d.residual && !d.solve) refuse(library, name + " has a residual and no solve: a cone has one already");
+  if (d.keeps != 0 && d.keeps != 1)
+    refuse(library, name + ": keeps is " + std::to_string(d.keeps) + ", must be 0 or 1");
   if (!d.solve && (d.components2 == 3 || d.components3 == 6))
     refuse(library, name + " has rotations among its components and no solve: the cone knows none");
 }
@@ -91,6 +97,7 @@ LawInfo declared(const std::string& library, const std::string& name, const cair
   law.library = library;
   law.components2 = d.components2;
   law.components3 = d.components3;
+  law.keeps = d.keeps != 0;
   const std::string parameters = text_of(library, "parameters", d.parameters, sizeof d.parameters);
   const std::string state = text_of(library, "state", d.state, sizeof d.state);
   try {
@@ -160,6 +167,8 @@ Law plug_law(const std::string& library, const std::string& name, const PlugOpti
   law.prepare = d.prepare;
   law.solve = d.solve;
   law.commit = d.commit;
+  law.residual = d.residual;
+  law.energy = d.energy;
   law.complaint = d.complaint;
   return register_law(std::move(law), options.replace);
 }

@@ -36,7 +36,6 @@ void Simulation::follow_meshes() {
 // The nodes of meshes count as points of mass in account(); what else they store and dissipate, here.
 void Simulation::account_for_meshes() {
   if (meshes.empty()) return;
-  energy.stored = 0;
   for (const MeshBody& mesh : meshes.meshes) {
     const MeshWork& w = mesh.work;
     energy.stored += w.stored;

@@ -91,7 +91,10 @@ void Nscd::check_laws(const Simulation& s) const {
 }
 
 ContactMemory Nscd::memory(const Simulation& s) const { return s.interactions.memory(); }
-void Nscd::restore(Simulation& s, ContactMemory memory) { s.interactions.restore(std::move(memory)); }
+void Nscd::restore(Simulation& s, ContactMemory memory) {
+  if (memory.gaps_of_bonds) read_gaps_of_bonds(s, memory);
+  s.interactions.restore(std::move(memory));
+}
 
 void Nscd::move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) {
   if (projector_) projector_->restore(s.after_move(projector_->memory(), moved));
@@ -112,8 +115,14 @@ void Nscd::read(Simulation& s, std::string_view field, int components, double* o
     s.interactions.moment_space(out);
   else if (field == "relative_velocity")
     s.interactions.relative_velocity(out);
-  else
+  else if (field == "dissipated")
     s.interactions.dissipated(out);
+  else if (field == "beta")
+    s.interactions.kept(out);
+  else if (field == "stored")
+    s.interactions.stored(out);
+  else
+    s.interactions.law_state(std::string(field), out);
 }
 
 void Nscd::status(Simulation& s, std::int32_t* out) {

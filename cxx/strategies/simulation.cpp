@@ -44,4 +44,9 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   return {bodies, contacts};
 }
 
+bool Simulation::laws_keep() const {
+  return std::any_of(laws.laws().begin(), laws.laws().end(),
+                     [](Law law) { return law_infos()[std::size_t(law)].keeps; });
+}
+
 } // namespace cairn

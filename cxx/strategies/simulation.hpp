@@ -41,12 +41,14 @@ struct SmoothDemOptions {
   int renumber_every = 1000;
 };
 
-// Terms of d(T + U) = W_driven + W_external - D_friction - D_normal - D_bulk - D_theta + closure [J], since the start.
+// Terms of d(T + U + stored) = W_driven + W_external - D_friction - D_normal - D_bulk - D_theta - released + closure
+// [J], since the start.
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
   double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_theta = 0;
   double work_projection = 0; // potential energy that project_positions gave
-  double stored = 0;          // in the springs of smooth contacts, now
+  double stored = 0;          // in the springs of contacts and in bodies that deform, now
+  double released = 0;        // by contact laws: damage, viscosity, wear
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
   double in_play = 0; // their sum: the scale of closure
@@ -125,6 +127,7 @@ public:
   ContactMemory after_move(ContactMemory memory, const std::vector<std::array<int, 3>>& moved) const;
   // Internal number of a contactor, -1 if it is gone.
   std::int32_t contactor(std::int64_t id) const;
+  bool laws_keep() const; // a law keeps pairs: their contacts have beta, stored and released energy
 
   // Seconds of wall clock spent in each stage since the start, in the order of the stages.
   const std::vector<std::pair<std::string, double>>& stage_seconds() const { return stage_seconds_; }

@@ -38,7 +38,7 @@ _LATER = {
     "find_equilibrium": "run.equilibrium",
     "surface": "build.surfaces",
 }
-_PARTS = {"legacy": "legacy", "problems": "problems", "soe": "run.soe", "study": "study"}
+_PARTS = {"fracture": "build.fracture", "legacy": "legacy", "problems": "problems", "soe": "run.soe", "study": "study"}
 
 
 def __getattr__(name):  # what most scenes do not use is loaded when it is asked for

@@ -154,7 +154,7 @@ TEST(OneDisk, BondHoldsThreeDirections) {
   const double* v = bonds.solve(Law::bonded, {0.5});
   for (int k = 0; k < 3; ++k) EXPECT_NEAR(v[k], 0, 1e-14);
   bonds.i.commit();
-  ASSERT_EQ(bonds.i.bonds().size(), 1u);
+  ASSERT_EQ(bonds.i.kept().size(), 1u);
   // it pulled apart meanwhile, and is drawn back
   bonds.s.candidates.gap[0] = 0.004;
   EXPECT_NEAR(bonds.solve(Law::bonded, {0.5})[1], -0.5, 1e-13);

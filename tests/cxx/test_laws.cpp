@@ -124,8 +124,8 @@ TEST(Bonded, HoldsBondsAndLeavesTheOthersToTheCone) {
   for (int c : {3, 6}) {
     Blocks b(c, 0.3);
     const std::vector<double> mu(n, 0.4);
-    std::vector<double> r(n * c, 0.0), state(n);
-    for (int i = 0; i < n; ++i) state[i] = i % 2 ? 0.0 : std::numeric_limits<double>::max();
+    std::vector<double> r(n * c, 0.0), state(2 * n, 0.0);
+    for (int i = 0; i < n; ++i) state[i] = i % 2 ? 2 : 0;
     std::vector<std::int32_t> status(n);
     cairn_law_bonded_solve(n, c, b.w.data(), b.q.data(), b.zero.data(), mu.data(), state.data(), r.data(),
                            status.data());

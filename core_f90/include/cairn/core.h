@@ -16,23 +16,37 @@ extern "C" {
 typedef struct cairn_law_context {
   double h;               /* step [s] */
   double theta;           /* of the theta-method */
-  const double* geometry; /* (n, 3) contact area [m2], effective radius [m], effective mass [kg]; NULL if no law of the
-                             scene asks */
+  const double* geometry; /* (n, 3) contact area [m2], in 2D of a metre across the plane, effective radius [m],
+                             effective mass [kg]; NULL where the law says that its bias is along the normal */
   const double* fields;   /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
 } cairn_law_context;
 
 /* c = local components of the law in this dimension, p = parameters, s = state variables.
  * bias (n, c) [m/s] is added to the relative velocity; compliance (n, c) [1/kg] to the diagonal of W; mu (n) is the
- * friction of the cone. */
+ * friction of the cone. Contacts come by eights: lanes that are left over hold the last one again. */
 typedef void cairn_law_prepare(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                                const double* u_begin, const double* params, double* state, double* bias,
                                double* compliance, double* mu);
 /* w is (n, c, c), or W_NN and W_TT (n, 2) where the batch says so; u_free (n, c) with the bias in it, bias (n, c),
- * params (n, p), state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. */
+ * state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. params (n, p + 4):
+ * behind the parameters stand the step [s] and the geometry of the context. */
 typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double* u_free, const double* bias,
                              const double* params, const double* state, double* r, int32_t* status);
 typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, double* state);
+/* How far a law with its own solution is from it. rho (n): 1 / W_NN of the contact [kg]; w, params, state as solve has
+ * them; u (n, c) is the relative velocity that r leaves, with the bias in it. Out: f (n, c) [N s], all 0 where the law
+ * is obeyed and else about the change of r that would make it so, weight (n, c) [1/kg], by which squares of f are
+ * energies, status (n). Also asked with r = 0, for the scale. */
+typedef void cairn_law_residual(int32_t n, int32_t c, const cairn_law_context* context, const double* rho,
+                                const double* w, const double* u, const double* bias, const double* r,
+                                const double* params, const double* state, double* f, double* weight, int32_t* status);
+/* After commit, with the state of before and after: energy (n, 4) [J] what the contact has stored now; what the law
+ * took from the bodies along the normal, and along the tangents and rotations, in the step, into its store or for good;
+ * of that for good. Its store gains the difference, so that sums of steps agree with what is stored. */
+typedef void cairn_law_energy(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
+                              const double* u, const double* r, const double* params, const double* state_begin,
+                              const double* state, double* energy);
 /* For explicit strategies. u (n, c) at the middle of the step, params (p) of all n contacts, state (n, s) in and out;
  * out: f (n, c) on A [N], energy (n, 3) stored, dissipated by damping, by friction [J], or NULL. */
 typedef void cairn_law_force(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u,
@@ -145,8 +159,8 @@ typedef struct cairn_batch {
   int32_t first;              /* place of its first contact in the order of batches */
   int32_t velocities;         /* numbers of a record that are velocities: 3 in 2D, 6 in 3D */
   int32_t pack;               /* 0, or the lines of a pack: see above */
-  int32_t relaxes;            /* 1: over-relaxation applies */
-  int32_t bonds;              /* 1: state is the gap at which it bonded, huge where it did not */
+  int32_t relaxes;            /* 1: over-relaxation applies; 0: the law has its own solution */
+  int32_t bonds;              /* 1: held fast where the first state is above 0, a cone where it is 0 */
   int32_t repeats;            /* 1: solve is handed the last contact again where there is a dummy */
   int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights */
   int32_t in_turn;          /* 1: its contacts see each other, and are swept one after the other; a cone, full blocks */
@@ -165,13 +179,15 @@ typedef struct cairn_batch {
   double* delassus;                 /* [1/kg] */
   double* bias;                     /* (n, c) [m/s] */
   double* compliance;               /* (n, c) diagonal that W has besides that of bodies [1/kg]; null: none */
-  double* params;                   /* (n, p) of the law, or mu (n) of the cone */
+  double* params;                   /* (n, p + 4) as solve has them, or mu (n) of the cone */
   double* r;                        /* (n, c) impulse [N s] */
   double* rho;                      /* (n) 1 / true W_NN [kg] */
   double* scale;                    /* (n) |F(0)|^2 / rho [J] */
   double* state;                    /* (n, s) of the law */
   int32_t* status;                  /* (n) see cairn_contact_status */
   cairn_law_solve* solve;
+  cairn_law_residual* residual;     /* null: the cone's; without a cone, by what solve changes */
+  const cairn_law_context* context; /* for residual */
 } cairn_batch;
 
 /* A kind of side. Velocity records: 8 numbers a body, 2D: velocity (2), spin, inverse mass (2), inverse inertia, 0, 0;
@@ -216,10 +232,13 @@ struct cairn_condensed {
 void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
 
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, bias_along, has_force)  \
+#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, has_residual,           \
+                  has_energy, bias_along, keeps, has_force)                                                            \
   cairn_law_prepare cairn_law_##name##_prepare;                                                                        \
   cairn_law_solve cairn_law_##name##_solve;                                                                            \
   cairn_law_commit cairn_law_##name##_commit;                                                                          \
+  cairn_law_residual cairn_law_##name##_residual;                                                                      \
+  cairn_law_energy cairn_law_##name##_energy;                                                                          \
   cairn_law_force cairn_law_##name##_force;                                                                            \
   cairn_law_stiffness cairn_law_##name##_stiffness;
 #include "../../contact_laws/laws.def"

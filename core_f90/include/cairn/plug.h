@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-enum { CAIRN_PLUG_ABI = 1 };
+enum { CAIRN_PLUG_ABI = 2 }; /* libraries of version 1, whose descriptor ends with complaint, are taken too */
 enum cairn_plug_kind { cairn_plug_law = 1, cairn_plug_solver, cairn_plug_pair, cairn_plug_velocity, cairn_plug_force };
 
 typedef void cairn_plug_slot(void);
@@ -32,6 +32,10 @@ typedef struct cairn_plug_descriptor {
   cairn_law_commit* commit;
   cairn_plug_slot* force;         /* of explicit strategies */
   const char* (*complaint)(void); /* may be NULL: why the last call gave no number, or NULL */
+  cairn_law_residual* residual;   /* NULL: contacts of a law with solve are solved once more to see how far they are */
+  cairn_law_energy* energy;
+  int32_t keeps; /* 1: a pair stays a contact while its first state variable is above 0, see laws.def */
+  int32_t unused;
 } cairn_plug_descriptor;
 typedef void cairn_plug_describe(cairn_plug_descriptor* descriptor);
 

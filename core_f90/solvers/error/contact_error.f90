@@ -1,13 +1,16 @@
 !> How far impulses are from a solution, the same for every solver: the natural map in an energy norm. With rho = 1/W_NN of the
 !> contact, u the relative velocity and b the law's bias,
 !>   F(r) = r - P_K( r - rho (u + (b + mu |u_T|, 0, 0)) ),   K Coulomb's cone
-!> (De Saxce & Feng 1998; the natural map: Acary & Brogliato 2008). Laws with their own local solution give F = D^-1 (u + b) where
-!> they hold the contact fast, D the diagonal of W, and the cone's F where they do not.
+!> (De Saxce & Feng 1998; the natural map: Acary & Brogliato 2008). A law with its own local solution gives its F itself, in the
+!> slot `residual`; of one that does not, F(r) is r less what its solution gives when each contact is solved once more.
 module contact_error
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
-  use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
+  use contact_batch, only: cairn_schedule, cairn_batch, cairn_side, cairn_record, batch_workspace, max_batch, &
+    law_residual, law_solve
   use contact_schedule, only: schedule_view, open_schedule
   use contact_velocity, only: contact_columns, find_columns
+  use cone_residual, only: cone_map, cone_status
+  use law_context, only: cairn_law_context
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
@@ -61,7 +64,7 @@ contains
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)    :: sums(sums_size)
     type(contact_columns) :: at
-    real(c_double), pointer, contiguous :: rho(:), scale(:), delassus(:), state(:)
+    real(c_double), pointer, contiguous :: rho(:), scale(:)
     integer(c_int32_t), pointer, contiguous :: status(:)
     integer :: n, c, f, weight, axes
     call find_columns(batch, sides, record, general, .true., work, at)
@@ -72,143 +75,141 @@ contains
     weight = 1 + c*n
     call c_f_pointer(batch%rho, rho, [n])
     call c_f_pointer(batch%scale, scale, [n])
-    nullify (state)
-    if (axes == 2) then
-      call cone_map2(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
-      if (any(at%mu > 1)) call disk_map2(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
-    else
-      call cone_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
-      if (any(at%mu > 1)) call disk_map3(n, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
-    end if
     sums = 0
-    if (what > 1 .and. batch%bonds == 0) then
-      call add_up_cone(n, axes, least_scale, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
-      if (what == 3) call c_f_pointer(batch%status, status, [n])
-      if (what == 3) call find_status(n, axes, at%mu, at%r, status)
+    if (batch%relaxes == 0) then
+      call law_batch(batch, n, c, what, least_scale, rho, scale, at, sums)
       return
     end if
-    call weights(n, c, axes, rho, at%free(weight:))
-    if (batch%bonds /= 0) then
-      call c_f_pointer(batch%delassus, delassus, [c*c*n])
-      call c_f_pointer(batch%state, state, [n])
-      call bond_map(n, c, axes, state, delassus, at%u, at%free(f:), at%free(weight:))
-    end if
+    call cone_map(n, axes, what == 1, at%mu, rho, at%r, at%u, at%free(f:))
     if (what == 1) then
+      call weights(n, c, axes, rho, at%free(weight:))
       call keep_scale(n, c, at%free(weight:), at%free(f:), scale, sums)
-    else
-      call add_up(n, c, axes, least_scale, at%mu, at%free(weight:), scale, at%r, at%free(f:), at%u, sums)
+      return
     end if
+    call add_up_cone(n, axes, least_scale, at%mu, rho, scale, at%r, at%free(f:), at%u, sums)
     if (what < 3) return
     call c_f_pointer(batch%status, status, [n])
-    call find_status(n, axes, at%mu, at%r, status)
-    if (batch%bonds /= 0) where (state < huge(state)) status = 3
+    call cone_status(n, axes, at%mu, at%r, status)
   end subroutine one_batch
 
-  !> F of the cone in the plane.
-  subroutine cone_map2(n, at_zero, mu, rho, r, u, f)
-    integer, value              :: n       !< contacts
-    logical, value              :: at_zero !< F(0) rather than F(r)
-    real(c_double), intent(in)  :: mu(n)   !< friction [-]
-    real(c_double), intent(in)  :: rho(n)  !< 1/W_NN [kg]
-    real(c_double), intent(in)  :: r(n, 2) !< impulse [N s]
-    real(c_double), intent(in)  :: u(n, 2) !< relative velocity, bias included [m/s]
-    real(c_double), intent(out) :: f(n, 2) !< residual [N s]
-    real(c_double) :: keep, m, zn, zt, tangent, cosine, along, pn, pt
-    integer :: i
-    keep = merge(0.0_c_double, 1.0_c_double, at_zero)
-    !$omp simd private(m, zn, zt, tangent, cosine, along, pn, pt)
-    do i = 1, n
-      m = min(mu(i), 1.0_c_double)
-      zn = keep*r(i, 1) - rho(i)*(u(i, 1) + m*abs(u(i, 2)))
-      zt = keep*r(i, 2) - rho(i)*u(i, 2)
-      tangent = abs(zt)
-      cosine = 1/sqrt(1 + m*m)
-      along = max(0.0_c_double, cosine*(zn + m*tangent))
-      pn = merge(max(zn, 0.0_c_double), cosine*along, tangent <= m*zn) ! m may be 0
-      pt = merge(zt, sign(m*cosine*along, zt), tangent <= m*zn)
-      f(i, 1) = keep*r(i, 1) - pn
-      f(i, 2) = keep*r(i, 2) - pt
-    end do
-  end subroutine cone_map2
+  !> Contacts of a law with its own local solution: the law says how far they are from it, or it is solved once more.
+  subroutine law_batch(batch, n, c, what, least_scale, rho, scale, at, sums)
+    type(cairn_batch), intent(in)   :: batch
+    integer, value                  :: n        !< contacts
+    integer, value                  :: c        !< components
+    integer, value                  :: what     !< 1 scale, 2 error, 3 error and status
+    real(c_double), value           :: least_scale !< of one contact [J]
+    real(c_double), intent(in)      :: rho(n)   !< 1/W_NN [kg]
+    real(c_double), intent(inout)   :: scale(n) !< |F(0)|^2 [J]
+    type(contact_columns), intent(in) :: at     !< velocities, impulses, workspace
+    real(c_double), intent(inout)   :: sums(sums_size)
+    real(c_double), pointer, contiguous :: delassus(:), bias(:), params(:), state(:), f(:), weight(:), r(:), b(:)
+    integer(c_int32_t), pointer, contiguous :: status(:)
+    type(cairn_law_context), pointer :: context
+    procedure(law_residual), pointer :: residual
+    procedure(law_solve), pointer :: solve
+    integer(c_int32_t) :: found(max_batch)
+    integer :: some
+    some = c*n
+    f => at%free(1:some)
+    weight => at%free(some + 1:2*some)
+    r => at%free(2*some + 1:3*some)
+    b => at%free(3*some + 1:4*some)
+    call c_f_pointer(batch%delassus, delassus, [c*some])
+    call c_f_pointer(batch%bias, bias, [some])
+    call c_f_pointer(batch%params, params, [n])
+    state => at%free(:0) ! a law without state is handed an array of nothing
+    if (c_associated(batch%state)) call c_f_pointer(batch%state, state, [n])
+    call keep(some, what > 1, at%r, r)
+    call keep(some, .true., bias, b)
+    call repeat_last(n, c, batch%contacts, at%u, r, b)
+    if (c_associated(batch%residual)) then
+      call c_f_procpointer(batch%residual, residual)
+      call c_f_pointer(batch%context, context)
+      call residual(n, c, context, rho, delassus, at%u, b, r, params, state, f, weight, found)
+    else
+      call c_f_procpointer(batch%solve, solve)
+      call solve_again(n, c, solve, rho, delassus, at%u, b, r, params, state, at%r, f, weight, found)
+    end if
+    call clear_dummies(n, c, batch%contacts, f)
+    if (what == 1) then
+      call keep_scale(n, c, weight, f, scale, sums)
+      return
+    end if
+    call add_up(n, c, least_scale, weight, scale, at%r, f, at%u, sums)
+    if (what < 3) return
+    call c_f_pointer(batch%status, status, [n])
+    status = found(1:n)
+  end subroutine law_batch
 
-  !> F of the cone in space.
-  subroutine cone_map3(n, at_zero, mu, rho, r, u, f)
-    integer, value              :: n       !< contacts
-    logical, value              :: at_zero !< F(0) rather than F(r)
-    real(c_double), intent(in)  :: mu(n)   !< friction [-]
-    real(c_double), intent(in)  :: rho(n)  !< 1/W_NN [kg]
-    real(c_double), intent(in)  :: r(n, 3) !< impulse [N s]
-    real(c_double), intent(in)  :: u(n, 3) !< relative velocity, bias included [m/s]
-    real(c_double), intent(out) :: f(n, 3) !< residual [N s]
-    real(c_double) :: keep, m, zn, zt, zs, tangent, cosine, along, pn, shrink
-    integer :: i
-    keep = merge(0.0_c_double, 1.0_c_double, at_zero)
-    !$omp simd private(m, zn, zt, zs, tangent, cosine, along, pn, shrink)
-    do i = 1, n
-      m = min(mu(i), 1.0_c_double)
-      zn = keep*r(i, 1) - rho(i)*(u(i, 1) + m*sqrt(u(i, 2)**2 + u(i, 3)**2))
-      zt = keep*r(i, 2) - rho(i)*u(i, 2)
-      zs = keep*r(i, 3) - rho(i)*u(i, 3)
-      tangent = sqrt(zt*zt + zs*zs)
-      cosine = 1/sqrt(1 + m*m)
-      along = max(0.0_c_double, cosine*(zn + m*tangent))
-      pn = merge(max(zn, 0.0_c_double), cosine*along, tangent <= m*zn) ! m may be 0
-      shrink = merge(1.0_c_double, m*cosine*along/max(tangent, tiny(tangent)), tangent <= m*zn)
-      f(i, 1) = keep*r(i, 1) - pn
-      f(i, 2) = keep*r(i, 2) - shrink*zt
-      f(i, 3) = keep*r(i, 3) - shrink*zs
-    end do
-  end subroutine cone_map3
+  !> As a procedure of its own, so that the compiler makes no copy of what pointers may share.
+  pure subroutine keep(n, whole, from, to)
+    integer, value              :: n       !< numbers
+    logical, value              :: whole   !< or nothing
+    real(c_double), intent(in)  :: from(n)
+    real(c_double), intent(out) :: to(n)
+    to = 0
+    if (whole) to = from
+  end subroutine keep
 
-  !> Where mu > 1 the term mu |u_T| would blow a slip of rounding up without bound (mu may be infinite): there F is that of
-  !> Alart & Curnier (1991), with the same zeros and without that term.
-  subroutine disk_map2(n, at_zero, mu, rho, r, u, f)
-    integer, value                :: n       !< contacts
-    logical, value                :: at_zero !< F(0) rather than F(r)
-    real(c_double), intent(in)    :: mu(n)   !< friction [-]
-    real(c_double), intent(in)    :: rho(n)  !< 1/W_NN [kg]
-    real(c_double), intent(in)    :: r(n, 2) !< impulse [N s]
-    real(c_double), intent(in)    :: u(n, 2) !< relative velocity, bias included [m/s]
-    real(c_double), intent(inout) :: f(n, 2) !< residual [N s]
-    real(c_double) :: keep, pn, limit
-    integer :: i
-    keep = merge(0.0_c_double, 1.0_c_double, at_zero)
-    do i = 1, n
-      if (mu(i) <= 1) cycle
-      pn = max(0.0_c_double, keep*r(i, 1) - rho(i)*u(i, 1))
-      limit = mu(i)*pn
-      f(i, 1) = keep*r(i, 1) - pn
-      f(i, 2) = keep*r(i, 2) - min(limit, max(-limit, keep*r(i, 2) - rho(i)*u(i, 2)))
+  !> By how much the impulses change if each contact is solved once more, the others as they are: nothing at a solution, for any
+  !> block that is positive definite. A hub's block is larger than its true one by what rho says.
+  subroutine solve_again(n, c, solve, rho, w, u, bias, r, params, state, own, f, weight, status)
+    integer, value                  :: n            !< contacts
+    integer, value                  :: c            !< components
+    procedure(law_solve)            :: solve
+    real(c_double), intent(in)      :: rho(n)       !< 1/true W_NN [kg]
+    real(c_double), intent(in)      :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), intent(inout)   :: u(n, c)      !< relative velocity, bias included, then without r [m/s]
+    real(c_double), intent(in)      :: bias(n, c)   !< [m/s]
+    real(c_double), intent(in)      :: r(n, c)      !< impulse [N s]
+    real(c_double), intent(in)      :: params(n, *), state(n, *)
+    real(c_double), intent(inout)   :: own(n, c)    !< impulses of the batch: a routine may know contacts by their place [N s]
+    real(c_double), intent(out)     :: f(n, c)      !< [N s]
+    real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
+    integer(c_int32_t), intent(out) :: status(n)
+    integer :: k, l
+    do l = 1, c
+      do k = 1, c
+        u(:, k) = u(:, k) - w(:, k, l)*r(:, l)
+      end do
     end do
-  end subroutine disk_map2
-
-  subroutine disk_map3(n, at_zero, mu, rho, r, u, f)
-    integer, value                :: n       !< contacts
-    logical, value                :: at_zero !< F(0) rather than F(r)
-    real(c_double), intent(in)    :: mu(n)   !< friction [-]
-    real(c_double), intent(in)    :: rho(n)  !< 1/W_NN [kg]
-    real(c_double), intent(in)    :: r(n, 3) !< impulse [N s]
-    real(c_double), intent(in)    :: u(n, 3) !< relative velocity, bias included [m/s]
-    real(c_double), intent(inout) :: f(n, 3) !< residual [N s]
-    real(c_double) :: keep, pn, limit, zt, zs, tangent, shrink
-    integer :: i
-    keep = merge(0.0_c_double, 1.0_c_double, at_zero)
-    do i = 1, n
-      if (mu(i) <= 1) cycle
-      pn = max(0.0_c_double, keep*r(i, 1) - rho(i)*u(i, 1))
-      limit = mu(i)*pn
-      zt = keep*r(i, 2) - rho(i)*u(i, 2)
-      zs = keep*r(i, 3) - rho(i)*u(i, 3)
-      tangent = sqrt(zt*zt + zs*zs)
-      shrink = 1
-      if (tangent > limit) shrink = limit/tangent
-      f(i, 1) = keep*r(i, 1) - pn
-      f(i, 2) = keep*r(i, 2) - shrink*zt
-      f(i, 3) = keep*r(i, 3) - shrink*zs
+    weight = own
+    own = r
+    status = -1
+    call solve(n, c, w, u, bias, params, state, own, status)
+    where (status < 0) status = merge(1, 0, own(:, 1) > 0) ! of a law that says none
+    f = own
+    own = weight
+    do k = 1, c
+      f(:, k) = (r(:, k) - f(:, k))*(rho*w(:, 1, 1))
+      weight(:, k) = w(:, k, k)/(rho*w(:, 1, 1))
     end do
-  end subroutine disk_map3
+  end subroutine solve_again
 
-  !> Squares of components times weight are energies. Rotations of a law count only where they are bonded.
+  !> Laws may divide by what a dummy has not: it is handed the last contact again.
+  subroutine repeat_last(n, c, contacts, u, r, bias)
+    integer, value                :: n          !< contacts, dummies included
+    integer, value                :: c          !< components
+    integer, value                :: contacts   !< contacts that are not dummies
+    real(c_double), intent(inout) :: u(n, c), r(n, c), bias(n, c)
+    integer :: k
+    do k = 1, c
+      u(contacts + 1:n, k) = u(contacts, k)
+      r(contacts + 1:n, k) = r(contacts, k)
+      bias(contacts + 1:n, k) = bias(contacts, k)
+    end do
+  end subroutine repeat_last
+
+  subroutine clear_dummies(n, c, contacts, f)
+    integer, value                :: n        !< contacts, dummies included
+    integer, value                :: c        !< components
+    integer, value                :: contacts !< contacts that are not dummies
+    real(c_double), intent(inout) :: f(n, c)  !< [N s]
+    f(contacts + 1:n, :) = 0
+  end subroutine clear_dummies
+
+  !> Squares of components times weight are energies.
   subroutine weights(n, c, axes, rho, weight)
     integer, value              :: n            !< contacts
     integer, value              :: c            !< components
@@ -222,30 +223,6 @@ contains
       end do
     end do
   end subroutine weights
-
-  !> F of a bond: all components of u + b vanish.
-  subroutine bond_map(n, c, axes, state, w, u, f, weight)
-    integer, value                :: n            !< contacts
-    integer, value                :: c            !< components
-    integer, value                :: axes         !< components of velocity, 2 or 3
-    real(c_double), intent(in)    :: state(n)     !< gap at which it bonded [m]; huge if it did not
-    real(c_double), intent(in)    :: w(n, c, c)   !< Delassus blocks [1/kg]
-    real(c_double), intent(in)    :: u(n, c)      !< relative velocity, bias included [m/s]
-    real(c_double), intent(inout) :: f(n, c)      !< residual [N s]
-    real(c_double), intent(inout) :: weight(n, c) !< [1/kg]
-    integer :: i, k
-    do k = 1, c
-      do i = 1, n
-        if (state(i) < huge(state)) then
-          weight(i, k) = w(i, k, k)
-          f(i, k) = 0
-          if (w(i, k, k) > 0) f(i, k) = u(i, k)/w(i, k, k)
-        else if (k > axes) then
-          f(i, k) = 0
-        end if
-      end do
-    end do
-  end subroutine bond_map
 
   subroutine keep_scale(n, c, weight, f, scale, sums)
     integer, value              :: n            !< contacts
@@ -316,19 +293,18 @@ contains
     sums(4) = min(i, n)
   end subroutine add_up_cone
 
-  subroutine add_up(n, c, axes, least_scale, mu, weight, scale, r, f, work, sums)
+  !> The same of laws, whose impulses no cone holds.
+  subroutine add_up(n, c, least_scale, weight, scale, r, f, work, sums)
     integer, value                :: n            !< contacts
     integer, value                :: c            !< components
-    integer, value                :: axes         !< components of velocity, 2 or 3
     real(c_double), value         :: least_scale !< of one contact [J]
-    real(c_double), intent(in)    :: mu(n)        !< friction [-]
     real(c_double), intent(in)    :: weight(n, c) !< [1/kg]
     real(c_double), intent(in)    :: scale(n)     !< |F(0)|^2 [J]
     real(c_double), intent(in)    :: r(n, c)      !< impulse [N s]
     real(c_double), intent(in)    :: f(n, c)      !< residual [N s]
     real(c_double), intent(inout) :: work(n, 2)
     real(c_double), intent(inout) :: sums(sums_size)
-    real(c_double) :: error, size, worst, out, furthest, square, tangent, least
+    real(c_double) :: error, size, worst, least
     integer :: i, k
     least = max(least_scale, tiny(least))
     error = 0
@@ -344,15 +320,10 @@ contains
       end do
     end do
     worst = 0
-    furthest = 0
-    !$omp simd reduction(max:worst, furthest) private(out, square, tangent)
+    !$omp simd reduction(max:worst)
     do i = 1, n
       work(i, 1) = work(i, 1)/max(work(i, 2), scale(i), work(i, 1), least)
       worst = max(worst, work(i, 1))
-      tangent = sqrt(r(i, 2)**2 + merge(r(i, axes)**2, 0.0_c_double, axes == 3))
-      square = r(i, 1)**2 + tangent**2
-      out = max(0.0_c_double, -r(i, 1), tangent - mu(i)*max(0.0_c_double, r(i, 1)))
-      furthest = max(furthest, out*out/max(square, tiny(square)))
     end do
     sums(1) = error
     sums(2) = size
@@ -361,24 +332,5 @@ contains
       if (work(i, 1) >= worst .and. worst > 0) exit
     end do
     sums(4) = min(i, n)
-    sums(5) = furthest
   end subroutine add_up
-
-  subroutine find_status(n, axes, mu, r, status)
-    integer, value                  :: n         !< contacts
-    integer, value                  :: axes      !< components of velocity, 2 or 3
-    real(c_double), intent(in)      :: mu(n)     !< friction [-]
-    real(c_double), intent(in)      :: r(n, 3)   !< impulse [N s]
-    integer(c_int32_t), intent(out) :: status(n) !< see cairn_contact_status
-    real(c_double) :: tangent, limit
-    integer :: i
-    do i = 1, n
-      tangent = abs(r(i, 2))
-      if (axes == 3) tangent = sqrt(r(i, 2)**2 + r(i, 3)**2)
-      limit = mu(i)*r(i, 1)*(1 - 8*epsilon(limit)) ! the local solver puts slipping contacts on the cone, to rounding
-      status(i) = 1
-      if (tangent >= limit) status(i) = 2
-      if (r(i, 1) <= 0) status(i) = 0
-    end do
-  end subroutine find_status
 end module contact_error

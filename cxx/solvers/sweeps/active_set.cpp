@@ -68,7 +68,7 @@ void ActiveSet::choose_contact(const cairn_batch& b, int lane, double* u) {
   const auto stick = [&](int k, double scale) {
     memory_.unknowns.push_back({&r(k), u + k * n + lane, {nullptr, nullptr}, {0, 0}, scale});
   };
-  if (b.bonds && b.state[lane] < std::numeric_limits<double>::max()) {
+  if (b.bonds && b.state[lane] > 0) {
     for (int k = 0; k < c; ++k) stick(k, b.delassus[n * (k * c + k) + lane]);
     return;
   }
@@ -191,6 +191,8 @@ double ActiveSet::improve(double error, double wanted, int most) {
   std::size_t numbers = 0;
   for (const cairn_batch& b : system_.batches) numbers += std::size_t(b.count) * b.components;
   if (numbers > 64 * std::size_t(most_unknowns)) return error;
+  for (const cairn_batch& b : system_.batches) // neither cones nor held fast
+    if (!b.relaxes && !b.bonds) return error;
   if (memory_.matrix.capacity() == 0) { // of a size for all, since the unknowns change from step to step
     memory_.matrix.reserve(std::size_t(most_unknowns) * most_unknowns);
     memory_.unknowns.reserve(most_unknowns + 6);

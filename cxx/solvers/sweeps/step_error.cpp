@@ -74,7 +74,7 @@ StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeSca
   }
   const double scale = std::max(size, free.energy);
   // the projection on a cone can swallow a velocity that is no number, so bodies are asked too
-  bool finite = std::isfinite(residual) && std::isfinite(size);
+  bool finite = std::isfinite(residual) && std::isfinite(size) && std::isfinite(free.energy);
   for (const cairn_record& r : system.record)
     finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
   StepError e{residual > free.rounding && scale > 0 ? residual / scale : 0, finite};

@@ -71,6 +71,9 @@ private:
   Array<double> reaction_kept_;
 };
 
+// In bonds.cpp: memories of files in which the state of a bond was its gap alone.
+void read_gaps_of_bonds(const Simulation& s, ContactMemory& m);
+
 // The stages of a simulation that NSCD moves; throws Error where another strategy does.
 Nscd& stages_of(Simulation& s);
 

@@ -169,21 +169,26 @@ void Nscd::measure_margins(Simulation& s) {
 void Nscd::detect_contacts(Simulation& s) {
   check_free_velocity(s);
   Margin margin{};
+  double reach = 0; // of laws that act before bodies touch
+  for (int e = 0; e < s.laws.entries(); ++e)
+    if (const int at = law_infos()[std::size_t(s.laws.entry(e).law)].reach; at >= 0)
+      reach = std::max(reach, s.laws.entry(e).params[at]);
   if (std::isnan(settings.margin)) {
     measure_margins(s);
+    for (double& m : margins_) m += reach;
     margin.per_contactor = margins_.data();
   } else {
-    margin.constant = settings.margin;
+    margin.constant = std::max(settings.margin, reach);
   }
   std::vector<DeclaredPair>& declared = s.handler.declared();
   declared.clear();
-  const auto bonding = [](Law law) { return law_infos()[std::size_t(law)].bonds(); };
-  if (std::any_of(s.laws.laws().begin(), s.laws.laws().end(), bonding))
-    for (const ContactKey& key : s.interactions.bonds()) {
+  const auto keeps = [](Law law) { return law_infos()[std::size_t(law)].keeps; };
+  if (std::any_of(s.laws.laws().begin(), s.laws.laws().end(), keeps))
+    for (const ContactKey& key : s.interactions.kept()) {
       const std::int32_t a = s.contactor(key.contactor_a), b = s.contactor(key.contactor_b);
       if (a < 0 || b < 0) continue;
       const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
-      if (entry >= 0 && bonding(s.laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
+      if (entry >= 0 && keeps(s.laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
     }
   s.contacts_known = false;
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates, {},
@@ -237,10 +242,13 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.dissipated_friction += contacts.tangential;
   s.energy.dissipated_bulk += bulk;
   s.energy.dissipated_theta += by_theta;
+  s.energy.stored = contacts.stored;
+  s.energy.released += contacts.released;
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work + contacts.normal +
-                      contacts.tangential + bulk + by_theta;
+                      contacts.tangential + bulk + by_theta + (contacts.stored_change + contacts.released);
   s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
-                          std::abs(contacts.tangential) + std::abs(bulk);
+                          std::abs(contacts.tangential) + std::abs(bulk) +
+                          (std::abs(contacts.stored_change) + contacts.released);
   s.energy.largest_kinetic = std::max({s.energy.largest_kinetic, kinetic, kinetic - d_kinetic});
   s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
   const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over + fall;

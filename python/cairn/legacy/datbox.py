@@ -18,6 +18,15 @@ LAW_VALUES = {
     "GAP_SGR_CLB": (("fric",),),
     "RST_CLB": (("rstn", "rstt"), ("fric",)),
 }
+_ZONE = (("dyfr", "stfr"), ("cn", "ct"))
+_MODES = (("s1", "s2"), ("G1", "G2"))
+for _name, _rows in {
+    "MAC_CZM": (*_ZONE, ("b", "w")),
+    "MAL_CZM": (*_ZONE, *_MODES),
+    "TH_CZM": (*_ZONE, *_MODES, ("dp1", "dp2")),
+    "EXPO_CZM": (*_ZONE, *_MODES, ("eta",)),
+}.items():
+    LAW_VALUES |= {_name: _rows, "IQS_" + _name: _rows}
 # Materials whose first line holds no density, or none that counts.
 NO_DENSITY = ("DISCRETE", "JOINT_ELAS", "JOINT_MC", "JOINT_FCZM")
 

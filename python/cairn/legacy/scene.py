@@ -24,8 +24,18 @@ LAWS = {
     "GAP_SGR_CLB": ("GapCoulomb", {"mu": "fric"}),
     "RST_CLB": ("Restitution", {"mu": "fric", "normal": "rstn", "tangential": "rstt"}),
 }
-# What else the law of Cairn needs to be that of LMGC90: there a gap above zero keeps a contact open, though nothing rebounds.
-AS_THERE = {"RST_CLB": {"closing": 0}}
+_ZONE = {"mu": "stfr", "normal_stiffness": "cn", "tangential_stiffness": "ct"}
+_MODES = {"normal_strength": "s1", "tangential_strength": "s2", "normal_work": "G1", "tangential_work": "G2"}
+_ZONES = {
+    "MAC_CZM": ("MAC", _ZONE | {"viscosity": "b", "work": "w"}),
+    "MAL_CZM": ("MAL", _ZONE | _MODES),
+    "TH_CZM": ("TH", _ZONE | _MODES | {"normal_plateau": "dp1", "tangential_plateau": "dp2"}),
+    "EXPO_CZM": ("EXPO", _ZONE | _MODES | {"rest": "eta"}),
+}
+LAWS |= _ZONES | {"IQS_" + name: law for name, law in _ZONES.items()}
+# What else the law of Cairn needs to be that of LMGC90: there a gap above zero keeps a contact open, though nothing rebounds;
+# zones between deformable bodies take an overlap back in a step.
+AS_THERE = {"RST_CLB": {"closing": 0}} | {name: {"recovery": 1} for name in _ZONES}
 
 
 class UnmappedWarning(UserWarning):
@@ -412,6 +422,10 @@ def _add_laws(scene, box, materials, origin):
                 origin.unmapped.append(f"contact law {name} ({law.law}) (TACT_BEHAV.DAT, line {law.line})")
             continue
         values = {ours: law.parameters[theirs] for ours, theirs in names.items()} | AS_THERE.get(law.law, {})
+        if "normal_stiffness" in values:  # sound where contactors see each other at the first step
+            values["within"] = max((see.alert for see in box.see if see.law == name), default=0.0)
+            if law.parameters["dyfr"] != law.parameters["stfr"]:
+                origin.unmapped.append(f"friction of law {name} that slides and sticks apart (TACT_BEHAV.DAT, line {law.line})")
         try:
             mapped[name] = laws.LAWS[python](**values)
         except ValueError as error:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..build import bodies
 from ..run import time_functions
+from .datbox import LAW_VALUES
 from .scene import LAWS, UnmappedWarning
 from .text import LegacyError, real, triple
 
@@ -289,10 +290,10 @@ class _Writer:
                     named[law] = f"law{len(named):02d}"
                     legacy, names = known[python]
                     values = dict(zip(law.parameter_names, law.values))
-                    entries = [(f"{theirs}=", values[ours]) for ours, theirs in names.items()]
-                    entries = sorted(entries, key=lambda e: ("rstn=", "rstt=", "fric=").index(e[0]))
+                    there = {theirs: values[ours] for ours, theirs in names.items()}
+                    there |= {"dyfr": there["stfr"]} if "stfr" in there else {}
                     head = f" {named[law]}  {legacy:<30}".ljust(40)
-                    rows = [entries[k : k + 2] for k in range(0, len(entries), 2)]
+                    rows = [[(f"{word:<4}=", there[word]) for word in row] for row in LAW_VALUES[legacy]]
                     text = ["".join(f"{label}{real(v)}  " for label, v in row).rstrip() for row in rows]
                     self.law_lines += ["$behav", head + text[0], *(" " * 40 + t for t in text[1:]), ""]
                 self._see(a, b, named[law], alert)

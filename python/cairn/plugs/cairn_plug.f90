@@ -6,16 +6,17 @@ module cairn_plug
   implicit none
   private
   public :: cairn_law_context, cairn_plug_descriptor, describe_law
-  public :: law_prepare, law_solve, law_commit
+  public :: law_prepare, law_solve, law_commit, law_residual, law_energy
   public :: describe_solver, describe_pair, describe_velocity, describe_force
   public :: contact_solver, pair_contact, free_velocity, body_force
-  integer(c_int32_t), parameter :: abi = 1, kind_law = 1, kind_solver = 2, kind_pair = 3, kind_velocity = 4, kind_force = 5
+  integer(c_int32_t), parameter :: abi = 2, kind_law = 1, kind_solver = 2, kind_pair = 3, kind_velocity = 4, kind_force = 5
 
   !> What a law may ask about the step beside its own contacts.
   type, bind(c) :: cairn_law_context
     real(c_double) :: h        !< step [s]
     real(c_double) :: theta    !< of the theta-method
-    type(c_ptr)    :: geometry !< (n, 3) contact area [m2], effective radius [m], effective mass [kg]; not for normal_bias
+    type(c_ptr)    :: geometry !< (n, 3) contact area [m2], in 2D of a metre across the plane, effective radius [m], effective
+    !< mass [kg]; not for normal_bias
     type(c_ptr)    :: fields   !< (n, 4) temperatures and potentials, if the scene has them
   end type cairn_law_context
 
@@ -24,7 +25,8 @@ module cairn_plug
     integer(c_int32_t)     :: components2, components3
     integer(c_int32_t)     :: normal_bias, thread_unsafe
     character(kind=c_char) :: name(64), parameters(1024), state(1024)
-    type(c_funptr)         :: prepare, solve, commit, force, complaint
+    type(c_funptr)         :: prepare, solve, commit, force, complaint, residual, energy
+    integer(c_int32_t)     :: keeps, unused
   end type cairn_plug_descriptor
   !> The slots of a law: n contacts of c components, each component contiguous over the contacts; see cairn/core.h.
   abstract interface
@@ -46,7 +48,8 @@ module cairn_plug
       real(c_double), intent(in)    :: w(n, c, c)   !< Delassus blocks, compliance included [1/kg]
       real(c_double), intent(in)    :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
       real(c_double), intent(in)    :: bias(n, c)   !< [m/s]
-      real(c_double), intent(in)    :: params(n, *), state(n, *)
+      real(c_double), intent(in)    :: params(n, *) !< behind those of the descriptor: step, area, effective radius, mass
+      real(c_double), intent(in)    :: state(n, *)
       real(c_double), intent(inout) :: r(n, c)      !< impulse [N s]
       integer(c_int32_t), intent(out), optional :: status(n) !< 0 open, 1 stick, 2 slip, 3 bonded
     end subroutine law_solve
@@ -60,6 +63,32 @@ module cairn_plug
       real(c_double), intent(in)          :: params(n, *)
       real(c_double), intent(inout)       :: state(n, *)
     end subroutine law_commit
+    subroutine law_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
+      import :: c_int32_t, c_double, cairn_law_context
+      integer(c_int32_t), value           :: n, c
+      type(cairn_law_context), intent(in) :: context
+      real(c_double), intent(in)          :: rho(n)       !< 1/W_NN [kg]
+      real(c_double), intent(in)          :: w(n, c, c)   !< Delassus blocks [1/kg]
+      real(c_double), intent(in)          :: u(n, c)      !< relative velocity that r leaves, bias included [m/s]
+      real(c_double), intent(in)          :: bias(n, c)   !< [m/s]
+      real(c_double), intent(in)          :: r(n, c)      !< impulse [N s]
+      real(c_double), intent(in)          :: params(n, *), state(n, *) !< as solve has them
+      real(c_double), intent(out)         :: f(n, c)      !< 0 where the law is obeyed, else about the change of r to it [N s]
+      real(c_double), intent(out)         :: weight(n, c) !< by which squares of f are energies [1/kg]
+      integer(c_int32_t), intent(out)     :: status(n)    !< 0 open, 1 stick, 2 slip, 3 bonded
+    end subroutine law_residual
+    subroutine law_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
+      import :: c_int32_t, c_double, cairn_law_context
+      integer(c_int32_t), value           :: n, c
+      type(cairn_law_context), intent(in) :: context
+      real(c_double), intent(in)          :: gap(n)       !< at detection [m]
+      real(c_double), intent(in)          :: u(n, c)      !< relative velocity at the end of the step [m/s]
+      real(c_double), intent(in)          :: r(n, c)      !< impulse [N s]
+      real(c_double), intent(in)          :: params(n, *)
+      real(c_double), intent(in)          :: state_begin(n, *), state(n, *) !< before and after commit
+      real(c_double), intent(out)         :: energy(n, 4) !< stored now; taken along the normal, along the tangents; of it for good
+    !< [J]
+    end subroutine law_energy
 
     !> r of the frictional contact problem u = W r + q, N, T (, T) at each contact, from the r that is there.
     subroutine contact_solver(dim, contacts, row_start, column, block, q, mu, tolerance, max_iterations, params, r, iterations) &
@@ -172,7 +201,8 @@ contains
   end subroutine describe_routine
 
   !> Fills the descriptor of a contact law.
-  subroutine describe_law(descriptor, name, prepare, parameters, state, components, solve, commit, normal_bias, thread_safe)
+  subroutine describe_law(descriptor, name, prepare, parameters, state, components, solve, commit, normal_bias, thread_safe, &
+                          residual, energy, keeps)
     type(cairn_plug_descriptor), intent(inout) :: descriptor  !< as Cairn gave it
     character(*), intent(in)                   :: name        !< as in cairn_describe_NAME
     procedure(law_prepare)                     :: prepare     !< bias, compliance, friction of the cone
@@ -183,6 +213,9 @@ contains
     procedure(law_commit), optional            :: commit      !< once a step is accepted: the state
     logical, intent(in), optional              :: normal_bias !< a cone whose bias is along the normal, of gap and parameters alone
     logical, intent(in), optional              :: thread_safe !< false: never two calls at a time
+    procedure(law_residual), optional          :: residual    !< of a law with solve: how far its impulses are from it
+    procedure(law_energy), optional            :: energy      !< what it stored and spent in an accepted step
+    logical, intent(in), optional              :: keeps       !< pairs stay contacts while the first state variable is above 0
     descriptor%abi = abi
     descriptor%size = int(c_sizeof(descriptor), c_int32_t)
     descriptor%context_size = int(4*c_sizeof(0.0_c_double), c_int32_t)
@@ -201,6 +234,9 @@ contains
     descriptor%prepare = c_funloc(prepare)
     if (present(solve)) descriptor%solve = c_funloc(solve)
     if (present(commit)) descriptor%commit = c_funloc(commit)
+    if (present(residual)) descriptor%residual = c_funloc(residual)
+    if (present(energy)) descriptor%energy = c_funloc(energy)
+    if (present(keeps)) descriptor%keeps = merge(1, 0, keeps)
   end subroutine describe_law
 
   !> Text as C reads it; what does not fit is left without an end, which Cairn refuses.

@@ -299,6 +299,12 @@ class Run:
 
         return plot_step(self[i], what, **options)
 
+    def plot_bonds(self, i=-1, **options):
+        """Draw the pairs that laws hold in output i, and those that broke. See `plots.plot_bonds`."""
+        from .plots import plot_bonds
+
+        return plot_bonds(self[i], **options)
+
     def plot_force_chains(self, i=-1, **options):
         """Draw the normal impulses of output i as lines. See `plots.plot_force_chains`."""
         from .plots import plot_force_chains

@@ -269,6 +269,37 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
     return ax
 
 
+def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
+    """Draw pairs that their law holds as lines between the bodies, and those that broke.
+
+    Sound ones grey, the darker red the less is left of them (`beta`), broken ones in contact with released energy as thin red
+    lines. width : of a sound one [points]. Returns the Axes. 2D only; raises ValueError where the run has no such law.
+    """
+    from matplotlib.collections import LineCollection
+
+    if step.dim == 3:
+        raise ValueError("bonds are drawn in 2D; for 3D open the file in ParaView and colour the block contacts by beta")
+    if "beta" not in step.contacts:
+        raise ValueError("no law of this run holds bodies together: there is no field 'beta' among its contacts")
+    contactors = contactors_of(step)
+    disks, (outlines, _) = contactors.select("disk"), outlines_of(step)
+    view = _view(step) if view is None else view
+    ax = _axes(ax, view=view)
+    draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
+    draw_polygons(ax, outlines, facecolors=PALE)
+    _frame(ax, view)
+    draw_walls(ax, contactors)
+    beta, lines = step.contacts["beta"], contact_lines(step)
+    broken = (beta == 0) & (step.contacts["released"] > 0)
+    shade = np.clip(beta, 0, 1)[:, None]
+    colors = shade * np.array([[0.35, 0.35, 0.35]]) + (1 - shade) * np.array([[0.78, 0.08, 0.08]])
+    for some, wide in ((beta > 0, width), (broken, 0.5 * width)):
+        ax.add_collection(LineCollection(lines[some], linewidths=wide, colors=colors[some], capstyle="round"), autolim=False)
+    text = f"{np.count_nonzero(beta > 0)} hold, {np.count_nonzero(broken)} broken"
+    ax.set_title(f"{title_of(step)}, {text}" if title is None else title, fontsize=10, loc="left")
+    return ax
+
+
 def step_size(step):
     """Length [s] of the time step that led to an output: from the history, else from the scene, else 1 (impulses)."""
     history = step.run.history

@@ -137,6 +137,7 @@ def snapshot(simulation):
     if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
         out["stress"] = _stress(simulation)
     pairs = contacts.bodies
+    kept = {name: getattr(contacts, name) for name in ("beta", "stored", "released")} if simulation._core.laws_keep else {}
     return out, {
         "point": contacts.point,
         "normal": contacts.normal,
@@ -145,6 +146,7 @@ def snapshot(simulation):
         "status": contacts.status,
         "body_a": pairs[:, 0],
         "body_b": pairs[:, 1],
+        **kept,
     }
 
 

@@ -141,7 +141,8 @@ class BodyView(_View):
 
 class ContactView(_View):
     """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
-    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids, key (n, 4), by which a contact is found again."""
+    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids, key (n, 4), by which a contact is found again.
+    Of laws that hold bodies together: beta (1 sound, 0 broken or never bonded), stored and released [J]."""
 
     _names = (
         "bodies",
@@ -154,6 +155,9 @@ class ContactView(_View):
         "moment",
         "relative_velocity",
         "dissipated",
+        "beta",
+        "stored",
+        "released",
         "status",
     )
 
@@ -255,6 +259,11 @@ class MeshView(_View):
     ids = property(lambda self: self._mesh.node_ids)
     held = property(lambda self: self._mesh.held)
     contact_nodes = property(lambda self: self._mesh.d.contact_nodes)
+
+    @property
+    def all_ids(self):
+        """Ids of all bodies that show it: nodes, points between them, edges or faces, (n,)."""
+        return np.concatenate([self._mesh.node_ids, self._mesh.point_ids, self._mesh.side_ids])
 
     def _remedy(self, name):
         return "sim.bodies.set(position=x, velocity=v) sets the nodes, whose rows are those of mesh.ids among sim.bodies.id"

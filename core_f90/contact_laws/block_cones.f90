@@ -1,0 +1,154 @@
+!> One contact whose impulse along the normal is not negative and allows others up to limits that grow with it, each by itself: a
+!> force along the tangents, |r_T| <= mu_1 r_N + k_1, a moment about the normal (twisting) and one across it (rolling), each against
+!> its own velocity. Components: n, t, then the rotation in the plane; n, t, s, then rotations about n, t and s in space.
+module block_cones
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
+  implicit none
+  private
+  public :: solve_blocks, map_blocks, status_of_blocks
+contains
+
+  !> Places of the blocks beside the normal: sliding, twisting, rolling; none: first > last.
+  pure subroutine places(c, first, last)
+    integer(c_int32_t), intent(in) :: c !< components
+    integer, intent(out)           :: first(3), last(3)
+    first = [2, 1, 1]
+    last = [2, 0, 0]
+    if (c == 6 .or. c == 3) last(1) = 3
+    if (c == 6) then
+      first(2:) = [4, 5]
+      last(2:) = [4, 6]
+    end if
+  end subroutine places
+
+  !> The same of a contact in the plane with its rotation, which has as many components as one in space without.
+  pure subroutine places_of(c, plane, first, last)
+    integer(c_int32_t), intent(in) :: c     !< components
+    logical, intent(in)            :: plane !< c = 3 is n, t and the rotation
+    integer, intent(out)           :: first(3), last(3)
+    call places(c, first, last)
+    if (plane .and. c == 3) then
+      last(1) = 2
+      first(3) = 3
+      last(3) = 3
+    end if
+  end subroutine places_of
+
+  !> Normal and blocks in turn, each exactly, until nothing changes.
+  pure subroutine solve_blocks(c, plane, w, q, mu, k, r)
+    integer(c_int32_t), intent(in) :: c       !< components
+    logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation
+    real(c_double), intent(in)     :: w(c, c) !< Delassus block [1/kg]
+    real(c_double), intent(in)     :: q(c)    !< velocity with r = 0 [m/s, rad/s]
+    real(c_double), intent(in)     :: mu(3)   !< sliding [-], twisting and rolling [m]
+    real(c_double), intent(in)     :: k(3)    !< of the limits, without a normal impulse [N s, N m s]
+    real(c_double), intent(out)    :: r(c)    !< [N s, N m s]
+    real(c_double) :: before(c), change, size
+    integer :: i, b, l, first(3), last(3)
+    call places_of(c, plane, first, last)
+    r = 0
+    do i = 1, 2000
+      before = r
+      r(1) = max(0.0_c_double, -(q(1) + dot_product(w(1, 2:), r(2:)))/w(1, 1))
+      do b = 1, 3
+        if (first(b) > last(b)) cycle
+        call one_block(c, w, q, first(b), last(b), mu(b)*r(1) + k(b), r)
+      end do
+      change = 0
+      size = 0
+      do l = 1, c
+        change = max(change, w(l, l)*(r(l) - before(l))**2)
+        size = max(size, w(l, l)*r(l)**2)
+      end do
+      if (change <= epsilon(change)**2*size) exit
+    end do
+  end subroutine solve_blocks
+
+  !> Components from `first` to `last` of r, of length `limit` at most.
+  pure subroutine one_block(c, w, q, first, last, limit, r)
+    integer(c_int32_t), intent(in) :: c           !< components
+    real(c_double), intent(in)     :: w(c, c)     !< [1/kg]
+    real(c_double), intent(in)     :: q(c)        !< [m/s]
+    integer, intent(in)            :: first, last !< of the block
+    real(c_double), intent(in)     :: limit       !< [N s]
+    real(c_double), intent(inout)  :: r(c)        !< [N s]
+    real(c_double) :: free(2), a, x(2), d(2), size, v11, v22, v12, determinant
+    integer :: i, m
+    m = last - first + 1
+    r(first:last) = 0
+    free(1:m) = q(first:last) + matmul(w(first:last, :), r)
+    if (.not. limit > 0) return
+    if (m == 1) then
+      if (w(first, first) > 0) r(first) = min(limit, max(-limit, -free(1)/w(first, first)))
+      return
+    end if
+    a = 0
+    v12 = (w(first, last) + w(last, first))/2
+    do i = 1, 100
+      v11 = w(first, first) + a
+      v22 = w(last, last) + a
+      determinant = v11*v22 - v12*v12
+      x = -[v22*free(1) - v12*free(2), v11*free(2) - v12*free(1)]/determinant
+      size = length(x)
+      if (size <= limit*(1 + 2*epsilon(size))) exit
+      d = [v22*x(1) - v12*x(2), v11*x(2) - v12*x(1)]/determinant
+      a = a + (size/limit - 1)*size**2/dot_product(x, d)
+    end do
+    if (size > limit) x = (limit/size)*x
+    r(first:last) = x
+  end subroutine one_block
+
+  !> r - P(r - u/W_kk), block by block (Alart & Curnier 1991).
+  pure subroutine map_blocks(c, plane, w, u, mu, k, r, f)
+    integer(c_int32_t), intent(in) :: c       !< components
+    logical, intent(in)            :: plane   !< c = 3 is n, t and the rotation
+    real(c_double), intent(in)     :: w(c, c) !< Delassus block [1/kg]
+    real(c_double), intent(in)     :: u(c)    !< velocity that r leaves [m/s, rad/s]
+    real(c_double), intent(in)     :: mu(3), k(3) !< as above
+    real(c_double), intent(in)     :: r(c)    !< [N s, N m s]
+    real(c_double), intent(out)    :: f(c)    !< [N s, N m s]
+    real(c_double) :: z(2), normal, limit, size, most
+    integer :: b, l, m, first(3), last(3)
+    call places_of(c, plane, first, last)
+    normal = max(0.0_c_double, r(1) - u(1)/w(1, 1))
+    f(1) = r(1) - normal
+    do b = 1, 3
+      m = last(b) - first(b) + 1
+      if (m < 1) cycle
+      most = 0
+      do l = first(b), last(b)
+        most = max(most, w(l, l))
+      end do
+      z = 0
+      z(1:m) = r(first(b):last(b))
+      if (most > 0) z(1:m) = z(1:m) - u(first(b):last(b))/most
+      limit = mu(b)*normal + k(b)
+      size = length(z)
+      if (size > limit) z = (limit/size)*z
+      f(first(b):last(b)) = r(first(b):last(b)) - z(1:m)
+    end do
+  end subroutine map_blocks
+
+  !> 0 open, 1 sticks, 2 slips.
+  pure integer(c_int32_t) function status_of_blocks(c, plane, mu, k, r)
+    integer(c_int32_t), intent(in) :: c     !< components
+    logical, intent(in)            :: plane !< c = 3 is n, t and the rotation
+    real(c_double), intent(in)     :: mu(3), k(3) !< as above
+    real(c_double), intent(in)     :: r(c)  !< [N s, N m s]
+    integer :: first(3), last(3)
+    real(c_double) :: t(2)
+    call places_of(c, plane, first, last)
+    status_of_blocks = 0
+    t = 0
+    t(1:last(1) - 1) = r(2:last(1))
+    if (.not. r(1) > 0 .and. .not. length(t) > 0) return
+    status_of_blocks = 1
+    if (length(t) >= (mu(1)*r(1) + k(1))*(1 - 8*epsilon(t))) status_of_blocks = 2
+  end function status_of_blocks
+
+  pure real(c_double) function length(x)
+    real(c_double), intent(in) :: x(2) !< any unit
+    length = maxval(abs(x))
+    if (length > 0) length = length*sqrt(sum((x/length)**2))
+  end function length
+end module block_cones

@@ -1,0 +1,510 @@
+!> What cohesive zones have in common (Raous, Cangemi & Cocou 1999; Monerie & Acary 2001): a contact that is sound holds its bodies
+!> together by springs whose stiffness damage takes away, beside unilateral contact with friction,
+!>   r = r_c - h S phi(beta) (c_N d_N n + c_T d_T),   0 <= d_N + (r_c)_N >= 0,   |r_c_T| <= mu (1 - beta)^p r_c_N,
+!> with the intensity of adhesion beta from 1 to 0, which never grows, the opening d = (d_N, d_T) at the end of the step and the
+!> area S. Unloading follows the secant through the origin. Damage is solved with the impulse: with beta held, the springs make of
+!> W and the free velocity (1 + W K)^-1 times them, and Coulomb's cone gives r_c; beta is the largest that its own opening allows.
+!> Parameters of all: stiffnesses [Pa/m], friction, power p, share of an overlap that is recovered in a step, gap up to which bodies
+!> that come in together are held; then those of the law.
+module cohesive_zone
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use law_context, only: cairn_law_context
+  use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
+  implicit none
+  private
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, damage_along, eliminate
+  integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
+  integer, parameter :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
+  integer, parameter :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
+  real(c_double), parameter :: broken = 2.0_c_double**(-40) !< what is less than this share of adhesion is none
+
+  abstract interface
+    !> The intensity of adhesion that an opening leaves, and what that took for good.
+    pure subroutine cohesive_damage(p, h, normal, tangent, old, beta, spent)
+      import :: c_double
+      real(c_double), intent(in)            :: p(*)    !< parameters
+      real(c_double), intent(in)            :: h       !< step [s]
+      real(c_double), intent(in)            :: normal, tangent !< opening at the end of the step, both from 0 on [m]
+      real(c_double), intent(in)            :: old     !< intensity at its begin, above 0
+      real(c_double), intent(out)           :: beta    !< at its end, from 0 to old
+      real(c_double), intent(out), optional :: spent   !< [J/m2]
+    end subroutine cohesive_damage
+    !> One curve of stress over opening, of a contact that opens in a given mode for the first time.
+    pure subroutine cohesive_curve(p, share, opening, beta, work)
+      import :: c_double
+      real(c_double), intent(in)  :: p(*)    !< parameters
+      real(c_double), intent(in)  :: share   !< tangential part of the opening's square: 0 mode I, 1 mode II
+      real(c_double), intent(in)  :: opening !< [m]
+      real(c_double), intent(out) :: beta    !< from 1 to 0, falling with the opening
+      real(c_double), intent(out) :: work    !< that opening as far as here takes [J/m2]
+    end subroutine cohesive_curve
+  end interface
+  public :: cohesive_damage, cohesive_curve
+contains
+
+  subroutine cohesive_prepare(n, c, context, gap, params, state, bias, compliance, mu)
+    integer(c_int32_t), intent(in)      :: n                !< contacts
+    integer(c_int32_t), intent(in)      :: c                !< components
+    type(cairn_law_context), intent(in) :: context          !< step, geometry
+    real(c_double), intent(in)          :: gap(n)           !< [m]
+    real(c_double), intent(in)          :: params(n, *)     !< see above
+    real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m]
+    real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
+    real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
+    real(c_double), intent(out)         :: mu(n)            !< [-]
+    real(c_double), pointer, contiguous :: geometry(:, :)
+    integer :: i
+    call c_f_pointer(context%geometry, geometry, [n, 3])
+    bias = 0
+    compliance = 0
+    do i = 1, n
+      if (state(i, s_beta) > 0 .and. .not. state(i, s_area) > 0) then
+        state(i, s_area) = geometry(i, 1)
+        state(i, s_first) = max(gap(i), 0.0_c_double)
+        if (.not. state(i, s_area) > 0) state(i, s_beta) = 0 ! a corner has no area
+      end if
+      bias(i, 1) = bias_of(gap(i), params(i, recovery), state(i, s_beta), state(i, s_first), context%h)
+      mu(i) = params(i, friction)
+    end do
+  end subroutine cohesive_prepare
+
+  !> A bond begins at the gap it had. Overlap is not thrown out at once.
+  pure real(c_double) function bias_of(gap, recovered, beta, first, h)
+    real(c_double), intent(in) :: gap       !< [m]
+    real(c_double), intent(in) :: recovered !< share of an overlap
+    real(c_double), intent(in) :: beta      !< intensity of adhesion
+    real(c_double), intent(in) :: first     !< gap at which it began [m]
+    real(c_double), intent(in) :: h         !< [s]
+    real(c_double) :: g
+    g = gap
+    if (beta > 0) g = gap - first
+    bias_of = (max(g, 0.0_c_double) + recovered*min(g, 0.0_c_double))/h
+  end function bias_of
+
+  subroutine cohesive_solve(n, c, own, damage, square, w, u_free, params, state, r, status)
+    integer(c_int32_t), intent(in) :: n            !< contacts
+    integer(c_int32_t), intent(in) :: c            !< components
+    integer, intent(in)            :: own          !< parameters of the law; behind them the step
+    procedure(cohesive_damage)     :: damage
+    logical, intent(in)            :: square       !< phi = beta^2, else beta
+    real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), intent(in)     :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
+    real(c_double), intent(in)     :: params(n, *), state(n, *)
+    real(c_double), intent(inout)  :: r(n, c)      !< impulse [N s]
+    integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
+    real(c_double) :: p(own + 1), q(c), block(c, c), u(c), one(c), trial(n, c), push(n), beta
+    integer :: i
+    call hold(n, c, own, square, w, u_free, params, state, trial, push)
+    do i = 1, n
+      p = params(i, 1:own + 1)
+      ! most are not damaged further, and slide on nothing
+      if (state(i, s_beta) > 0 .and. (.not. push(i) > 0 .or. &
+                                      .not. effective_friction(p(friction), p(power), state(i, s_beta)) > 0)) then
+        u = trial(i, :)
+        call allowed(c, own, damage, p, u, state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
+        if (beta >= state(i, s_beta)) then
+          call springs(c, own, square, p, beta, state(i, s_area), state(i, s_slip:s_slip + c - 2), q, one)
+          r(i, :) = -q*u - one
+          r(i, 1) = r(i, 1) + push(i)
+          if (present(status)) status(i) = 3
+          cycle
+        end if
+      end if
+      block = w(i, :, :)
+      q = u_free(i, :)
+      call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), &
+                         state(i, s_slip:s_slip + c - 2), one, u)
+      r(i, :) = one
+      if (present(status)) status(i) = merge(3, merge(1, 0, one(1) > 0), state(i, s_beta) > 0)
+    end do
+  end subroutine cohesive_solve
+
+  !> Velocities as springs leave them, with the beta of the step's begin, and a contact without friction beside them.
+  pure subroutine hold(n, c, own, square, w, q, params, state, u, push)
+    integer(c_int32_t), intent(in) :: n          !< contacts
+    integer(c_int32_t), intent(in) :: c          !< components
+    integer, intent(in)            :: own        !< parameters of the law; behind them the step
+    logical, intent(in)            :: square     !< phi = beta^2, else beta
+    real(c_double), intent(in)     :: w(n, c, c) !< [1/kg]
+    real(c_double), intent(in)     :: q(n, c)    !< [m/s]
+    real(c_double), intent(in)     :: params(n, *), state(n, *)
+    real(c_double), intent(out)    :: u(n, c)    !< [m/s]
+    real(c_double), intent(out)    :: push(n)    !< of the contact, along the normal [N s]
+    real(c_double) :: by, k_n, k_t, t, s, x(3), y(3), m(3, 3), f
+    integer :: i
+    if (c == 2) then
+      !$omp simd private(by, k_n, k_t, t, x, y, m, f)
+      do i = 1, n
+        by = state(i, s_area)*merge(state(i, s_beta)**2, state(i, s_beta), square)*params(i, own + 1)
+        k_n = by*params(i, c_n)*params(i, own + 1)
+        k_t = by*params(i, c_t)*params(i, own + 1)
+        t = by*params(i, c_t)*state(i, s_slip)
+        x(1) = q(i, 1) - w(i, 1, 2)*t
+        x(2) = q(i, 2) - w(i, 2, 2)*t
+        ! (1 + W K)^-1 without pivots
+        m(1, 1) = 1 + w(i, 1, 1)*k_n
+        m(1, 2) = w(i, 1, 2)*k_t
+        f = w(i, 2, 1)*k_n/m(1, 1)
+        m(2, 2) = 1 + w(i, 2, 2)*k_t - f*m(1, 2)
+        x(2) = (x(2) - f*x(1))/m(2, 2)
+        x(1) = (x(1) - m(1, 2)*x(2))/m(1, 1)
+        y(2) = (w(i, 2, 1) - f*w(i, 1, 1))/m(2, 2)
+        y(1) = (w(i, 1, 1) - m(1, 2)*y(2))/m(1, 1)
+        push(i) = max(0.0_c_double, -x(1)/y(1))
+        u(i, 1) = merge(0.0_c_double, x(1), push(i) > 0)
+        u(i, 2) = x(2) + y(2)*push(i)
+      end do
+      return
+    end if
+    !$omp simd private(by, k_n, k_t, t, s, x, y, m, f)
+    do i = 1, n
+      by = state(i, s_area)*merge(state(i, s_beta)**2, state(i, s_beta), square)*params(i, own + 1)
+      k_n = by*params(i, c_n)*params(i, own + 1)
+      k_t = by*params(i, c_t)*params(i, own + 1)
+      t = by*params(i, c_t)*state(i, s_slip)
+      s = by*params(i, c_t)*state(i, s_slip + 1)
+      x(1) = q(i, 1) - w(i, 1, 2)*t - w(i, 1, 3)*s
+      x(2) = q(i, 2) - w(i, 2, 2)*t - w(i, 2, 3)*s
+      x(3) = q(i, 3) - w(i, 3, 2)*t - w(i, 3, 3)*s
+      m(1, 1) = 1 + w(i, 1, 1)*k_n
+      m(1, 2) = w(i, 1, 2)*k_t
+      m(1, 3) = w(i, 1, 3)*k_t
+      f = w(i, 2, 1)*k_n/m(1, 1)
+      m(2, 2) = 1 + w(i, 2, 2)*k_t - f*m(1, 2)
+      m(2, 3) = w(i, 2, 3)*k_t - f*m(1, 3)
+      x(2) = x(2) - f*x(1)
+      y(2) = w(i, 2, 1) - f*w(i, 1, 1)
+      f = w(i, 3, 1)*k_n/m(1, 1)
+      m(3, 2) = w(i, 3, 2)*k_t - f*m(1, 2)
+      m(3, 3) = 1 + w(i, 3, 3)*k_t - f*m(1, 3)
+      x(3) = x(3) - f*x(1)
+      y(3) = w(i, 3, 1) - f*w(i, 1, 1)
+      f = m(3, 2)/m(2, 2)
+      m(3, 3) = m(3, 3) - f*m(2, 3)
+      x(3) = (x(3) - f*x(2))/m(3, 3)
+      y(3) = (y(3) - f*y(2))/m(3, 3)
+      x(2) = (x(2) - m(2, 3)*x(3))/m(2, 2)
+      y(2) = (y(2) - m(2, 3)*y(3))/m(2, 2)
+      x(1) = (x(1) - m(1, 2)*x(2) - m(1, 3)*x(3))/m(1, 1)
+      y(1) = (w(i, 1, 1) - m(1, 2)*y(2) - m(1, 3)*y(3))/m(1, 1)
+      push(i) = max(0.0_c_double, -x(1)/y(1))
+      u(i, 1) = merge(0.0_c_double, x(1), push(i) > 0)
+      u(i, 2) = x(2) + y(2)*push(i)
+      u(i, 3) = x(3) + y(3)*push(i)
+    end do
+  end subroutine hold
+
+  !> The largest beta that its own opening allows: more adhesion opens less, so that what the opening allows grows with beta.
+  subroutine solve_contact(c, own, damage, square, p, w, q, old, area, slip, r, u)
+    integer(c_int32_t), intent(in) :: c           !< components
+    integer, intent(in)            :: own         !< parameters
+    procedure(cohesive_damage)     :: damage
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: p(own + 1)  !< parameters, step
+    real(c_double), intent(in)     :: w(c, c)     !< [1/kg]
+    real(c_double), intent(in)     :: q(c)        !< [m/s]
+    real(c_double), intent(in)     :: old         !< beta at the begin of the step
+    real(c_double), intent(in)     :: area        !< [m2]
+    real(c_double), intent(in)     :: slip(c - 1) !< at the begin of the step [m]
+    real(c_double), intent(out)    :: r(c)        !< [N s]
+    real(c_double), intent(out)    :: u(c)        !< relative velocity, bias included [m/s]
+    real(c_double) :: beta, low, high, f_low, f_high, f
+    integer :: k, side
+    call with_beta(c, own, square, p, w, q, old, area, slip, r, u)
+    if (.not. old > 0) return
+    high = old
+    call allowed(c, own, damage, p, u, old, slip, f_high)
+    f_high = f_high - old
+    if (.not. f_high < 0) return
+    low = 0
+    call with_beta(c, own, square, p, w, q, low, area, slip, r, u)
+    call allowed(c, own, damage, p, u, old, slip, f_low)
+    if (.not. f_low > 0) return
+    side = 0
+    do k = 1, 200
+      beta = (low*f_high - high*f_low)/(f_high - f_low) ! regula falsi, the end that stays halved (Illinois)
+      if (.not. (beta > low .and. beta < high)) beta = low + (high - low)/2
+      if (beta <= low .or. beta >= high) exit
+      call with_beta(c, own, square, p, w, q, beta, area, slip, r, u)
+      call allowed(c, own, damage, p, u, old, slip, f)
+      f = f - beta
+      if (f < 0) then
+        high = beta
+        f_high = f
+        if (side < 0) f_low = f_low/2
+        side = -1
+      else
+        low = beta
+        f_low = f
+        if (side > 0) f_high = f_high/2
+        side = 1
+      end if
+      if (abs(f) <= 4*epsilon(f)*beta .or. high - low <= 2*epsilon(f)*high) exit
+    end do
+  end subroutine solve_contact
+
+  !> The intensity that a velocity leaves.
+  pure subroutine allowed(c, own, damage, p, u, old, slip, beta)
+    integer(c_int32_t), intent(in) :: c           !< components
+    integer, intent(in)            :: own         !< parameters
+    procedure(cohesive_damage)     :: damage
+    real(c_double), intent(in)     :: p(own + 1)  !< parameters, step
+    real(c_double), intent(in)     :: u(c)        !< relative velocity, bias included [m/s]
+    real(c_double), intent(in)     :: old         !< intensity at the begin of the step, above 0
+    real(c_double), intent(in)     :: slip(c - 1) !< at the begin of the step [m]
+    real(c_double), intent(out)    :: beta        !< [-]
+    real(c_double) :: h
+    h = p(own + 1)
+    call damage(p, h, max(0.0_c_double, h*u(1)), length(c - 1, slip + h*u(2:)), old, beta)
+    if (beta < broken) beta = 0
+  end subroutine allowed
+
+  !> Impulse and velocity with beta held.
+  subroutine with_beta(c, own, square, p, w, q, beta, area, slip, r, u)
+    integer(c_int32_t), intent(in) :: c           !< components
+    integer, intent(in)            :: own         !< parameters
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: p(own + 1)  !< parameters, step
+    real(c_double), intent(in)     :: w(c, c)     !< [1/kg]
+    real(c_double), intent(in)     :: q(c)        !< [m/s]
+    real(c_double), intent(in)     :: beta        !< held
+    real(c_double), intent(in)     :: area        !< [m2]
+    real(c_double), intent(in)     :: slip(c - 1) !< [m]
+    real(c_double), intent(out)    :: r(c)        !< [N s]
+    real(c_double), intent(out)    :: u(c)        !< [m/s]
+    real(c_double) :: spring(c), pull(c), m(c, c), block(c, c), free(c), mu(1), none(1)
+    integer :: k
+    call springs(c, own, square, p, beta, area, slip, spring, pull)
+    block = w
+    free = q
+    if (beta > 0) then
+      m = 0
+      do k = 1, c
+        m(:, k) = w(:, k)*spring(k)
+        m(k, k) = m(k, k) + 1
+        free = free - w(:, k)*pull(k)
+      end do
+      call eliminate(c, m, block, free)
+    end if
+    mu = effective_friction(p(friction), p(power), beta)
+    none = 0
+    r = 0
+    if (c == 2) then
+      call cairn_cone_full2(1, c, block, free, free, mu, none, r)
+    else
+      call cairn_cone_full3(1, c, block, free, free, mu, none, r)
+    end if
+    u = free
+    do k = 1, c
+      u = u + block(:, k)*r(k)
+    end do
+    if (beta > 0) r = r - spring*u - pull
+  end subroutine with_beta
+
+  !> r_a = -(spring u + pull).
+  pure subroutine springs(c, own, square, p, beta, area, slip, spring, pull)
+    integer(c_int32_t), intent(in) :: c           !< components
+    integer, intent(in)            :: own         !< parameters
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: p(own + 1)  !< parameters, step
+    real(c_double), intent(in)     :: beta        !< [-]
+    real(c_double), intent(in)     :: area        !< [m2]
+    real(c_double), intent(in)     :: slip(c - 1) !< [m]
+    real(c_double), intent(out)    :: spring(c)   !< [kg]
+    real(c_double), intent(out)    :: pull(c)     !< [N s]
+    real(c_double) :: by
+    by = area*intensity(square, beta)*p(own + 1)
+    spring(1) = by*p(c_n)*p(own + 1)
+    spring(2:) = by*p(c_t)*p(own + 1)
+    pull(1) = 0
+    pull(2:) = by*p(c_t)*slip
+  end subroutine springs
+
+  !> b = m^-1 b, x = m^-1 x without pivots: m is 1 and a product of two matrices that are not negative.
+  pure subroutine eliminate(c, m, b, x)
+    integer(c_int32_t), intent(in) :: c
+    real(c_double), intent(inout)  :: m(c, c), b(c, c), x(c)
+    real(c_double) :: factor
+    integer :: k, l
+    do k = 1, c
+      do l = k + 1, c
+        factor = m(l, k)/m(k, k)
+        m(l, k:) = m(l, k:) - factor*m(k, k:)
+        b(l, :) = b(l, :) - factor*b(k, :)
+        x(l) = x(l) - factor*x(k)
+      end do
+    end do
+    do k = c, 1, -1
+      do l = k + 1, c
+        b(k, :) = b(k, :) - m(k, l)*b(l, :)
+        x(k) = x(k) - m(k, l)*x(l)
+      end do
+      b(k, :) = b(k, :)/m(k, k)
+      x(k) = x(k)/m(k, k)
+    end do
+  end subroutine eliminate
+
+  pure real(c_double) function effective_friction(mu, exponent, beta)
+    real(c_double), intent(in) :: mu       !< of what is broken [-]
+    real(c_double), intent(in) :: exponent !< [-]
+    real(c_double), intent(in) :: beta     !< [-]
+    effective_friction = mu
+    if (beta > 0 .and. exponent > 0) effective_friction = mu*(1 - beta)**exponent
+  end function effective_friction
+
+  pure real(c_double) function intensity(square, beta)
+    logical, intent(in)        :: square
+    real(c_double), intent(in) :: beta !< [-]
+    intensity = merge(beta*beta, beta, square)
+  end function intensity
+
+  pure real(c_double) function length(n, x)
+    integer, intent(in)        :: n
+    real(c_double), intent(in) :: x(n) !< any unit
+    length = maxval(abs(x))
+    if (n > 1 .and. length > 0) length = length*sqrt(sum((x/length)**2))
+  end function length
+
+  !> The natural map of r_c, of Alart & Curnier (1991), with the beta that the velocity allows; divided by what the springs add to
+  !> 1/W, so that it is the change of r that would mend it.
+  subroutine cohesive_residual(n, c, own, damage, square, rho, u, r, params, state, f, weight, status)
+    integer(c_int32_t), intent(in)  :: n            !< contacts
+    integer(c_int32_t), intent(in)  :: c            !< components
+    integer, intent(in)             :: own          !< parameters of the law; behind them the step
+    procedure(cohesive_damage)      :: damage
+    logical, intent(in)             :: square
+    real(c_double), intent(in)      :: rho(n)       !< 1/W_NN [kg]
+    real(c_double), intent(in)      :: u(n, c)      !< relative velocity, bias included [m/s]
+    real(c_double), intent(in)      :: r(n, c)      !< impulse [N s]
+    real(c_double), intent(in)      :: params(n, *), state(n, *)
+    real(c_double), intent(out)     :: f(n, c)      !< [N s]
+    real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
+    integer(c_int32_t), intent(out) :: status(n)    !< see cairn_contact_status
+    real(c_double) :: p(own + 1), beta, spring(c), pull(c), z(c), contact(c), slip(c - 1), limit, size
+    integer :: i
+    do i = 1, n
+      p = params(i, 1:own + 1)
+      slip = state(i, s_slip:s_slip + c - 2)
+      beta = 0
+      if (state(i, s_beta) > 0) call allowed(c, own, damage, p, u(i, :), state(i, s_beta), slip, beta)
+      call springs(c, own, square, p, beta, state(i, s_area), slip, spring, pull)
+      contact = r(i, :) + spring*u(i, :) + pull
+      z = contact - (rho(i) + spring)*u(i, :)
+      limit = effective_friction(p(friction), p(power), beta)*max(0.0_c_double, z(1))
+      z(1) = max(0.0_c_double, z(1))
+      size = length(c - 1, z(2:))
+      status(i) = 1
+      if (size > limit) then
+        z(2:) = (limit/size)*z(2:)
+        status(i) = 2
+      end if
+      if (.not. z(1) > 0) status(i) = 0
+      if (beta > 0) status(i) = 3
+      f(i, :) = (contact - z)/(1 + spring/rho(i))
+      weight(i, :) = 1/rho(i)
+    end do
+  end subroutine cohesive_residual
+
+  subroutine cohesive_commit(n, c, own, context, damage, gap, u, params, state)
+    integer(c_int32_t), intent(in)      :: n            !< contacts
+    integer(c_int32_t), intent(in)      :: c            !< components
+    integer, intent(in)                 :: own          !< parameters of the law
+    type(cairn_law_context), intent(in) :: context      !< step
+    procedure(cohesive_damage)          :: damage
+    real(c_double), intent(in)          :: gap(n)       !< at detection [m]
+    real(c_double), intent(in)          :: u(n, c)      !< relative velocity at the end of the step [m/s]
+    real(c_double), intent(in)          :: params(n, *)
+    real(c_double), intent(inout)       :: state(n, *)
+    real(c_double) :: p(own), h, beta, spent, slip(c - 1), opening
+    integer :: i
+    h = context%h
+    do i = 1, n
+      if (.not. state(i, s_beta) > 0) cycle
+      p = params(i, 1:own)
+      opening = max(0.0_c_double, h*(u(i, 1) + bias_of(gap(i), p(recovery), state(i, s_beta), state(i, s_first), h)))
+      slip = state(i, s_slip:s_slip + c - 2) + h*u(i, 2:)
+      call damage(p, h, opening, length(c - 1, slip), state(i, s_beta), beta, spent)
+      if (beta < broken) then
+        beta = 0
+        opening = 0
+        slip = 0
+      end if
+      state(i, s_beta) = beta
+      state(i, s_opening) = opening
+      state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
+      state(i, s_slip:s_slip + c - 2) = slip
+    end do
+  end subroutine cohesive_commit
+
+  !> What the springs hold, and what went into them and into damage since the begin of the step.
+  subroutine cohesive_energy(n, c, square, params, before, after, energy)
+    integer(c_int32_t), intent(in) :: n            !< contacts
+    integer(c_int32_t), intent(in) :: c            !< components
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: params(n, *), before(n, *), after(n, *) !< states
+    real(c_double), intent(out)    :: energy(n, 4) !< see cairn/core.h [J]
+    real(c_double) :: now(2), was(2), spent, opened, slipped
+    integer :: i
+    do i = 1, n
+      now = held(after(i, :s_slip + c - 2))
+      was = held(before(i, :s_slip + c - 2))
+      spent = after(i, s_released) - before(i, s_released)
+      opened = max(now(1), was(1))
+      slipped = max(now(2), was(2))
+      energy(i, 1) = now(1) + now(2)
+      energy(i, 2) = now(1) - was(1)
+      energy(i, 3) = now(2) - was(2)
+      energy(i, 4) = spent
+      if (opened + slipped > 0) then
+        energy(i, 2) = energy(i, 2) + spent*(opened/(opened + slipped))
+        energy(i, 3) = energy(i, 3) + spent*(slipped/(opened + slipped))
+      else
+        energy(i, 2) = energy(i, 2) + spent
+      end if
+    end do
+  contains
+    pure function held(state) result(both)
+      real(c_double), intent(in) :: state(s_slip + c - 2)
+      real(c_double) :: both(2), by
+      by = state(s_area)*intensity(square, state(s_beta))/2
+      both(1) = by*params(i, c_n)*state(s_opening)**2
+      both(2) = by*params(i, c_t)*sum(state(s_slip:)**2)
+    end function held
+  end subroutine cohesive_energy
+
+  !> Damage by a curve: never less than there was. What it spends is that of the curve between the opening where beta begins to
+  !> fall, in the mode of the end of the step, and that end.
+  pure subroutine damage_along(curve, p, normal, tangent, old, beta, spent)
+    procedure(cohesive_curve)             :: curve
+    real(c_double), intent(in)            :: p(*)            !< parameters
+    real(c_double), intent(in)            :: normal, tangent !< opening [m]
+    real(c_double), intent(in)            :: old             !< intensity before
+    real(c_double), intent(out)           :: beta            !< and after
+    real(c_double), intent(out), optional :: spent           !< [J/m2]
+    real(c_double) :: share, opening, work, low, high, middle, found, begun, stiffness
+    integer :: k
+    opening = length(2, [normal, tangent])
+    share = 0
+    if (opening > 0) share = (tangent/opening)**2
+    call curve(p, share, opening, beta, work)
+    beta = min(beta, old)
+    if (.not. present(spent)) return
+    spent = 0
+    if (.not. beta < old) return
+    low = 0
+    high = opening
+    do k = 1, 100
+      middle = low + (high - low)/2
+      if (middle <= low .or. middle >= high) exit
+      call curve(p, share, middle, found, begun)
+      if (found < old) then
+        high = middle
+      else
+        low = middle
+      end if
+    end do
+    call curve(p, share, high, found, begun)
+    stiffness = (1 - share)*p(c_n) + share*p(c_t)
+    spent = max(0.0_c_double, work - stiffness*beta*opening**2/2 - (begun - stiffness*found*high**2/2))
+  end subroutine damage_along
+end module cohesive_zone

@@ -1,0 +1,48 @@
+!> Lengths and works between mode I and mode II, for a contact that opens along one direction.
+module mixed_mode
+  use, intrinsic :: iso_c_binding, only: c_double
+  implicit none
+  private
+  public :: mixed_length, mixed_work, parabola
+contains
+
+  !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1.
+  pure real(c_double) function mixed_length(share, one, two)
+    real(c_double), intent(in) :: share    !< tangential part of the opening's square
+    real(c_double), intent(in) :: one, two !< of mode I and mode II [m]
+    mixed_length = one
+    if (share > 0) mixed_length = two/sqrt((two/one)**2*(1 - share) + share)
+  end function mixed_length
+
+  !> Work G with G_I/one + G_II/two = 1, its parts as springs along the opening share it.
+  pure real(c_double) function mixed_work(share, c_n, c_t, one, two)
+    real(c_double), intent(in) :: share    !< tangential part of the opening's square
+    real(c_double), intent(in) :: c_n, c_t !< stiffnesses [Pa/m]
+    real(c_double), intent(in) :: one, two !< of mode I and mode II [J/m2]
+    real(c_double) :: normal, tangent
+    normal = (1 - share)*c_n
+    tangent = share*c_t
+    mixed_work = (normal + tangent)/(normal/one + tangent/two)
+  end function mixed_work
+
+  !> Sound to an opening, then a stress that falls along a parabola, so that breaking takes g.
+  pure subroutine parabola(k, first, g, opening, beta, work)
+    real(c_double), intent(in)  :: k       !< stiffness [Pa/m]
+    real(c_double), intent(in)  :: first   !< opening to which it is sound [m]
+    real(c_double), intent(in)  :: g       !< [J/m2]
+    real(c_double), intent(in)  :: opening !< [m]
+    real(c_double), intent(out) :: beta    !< [-]
+    real(c_double), intent(out) :: work    !< of opening as far as here [J/m2]
+    real(c_double) :: length, x
+    beta = 1
+    work = k*opening**2/2
+    if (opening <= first) return
+    beta = 0
+    work = k*first**2/2
+    length = 1.5_c_double*(g - work)/(k*first)
+    if (.not. length > 0) return
+    x = min((opening - first)/length, 1.0_c_double)
+    if (x < 1) beta = (first/opening)*(1 - x)*(1 + x)
+    work = work + k*first*length*x*(1 - x*x/3)
+  end subroutine parabola
+end module mixed_mode

@@ -1,0 +1,138 @@
+!> Brittle bonds, LMGC90's IQS_MOHR_DS_CLB and IQS_CAP_MOHR_DS_CLB: bodies that came in touching are held fast while the stress
+!> between
+!> them is within -tension <= s_N <= cap, |s_T| <= cohesion + friction s_N. A bond that reaches a limit is broken from the next
+!> step on, and under Coulomb's cone for good.
+module mohr_coulomb
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use law_context, only: cairn_law_context
+  use block_cones, only: solve_blocks, map_blocks, status_of_blocks
+  implicit none
+  private
+  public :: cairn_law_mohr_coulomb_prepare, cairn_law_mohr_coulomb_solve, cairn_law_mohr_coulomb_residual
+  public :: cairn_law_mohr_coulomb_commit
+  integer, parameter :: own = 6 !< parameters
+contains
+
+  !> Free of bias where it is open.
+  subroutine cairn_law_mohr_coulomb_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
+    integer(c_int32_t), value           :: n                !< contacts
+    integer(c_int32_t), value           :: c                !< components
+    type(cairn_law_context), intent(in) :: context          !< step, geometry
+    real(c_double), intent(in)          :: gap(n)           !< [m]
+    real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
+    real(c_double), intent(in)          :: params(n, own)   !< see laws.def
+    real(c_double), intent(inout)       :: state(n, 3)     !< 1 sound, 0 broken or none; area [m2]; gap at which it began [m]
+    real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
+    real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
+    real(c_double), intent(out)         :: mu(n)            !< friction [-]
+    real(c_double), pointer, contiguous :: geometry(:, :)
+    integer :: i
+    call c_f_pointer(context%geometry, geometry, [n, 3])
+    bias = 0
+    compliance = 0
+    do i = 1, n
+      if (state(i, 1) > 0 .and. .not. state(i, 2) > 0) then
+        state(i, 2) = geometry(i, 1)
+        state(i, 3) = max(gap(i), 0.0_c_double)
+        if (.not. state(i, 2) > 0) state(i, 1) = 0 ! a corner has no area
+      end if
+      bias(i, 1) = max(gap(i) - merge(state(i, 3), 0.0_c_double, state(i, 1) > 0), 0.0_c_double)/context%h
+      mu(i) = params(i, 4)
+    end do
+  end subroutine cairn_law_mohr_coulomb_prepare
+
+  !> With the attraction taken to the free velocity.
+  subroutine cairn_law_mohr_coulomb_solve(n, c, w, u_free, bias, params, state, r, status) bind(c)
+    integer(c_int32_t), value     :: n                  !< contacts
+    integer(c_int32_t), value     :: c                  !< components
+    real(c_double), intent(in)    :: w(n, c, c)         !< Delassus blocks [1/kg]
+    real(c_double), intent(in)    :: u_free(n, c)       !< relative velocity with r = 0 here, bias included [m/s]
+    real(c_double), intent(in)    :: bias(n, c)         !< in u_free [m/s]
+    real(c_double), intent(in)    :: params(n, own + 4) !< see laws.def; step, geometry
+    real(c_double), intent(in)    :: state(n, 3)       !< 1 sound, 0 broken or none; area [m2]; gap at which it began [m]
+    real(c_double), intent(inout) :: r(n, c)            !< impulse [N s]
+    integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
+    real(c_double) :: pull, mu(3), k(3), shifted(c)
+    integer :: i
+    do i = 1, n
+      call limits(c, params(i, :), state(i, :), pull, mu, k)
+      call solve_blocks(c, .false., w(i, :, :), u_free(i, :) - w(i, :, 1)*pull, mu, k, shifted)
+      if (present(status)) status(i) = merge(3, status_of_blocks(c, .false., mu, k, shifted), state(i, 1) > 0)
+      shifted(1) = shifted(1) - pull
+      r(i, :) = shifted
+    end do
+  end subroutine cairn_law_mohr_coulomb_solve
+
+  !> The natural map of the impulse without the attraction.
+  subroutine cairn_law_mohr_coulomb_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
+    integer(c_int32_t), value           :: n                  !< contacts
+    integer(c_int32_t), value           :: c                  !< components
+    type(cairn_law_context), intent(in) :: context            !< step
+    real(c_double), intent(in)          :: rho(n)             !< 1/W_NN [kg]
+    real(c_double), intent(in)          :: w(n, c, c)         !< Delassus blocks [1/kg]
+    real(c_double), intent(in)          :: u(n, c)            !< relative velocity, bias included [m/s]
+    real(c_double), intent(in)          :: bias(n, c)         !< in u [m/s]
+    real(c_double), intent(in)          :: r(n, c)            !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own + 4) !< see laws.def; step, geometry
+    real(c_double), intent(in)          :: state(n, 3)       !< 1 sound, 0 broken or none; area [m2]; gap at which it began [m]
+    real(c_double), intent(out)         :: f(n, c)            !< [N s]
+    real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
+    integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
+    real(c_double) :: pull, mu(3), k(3), shifted(c)
+    integer :: i, l
+    do i = 1, n
+      call limits(c, params(i, :), state(i, :), pull, mu, k)
+      shifted = r(i, :)
+      shifted(1) = shifted(1) + pull
+      call map_blocks(c, .false., w(i, :, :), u(i, :), mu, k, shifted, f(i, :))
+      status(i) = merge(3, status_of_blocks(c, .false., mu, k, shifted), state(i, 1) > 0)
+      weight(i, :) = [(w(i, l, l), l=1, c)]
+    end do
+  end subroutine cairn_law_mohr_coulomb_residual
+
+  !> What has reached a limit is broken.
+  subroutine cairn_law_mohr_coulomb_commit(n, c, context, gap, u, r, params, state) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components
+    type(cairn_law_context), intent(in) :: context        !< step, geometry
+    real(c_double), intent(in)          :: gap(n)         !< at detection [m]
+    real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the end of the step [m/s]
+    real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own) !< see laws.def
+    real(c_double), intent(inout)       :: state(n, 3)   !< 1 sound, 0 broken or none; area [m2]; gap at which it began [m]
+    real(c_double) :: pull, mu(3), k(3), p(own + 4), normal, tangent
+    integer :: i
+    p = 0
+    p(own + 1) = context%h
+    do i = 1, n
+      if (.not. state(i, 1) > 0) cycle
+      p(1:own) = params(i, :)
+      call limits(c, p, state(i, :), pull, mu, k)
+      normal = r(i, 1) + pull
+      tangent = maxval(abs(r(i, 2:)))
+      if (tangent > 0) tangent = tangent*sqrt(sum((r(i, 2:)/tangent)**2))
+      if (.not. normal > 8*epsilon(pull)*pull .or. tangent >= (mu(1)*normal + k(1))*(1 - 8*epsilon(k)) .or. &
+          r(i, 1) > p(5)*state(i, 2)*context%h) state(i, 1) = 0
+    end do
+  end subroutine cairn_law_mohr_coulomb_commit
+
+  !> Attraction along the normal and limits of the blocks, as impulses.
+  pure subroutine limits(c, p, s, pull, mu, k)
+    integer(c_int32_t), intent(in) :: c        !< components
+    real(c_double), intent(in)     :: p(own + 4) !< parameters, step, area, effective radius, mass
+    real(c_double), intent(in)     :: s(3)      !< state
+    real(c_double), intent(out)    :: pull     !< [N s]
+    real(c_double), intent(out)    :: mu(3), k(3) !< see block_cones
+    real(c_double) :: area, tension
+    pull = 0
+    mu = [p(4), 0.0_c_double, 0.0_c_double]
+    k = 0
+    if (.not. s(1) > 0) return
+    area = s(2)*p(own + 1)
+    tension = p(1)
+    if (p(3) > 0) tension = min(tension, p(2)/p(3)) ! where the cone has its tip
+    pull = tension*area
+    mu(1) = p(3)
+    k(1) = max(0.0_c_double, p(2) - p(3)*tension)*area
+  end subroutine limits
+end module mohr_coulomb

@@ -1,0 +1,243 @@
+!> Parallel bonds (Potyondy & Cundall 2004): bodies that came in touching are glued by a disk (in 2D a strip) of radius
+!> b = radius x 2 R, R the effective radius, whose springs take tension, shear, bending and twist beside rigid contact with
+!> friction,
+!>   r = r_c - h K (d + h u),   K = diag(k_n A, k_t A, k_n I, k_t J).
+!> A bond breaks at the end of a step whose stress reaches a strength: k_n (d_N + b |bend|) or k_t (|d_T| + b |twist|).
+module parallel_bond
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
+  use law_context, only: cairn_law_context
+  use block_cones, only: solve_blocks, map_blocks, status_of_blocks
+  use cohesive_zone, only: eliminate
+  implicit none
+  private
+  public :: cairn_law_parallel_bond_prepare, cairn_law_parallel_bond_solve, cairn_law_parallel_bond_commit
+  public :: cairn_law_parallel_bond_residual, cairn_law_parallel_bond_energy
+  integer, parameter :: own = 7 !< parameters: stiffnesses [Pa/m], strengths [Pa], friction, radius, within
+  integer, parameter :: s_held = 1, s_first = 2, s_radius = 3, s_stretch = 4, s_twist = 5, s_slip = 6
+  real(c_double), parameter :: pi = acos(-1.0_c_double)
+contains
+
+  !> A bond begins at the gap it had.
+  subroutine cairn_law_parallel_bond_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
+    integer(c_int32_t), value           :: n                !< contacts
+    integer(c_int32_t), value           :: c                !< components: 3 in 2D, 6 in 3D
+    type(cairn_law_context), intent(in) :: context          !< step, geometry
+    real(c_double), intent(in)          :: gap(n)           !< [m]
+    real(c_double), intent(in)          :: u_begin(n, c)    !< not asked for [m/s]
+    real(c_double), intent(in)          :: params(n, own)   !< see above
+    real(c_double), intent(inout)       :: state(n, *)      !< held, first gap, radius, stretch [m], twist [rad], slip [m], bend
+    !< [rad]
+    real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
+    real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
+    real(c_double), intent(out)         :: mu(n)            !< friction [-]
+    real(c_double), pointer, contiguous :: geometry(:, :)
+    integer :: i
+    call c_f_pointer(context%geometry, geometry, [n, 3])
+    bias = 0
+    compliance = 0
+    do i = 1, n
+      if (state(i, s_held) > 0 .and. .not. state(i, s_radius) > 0) then
+        state(i, s_radius) = 2*params(i, 6)*geometry(i, 2)
+        state(i, s_first) = max(gap(i), 0.0_c_double)
+      end if
+      bias(i, 1) = max(gap(i) - merge(state(i, s_first), 0.0_c_double, state(i, s_held) > 0), 0.0_c_double)/context%h
+      mu(i) = params(i, 5)
+    end do
+  end subroutine cairn_law_parallel_bond_prepare
+
+  !> Springs make of W and the free velocity (1 + W h^2 K)^-1 times them; the contact beside them knows no moments.
+  subroutine cairn_law_parallel_bond_solve(n, c, w, u_free, bias, params, state, r, status) bind(c)
+    integer(c_int32_t), value     :: n                  !< contacts
+    integer(c_int32_t), value     :: c                  !< components
+    real(c_double), intent(in)    :: w(n, c, c)         !< Delassus blocks [1/kg]
+    real(c_double), intent(in)    :: u_free(n, c)       !< relative velocity with r = 0 here, bias included [m/s]
+    real(c_double), intent(in)    :: bias(n, c)         !< in u_free [m/s]
+    real(c_double), intent(in)    :: params(n, own + 4) !< see above; step, geometry
+    real(c_double), intent(in)    :: state(n, *)        !< see prepare
+    real(c_double), intent(inout) :: r(n, c)            !< impulse [N s]
+    integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
+    real(c_double) :: m(c, c), block(c, c), free(c), spring(c), pull(c), rc(c), u(c), mu(3), none(3)
+    integer :: i, k, axes
+    axes = merge(2, 3, c == 3)
+    none = 0
+    do i = 1, n
+      call springs(c, params(i, :), params(i, own + 1), state(i, :s_slip + last(c)), spring, pull)
+      block = w(i, :, :)
+      free = u_free(i, :)
+      if (state(i, s_held) > 0) then
+        m = 0
+        do k = 1, c
+          m(:, k) = w(i, :, k)*spring(k)
+          m(k, k) = m(k, k) + 1
+          free = free - w(i, :, k)*pull(k)
+        end do
+        call eliminate(c, m, block, free)
+      end if
+      mu = [params(i, 5), 0.0_c_double, 0.0_c_double]
+      rc = 0
+      call solve_blocks(axes, .false., block(:axes, :axes), free(:axes), mu, none, rc(:axes))
+      u = free
+      do k = 1, axes
+        u = u + block(:, k)*rc(k)
+      end do
+      if (present(status)) status(i) = status_of_blocks(axes, .false., mu, none, rc(:axes))
+      if (present(status) .and. state(i, s_held) > 0) status(i) = 3
+      r(i, :) = rc - spring*u - pull
+    end do
+  end subroutine cairn_law_parallel_bond_solve
+
+  !> The natural map of the contact beside the springs, divided by what these add to 1/W.
+  subroutine cairn_law_parallel_bond_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
+    integer(c_int32_t), value           :: n                  !< contacts
+    integer(c_int32_t), value           :: c                  !< components
+    type(cairn_law_context), intent(in) :: context            !< step
+    real(c_double), intent(in)          :: rho(n)             !< 1/W_NN [kg]
+    real(c_double), intent(in)          :: w(n, c, c)         !< Delassus blocks [1/kg]
+    real(c_double), intent(in)          :: u(n, c)            !< relative velocity, bias included [m/s]
+    real(c_double), intent(in)          :: bias(n, c)         !< in u [m/s]
+    real(c_double), intent(in)          :: r(n, c)            !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own + 4) !< see above; step, geometry
+    real(c_double), intent(in)          :: state(n, *)        !< see prepare
+    real(c_double), intent(out)         :: f(n, c)            !< [N s]
+    real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
+    integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
+    real(c_double) :: spring(c), pull(c), rc(c), block(c, c), mu(3), none(3)
+    integer :: i, k, axes
+    axes = merge(2, 3, c == 3)
+    none = 0
+    do i = 1, n
+      call springs(c, params(i, :), params(i, own + 1), state(i, :s_slip + last(c)), spring, pull)
+      rc = r(i, :) + spring*u(i, :) + pull
+      mu = [params(i, 5), 0.0_c_double, 0.0_c_double]
+      block = w(i, :, :)
+      do k = 1, c
+        block(k, k) = block(k, k)/(1 + block(k, k)*spring(k))
+      end do
+      f(i, :) = rc
+      call map_blocks(axes, .false., block(:axes, :axes), u(i, :axes), mu, none, rc(:axes), f(i, :axes))
+      do k = 1, c
+        f(i, k) = f(i, k)/(1 + w(i, k, k)*spring(k))
+        weight(i, k) = w(i, k, k)
+      end do
+      status(i) = status_of_blocks(axes, .false., mu, none, rc(:axes))
+      if (state(i, s_held) > 0) status(i) = 3
+    end do
+  end subroutine cairn_law_parallel_bond_residual
+
+  !> Openings at the end of the step; what they stress beyond a strength is broken.
+  subroutine cairn_law_parallel_bond_commit(n, c, context, gap, u, r, params, state) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components
+    type(cairn_law_context), intent(in) :: context        !< step
+    real(c_double), intent(in)          :: gap(n)         !< at detection [m]
+    real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the end of the step [m/s]
+    real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own) !< see above
+    real(c_double), intent(inout)       :: state(n, *)    !< see prepare
+    real(c_double) :: h, tension, shear
+    integer :: i, m
+    h = context%h
+    m = merge(1, 2, c == 3)
+    do i = 1, n
+      if (.not. state(i, s_held) > 0) cycle
+      state(i, s_stretch) = max(0.0_c_double, max(0.0_c_double, gap(i) - state(i, s_first)) + h*u(i, 1))
+      state(i, s_slip:s_slip + m - 1) = state(i, s_slip:s_slip + m - 1) + h*u(i, 2:m + 1)
+      if (c == 6) state(i, s_twist) = state(i, s_twist) + h*u(i, 4)
+      state(i, s_slip + m:s_slip + 2*m - 1) = state(i, s_slip + m:s_slip + 2*m - 1) + h*u(i, c - m + 1:c)
+      tension = params(i, 1)*(state(i, s_stretch) + state(i, s_radius)*length(m, state(i, s_slip + m:s_slip + 2*m - 1)))
+      shear = params(i, 2)*(length(m, state(i, s_slip:s_slip + m - 1)) + state(i, s_radius)*abs(state(i, s_twist)))
+      if (tension >= params(i, 3) .or. shear >= params(i, 4)) then
+        state(i, s_held) = 0
+        state(i, s_stretch:s_slip + 2*m - 1) = 0
+      end if
+    end do
+  end subroutine cairn_law_parallel_bond_commit
+
+  !> Of the springs; that of a bond that broke is spent.
+  subroutine cairn_law_parallel_bond_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components
+    type(cairn_law_context), intent(in) :: context        !< step
+    real(c_double), intent(in)          :: gap(n)         !< at detection [m]
+    real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the end of the step [m/s]
+    real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own) !< see above
+    real(c_double), intent(in)          :: state_begin(n, *), state(n, *) !< see prepare
+    real(c_double), intent(out)         :: energy(n, 4)   !< see cairn/core.h [J]
+    real(c_double) :: now(2), was(2)
+    integer :: i
+    do i = 1, n
+      now = held(state(i, :s_slip + last(c)))
+      was = held(state_begin(i, :s_slip + last(c)))
+      energy(i, :) = [now(1) + now(2), now(1) - was(1), now(2) - was(2), 0.0_c_double]
+      if (state_begin(i, s_held) > 0 .and. .not. state(i, s_held) > 0) energy(i, :) = [0.0_c_double, 0.0_c_double, 0.0_c_double, &
+                                                                                     was(1) + was(2)]
+    end do
+  contains
+    pure function held(s) result(both)
+      real(c_double), intent(in) :: s(*)
+      real(c_double) :: both(2), k(6)
+      integer :: m
+      both = 0
+      if (.not. s(s_held) > 0) return
+      m = merge(1, 2, c == 3)
+      k(:c) = stiffness(c, params(i, :), s(s_radius))
+      both(1) = k(1)*s(s_stretch)**2/2
+      both(2) = (k(2)*sum(s(s_slip:s_slip + m - 1)**2) + k(c)*sum(s(s_slip + m:s_slip + 2*m - 1)**2))/2
+      if (c == 6) both(2) = both(2) + k(4)*s(s_twist)**2/2
+    end function held
+  end subroutine cairn_law_parallel_bond_energy
+
+  !> Columns of the state behind the first of the slip.
+  pure integer function last(c)
+    integer(c_int32_t), intent(in) :: c !< components
+    last = merge(1, 3, c == 3)
+  end function last
+
+  !> Of each component [N/m, N m].
+  pure function stiffness(c, p, radius) result(k)
+    integer(c_int32_t), intent(in) :: c      !< components
+    real(c_double), intent(in)     :: p(*)   !< parameters
+    real(c_double), intent(in)     :: radius !< [m]
+    real(c_double) :: k(c), area, bending
+    if (c == 3) then
+      area = 2*radius
+      bending = 2*radius**3/3
+      k = [p(1)*area, p(2)*area, p(1)*bending]
+    else
+      area = pi*radius**2
+      bending = pi*radius**4/4
+      k = [p(1)*area, p(2)*area, p(2)*area, 2*p(2)*bending, p(1)*bending, p(1)*bending]
+    end if
+  end function stiffness
+
+  !> r = -(spring u + pull), of a bond.
+  pure subroutine springs(c, p, h, s, spring, pull)
+    integer(c_int32_t), intent(in) :: c         !< components
+    real(c_double), intent(in)     :: p(*)      !< parameters
+    real(c_double), intent(in)     :: h         !< [s]
+    real(c_double), intent(in)     :: s(*)      !< state
+    real(c_double), intent(out)    :: spring(c) !< [kg]
+    real(c_double), intent(out)    :: pull(c)   !< [N s]
+    real(c_double) :: k(c)
+    spring = 0
+    pull = 0
+    if (.not. s(s_held) > 0) return
+    k = stiffness(c, p, s(s_radius))
+    spring = h*h*k
+    if (c == 3) then
+      pull(2:3) = h*k(2:3)*s(s_slip:s_slip + 1)
+    else
+      pull(2:3) = h*k(2:3)*s(s_slip:s_slip + 1)
+      pull(4) = h*k(4)*s(s_twist)
+      pull(5:6) = h*k(5:6)*s(s_slip + 2:s_slip + 3)
+    end if
+  end subroutine springs
+
+  pure real(c_double) function length(m, x)
+    integer, intent(in)        :: m
+    real(c_double), intent(in) :: x(m) !< any unit
+    length = maxval(abs(x))
+    if (m > 1 .and. length > 0) length = length*sqrt(sum((x/length)**2))
+  end function length
+end module parallel_bond

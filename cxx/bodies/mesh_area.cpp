@@ -1,0 +1,94 @@
+// The part of a mesh's surface that each of its contact nodes and points stands for.
+#include <algorithm>
+#include <cmath>
+
+#include "body.hpp"
+#include "mesh_set.hpp"
+
+namespace cairn {
+
+namespace {
+
+struct OnEdge {
+  double at; // 0 at its first node, 1 at its second
+  double* area;
+};
+
+// Each of the points of an edge has what is nearer to it than to the others.
+void share_edge(std::vector<OnEdge>& points, double length) {
+  std::sort(points.begin(), points.end(), [](const OnEdge& a, const OnEdge& b) { return a.at < b.at; });
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double from = i == 0 ? 0 : (points[i - 1].at + points[i].at) / 2;
+    const double to = i + 1 == points.size() ? 1 : (points[i].at + points[i + 1].at) / 2;
+    *points[i].area += length * (to - from);
+  }
+}
+
+double face_area(const double* corner[4], int corners) {
+  double area = 0;
+  for (int j = 2; j < corners; ++j) {
+    double e[3], f[3], n[3];
+    for (int k = 0; k < 3; ++k) {
+      e[k] = corner[j - 1][k] - corner[0][k];
+      f[k] = corner[j][k] - corner[0][k];
+    }
+    for (int k = 0; k < 3; ++k) n[k] = e[(k + 1) % 3] * f[(k + 2) % 3] - e[(k + 2) % 3] * f[(k + 1) % 3];
+    area += std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]) / 2;
+  }
+  return area;
+}
+
+} // namespace
+
+// By the reference configuration. touches: of each body, whether it has a contactor.
+void MeshSet::find_areas(const std::vector<std::uint8_t>& touches) {
+  area_.assign(of_body_.size(), 0);
+  std::vector<OnEdge> on_edge;
+  std::vector<double*> on_face;
+  for (const MeshBody& mesh : meshes) {
+    const MeshModel& m = mesh.model;
+    // points by the first of their nodes
+    std::vector<std::int32_t> first(std::size_t(m.nodes()) + 1, 0), order(mesh.points.size());
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) ++first[std::size_t(m.point_nodes[4 * p]) + 1];
+    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+    std::vector<std::int32_t> next(first.begin(), first.end() - 1);
+    for (std::size_t p = 0; p < mesh.points.size(); ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
+    const auto each_point = [&](const std::int32_t* node, int corners, auto&& take) {
+      for (int j = 0; j < corners; ++j)
+        for (std::int32_t k = first[node[j]]; k < first[node[j] + 1]; ++k) {
+          const std::int32_t p = order[k];
+          bool here = touches[mesh.points[p]] != 0;
+          for (int l = 0; l < 4 && here; ++l)
+            here = m.point_nodes[4 * p + l] < 0 ||
+                   std::find(node, node + corners, m.point_nodes[4 * p + l]) < node + corners;
+          if (here) take(p);
+        }
+    };
+    for (std::size_t s = 0; s < m.side_nodes.size() / 4; ++s) {
+      const std::int32_t* node = &m.side_nodes[4 * s];
+      const int corners = node[2] < 0 ? 2 : node[3] < 0 ? 3 : 4;
+      const double* corner[4];
+      for (int j = 0; j < corners; ++j) corner[j] = &m.reference[std::size_t(m.dim) * node[j]];
+      if (m.dim == 2) {
+        on_edge.clear();
+        for (int j = 0; j < 2; ++j)
+          if (touches[mesh.nodes[node[j]]]) on_edge.push_back({double(j), &area_[mesh.nodes[node[j]]]});
+        each_point(node, 2, [&](std::int32_t p) {
+          double at = 0;
+          for (int l = 0; l < 4; ++l)
+            if (m.point_nodes[4 * p + l] == node[1]) at += m.point_weights[4 * p + l];
+          on_edge.push_back({at, &area_[mesh.points[p]]});
+        });
+        share_edge(on_edge, std::hypot(corner[1][0] - corner[0][0], corner[1][1] - corner[0][1]));
+        continue;
+      }
+      on_face.clear();
+      for (int j = 0; j < corners; ++j)
+        if (touches[mesh.nodes[node[j]]]) on_face.push_back(&area_[mesh.nodes[node[j]]]);
+      each_point(node, corners, [&](std::int32_t p) { on_face.push_back(&area_[mesh.points[p]]); });
+      for (double* area : on_face) *area += face_area(corner, corners) / double(on_face.size());
+    }
+  }
+}
+
+} // namespace cairn

@@ -1,0 +1,105 @@
+// What a contact stands for besides its point: an area, an effective radius; and whether its bodies came in touching.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+namespace {
+
+constexpr int most_points = 64; // of a pair, that are looked at
+
+// Area of the convex polygon of some points in the plane across a normal.
+double polygon_area(const double* point, int count, const double* normal) {
+  if (count < 3) return 0;
+  struct Corner {
+    double x, y, angle;
+  } corner[most_points];
+  double t[3], s[3], centre[2] = {0, 0};
+  tangent_of(normal, t);
+  for (int k = 0; k < 3; ++k) s[k] = normal[(k + 1) % 3] * t[(k + 2) % 3] - normal[(k + 2) % 3] * t[(k + 1) % 3];
+  for (int i = 0; i < count; ++i) {
+    Corner& c = corner[i] = {0, 0, 0};
+    for (int k = 0; k < 3; ++k) {
+      c.x += t[k] * (point[3 * i + k] - point[k]);
+      c.y += s[k] * (point[3 * i + k] - point[k]);
+    }
+    centre[0] += c.x / count;
+    centre[1] += c.y / count;
+  }
+  for (int i = 0; i < count; ++i) corner[i].angle = std::atan2(corner[i].y - centre[1], corner[i].x - centre[0]);
+  std::sort(corner, corner + count, [](const Corner& a, const Corner& b) { return a.angle < b.angle; });
+  double twice = 0;
+  for (int i = 0; i < count; ++i) {
+    const Corner &a = corner[i], &b = corner[(i + 1) % count];
+    twice += (a.x - centre[0]) * (b.y - centre[1]) - (b.x - centre[0]) * (a.y - centre[1]);
+  }
+  return twice / 2;
+}
+
+// Length that some points of a line span.
+double span_of(const double* point, int count, const double* normal) {
+  double least = 0, most = 0;
+  for (int i = 1; i < count; ++i) {
+    const double along = (point[2 * i + 1] - point[1]) * normal[0] - (point[2 * i] - point[0]) * normal[1];
+    least = std::min(least, along);
+    most = std::max(most, along);
+  }
+  return most - least;
+}
+
+} // namespace
+
+// Of round bodies the disk of their effective radius, of a node of a mesh its part of the surface, of points that
+// bodies with sides share the part of the face between them. In 2D of a metre across the plane.
+double Interactions::State::area_of(std::int64_t i) const {
+  const Candidates& c = *candidates;
+  const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
+  if (meshes)
+    for (const std::int32_t contactor : {ca, cb})
+      if (kind[contactor] & mapped)
+        if (const double area = meshes->area(body(contactor)); area > 0) return area;
+  const int d = dim();
+  if (info(Shape(*contactors->shape[ca])).ball() || !info(Shape(*contactors->shape[ca])).is_hull()) {
+    const double r = effective_radius(i);
+    return d == 2 ? r : std::numbers::pi * r * r;
+  }
+  const auto same_pair = [&](std::int64_t j) {
+    return j >= 0 && j < c.count && c.contactor_a[j] == ca && c.contactor_b[j] == cb && c.image[j] == c.image[i];
+  };
+  std::int64_t first = i, last = i + 1; // points of a pair stand together
+  while (same_pair(first - 1)) --first;
+  while (same_pair(last)) ++last;
+  const int count = int(std::min<std::int64_t>(last - first, most_points));
+  const double *point = &c.point[d * first], *normal = &c.normal[d * i];
+  return (d == 2 ? span_of(point, count, normal) : polygon_area(point, count, normal)) / count;
+}
+
+void Interactions::State::find_mesh_areas() {
+  if (!meshes || meshes->has_areas()) return;
+  std::vector<std::uint8_t> touches(std::size_t(bodies->count), 0);
+  for (std::int64_t c = 0; c < contactors->count; ++c) touches[std::size_t(body(std::int32_t(c)))] = 1;
+  meshes->find_areas(touches);
+}
+
+double Interactions::State::effective_radius(std::int64_t i) const {
+  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
+  const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
+  if (ra > 0 && rb > 0) return ra * rb / (ra + rb);
+  if (ra > 0 || rb > 0 || !meshes) return std::max(ra, rb);
+  for (const std::int32_t contactor : {ca, cb}) // a node has no size: what a cell has counts instead
+    if (kind[contactor] & mapped) return meshes->meshes[meshes->mesh_of(body(contactor))].size();
+  return 0;
+}
+
+bool Interactions::State::came_in_touching(std::int64_t i) const {
+  const ContactKey k = key(i);
+  if (std::max(k.contactor_a, k.contactor_b) < memory.contactors_seen) return false;
+  const LawTable::Entry& e = laws->entry(entry[i]);
+  const int within = law_infos()[std::size_t(e.law)].within;
+  return candidates->gap[i] <= std::max(touch * effective_radius(i), within < 0 ? 0 : e.params[within]);
+}
+
+} // namespace cairn

@@ -1,0 +1,42 @@
+"""Pieces that bonds still hold together."""
+
+import numpy as np
+
+from .load import Fields
+
+
+def fragments(state, beta=0.0):
+    """Ids of the bodies of each piece: bodies that contacts of more adhesion than beta join, directly or by others.
+
+    state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: from 0 to 1, what must be left of a contact
+    (`contacts.beta`). Returns a list of arrays of ids, the largest piece first, pieces of a size by their smallest id; bodies
+    that nothing holds are pieces of one. Nodes, points and sides of one mesh of a Simulation are one body here, called by the
+    smallest of their ids.
+    """
+    ids = np.sort(np.asarray(state.bodies.id))
+    root = np.arange(len(ids))
+
+    def of(i):
+        while root[i] != i:
+            root[i] = root[root[i]]
+            i = root[i]
+        return i
+
+    def join(a, b):
+        a, b = of(a), of(b)
+        root[max(a, b)] = min(a, b)
+
+    meshed = np.zeros(len(ids), bool)
+    for mesh in getattr(state, "meshes", ()):
+        parts = np.searchsorted(ids, np.sort(mesh.all_ids))
+        meshed[parts[1:]] = True
+        for part in parts[1:]:
+            join(parts[0], part)
+    contacts = state.contacts
+    written = isinstance(contacts, Fields)
+    pairs = np.column_stack([contacts["body_a"], contacts["body_b"]]) if written else np.asarray(contacts.bodies)
+    for a, b in np.searchsorted(ids, pairs[np.asarray(contacts.beta) > beta]):
+        join(a, b)
+    roots = np.array([of(i) for i in range(len(ids))], dtype=np.int64)
+    pieces = [ids[(roots == r) & ~meshed] for r in np.unique(roots)]
+    return sorted(pieces, key=lambda piece: (-len(piece), piece[0]))

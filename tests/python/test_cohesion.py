@@ -1,0 +1,244 @@
+"""Cohesive laws in scenes: balance of energy, restart, space and plane, bodies with sides, meshes; fragments."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.build.elastic import ElasticBody
+
+ROCK = cn.Material("rock", density=1000.0)
+SHARP = cn.NLGS(tol=1e-12, max_iter=20000)
+ZONES = {
+    "MAC": dict(work=10.0, viscosity=0.02),
+    "MP": dict(work=10.0),
+    "MP3": dict(strength=2e5, work=10.0),
+    "MAL": dict(normal_strength=2e5, tangential_strength=3e5, normal_work=10.0, tangential_work=30.0),
+    "TH": dict(normal_strength=2e5, tangential_strength=3e5, normal_work=10.0, tangential_work=30.0, normal_plateau=3e-5),
+    "ABP": dict(normal_strength=2e5, tangential_strength=3e5, normal_work=10.0, tangential_work=30.0, normal_end=4e-4,
+                tangential_end=8e-4, first_share=0.3),
+    "EXPO": dict(normal_strength=2e5, tangential_strength=3e5, normal_work=10.0, tangential_work=30.0),
+}  # fmt: skip
+
+
+def zone(name, mu=0.3):
+    return getattr(cn, name)(normal_stiffness=1e10, tangential_stiffness=7e9, mu=mu, **ZONES[name])
+
+
+def simulate(scene, dt, **options):
+    return cn.Simulation(scene, dt, cn.NSCD(solver=SHARP, **options), overlap="ignore")
+
+
+def grains(dim, law, kick):
+    """Four grains in a square that touch, one of them struck."""
+    r = 0.05
+    x = np.array([[0.0, 0.0], [2 * r, 0.0], [0.0, 2 * r], [2 * r, 2 * r]])
+    v = np.zeros((4, 3 * dim - 3))
+    v[3, :2] = kick
+    if dim == 3:
+        x = np.column_stack([x, np.zeros(4)])
+    scene = cn.Scene(dim)
+    scene.add((cn.disks if dim == 2 else cn.spheres)(x, r, ROCK, velocity=v))
+    scene.interact(ROCK, ROCK, law)
+    return scene
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("name", ZONES)
+def test_balance_of_energy_closes_and_damage_never_heals(name, dim):
+    """What is stored now is what steps stored; what is spent is at most the work of the zones."""
+    sim = simulate(grains(dim, zone(name), (0.6, 0.9)), 2e-6)
+    begin, before, kept = 0.5 * sim.bodies.mass[3] * 1.17, {}, 0.0
+    lowest = 1.0
+    for _ in range(250):
+        sim.step()
+        assert sim.info["status"] == "converged" and sim.info["error"] <= 1e-12
+        contacts, energy = sim.contacts, sim.info["energy"]
+        beta = {tuple(key): b for key, b in zip(contacts.key.tolist(), contacts.beta)}
+        assert all(b <= before.get(key, 1.0) for key, b in beta.items())
+        before |= beta
+        lowest = min(lowest, contacts.beta.min())
+        assert np.isclose(contacts.stored.sum(), energy["stored"], rtol=1e-12, atol=1e-15)
+        assert abs(energy["closure"]) < 1e-10 * energy["in_play"]
+        left = energy["kinetic"] + energy["stored"] + energy["released"] + energy["dissipated_normal"]
+        assert abs(left + energy["dissipated_friction"] - begin) < 1e-10 * energy["in_play"]
+        kept = max(kept, energy["stored"])
+    assert lowest < 0.9 and kept > 0 and energy["released"] > 0
+    # of first order in the step: what friction and the scheme took is a small part
+    assert abs(energy["dissipated_normal"] + energy["dissipated_friction"]) < 0.1 * begin
+    area = 0.025 if dim == 2 else np.pi * 0.025**2
+    # MAC's viscosity spends more than its work
+    assert energy["released"] <= (30.0 if name != "MAC" else 200.0) * area * 4 * (1 + 1e-9)
+
+
+def test_smaller_steps_leave_less_to_the_scheme():
+    found = []
+    for halvings in range(3):
+        sim = simulate(grains(2, zone("MAL", mu=0.0), (0.0, 0.9)), 4e-6 / 2**halvings)
+        for _ in range(50 * 2**halvings):
+            sim.step()
+        found.append(sim.info["energy"]["dissipated_normal"] + sim.info["energy"]["dissipated_friction"])
+    assert 0.4 < found[1] / found[0] < 0.6 and 0.4 < found[2] / found[1] < 0.6
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_restart_goes_on_to_the_same_bits(tmp_path, dim):
+    law = zone("TH")
+    once = simulate(grains(dim, law, (0.6, 0.9)), 2e-6)
+    for _ in range(95):
+        once.step()
+    half = simulate(grains(dim, law, (0.6, 0.9)), 2e-6)
+    for _ in range(25):
+        half.step()
+    assert np.any((0 < half.contacts.beta) & (half.contacts.beta < 1))
+    half.checkpoint(tmp_path / "half.h5")
+    again = simulate(grains(dim, law, (0.6, 0.9)), 2e-6)
+    again.restore(tmp_path / "half.h5")
+    for _ in range(70):
+        again.step()
+    assert np.array_equal(again.bodies.position, once.bodies.position)
+    assert np.array_equal(again.contacts.beta, once.contacts.beta)
+
+
+def boxes(law, speed):
+    """A box of 0.2 x 0.1 m on one that is driven, glued along 0.2 m, drawn up."""
+    scene = cn.Scene(2)
+    corners = np.array([[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]])
+    moves = [[0.0, speed, 0.0], [0.0, 0.0, 0.0]]
+    scene.add(cn.polygons([corners + [0.0, 0.05], corners + [0.0, -0.05]], ROCK, velocity=moves))
+    scene.interact(ROCK, ROCK, law)
+    return scene
+
+
+def test_points_of_a_side_share_its_area():
+    """Two boxes glued along 0.2 m swing on k = 0.2 c and reduced mass 10 kg, and part when their energy is more than w 0.2."""
+    law = cn.MP3(normal_stiffness=1e9, tangential_stiffness=1e9, strength=1e6, work=1000.0)
+    sim = simulate(boxes(law, 0.1), 1e-6)
+    stiffness, mass = 0.2 * 1e9, 10.0
+    quarter = int(np.pi / 2 / np.sqrt(stiffness / mass) / sim.dt)
+    for _ in range(quarter):
+        sim.step()
+    apart = sim.bodies.velocity[0, 1] - sim.bodies.velocity[1, 1]
+    assert abs(apart) < 3e-3
+    assert np.isclose(sim.info["energy"]["stored"], 0.5 * mass * 0.01, rtol=1e-2)
+    torn = simulate(boxes(law, 9.0), 1e-5)  # 405 J of relative motion against 200 J
+    for _ in range(100):
+        torn.step()
+    assert torn.contacts.beta.max(initial=0) == 0
+    assert np.isclose(torn.info["energy"]["released"], 200.0, rtol=1e-6)
+
+
+def strip(shift, pull=None):
+    x, y = np.meshgrid(np.linspace(0, 0.2, 3), np.linspace(0, 0.1, 2), indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
+    groups = {"bottom": number[:, 0], "top": number[:, -1]}
+    body = ElasticBody(
+        np.c_[x.ravel(), y.ravel() + shift], {"quad": quads}, young=1e9, poisson=0.0, density=1000.0, groups=groups
+    )
+    if pull is None:
+        return cn.deformable(body, ROCK, name="lower", edges="top", fixed={"bottom": "xy"})
+    return cn.deformable(body, ROCK, name="upper", contact="bottom", drive={"top": pull})
+
+
+def test_meshes_are_glued_and_torn():
+    """Two elastic strips in series with a zone: the strain they share before its strength, all of its work when they are torn."""
+    law = cn.MP3(normal_stiffness=1e12, tangential_stiffness=1e12, strength=1e5, work=20.0)
+    scene = cn.Scene(2)
+    scene.add(strip(0.0), strip(0.1, pull={"x": 0.0, "y": 0.05}))
+    scene.interact("lower edges", "upper", law)
+    sim = cn.Simulation(scene, 2e-6, cn.NSCD(solver=SHARP))
+    peak = 0.0
+    while sim.time < 0.02:
+        sim.step()
+        peak = max(peak, -np.sum(sim.contacts.impulse_local[:, 0]) / sim.dt / 0.2)
+        assert sim.info["status"] == "converged"
+        energy = sim.info["energy"]
+        assert abs(energy["closure"]) < 1e-10 * energy["in_play"]
+    assert np.isclose(peak, 1e5, rtol=0.02)
+    assert np.isclose(energy["released"], 20.0 * 0.2, rtol=1e-3) and sim.contacts.beta.max(initial=0) == 0
+
+
+def test_a_block_slides_on_a_cohesive_incline_where_it_must():
+    """tan a = mu (1 + F/(m g cos a))."""
+    for factor, slides in ((0.99, False), (1.01, True)):
+        mu, force, mass = 0.3, 20.0, np.pi * 0.1**2 * 1000
+        angle = np.radians(25.0)
+        need = mass * 9.81 * np.cos(angle) * (np.tan(angle) / mu - 1) / factor
+        scene = cn.Scene(2, gravity=(9.81 * np.sin(angle), -9.81 * np.cos(angle)))
+        scene.add(cn.disks([[0.0, 0.1]], 0.1, ROCK, driven=("w",)), cn.wall((0, 0), (0, 1), ROCK))
+        scene.interact(ROCK, ROCK, cn.Wet(force=need, reach=1e-3, mu=mu))
+        sim = simulate(scene, 1e-3)
+        for _ in range(50):
+            sim.step()
+        assert (sim.bodies.velocity[0, 0] > 1e-6) == slides, (factor, force)
+
+
+def test_rolling_friction_holds_a_sphere_on_an_incline():
+    """M = m g R sin a against rolling R m g cos a."""
+    for factor, rolls in ((0.98, False), (1.02, True)):
+        angle = np.arctan(0.05 * factor)
+        scene = cn.Scene(3, gravity=(9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle)))
+        scene.add(cn.spheres([[0.0, 0.0, 0.1]], 0.1, ROCK), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+        scene.interact(ROCK, ROCK, cn.Rolling(mu=0.5, rolling=0.05, twisting=0.02))
+        sim = simulate(scene, 1e-3)
+        for _ in range(100):
+            sim.step()
+        assert (sim.bodies.velocity[0, 0] > 1e-6) == rolls
+
+
+def test_a_spinning_sphere_stops_in_its_time():
+    """(2/5) m R^2 w/(twisting R m g)."""
+    scene = cn.Scene(3, gravity=(0.0, 0.0, -9.81))
+    scene.add(cn.spheres([[0.0, 0.0, 0.1]], 0.1, ROCK, velocity=[[0, 0, 0, 0, 0, 5.0]]), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Rolling(mu=0.5, twisting=0.2))
+    sim = simulate(scene, 1e-3)
+    stop = 0.4 * 0.1 * 5.0 / (0.2 * 9.81)
+    while sim.time < stop - 2e-3:
+        sim.step()
+    assert sim.bodies.velocity[0, 5] > 1e-3
+    while sim.time < stop + 2e-3:
+        sim.step()
+    assert abs(sim.bodies.velocity[0, 5]) < 1e-12
+
+
+def test_bonded_row_breaks_into_the_fragments_that_are_counted(tmp_path):
+    scene = cn.Scene(2)
+    v = np.zeros((12, 3))
+    v[5:, 0] = 0.05  # 5 and 7
+    v[9:, 0] = 0.1  # 4 and 3
+    scene.add(cn.disks(np.column_stack([0.1 * np.arange(12), np.zeros(12)]), 0.05, ROCK, velocity=v))
+    scene.interact(ROCK, ROCK, cn.MohrCoulomb(tension=1e4, cohesion=1e4, mu=0.3))
+    sim = simulate(scene, 1e-4)
+    sim.run(steps=1, output=tmp_path / "row.vtkhdf", progress=False)
+    pieces = cn.post.fragments(sim)
+    assert sorted(len(piece) for piece in pieces) == [3, 4, 5]
+    assert sorted(pieces[0]) == [0, 1, 2, 3, 4]
+    run = cn.load(tmp_path / "row.vtkhdf")
+    assert [list(piece) for piece in cn.post.fragments(run[-1])] == [list(piece) for piece in pieces]
+    assert np.count_nonzero(run[-1].contacts.beta) == 9 and len(run.plot_bonds().collections) >= 2
+
+
+def plate(cells):
+    """A bar of 0.4 x 0.1 m, in triangles."""
+    x, y = np.meshgrid(np.linspace(0, 0.4, cells + 1), np.linspace(0, 0.1, 2), indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    triangles = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])
+    groups = {"left": number[0], "right": number[-1]}
+    return ElasticBody(
+        np.c_[x.ravel(), y.ravel()], {"triangle": triangles}, young=1e9, poisson=0.0, density=1000.0, groups=groups
+    )
+
+
+def test_a_split_bar_is_as_stiff_as_a_whole_one_and_breaks_once():
+    """Pulled slowly its force is E A/L times the way until its strength; then it is in two pieces, for w times its section."""
+    law = cn.MP3(normal_stiffness=1e12, tangential_stiffness=1e12, strength=1e5, work=2.0)
+    pieces = cn.fracture.split(plate(4), law, ROCK, fixed={"left": "xy"}, drive={"right": {"x": 0.02, "y": 0.0}})
+    scene = cn.Scene(2)
+    pieces.add_to(scene)
+    sim = cn.Simulation(scene, 2e-6, cn.NSCD(solver=cn.NLGS(tol=1e-6, max_iter=20000)))
+    sim.run(steps=1, progress=False)
+    assert np.count_nonzero(sim.contacts.beta == 1) == 14  # two points on each of seven inner edges
+    assert len(cn.post.fragments(sim)) == 1
+    sim.run(steps=3000, progress=False)
+    assert len(cn.post.fragments(sim)) == 2
+    assert sim.info["energy"]["released"] >= 2.0 * 0.1 * 0.99
