@@ -96,6 +96,7 @@ py::list describe(Holder& holder) {
   return rows;
 }
 
+void bind_bulk(py::module_& m);
 void bind_elements(py::module_& m);
 void bind_files(py::module_& m);
 void bind_laws(py::module_& m);

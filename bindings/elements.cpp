@@ -49,6 +49,40 @@ py::array_t<double> lumped(const std::string& cell, const Input<double>& mass) {
   throw cairn::Error("there is no element for cells of kind " + cell);
 }
 
+py::array_t<double> ring_masses(const std::string& cell, const Input<double>& x, double density) {
+  for (const cairn::ElementInfo& e : cairn::element_infos) {
+    if (cell != e.cell || e.dim != 2) continue;
+    const py::ssize_t n = x.size() / (2 * e.nodes), dofs = 2 * e.nodes;
+    py::array_t<double> out({n, dofs, dofs});
+    for (py::ssize_t c = 0; c < n; ++c)
+      cairn::ring_mass(e, x.data() + c * dofs, density, out.mutable_data() + c * dofs * dofs);
+    return out;
+  }
+  throw cairn::Error("there is no flat element for cells of kind " + cell);
+}
+
+// Stiffness of bars (n, 2 dim, 2 dim) and beams (n, 6 | 12, 6 | 12), x (n, 2, dim), numbers of each (n,).
+py::array_t<double> bars(const Input<double>& x, const Input<double>& young, const Input<double>& area) {
+  const py::ssize_t n = x.shape(0), dim = x.shape(2);
+  if (young.size() != n || area.size() != n) throw cairn::Error("bars need one modulus and one area each");
+  py::array_t<double> out({n, 2 * dim, 2 * dim});
+  cairn_bar_stiffness(std::int32_t(dim), n, x.data(), young.data(), area.data(), out.mutable_data());
+  return out;
+}
+
+py::array_t<double> beams(const Input<double>& x, const Input<double>& up, const Input<double>& young,
+                          const Input<double>& shear, const Input<double>& area, const Input<double>& inertia,
+                          const Input<double>& torsion, const Input<double>& shear_area) {
+  const py::ssize_t n = x.shape(0), dim = x.shape(2), dofs = 6 * dim - 6;
+  for (const Input<double>* a : {&young, &shear, &area, &torsion, &shear_area})
+    if (a->size() != n) throw cairn::Error("beams need one number of each property each");
+  if (inertia.size() != 2 * n || up.size() != 3) throw cairn::Error("beams need two moments of inertia each");
+  py::array_t<double> out({n, dofs, dofs});
+  cairn_beam_stiffness(std::int32_t(dim), n, x.data(), up.data(), young.data(), shear.data(), area.data(),
+                       inertia.data(), torsion.data(), shear_area.data(), out.mutable_data());
+  return out;
+}
+
 // Lower triangles (start, row, [values, ...]) on one pattern of n unknowns. Of each kind of cells: unknowns (m, k) and
 // matrices (m, k, k), as many as there are values.
 py::tuple assembled(std::int64_t n, const std::vector<Input<std::int32_t>>& unknown,
@@ -112,6 +146,9 @@ void bind_elements(py::module_& m) {
   });
   m.def("element_matrices", &matrices);
   m.def("assembled", &assembled);
+  m.def("bar_stiffness", &bars);
+  m.def("beam_stiffness", &beams);
+  m.def("ring_masses", &ring_masses);
   m.def("lumped_masses", &lumped);
   m.def("element_stress", &stress);
 }

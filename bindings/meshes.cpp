@@ -3,6 +3,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "bulk.hpp"
 #include "strategies/simulation.hpp"
 
 using cairn::Simulation;
@@ -82,6 +83,10 @@ void add_mesh(Simulation& s, const py::dict& d) {
     m.stiffness = matrix("stiffness");
     m.damping = matrix("damping");
   }
+  if (d.contains("bulk")) {
+    m.bulk = bulk_model_of(m.dim, py::cast<Input<double>>(d["bulk_place"]), py::cast<py::list>(d["bulk"]));
+    m.bulk->fit(m.mass);
+  }
   m.options.storage = storage_of(py::cast<std::string>(d["storage"]));
   m.node_ids = vector_of<std::int64_t>(d, "node_ids");
   m.point_ids = vector_of<std::int64_t>(d, "point_ids");
@@ -131,6 +136,33 @@ void bind_meshes(py::module_& m) {
              out["bytes"] = bytes;
              out["contact_dofs"] = dofs;
              return out;
+           })
+      .def("mesh_bulk", // what a material found in the last step: stress and state of each kind of cells
+           [](Simulation& s, std::size_t k) {
+             py::list out;
+             cairn::MeshBody& mesh = s.meshes.meshes.at(k);
+             for (std::size_t b = 0; !mesh.linear() && b < mesh.model.bulk->cells().size(); ++b) {
+               const cairn::BulkCells& c = mesh.model.bulk->cells()[b];
+               py::array_t<double> stress({py::ssize_t(c.count()), py::ssize_t(6)}),
+                   state({py::ssize_t(c.count()), py::ssize_t(c.material->state.size())});
+               mesh.model.bulk->cell_stress(b, stress.mutable_data());
+               mesh.model.bulk->cell_state(b, state.mutable_data());
+               out.append(py::make_tuple(stress, state));
+             }
+             return out;
+           })
+      .def("mesh_memory", // for a checkpoint: state of the points, forces of the stresses; empty if linear or new
+           [](Simulation& s, std::size_t k) {
+             cairn::MeshBody& mesh = s.meshes.meshes.at(k);
+             if (mesh.linear()) return py::make_tuple(py::array_t<double>(0), py::array_t<double>(0));
+             const std::vector<double>&state = mesh.model.bulk->state(), memory = mesh.memory();
+             return py::make_tuple(py::array_t<double>(py::ssize_t(state.size()), state.data()),
+                                   py::array_t<double>(py::ssize_t(memory.size()), memory.data()));
+           })
+      .def("restore_mesh",
+           [](Simulation& s, std::size_t k, const Input<double>& state, const Input<double>& memory) {
+             s.meshes.meshes.at(k).restore({state.data(), std::size_t(state.size())},
+                                           {memory.data(), std::size_t(memory.size())});
            })
       .def("follow_meshes", &Simulation::follow_meshes)
       .def("forget_meshes", [](Simulation& s) { s.meshes = cairn::MeshSet(); });

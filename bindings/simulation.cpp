@@ -63,6 +63,7 @@ const char* name_of(cairn::SolveStatus status) {
   switch (status) {
   case cairn::SolveStatus::converged: return "converged";
   case cairn::SolveStatus::iteration_limit: return "iteration_limit";
+  case cairn::SolveStatus::newton_limit: return "newton_limit";
   default: return "diverged";
   }
 }
@@ -96,6 +97,8 @@ py::dict report_of(const cairn::StepReport& r) {
   out["energy_created"] = r.solve.energy_created;
   out["hint"] = r.solve.hint;
   out["projection_error"] = r.projection_error;
+  out["newton_passes"] = r.newton_passes;
+  out["newton_error"] = r.newton_error;
   if (r.stable_step > 0) {
     out["stable_step"] = r.stable_step;
     out["neighbour_lists"] = r.neighbour_lists;
@@ -185,6 +188,7 @@ void bind_stages(py::class_<Simulation>& simulation) {
   bind_stage<&cairn::Nscd::detect_contacts>(simulation, "detect_contacts");
   bind_stage<&cairn::Nscd::prepare_contacts>(simulation, "prepare_contacts");
   bind_stage<&cairn::Nscd::solve_contacts>(simulation, "solve_contacts");
+  bind_stage<&cairn::Nscd::newton_passes>(simulation, "newton_passes");
   bind_stage<&cairn::Nscd::update_velocity>(simulation, "update_velocity");
   bind_stage<&cairn::Nscd::commit_contacts>(simulation, "commit_contacts");
   bind_stage<&cairn::Nscd::update_configuration>(simulation, "update_configuration");

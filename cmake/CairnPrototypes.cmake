@@ -17,7 +17,7 @@ function(cairn_check_prototypes target)
       DEPENDS ${path} ${header} ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
               ${PROJECT_SOURCE_DIR}/core_f90/sides/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
               ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def ${PROJECT_SOURCE_DIR}/core_f90/elements/elements.def
-              ${PROJECT_SOURCE_DIR}/core_f90/poses/poses.def
+              ${PROJECT_SOURCE_DIR}/core_f90/poses/poses.def ${PROJECT_SOURCE_DIR}/core_f90/bulk_materials/bulk_materials.def
       COMMENT "Prototypes of ${source} against core.h"
       VERBATIM)
     list(APPEND stamps ${folder}/${name}.stamp)

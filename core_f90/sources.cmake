@@ -1,4 +1,7 @@
 set(CAIRN_CORE_SOURCES
+  bulk_materials/radial_return.f90
+  bulk_materials/strain_measures.f90
+  bulk_materials/tensor_functions.f90
   contact_laws/block_cones.f90
   contact_laws/cohesive_zone.f90
   contact_laws/coulomb_cone.f90
@@ -38,8 +41,10 @@ set(CAIRN_CORE_SOURCES
   detection/walls/facet_view.f90
   detection/walls/tube_view.f90
   detection/walls/wall_search.f90
+  elements/bars_and_beams.f90
   elements/elastic_integrals.f90
   elements/shape_families.f90
+  elements/solid_cells.f90
   integrators/energy.f90
   integrators/rotation.f90
   integrators/theta.f90

@@ -9,6 +9,7 @@ set(CAIRN_CXX_SOURCES
   bodies/body.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
+  bodies/mesh_newton.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
   contactors/contactor.cpp
@@ -26,7 +27,11 @@ set(CAIRN_CXX_SOURCES
   detection/detection_grid.cpp
   detection/interaction_handler.cpp
   detection/narrow_phase.cpp
+  fe/bulk_materials.cpp
+  fe/bulk_model.cpp
   fe/elements.cpp
+  fe/umat.cpp
+  fe/umat_utilities.cpp
   files/checksums.cpp
   files/file_error.cpp
   files/growing_file.cpp
@@ -89,6 +94,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   strategies/contact_fields.cpp
   strategies/meshes.cpp
+  strategies/nscd/newton.cpp
   strategies/nscd/projection.cpp
   strategies/nscd/stages.cpp
   strategies/options.cpp

@@ -20,6 +20,8 @@ LISTS = [
      ("file", "in Python", "what it is", "of problems")),
     ("Finite elements", "core_f90/elements/elements.def", "CAIRN_ELEMENT",
      ("file", "cells", "dimension", "nodes", "points for mass", "for stresses", "order")),
+    ("Materials of solids", "core_f90/bulk_materials/bulk_materials.def", "CAIRN_BULK_MATERIAL",
+     ("file", "in Python", "given", "parameters name:default:smallest:largest", "state", "symmetric")),
     ("Arrays of bodies", "cxx/bodies/fields.def", "CAIRN_BODY_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
     ("Arrays of contactors", "cxx/bodies/fields.def", "CAIRN_CONTACTOR_FIELD",

@@ -6,14 +6,14 @@ module cairn_simulations
   implicit none
   private
   public :: cairn_simulation, cairn_nscd, cairn_report
-  public :: cairn_converged, cairn_iteration_limit, cairn_diverged
+  public :: cairn_converged, cairn_iteration_limit, cairn_diverged, cairn_newton_limit
   public :: create_simulation, destroy_simulation, step_simulation, drive_simulation
   public :: set_option, set_number, option_text, option_number
   public :: change_gravity, change_body_field, insert_bodies, insert_contactors, remove_bodies
   public :: body_count, contact_count, body_field, contact_field, contact_arrays, energy_term, report_number, report_text
 
   enum, bind(c)
-    enumerator :: cairn_converged = 0, cairn_iteration_limit = 1, cairn_diverged = 2
+    enumerator :: cairn_converged = 0, cairn_iteration_limit = 1, cairn_diverged = 2, cairn_newton_limit = 3
   end enum
 
   type :: cairn_simulation

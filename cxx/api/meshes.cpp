@@ -87,6 +87,37 @@ int32_t cairn_mesh_add_elastic_cells(cairn_mesh* mesh, const char* element, int6
   });
 }
 
+int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_t n, const int32_t* node,
+                                   const char* material, int32_t count, const char* const* names, const double* values,
+                                   double density, const char* kinematics, const char* plane, int32_t mean_dilatation,
+                                   double thickness, cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(element, "element");
+    require(node, "node");
+    require(material, "material");
+    require(kinematics, "kinematics");
+    require(plane, "plane");
+    std::vector<std::string> given;
+    for (int32_t k = 0; k < count; ++k) {
+      require(names, "names");
+      require(names[k], "names");
+      require(values, "values");
+      given.emplace_back(names[k]);
+    }
+    if (mesh->draft.mass.n > 0) throw Error("the mesh has matrices of its own: give cells or matrices");
+    const auto cells = mesh->draft.cells.size();
+    try {
+      mesh->draft.add_solid(element, counted(n), node, material, given, {values, given.size()}, density, kinematics,
+                            plane, mean_dilatation != 0, thickness);
+      mesh->draft.bulk(); // refuses what does not fit together
+    } catch (...) {
+      mesh->draft.cells.resize(cells);
+      throw;
+    }
+  });
+}
+
 int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiffness, int32_t lumped,
                                cairn_error* error) {
   return guarded(error, [&] {

@@ -314,7 +314,7 @@ int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const c
     require(simulation, "simulation");
     require(name, "name");
     const cairn::StepReport& report = simulation->simulation.report;
-    const char* const statuses[] = {"converged", "iteration_limit", "diverged"};
+    const char* const statuses[] = {"converged", "iteration_limit", "diverged", "newton_limit"};
     const std::string what = name;
     if (what == "status")
       copy_text(report.stable_step > 0 ? "explicit" : statuses[int(report.solve.status)], capacity, text);

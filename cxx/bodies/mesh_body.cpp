@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../fe/bulk_model.hpp"
 #include "body.hpp"
 
 namespace cairn {
@@ -181,11 +182,25 @@ void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, do
   const std::int64_t n = model.dofs();
   h_ = h;
   theta_ = theta;
-  factorise(h, theta, bulk);
+  if (linear())
+    factorise(h, theta, bulk);
+  else
+    explicit_ = bulk != BulkStep::implicit;
+  if (!linear() && bulk == BulkStep::central_difference && (checked_ < h || checked_ > h)) {
+    check_step(h);
+    checked_ = h;
+  }
   gather(bodies.velocity, v_.data());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
   weigh(gravity);
+  if (!linear()) {
+    f_ = weight_;
+    for (std::int64_t i = 0; i < n && !load_end.empty(); ++i)
+      f_[i] += theta * load_end[i] + (1 - theta) * load_begin[i];
+    start_newton();
+    return scatter(free_.data(), bodies.velocity_free);
+  }
   stiffness_times(q_.data(), stiff_q_.data());
   times_velocity(v_.data());
   stiff_begin_ = stiff_;
@@ -268,6 +283,7 @@ void MeshBody::push(Bodies& bodies) {
 // The nodes are bodies of the scene with lumped masses, whose balance the scene keeps: what else acts on them is a
 // force on them here, and its work is taken apart again.
 void MeshBody::account(Bodies& bodies, const double* gravity) {
+  if (!linear()) return account_bulk(bodies, gravity);
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
   const double h = h_, theta = theta_, ahead = explicit_ ? 0 : h * theta, more = explicit_ ? 0 : theta;
@@ -336,9 +352,11 @@ void MeshBody::facet_vertices(const Bodies& bodies, std::vector<double>& out) co
 }
 
 std::int64_t MeshBody::bytes() const {
-  std::int64_t sum = std::int64_t(8 * (lumped_.capacity() * 17 + impulse.capacity()));
+  std::int64_t sum = model.bulk ? model.bulk->bytes() : 0;
+  sum += std::int64_t(8 * (lumped_.capacity() * 17 + impulse.capacity()));
   for (const SparseMatrix* a : {&model.mass, &model.stiffness, &model.damping})
     sum += std::int64_t(8 * a->start.capacity() + 4 * a->row.capacity() + 8 * a->value.capacity());
+  if (own_) sum += own_->soe->bytes() + std::int64_t(8 * (own_->value.capacity() + own_->compliance.capacity()));
   for (const auto& f : factors_)
     sum += (f->soe ? f->soe->bytes() : 0) + std::int64_t(8 * (f->value.capacity() + f->compliance.capacity()));
   return sum;

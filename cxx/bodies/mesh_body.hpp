@@ -3,15 +3,18 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "../base/field.hpp"
+#include "../fe/bulk_result.hpp"
 #include "../soe/soe.hpp"
 
 namespace cairn {
 
 struct Bodies;
+class BulkModel;
 
 // How the stiffness of a mesh counts in a step: A = M + h theta C + h^2 theta^2 K, or M alone, whose step has a limit.
 enum class BulkStep { implicit, central_difference, unchecked_central_difference };
@@ -35,13 +38,24 @@ struct MeshModel {
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
   std::function<void(const double*x, double*out)> times_stiffness, times_damping;
   std::function<std::function<void(double* b)>(double h, double theta)> make_solver;
+  // Stresses of a material of solids in the place of stiffness, which then is that at the start; null: linear.
+  std::shared_ptr<BulkModel> bulk;
   std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
   std::int64_t dofs() const { return std::int64_t(reference.size()); }
+};
+
+// Where Newton's method of a mesh stands after a pass.
+struct NewtonError {
+  double error = 0;       // norm of what is left of the balance over those of its terms, by the inverse of A
+  std::int64_t node = -1; // where it is largest
+  bool whole = true;      // the last change was taken whole
+  BulkResult fault;       // of a cell that no part of the change leaves in order
 };
 
 // What the balance of energy takes from a step of a mesh, besides its nodes as points of mass [J].
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0;      // along the mean way
+  double material = 0;                               // dissipated at the points of the material
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
@@ -61,6 +75,19 @@ public:
 
   // Velocities of nodes at the end of the step without contacts, from those in `bodies`; of a step's begin.
   void free_velocity(Bodies& bodies, const double* gravity, double h, double theta, BulkStep bulk);
+  // Of a body whose stresses are a material's: Newton's method round the solution of contacts. free_velocity is its
+  // first pass; after a solution, with `impulse` gathered, `judge` moves on, with a part of the change where the
+  // whole one leaves more of the balance; `linearise` makes the free velocity of the next pass.
+  bool linear() const { return !model.bulk; }
+  NewtonError judge();
+  void linearise(Bodies& bodies);
+  // The end of the step becomes the begin of the next.
+  void commit();
+  // For a checkpoint: forces of the stresses at the begin of the next step [N], then the energy that they store [J];
+  // none before the first step. Throws Error for what is of another mesh.
+  std::vector<double> memory() const;
+  void restore(std::span<const double> state, std::span<const double> memory);
+  std::string describe(const BulkResult& fault) const;
   // Contact nodes from now on, in this order after those that are: compliance between them.
   void touch(const std::vector<std::int32_t>& more);
   std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
@@ -93,6 +120,12 @@ private:
   };
   void mark_contact_nodes();
   void factorise(double h, double theta, BulkStep bulk);
+  void factorise_tangent();
+  void start_newton();
+  void find_free_velocity();
+  void residual_of(const std::vector<double>& v);
+  BulkResult stresses_of(const std::vector<double>& v, bool tangent);
+  void account_bulk(Bodies& bodies, const double* gravity);
   void check_step(double h) const;
   double stable_step() const;                      // of central differences [s]
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
@@ -117,6 +150,13 @@ private:
   std::vector<double> stiff_begin_, damped_begin_, momentum_begin_; // as the step began
   bool lumped_mass_ = false, damps_ = false;                        // M is diagonal; C is not zero
   std::vector<double> columns_;                                     // (some, dofs) right sides that are solved at once
+  // Of Newton's method: velocities of the pass, forces of stresses at both ends and of damping, derivative, rest of the
+  // balance, and where the step ended.
+  std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_;
+  std::unique_ptr<Factors> own_; // of the pass
+  BulkResult found_;             // at the end
+  double stored_begin_ = 0, checked_ = 0; // checked_: step that is known to be stable under central differences
+  bool begun_ = false;                    // stored_begin_ and force_begin_ are known
   double h_ = 0, theta_ = 0, size_ = 0;
   bool explicit_ = false; // the step at hand
 };

@@ -1,5 +1,6 @@
 // The deformable bodies of a scene, and what a contact on one of them rests on.
 #pragma once
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -20,6 +21,9 @@ public:
   std::vector<MeshBody> meshes;
 
   bool empty() const { return meshes.empty(); }
+  bool linear() const {
+    return std::all_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.linear(); });
+  }
   // Finds the bodies of all meshes among those of the scene; to be called when internal numbers change.
   void place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order);
   bool carries(std::int32_t body) const { return of_body_[body].mesh >= 0; }

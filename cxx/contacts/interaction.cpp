@@ -139,8 +139,8 @@ void Interactions::update_velocity(Bodies& bodies) {
   if (bodies.reaction.active) s.add_reactions(bodies);
 }
 
-// Impulses of contacts to the nodes of meshes, whose velocities follow from one solution each.
-void Interactions::State::push_meshes(Bodies& bodies) const {
+// Impulses of contacts to the nodes of meshes.
+void Interactions::State::give_meshes() const {
   for (MeshBody& mesh : meshes->meshes) std::fill(mesh.impulse.begin(), mesh.impulse.end(), 0.0);
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts && (b.mapped_a || b.mapped_b); ++lane) {
@@ -156,7 +156,20 @@ void Interactions::State::push_meshes(Bodies& bodies) const {
       if (b.mapped_a) give(b.body_a[lane], b.node_a, b.lever_a, 1);
       if (b.mapped_b) give(b.body_b[lane], b.node_b, b.lever_b, -1);
     }
+}
+
+// Their velocities follow from one solution each.
+void Interactions::State::push_meshes(Bodies& bodies) const {
+  give_meshes();
   for (MeshBody& mesh : meshes->meshes) mesh.push(bodies);
+}
+
+void Interactions::give_meshes() const { s_->give_meshes(); }
+
+void Interactions::keep_impulses() {
+  const std::int64_t seen = s_->memory.contactors_seen; // what bonds on first sight does so once a step
+  s_->remember();
+  s_->memory.contactors_seen = seen;
 }
 
 // The image of B moves with the cell: relative velocities of contacts see it, bodies do not.

@@ -138,7 +138,7 @@ struct SolverOptions {
   double max_bytes = 1e9;   // of factors, and of W where a solver takes it in blocks
 };
 
-enum class SolveStatus { converged, iteration_limit, diverged };
+enum class SolveStatus { converged, iteration_limit, diverged, newton_limit };
 
 struct SolveReport {
   SolveStatus status = SolveStatus::converged;
@@ -229,6 +229,10 @@ public:
   // velocity = velocity_free + A^-1 H r; adds H r to `reaction` when that field is active. Also measures the contacts'
   // energy.
   void update_velocity(Bodies&);
+  // Impulses of the present solution on the nodes of meshes, each in its MeshBody::impulse; then the impulses as those
+  // that the next assemble begins from, within the same step.
+  void give_meshes() const;
+  void keep_impulses();
   // State of laws, then impulses and keys become the memory of the next step.
   ContactEnergy commit();
 

@@ -179,6 +179,7 @@ struct Interactions::State {
   void add_given(const Bodies& bodies);
   void measure_speeds(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
+  void give_meshes() const;
   void push_meshes(Bodies& bodies) const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
   // f(batch, lane, candidate) for every contact that is batched

@@ -1,6 +1,8 @@
 // What elements have besides their kernels: sides that can touch, lumped masses.
 #include "elements.hpp"
 
+#include <algorithm>
+#include <numbers>
 #include <string>
 
 #include "../base/call.hpp"
@@ -89,6 +91,27 @@ void lump_by_diagonal(const ElementInfo& e, const double* mass, double* node_mas
     diagonal += mass[e.dim * j * (dofs + 1)];
   }
   for (int j = 0; j < e.nodes; ++j) node_mass[j] = mass[e.dim * j * (dofs + 1)] * (total / diagonal);
+}
+
+void ring_mass(const ElementInfo& e, const double* x, double density, double* mass) {
+  const ElementShape shape(e);
+  const int dofs = 2 * e.nodes;
+  std::fill_n(mass, dofs * dofs, 0.0);
+  for (int p = 0; p < e.points; ++p) {
+    double j[4] = {0, 0, 0, 0}, radius = 0;
+    for (int a = 0; a < e.nodes; ++a) {
+      const double* d = &shape.gradient[std::size_t((p * e.nodes + a) * 2)];
+      for (int k = 0; k < 2; ++k) j[k] += d[0] * x[2 * a + k], j[2 + k] += d[1] * x[2 * a + k];
+      radius += shape.value[std::size_t(p * e.nodes + a)] * x[2 * a];
+    }
+    const double weight = shape.weight[std::size_t(p)] * (j[0] * j[3] - j[1] * j[2]) * 2 * std::numbers::pi * radius;
+    for (int b = 0; b < e.nodes; ++b)
+      for (int a = 0; a < e.nodes; ++a) {
+        const double m =
+            density * weight * shape.value[std::size_t(p * e.nodes + a)] * shape.value[std::size_t(p * e.nodes + b)];
+        for (int k = 0; k < 2; ++k) mass[(2 * b + k) * dofs + 2 * a + k] += m;
+      }
+  }
 }
 
 } // namespace cairn

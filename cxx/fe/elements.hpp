@@ -56,4 +56,7 @@ const std::vector<CellSide>& sides_of(const ElementInfo& e);
 // (Hinton, Rock & Zienkiewicz 1976). mass (dim nodes, dim nodes), node_mass (nodes).
 void lump_by_diagonal(const ElementInfo& e, const double* mass, double* node_mass);
 
+// Consistent mass (2 nodes, 2 nodes) of a flat cell that goes round the axis y, x (2, nodes) [m].
+void ring_mass(const ElementInfo& e, const double* x, double density, double* mass);
+
 } // namespace cairn

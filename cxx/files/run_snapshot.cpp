@@ -152,6 +152,7 @@ const char* status_name(const StepReport& report) {
   switch (report.solve.status) {
   case SolveStatus::converged: return "converged";
   case SolveStatus::iteration_limit: return "iteration_limit";
+  case SolveStatus::newton_limit: return "newton_limit";
   default: return "diverged";
   }
 }

@@ -1,9 +1,11 @@
 #include "simulation_state.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <limits>
 #include <string_view>
 
+#include "../fe/bulk_model.hpp"
 #include "checksums.hpp"
 #include "file_error.hpp"
 
@@ -120,6 +122,40 @@ void take_fields(Holder& holder, const StoredValue& tree) {
   });
 }
 
+std::string number_of(std::size_t mesh) {
+  char text[24];
+  std::snprintf(text, sizeof text, "%06zu", mesh);
+  return text;
+}
+
+// Of meshes whose stresses are a material's: states of its points, and what the next step begins with.
+StoredValue meshes_of(Simulation& s) {
+  StoredValue out;
+  for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) {
+    const MeshBody& mesh = s.meshes.meshes[k];
+    if (mesh.linear()) continue;
+    StoredValue of;
+    const std::vector<double>&state = mesh.model.bulk->state(), memory = mesh.memory();
+    of.add_array("state", state.data(), {std::int64_t(state.size())});
+    of.add_array("memory", memory.data(), {std::int64_t(memory.size())});
+    out.add(number_of(k), std::move(of));
+  }
+  return out;
+}
+
+void take_meshes(Simulation& s, const StoredValue* from) {
+  for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) {
+    MeshBody& mesh = s.meshes.meshes[k];
+    if (mesh.linear()) continue;
+    std::vector<double> state(mesh.model.bulk->state().size(), 0.0), memory;
+    if (const StoredValue* of = from ? from->find(number_of(k)) : nullptr) {
+      state = numbers_of<double>(of->at("state").array, "state");
+      memory = numbers_of<double>(of->at("memory").array, "memory");
+    }
+    mesh.restore(state, memory);
+  }
+}
+
 } // namespace
 
 StoredValue state_of(Simulation& s) {
@@ -140,6 +176,7 @@ StoredValue state_of(Simulation& s) {
   out.add("memory", memory_of(s.strategy().memory(s)));
   out.add("projection_memory", memory_of(s.strategy().projection_memory()));
   out.add("energy", std::move(energy));
+  if (!s.meshes.linear()) out.add("meshes", meshes_of(s));
   out.add_whole("steps", s.steps);
   out.add_real("time", s.time);
   return out;
@@ -166,6 +203,7 @@ void take_state(Simulation& s, const StoredValue& state) {
 #include "../strategies/report.def"
   s.steps = state.whole("steps");
   s.time = state.real("time");
+  take_meshes(s, state.find("meshes"));
 }
 
 std::string fingerprint(const Scene& scene) {

@@ -51,10 +51,61 @@ void MeshDraft::add_elastic(const std::string& element, std::int64_t n, const st
   if (dim == 2 && (!(thickness > 0) || !std::isfinite(thickness)))
     throw Error("thickness is " + std::to_string(thickness) + "; give a finite length > 0 [m]");
   const double t = dim == 2 ? thickness : 1;
-  Cells added{&e, {node, node + e.nodes * n}, isotropic(dim, young, poisson, plane_stress), density * t};
+  Cells added{&e, {node, node + e.nodes * n}, isotropic(dim, young, poisson, plane_stress), density * t, {}};
   for (double& a : added.elasticity) a *= t;
+  added.solid.params = {young, poisson};
+  added.solid.plane = plane_stress ? Plane::stress : Plane::strain;
+  added.solid.thickness = t;
   for (const std::int32_t i : added.node) check_node(i);
   cells.push_back(std::move(added));
+}
+
+namespace {
+
+template <class E>
+E choice(const std::string& what, const std::string& given, std::initializer_list<std::pair<const char*, E>> known) {
+  std::string names;
+  for (const auto& [name, value] : known) {
+    if (given == name) return value;
+    names.append(names.empty() ? "" : ", ").append(name);
+  }
+  throw Error(what + " is '" + given + "'; give one of " + names);
+}
+
+} // namespace
+
+void MeshDraft::add_solid(const std::string& element, std::int64_t n, const std::int32_t* node,
+                          const std::string& material, std::span<const std::string> names,
+                          std::span<const double> values, double density, const std::string& kinematics,
+                          const std::string& plane, bool mean_dilatation, double thickness) {
+  const BulkMaterialInfo& law = bulk_material_named(material);
+  add_elastic(element, n, node, 1, 0, density, false, thickness);
+  Cells& added = cells.back();
+  added.solid.element = added.element;
+  added.solid.material = &law;
+  added.solid.params =
+      law.umat ? std::vector<double>(values.begin(), values.end()) : bulk_parameters(law, names, values);
+  added.solid.kinematics = choice<Kinematics>("kinematics", kinematics,
+                                              {{"small", Kinematics::small},
+                                               {"corotational", Kinematics::corotational},
+                                               {"total_lagrangian", Kinematics::total_lagrangian},
+                                               {"logarithmic", Kinematics::logarithmic}});
+  added.solid.plane = choice<Plane>(
+      "plane", plane, {{"strain", Plane::strain}, {"stress", Plane::stress}, {"axisymmetric", Plane::axisymmetric}});
+  if (dim == 2 && added.solid.plane == Plane::axisymmetric) added.density = density; // of the way round, not of a slice
+  added.solid.mean_dilatation = mean_dilatation;
+}
+
+std::shared_ptr<BulkModel> MeshDraft::bulk() const {
+  if (std::none_of(cells.begin(), cells.end(), [](const Cells& c) { return c.solid.material != nullptr; })) return {};
+  std::vector<BulkCells> all;
+  for (const Cells& c : cells) {
+    all.push_back(c.solid);
+    all.back().element = c.element;
+    all.back().node = c.node;
+    if (!c.solid.material) all.back().material = &bulk_material_named("isotropic_elastic");
+  }
+  return std::make_shared<BulkModel>(dim, reference, std::move(all));
 }
 
 std::vector<std::int32_t> MeshDraft::boundary() const {
@@ -106,6 +157,8 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std:
       if (wrong)
         throw Error(std::string(e.name) + " cell " + std::to_string(first / e.nodes) + " with first node " +
                     std::to_string(some.node[first]) + " is flat or inside out: turn its nodes the other way round");
+      if (dim == 2 && some.solid.material && some.solid.plane == Plane::axisymmetric)
+        ring_mass(e, x.data(), some.density, mass.data());
       const std::int32_t* dof = &unknown[start[clique]];
       const bool by_diagonal = e.order > 1;
       if (!node_mass.empty()) {
@@ -128,6 +181,13 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std:
           if (!lumped) m.value[place] += mass[j * dofs + i];
         }
     }
+  }
+  if (const std::shared_ptr<BulkModel> solid = bulk()) { // the stiffness at the start
+    std::vector<double> none(reference.size(), 0.0), force(reference.size());
+    solid->fit(m);
+    std::fill(k.value.begin(), k.value.end(), 0.0);
+    if (const BulkResult found = solid->evaluate(none.data(), 1, 1, force.data(), k.value.data()); !found.ok())
+      throw Error(solid->describe(found) + " at the start");
   }
   c = m;
   for (std::size_t i = 0; i < c.value.size(); ++i) c.value[i] = by_mass * m.value[i] + by_stiffness * k.value[i];

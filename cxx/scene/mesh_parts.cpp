@@ -168,6 +168,7 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
     m.damping = d.damping;
   } else if (!d.cells.empty()) {
     d.assemble(m.mass, m.stiffness, m.damping, m.node_mass);
+    if ((m.bulk = d.bulk())) m.bulk->fit(m.mass);
   } else {
     throw Error("the mesh has neither cells nor matrices: give one of them");
   }

@@ -1,10 +1,13 @@
 // A deformable body before it is part of a scene: its matrices, given or from elements, and what of it can touch; and
 // the bodies of the scene by which its nodes, points, edges and facets are seen.
 #pragma once
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "../bodies/mesh_body.hpp"
+#include "../fe/bulk_model.hpp"
 #include "../fe/elements.hpp"
 #include "scene.hpp"
 
@@ -19,6 +22,7 @@ struct MeshDraft {
     std::vector<std::int32_t> node; // (nodes, cells)
     std::vector<double> elasticity; // times the thickness in 2D [Pa]
     double density = 0;             // as well [kg/m3]
+    BulkCells solid;                // of a material of solids; material null: linear
   };
   int dim = 2;
   std::vector<double> reference; // (dim, nodes) [m], absolute
@@ -35,6 +39,13 @@ struct MeshDraft {
   // Takes cells of isotropic elasticity. Throws Error, naming cell and node.
   void add_elastic(const std::string& element, std::int64_t n, const std::int32_t* node, double young, double poisson,
                    double density, bool plane_stress, double thickness);
+  // Takes cells of a material of solids, by names: of its parameters, its kinematics (small, corotational,
+  // total_lagrangian, logarithmic) and its plane (strain, stress, axisymmetric). Throws Error as above.
+  void add_solid(const std::string& element, std::int64_t n, const std::int32_t* node, const std::string& material,
+                 std::span<const std::string> names, std::span<const double> values, double density,
+                 const std::string& kinematics, const std::string& plane, bool mean_dilatation, double thickness);
+  // The stresses of all cells, if those of one are a material's; else null.
+  std::shared_ptr<BulkModel> bulk() const;
   // Edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body left of an edge.
   std::vector<std::int32_t> boundary() const;
   // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.

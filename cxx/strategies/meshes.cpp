@@ -36,13 +36,15 @@ void Simulation::follow_meshes() {
 // The nodes of meshes count as points of mass in account(); what else they store and dissipate, here.
 void Simulation::account_for_meshes() {
   if (meshes.empty()) return;
-  for (const MeshBody& mesh : meshes.meshes) {
+  for (MeshBody& mesh : meshes.meshes) {
     const MeshWork& w = mesh.work;
+    mesh.commit();
     energy.stored += w.stored;
     energy.kinetic += w.kinetic;
     energy.work_external += w.elastic + w.damping + w.inertia;
     energy.dissipated_bulk += w.damping;
-    energy.dissipated_theta += w.elastic - w.stored_change;
+    energy.dissipated_material += w.material;
+    energy.dissipated_theta += w.elastic - w.stored_change - w.material;
   }
 }
 

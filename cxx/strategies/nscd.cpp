@@ -18,6 +18,7 @@ const StepReport& Nscd::step(Simulation& s, double h) {
     s.timed("detect_contacts", [&] { detect_contacts(s); });
     s.timed("prepare_contacts", [&] { prepare_contacts(s); });
     s.timed("solve_contacts", [&] { solve_contacts(s); });
+    if (!s.meshes.linear()) s.timed("newton_passes", [&] { newton_passes(s); });
     s.timed("update_velocity", [&] { update_velocity(s); });
     s.timed("commit_contacts", [&] { commit_contacts(s); }); // refuses what a user's law gives back that is no number
   } catch (...) {
@@ -29,10 +30,11 @@ const StepReport& Nscd::step(Simulation& s, double h) {
   return s.report;
 }
 
-std::vector<std::string_view> Nscd::stages(const Simulation&) const {
+std::vector<std::string_view> Nscd::stages(const Simulation& s) const {
   std::vector<std::string_view> names = {"predict_configuration", "compute_free_velocity", "detect_contacts",
                                          "prepare_contacts",      "solve_contacts",        "update_velocity",
                                          "commit_contacts",       "update_configuration"};
+  if (!s.meshes.linear()) names.insert(names.begin() + 5, "newton_passes");
   if (settings.project_positions) names.push_back("project_positions");
   return names;
 }
@@ -80,6 +82,8 @@ bool Nscd::take_settings(Simulation&, const Strategy& other) {
 void Nscd::check_scene(const Simulation& s) const {
   if (settings.project_positions && !s.meshes.empty())
     throw Error("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies");
+  if (settings.pose.kernel && !settings.explicit_bulk && !s.meshes.linear())
+    throw Error("GranularElement moves deformable bodies that are linear: give NSCD to those of a material of solids");
 }
 
 void Nscd::check_laws(const Simulation& s) const {

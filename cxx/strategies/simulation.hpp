@@ -24,11 +24,13 @@ struct NscdOptions {
   double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
   bool project_positions = false;
   bool warm_start = true;
-  bool act_on_surfaces = false; // see Interactions
-  int renumber_every = 200;     // steps between renumberings along the space-filling curve
-  ContactPose pose{};           // Carpenter's scheme and the granular element method pose conditions of their own
-  bool explicit_bulk = false;   // central differences in deformable bodies: A = M
-  bool refuse_unstable = true;  // of these, steps beyond their limit
+  bool act_on_surfaces = false;   // see Interactions
+  int renumber_every = 200;       // steps between renumberings along the space-filling curve
+  ContactPose pose{};             // Carpenter's scheme and the granular element method pose conditions of their own
+  bool explicit_bulk = false;     // central differences in deformable bodies: A = M
+  bool refuse_unstable = true;    // of these, steps beyond their limit
+  double newton_tolerance = 1e-8; // on the balance of bodies whose stresses are not linear, in an energy norm
+  int newton_passes = 30;         // of a step at most
 };
 
 // Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth_dem.cpp.
@@ -46,9 +48,10 @@ struct SmoothDemOptions {
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
   double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_theta = 0;
-  double work_projection = 0; // potential energy that project_positions gave
   double stored = 0;          // in the springs of contacts and in bodies that deform, now
   double released = 0;        // by contact laws: damage, viscosity, wear
+  double dissipated_material = 0; // at the points of materials of deformable bodies
+  double work_projection = 0;     // potential energy that project_positions gave
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
   double in_play = 0; // their sum: the scale of closure
@@ -61,6 +64,8 @@ struct StepReport {
   std::int64_t unresolved_rotations =
       0; // bodies that turned too far in a step for their midpoint rule: they kept their spin
   SolveReport solve;
+  int newton_passes = 0;            // of the last step, 0: all is linear
+  double newton_error = 0;          // what was left of the balance of the worst mesh [-]
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start

@@ -34,10 +34,14 @@ from .run.time_functions import Harmonic, Table
 _LATER = {
     "ElasticBody": "build.elastic",
     "LinearBody": "build.meshes",
+    "SolidBody": "build.solid",
+    "bars": "build.frames",
+    "beams": "build.frames",
     "deformable": "build.meshes",
     "find_equilibrium": "run.equilibrium",
     "surface": "build.surfaces",
 }
+_LATER |= dict.fromkeys([d["python_name"] for d in _core.bulk_materials()], "build.bulk")
 _PARTS = {"fracture": "build.fracture", "legacy": "legacy", "problems": "problems", "soe": "run.soe", "study": "study"}
 
 

@@ -50,6 +50,14 @@ def test_forced_fold(tmp_path, capsys):
         example("forced_fold").main(["--output", str(tmp_path), "--disks", "-5"])
 
 
+def test_rubber_ring(tmp_path):
+    size = ["--round", "16", "--across", "1", "--steps", "40", "--crush", "0.2"]
+    figures = ran("rubber_ring", tmp_path, *size, endings=(".png",))
+    assert figures["way of the plate"] == pytest.approx(20.0, rel=0.02)
+    assert figures["closure of the balance"] < 1e-9
+    assert 100 < figures["largest force"] < 5000
+
+
 def test_hopper(tmp_path):
     figures = ran("hopper", tmp_path, "--disks", "200", "--steps", "900", "--frames", "3")
     assert figures["mass gone"] > 0

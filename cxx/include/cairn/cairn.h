@@ -24,7 +24,8 @@ enum cairn_code {
   cairn_internal_error = 3,
   cairn_file_error = 4 /* a file cannot be read or written */
 };
-enum cairn_solve_status { cairn_converged = 0, cairn_iteration_limit = 1, cairn_diverged = 2 };
+/* newton_limit: deformable bodies that are not linear are not in balance to newton_tol. */
+enum cairn_solve_status { cairn_converged = 0, cairn_iteration_limit = 1, cairn_diverged = 2, cairn_newton_limit = 3 };
 
 typedef struct cairn_scene cairn_scene;
 typedef struct cairn_simulation cairn_simulation;
@@ -111,17 +112,26 @@ int32_t cairn_scene_drive(cairn_scene* scene, int64_t n, const int64_t* bodies, 
                           cairn_error* error);
 
 /* ---------------------------------------------------------------- deformable bodies
- * Small displacements. A mesh is made, described, and added to scenes; it may be destroyed then. Nodes count from 0;
- * dof dim i + k is the displacement of node i along axis k. */
+ * Small displacements, but of cells whose kinematics are not small. A mesh is made, described, and added to scenes; it
+ * may be destroyed then. Nodes count from 0; dof dim i + k is the displacement of node i along axis k. */
 int32_t cairn_mesh_create(int32_t dim, int64_t nodes, const double* position, cairn_mesh** mesh,
                           cairn_error* error); /* position (dim, nodes) [m] */
 void cairn_mesh_destroy(cairn_mesh* mesh);     /* NULL is allowed */
-/* n isotropic elastic cells of an element of elements.def ("t3", "q4", "tet4", "hex8"): node (nodes of a cell, n),
+/* n isotropic elastic cells of an element of elements.def ("t3", "q8", "hex20", ...): node (nodes of a cell, n),
  * anticlockwise in 2D; young [Pa], poisson, density [kg/m3]; in 2D plane_stress 0 (strain) or 1, thickness [m]. Cells
  * of several calls add up. */
 int32_t cairn_mesh_add_elastic_cells(cairn_mesh* mesh, const char* element, int64_t n, const int32_t* node,
                                      double young, double poisson, double density, int32_t plane_stress,
                                      double thickness, cairn_error* error);
+/* n cells of a material of bulk_materials.def ("neo_hookean", "j2_plasticity", ...), whose strains may be large:
+ * parameters by names and values (count each); those that are not given have their defaults. kinematics "small",
+ * "corotational", "total_lagrangian" (materials that take the gradient of deformation need it) or "logarithmic"; plane
+ * "strain", "stress" or "axisymmetric" round y, in 2D; mean_dilatation 1: cells of first order do not lock near
+ * poisson = 1/2. */
+int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_t n, const int32_t* node,
+                                   const char* material, int32_t count, const char* const* names, const double* values,
+                                   double density, const char* kinematics, const char* plane, int32_t mean_dilatation,
+                                   double thickness, cairn_error* error);
 /* Of cells: C = by_mass M + by_stiffness K [1/s, s]; lumped 1: mass in the nodes alone. Default: 0, 0, 0. */
 int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiffness, int32_t lumped,
                                cairn_error* error);

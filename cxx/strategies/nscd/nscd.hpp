@@ -26,6 +26,8 @@ public:
   void detect_contacts(Simulation& s);
   void prepare_contacts(Simulation& s);
   void solve_contacts(Simulation& s);
+  // Further ones, where stresses of a mesh are not linear: Newton's method round the solution; see newton.cpp.
+  void newton_passes(Simulation& s);
   void update_velocity(Simulation& s);
   void update_configuration(Simulation& s);
   void commit_contacts(Simulation& s);

@@ -175,9 +175,13 @@ class ElasticBody:
 
     def nodal_stress(self, displacement):
         """Mean of the stresses of the cells round each node, (n, 3 | 6) [Pa]."""
-        total = np.zeros((len(self.points), 3 * self.dim - 3))
+        return self.nodal_mean(self.stress(displacement))
+
+    def nodal_mean(self, of_cells):
+        """Mean round each node of what cells have, {kind: (m, k)}: (n, k)."""
+        total = np.zeros((len(self.points), next(iter(of_cells.values())).shape[1]))
         count = np.zeros(len(self.points))
-        for kind, stress in self.stress(displacement).items():
+        for kind, stress in of_cells.items():
             for corner in self.cells[kind].T:
                 np.add.at(total, corner, stress)
                 np.add.at(count, corner, 1)

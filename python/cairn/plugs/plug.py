@@ -34,8 +34,8 @@ class Pair:
 KINDS = {"solver": 2, "pair": 3, "velocity": 4, "force": 5}
 
 
-def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None, of=None, params=None, replace=False,
-         thread_safe=True):  # fmt: skip
+def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None, material=None, of=None, params=None,
+         replace=False, thread_safe=True, state=0, routine="umat"):  # fmt: skip
     """A routine from a shared library, which describes it by `cairn_describe_NAME` (cairn/plug.h, module cairn_plug).
 
     library: path of the library. One of the others is the NAME, and says what the routine is and what comes back:
@@ -46,14 +46,18 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
     solver: a contact solver: its class, `NSCD(solver=Mine(tol=1e-6))`; cairn.problems knows its name too.
     pair: the contact of a pair of shapes; of: which built-in one it replaces in NSCD from now on, "disk_disk", ...; a Pair.
     velocity, force: the free velocity of bodies, a force on them: a Routine for Simulation.plug.
+    material: a name of your choice for a routine of Abaqus's interface UMAT in the library, whose symbol is `routine` (an
+    underscore may follow), with `state` numbers STATEV at each point: a function of its PROPS that gives a material of
+    SolidBody, `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. It needs no
+    descriptor.
     params: values in the order of the descriptor, or a dict.
 
     Raises ValueError when the library or its descriptor is missing or does not fit this Cairn, naming what and the remedy.
     """
-    given = dict(law=law, solver=solver, pair=pair, velocity=velocity, force=force)
+    given = dict(law=law, solver=solver, pair=pair, velocity=velocity, force=force, material=material)
     asked = {kind: name for kind, name in given.items() if name is not None}
     if len(asked) != 1:
-        raise ValueError(f"give one of law=, solver=, pair=, velocity= and force=; there are {', '.join(asked) or 'none'}")
+        raise ValueError(f"give one of {', '.join(f'{k}=' for k in given)}; there are {', '.join(asked) or 'none'}")
     [(kind, name)] = asked.items()
     if not isinstance(name, str) or not name:
         raise ValueError(f"{kind} is {name!r}: give the name that the library describes")
@@ -62,6 +66,10 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
         path = os.path.abspath(path)
     elif os.sep in path:
         raise ValueError(f"{path}: there is no such file; build the library first")
+    if kind == "material":
+        from ..build.bulk import plugged_material
+
+        return plugged_material(path, routine, name, checks.count("state", state, 0, checks.INT32))
     if kind == "law":
         return _law(path, name, params, replace, thread_safe)
     routine = _core.PluggedRoutine(path, name, KINDS[kind])

@@ -156,7 +156,7 @@ def _stress(simulation):
     out = np.zeros((len(ids), 3 * simulation.scene.dim - 3))
     for mesh in simulation.meshes:
         if hasattr(mesh.body, "nodal_stress"):
-            out[np.searchsorted(ids, mesh.ids)] = mesh.body.nodal_stress(mesh.displacement)
+            out[np.searchsorted(ids, mesh.ids)] = mesh.nodal_stress()
     return out
 
 

@@ -10,16 +10,29 @@ from ..build.meshes import MovingMesh
 class Meshes:
     """The deformable bodies of a simulation in the order in which they came in: `meshes`, a MovingMesh each."""
 
-    def __init__(self, simulation, core):
+    def __init__(self, simulation, core, before=None, state=None):
         self._core, self.meshes, self._loaded = core, [], set()
+        kept = {id(m.d): core.mesh_memory(k) for k, m in enumerate(before.meshes)} if before else {}
         self._core.forget_meshes()
         origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         for d, ids in sets_of_meshes(simulation):
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
             self.meshes.append(mesh)
             self._core.add_mesh(_model(mesh, origin))
+            if id(d) in kept:
+                self._core.restore_mesh(len(self.meshes) - 1, *kept[id(d)])
         self._core.check_scene()
         self._core.follow_meshes()
+        if state is not None:
+            self.restore(state)
+
+    def restore(self, state):
+        """States of materials of bodies that are not linear, from the state of a simulation; none of what it does not name."""
+        kept = state.get("meshes", {})
+        for k in range(len(self.meshes)):
+            none = np.zeros(len(self._core.mesh_memory(k)[0]))
+            of = kept.get(f"{k:06d}", {"state": none, "memory": np.zeros(0)})
+            self._core.restore_mesh(k, of["state"], of["memory"])
 
     def load(self, h):
         """Forces and held velocities of the step from the core's time on; what is constant is written once."""
@@ -83,6 +96,9 @@ def _model(mesh, origin):
     }
     if getattr(body, "second_order", False):
         out["node_mass"] = body.nodal_mass()
+    if hasattr(body, "blocks"):
+        ring = getattr(body, "plane", None) == "axisymmetric"
+        out["bulk"], out["bulk_place"] = body.blocks(), (body.points if ring else body.points - origin).ravel()
     if not own:
         return {**out, "stiffness": values[1], "damping": values[2]}
     calls = {"times_stiffness": lambda x: body.K @ x, "times_damping": lambda x: body.C @ x}

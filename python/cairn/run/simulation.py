@@ -446,7 +446,7 @@ class Simulation:
         hold_together(self._core.scene, sets)
         self._dt, self._radii, self._info = dt, None, info
         self._start_functions()
-        self._start_meshes()
+        self._start_meshes(state)
 
     # ------------------------------------------------------------------ words
 
@@ -495,13 +495,13 @@ class Simulation:
             self._core.assign_body("damping", damping)
         self._constant_force_set = False
 
-    def _start_meshes(self):
+    def _start_meshes(self, state=None):
         """Gives the deformable bodies to the core; scenes without any load nothing for them."""
-        self._meshes = None
+        before, self._meshes = getattr(self, "_meshes", None), None
         if any(s.mesh is not None for s in self._sets):
             from .meshes import Meshes
 
-            self._meshes = Meshes(self, self._core)
+            self._meshes = Meshes(self, self._core, before, state)
 
     def _field(self, name, shape):
         values = self._core.scene.body(name)

@@ -99,8 +99,14 @@ class Stages:
         self._make("prepare_contacts")
 
     def solve_contacts(self):
-        """Impulses of all contacts, by the solver of the strategy."""
+        """Impulses of all contacts, by the solver of the strategy; with bodies whose stresses are not linear all passes of
+        Newton's method round it."""
         self._make("solve_contacts")
+        if self._passes():
+            self._core.newton_passes()
+
+    def _passes(self):
+        return any(hasattr(mesh.body, "blocks") for mesh in self._simulation.meshes)
 
     def give_impulses(self, impulses, *, converged=True, iterations=0, error=0.0, hint=""):
         """In the place of solve_contacts: impulses (m, dim) along normal and tangents of `contacts`, on the first body [N s].
@@ -108,6 +114,8 @@ class Stages:
         converged, iterations, error, hint: for the report.
         """
         self._is_due("solve_contacts")
+        if self._passes():
+            raise ValueError("stresses of a mesh are not linear, and impulses are found in several passes: call solve_contacts")
         shape = (len(self._simulation.contacts), self._simulation.scene.dim)
         given = np.ascontiguousarray(checks.real_array("impulses", impulses, shape))
         found = {"status": "converged" if converged else "iteration_limit", "iterations": iterations, "error": error}

@@ -176,6 +176,8 @@ class NSCD(Strategy):
     accuracy: largest error of the velocities that contacts leave, |v - v*|_M / max(|v*|_M, |h g|_M), v* the exact solution of the
     step, M the masses, h g what loads alone make of the velocities: estimated from how velocities changed while the error of
     impulses fell, and the solver goes on until it holds; info["velocity_error"] tells the estimate. None: tol alone counts.
+    newton_tol: on the balance of deformable bodies that are not linear, in an energy norm without units; newton_passes: of
+    Newton's method round the contact solver, at most.
     """
 
     theta: float = 0.5
@@ -187,6 +189,8 @@ class NSCD(Strategy):
     renumber_every: int = 200
     contact_point: str = "middle"
     accuracy: float | None = None
+    newton_tol: float = 1e-8
+    newton_passes: int = 30
 
     def __post_init__(self):
         if not 0.5 <= checks.number("theta", self.theta) <= 1:
@@ -197,6 +201,9 @@ class NSCD(Strategy):
         checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
         checks.flag("project_positions", self.project_positions)
         checks.flag("warm_start", self.warm_start)
+        if not 0 < checks.number("newton_tol", self.newton_tol) < 1:
+            raise ValueError(f"newton_tol is {self.newton_tol}: give a number between 0 and 1")
+        checks.count("newton_passes", self.newton_passes, 1, checks.INT32)
         one_of("contact_point", self.contact_point, ("middle", "surface"))
         if self.accuracy is not None and not 0 < checks.number("accuracy", self.accuracy) < 1:
             raise ValueError(f"accuracy is {self.accuracy}: give a number between 0 and 1, such as 1e-3, or None")
@@ -233,6 +240,8 @@ class NSCD(Strategy):
             "accuracy": math.inf if self.accuracy is None else float(self.accuracy),
             "explicit_bulk": self.explicit,
             "refuse_unstable": self.unstable == "error",
+            "newton_tol": float(self.newton_tol),
+            "newton_passes": int(self.newton_passes),
             **self.solver.settings(),
         }
 

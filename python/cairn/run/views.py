@@ -285,5 +285,26 @@ class MeshView(_View):
 
     @property
     def stress(self):
-        """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]."""
+        """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]; of a SolidBody the
+        mean of the true stresses that the last step found, (m, 6)."""
+        if hasattr(self.body, "blocks"):
+            return {kind: stress for kind, (stress, _) in zip(self.body.cells, self._bulk())}
         return self.body.stress(self.displacement)
+
+    @property
+    def material_state(self):
+        """Means over the cells of the states of a SolidBody's materials, {kind: {name: (m,)}}."""
+        if not hasattr(self.body, "blocks"):
+            return {}
+        names = (self.body.materials[kind].state for kind in self.body.cells)
+        return {kind: dict(zip(own, state.T)) for kind, own, (_, state) in zip(self.body.cells, names, self._bulk())}
+
+    def _bulk(self):
+        return self._core.mesh_bulk(self._simulation._meshes.meshes.index(self._mesh))
+
+    def nodal_stress(self):
+        """Mean of the stresses of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
+        if not hasattr(self.body, "blocks"):
+            return self.body.nodal_stress(self.displacement)
+        means = self.body.nodal_mean(self.stress)
+        return means[:, [0, 1, 3]] if self._mesh.dim == 2 else means

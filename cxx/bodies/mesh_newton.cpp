@@ -1,0 +1,224 @@
+// Newton's method of a body whose stresses are those of a material, round the solution of its contacts:
+//   M (v - v0) + h (theta F(q) + (1 - theta) F(q0)) + h C (theta v + (1 - theta) v0) = h f + impulses,
+//   q = q0 + h (theta v + (1 - theta) v0),   A = M + h theta C + h^2 theta^2 dF/dq   (Jean 1999).
+#include <algorithm>
+#include <cmath>
+
+#include "../base/call.hpp"
+#include "../fe/bulk_model.hpp"
+#include "body.hpp"
+#include "mesh_body.hpp"
+
+namespace cairn {
+
+std::string MeshBody::describe(const BulkResult& fault) const {
+  return "the mesh '" + model.name + "': " + model.bulk->describe(fault);
+}
+
+BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
+  const std::int64_t n = model.dofs();
+  if (tangent) {
+    tangent_.resize(model.mass.value.size());
+    std::fill(tangent_.begin(), tangent_.end(), 0.0);
+  }
+  for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (theta_ * v[i] + (1 - theta_) * v_[i]);
+  return model.bulk->evaluate(b_.data(), h_, theta_, force_end_.data(), tangent ? tangent_.data() : nullptr);
+}
+
+// What is left of the balance at velocities v, without impulses of contacts, from the stresses there.
+void MeshBody::residual_of(const std::vector<double>& v) {
+  const std::int64_t n = model.dofs();
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = v[i] - v_[i];
+  multiply_mass(a_.data(), b_.data());
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? v_[i] : theta_ * v[i] + (1 - theta_) * v_[i];
+  if (damps_) damping_times(a_.data(), c_.data());
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double force = explicit_ ? force_begin_[i] : theta_ * force_end_[i] + (1 - theta_) * force_begin_[i];
+    residual_[i] = model.held[i] ? 0 : h_ * (f_[i] - c_[i] - force) - b_[i];
+  }
+}
+
+void MeshBody::start_newton() {
+  const auto n = std::size_t(model.dofs());
+  for (std::vector<double>* v : {&iterate_, &force_end_, &residual_, &trial_, &start_, &c_}) v->resize(n);
+  norms_.resize(6 * n);
+  for (std::size_t i = 0; i < n && begun_ && !way_end_.empty(); ++i) // nodes may have been set elsewhere
+    begun_ = std::abs(q_[i] - way_end_[i]) <= 1e-6 * size_;
+  if (!begun_) {
+    force_begin_.assign(n, 0.0);
+    found_ = model.bulk->evaluate(q_.data(), h_, theta_, force_end_.data(), nullptr);
+    if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
+    force_begin_ = force_end_;
+    stored_begin_ = found_.energy;
+    begun_ = true;
+  }
+  iterate_ = v_;
+  if (!explicit_) {
+    found_ = stresses_of(iterate_, true);
+    if (!found_.ok()) { // as it stands at the begin of the step every cell is in order
+      for (std::size_t i = 0; i < n; ++i) iterate_[i] = -(1 - theta_) / theta_ * v_[i];
+      found_ = stresses_of(iterate_, true);
+      if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
+    }
+  }
+  find_free_velocity();
+}
+
+void MeshBody::find_free_velocity() {
+  const auto n = std::size_t(model.dofs());
+  factorise_tangent();
+  residual_of(iterate_);
+  for (std::size_t i = 0; i < n; ++i)
+    free_[i] = !model.held[i] ? residual_[i] : (held_velocity.empty() ? 0 : held_velocity[i]) - iterate_[i];
+  solve(free_.data());
+  for (std::size_t i = 0; i < n; ++i) free_[i] += iterate_[i];
+}
+
+void MeshBody::linearise(Bodies& bodies) {
+  found_ = stresses_of(iterate_, true);
+  if (!found_.ok()) throw Error(describe(found_));
+  find_free_velocity();
+  scatter(free_.data(), bodies.velocity_free);
+}
+
+void MeshBody::factorise_tangent() {
+  if (!own_) {
+    own_ = std::make_unique<Factors>();
+    own_->soe = Soe::make(model.mass, model.options);
+    own_->value.resize(model.mass.value.size());
+  }
+  now_ = own_.get();
+  now_->active.clear();
+  now_->place.assign(std::size_t(model.nodes()), -1);
+  now_->leading = 0;
+  const auto with = [&](const std::vector<double>& stiffness) {
+    for (std::size_t e = 0; e < now_->value.size(); ++e)
+      now_->value[e] = explicit_ ? model.mass.value[e]
+                                 : model.mass.value[e] + h_ * theta_ * model.damping.value[e] +
+                                       h_ * theta_ * (h_ * theta_) * stiffness[e];
+    ++factorisations;
+    return now_->soe->factor(now_->value.data());
+  };
+  SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
+  // where the material softens, the stiffness at the start is a direction that goes down
+  if (!status && !explicit_) status = with(model.stiffness.value);
+  if (!status) refuse(status);
+}
+
+NewtonError MeshBody::judge() {
+  const auto n = std::size_t(model.dofs());
+  NewtonError out;
+  if (explicit_) return out;
+  for (std::size_t i = 0; i < n; ++i) trial_[i] = model.held[i] ? 0 : impulse[i];
+  solve(trial_.data());
+  for (std::size_t i = 0; i < n; ++i) trial_[i] += free_[i] - iterate_[i]; // the change
+  double before = 0; // of the balance with these impulses, by the inverse of A: the change solves it
+  for (std::size_t i = 0; i < n; ++i)
+    if (!model.held[i]) before += trial_[i] * (residual_[i] + impulse[i]);
+  std::vector<double>&change = trial_, &start = start_;
+  start = iterate_;
+  bool moved = false; // a held dof, whose change is no part of the balance
+  for (std::size_t i = 0; i < n; ++i) moved = moved || (model.held[i] && (change[i] < 0 || change[i] > 0));
+  constexpr int halvings = 10;
+  double share = 1;
+  for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
+    for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
+    out.fault = stresses_of(iterate_, false);
+    if (!out.fault.ok()) continue;
+    residual_of(iterate_);
+    for (std::size_t i = 0; i < n; ++i) {
+      const bool held = model.held[i];
+      norms_[i] = held ? 0 : residual_[i] + impulse[i];
+      norms_[n + i] = held ? 0 : b_[i];
+      norms_[2 * n + i] = held ? 0 : h_ * (c_[i] + theta_ * force_end_[i] + (1 - theta_) * force_begin_[i]);
+    }
+    std::copy_n(norms_.begin(), 3 * n, norms_.begin() + std::ptrdiff_t(3 * n));
+    const double* right = &norms_[3 * n];
+    solve(norms_.data(), 3);
+    double size[3] = {0, 0, 0}, worst = 0;
+    for (int k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * right[k * n + i];
+    for (std::size_t i = 0; i < n; ++i)
+      if (norms_[i] * right[i] > worst) worst = norms_[i] * right[i], out.node = std::int64_t(i) / model.dim;
+    const double scale = std::sqrt(std::max(size[1], 0.0)) + std::sqrt(std::max(size[2], 0.0));
+    const double left = std::sqrt(std::max(size[0], 0.0));
+    out.error = left > 0 ? (scale > 0 ? left / scale : 1) : 0;
+    found_ = out.fault;
+    out.whole = turn == 0;
+    constexpr double small = 1e-6; // where rounding alone may be left
+    if (moved || out.error < small || left * left <= before * (1 - 1e-4 * share) || turn == halvings) return out;
+  }
+  if (!out.fault.ok()) {
+    iterate_ = start;
+    out.error = 1;
+    out.whole = false;
+  }
+  return out;
+}
+
+// As `account`, with the forces of the stresses at both ends.
+void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
+  const int dim = model.dim;
+  const std::int64_t n = model.dofs();
+  std::vector<double>&end = trial_, &inertia = norms_;
+  gather(bodies.velocity, end.data());
+  if (explicit_) {
+    iterate_ = end;
+    found_ = stresses_of(iterate_, false);
+    if (!found_.ok()) throw Error(describe(found_) + " at the end of the step: give a smaller dt");
+  }
+  work = {};
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? v_[i] : theta_ * end[i] + (1 - theta_) * v_[i];
+  if (damps_) damping_times(a_.data(), c_.data());
+  for (std::int64_t i = 0; i < n; ++i) a_[i] = end[i] - v_[i];
+  multiply_mass(a_.data(), inertia.data());
+  multiply_mass(end.data(), b_.data());
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double way = h_ * (theta_ * end[i] + (1 - theta_) * v_[i]);
+    const double elastic = explicit_ ? force_begin_[i] : theta_ * force_end_[i] + (1 - theta_) * force_begin_[i];
+    work.elastic += way * elastic;
+    work.damping += way * c_[i];
+    const double extra = (inertia[i] - lumped_[i] * a_[i]) / h_, weight = lumped_[i] * gravity[i % dim];
+    work.inertia += way * extra;
+    const double force =
+        model.held[i] ? (lumped_[i] * a_[i] - impulse[i]) / h_ - weight : f_[i] - elastic - c_[i] - weight - extra;
+    bodies.force[nodes[i / dim]][i % dim] = force;
+    work.kinetic += 0.5 * end[i] * (b_[i] - lumped_[i] * end[i]);
+  }
+  work.stored = found_.energy;
+  work.stored_change = found_.energy - stored_begin_;
+  work.material = found_.dissipated;
+}
+
+void MeshBody::commit() {
+  if (linear()) return;
+  model.bulk->commit();
+  way_end_.resize(q_.size());
+  for (std::size_t i = 0; i < q_.size(); ++i) way_end_[i] = q_[i] + h_ * (theta_ * iterate_[i] + (1 - theta_) * v_[i]);
+  force_begin_ = force_end_;
+  stored_begin_ = found_.energy;
+}
+
+std::vector<double> MeshBody::memory() const {
+  if (!begun_) return {};
+  std::vector<double> out = force_begin_;
+  out.push_back(stored_begin_);
+  return out;
+}
+
+void MeshBody::restore(std::span<const double> state, std::span<const double> memory) {
+  const std::size_t states = linear() ? 0 : model.bulk->state().size(), forces = std::size_t(model.dofs()) + 1;
+  if (state.size() != states || (!memory.empty() && (linear() || memory.size() != forces)))
+    throw Error("the state of the mesh '" + model.name + "' holds " + std::to_string(state.size()) + " and " +
+                std::to_string(memory.size()) + " numbers: it has " + std::to_string(states) + " and " +
+                std::to_string(forces) + "; give the file of this scene");
+  if (linear()) return;
+  std::copy(state.begin(), state.end(), model.bulk->state().begin());
+  begun_ = !memory.empty();
+  way_end_.clear();
+  if (!begun_) return;
+  force_begin_.assign(memory.begin(), memory.end() - 1);
+  stored_begin_ = memory.back();
+}
+
+} // namespace cairn

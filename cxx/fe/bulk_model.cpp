@@ -1,0 +1,336 @@
+#include "bulk_model.hpp"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "../base/call.hpp"
+#include "umat.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr std::int64_t tile = 16;         // cells whose points a material gets at once
+constexpr std::int64_t chunk = 16 * tile; // cells that threads share before their matrices are added
+
+} // namespace
+
+struct BulkModel::Work {
+  Array<double> x, u, d, hoop, h, h_bar, volume, piola, tangent, strain, stress, moduli, energy, dissipated, length,
+      state;
+  Array<std::int32_t> status;
+  void resize(int dim, const ElementInfo& e, int states) {
+    const std::size_t n = tile, points = n * e.bulk_points, nodes = std::size_t(e.nodes);
+    const auto most = [](Array<double>& a, std::size_t size) { a.resize(std::max(a.size(), size)); };
+    most(x, dim * nodes * n);
+    most(u, dim * nodes * n);
+    most(d, dim * nodes * points);
+    most(hoop, nodes * points);
+    for (Array<double>* a : {&h, &h_bar, &piola}) most(*a, 9 * points);
+    most(tangent, 81 * points);
+    most(strain, 6 * points);
+    most(stress, 6 * points);
+    most(moduli, 36 * points);
+    for (Array<double>* a : {&volume, &energy, &dissipated, &length}) most(*a, points);
+    most(state, std::max<std::size_t>(1, std::size_t(states)) * points);
+    status.resize(std::max(status.size(), points));
+  }
+};
+
+BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> cells)
+    : dim_(dim), place_(std::move(place)), cells_(std::move(cells)) {
+  std::int64_t states = 0, stresses = 0;
+  for (const BulkCells& c : cells_) {
+    const ElementInfo& e = *c.element;
+    if (e.dim != dim) throw Error(std::string(e.name) + " cells do not fit the dimensions of the mesh");
+    if (c.mean_dilatation && (dim == 2 && c.plane == Plane::stress))
+      throw Error("mean dilatation has no use in plane stress: leave it out");
+    if (c.mean_dilatation && e.order > 1)
+      throw Error(std::string("mean dilatation is for cells of first order, and not for ") + e.cell + ": leave it out");
+    if (c.material->takes_gradient && c.kinematics != Kinematics::total_lagrangian)
+      throw Error(c.material->python_name + " is for large strains: give kinematics='total_lagrangian'");
+    Block b;
+    b.value.resize(std::size_t(e.nodes * e.bulk_points));
+    b.gradient.resize(b.value.size() * std::size_t(dim));
+    b.weight.resize(std::size_t(e.bulk_points));
+    std::vector<double> xi(std::size_t(dim * e.bulk_points));
+    e.bulk_rule(xi.data(), b.weight.data());
+    for (int p = 0; p < e.bulk_points; ++p)
+      e.shape(&xi[p * dim], &b.value[p * e.nodes], &b.gradient[p * dim * e.nodes]);
+    b.states = int(c.material->state.size());
+    b.first_state = states;
+    b.first_stress = stresses;
+    states += c.count() * e.bulk_points * b.states;
+    stresses += c.count() * e.bulk_points * 6;
+    blocks_.push_back(std::move(b));
+  }
+  state_begin_.assign(std::size_t(states), 0.0);
+  state_ = state_begin_;
+  stress_.assign(std::size_t(stresses), 0.0);
+}
+
+BulkModel::~BulkModel() = default;
+
+bool BulkModel::finite() const {
+  return std::any_of(cells_.begin(), cells_.end(),
+                     [](const BulkCells& c) { return c.kinematics != Kinematics::small; });
+}
+
+void BulkModel::fit(const SparseMatrix& lower) {
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const BulkCells& c = cells_[k];
+    const int dofs = dim_ * c.element->nodes;
+    std::vector<std::int32_t>& entry = blocks_[k].entry;
+    entry.clear();
+    entry.reserve(std::size_t(c.count()) * std::size_t(dofs * (dofs + 1) / 2));
+    for (std::int64_t cell = 0; cell < c.count(); ++cell) {
+      const std::int32_t* node = &c.node[std::size_t(cell * c.element->nodes)];
+      for (int j = 0; j < dofs; ++j)
+        for (int i = j; i < dofs; ++i) {
+          const std::int64_t a = dim_ * node[i / dim_] + i % dim_, b = dim_ * node[j / dim_] + j % dim_;
+          entry.push_back(std::int32_t(place_of(lower, std::max(a, b), std::min(a, b))));
+        }
+    }
+  }
+}
+
+void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
+                                   bool want, Work& w) {
+  const BulkCells& c = cells_[block];
+  const Block& b = blocks_[block];
+  const std::int64_t points = n * c.element->bulk_points, start = first * c.element->bulk_points;
+  const double* begin = state_begin_.data() + b.first_state + start * b.states;
+  double* state = state_.data() + b.first_state + start * b.states;
+  const bool measured = !c.material->takes_gradient;
+  const bool flat = dim_ == 2 && c.plane == Plane::stress; // the strain across is sought by the tangent
+  const auto once = [&] {
+    const double* measure = w.h_bar.data();
+    if (measured) {
+      cairn_strain_measure(std::int32_t(c.kinematics), points, w.h_bar.data(), w.strain.data(), w.status.data());
+      measure = w.strain.data();
+    }
+    double* stress = measured ? w.stress.data() : w.piola.data();
+    double* tangent = measured ? w.moduli.data() : w.tangent.data();
+    if (c.material->umat)
+      call_umat(block, first, n, h, w);
+    else
+      c.material->kernel(points, h, theta, c.params.data(), w.length.data(), measure, begin, state, stress, tangent,
+                         w.energy.data(), w.dissipated.data(), w.status.data());
+    if (measured)
+      cairn_stress_of_measure(std::int32_t(c.kinematics), points, w.h_bar.data(), stress, tangent, want || flat,
+                              w.piola.data(), w.tangent.data());
+  };
+  once();
+  if (!flat) return;
+  constexpr int most = 40;
+  for (int pass = 0; pass < most; ++pass) {
+    std::int64_t left = 0;
+    cairn_thickness_strain(points, w.piola.data(), w.tangent.data(), w.h_bar.data(), &left);
+    if (left == 0) return;
+    once();
+  }
+  for (std::int64_t p = 0; p < points; ++p)
+    if (w.status[p] == 0) w.status[p] = 2;
+}
+
+void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& w) {
+  const BulkCells& c = cells_[block];
+  const Block& b = blocks_[block];
+  const std::int64_t start = first * c.element->bulk_points * b.states;
+  const UmatArrays arrays{state_begin_.data() + b.first_state + start,
+                          w.strain.data(),
+                          w.h_bar.data(),
+                          w.length.data(),
+                          state_.data() + b.first_state + start,
+                          w.stress.data(),
+                          w.moduli.data(),
+                          w.energy.data(),
+                          w.dissipated.data(),
+                          w.status.data()};
+  // what a user wrote need not bear two threads at once
+#pragma omp critical(cairn_umat)
+  call_umat_points(*c.material, c.params, first, c.element->bulk_points, n * c.element->bulk_points, h, arrays);
+}
+
+void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_t n, const double* u, double h,
+                              double theta, bool want, Work& w, double* force, double* stiffness, BulkResult& result) {
+  const BulkCells& c = cells_[block];
+  const Block& b = blocks_[block];
+  const ElementInfo& e = *c.element;
+  const int dofs = dim_ * e.nodes;
+  const std::int64_t points = n * e.bulk_points;
+  for (std::int64_t cell = 0; cell < n; ++cell)
+    for (int a = 0; a < e.nodes; ++a)
+      for (int k = 0; k < dim_; ++k) {
+        const std::size_t at = std::size_t(dim_ * c.node[std::size_t((first + cell) * e.nodes + a)] + k);
+        w.x[std::size_t(cell * dofs + dim_ * a + k)] = place_[at];
+        w.u[std::size_t(cell * dofs + dim_ * a + k)] = u[at];
+      }
+  std::fill_n(w.status.data(), points, 0);
+  const std::int32_t plane = dim_ == 2 ? std::int32_t(c.plane) : 0;
+  const std::int32_t mean = !c.mean_dilatation ? 0 : c.kinematics == Kinematics::small ? 1 : 2;
+  const double thickness = dim_ == 2 && c.plane != Plane::axisymmetric ? c.thickness : 1;
+  cairn_solid_gradients(dim_, plane, mean, e.nodes, e.bulk_points, b.value.data(), b.gradient.data(), b.weight.data(),
+                        thickness, n, w.x.data(), w.u.data(), w.d.data(), w.hoop.data(), w.h.data(), w.h_bar.data(),
+                        w.volume.data(), w.status.data());
+  for (std::int64_t cell = 0; cell < n; ++cell) {
+    double volume = 0;
+    for (int p = 0; p < e.bulk_points; ++p) volume += w.volume[std::size_t(cell * e.bulk_points + p)];
+    const double flat = dim_ == 2 && c.plane != Plane::axisymmetric ? std::sqrt(volume / thickness) : std::cbrt(volume);
+    for (int p = 0; p < e.bulk_points; ++p) w.length[std::size_t(cell * e.bulk_points + p)] = flat;
+  }
+  bool good = std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
+  if (good) {
+    stresses_at_points(block, first, n, h, theta, want, w);
+    good = std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
+  }
+  for (std::int64_t p = 0; p < points && good; ++p) {
+    const double sum = w.energy[p] + w.dissipated[p] + w.piola[9 * p] + w.piola[9 * p + 4];
+    if (!std::isfinite(sum)) w.status[p] = 2, good = false;
+  }
+  if (!good) {
+    for (std::int64_t p = 0; p < points; ++p)
+      if (w.status[p] != 0) {
+        result = {w.status[p], first + p / e.bulk_points, std::int64_t(block), 0, 0};
+        return;
+      }
+  }
+  for (std::int64_t p = 0; p < points; ++p) {
+    result.energy += w.volume[p] * w.energy[p];
+    result.dissipated += w.volume[p] * w.dissipated[p];
+  }
+  cairn_solid_forces(dim_, plane, mean, e.nodes, e.bulk_points, n, w.d.data(), w.hoop.data(), w.h.data(),
+                     w.volume.data(), w.piola.data(), w.tangent.data(), want, force, stiffness);
+  cairn_true_stress(c.kinematics != Kinematics::small, points, w.h_bar.data(), w.piola.data(),
+                    stress_.data() + b.first_stress + 6 * first * e.bulk_points);
+}
+
+void BulkModel::add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force,
+                           double* to) const {
+  const BulkCells& c = cells_[block];
+  const int nodes = c.element->nodes;
+  for (std::int64_t cell = 0; cell < n; ++cell)
+    for (int a = 0; a < nodes; ++a)
+      for (int k = 0; k < dim_; ++k) to[dim_ * c.node[std::size_t((first + cell) * nodes + a)] + k] += *force++;
+}
+
+// Columns from low to high alone: each thread adds to its own, in the order of the cells.
+void BulkModel::add_columns(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness,
+                            std::int64_t low, std::int64_t high, double* to) const {
+  const BulkCells& c = cells_[block];
+  const int dofs = dim_ * c.element->nodes, entries = dofs * (dofs + 1) / 2;
+  const bool symmetric = c.material->symmetric;
+  for (std::int64_t cell = 0; cell < n; ++cell) {
+    const std::int32_t* node = &c.node[std::size_t((first + cell) * c.element->nodes)];
+    const std::int32_t* entry = &blocks_[block].entry[std::size_t((first + cell) * entries)];
+    const double* k = stiffness + cell * dofs * dofs;
+    for (int j = 0; j < dofs; ++j) {
+      const std::int32_t of_j = node[j / dim_];
+      for (int i = j; i < dofs; ++i, ++entry) {
+        const std::int32_t column = std::min(node[i / dim_], of_j);
+        if (column < low || column >= high) continue;
+        to[*entry] += symmetric ? k[j * dofs + i] : 0.5 * (k[j * dofs + i] + k[i * dofs + j]);
+      }
+    }
+  }
+}
+
+BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* force, double* tangent) {
+  const int threads = omp_get_max_threads();
+  if (int(work_.size()) < threads) work_.resize(std::size_t(threads));
+  const std::int64_t nodes = std::int64_t(place_.size()) / dim_;
+  std::fill_n(force, place_.size(), 0.0);
+  BulkResult total;
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const BulkCells& c = cells_[k];
+    const int dofs = dim_ * c.element->nodes;
+    for (Work& w : work_) w.resize(dim_, *c.element, blocks_[k].states);
+    force_.resize(std::max(force_.size(), std::size_t(chunk * dofs)));
+    stiffness_.resize(std::max(stiffness_.size(), std::size_t(chunk * dofs * dofs)));
+    results_.resize(chunk / tile);
+    for (std::int64_t first = 0; first < c.count(); first += chunk) {
+      const std::int64_t n = std::min(chunk, c.count() - first), tiles = (n + tile - 1) / tile;
+      std::fill_n(results_.begin(), tiles, BulkResult{});
+#pragma omp parallel num_threads(threads) if (tiles > 1 && threads > 1)
+      {
+#pragma omp for schedule(static)
+        for (std::int64_t t = 0; t < tiles; ++t) {
+          const std::int64_t at = first + t * tile, cells = std::min(tile, first + n - at);
+          evaluate_tile(k, at, cells, u, h, theta, tangent != nullptr, work_[std::size_t(omp_get_thread_num())],
+                        &force_[std::size_t(t * tile * dofs)], &stiffness_[std::size_t(t * tile * dofs * dofs)],
+                        results_[std::size_t(t)]);
+        }
+        if (tangent) {
+          const std::int64_t of = omp_get_num_threads(), me = omp_get_thread_num();
+          add_columns(k, first, n, stiffness_.data(), nodes * me / of, nodes * (me + 1) / of, tangent);
+        }
+      }
+      for (std::int64_t t = 0; t < tiles; ++t) {
+        const BulkResult& r = results_[std::size_t(t)];
+        if (!r.ok()) return r;
+        total.energy += r.energy;
+        total.dissipated += r.dissipated;
+      }
+      add_forces(k, first, n, force_.data(), force);
+    }
+  }
+  return total;
+}
+
+void BulkModel::commit() { state_begin_ = state_; }
+
+std::string BulkModel::describe(const BulkResult& r) const {
+  const BulkCells& c = cells_[std::size_t(r.block)];
+  std::string text = std::string(c.element->cell) + " cell " + std::to_string(r.cell) + " with nodes";
+  for (int a = 0; a < c.element->nodes; ++a)
+    text.append(" ").append(std::to_string(c.node[std::size_t(r.cell * c.element->nodes + a)]));
+  if (r.fault == 1) return text + " is flat or inside out";
+  if (r.fault == 3)
+    return text + " is too large for the fracture energy of " + c.material->python_name +
+           ": give smaller cells, or a length of your own";
+  return text + ": " + c.material->python_name + " finds no finite stress";
+}
+
+std::string BulkModel::cell_of_node(std::int64_t node) const {
+  for (const BulkCells& c : cells_) {
+    const auto at = std::find(c.node.begin(), c.node.end(), std::int32_t(node));
+    if (at != c.node.end())
+      return std::string(c.element->cell) + " cell " + std::to_string((at - c.node.begin()) / c.element->nodes);
+  }
+  return "no cell";
+}
+
+namespace {
+
+void means(const double* of_points, std::int64_t cells, int points, int numbers, double* out) {
+  for (std::int64_t cell = 0; cell < cells; ++cell)
+    for (int k = 0; k < numbers; ++k) {
+      double sum = 0;
+      for (int p = 0; p < points; ++p) sum += of_points[(cell * points + p) * numbers + k];
+      out[cell * numbers + k] = sum / points;
+    }
+}
+
+} // namespace
+
+void BulkModel::cell_stress(std::size_t block, double* out) const {
+  means(stress_.data() + blocks_[block].first_stress, cells_[block].count(), cells_[block].element->bulk_points, 6,
+        out);
+}
+
+void BulkModel::cell_state(std::size_t block, double* out) const {
+  means(state_begin_.data() + blocks_[block].first_state, cells_[block].count(), cells_[block].element->bulk_points,
+        blocks_[block].states, out);
+}
+
+std::int64_t BulkModel::bytes() const {
+  std::int64_t sum = 8 * std::int64_t(place_.capacity() + state_.capacity() + state_begin_.capacity() +
+                                      stress_.capacity() + force_.capacity() + stiffness_.capacity());
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    sum += 4 * std::int64_t(cells_[k].node.capacity() + blocks_[k].entry.capacity());
+  return sum;
+}
+
+} // namespace cairn

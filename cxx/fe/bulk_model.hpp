@@ -1,0 +1,85 @@
+// The stresses of a mesh of solids whose material is a batch over Gauss points: forces on nodes, their tangent, energy,
+// and the state of the points at begin and end of a step.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "../base/field.hpp"
+#include "../soe/soe.hpp"
+#include "bulk_materials.hpp"
+#include "bulk_result.hpp"
+#include "elements.hpp"
+
+namespace cairn {
+
+enum class Kinematics { small, corotational, total_lagrangian, logarithmic }; // as cairn_strain_measure counts them
+enum class Plane { strain, stress, axisymmetric };
+
+// Cells of one element and one material.
+struct BulkCells {
+  const ElementInfo* element = nullptr;
+  const BulkMaterialInfo* material = nullptr;
+  std::vector<double> params;
+  Kinematics kinematics = Kinematics::small;
+  Plane plane = Plane::strain;
+  bool mean_dilatation = false;
+  double thickness = 1;           // [m]
+  std::vector<std::int32_t> node; // (nodes, cells)
+  std::int64_t count() const { return std::int64_t(node.size()) / element->nodes; }
+};
+
+class BulkModel {
+public:
+  // place (dim, nodes) at the start [m], from the axis where cells are axisymmetric.
+  BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> cells);
+  ~BulkModel();
+  BulkModel(const BulkModel&) = delete;
+  BulkModel& operator=(const BulkModel&) = delete;
+
+  const std::vector<BulkCells>& cells() const { return cells_; }
+  bool finite() const; // whether a cell counts large strains
+  // Where entries of cells stand in the values of a lower triangle.
+  void fit(const SparseMatrix& lower);
+  // Forces (dofs) [N] of displacements u (dofs) [m] at the end of a step, and of the lower triangle the values of their
+  // derivative [N/m], if given. The state at the end is kept beside that at the begin.
+  BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent);
+  void commit(); // the end of the step is the begin of the next
+  // "quad 12 with nodes 1 2 3 4: its volume is not positive"
+  std::string describe(const BulkResult& result) const;
+  std::string cell_of_node(std::int64_t node) const; // the first that has it
+
+  std::vector<double>& state() { return state_begin_; } // at the begin of the step, all blocks
+  // Mean of the true stresses (6, cells) and of the states (states, cells) of a block, at the last evaluation.
+  void cell_stress(std::size_t block, double* out) const;
+  void cell_state(std::size_t block, double* out) const;
+  std::int64_t bytes() const;
+
+private:
+  struct Block {
+    std::vector<double> value, gradient, weight; // of the shape functions at the points
+    std::vector<std::int32_t> entry;             // (dofs (dofs + 1) / 2, cells)
+    std::int64_t first_state = 0, first_stress = 0;
+    int states = 0;
+  };
+  struct Work; // of a thread
+  void evaluate_tile(std::size_t block, std::int64_t first, std::int64_t n, const double* u, double h, double theta,
+                     bool want, Work& work, double* force, double* stiffness, BulkResult& result);
+  void stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
+                          Work& work);
+  void call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& work);
+  void add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force, double* to) const;
+  void add_columns(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness, std::int64_t low,
+                   std::int64_t high, double* to) const;
+
+  int dim_;
+  std::vector<double> place_;
+  std::vector<BulkCells> cells_;
+  std::vector<Block> blocks_;
+  std::vector<double> state_begin_, state_, stress_;
+  std::vector<Work> work_;
+  std::vector<double> force_, stiffness_; // of the cells of a chunk
+  std::vector<BulkResult> results_;
+};
+
+} // namespace cairn

@@ -1,0 +1,89 @@
+"""Materials of solids, one class for each row of the kernels' list (core_f90/bulk_materials):
+`NeoHookean(young=1e6, poisson=0.3)`, `J2Plasticity(young=2e11, poisson=0.3, yield_stress=2.5e8, isotropic=1e10)`, ...
+"""
+
+from __future__ import annotations
+
+import math
+
+from .. import _core
+from ..names import listed
+from ..pre import checks
+
+
+class BulkMaterial:
+    """Parameters of a material of solids. `name` is the kernel's; `takes_gradient` says that it is for large strains alone."""
+
+    name: str
+    takes_gradient = False
+    state: tuple[str, ...] = ()
+    parameter_names: tuple[str, ...] = ()
+
+    def __init__(self, values):
+        self.values = tuple(values)
+
+    def __repr__(self):
+        words = ", ".join(f"{n}={v:g}" for n, v in zip(self.parameter_names, self.values))
+        return f"{type(self).__name__}({words})"
+
+    def __eq__(self, other):
+        return type(self) is type(other) and self.values == other.values
+
+    def __hash__(self):
+        return hash((type(self).__name__, self.values))
+
+
+def _material_class(description):
+    parameters = description["parameters"]
+    names = tuple(p[0] for p in parameters)
+
+    def __init__(self, **given):
+        own = type(self).__name__
+        unknown = sorted(set(given) - set(names))
+        if unknown:
+            raise TypeError(f"{own} has no parameter {unknown[0]!r}; it has {listed(names, unknown[0])}")
+        values = []
+        for name, default, low, high in parameters:
+            value = given.get(name, default)
+            if value is None:
+                raise TypeError(f"{own} needs {name}, from {low:g} to {high:g}")
+            value = checks.number(f"{name} of {own}", value, finite=False)
+            if math.isnan(value) or not low <= value <= high:
+                raise ValueError(f"{name} of {own} is {value:g}: give a value from {low:g} to {high:g}")
+            values.append(value)
+        BulkMaterial.__init__(self, values)
+
+    ranges = "\n".join(
+        f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")
+        for name, default, low, high in parameters
+    )
+    members = {
+        "name": description["name"],
+        "takes_gradient": description["takes_gradient"],
+        "state": tuple(description["state"]),
+        "parameter_names": names,
+        "__init__": __init__,
+        "__doc__": f"Material of solids: {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}",
+    }
+    return type(description["python_name"], (BulkMaterial,), members)
+
+
+BULK_MATERIALS = {d["python_name"]: _material_class(d) for d in _core.bulk_materials()}
+globals().update(BULK_MATERIALS)
+__all__ = ["BulkMaterial", *BULK_MATERIALS]
+
+
+class Umat(BulkMaterial):
+    """A user's routine UMAT with its PROPS, after cairn.plug(library, material="umat")."""
+
+    def __init__(self, name, props, state):
+        super().__init__(float(p) for p in props)
+        self.name, self.state = name, tuple(state)
+        self.parameter_names = tuple(f"props{k + 1}" for k in range(len(self.values)))
+
+
+def plugged_material(library, symbol, name, states):
+    """Takes in a UMAT; returns a function that makes a material of its PROPS."""
+    _core.plug_umat(str(library), symbol, name, int(states))
+    state = next(d["state"] for d in _core.bulk_materials() if d["name"] == name)
+    return lambda *props: Umat(name, props, state)

@@ -1,0 +1,176 @@
+"""A body of any material of solids by finite elements, with small or large strains; at rest, or in a scene (cairn.deformable).
+
+body = SolidBody(points, {"quad": cells}, NeoHookean(young=1e6, poisson=0.3), density=1000.0)
+u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)}, increments=4)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..pre import checks
+from .bulk import BulkMaterial
+from .elastic import ElasticBody
+
+KINEMATICS = ("small", "corotational", "total_lagrangian", "logarithmic")
+
+
+class SolidBody(ElasticBody):
+    """A body whose stresses are those of a material of solids at the Gauss points of its cells.
+
+    points (n, dim) [m]; cells as of ElasticBody; material: NeoHookean(...) and the like, or {kind of cells: material}; density
+    [kg/m3]; groups: {name: nodes}. kinematics: "small", or the strain that the law sees where it turns with the material:
+    "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that take the gradient of
+    deformation are for "total_lagrangian" alone, which is what they get when none is given. plane: "strain", "stress" or
+    "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order change their volume as a
+    whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the stiffness at the start.
+    Raises ValueError naming what is wrong, the cell and the remedy.
+    """
+
+    def __init__(
+        self, points, cells, material, *, density=0.0, groups=None, kinematics=None, plane="strain", thickness=1.0,
+        mean_dilatation=False, lumped=False, rayleigh=(0.0, 0.0),
+    ):  # fmt: skip
+        given = material if isinstance(material, dict) else dict.fromkeys(cells, material)
+        for kind in cells:
+            if not isinstance(given.get(kind), BulkMaterial):
+                raise TypeError(
+                    f"material of {kind} cells is {given.get(kind)!r}: give a material of solids, such as NeoHookean(...)"
+                )
+        self.materials = {kind: given[kind] for kind in cells}
+        if kinematics is None:
+            kinematics = "total_lagrangian" if any(m.takes_gradient for m in self.materials.values()) else "small"
+        if kinematics not in KINEMATICS:
+            raise ValueError(f"kinematics is {kinematics!r}: give one of {', '.join(KINEMATICS)}")
+        self.kinematics, self.mean_dilatation, self.plane = kinematics, bool(mean_dilatation), plane
+        if plane not in ("strain", "stress", "axisymmetric"):
+            raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
+        points = np.ascontiguousarray(points, float)
+        # mass alone is taken from the elements as they are; of a ring that of its way round
+        around = 2 * np.pi if plane == "axisymmetric" and points.ndim == 2 and points.shape[1] == 2 else 1.0
+        super().__init__(
+            points, cells, young=1.0, poisson=0.0, density=density * around, groups=groups,
+            thickness=1.0 if plane == "axisymmetric" else thickness, lumped=lumped,
+        )  # fmt: skip
+        if around > 1:
+            self._weigh_rings(lumped, float(density))
+        start, row, mass = self.lower[:3]
+        stiffness = self.tangent(np.zeros_like(self.points))[1]
+        a, b = rayleigh
+        self.lower = start, row, mass, stiffness, a * mass + b * stiffness
+
+    def _weigh_rings(self, lumped, density):
+        """Masses of cells that go round the axis: their radius is that of their nodes."""
+        unknown, mass = [], []
+        for kind, nodes in self.cells.items():
+            m = _core.ring_masses(kind, np.ascontiguousarray(self.points[nodes]), density)
+            unknown.append((2 * nodes[:, :, None] + np.arange(2)).reshape(len(nodes), -1).astype(np.int32))
+            mass.append(m)
+        start, row, (m,) = _core.assembled(self.points.size, unknown, [mass])
+        self._mass = self._lumped(mass)
+        if lumped:
+            m = np.zeros(len(row))
+            m[start[:-1]] = self._mass
+        self.lower = start, row, m, *self.lower[3:]
+
+    def blocks(self):
+        """What the core keeps of the cells, a dict each."""
+        return [
+            {
+                "cell": kind, "nodes": nodes.astype(np.int32), "material": self.materials[kind].name,
+                "params": list(self.materials[kind].values), "kinematics": self.kinematics, "plane": self.plane,
+                "mean_dilatation": self.mean_dilatation, "thickness": self.thickness,
+            }
+            for kind, nodes in self.cells.items()
+        ]  # fmt: skip
+
+    def model(self):
+        """Stresses and states of the cells, of their own: see _core.BulkModel."""
+        return _core.BulkModel(self.dim, self.points.ravel(), self.blocks())
+
+    def tangent(self, displacement, model=None, h=1.0):
+        """Forces (n dofs) [N] and the values of the lower triangle of their derivative [N/m] at a displacement, energy [J].
+        Raises ValueError naming the cell that is inside out or has no finite stress."""
+        model = model or self.model()
+        u = np.ascontiguousarray(displacement, float).ravel()
+        force, values, wrong, energy, dissipated = model.evaluate(u, h, 1.0, *self.lower[:2])
+        if wrong is not None:
+            raise ValueError(wrong)
+        return force, values, energy, dissipated
+
+    def solve(self, fixed, force=None, displacement=None, *, increments=1, tolerance=1e-10, most=50, start=None, model=None):
+        """Displacement at rest (n, dim) [m], by Newton's method with a line search, the load in equal increments.
+
+        fixed: {group: axes}; force: {group: total} or (n dofs) [N]; displacement (n, dim) of the fixed dofs: zero. start: where
+        to begin; model: with the states to begin from, which then are those at the end. Raises RuntimeError if it does not
+        converge.
+        """
+        model = model or self.model()
+        held = self.dofs(fixed)
+        free = np.setdiff1d(np.arange(self.points.size), held)
+        u = np.zeros(self.points.size) if start is None else np.array(start, float).ravel()
+        first = u[held].copy()
+        last = (
+            np.zeros(len(held))
+            if displacement is None
+            else checks.real_array("displacement", displacement, self.points.shape).ravel()[held]
+        )
+        load = (
+            np.zeros(len(u))
+            if force is None
+            else self.load(force)
+            if isinstance(force, dict)
+            else np.asarray(force, float).ravel()
+        )
+        for k in range(1, increments + 1):
+            share = k / increments
+            u = self._at_rest(model, u, free, held, first + share * (last - first), share * load, tolerance, most)
+            model.commit()
+        return u.reshape(-1, self.dim)
+
+    def _at_rest(self, model, u, free, held, at, load, tolerance, most):
+        from scipy import sparse
+        from scipy.sparse.linalg import spsolve
+
+        start, row = self.lower[:2]
+        n = len(u)
+        step = np.zeros(n)
+        step[held] = at - u[held]  # of the held dofs, taken with the first linear solution
+        size = 0.0
+        for turn in range(most):
+            internal, values, *_ = self.tangent(u, model)
+            below = sparse.csc_array((values, row, start), (n, n))
+            full = (below + sparse.tril(below, -1).T).tocsc()
+            right = load - internal - full @ step
+            step[free] = spsolve(full[free][:, free], right[free])
+            before = abs(step[free] @ right[free]) if turn else np.inf
+            share = 1.0
+            while True:
+                internal, _, wrong, *_ = model.evaluate(u + share * step, 1.0, 1.0)
+                if wrong is None:
+                    left = load - internal
+                    size = max(size, np.abs(load).max(), np.abs(internal).max())
+                    if not turn or abs(step[free] @ left[free]) <= 0.999 * before or np.abs(left[free]).max() <= tolerance * size:
+                        break
+                share /= 2
+                if share < 2.0**-10:
+                    if wrong is not None:
+                        raise RuntimeError(f"no rest was found: {wrong}: give more increments")
+                    break
+            u = u + share * step
+            if np.abs(left[free]).max(initial=0) <= tolerance * size and share == 1:
+                return u
+            step[held] = at - u[held]
+            step[free] = 0
+        raise RuntimeError(
+            f"no rest after {most} iterations, forces differ by {np.abs(left[free]).max():g} N: give more increments"
+        )
+
+    def stress(self, displacement, model=None):
+        """True stress, mean of each cell, {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive."""
+        model = model or self.model()
+        *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), 1.0, 1.0)
+        if wrong is not None:
+            raise ValueError(wrong)
+        return dict(zip(self.cells, model.stress()))

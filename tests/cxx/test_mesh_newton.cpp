@@ -1,0 +1,212 @@
+// Newton's method of a body whose stresses are a material's, by itself: impulses are given in the place of contacts.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "base/call.hpp"
+#include "bodies/body.hpp"
+#include "bodies/mesh_body.hpp"
+#include "fe/bulk_model.hpp"
+
+namespace {
+
+using cairn::Bodies;
+using cairn::MeshBody;
+
+constexpr int across = 3, nodes = (across + 1) * (across + 1);
+constexpr double gravity[] = {0.0, -10.0}, density = 1000, thickness = 1;
+
+// A unit square of quadrilaterals, its mass lumped.
+cairn::MeshModel square(const char* material, std::vector<double> params, cairn::Kinematics kinematics) {
+  cairn::MeshModel m;
+  m.dim = 2;
+  m.name = "square";
+  cairn::BulkCells cells;
+  cells.element = nullptr;
+  for (const cairn::ElementInfo& e : cairn::element_infos)
+    if (std::string(e.name) == "q4") cells.element = &e;
+  cells.material = &cairn::bulk_material_named(material);
+  cells.params = std::move(params);
+  cells.kinematics = kinematics;
+  cells.thickness = thickness;
+  std::vector<std::int64_t> start{0};
+  std::vector<std::int32_t> unknown;
+  std::vector<double> mass(nodes, 0.0);
+  for (int i = 0; i <= across; ++i)
+    for (int j = 0; j <= across; ++j) {
+      m.reference.push_back(double(i) / across);
+      m.reference.push_back(double(j) / across);
+    }
+  for (int i = 0; i < across; ++i)
+    for (int j = 0; j < across; ++j) {
+      const int a = i * (across + 1) + j;
+      for (const int node : {a, a + across + 1, a + across + 2, a + 1}) {
+        cells.node.push_back(node);
+        mass[std::size_t(node)] += density / (4.0 * across * across);
+        for (int k = 0; k < 2; ++k) unknown.push_back(2 * node + k);
+      }
+      start.push_back(std::int64_t(unknown.size()));
+    }
+  m.mass = cairn::lower_pattern(2 * nodes, start, unknown);
+  m.stiffness = m.damping = m.mass;
+  for (int i = 0; i < 2 * nodes; ++i) m.mass.value[std::size_t(m.mass.start[i])] = mass[std::size_t(i / 2)];
+  m.held.assign(2 * nodes, 0);
+  m.bulk = std::make_shared<cairn::BulkModel>(2, m.reference, std::vector<cairn::BulkCells>{cells});
+  m.bulk->fit(m.mass);
+  std::vector<double> none(2 * nodes, 0.0), force(2 * nodes);
+  EXPECT_TRUE(m.bulk->evaluate(none.data(), 1, 1, force.data(), m.stiffness.value.data()).ok());
+  return m;
+}
+
+struct World {
+  Bodies bodies{2};
+  MeshBody mesh;
+  double h, theta;
+  int most = 0;
+  std::vector<double> given = std::vector<double>(2 * nodes, 0.0); // impulses of each step
+  explicit World(cairn::MeshModel model, double step, double of_theta)
+      : mesh(std::move(model)), h(step), theta(of_theta) {
+    bodies.count = nodes;
+    bodies.for_each_field([](auto& field) { field.values.assign(std::size_t(field.components) * nodes, 0); });
+    bodies.force.active = true;
+    for (int i = 0; i < nodes; ++i) {
+      mesh.nodes.push_back(i);
+      for (int k = 0; k < 2; ++k) bodies.position[i][k] = mesh.model.reference[std::size_t(2 * i + k)];
+    }
+  }
+  void step() {
+    bodies.position_begin.values = bodies.position.values;
+    bodies.velocity_begin.values = bodies.velocity.values;
+    mesh.free_velocity(bodies, gravity, h, theta, cairn::BulkStep::implicit);
+    int pass = 1;
+    for (;; ++pass) {
+      std::copy(given.begin(), given.end(), mesh.impulse.begin());
+      const cairn::NewtonError found = mesh.judge();
+      ASSERT_TRUE(found.fault.ok());
+      if (found.whole && found.error < 1e-10) break;
+      ASSERT_LT(pass, 12) << found.error;
+      mesh.linearise(bodies);
+    }
+    most = std::max(most, pass);
+    mesh.push(bodies);
+    mesh.account(bodies, gravity);
+    mesh.commit();
+    for (int i = 0; i < nodes; ++i)
+      for (int k = 0; k < 2; ++k)
+        bodies.position[i][k] += h * (theta * bodies.velocity[i][k] + (1 - theta) * bodies.velocity_begin[i][k]);
+  }
+  double momentum(int k) const {
+    double sum = 0;
+    for (int i = 0; i < nodes; ++i) {
+      const auto& m = mesh.model.mass;
+      sum += m.value[std::size_t(m.start[2 * i])] * bodies.velocity.values[std::size_t(3 * i + k)];
+    }
+    return sum;
+  }
+  double energy() const { // of motion, weight and stresses
+    double sum = mesh.work.stored;
+    for (int i = 0; i < nodes; ++i) {
+      const double m = mesh.model.mass.value[std::size_t(mesh.model.mass.start[2 * i])];
+      const double *v = &bodies.velocity.values[std::size_t(3 * i)], *x = &bodies.position.values[std::size_t(2 * i)];
+      sum += m * (0.5 * (v[0] * v[0] + v[1] * v[1]) - gravity[1] * x[1]);
+    }
+    return sum;
+  }
+};
+
+void stretch(World& w, double speed) {
+  for (int i = 0; i < nodes; ++i) {
+    w.bodies.velocity[i][0] = speed * (w.bodies.position[i][0] - 0.5);
+    w.bodies.velocity[i][1] = -0.5 * speed * w.bodies.position[i][0];
+  }
+}
+
+TEST(MeshNewton, MomentumIsThatOfWeightAndImpulses) {
+  World w(square("neo_hookean", {1e5, 0.3}, cairn::Kinematics::total_lagrangian), 2e-3, 0.5);
+  stretch(w, 8.0);
+  w.given[2 * 5] = 0.7;
+  w.given[2 * 9 + 1] = 1.1;
+  const double x = w.momentum(0), y = w.momentum(1);
+  for (int k = 0; k < 50; ++k) w.step();
+  EXPECT_NEAR(w.momentum(0), x + 50 * 0.7, 1e-9 * density);
+  EXPECT_NEAR(w.momentum(1), y + 50 * 1.1 - density * 10 * 50 * 2e-3, 1e-9 * density);
+  EXPECT_GT(w.most, 1);
+  EXPECT_LE(w.most, 6);
+}
+
+TEST(MeshNewton, EnergyIsKeptToSecondOrder) {
+  double lost[2];
+  for (int k = 0; k < 2; ++k) {
+    World w(square("neo_hookean", {1e5, 0.3}, cairn::Kinematics::total_lagrangian), 2e-3 / (k + 1), 0.5);
+    stretch(w, 8.0);
+    w.step();
+    const double start = w.energy();
+    for (int s = 1; s < 40 * (k + 1); ++s) w.step();
+    lost[k] = std::abs(w.energy() - start);
+  }
+  EXPECT_LT(lost[1], 0.4 * lost[0]);
+  EXPECT_LT(lost[0], 20.0); // of some 3,000 J of stretch
+}
+
+TEST(MeshNewton, OnePassWhereStressesAreLinear) {
+  World w(square("isotropic_elastic", {1e5, 0.3}, cairn::Kinematics::small), 2e-3, 0.5);
+  stretch(w, 8.0);
+  w.step();
+  const double start = w.energy();
+  for (int k = 0; k < 50; ++k) w.step();
+  EXPECT_EQ(w.most, 1);
+  EXPECT_NEAR(w.energy(), start, 1e-9 * start);
+}
+
+TEST(MeshNewton, PlasticWorkIsToldAndLessThanWhatWasThere) {
+  World w(square("finite_j2", {1e6, 0.3, 2e4, 1e4, 1, 0}, cairn::Kinematics::total_lagrangian), 5e-4, 0.5);
+  stretch(w, 20.0);
+  double dissipated = 0, by_theta = 0, first = 0;
+  for (int k = 0; k < 200; ++k) {
+    w.step();
+    dissipated += w.mesh.work.material;
+    by_theta += w.mesh.work.elastic - w.mesh.work.stored_change - w.mesh.work.material;
+    if (k == 0) first = w.energy() + dissipated + by_theta;
+  }
+  EXPECT_GT(dissipated, 1000.0);
+  EXPECT_NEAR(w.energy() + dissipated + by_theta, first, 1e-9 * first);
+  EXPECT_LT(std::abs(by_theta), 0.02 * dissipated);
+}
+
+TEST(MeshNewton, ARestartGoesOnToTheSameBits) {
+  const auto made = [] { return square("finite_j2", {1e6, 0.3, 2e4, 1e4, 1, 0}, cairn::Kinematics::total_lagrangian); };
+  World w(made(), 5e-4, 0.5), other(made(), 5e-4, 0.5);
+  stretch(w, 20.0);
+  for (int k = 0; k < 20; ++k) w.step();
+  other.bodies.position.values = w.bodies.position.values;
+  other.bodies.velocity.values = w.bodies.velocity.values;
+  other.mesh.restore(w.mesh.model.bulk->state(), w.mesh.memory());
+  EXPECT_THROW(other.mesh.restore({}, {}), cairn::Error);
+  for (int k = 0; k < 20; ++k) w.step(), other.step();
+  EXPECT_EQ(w.bodies.position.values, other.bodies.position.values);
+  EXPECT_EQ(w.bodies.velocity.values, other.bodies.velocity.values);
+}
+
+TEST(MeshNewton, ACellThatIsTurnedInsideOutIsNamed) {
+  World w(square("neo_hookean", {1e2, 0.3}, cairn::Kinematics::total_lagrangian), 1e-2, 0.5);
+  w.given[0] = 1e5; // the corner goes through the other side
+  w.given[1] = 1e5;
+  w.bodies.position_begin.values = w.bodies.position.values;
+  w.mesh.free_velocity(w.bodies, gravity, w.h, w.theta, cairn::BulkStep::implicit);
+  bool broke = false;
+  for (int pass = 0; pass < 20 && !broke; ++pass) {
+    std::copy(w.given.begin(), w.given.end(), w.mesh.impulse.begin());
+    const cairn::NewtonError found = w.mesh.judge();
+    broke = !found.fault.ok() || !found.whole;
+    if (!found.fault.ok()) {
+      const std::string told = w.mesh.describe(found.fault);
+      EXPECT_NE(told.find("mesh 'square': quad cell 0"), std::string::npos) << told;
+      break;
+    }
+    w.mesh.linearise(w.bodies);
+  }
+  EXPECT_TRUE(broke);
+}
+
+} // namespace

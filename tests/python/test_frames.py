@@ -1,0 +1,84 @@
+"""Bars and beams against the strength of materials, and in a scene."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+
+def at_rest(body, held, force):
+    """Displacement (n, dim) with nodes held, by numpy."""
+    k, n = np.asarray(body.K.todense()), body.points.size
+    free = np.setdiff1d(np.arange(n), held)
+    u = np.zeros(n)
+    u[free] = np.linalg.solve(k[np.ix_(free, free)], np.asarray(force, float).ravel()[free])
+    return u.reshape(-1, body.dim)
+
+
+def test_two_bars():
+    """A load across the tip of two bars at 45 degrees: F L / (E A) of each."""
+    for dim in (2, 3):
+        points = np.zeros((3, dim))
+        points[0, 0], points[1, 0], points[2, 1] = -1.0, 1.0, 1.0
+        body = cn.bars(points, [[0, 2], [1, 2]], young=2e5, area=1e-2, density=1.0)
+        held = np.r_[np.arange(2 * dim), [3 * dim - 1] if dim == 3 else []].astype(int)
+        force = np.zeros((3, dim))
+        force[2, 1] = -10.0
+        u = at_rest(body, held, force)
+        assert u[2, 1] == pytest.approx(-10.0 * np.sqrt(2) / (2e5 * 1e-2), rel=1e-12)
+        assert body.nodal_mass() == pytest.approx(np.array([1, 1, 2]) * 1e-2 * np.sqrt(2) / 2)
+
+
+@pytest.mark.parametrize("shear", [None, 8e-3])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_cantilever_in_any_direction(dim, shear):
+    """P L^3 / 3 E I + P L / (G A_s) at the tip, exact at the nodes whatever their number."""
+    rng = np.random.default_rng(dim)
+    along = rng.normal(size=dim)
+    along /= np.linalg.norm(along)
+    across = rng.normal(size=dim)
+    across -= across @ along * along
+    across /= np.linalg.norm(across)
+    points = np.linspace(0, 2.0, 5)[:, None] * along
+    cells = np.stack([np.arange(4), np.arange(1, 5)], 1)
+    body = cn.beams(
+        points, cells, young=2e9, area=1e-2, inertia=8e-6, density=1.0, poisson=0.25, shear_area=shear, clamped=[0],
+        up=(0.3, -0.2, 0.9),
+    )  # fmt: skip
+    force = np.zeros((5, dim))
+    force[-1] = 5.0 * across + 7.0 * along
+    u = at_rest(body, np.arange(dim), force)[-1]
+    expected = 5.0 * 8 / (3 * 2e9 * 8e-6) + (0 if shear is None else 5.0 * 2 / (8e8 * shear))
+    assert u @ across == pytest.approx(expected, rel=1e-9)
+    assert u @ along == pytest.approx(7.0 * 2 / (2e9 * 1e-2), rel=1e-6)
+    free = np.linalg.eigvalsh(cn.beams(points, cells, young=1.0, area=1.0, inertia=1.0, density=1.0).K.toarray())
+    assert np.sum(free < 1e-10 * free[-1]) == (3 if dim == 2 else 5)  # nodes on a line do not see it turn about itself
+
+
+def test_a_ball_rests_on_a_beam():
+    x = np.linspace(0, 1, 11)
+    cells = np.stack([np.arange(10), np.arange(1, 11)], 1)
+    beam = cn.beams(
+        np.c_[x, 0 * x], cells, young=1e9, area=1e-3, inertia=1e-7, density=1000.0, clamped=[0, 10], rayleigh=(0.0, 2e-2),
+        groups={"ends": [0, 10]},
+    )  # fmt: skip
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+    edges = cells[:, ::-1]  # the body on their left: below
+    scene.add(cn.deformable(beam, rock, edges=edges, fixed={"ends": "xy"}), cn.disks([[0.5, 0.05]], 0.05, rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, dt=1e-3)
+    for _ in range(400):
+        sim.step()
+    weight = 1000.0 * np.pi * 0.05**2 * 10.0
+    own = 1000.0 * 1e-3 * 10.0
+    middle = -(weight / 192 + own / 384) / (1e9 * 1e-7)  # of a beam held at both ends
+    assert sim.meshes[0].displacement[5, 1] == pytest.approx(middle, rel=0.01)
+
+
+def test_what_is_wrong_is_told():
+    with pytest.raises(ValueError, match="cell 0 has no length"):
+        cn.bars([[0, 0], [0, 0]], [[0, 1]], young=1.0, area=1.0, density=1.0)
+    with pytest.raises(ValueError, match="inertia is -1"):
+        cn.beams([[0, 0], [1, 0]], [[0, 1]], young=1.0, area=1.0, inertia=-1.0, density=1.0)
+    with pytest.raises(ValueError, match="up is .* along a beam"):
+        cn.beams([[0, 0, 0], [0, 0, 1]], [[0, 1]], young=1.0, area=1.0, inertia=1.0, density=1.0)

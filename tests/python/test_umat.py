@@ -1,0 +1,70 @@
+"""A routine of Abaqus's interface as a material: stresses and states of built-in ones; what it calls; how it fails."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn import IsotropicElastic, J2Plasticity, SolidBody
+from second_order import box
+
+COMPILER = shutil.which("gfortran")
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs gfortran")
+
+
+@pytest.fixture(scope="module")
+def umat(tmp_path_factory):
+    library = tmp_path_factory.mktemp("umat") / "libumat.so"
+    source = Path(__file__).with_name("umat.f90")
+    command = [COMPILER, "-shared", "-fPIC", "-O1", "-ffree-line-length-132", "-o", str(library), str(source)]
+    subprocess.run(command, check=True, cwd=library.parent)
+    return cn.plug(library, material="two_in_one", state=1, routine="umat")
+
+
+@pytest.mark.parametrize("kinematics", ["small", "logarithmic"])
+@pytest.mark.parametrize("dim, kind", [(2, "quad"), (3, "hexahedron")])
+def test_it_is_the_material_of_the_list(umat, dim, kind, kinematics):
+    points, cells = box(kind, (2,) * dim, (1.0,) * dim)
+    for own, builtin in (
+        (umat(3.0, 0.3, 0.0), IsotropicElastic(young=3.0, poisson=0.3)),
+        (umat(3.0, 0.3, 0.05), J2Plasticity(young=3.0, poisson=0.3, yield_stress=0.05)),
+    ):
+        bodies = [SolidBody(points, cells, m, kinematics=kinematics) for m in (own, builtin)]
+        models = [b.model() for b in bodies]
+        rng = np.random.default_rng(4)
+        step = 0.03 * (rng.random(points.size) - 0.5)
+        for k in (1, 2, -1):  # there, on, and back
+            found = [b.tangent(k * step, m) for b, m in zip(bodies, models)]
+            for m in models:
+                m.commit()
+            assert np.allclose(found[0][0], found[1][0], rtol=0, atol=1e-12 * np.abs(found[1][0]).max())
+            assert np.allclose(found[0][1], found[1][1], rtol=0, atol=1e-11 * np.abs(found[1][1]).max())
+            if builtin.name == "isotropic_elastic":
+                assert found[0][2] == pytest.approx(found[1][2], rel=1e-9)
+        if builtin.name == "j2_plasticity":
+            assert np.allclose(models[0].states()[0][:, -1], models[1].states()[0][:, -1], atol=1e-14)
+            assert models[0].states()[0][:, -1].max() > 1e-3
+
+
+def test_xit_and_nan_name_the_cell(umat):
+    points, cells = box("quad", (3, 1), (3.0, 1.0))
+    body = SolidBody(points, cells, umat(3.0, 0.3, 0.0))
+    u = np.zeros_like(points)
+    u[points[:, 0] > 2.5, 0] = 0.7
+    with pytest.raises(ValueError, match="quad cell 2 with nodes .*two_in_one finds no finite stress"):
+        body.tangent(u)
+    u[:] = np.nan
+    with pytest.raises(ValueError, match="quad cell 0"):
+        body.tangent(u)
+
+
+def test_what_is_missing_is_told(umat, tmp_path):
+    with pytest.raises(ValueError, match="there is no such file"):
+        cn.plug(tmp_path / "none.so", material="none")
+    with pytest.raises(ValueError, match="has no routine other"):
+        source = Path(__file__).with_name("umat.f90")
+        library = tmp_path / "again.so"
+        subprocess.run([COMPILER, "-shared", "-fPIC", "-o", str(library), str(source)], check=True, cwd=tmp_path)
+        cn.plug(library, material="again", routine="other")
