@@ -17,7 +17,8 @@ namespace {
 // A strategy with the settings that a dict gives by the names of its options.
 std::unique_ptr<cairn::Strategy> strategy_of(const py::dict& d) {
   auto strategy = cairn::make_strategy(py::cast<std::string>(d["strategy"]));
-  for (cairn::Option& o : strategy->options()) {
+  if (d.contains("integrator")) cairn::set_option(*strategy, "integrator", py::cast<std::string>(d["integrator"]));
+  for (cairn::Option& o : strategy->options()) { // those of the integrator among them
     const py::str name(o.info.name.data(), o.info.name.size());
     if (!d.contains(name)) continue;
     std::visit([&](auto* member) { *member = py::cast<std::decay_t<decltype(*member)>>(d[name]); }, o.member);
@@ -55,6 +56,48 @@ py::list strategies() {
     rows.append(py::make_tuple(s.name, s.python_name, s.meaning, laws));
   }
   return rows;
+}
+
+py::list integrators() {
+  py::list rows;
+  for (const cairn::IntegratorInfo& i : cairn::integrator_infos()) {
+    py::list parameters;
+    for (const cairn::LawParameter& p : i.parameters)
+      parameters.append(py::make_tuple(p.name, p.standard, p.smallest, p.largest));
+    rows.append(py::make_tuple(i.name, i.python_name, i.meaning, parameters));
+  }
+  return rows;
+}
+
+// A step of h as a linear map, by the names of cairn_scheme.
+py::dict scheme_of(const std::string& name, const std::vector<double>& parameters, double h) {
+  cairn::Integrator integrator;
+  integrator.name = name;
+  for (std::size_t k = 0; k < std::min(parameters.size(), integrator.info().parameters.size()); ++k)
+    integrator.parameter(name, int(k)) = parameters[k];
+  const cairn_scheme s = integrator.scheme(h);
+  const auto first = [&](const double* a, int n) { return py::array_t<double>(py::ssize_t(n), a); };
+  py::dict out;
+  out["h"] = s.h;
+  out["impulse"] = s.impulse;
+  out["end_share"] = s.end_share;
+  out["implicit"] = s.implicit;
+  out["damping"] = s.damping;
+  out["stiffness"] = s.stiffness;
+  out["share"] = s.share;
+  out["elastic_velocity"] = s.elastic_velocity;
+  out["position"] = first(s.position, s.histories);
+  out["velocity"] = first(s.velocity, s.histories);
+  out["elastic"] = first(s.elastic, s.histories);
+  out["damping_history"] = first(s.damping_history, s.histories);
+  out["gain"] = first(s.gain, s.histories);
+  py::array_t<double> update({s.histories, s.histories});
+  for (int j = 0; j < s.histories; ++j)
+    for (int k = 0; k < s.histories; ++k) update.mutable_at(j, k) = s.update[j + cairn_most_history * k];
+  out["update"] = update;
+  out["largest"] = s.largest;
+  out["histories"] = s.histories;
+  return out;
 }
 
 void use(Simulation& s, const py::dict& d) { s.use(strategy_of(d)); }
@@ -99,6 +142,10 @@ py::dict report_of(const cairn::StepReport& r) {
   out["projection_error"] = r.projection_error;
   out["newton_passes"] = r.newton_passes;
   out["newton_error"] = r.newton_error;
+  if (r.events >= 0) {
+    out["events"] = r.events;
+    out["persistent"] = r.persistent;
+  }
   if (r.stable_step > 0) {
     out["stable_step"] = r.stable_step;
     out["neighbour_lists"] = r.neighbour_lists;
@@ -199,6 +246,8 @@ void bind_stages(py::class_<Simulation>& simulation) {
 
 void bind_simulation(py::module_& m) {
   m.def("strategies", &strategies);
+  m.def("integrators", &integrators);
+  m.def("integrator_scheme", &scheme_of);
   m.def("strategy_options", &described);
   py::class_<Simulation> simulation(m, "Simulation");
   simulation

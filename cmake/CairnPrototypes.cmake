@@ -18,6 +18,7 @@ function(cairn_check_prototypes target)
               ${PROJECT_SOURCE_DIR}/core_f90/sides/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
               ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def ${PROJECT_SOURCE_DIR}/core_f90/elements/elements.def
               ${PROJECT_SOURCE_DIR}/core_f90/poses/poses.def ${PROJECT_SOURCE_DIR}/core_f90/bulk_materials/bulk_materials.def
+              ${PROJECT_SOURCE_DIR}/core_f90/integrators/integrators.def
       COMMENT "Prototypes of ${source} against core.h"
       VERBATIM)
     list(APPEND stamps ${folder}/${name}.stamp)

@@ -46,9 +46,8 @@ set(CAIRN_CORE_SOURCES
   elements/shape_families.f90
   elements/solid_cells.f90
   integrators/energy.f90
+  integrators/linear_scheme.f90
   integrators/rotation.f90
-  integrators/theta.f90
-  integrators/velocity_verlet.f90
   integrators/verlet_spheres.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90

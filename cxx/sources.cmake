@@ -93,8 +93,11 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
   strategies/contact_fields.cpp
+  strategies/event_driven/flight.cpp
+  strategies/integrators.cpp
   strategies/meshes.cpp
   strategies/nscd/newton.cpp
+  strategies/nscd/histories.cpp
   strategies/nscd/projection.cpp
   strategies/nscd/stages.cpp
   strategies/options.cpp

@@ -320,7 +320,8 @@ contains
     call report_back(c_contact_arrays(simulation%handle, bodies, gap, normal, point, impulse, what), what, error)
   end subroutine contact_arrays
 
-  !> An option that a number cannot say: "strategy" ("nscd", "carpenter", "granular_element", "smooth_dem"), "solver" ("auto", ...).
+  !> An option that a number cannot say: "strategy" ("nscd", "carpenter", "granular_element", "smooth_dem", "event_driven"),
+  !> "solver" ("auto", ...), "integrator" ("newmark", ...: its parameters are options from then on).
   subroutine set_option(simulation, name, text, error)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name, text

@@ -3,6 +3,7 @@
 !> external work follow the displacement h (theta v+ + (1 - theta) v-), and what lies between the two is D_theta.
 module energy
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
+   use linear_scheme, only: cairn_scheme, most_history
    implicit none
    private
    public :: cairn_energy_terms
@@ -13,7 +14,7 @@ contains
 
    !> Sums over the bodies. reaction: in, impulse of the contacts on each dof; out, impulse of the drive on driven dofs.
    subroutine cairn_energy_terms(dim, nd, nb, h, theta, gravity, mass, inertia, velocity_begin, velocity, terms, &
-                                      force, damping, driven, reaction, momentum_begin, angular_momentum) bind(c)
+                                 force, damping, driven, reaction, momentum_begin, angular_momentum, scheme, a2, a3, a4, a5) bind(c)
       integer(c_int32_t), value :: dim !< 2 or 3
       integer(c_int32_t), value :: nd !< 3 or 6
       integer(c_int64_t), value :: nb !< bodies
@@ -32,12 +33,15 @@ contains
       real(c_double), intent(inout), optional :: reaction(nd, 0:nb - 1) !< [N s, N m s]
       real(c_double), intent(in), optional :: momentum_begin(3, 0:nb - 1) !< angular momentum before the kick [N m s]
       real(c_double), intent(in), optional :: angular_momentum(3, 0:nb - 1) !< and after it [N m s]
+      type(cairn_scheme), intent(in), optional :: scheme !< of the step, when it is not the theta-method
+      real(c_double), intent(in), optional, dimension(nd, 0:nb - 1) :: a2, a3, a4, a5 !< its history at the start [m/s2, ...]
       integer(c_int64_t) :: first, i
       real(c_double) :: part(8), fallen
       logical :: plain
 
       ! most scenes: weight alone, and no body that stores angular momentum beside its spin
-      plain = .not. (present(force) .or. present(damping) .or. present(momentum_begin) .or. present(angular_momentum))
+      plain = .not. (present(force) .or. present(damping) .or. present(momentum_begin) .or. present(angular_momentum) &
+                     .or. present(scheme))
       fallen = (h*norm2(gravity))**2/2
       terms = 0
       do first = 0, nb - 1, chunk
@@ -89,7 +93,7 @@ contains
 
       subroutine add_body(i)
          integer(c_int64_t), intent(in) :: i
-         real(c_double) :: inertial, pull, push, change, end_momentum, mean, moved, contact, drag
+         real(c_double) :: inertial, pull, push, change, end_momentum, mean, moved, contact, drag, given, lost
          logical :: held, turning
          integer :: j, axis
 
@@ -121,19 +125,46 @@ contains
             if (j <= dim) pull = inertial*gravity(j)
             if (present(force)) push = force(j, i)
             if (present(damping)) drag = damping(i)*dragged_momentum(axis, i, inertial, turning, moved)
+            if (present(scheme) .and. .not. turning) then
+               call add_history(i, j, inertial, pull + push, mean, moved, drag, given, lost)
+            else
+               given = h*(pull + push)
+               lost = (theta - 0.5_c_double)*h*(pull + push)*(velocity(j, i) - velocity_begin(j, i))
+            end if
             part(1) = part(1) + end_momentum*velocity(j, i)/2
             part(2) = part(2) + change*mean
             part(3) = part(3) - pull*moved
             part(4) = part(4) + push*moved
             part(6) = part(6) + drag*mean
-            part(7) = part(7) + (theta - 0.5_c_double)*h*(pull + push)*(velocity(j, i) - velocity_begin(j, i))
+            part(7) = part(7) + lost
             part(8) = part(8) + (h*(pull + push))*(h*(pull + push)/inertial)/2
             if (held) then
-               contact = change - h*(pull + push) + drag - contact
+               contact = change - given + drag - contact
                part(5) = part(5) + contact*mean
                if (present(reaction)) reaction(j, i) = contact
             end if
          end do
+      end subroutine
+
+      !> Displacement, momentum given by forces and taken by drag, and what the integrator dissipates, with a history.
+      subroutine add_history(i, j, inertial, forces, mean, moved, drag, given, lost)
+         integer(c_int64_t), intent(in) :: i
+         integer, intent(in) :: j
+         real(c_double), intent(in) :: inertial, forces, mean
+         real(c_double), intent(inout) :: moved, drag
+         real(c_double), intent(out) :: given, lost
+         real(c_double) :: known(most_history), gain
+         known = 0
+         if (present(a2)) known(1) = a2(j, i)
+         if (present(a3)) known(2) = a3(j, i)
+         if (present(a4)) known(3) = a4(j, i)
+         if (present(a5)) known(4) = a5(j, i)
+         gain = velocity(j, i) - velocity_begin(j, i)
+         moved = moved + dot_product(scheme%position, known)
+         given = scheme%impulse*forces + inertial*dot_product(scheme%velocity, known)
+         if (present(damping)) drag = damping(i)*inertial &
+            *(scheme%impulse*(velocity_begin(j, i) + dot_product(scheme%damping_history, known)) + scheme%damping*gain)
+         lost = forces*moved - given*mean
       end subroutine
 
       !> Momentum that drag acts on, times the step: M h (theta v+ + (1 - theta) v-).

@@ -3,10 +3,27 @@
 !> inertia turns with them are the work of module rotation.
 module theta
    use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
+   use linear_scheme, only: cairn_scheme, no_history
    implicit none
    private
-   public :: cairn_theta_free_velocity, cairn_theta_advance
+   public :: cairn_integrator_theta, cairn_theta_free_velocity, cairn_theta_advance
 contains
+
+   !> M (v1 - v) = h (theta F1 + (1 - theta) F0), q1 = q + h (theta v1 + (1 - theta) v).
+   pure subroutine cairn_integrator_theta(h, params, scheme) bind(c)
+      real(c_double), value :: h !< step [s]
+      real(c_double), intent(in) :: params(*) !< theta in [1/2, 1] [-]
+      type(cairn_scheme), intent(out) :: scheme !< a step
+      associate (theta => params(1))
+         scheme = no_history(h)
+         scheme%end_share = theta
+         scheme%implicit = theta
+         scheme%damping = h*theta
+         scheme%stiffness = h*theta*(h*theta)
+         scheme%share = theta
+         scheme%elastic_velocity = h*theta
+      end associate
+   end subroutine
 
    !> Velocity at the end of the step without contacts, and the diagonal of A^-1.
    pure subroutine cairn_theta_free_velocity(dim, nd, nb, h, theta, gravity, mass, inertia, velocity, velocity_free, &

@@ -2,10 +2,19 @@
 !> step, then, after the forces, the other half. Viscous damping is trapezoidal.
 module velocity_verlet
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_int8_t
+  use linear_scheme, only: cairn_scheme, alpha_scheme
   implicit none
   private
-  public :: cairn_verlet_begin, cairn_verlet_turn, cairn_verlet_end, cairn_inverse_masses
+  public :: cairn_integrator_velocity_verlet, cairn_verlet_begin, cairn_verlet_turn, cairn_verlet_end, cairn_inverse_masses
 contains
+
+  !> Newmark's method with beta = 0, gamma = 1/2.
+  pure subroutine cairn_integrator_velocity_verlet(h, params, scheme) bind(c)
+    real(c_double), value           :: h         !< step [s]
+    real(c_double), intent(in)      :: params(*) !< none, not read
+    type(cairn_scheme), intent(out) :: scheme    !< a step
+    scheme = alpha_scheme(h, 0.0_c_double, 0.5_c_double, 0.0_c_double, 0.0_c_double)
+  end subroutine cairn_integrator_velocity_verlet
 
   !> v = v + h/2 a, x = x + h v; driven dofs take the mean of their old and their new velocity.
   pure subroutine cairn_verlet_begin(dim, nd, first, last, h, gravity, inverse_mass, contact_force, velocity, position, fastest, &

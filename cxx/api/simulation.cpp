@@ -18,7 +18,7 @@ cairn::NscdOptions strategy_of(const cairn_nscd& options) {
     throw Error("iterations are " + std::to_string(options.min_iterations) + " to " +
                 std::to_string(options.max_iterations) + "; at least 0 and 1, and in this order");
   auto strategy = cairn::standard_options<cairn::NscdOptions>();
-  strategy.theta = options.theta;
+  strategy.integrator.parameter("theta", 0) = options.theta;
   strategy.solver = {options.tolerance, options.min_iterations, options.max_iterations, options.threads};
   if (options.margin >= 0) strategy.margin = options.margin;
   strategy.project_positions = options.project_positions != 0;
@@ -34,21 +34,36 @@ void change_option(cairn_simulation& s, Change&& change) {
   s.simulation.use(std::move(changed));
 }
 
+template <class Place>
+bool same(Place a, Place b) {
+  return *a == *b || (*a != *a && *b != *b);
+}
+
 // Hands on what a caller set: settings of the same name that are not those which their strategy begins with.
 void hand_on(cairn::Strategy& from, cairn::Strategy& to) {
   const auto begin = cairn::make_strategy(from.name);
+  const auto find = [](const std::vector<cairn::Option>& rows, const cairn::Option& wanted) {
+    const auto found = std::find_if(rows.begin(), rows.end(), [&](const cairn::Option& o) {
+      return o.info.name == wanted.info.name && o.member.index() == wanted.member.index();
+    });
+    return found == rows.end() ? nullptr : &*found;
+  };
   const auto before = begin->options(), now = from.options();
-  for (cairn::Option& o : to.options())
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      if (now[i].info.name != o.info.name || now[i].member.index() != o.member.index()) continue;
+  for (const bool texts : {true, false}) // a text may bring in options of its own
+    for (cairn::Option& o : to.options())
       std::visit(
           [&](auto* member) {
             using Place = decltype(member);
-            const auto &was = *std::get<Place>(before[i].member), &is = *std::get<Place>(now[i].member);
-            if (is != was && (is == is || was == was)) *member = is;
+            if (std::is_same_v<Place, std::string*> != texts) return;
+            const cairn::Option *is = find(now, o), *was = find(before, o);
+            if (!is || (was && same(std::get<Place>(is->member), std::get<Place>(was->member)))) return;
+            if constexpr (std::is_same_v<Place, std::string*>) {
+              const auto known = to.texts_of(o.info.name);
+              if (std::find(known.begin(), known.end(), *std::get<Place>(is->member)) == known.end()) return;
+            }
+            *member = *std::get<Place>(is->member);
           },
           o.member);
-    }
 }
 
 // A strategy begins with the settings that it, or one of its class, was left with.

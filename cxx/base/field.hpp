@@ -32,7 +32,23 @@ void fit(Vector& v, std::size_t n) {
   v.resize(n);
 }
 
-enum class Need { always, rotation, force, anisotropic, driven, damping, whole, smooth, offset, direction, hull };
+enum class Need {
+  always,
+  rotation,
+  force,
+  anisotropic,
+  driven,
+  damping,
+  whole,
+  smooth,
+  acceleration,
+  jerk,
+  snap,
+  crackle,
+  offset,
+  direction,
+  hull
+};
 
 template <class T>
 struct Field {

@@ -13,6 +13,11 @@ struct Bodies {
 #include "fields.def"
 
   int dofs() const { return dim == 2 ? 3 : 6; }
+  // Derivative k of the history of an integrator, from 0; null where it is not kept.
+  double* history(int k) {
+    Field<double>* const kept[] = {&acceleration, &jerk, &snap, &crackle};
+    return kept[k]->active ? kept[k]->values.data() : nullptr;
+  }
   // calls f(field) for every row of fields.def
   template <class F>
   void for_each_field(F&& f) {

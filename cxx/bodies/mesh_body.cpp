@@ -21,8 +21,9 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
       if (model.mass.row[e] != column) lumped_[column] += model.mass.value[e];
     }
   for (std::size_t i = 0; i < n && !model.node_mass.empty(); ++i) lumped_[i] = model.node_mass[i / dim];
-  for (std::vector<double>* v : {&q_, &v_, &free_, &f_, &a_, &b_, &stiff_q_, &stiff_, &damped_, &momentum_,
-                                 &stiff_begin_, &damped_begin_, &momentum_begin_})
+  for (std::vector<double>* v :
+       {&q_, &v_, &free_, &f_, &a_, &b_, &stiff_q_, &stiff_, &damped_, &momentum_, &stiff_begin_, &damped_begin_,
+        &momentum_begin_, &known_, &stiff_known_, &damped_known_, &momentum_known_})
     v->assign(n, 0);
   impulse.assign(n, 0);
   lumped_mass_ = model.node_mass.empty();
@@ -112,7 +113,7 @@ bool MeshBody::lost_mass(std::int64_t row) const {
   for (std::int64_t e = model.mass.start[row]; e < model.mass.start[row + 1]; ++e)
     if (model.mass.row[e] == row)
       return !model.stiffness.value.empty() &&
-             model.mass.value[e] < 1e-14 * (h_ * theta_) * (h_ * theta_) * model.stiffness.value[e];
+             model.mass.value[e] < 1e-14 * scheme_.stiffness * model.stiffness.value[e];
   return false;
 }
 
@@ -128,7 +129,7 @@ void MeshBody::refuse(const SoeStatus& status) const {
     throw Error("the matrix of the mesh '" + model.name + "' is too large for this build of its solver");
   if (status.row >= 0 && lost_mass(status.row)) {
     char step[32];
-    std::snprintf(step, sizeof step, "%g", h_);
+    std::snprintf(step, sizeof step, "%g", scheme_.h);
     throw Error(
         "the mass of the mesh '" + model.name + "' is lost in rounding" + where + ": a step of " + step +
         " s is more than 1e7 times what a wave takes through a cell; give a shorter step, thicker cells, or hold "
@@ -138,31 +139,37 @@ void MeshBody::refuse(const SoeStatus& status) const {
               ": a mass, a stiffness or a held dof is missing");
 }
 
-// A, factorised once for a step and theta.
-void MeshBody::factorise(double h, double theta, BulkStep bulk) {
-  explicit_ = bulk != BulkStep::implicit;
+// A, factorised once for what a scheme makes it of.
+void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
   for (const auto& known : factors_)
-    if (known->h == h && known->theta == theta && known->explicit_bulk == explicit_) { // the same step, to the bit
+    if (known->h == scheme.h && known->damping == scheme.damping && known->stiffness == scheme.stiffness &&
+        known->largest == scheme.largest) { // the same step, to the bit
       now_ = known.get();
       return;
     }
   constexpr std::size_t most = 4;
+  const bool bare = !(scheme.damping > 0) && !(scheme.stiffness > 0);
+  const bool theta_method = scheme.damping == scheme.h * scheme.share && scheme.histories == 0;
+  if (model.make_solver && !bare && !theta_method)
+    throw Error("the mesh '" + model.name +
+                "' has a solver of its own, which knows the theta-method alone: leave the integrator out");
+  if (check && std::isfinite(scheme.largest)) check_step(scheme);
   if (factors_.size() >= most) factors_.erase(factors_.begin());
   auto made = std::make_unique<Factors>();
-  made->h = h;
-  made->theta = theta;
-  made->explicit_bulk = explicit_;
-  if (bulk == BulkStep::central_difference) check_step(h);
+  made->h = scheme.h;
+  made->largest = scheme.largest;
+  made->damping = scheme.damping;
+  made->stiffness = scheme.stiffness;
   ++factorisations;
   made->place.assign(std::size_t(model.nodes()), -1);
-  if (model.make_solver && !explicit_) {
-    made->solver = model.make_solver(h, theta);
+  if (model.make_solver && !bare) {
+    made->solver = model.make_solver(scheme.h, scheme.share);
   } else {
     made->value.resize(model.mass.value.size());
     for (std::size_t e = 0; e < made->value.size(); ++e) made->value[e] = model.mass.value[e];
-    for (std::size_t e = 0; e < made->value.size() && !explicit_; ++e)
+    for (std::size_t e = 0; e < made->value.size() && !bare; ++e)
       made->value[e] =
-          model.mass.value[e] + h * theta * model.damping.value[e] + h * theta * (h * theta) * model.stiffness.value[e];
+          model.mass.value[e] + scheme.damping * model.damping.value[e] + scheme.stiffness * model.stiffness.value[e];
     made->soe = Soe::make(model.mass, model.options);
     if (const SoeStatus status = made->soe->factor(made->value.data()); !status) refuse(status);
   }
@@ -177,19 +184,36 @@ void MeshBody::solve(double* b, std::int64_t columns) {
   for (std::int64_t c = 0; c < columns; ++c) now_->solver(b + c * model.dofs());
 }
 
-void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, double theta, BulkStep bulk) {
+// The derivatives that an integrator keeps, each with its factor.
+void MeshBody::history_sum(Bodies& bodies, const double* factors, double* out) const {
+  std::fill_n(out, model.dofs(), 0.0);
+  for (int k = 0; k < scheme_.histories; ++k) {
+    const double* derivative = bodies.history(k);
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (int d = 0; d < model.dim; ++d)
+        out[model.dim * i + d] += factors[k] * derivative[std::int64_t(bodies.dofs()) * nodes[i] + d];
+  }
+}
+
+void MeshBody::times_history(Bodies& bodies) {
+  for (std::vector<double>* v : {&stiff_known_, &damped_known_, &momentum_known_}) v->assign(v->size(), 0.0);
+  if (scheme_.histories == 0) return;
+  history_sum(bodies, scheme_.elastic, known_.data());
+  stiffness_times(known_.data(), stiff_known_.data());
+  history_sum(bodies, scheme_.damping_history, known_.data());
+  if (damps_) damping_times(known_.data(), damped_known_.data());
+  history_sum(bodies, scheme_.velocity, known_.data());
+  multiply_mass(known_.data(), momentum_known_.data());
+}
+
+void MeshBody::free_velocity(Bodies& bodies, const double* gravity, const cairn_scheme& scheme, bool check) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
-  h_ = h;
-  theta_ = theta;
+  scheme_ = scheme;
   if (linear())
-    factorise(h, theta, bulk);
+    factorise(scheme, check);
   else
-    explicit_ = bulk != BulkStep::implicit;
-  if (!linear() && bulk == BulkStep::central_difference && (checked_ < h || checked_ > h)) {
-    check_step(h);
-    checked_ = h;
-  }
+    take_scheme(scheme, check);
   gather(bodies.velocity, v_.data());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
@@ -197,21 +221,24 @@ void MeshBody::free_velocity(Bodies& bodies, const double* gravity, double h, do
   if (!linear()) {
     f_ = weight_;
     for (std::int64_t i = 0; i < n && !load_end.empty(); ++i)
-      f_[i] += theta * load_end[i] + (1 - theta) * load_begin[i];
+      f_[i] += scheme.end_share * load_end[i] + (1 - scheme.end_share) * load_begin[i];
     start_newton();
     return scatter(free_.data(), bodies.velocity_free);
   }
   stiffness_times(q_.data(), stiff_q_.data());
   times_velocity(v_.data());
+  times_history(bodies);
   stiff_begin_ = stiff_;
   damped_begin_ = damped_;
   momentum_begin_ = momentum_;
   f_ = weight_;
-  for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += theta * load_end[i] + (1 - theta) * load_begin[i];
-  const double ahead = explicit_ ? 0 : h * theta;
+  const double late = scheme.end_share, ahead = scheme.elastic_velocity;
+  for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += late * load_end[i] + (1 - late) * load_begin[i];
   bool moved = false;
   for (std::int64_t i = 0; i < n; ++i) {
-    free_[i] = h * (f_[i] - damped_begin_[i] - (stiff_q_[i] + ahead * stiff_begin_[i]));
+    const double damped = damped_begin_[i] + damped_known_[i];
+    const double stiff = stiff_q_[i] + ahead * stiff_begin_[i] + stiff_known_[i];
+    free_[i] = momentum_known_[i] + scheme.impulse * (f_[i] - damped - stiff);
     if (!model.held[i]) continue;
     free_[i] = (held_velocity.empty() ? 0 : held_velocity[i]) - v_[i];
     moved = moved || free_[i] < 0 || free_[i] > 0;
@@ -286,33 +313,93 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
   if (!linear()) return account_bulk(bodies, gravity);
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
-  const double h = h_, theta = theta_, ahead = explicit_ ? 0 : h * theta, more = explicit_ ? 0 : theta;
-  std::vector<double>&end = a_, &x = b_;
+  const cairn_scheme& s = scheme_;
+  const double way_end = s.h * s.share, way_begin = s.h * (1 - s.share), ahead = s.elastic_velocity;
+  const double stiff_more = s.stiffness / s.impulse, damped_more = s.damping / s.impulse;
+  std::vector<double>&end = a_, &x = b_, &way = known_;
   gather(bodies.velocity, end.data());
   times_velocity(end.data());
+  history_sum(bodies, s.position, way.data());
+  for (std::int64_t i = 0; i < n; ++i) way[i] += way_end * end[i] + way_begin * v_[i];
   work = {};
   for (std::int64_t i = 0; i < n; ++i) {
-    const double way = h * (theta * end[i] + (1 - theta) * v_[i]);
-    const double elastic = stiff_q_[i] + ahead * (stiff_begin_[i] + theta * (stiff_[i] - stiff_begin_[i]));
-    const double damping = damped_begin_[i] + more * (damped_[i] - damped_begin_[i]);
-    work.elastic += way * elastic;
-    work.damping += way * damping;
+    const double elastic =
+        stiff_q_[i] + ahead * stiff_begin_[i] + stiff_known_[i] + stiff_more * (stiff_[i] - stiff_begin_[i]);
+    const double damping = damped_begin_[i] + damped_known_[i] + damped_more * (damped_[i] - damped_begin_[i]);
+    work.elastic += way[i] * elastic;
+    work.damping += way[i] * damping;
     f_[i] -= elastic + damping;
   }
+  history_sum(bodies, s.velocity, x.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double change = end[i] - v_[i], inertia = momentum_[i] - momentum_begin_[i];
-    const double extra = (inertia - lumped_[i] * change) / h, weight = lumped_[i] * gravity[i % dim];
-    work.inertia += h * (theta * end[i] + (1 - theta) * v_[i]) * extra;
-    const double force = model.held[i] ? (lumped_[i] * change - impulse[i]) / h - weight : f_[i] - weight - extra;
+    const double lumped = lumped_[i] * (change - x[i]); // what the points of mass take of the forces
+    const double extra = (inertia - momentum_known_[i] - lumped) / s.impulse, weight = lumped_[i] * gravity[i % dim];
+    work.inertia += way[i] * extra;
+    work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia - lumped_[i] * change);
+    const double force = model.held[i] ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
     bodies.force[nodes[i / dim]][i % dim] = force;
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
   for (std::int64_t i = 0; i < n; ++i) work.stored_change -= 0.5 * q_[i] * stiff_q_[i];
-  for (std::int64_t i = 0; i < n; ++i) {
-    x[i] = q_[i] + h * (theta * end[i] + (1 - theta) * v_[i]);
-    work.stored += 0.5 * x[i] * (stiff_q_[i] + h * (theta * stiff_[i] + (1 - theta) * stiff_begin_[i]));
+  for (std::int64_t i = 0; i < n; ++i) x[i] = q_[i] + way[i];
+  if (s.histories > 0) { // K of the way is not that of the velocities alone
+    std::vector<double>& stiff = free_;
+    stiffness_times(x.data(), stiff.data());
+    for (std::int64_t i = 0; i < n; ++i) work.stored += 0.5 * x[i] * stiff[i];
+  } else {
+    for (std::int64_t i = 0; i < n; ++i)
+      work.stored += 0.5 * x[i] * (stiff_q_[i] + (way_end * stiff_[i] + way_begin * stiff_begin_[i]));
   }
   work.stored_change += work.stored;
+}
+
+void MeshBody::solve_mass(double* b) {
+  if (!lumped_mass_ && !mass_) {
+    mass_ = Soe::make(model.mass, model.options);
+    if (const SoeStatus status = mass_->factor(model.mass.value.data()); !status) refuse(status);
+  }
+  for (std::int64_t i = 0; i < model.dofs(); ++i) {
+    if (model.held[i]) b[i] = 0;
+    if (lumped_mass_) b[i] /= lumped_[i];
+  }
+  if (!lumped_mass_) mass_->solve(b);
+}
+
+// M a = F - C v - K q, and the derivatives of that under constant loads.
+void MeshBody::start_history(Bodies& bodies, const double* gravity) {
+  const int dim = model.dim;
+  const std::int64_t n = model.dofs();
+  weigh(gravity);
+  gather(bodies.velocity, v_.data());
+  for (std::int64_t i = 0; i < n; ++i) q_[i] = bodies.position[nodes[i / dim]][i % dim] - model.reference[i];
+  f_ = weight_;
+  for (std::int64_t i = 0; i < n && !load_begin.empty(); ++i) f_[i] += load_begin[i];
+  std::vector<double>&place = q_, &speed = v_, &next = a_, &stiff = b_, &damped = known_;
+  for (int k = 0; k < cairn_most_history && bodies.history(k); ++k) {
+    stiffness_times(place.data(), stiff.data());
+    damping_times(speed.data(), damped.data());
+    for (std::int64_t i = 0; i < n; ++i) next[i] = (k == 0 ? f_[i] : 0) - stiff[i] - damped[i];
+    solve_mass(next.data());
+    for (std::int64_t i = 0; i < n; ++i)
+      bodies.history(k)[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = next[i];
+    place.swap(speed);
+    speed = next;
+  }
+}
+
+void MeshBody::smooth_change(Bodies& bodies, double* change) {
+  const int dim = model.dim;
+  const std::int64_t n = model.dofs();
+  a_.assign(std::size_t(n), 0.0);
+  if (std::any_of(impulse.begin(), impulse.end(), [](double p) { return p < 0 || p > 0; })) {
+    std::copy(impulse.begin(), impulse.end(), a_.begin());
+    solve_mass(a_.data());
+  }
+  gather(bodies.velocity, b_.data());
+  history_sum(bodies, scheme_.velocity, known_.data());
+  for (std::int64_t i = 0; i < n; ++i)
+    change[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = b_[i] - v_[i] - known_[i] - a_[i];
 }
 
 void MeshBody::follow(Bodies& bodies) const {
@@ -353,7 +440,7 @@ void MeshBody::facet_vertices(const Bodies& bodies, std::vector<double>& out) co
 
 std::int64_t MeshBody::bytes() const {
   std::int64_t sum = model.bulk ? model.bulk->bytes() : 0;
-  sum += std::int64_t(8 * (lumped_.capacity() * 17 + impulse.capacity()));
+  sum += std::int64_t(8 * (lumped_.capacity() * 21 + impulse.capacity()));
   for (const SparseMatrix* a : {&model.mass, &model.stiffness, &model.damping})
     sum += std::int64_t(8 * a->start.capacity() + 4 * a->row.capacity() + 8 * a->value.capacity());
   if (own_) sum += own_->soe->bytes() + std::int64_t(8 * (own_->value.capacity() + own_->compliance.capacity()));

@@ -10,14 +10,12 @@
 #include "../base/field.hpp"
 #include "../fe/bulk_result.hpp"
 #include "../soe/soe.hpp"
+#include "cairn/core.h"
 
 namespace cairn {
 
 struct Bodies;
 class BulkModel;
-
-// How the stiffness of a mesh counts in a step: A = M + h theta C + h^2 theta^2 K, or M alone, whose step has a limit.
-enum class BulkStep { implicit, central_difference, unchecked_central_difference };
 
 // What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
 struct MeshModel {
@@ -54,8 +52,8 @@ struct NewtonError {
 
 // What the balance of energy takes from a step of a mesh, besides its nodes as points of mass [J].
 struct MeshWork {
-  double elastic = 0, damping = 0, inertia = 0;      // along the mean way
-  double material = 0;                               // dissipated at the points of the material
+  double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
+  double material = 0;                                              // dissipated at the points of the material
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
@@ -74,7 +72,6 @@ public:
   double size() const { return size_; } // of a cell, about [m]
 
   // Velocities of nodes at the end of the step without contacts, from those in `bodies`; of a step's begin.
-  void free_velocity(Bodies& bodies, const double* gravity, double h, double theta, BulkStep bulk);
   // Of a body whose stresses are a material's: Newton's method round the solution of contacts. free_velocity is its
   // first pass; after a solution, with `impulse` gathered, `judge` moves on, with a part of the change where the
   // whole one leaves more of the balance; `linearise` makes the free velocity of the next pass.
@@ -88,6 +85,12 @@ public:
   std::vector<double> memory() const;
   void restore(std::span<const double> state, std::span<const double> memory);
   std::string describe(const BulkResult& fault) const;
+  // check: throws Error beyond the limit of an explicit scheme.
+  void free_velocity(Bodies& bodies, const double* gravity, const cairn_scheme& scheme, bool check);
+  // What integrators keep, of the nodes: from the forces at hand; and what forces changed in the step, without
+  // contacts.
+  void start_history(Bodies& bodies, const double* gravity);
+  void smooth_change(Bodies& bodies, double* change);
   // Contact nodes from now on, in this order after those that are: compliance between them.
   void touch(const std::vector<std::int32_t>& more);
   std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
@@ -108,9 +111,8 @@ public:
   std::int64_t bytes() const;
 
 private:
-  struct Factors { // of one step and theta
-    double h = 0, theta = 0;
-    bool explicit_bulk = false;
+  struct Factors { // of A = M + damping C + stiffness K
+    double h = 0, damping = 0, stiffness = 0, largest = 0;
     std::unique_ptr<Soe> soe;
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
@@ -119,14 +121,18 @@ private:
     Array<double> compliance; // (leading, leading)
   };
   void mark_contact_nodes();
-  void factorise(double h, double theta, BulkStep bulk);
+  void take_scheme(const cairn_scheme& scheme, bool check);
   void factorise_tangent();
   void start_newton();
   void find_free_velocity();
   void residual_of(const std::vector<double>& v);
   BulkResult stresses_of(const std::vector<double>& v, bool tangent);
   void account_bulk(Bodies& bodies, const double* gravity);
-  void check_step(double h) const;
+  void factorise(const cairn_scheme& scheme, bool check);
+  void check_step(const cairn_scheme& scheme) const;
+  void times_history(Bodies& bodies); // what the history adds to K q, C v and M v of the step
+  void history_sum(Bodies& bodies, const double* factors, double* out) const;
+  void solve_mass(double* b);                      // of held dofs: zero
   double stable_step() const;                      // of central differences [s]
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
@@ -157,8 +163,12 @@ private:
   BulkResult found_;             // at the end
   double stored_begin_ = 0, checked_ = 0; // checked_: step that is known to be stable under central differences
   bool begun_ = false;                    // stored_begin_ and force_begin_ are known
-  double h_ = 0, theta_ = 0, size_ = 0;
-  bool explicit_ = false; // the step at hand
+  double h_ = 0, theta_ = 0; // the step at hand, of a body that is not linear
+  bool explicit_ = false;
+  std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
+  std::unique_ptr<Soe> mass_;                                               // factors of M, for histories alone
+  double size_ = 0;
+  cairn_scheme scheme_{}; // of the step at hand
 };
 
 } // namespace cairn

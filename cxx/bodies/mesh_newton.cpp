@@ -38,6 +38,23 @@ void MeshBody::residual_of(const std::vector<double>& v) {
   }
 }
 
+// Stresses of a material are known at the ends of a step: of the integrators these take what balances there.
+void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
+  const bool theta = scheme.damping == scheme.h * scheme.share && scheme.stiffness > 0;
+  const bool bare = !(scheme.damping > 0) && !(scheme.stiffness > 0) && !(scheme.elastic_velocity > 0);
+  if (scheme.histories > 0 || !(theta || bare))
+    throw Error("the mesh '" + model.name +
+                "' is of a material of solids, which moves by the theta-method or by central differences: leave the "
+                "integrator out, or give CentralDifference()");
+  h_ = scheme.h;
+  theta_ = scheme.share;
+  explicit_ = bare;
+  if (explicit_ && check && std::isfinite(scheme.largest) && (checked_ < h_ || checked_ > h_)) {
+    check_step(scheme);
+    checked_ = h_;
+  }
+}
+
 void MeshBody::start_newton() {
   const auto n = std::size_t(model.dofs());
   for (std::vector<double>* v : {&iterate_, &force_end_, &residual_, &trial_, &start_, &c_}) v->resize(n);
@@ -180,6 +197,7 @@ void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
     work.damping += way * c_[i];
     const double extra = (inertia[i] - lumped_[i] * a_[i]) / h_, weight = lumped_[i] * gravity[i % dim];
     work.inertia += way * extra;
+    work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia[i] - lumped_[i] * a_[i]);
     const double force =
         model.held[i] ? (lumped_[i] * a_[i] - impulse[i]) / h_ - weight : f_[i] - elastic - c_[i] - weight - extra;
     bodies.force[nodes[i / dim]][i % dim] = force;

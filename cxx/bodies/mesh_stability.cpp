@@ -85,14 +85,15 @@ double MeshBody::stable_step() const {
   return 2 / omega * (std::sqrt(1 + xi * xi) - xi);
 }
 
-void MeshBody::check_step(double h) const {
-  const double limit = stable_step();
-  if (h <= limit * (1 + 1e-3)) return; // as well as the frequency is known
+void MeshBody::check_step(const cairn_scheme& scheme) const {
+  const double limit = scheme.largest / 2 * stable_step();
+  if (scheme.h <= limit * (1 + 1e-3)) return; // as well as the frequency is known
   char text[400];
-  std::snprintf(text, sizeof text,
-                "dt is %g s, beyond the stable step %.3g s of the mesh '%s' under central differences: give a smaller "
-                "dt, larger or softer cells, Carpenter(unstable='ignore'), or NSCD, which has no such limit",
-                h, limit, model.name.c_str());
+  std::snprintf(
+      text, sizeof text,
+      "dt is %g s, beyond the stable step %.3g s of the mesh '%s' under this explicit integrator: give a smaller "
+      "dt, larger or softer cells, Carpenter(unstable='ignore'), or an implicit integrator, which has no such limit",
+      scheme.h, limit, model.name.c_str());
   throw Error(text);
 }
 

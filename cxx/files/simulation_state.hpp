@@ -5,6 +5,9 @@
 
 namespace cairn {
 
+// A term of the balance in a checkpoint [J].
+double energy_term(const StoredValue& energy, const std::string& term);
+
 StoredValue state_of(Simulation& s);
 
 // Throws std::invalid_argument that names the field and the value of what no simulation of this scene can have. A seal

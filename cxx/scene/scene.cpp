@@ -70,6 +70,10 @@ bool Scene::has(Need need) const {
   case Need::damping: return bodies.damping.active;
   case Need::whole: return bodies.whole.active;
   case Need::smooth: return bodies.contact_force.active;
+  case Need::acceleration: return bodies.acceleration.active;
+  case Need::jerk: return bodies.jerk.active;
+  case Need::snap: return bodies.snap.active;
+  case Need::crackle: return bodies.crackle.active;
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;
   case Need::hull: return contactors.hull.active;

@@ -5,7 +5,8 @@ namespace cairn {
 
 std::unique_ptr<Strategy> make_granular_element() {
   auto made = std::make_unique<Nscd>();
-  made->settings.theta = 1;
+  made->accepted = {"theta"};
+  made->settings.integrator.parameter("theta", 0) = 1;
   made->settings.pose.kernel = cairn_pose_granular_element;
   return made;
 }

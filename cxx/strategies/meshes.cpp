@@ -44,7 +44,7 @@ void Simulation::account_for_meshes() {
     energy.work_external += w.elastic + w.damping + w.inertia;
     energy.dissipated_bulk += w.damping;
     energy.dissipated_material += w.material;
-    energy.dissipated_theta += w.elastic - w.stored_change - w.material;
+    energy.dissipated_integrator += w.elastic - w.stored_change - w.material + w.inertia - w.kinetic_change;
   }
 }
 

@@ -1,6 +1,8 @@
 // Non-Smooth Contact Dynamics (Moreau 1988, Jean 1999): the step on one page, and what the strategy is to others.
 
 #include "nscd/nscd.hpp"
+#include <algorithm>
+
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
 #include "../solvers/problems/friction_problem.hpp"
@@ -45,44 +47,58 @@ Nscd::Nscd() : Nscd(standard_options<NscdOptions>()) {}
 
 Nscd::Nscd(const NscdOptions& options) : settings(options) {
   name = "nscd";
-  if (!(settings.theta >= 0.5 && settings.theta <= 1))
-    throw Error("theta is " + std::to_string(settings.theta) +
-                "; give a value in [1/2, 1], below 1/2 the method is unstable");
+  const double theta = settings.integrator.parameter("theta", 0);
+  if (!(theta >= 0.5 && theta <= 1))
+    throw Error("theta is " + std::to_string(theta) + "; give a value in [1/2, 1], below 1/2 the method is unstable");
 }
 
-std::vector<Option> Nscd::options() { return rows_of(settings); }
+std::vector<Option> Nscd::options() {
+  std::vector<Option> rows;
+  settings.integrator.add_options(rows);
+  for (const Option& row : rows_of(settings)) rows.push_back(row);
+  return rows;
+}
 
 void Nscd::check_options() const {
   if (settings.solver.min_iterations > settings.solver.max_iterations)
     throw Error("min_iter is " + std::to_string(settings.solver.min_iterations) + ", above max_iter, " +
                 std::to_string(settings.solver.max_iterations) + ": give them in this order");
+  const std::vector<std::string> known = texts_of("integrator");
+  if (std::find(known.begin(), known.end(), settings.integrator.name) == known.end())
+    throw Error("integrator is " + settings.integrator.name + ", which " + name + " does not take: give " + known[0]);
 }
 
 std::vector<std::string> Nscd::texts_of(std::string_view option) const {
   std::vector<std::string> names;
   if (option == "solver")
     for (const ProblemSolverInfo& s : problem_solvers()) names.push_back(s.name);
+  if (option == "integrator") names = accepted;
+  if (option == "integrator" && accepted.empty())
+    for (const IntegratorInfo& i : integrator_infos()) names.push_back(i.name);
   return names;
 }
 
 std::unique_ptr<Strategy> Nscd::fresh() const {
   auto made = std::make_unique<Nscd>(settings);
   made->name = name;
+  made->accepted = accepted;
   return made;
 }
 
-bool Nscd::take_settings(Simulation&, const Strategy& other) {
+bool Nscd::take_settings(Simulation& s, const Strategy& other) {
   const auto* same = dynamic_cast<const Nscd*>(&other);
   if (!same) return false;
+  if (settings.integrator != same->settings.integrator) changed(s, true);
   settings = same->settings;
   name = same->name;
+  accepted = same->accepted;
   return true;
 }
 
 void Nscd::check_scene(const Simulation& s) const {
   if (settings.project_positions && !s.meshes.empty())
     throw Error("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies");
-  if (settings.pose.kernel && !settings.explicit_bulk && !s.meshes.linear())
+  if (settings.pose.kernel && settings.integrator.name == "theta" && !s.meshes.linear())
     throw Error("GranularElement moves deformable bodies that are linear: give NSCD to those of a material of solids");
 }
 

@@ -20,6 +20,9 @@ void Simulation::use(std::unique_ptr<Strategy> next) {
   if (strategy_->take_settings(*this, *next)) return;
   interactions.restore({});
   strategy_ = std::move(next);
+  report.events = -1;
+  report.persistent = report.stable_step = 0;
+  report.neighbour_lists = 0;
   forget_contacts();
 }
 

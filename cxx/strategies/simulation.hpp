@@ -13,13 +13,14 @@
 #include "../detection/interaction_handler.hpp"
 #include "../scene/scene.hpp"
 #include "cairn/plug.h"
+#include "integrators.hpp"
 #include "strategy.hpp"
 
 namespace cairn {
 
-// Non-Smooth Contact Dynamics by the theta-method: see nscd.cpp.
+// Non-Smooth Contact Dynamics: see nscd.cpp.
 struct NscdOptions {
-  double theta = 0.5;
+  Integrator integrator{}; // the theta-method, if none is chosen
   SolverOptions solver{};
   double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
   bool project_positions = false;
@@ -27,10 +28,9 @@ struct NscdOptions {
   bool act_on_surfaces = false;   // see Interactions
   int renumber_every = 200;       // steps between renumberings along the space-filling curve
   ContactPose pose{};             // Carpenter's scheme and the granular element method pose conditions of their own
-  bool explicit_bulk = false;     // central differences in deformable bodies: A = M
-  bool refuse_unstable = true;    // of these, steps beyond their limit
   double newton_tolerance = 1e-8; // on the balance of bodies whose stresses are not linear, in an energy norm
   int newton_passes = 30;         // of a step at most
+  bool refuse_unstable = true;    // steps beyond the limit of an explicit integrator
 };
 
 // Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth_dem.cpp.
@@ -43,13 +43,13 @@ struct SmoothDemOptions {
   int renumber_every = 1000;
 };
 
-// Terms of d(T + U + stored) = W_driven + W_external - D_friction - D_normal - D_bulk - D_theta - released + closure
-// [J], since the start.
+// Terms of d(T + U + stored) = W_driven + W_external - D_friction - D_normal - D_bulk - D_material - D_integrator
+// - released + closure [J], since the start.
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
-  double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_theta = 0;
-  double stored = 0;          // in the springs of contacts and in bodies that deform, now
-  double released = 0;        // by contact laws: damage, viscosity, wear
+  double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_integrator = 0;
+  double stored = 0;              // in the springs of contacts and in bodies that deform, now
+  double released = 0;            // by contact laws: damage, viscosity, wear
   double dissipated_material = 0; // at the points of materials of deformable bodies
   double work_projection = 0;     // potential energy that project_positions gave
   double closure = 0;
@@ -69,6 +69,8 @@ struct StepReport {
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start
+  std::int64_t events = -1;         // impacts of the step, of EventDriven; -1 of others
+  double persistent = 0;            // its part that NSCD made, where bodies rest on each other [s]
   Energy energy;
 };
 

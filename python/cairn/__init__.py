@@ -24,7 +24,7 @@ from .build.shapes import boxes, polygons, polyhedra, with_corners
 from .plugs.plug import plug
 from .post.errors import FileError
 from .post.load import load
-from .run import strategies
+from .run import integrators, strategies
 from .run.servo import Servo
 from .run.simulation import ShapesWarning, Simulation
 from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
@@ -63,6 +63,7 @@ def __dir__():
 
 globals().update(laws.LAWS)  # Coulomb, Restitution, ...: one class for each row of the kernels' list
 globals().update(strategies.SOLVERS)  # NLGS, Auto, PPANewton, ...
+globals().update(integrators.INTEGRATORS)  # Theta, Newmark, HHT, ...: one class for each row of the kernels' list
 globals().update(strategies.STRATEGIES)  # one class for each row of the core's list
 
 __version__ = _core.build_info()["version"]
@@ -112,6 +113,7 @@ __all__ = [
     "tube",
     "wall",
     "with_corners",
+    *integrators.INTEGRATORS,
     *laws.LAWS,
     *strategies.SOLVERS,
     *(name for name in strategies.STRATEGIES if name not in ("NSCD", "Carpenter", "GranularElement", "SmoothDEM")),

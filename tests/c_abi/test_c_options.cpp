@@ -90,6 +90,38 @@ TEST_F(COptions, granular_element_and_carpenter_are_chosen_by_name) {
   EXPECT_GT(contact("gap")[0], -1e-9);
 }
 
+TEST_F(COptions, integrators_are_chosen_by_name_and_bring_options_of_their_own) {
+  pile(2);
+  start();
+  EXPECT_REFUSED(cairn_simulation_set_number(simulation, "beta", 0.3, &error), "theta");
+  EXPECT_REFUSED(cairn_simulation_set_option(simulation, "integrator", "magic", &error), "generalised_alpha");
+  ASSERT_EQ(cairn_simulation_set_option(simulation, "integrator", "newmark", &error), 0) << error.message;
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "beta", 0.3025, &error), 0) << error.message;
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "gamma", 0.6, &error), 0) << error.message;
+  EXPECT_REFUSED(cairn_simulation_set_number(simulation, "gamma", 0.4, &error), "[0.5, 1]");
+  steps(10);
+  EXPECT_EQ(text("status"), "converged");
+  EXPECT_NEAR(contact("impulse")[1], 2 * 9.81 * 1e-3, 1e-12);
+  EXPECT_REFUSED(cairn_simulation_set_option(simulation, "strategy", "event_drive", &error), "event_driven");
+}
+
+TEST_F(COptions, event_driven_is_chosen_by_name) {
+  pile(2);
+  const double law[] = {0, 0.5, 0, 1};
+  ASSERT_EQ(cairn_scene_set_law(scene, rock, rock, "Restitution", 4, law, &error), 0) << error.message;
+  start();
+  const double up[] = {0, 2, 0};
+  ASSERT_EQ(cairn_simulation_set_body_field(simulation, "velocity", 1, &grain, up, &error), 0) << error.message;
+  ASSERT_EQ(cairn_simulation_set_option(simulation, "strategy", "event_driven", &error), 0) << error.message;
+  EXPECT_REFUSED(cairn_simulation_set_number(simulation, "impacts", 0, &error), "impacts is 0");
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "impacts", 50, &error), 0) << error.message;
+  steps(500); // up and down again, and the first bounce, half as high
+  double events = -1;
+  ASSERT_EQ(cairn_simulation_report(simulation, "events", &events, &error), 0) << error.message;
+  EXPECT_EQ(events, 0);
+  EXPECT_NEAR(field("velocity")[3 * grain + 1], 1 - 9.81 * (0.5 - 2 * 2 / 9.81), 1e-10);
+}
+
 TEST_F(COptions, contacts_and_energy_are_read_by_name) {
   pile(2);
   start();

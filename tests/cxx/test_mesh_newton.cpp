@@ -8,6 +8,7 @@
 #include "bodies/body.hpp"
 #include "bodies/mesh_body.hpp"
 #include "fe/bulk_model.hpp"
+#include "scheme.hpp"
 
 namespace {
 
@@ -78,7 +79,7 @@ struct World {
   void step() {
     bodies.position_begin.values = bodies.position.values;
     bodies.velocity_begin.values = bodies.velocity.values;
-    mesh.free_velocity(bodies, gravity, h, theta, cairn::BulkStep::implicit);
+    mesh.free_velocity(bodies, gravity, scheme_of(h, theta), true);
     int pass = 1;
     for (;; ++pass) {
       std::copy(given.begin(), given.end(), mesh.impulse.begin());
@@ -193,7 +194,7 @@ TEST(MeshNewton, ACellThatIsTurnedInsideOutIsNamed) {
   w.given[0] = 1e5; // the corner goes through the other side
   w.given[1] = 1e5;
   w.bodies.position_begin.values = w.bodies.position.values;
-  w.mesh.free_velocity(w.bodies, gravity, w.h, w.theta, cairn::BulkStep::implicit);
+  w.mesh.free_velocity(w.bodies, gravity, scheme_of(w.h, w.theta), true);
   bool broke = false;
   for (int pass = 0; pass < 20 && !broke; ++pass) {
     std::copy(w.given.begin(), w.given.end(), w.mesh.impulse.begin());

@@ -6,6 +6,7 @@
 
 #include "bodies/mesh_set.hpp"
 #include "scene/scene.hpp"
+#include "scheme.hpp"
 
 namespace {
 
@@ -89,7 +90,7 @@ TEST(MeshSet, CompliancesOfNodesThatAreTouchedLaterAreThoseOfAllAtOnce) {
   Face one, two;
   const double gravity[3] = {0, 0, 0};
   for (Face* face : {&one, &two})
-    face->set.meshes[0].free_velocity(face->scene.bodies, gravity, 0.5, 1, cairn::BulkStep::implicit);
+    face->set.meshes[0].free_velocity(face->scene.bodies, gravity, scheme_of(0.5, 1), true);
   cairn::MeshBody &a = one.set.meshes[0], &b = two.set.meshes[0];
   a.touch({0, 1, 2});
   b.touch({0});

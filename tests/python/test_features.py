@@ -409,7 +409,7 @@ def test_energy_closes(dim, theta):
     scene.add((cn.disks if dim == 2 else cn.spheres)([np.zeros(dim)], 0.5, ROCK))
     free = advance(simulate(scene, 1e-2, theta=theta), 50)
     mass, e = free.bodies.mass[0], free.energy
-    close(e["dissipated_theta"], (theta - 0.5) * mass * G**2 * 1e-4 * 50, 1e-11, scale=e["in_play"])
+    close(e["dissipated_integrator"], (theta - 0.5) * mass * G**2 * 1e-4 * 50, 1e-11, scale=e["in_play"])
     fallen = -mass * G * -free.bodies.position[0, -1]
     close(e["potential"], fallen, 1e-12)
 

@@ -177,7 +177,7 @@ def test_one_pass_where_the_law_is_linear():
             assert report["newton_passes"] == (1 if solid else 0)
         ways.append((sim.meshes[0].displacement, sim.info["energy"]))
     assert np.abs(ways[0][0] - ways[1][0]).max() < 1e-9
-    for term in ("kinetic", "stored", "dissipated_bulk", "dissipated_theta"):
+    for term in ("kinetic", "stored", "dissipated_bulk", "dissipated_integrator"):
         assert ways[0][1][term] == pytest.approx(ways[1][1][term], rel=1e-6, abs=1e-6)
 
 

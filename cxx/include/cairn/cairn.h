@@ -199,10 +199,11 @@ void cairn_simulation_destroy(cairn_simulation* simulation); /* NULL is allowed 
 /* One step of h [s]. report may be NULL. */
 int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_report* report, cairn_error* error);
 
-/* Options by their names in options.def, of the strategy in use; those that a number cannot say: "strategy" ("nscd",
- * "carpenter" and "granular_element", which begin with theta = 1, "smooth_dem") and "solver" ("nlgs", "auto", or a
- * solver of solvers.def). Flags are 0 or 1; a number that is NaN
- * brings back what is found from the scene. Text: capacity characters with the nought at the end. */
+/* Options by their names in options.def, of the strategy in use; those that a number cannot say: "strategy" (a row of
+ * strategies.def: "nscd", "carpenter", "granular_element", "smooth_dem", "event_driven"), "solver" ("nlgs", "auto", or
+ * a solver of solvers.def) and "integrator" (a row of integrators.def, whose parameters are options from then on).
+ * Flags are 0 or 1; a number that is NaN brings back what is found from the scene. Text: capacity characters with the
+ * nought at the end. */
 int32_t cairn_simulation_set_option(cairn_simulation* simulation, const char* name, const char* text,
                                     cairn_error* error);
 int32_t cairn_simulation_set_number(cairn_simulation* simulation, const char* name, double value, cairn_error* error);

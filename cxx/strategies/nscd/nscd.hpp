@@ -14,6 +14,7 @@ public:
   explicit Nscd(const NscdOptions& options);
 
   NscdOptions settings;
+  std::vector<std::string> accepted; // integrators that may move bodies; none: any
 
   // One step of length h. When it cannot be made, throws and leaves bodies, time and what contacts remember as they
   // were; the contacts of the last step can no longer be read.
@@ -51,9 +52,16 @@ public:
   void lean_images(int k, int i, int cells) override;
   void read(Simulation& s, std::string_view field, int components, double* out) override;
   void status(Simulation& s, std::int32_t* out) override;
-  std::int64_t body_bytes() const override { return std::int64_t(margins_.capacity() * sizeof(double)); }
+  void changed(Simulation& s, bool places) override;
+  std::int64_t body_bytes() const override {
+    return std::int64_t((margins_.capacity() + change_.capacity()) * sizeof(double));
+  }
 
 private:
+  void start_histories(Simulation& s);
+  void update_histories(Simulation& s);
+  // Where the laws take the way of a step from: the end velocity of this one, or that of the next.
+  double law_share() const { return scheme_.share > 0 ? scheme_.share : 1; }
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
   void measure_margins(Simulation& s);
@@ -64,7 +72,9 @@ private:
   const LawTable& projection_laws(const Simulation& s);
 
   double h_ = 0;
-  bool begun_ = false;
+  cairn_scheme scheme_{};                // of the step at hand
+  Array<double> change_;                 // that forces made, without contacts: what histories follow from
+  bool begun_ = false, started_ = false; // a step, histories in it
   Cell cell_begin_;
   Array<double> margins_, force_given_;
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own

@@ -49,7 +49,7 @@ void Nscd::project_positions(Simulation& s) {
   s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
                    &s.laws.rules());
   projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_,
-                       settings.theta);
+                       law_share());
   SolverOptions options = settings.solver;
   options.accuracy = std::numeric_limits<double>::infinity(); // these velocities move nothing but overlaps
   const SolveReport solved = projector_->solve(b, options);

@@ -22,10 +22,12 @@ void Nscd::begin_step(Simulation& s, double h) {
   check_scene(s);
   check_laws(s);
   h_ = h;
+  scheme_ = settings.integrator.scheme(h);
   // Order is state, and changes with the number of the step alone.
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) s.scene.renumber();
   if (s.scene.cell.any()) s.wrap_into_cell(); // what was put outside; the images of contacts follow
   s.place_meshes();
+  start_histories(s);
   save_begin(s);
   make_bonds(s);
   begun_ = true;
@@ -42,6 +44,7 @@ void Nscd::save_begin(Simulation& s) {
 
 void Nscd::undo_step(Simulation& s) {
   if (!begun_) return;
+  if (started_) changed(s, true); // other forces may be there when the next step begins
   leave_plugged_forces(s);
   Bodies& b = s.scene.bodies;
   b.position.values = b.position_begin.values;
@@ -58,12 +61,15 @@ void Nscd::undo_step(Simulation& s) {
   s.forget_contacts();
 }
 
-// q_m = q + h (1 - theta) v
+// q_m: the displacement of the step without what the velocity at its end adds.
 void Nscd::predict_configuration(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const double ahead = h_ * (1 - settings.theta);
+  const double ahead = h_ * (1 - scheme_.share);
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+  for (int k = 0; k < scheme_.histories; ++k)
+    cairn_theta_advance(s.scene.dim, b.dofs(), b.count, scheme_.position[k], b.history(k), b.position.values.data(),
+                        s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
     cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
@@ -82,26 +88,27 @@ void Nscd::compute_free_velocity(Simulation& s) {
   Bodies& b = s.scene.bodies;
   s.follow_meshes();
   if (!s.forces.empty()) add_plugged_forces(s);
-  cairn_theta_free_velocity(s.scene.dim, b.dofs(), b.count, h_, settings.theta, s.scene.gravity.data(),
+  cairn_theta_free_velocity(s.scene.dim, b.dofs(), b.count, scheme_.impulse, scheme_.implicit, s.scene.gravity.data(),
                             b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
                             b.velocity_free.values.data(), b.inverse_mass.values.data(), pointer(b.force),
                             pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
+  for (int k = 0; k < scheme_.histories; ++k)
+    cairn_history_velocity(b.dofs(), b.count, &scheme_, k + 1, b.history(k), b.inverse_mass.values.data(),
+                           b.velocity_free.values.data(), pointer(b.damping));
   if (b.angular_momentum.active) {
     cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
                           b.inverse_inertia.values.data(), bits(b.driven));
-    cairn_free_spin(b.count, h_, settings.theta, b.inertia.values.data(), b.angular_momentum.values.data(),
+    cairn_free_spin(b.count, h_, scheme_.share, b.inertia.values.data(), b.angular_momentum.values.data(),
                     b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
                     pointer(b.force), pointer(b.damping), bits(b.driven));
   }
   if (!s.meshes.empty()) {
-    const BulkStep bulk = !settings.explicit_bulk    ? BulkStep::implicit
-                          : settings.refuse_unstable ? BulkStep::central_difference
-                                                     : BulkStep::unchecked_central_difference;
-    for (MeshBody& mesh : s.meshes.meshes) mesh.free_velocity(b, s.scene.gravity.data(), h_, settings.theta, bulk);
+    for (MeshBody& mesh : s.meshes.meshes)
+      mesh.free_velocity(b, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
     for (const MeshBody& mesh : s.meshes.meshes) mesh.follow(b);
   }
   if (!s.free_velocity) return;
-  s.free_velocity->routine(s.scene.dim, b.dofs(), b.count, h_, settings.theta, s.time, s.free_velocity->params.data(),
+  s.free_velocity->routine(s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.time, s.free_velocity->params.data(),
                            b.id.values.data(), b.mass.values.data(), b.inertia.values.data(), b.position.values.data(),
                            b.velocity.values.data(), bits(b.driven), b.velocity_free.values.data(),
                            b.inverse_mass.values.data());
@@ -118,7 +125,7 @@ void Nscd::add_plugged_forces(Simulation& s) {
   if (!b.force.active) b.force.activate(b.count);
   force_given_ = b.force.values;
   for (const PluggedForce& f : s.forces) {
-    f.routine(s.scene.dim, b.dofs(), b.count, s.time + settings.theta * h_, f.params.data(), b.id.values.data(),
+    f.routine(s.scene.dim, b.dofs(), b.count, s.time + scheme_.end_share * h_, f.params.data(), b.id.values.data(),
               b.mass.values.data(), b.position.values.data(), b.velocity.values.data(), b.force.values.data());
     for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
       if (!std::isfinite(b.force.values[i]))
@@ -200,7 +207,7 @@ void Nscd::prepare_contacts(Simulation& s) {
   s.interactions.act_on_surfaces(settings.act_on_surfaces);
   s.interactions.hold_at_detection(settings.act_on_surfaces || settings.pose.kernel);
   s.interactions.pose(settings.pose);
-  s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, settings.theta,
+  s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
                           &s.meshes);
   s.contacts_known = true;
 }
@@ -229,10 +236,11 @@ void Nscd::commit_contacts(Simulation& s) {
 void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   Bodies& b = s.scene.bodies;
   double terms[8];
-  cairn_energy_terms(s.scene.dim, b.dofs(), b.count, h_, settings.theta, s.scene.gravity.data(), b.mass.values.data(),
-                     b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms,
-                     pointer(b.force), pointer(b.damping), bits(b.driven), pointer(b.reaction),
-                     pointer(b.momentum_begin), pointer(b.angular_momentum));
+  cairn_energy_terms(
+      s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.scene.gravity.data(), b.mass.values.data(),
+      b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms, pointer(b.force),
+      pointer(b.damping), bits(b.driven), pointer(b.reaction), pointer(b.momentum_begin), pointer(b.angular_momentum),
+      settings.integrator.name == "theta" ? nullptr : &scheme_, b.history(0), b.history(1), b.history(2), b.history(3));
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   s.energy.kinetic = kinetic;
   s.energy.potential += d_potential;
@@ -241,9 +249,9 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.dissipated_normal += contacts.normal;
   s.energy.dissipated_friction += contacts.tangential;
   s.energy.dissipated_bulk += bulk;
-  s.energy.dissipated_theta += by_theta;
   s.energy.stored = contacts.stored;
   s.energy.released += contacts.released;
+  s.energy.dissipated_integrator += by_theta;
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work + contacts.normal +
                       contacts.tangential + bulk + by_theta + (contacts.stored_change + contacts.released);
   s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
@@ -255,11 +263,12 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.report.solve.energy_created = of_step > 0 ? contacts.created / of_step : 0;
 }
 
-// q+ = q_m + h theta v+
+// The rest of the displacement, and what the integrator keeps of the step.
 void Nscd::update_configuration(Simulation& s) {
   Bodies& b = s.scene.bodies;
+  update_histories(s);
   leave_plugged_forces(s);
-  const double ahead = h_ * settings.theta;
+  const double ahead = h_ * scheme_.share;
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
@@ -276,7 +285,7 @@ void Nscd::update_configuration(Simulation& s) {
   if (s.scene.cell.any()) s.wrap_into_cell();
   s.report.step = ++s.steps;
   s.report.h = h_;
-  s.report.time_detection = s.time + h_ * (1 - settings.theta);
+  s.report.time_detection = s.time + h_ * (1 - scheme_.share);
   s.report.time = s.time += h_;
   s.report.contacts = s.candidates.count;
   s.report.energy = s.energy;

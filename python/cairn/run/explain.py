@@ -41,8 +41,10 @@ def _nscd(simulation):
     for mesh in simulation.meshes:
         size, points = mesh.body.points.size, len(mesh.contact_nodes)
         lines.append(f"Deformable {mesh.name!r}: {size} dofs, {len(mesh.held)} held, {points} nodes that touch")
+    moved_by = strategy.moved_by()
+    integrator = f"Theta {moved_by.values['theta']:g}" if moved_by.row == "theta" else f"Integrator {moved_by!r}"
     lines += [
-        f"Theta {strategy.theta:g}; step {simulation.dt:g} s; margin of detection: {margin}",
+        f"{integrator}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
         f"{'warm' if strategy.warm_start else 'cold'} start",
         *_sweeps(solver),

@@ -282,7 +282,7 @@ class Simulation:
         tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
         for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
         """
-        if self._meshes or self.strategy.pose != "moreau":
+        if self._meshes or self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD with rigid bodies: leave out meshes and other strategies")
         from . import shadow
 

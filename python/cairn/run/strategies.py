@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from ..names import one_of
 from ..pre import checks
+from .integrators import INTEGRATORS, Integrator
 
 MOST_THREADS = 1024  # of one step; what asks an operating system for more ends the program instead of the call
 
@@ -165,7 +166,9 @@ class Strategy:
 class NSCD(Strategy):
     """Non-Smooth Contact Dynamics by the theta-method: implicit, constrained, nonsmooth.
 
-    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. solver: Default(...), NLGS(...), Auto(...), ...
+    theta: in [1/2, 1]; 1/2 keeps energy, 1 damps most. integrator: another method than the theta-method, Newmark(beta=, gamma=),
+    HHT(alpha=), GeneralisedAlpha(spectral_radius=), CentralDifference(), VelocityVerlet(), Gear(values=), ...
+    solver: Default(...), NLGS(...), Auto(...), ...
     margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
     project_positions: remove overlap after each step without changing a velocity (Acary 2013).
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
@@ -191,8 +194,14 @@ class NSCD(Strategy):
     accuracy: float | None = None
     newton_tol: float = 1e-8
     newton_passes: int = 30
+    integrator: Integrator | None = None
 
     def __post_init__(self):
+        if self.integrator is not None:
+            if not isinstance(self.integrator, Integrator):
+                raise ValueError(f"integrator is {self.integrator!r}: give one of {', '.join(INTEGRATORS)}, as cairn.Newmark()")
+            if self.theta != type(self).theta:
+                raise ValueError(f"theta is {self.theta}, of the theta-method: leave it out beside {self.integrator!r}")
         if not 0.5 <= checks.number("theta", self.theta) <= 1:
             raise ValueError(f"theta is {self.theta}: give a value in [1/2, 1]; below 1/2 the method is unstable")
         if self.margin is not None and checks.number("margin", self.margin) < 0:
@@ -214,13 +223,16 @@ class NSCD(Strategy):
 
     row = "nscd"
     stages = True
-    explicit = False  # the bulk of deformable bodies is implicit
-    unstable = "error"  # a step beyond the limit of an explicit bulk
+    unstable = "error"  # a step beyond the limit of an explicit integrator
+
+    def moved_by(self):
+        """The integrator: the one that was given, or the theta-method."""
+        return INTEGRATORS["Theta"](theta=self.theta) if self.integrator is None else self.integrator
 
     @property
     def end_share(self):
         """Of the end of the step in gravity and forces that change with time."""
-        return self.theta
+        return self.theta if self.integrator is None else self.integrator.end_share
 
     def for_scene(self, core):
         """This strategy with the solver that a simulation of this scene (of the core) takes."""
@@ -230,7 +242,6 @@ class NSCD(Strategy):
         """What the core reads."""
         return {
             "strategy": self.row,
-            "theta": float(self.theta),
             "margin": math.nan if self.margin is None else float(self.margin),
             "project_positions": bool(self.project_positions),
             "warm_start": bool(self.warm_start),
@@ -238,10 +249,10 @@ class NSCD(Strategy):
             "renumber_every": int(self.renumber_every),
             "threads": int(self.threads),
             "accuracy": math.inf if self.accuracy is None else float(self.accuracy),
-            "explicit_bulk": self.explicit,
             "refuse_unstable": self.unstable == "error",
             "newton_tol": float(self.newton_tol),
             "newton_passes": int(self.newton_passes),
+            **self.moved_by().settings(),
             **self.solver.settings(),
         }
 
@@ -254,7 +265,8 @@ class Carpenter(NSCD):
     q(t+) = q + h v, v(t + h/2) = v(t - h/2) + h M^-1 (f(q) + H r / h) with gap + h H'v >= 0, r >= 0: a problem with
     h^2 H' M^-1 H on displacements, for the same solvers. Velocities stand in the middle of steps. An overlap is pushed out in one
     step. penalty: stiffness of a contact [N/m] that pushes by its overlap at the end of the step instead; None: multipliers.
-    unstable: what to do with a step beyond 2/omega of a deformable body, "error" or "ignore". Other options are those of NSCD.
+    unstable: what to do with a step beyond 2/omega of a deformable body, "error" or "ignore". integrator:
+    CentralDifference(), if none is given, or BetaScheme(beta=), which damps. Other options are those of NSCD.
     """
 
     theta: float = 1.0
@@ -262,7 +274,15 @@ class Carpenter(NSCD):
     unstable: str = "error"
 
     row = pose = "carpenter"
-    explicit = True
+
+    def moved_by(self):
+        """Central differences, unless another was given."""
+        return INTEGRATORS["CentralDifference"]() if self.integrator is None else self.integrator
+
+    @property
+    def end_share(self):
+        """Of the end of the step: forces are those of its start."""
+        return self.moved_by().end_share
 
     def __post_init__(self):
         super().__post_init__()

@@ -1,0 +1,54 @@
+// What integrators keep of the displacement beside its first derivative: where it begins, and how it goes on.
+#include <algorithm>
+
+#include "nscd.hpp"
+
+namespace cairn {
+namespace {
+
+template <class T>
+auto pointer(Field<T>& field) {
+  return field.active ? field.values.data() : nullptr;
+}
+
+const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
+
+} // namespace
+
+// Of bodies that came in, or were set from outside: from the forces on them.
+void Nscd::start_histories(Simulation& s) {
+  started_ = false;
+  if (scheme_.histories == 0) return;
+  Bodies& b = s.scene.bodies;
+  const Need needs[] = {Need::acceleration, Need::jerk, Need::snap, Need::crackle};
+  for (int k = 0; k < scheme_.histories; ++k) s.scene.activate(needs[k]);
+  auto& known = b.history_known.values;
+  if (std::find(known.begin(), known.end(), 0) == known.end()) return;
+  cairn_history_start(s.scene.dim, b.dofs(), b.count, bits(b.history_known), s.scene.gravity.data(),
+                      b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(), b.history(0),
+                      b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
+  for (MeshBody& mesh : s.meshes.meshes)
+    if (!mesh.nodes.empty() && *b.history_known[mesh.nodes[0]] == 0) mesh.start_history(b, s.scene.gravity.data());
+  std::fill(known.begin(), known.end(), std::uint8_t(1));
+  started_ = true;
+}
+
+void Nscd::update_histories(Simulation& s) {
+  if (scheme_.histories == 0) return;
+  Bodies& b = s.scene.bodies;
+  change_.resize(b.velocity.values.size());
+  cairn_smooth_change(s.scene.dim, b.dofs(), b.count, &scheme_, s.scene.gravity.data(), b.mass.values.data(),
+                      b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), change_.data(),
+                      b.history(0), b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping),
+                      bits(b.driven));
+  for (MeshBody& mesh : s.meshes.meshes) mesh.smooth_change(b, change_.data());
+  cairn_history_update(s.scene.dim, b.dofs(), b.count, &scheme_, change_.data(), b.inertia.values.data(), b.history(0),
+                       b.history(1), b.history(2), b.history(3));
+}
+
+// Places, velocities or the integrator are others: what is kept does not belong to them.
+void Nscd::changed(Simulation& s, bool places) {
+  if (places) std::fill(s.scene.bodies.history_known.values.begin(), s.scene.bodies.history_known.values.end(), 0);
+}
+
+} // namespace cairn
