@@ -1,18 +1,21 @@
 """What scenes of disks and of spheres pay for all that they do not use: two commits built and measured side by side in one run.
 
-    script/bench pays_nothing [--before d7054eb] [--after HEAD] [--count 10000] [--builds FOLDER]
+    script/bench pays_nothing [--before 91c23ba] [--after HEAD] [--count 4000] [--pairs 200] [--builds FOLDER]
 
-`before` is the last commit without smooth DEM, elastic bodies and the files of LMGC90. Both commits are built with the release
-preset. Then their processes take turns: the same deposits, a fixed number of sweeps, CPU time of a step (least of all chunks of
-steps), bytes by Cairn's own count and by the growth of the process, CPU time and bytes of `import cairn`. `step_one_sweep` is a
-step with a single sweep: what is left is everything but the solver. Writes benchmarks/results/pays_nothing.csv: a row for a scene
-and quantity, both commits, their ratio.
+`before` is the last commit before the house was rebuilt. Both commits are built with the release preset. Then a process of each
+takes turns with the other, a few steps at a time on the same deposit with a fixed number of sweeps: pairs of CPU times a step
+that stand a fraction of a second apart, and seconds of the stages.
+`one_sweep` is a step with a single sweep: what is left is everything but the solver. Bytes are by Cairn's own count and by the
+growth of the process; `import` is `import cairn`, a process each time.
+Writes benchmarks/results/pays_nothing.csv: a row for a scene and quantity, medians of both commits, the median of the ratios of
+pairs and its 95 % interval (2,000 samples with replacement).
 """
 
 import argparse
 import csv
 import json
 import os
+import random
 import statistics
 import subprocess
 import sys
@@ -46,83 +49,111 @@ def resident():
         return int(file.read().split()[1]) * 4096
 
 
-def measure(case, count, chunks, steps):
-    """In a process of its own: seconds a step and bytes."""
+def serve(case, count, steps):
+    """In a process of its own: answers each line of input with a line of JSON."""
     begin, bytes_before = time.process_time(), resident()
     import cairn  # noqa: F401
 
     result = {"import_seconds": time.process_time() - begin, "import_megabytes": (resident() - bytes_before) / 1e6}
+    print(json.dumps(result), flush=True)
     if case == "import":
-        return result
+        return
     from scenes import deposit
 
+    scene, _, kind = case.partition(" ")
+    sweeps = 1 if kind else SWEEPS
     before = resident()
-    for name, sweeps in (("step", SWEEPS), ("step_one_sweep", 1)):
-        sim = deposit(case, count, tol=1e-15, max_iter=sweeps, min_iter=sweeps, steps=5)
-        best = float("inf")
-        for _ in range(chunks):
-            begin = time.process_time()
-            for _ in range(steps):
-                sim.step()
-            best = min(best, (time.process_time() - begin) / steps)
-        contacts = len(sim.contacts)
-        result[f"{name}_microseconds_a_contact"] = 1e6 * best / contacts
-        if name == "step":
-            bodies, of_contacts = sim._core.bytes()
-            result |= {
-                "contacts": contacts,
-                "bytes_a_body": bodies / len(sim.bodies),
-                "bytes_a_contact": of_contacts / contacts,
-                "process_growth_bytes_a_body": (resident() - before) / len(sim.bodies),
-            }
-    return result
+    sim = deposit(scene, count, tol=1e-15, max_iter=sweeps, min_iter=sweeps, steps=5)
+    bodies, of_contacts = sim._core.bytes()
+    contacts = len(sim.contacts)
+    result = {"contacts": contacts, "bytes_a_body": bodies / len(sim.bodies), "bytes_a_contact": of_contacts / contacts}
+    print(json.dumps(result | {"process_growth_bytes_a_body": (resident() - before) / len(sim.bodies)}), flush=True)
+    for _ in sys.stdin:
+        stages, begin, solved = dict(sim.info["seconds"]), time.process_time(), 0
+        for _ in range(steps):
+            solved += sim.step()["contacts"]
+        spent = {"step": time.process_time() - begin}
+        spent |= {name: seconds - stages.get(name, 0) for name, seconds in sim.info["seconds"].items()}
+        print(json.dumps({name: 1e6 * seconds / solved for name, seconds in spent.items()}), flush=True)
 
 
-def run(python, case, options):
-    """The numbers that a process prints with the package of `python`."""
-    command = [sys.executable, str(Path(__file__)), "--measure", case]
-    for name in ("count", "chunks", "steps"):
-        command += [f"--{name}", str(getattr(options, name))]
+def started(python, case, options):
+    """The process that serves a case with the package of `python`."""
+    command = [sys.executable, str(Path(__file__)), "--serve", case, "--count", str(options.count), "--steps", str(options.steps)]
     environment = os.environ | {"PYTHONPATH": str(python), "OMP_NUM_THREADS": "1"}
-    printed = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
-    return json.loads(printed.splitlines()[-1])
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
+
+
+def told(process):
+    return json.loads(process.stdout.readline())
+
+
+def imports(pythons, options):
+    """Pairs of what `import cairn` takes."""
+    runs = [[], []]
+    for _ in range(options.imports):
+        for python, mine in zip(pythons, runs, strict=True):
+            process = started(python, "import", options)
+            mine.append(told(process))
+            process.communicate()
+    return runs
+
+
+def turns(pythons, case, options):
+    """Pairs of what a few steps take, and of bytes: the two processes take turns, first the one and then the other first."""
+    both = [started(python, case, options) for python in pythons]
+    for process in both:
+        told(process)
+    held, runs = [told(process) for process in both], [[], []]
+    for pair in range(options.pairs):
+        for k in ((0, 1), (1, 0))[pair % 2]:
+            both[k].stdin.write("\n")
+            both[k].stdin.flush()
+            runs[k].append(told(both[k]))
+    for process in both:
+        process.communicate()
+    return [[one] for one in held], runs
+
+
+def row_of(scene, quantity, before, after, chance):
+    """Medians, the median of paired ratios, and its 95 % interval."""
+    ratios = [b / a for a, b in zip(before, after, strict=True) if a > 0]
+    samples = sorted(statistics.median(chance.choices(ratios, k=len(ratios))) for _ in range(2000))
+    return {"scene": scene, "quantity": quantity, "before": statistics.median(before), "after": statistics.median(after),
+            "ratio": statistics.median(ratios), "low": samples[49], "high": samples[1950], "pairs": len(ratios)}
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--before", default="d7054eb")
+    parser.add_argument("--before", default="91c23ba")
     parser.add_argument("--after", default="HEAD")
-    parser.add_argument("--count", type=int, default=10000)
-    parser.add_argument("--chunks", type=int, default=6)
-    parser.add_argument("--steps", type=int, default=5, help="of a chunk")
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--count", type=int, default=4000)
+    parser.add_argument("--steps", type=int, default=5, help="of a turn")
+    parser.add_argument("--pairs", type=int, default=200)
+    parser.add_argument("--imports", type=int, default=15)
     parser.add_argument("--builds", type=Path, help="where builds are kept, or are found")
     parser.add_argument("--output", type=Path, default=ROOT / "benchmarks" / "results" / "pays_nothing.csv")
-    parser.add_argument("--measure", help=argparse.SUPPRESS)
+    parser.add_argument("--serve", help=argparse.SUPPRESS)
     options = parser.parse_args()
-    if options.measure:
-        print(json.dumps(measure(options.measure, options.count, options.chunks, options.steps)))
+    if options.serve:
+        serve(options.serve, options.count, options.steps)
         return
     with tempfile.TemporaryDirectory() as folder:
         short = ["git", "-C", str(ROOT), "rev-parse", "--short"]
         wanted = (options.before, options.after)
         commits = [subprocess.run([*short, c], check=True, capture_output=True, text=True).stdout.strip() for c in wanted]
         pythons = [build(c, options.builds or Path(folder)) for c in commits]
-        rows = []
-        for case in ("import", "disks", "spheres"):
-            runs = [[], []]
-            for _ in range(options.rounds):
-                for python, mine in zip(pythons, runs, strict=True):
-                    mine.append(run(python, case, options))
-            for quantity in runs[0][0]:
-                if case != "import" and quantity.startswith("import"):
-                    continue
-                both = [min(r[quantity] for r in mine) for mine in runs]
-                paired = statistics.median(b[quantity] / a[quantity] for a, b in zip(*runs, strict=True))
-                rows.append({"scene": case, "quantity": quantity, "before": both[0], "after": both[1], "ratio": both[1] / both[0],
-                             "median_of_paired_ratios": paired})
+        rows, chance = [], random.Random(1)
+        for case in ("import", "disks", "disks one_sweep", "spheres", "spheres one_sweep"):
+            groups = [imports(pythons, options)] if case == "import" else turns(pythons, case, options)
+            for before, after in groups:
+                for name in before[0]:
+                    if not all(name in one for one in after):
+                        continue
+                    unit = "_microseconds_a_contact" if before is not groups[0][0] else ""
+                    rows.append(row_of(case, name + unit, [r[name] for r in before], [r[name] for r in after], chance))
         rows = [{"commit_before": commits[0], "commit_after": commits[1]}
-                | {k: v if isinstance(v, str) else f"{v:.4g}" for k, v in row.items()} for row in rows]
+                | {k: v if isinstance(v, (str, int)) else f"{v:.4g}" for k, v in row.items()} for row in rows]
         with open(options.output, "w", newline="") as file:
             writer = csv.DictWriter(file, list(rows[0]))
             writer.writeheader()

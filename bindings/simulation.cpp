@@ -260,8 +260,7 @@ void bind_simulation(py::module_& m) {
           "scene", [](Simulation& s) -> cairn::Scene& { return s.scene; }, py::return_value_policy::reference_internal)
       .def("remove_bodies",
            [](Simulation& s, const Input<std::int64_t>& ids) {
-             s.scene.remove_bodies({ids.data(), std::size_t(ids.size())});
-             s.forget_contacts();
+             s.remove_bodies({ids.data(), std::size_t(ids.size())});
            })
       .def("set_gravity", [](Simulation& s, const std::array<double, 3>& gravity) { s.scene.gravity = gravity; })
       .def("assign_body",

@@ -2,33 +2,30 @@
 module cairn_scenes
   use, intrinsic :: iso_c_binding
   use cairn_calls
+  use cairn_signatures
   implicit none
   private
   public :: cairn_scene, create_scene, destroy_scene, set_gravity, set_cell, add_material, add_material_of_group
   public :: set_law, set_default_law, set_rule, plug_contact_law, add_bodies, set_body_field, drive_bodies
   public :: add_contactors, add_polygons, add_polyhedra, add_round_hulls, add_hull_contactors, add_surface
-  public :: body_sizes, contactor_sizes, drive_sizes, field_fits
+  public :: contactor_sizes
 
   type :: cairn_scene
     type(c_ptr) :: handle = c_null_ptr !< of the C API
     integer :: dim = 0
   end type
 
+  procedure(destroyer), bind(c, name="cairn_scene_destroy") :: c_scene_destroy
+  procedure(gravity_setter), bind(c, name="cairn_scene_set_gravity") :: c_scene_set_gravity
+  procedure(bodies_adder), bind(c, name="cairn_scene_add_bodies") :: c_scene_add_bodies
+  procedure(driver), bind(c, name="cairn_scene_drive") :: c_scene_drive
+  procedure(field_setter), bind(c, name="cairn_scene_set_body_field") :: c_scene_set_body_field
+
   interface
     integer(c_int32_t) function c_scene_create(dim, scene, error) bind(c, name="cairn_scene_create")
       import
       integer(c_int32_t), value :: dim
       type(c_ptr), intent(out) :: scene
-      type(c_error), intent(inout) :: error
-    end function
-    subroutine c_scene_destroy(scene) bind(c, name="cairn_scene_destroy")
-      import
-      type(c_ptr), value :: scene
-    end subroutine
-    integer(c_int32_t) function c_scene_set_gravity(scene, gravity, error) bind(c, name="cairn_scene_set_gravity")
-      import
-      type(c_ptr), value :: scene
-      real(c_double), intent(in) :: gravity(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_scene_add_material(scene, name, material, error) bind(c, name="cairn_scene_add_material")
@@ -52,16 +49,6 @@ module cairn_scenes
       integer(c_int32_t), value :: replace
       type(c_error), intent(inout) :: error
     end function
-    integer(c_int32_t) function c_scene_add_bodies(scene, n, position, rotation, velocity, mass, inertia, first, error) &
-        bind(c, name="cairn_scene_add_bodies")
-      import
-      type(c_ptr), value :: scene
-      integer(c_int64_t), value :: n
-      real(c_double), intent(in) :: position(*), mass(*), inertia(*)
-      real(c_double), intent(in), optional :: rotation(*), velocity(*)
-      integer(c_int64_t), intent(out) :: first
-      type(c_error), intent(inout) :: error
-    end function
     integer(c_int32_t) function c_scene_add_contactors(scene, shape, n, body, material, radius, offset, direction, first, &
         error) bind(c, name="cairn_scene_add_contactors")
       import
@@ -72,15 +59,6 @@ module cairn_scenes
       integer(c_int32_t), intent(in) :: material(*)
       real(c_double), intent(in), optional :: radius(*), offset(*), direction(*)
       integer(c_int64_t), intent(out) :: first
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_scene_drive(scene, n, bodies, mask, velocity, error) bind(c, name="cairn_scene_drive")
-      import
-      type(c_ptr), value :: scene
-      integer(c_int64_t), value :: n
-      integer(c_int64_t), intent(in) :: bodies(*)
-      integer(c_int8_t), value :: mask
-      real(c_double), intent(in), optional :: velocity(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_scene_set_cell(scene, lengths, corner, lean, shear_rate, error) &
@@ -107,16 +85,6 @@ module cairn_scenes
       character(c_char), intent(in), optional :: law(*)
       integer(c_int32_t), value :: n
       real(c_double), intent(in), optional :: parameter(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_scene_set_body_field(scene, name, n, bodies, values, error) &
-        bind(c, name="cairn_scene_set_body_field")
-      import
-      type(c_ptr), value :: scene
-      character(c_char), intent(in) :: name(*)
-      integer(c_int64_t), value :: n
-      integer(c_int64_t), intent(in), optional :: bodies(*)
-      real(c_double), intent(in) :: values(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_scene_add_polygons(scene, n, first_vertex, vertex, first, error) &
@@ -196,10 +164,8 @@ contains
     type(cairn_scene), intent(in) :: scene
     real(dp), intent(in) :: gravity(:)                           !< (dim) [m/s2]
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    if (.not. has_size("gravity", size(gravity), scene%dim, error)) return
-    call report_back(c_scene_set_gravity(scene%handle, gravity, what), what, error)
+    call give_gravity(c_scene_set_gravity, scene%handle, scene%dim, gravity, error)
   end subroutine set_gravity
 
   subroutine add_material(scene, name, material, error)
@@ -261,14 +227,8 @@ contains
     real(dp), intent(in), contiguous, optional :: rotation(:, :) !< (1, n) [rad] or (4, n) quaternion w x y z
     real(dp), intent(in), contiguous, optional :: velocity(:, :) !< (3 or 6, n)
     type(cairn_error), intent(out), optional :: error
-    integer :: n
-    type(c_error) :: what
 
-    first = -1
-    n = size(mass)
-    if (.not. body_sizes(scene%dim, position, mass, inertia, rotation, velocity, error)) return
-    call report_back(c_scene_add_bodies(scene%handle, int(n, c_int64_t), position, rotation, velocity, mass, inertia, first, &
-                                        what), what, error)
+    call give_bodies(c_scene_add_bodies, scene%handle, scene%dim, position, mass, inertia, first, rotation, velocity, error)
   end subroutine add_bodies
 
   !> Shapes by which bodies touch: "disk", "segment", "half_plane", "ring", "sphere", "plane", "tube".
@@ -298,23 +258,9 @@ contains
     logical, intent(in) :: driven(:)                             !< (3 or 6)
     real(dp), intent(in), contiguous, optional :: velocity(:, :) !< (3 or 6, n) [m/s], [rad/s]
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    if (.not. drive_sizes(scene%dim, size(body), driven, velocity, error)) return
-    call report_back(c_scene_drive(scene%handle, size(body, kind=c_int64_t), body, mask_of(driven), velocity, what), what, error)
+    call give_drive(c_scene_drive, scene%handle, scene%dim, body, driven, velocity, error)
   end subroutine drive_bodies
-
-  logical function drive_sizes(dim, n, driven, velocity, error) result(right)
-    integer, intent(in) :: dim, n
-    logical, intent(in) :: driven(:)
-    real(dp), intent(in), optional :: velocity(:, :)
-    type(cairn_error), intent(out), optional :: error
-    integer :: dofs
-
-    dofs = merge(3, 6, dim == 2)
-    right = has_size("driven", size(driven), dofs, error)
-    if (right .and. present(velocity)) right = has_size("velocity", size(velocity), dofs*n, error)
-  end function drive_sizes
 
   !> A periodic cell: lengths [m], 0 or infinite along an axis that is not periodic.
   subroutine set_cell(scene, lengths, corner, lean, shear_rate, error)
@@ -377,11 +323,8 @@ contains
     real(dp), intent(in), contiguous :: values(:, :)             !< (components, n)
     integer(c_int64_t), intent(in), contiguous, optional :: body(:) !< (n) ids
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    if (.not. field_fits(scene%dim, name, values, body, error)) return
-    call report_back(c_scene_set_body_field(scene%handle, c_text(name), size(values, 2, c_int64_t), body, values, what), what, &
-                     error)
+    call give_field(c_scene_set_body_field, scene%handle, scene%dim, name, values, body, error)
   end subroutine set_body_field
 
   !> Polygons, vertices of each in order; hull is the number of the first.
@@ -490,45 +433,6 @@ contains
       starts(i + 1) = starts(i) + numbers(i)
     end do
   end function starts
-
-  logical function field_fits(dim, name, values, body, error) result(right)
-    integer, intent(in) :: dim
-    character(*), intent(in) :: name
-    real(dp), intent(in) :: values(:, :)
-    integer(c_int64_t), intent(in), optional :: body(:)
-    type(cairn_error), intent(out), optional :: error
-    integer :: components
-
-    right = .true.
-    select case (name)
-    case ("position")
-      components = dim
-    case ("rotation")
-      components = merge(1, 4, dim == 2)
-    case ("velocity", "force")
-      components = merge(3, 6, dim == 2)
-    case default
-      components = 1
-    end select
-    right = has_size("values", size(values), components*size(values, 2), error)
-    if (right .and. present(body)) right = has_size("body", size(body), size(values, 2), error)
-  end function field_fits
-
-  logical function body_sizes(dim, position, mass, inertia, rotation, velocity, error) result(right)
-    integer, intent(in) :: dim
-    real(dp), intent(in) :: position(:, :), mass(:), inertia(:, :)
-    real(dp), intent(in), optional :: rotation(:, :), velocity(:, :)
-    type(cairn_error), intent(out), optional :: error
-    integer :: n, turns, axes
-
-    n = size(mass)
-    turns = merge(1, 4, dim == 2)
-    axes = merge(1, 3, dim == 2)
-    right = has_size("position", size(position), dim*n, error)
-    if (right) right = has_size("inertia", size(inertia), axes*n, error)
-    if (right .and. present(rotation)) right = has_size("rotation", size(rotation), turns*n, error)
-    if (right .and. present(velocity)) right = has_size("velocity", size(velocity), (dim + axes)*n, error)
-  end function body_sizes
 
   logical function contactor_sizes(dim, n, material, radius, offset, direction, error) result(right)
     integer, intent(in) :: dim, n, material(:)

@@ -2,6 +2,7 @@
 module cairn_simulations
   use, intrinsic :: iso_c_binding
   use cairn_calls
+  use cairn_signatures
   use cairn_scenes
   implicit none
   private
@@ -48,6 +49,21 @@ module cairn_simulations
     real(c_double) :: energy_in_play           !< the scale of closure [J]
   end type
 
+  procedure(destroyer), bind(c, name="cairn_simulation_destroy") :: c_simulation_destroy
+  procedure(gravity_setter), bind(c, name="cairn_simulation_set_gravity") :: c_simulation_set_gravity
+  procedure(bodies_adder), bind(c, name="cairn_simulation_add_bodies") :: c_simulation_add_bodies
+  procedure(driver), bind(c, name="cairn_simulation_drive") :: c_simulation_drive
+  procedure(field_setter), bind(c, name="cairn_simulation_set_body_field") :: c_simulation_set_body_field
+  procedure(counter), bind(c, name="cairn_simulation_bodies") :: c_simulation_bodies
+  procedure(counter), bind(c, name="cairn_simulation_contacts") :: c_simulation_contacts
+  procedure(field_reader), bind(c, name="cairn_simulation_body_field") :: c_body_field
+  procedure(field_reader), bind(c, name="cairn_simulation_contact_field") :: c_contact_field
+  procedure(number_reader), bind(c, name="cairn_simulation_get_number") :: c_get_number
+  procedure(number_reader), bind(c, name="cairn_simulation_energy") :: c_energy
+  procedure(number_reader), bind(c, name="cairn_simulation_report") :: c_report
+  procedure(text_reader), bind(c, name="cairn_simulation_get_option") :: c_get_option
+  procedure(text_reader), bind(c, name="cairn_simulation_report_text") :: c_report_text
+
   interface
     integer(c_int32_t) function c_simulation_create(scene, options, simulation, error) bind(c, name="cairn_simulation_create")
       import
@@ -56,43 +72,11 @@ module cairn_simulations
       type(c_ptr), intent(out) :: simulation
       type(c_error), intent(inout) :: error
     end function
-    subroutine c_simulation_destroy(simulation) bind(c, name="cairn_simulation_destroy")
-      import
-      type(c_ptr), value :: simulation
-    end subroutine
     integer(c_int32_t) function c_simulation_step(simulation, h, report, error) bind(c, name="cairn_simulation_step")
       import
       type(c_ptr), value :: simulation
       real(c_double), value :: h
       type(cairn_report), intent(out) :: report
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_simulation_drive(simulation, n, bodies, mask, velocity, error) &
-        bind(c, name="cairn_simulation_drive")
-      import
-      type(c_ptr), value :: simulation
-      integer(c_int64_t), value :: n
-      integer(c_int64_t), intent(in) :: bodies(*)
-      integer(c_int8_t), value :: mask
-      real(c_double), intent(in), optional :: velocity(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int64_t) function c_simulation_bodies(simulation) bind(c, name="cairn_simulation_bodies")
-      import
-      type(c_ptr), value :: simulation
-    end function
-    integer(c_int64_t) function c_simulation_contacts(simulation) bind(c, name="cairn_simulation_contacts")
-      import
-      type(c_ptr), value :: simulation
-    end function
-    integer(c_int32_t) function c_body_field(simulation, name, capacity, values, count, error) &
-        bind(c, name="cairn_simulation_body_field")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      integer(c_int64_t), value :: capacity
-      real(c_double), intent(inout) :: values(*)
-      integer(c_int64_t), intent(out) :: count
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_contact_arrays(simulation, bodies, gap, normal, point, impulse, error) &
@@ -118,50 +102,6 @@ module cairn_simulations
       real(c_double), value :: value
       type(c_error), intent(inout) :: error
     end function
-    integer(c_int32_t) function c_get_option(simulation, name, capacity, text, error) &
-        bind(c, name="cairn_simulation_get_option")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      integer(c_int64_t), value :: capacity
-      character(c_char), intent(inout) :: text(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_get_number(simulation, name, value, error) &
-        bind(c, name="cairn_simulation_get_number")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      real(c_double), intent(out) :: value
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_simulation_set_gravity(simulation, gravity, error) &
-        bind(c, name="cairn_simulation_set_gravity")
-      import
-      type(c_ptr), value :: simulation
-      real(c_double), intent(in) :: gravity(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_simulation_set_body_field(simulation, name, n, bodies, values, error) &
-        bind(c, name="cairn_simulation_set_body_field")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      integer(c_int64_t), value :: n
-      integer(c_int64_t), intent(in), optional :: bodies(*)
-      real(c_double), intent(in) :: values(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_simulation_add_bodies(simulation, n, position, rotation, velocity, mass, inertia, first, error) &
-        bind(c, name="cairn_simulation_add_bodies")
-      import
-      type(c_ptr), value :: simulation
-      integer(c_int64_t), value :: n
-      real(c_double), intent(in) :: position(*), mass(*), inertia(*)
-      real(c_double), intent(in), optional :: rotation(*), velocity(*)
-      integer(c_int64_t), intent(out) :: first
-      type(c_error), intent(inout) :: error
-    end function
     integer(c_int32_t) function c_simulation_add_contactors(simulation, shape, n, body, material, radius, offset, &
         direction, hull, first, error) bind(c, name="cairn_simulation_add_contactors")
       import
@@ -181,41 +121,6 @@ module cairn_simulations
       type(c_ptr), value :: simulation
       integer(c_int64_t), value :: n
       integer(c_int64_t), intent(in) :: bodies(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_contact_field(simulation, name, capacity, values, count, error) &
-        bind(c, name="cairn_simulation_contact_field")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      integer(c_int64_t), value :: capacity
-      real(c_double), intent(inout) :: values(*)
-      integer(c_int64_t), intent(out) :: count
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_energy(simulation, name, value, error) &
-        bind(c, name="cairn_simulation_energy")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      real(c_double), intent(out) :: value
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_report(simulation, name, value, error) &
-        bind(c, name="cairn_simulation_report")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      real(c_double), intent(out) :: value
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_report_text(simulation, name, capacity, text, error) &
-        bind(c, name="cairn_simulation_report_text")
-      import
-      type(c_ptr), value :: simulation
-      character(c_char), intent(in) :: name(*)
-      integer(c_int64_t), value :: capacity
-      character(c_char), intent(inout) :: text(*)
       type(c_error), intent(inout) :: error
     end function
   end interface
@@ -262,11 +167,8 @@ contains
     logical, intent(in) :: driven(:)
     real(dp), intent(in), contiguous, optional :: velocity(:, :)
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    if (.not. drive_sizes(simulation%dim, size(body), driven, velocity, error)) return
-    call report_back(c_simulation_drive(simulation%handle, size(body, kind=c_int64_t), body, mask_of(driven), velocity, what), &
-                     what, error)
+    call give_drive(c_simulation_drive, simulation%handle, simulation%dim, body, driven, velocity, error)
   end subroutine drive_simulation
 
   integer(c_int64_t) function body_count(simulation)
@@ -289,18 +191,8 @@ contains
     character(*), intent(in) :: name
     real(dp), allocatable, intent(out) :: values(:, :)
     type(cairn_error), intent(out), optional :: error
-    integer(c_int64_t) :: numbers, written, n
-    integer(c_int32_t) :: code
-    real(dp) :: nothing(1)
-    type(c_error) :: what
 
-    n = body_count(simulation)
-    numbers = 0
-    code = c_body_field(simulation%handle, c_text(name), -1_c_int64_t, nothing, numbers, what)
-    allocate (values(numbers/max(n, 1_c_int64_t), n))
-    if (code == 0 .and. numbers > 0) &
-      code = c_body_field(simulation%handle, c_text(name), numbers, values, written, what)
-    call report_back(code, what, error)
+    call read_field(c_body_field, simulation%handle, name, body_count(simulation), values, error)
   end subroutine body_field
 
   !> Contacts of the last step: n candidates, the antagonist body second; impulses act on the candidate, in space axes.
@@ -347,32 +239,24 @@ contains
     character(*), intent(in) :: name
     type(cairn_error), intent(out), optional :: error
     character(:), allocatable :: text
-    character(c_char) :: room(64)
-    type(c_error) :: what
 
-    room = c_null_char
-    call report_back(c_get_option(simulation%handle, c_text(name), size(room, kind=c_int64_t), room, what), what, error)
-    text = from_c(room)
+    text = text_of(c_get_option, simulation%handle, name, error)
   end function option_text
 
   real(dp) function option_number(simulation, name, error) result(value)
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    value = 0
-    call report_back(c_get_number(simulation%handle, c_text(name), value, what), what, error)
+    value = number_of(c_get_number, simulation%handle, name, error)
   end function option_number
 
   subroutine change_gravity(simulation, gravity, error)
     type(cairn_simulation), intent(in) :: simulation
     real(dp), intent(in) :: gravity(:)                           !< (dim) [m/s2], from now on
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    if (.not. has_size("gravity", size(gravity), simulation%dim, error)) return
-    call report_back(c_simulation_set_gravity(simulation%handle, gravity, what), what, error)
+    call give_gravity(c_simulation_set_gravity, simulation%handle, simulation%dim, gravity, error)
   end subroutine change_gravity
 
   !> As set_body_field, between steps.
@@ -382,11 +266,8 @@ contains
     real(dp), intent(in), contiguous :: values(:, :)             !< (components, n)
     integer(c_int64_t), intent(in), contiguous, optional :: body(:) !< (n) ids; all in the order of insertion without
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    if (.not. field_fits(simulation%dim, name, values, body, error)) return
-    call report_back(c_simulation_set_body_field(simulation%handle, c_text(name), size(values, 2, c_int64_t), body, values, &
-                                                 what), what, error)
+    call give_field(c_simulation_set_body_field, simulation%handle, simulation%dim, name, values, body, error)
   end subroutine change_body_field
 
   !> As add_bodies, between steps.
@@ -397,12 +278,9 @@ contains
     integer(c_int64_t), intent(out) :: first
     real(dp), intent(in), contiguous, optional :: rotation(:, :), velocity(:, :)
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    first = -1
-    if (.not. body_sizes(simulation%dim, position, mass, inertia, rotation, velocity, error)) return
-    call report_back(c_simulation_add_bodies(simulation%handle, size(mass, kind=c_int64_t), position, rotation, velocity, &
-                                             mass, inertia, first, what), what, error)
+    call give_bodies(c_simulation_add_bodies, simulation%handle, simulation%dim, position, mass, inertia, first, rotation, &
+                     velocity, error)
   end subroutine insert_bodies
 
   !> As add_contactors, or with `hull` as add_hull_contactors, between steps; materials and hulls are those of the scene.
@@ -444,18 +322,8 @@ contains
     character(*), intent(in) :: name
     real(dp), allocatable, intent(out) :: values(:, :)
     type(cairn_error), intent(out), optional :: error
-    integer(c_int64_t) :: numbers, written, n
-    integer(c_int32_t) :: code
-    real(dp) :: nothing(1)
-    type(c_error) :: what
 
-    n = contact_count(simulation)
-    numbers = 0
-    code = c_contact_field(simulation%handle, c_text(name), -1_c_int64_t, nothing, numbers, what)
-    allocate (values(numbers/max(n, 1_c_int64_t), n))
-    if (code == 0 .and. numbers > 0) &
-      code = c_contact_field(simulation%handle, c_text(name), numbers, values, written, what)
-    call report_back(code, what, error)
+    call read_field(c_contact_field, simulation%handle, name, contact_count(simulation), values, error)
   end subroutine contact_field
 
   !> A term of the energy since the start by its name in report.def [J]: "kinetic", "stored", "closure", ...
@@ -463,10 +331,8 @@ contains
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    value = 0
-    call report_back(c_energy(simulation%handle, c_text(name), value, what), what, error)
+    value = number_of(c_energy, simulation%handle, name, error)
   end function energy_term
 
   !> A number of the last step by its name in report.def: "worst_contact", "penetration", ...
@@ -474,10 +340,8 @@ contains
     type(cairn_simulation), intent(in) :: simulation
     character(*), intent(in) :: name
     type(cairn_error), intent(out), optional :: error
-    type(c_error) :: what
 
-    value = 0
-    call report_back(c_report(simulation%handle, c_text(name), value, what), what, error)
+    value = number_of(c_report, simulation%handle, name, error)
   end function report_number
 
   !> "status", "solver" or "hint" of the last step.
@@ -486,11 +350,7 @@ contains
     character(*), intent(in) :: name
     type(cairn_error), intent(out), optional :: error
     character(:), allocatable :: text
-    character(c_char) :: room(1024)
-    type(c_error) :: what
 
-    room = c_null_char
-    call report_back(c_report_text(simulation%handle, c_text(name), size(room, kind=c_int64_t), room, what), what, error)
-    text = from_c(room)
+    text = text_of(c_report_text, simulation%handle, name, error)
   end function report_text
 end module cairn_simulations

@@ -165,7 +165,15 @@ contains
     end if
     call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
     call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
+    call leave_spins(view, u)
   end subroutine relative_velocity
+
+  !> A point of a mesh has no spin, and takes no moment: relative to it nothing turns.
+  subroutine leave_spins(view, u)
+    type(batch_view), intent(in)  :: view
+    real(c_double), intent(inout) :: u(view%n*view%c) !< relative velocity [m/s, rad/s]
+    if (view%mapped_a .or. view%mapped_b) u(view%n*view%dim + 1:) = 0
+  end subroutine leave_spins
 
   !> u = v_A - v_B in local axes.
   subroutine bare_velocity(view, va, vb, u)
@@ -176,6 +184,7 @@ contains
     u = 0
     call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
     call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
+    call leave_spins(view, u)
   end subroutine bare_velocity
 
   !> Bodies take a change of impulse. va and vb are the records as loaded; lost afterwards.
@@ -248,6 +257,10 @@ contains
         view%lever_b, view%condensed, w)
     else if (batch%moves_b /= 0) then
       call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
+    end if
+    if (view%mapped_a .or. view%mapped_b) then
+      w(:, view%dim + 1:, :) = 0
+      w(:, :, view%dim + 1:) = 0
     end if
   end subroutine delassus_block
 end module batch_kinematics

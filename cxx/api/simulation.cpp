@@ -78,15 +78,6 @@ void choose_strategy(cairn_simulation& s, const std::string& name) {
   s.left.push_back(std::move(present));
 }
 
-void refuse_parts_of_meshes(const cairn::Simulation& s, std::span<const std::int64_t> bodies) {
-  for (const cairn::MeshBody& mesh : s.meshes.meshes)
-    for (const auto* ids : {&mesh.model.node_ids, &mesh.model.point_ids, &mesh.model.side_ids})
-      for (const std::int64_t id : bodies)
-        if (!ids->empty() && id >= ids->front() && id <= ids->back())
-          throw Error("body " + std::to_string(id) + " is part of the mesh '" + mesh.model.name +
-                      "', which cannot be removed");
-}
-
 // Internal order to the order of insertion, positions from relative to absolute.
 template <class FieldOfNumbers>
 void copy_field(const cairn::Scene& scene, const FieldOfNumbers& field, double* values) {
@@ -243,11 +234,7 @@ int32_t cairn_simulation_remove_bodies(cairn_simulation* simulation, int64_t n, 
   return guarded(error, [&] {
     require(simulation, "simulation");
     require(bodies, "bodies");
-    cairn::Simulation& s = simulation->simulation;
-    const auto ids = span_of(bodies, counted(n));
-    refuse_parts_of_meshes(s, ids);
-    s.scene.remove_bodies(ids);
-    s.forget_contacts();
+    simulation->simulation.remove_bodies(span_of(bodies, counted(n)));
   });
 }
 

@@ -296,6 +296,15 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
   }
 }
 
+double MeshBody::stored(const Bodies& bodies) {
+  gather(bodies.position, a_.data());
+  for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] -= model.reference[i];
+  stiffness_times(a_.data(), b_.data());
+  double twice = 0;
+  for (std::int64_t i = 0; i < model.dofs(); ++i) twice += a_[i] * b_[i];
+  return twice / 2;
+}
+
 void MeshBody::push(Bodies& bodies) {
   bool any = false;
   for (std::int64_t i = 0; i < model.dofs(); ++i) {

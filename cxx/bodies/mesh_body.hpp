@@ -1,5 +1,6 @@
 // A linear body that deforms, by the matrices of its nodes: its step by the theta-method, and what contacts see of it.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -100,6 +101,9 @@ public:
   std::int64_t leading() const { return now_->leading; }
   Array<double> impulse; // (dofs) of contacts, to be given
 
+  // The velocities that `push` adds to are none: it then gives displacements, over the step, that impulses make.
+  void rest() { std::fill(free_.begin(), free_.end(), 0.0); }
+  double stored(const Bodies& bodies); // energy of the displacements at hand [J]
   // Velocities of nodes at the end of the step with `impulse`.
   void push(Bodies& bodies);
   // Force on each node that its points of mass need besides gravity and contacts [N], and the works of the step.

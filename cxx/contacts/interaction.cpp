@@ -139,6 +139,14 @@ void Interactions::update_velocity(Bodies& bodies) {
   if (bodies.reaction.active) s.add_reactions(bodies);
 }
 
+void Interactions::refresh_meshes(const Bodies& bodies) {
+  if (!s_->meshes || s_->system.batches.empty()) return;
+  ContactSystem& system = s_->system;
+  s_->meshes->condense(system.condensed, system.condensed_velocity);
+  for (std::size_t i = 0; i < system.condensed.size(); ++i) system.condensed_dofs[i] = system.condensed[i].dofs;
+  system.load(bodies.velocity);
+}
+
 // Impulses of contacts to the nodes of meshes.
 void Interactions::State::give_meshes() const {
   for (MeshBody& mesh : meshes->meshes) std::fill(mesh.impulse.begin(), mesh.impulse.end(), 0.0);

@@ -233,6 +233,8 @@ public:
   // that the next assemble begins from, within the same step.
   void give_meshes() const;
   void keep_impulses();
+  // After meshes got contact nodes for someone else: what contacts read of them is there again.
+  void refresh_meshes(const Bodies&);
   // State of laws, then impulses and keys become the memory of the next step.
   ContactEnergy commit();
 

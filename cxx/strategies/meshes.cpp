@@ -1,4 +1,6 @@
 // Deformable bodies in the step: where they stand among the bodies of the scene, and their part of the balance.
+#include <algorithm>
+
 #include "../base/call.hpp"
 #include "simulation.hpp"
 
@@ -11,6 +13,31 @@ void Simulation::add_mesh(MeshModel model) {
   if (!scene.has(Need::force)) scene.activate(Need::force);
   meshes.meshes.emplace_back(std::move(model));
   meshes_placed_ = -1;
+}
+
+void Simulation::remove_bodies(std::span<const std::int64_t> ids) {
+  std::vector<std::int64_t> going(ids.begin(), ids.end());
+  std::sort(going.begin(), going.end());
+  const auto goes = [&](std::int64_t id) { return std::binary_search(going.begin(), going.end(), id); };
+  std::vector<std::size_t> gone;
+  for (std::size_t m = 0; m < meshes.meshes.size(); ++m) {
+    const MeshModel& model = meshes.meshes[m].model;
+    std::int64_t all = 0, some = 0, stays = -1;
+    for (const auto* of : {&model.node_ids, &model.point_ids, &model.side_ids})
+      for (const std::int64_t id : *of) {
+        ++all;
+        goes(id) ? void(++some) : void(stays = id);
+      }
+    if (some == 0) continue;
+    if (some < all)
+      throw Error("body " + std::to_string(stays) + " of the mesh '" + model.name + "' would stay of " +
+                  std::to_string(all) + ": a deformable body is removed with all of its nodes, points and sides");
+    gone.push_back(m);
+  }
+  scene.remove_bodies(ids);
+  for (std::size_t k = gone.size(); k-- > 0;) meshes.meshes.erase(meshes.meshes.begin() + std::ptrdiff_t(gone[k]));
+  meshes_placed_ = -1;
+  forget_contacts();
 }
 
 void Simulation::place_meshes() {

@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -121,6 +122,8 @@ public:
 
   // To be called after bodies were removed or fields restored.
   void forget_contacts();
+  // All or nothing; a mesh goes with all of its bodies.
+  void remove_bodies(std::span<const std::int64_t> ids);
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
   void place_meshes();       // among the bodies, when their order changed

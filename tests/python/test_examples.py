@@ -3,12 +3,14 @@
 import importlib.util
 from pathlib import Path
 
+import example_bits
 import matplotlib
 import pytest
 
 matplotlib.use("Agg")
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+ENDS = {}  # of the runs so far: name -> digest
 
 
 def example(name):
@@ -24,6 +26,8 @@ def ran(name, folder, *arguments, endings=(".vtkhdf", ".png", ".gif")):
     figures = example(name).main(["--output", str(folder), *arguments])
     for ending in endings:
         assert (folder / f"{name}{ending}").stat().st_size > (200 if ending.endswith(".csv") else 1000)
+    runs = sum(known.partition(" ")[0] == name for known in ENDS)
+    ENDS[f"{name} {runs + 1}" if runs else name] = example_bits.digest(folder / f"{name}.vtkhdf")
     return {key: value for key, (value, _) in figures.items()}
 
 
@@ -135,3 +139,17 @@ def test_rockfall(tmp_path):
     figures = ran("rockfall", tmp_path, *size, endings=(".stl", ".vtkhdf", ".png"))
     assert figures["lost through the ground"] == 0 and figures["energy that does not close"] < 1e-12
     assert figures["farthest run"] > 5.0 and figures["highest jump"] > 0.5
+
+
+def test_examples_end_in_the_bits_of_the_list():
+    """Of the examples that ran before it. `script/update_bits "why"` makes the list anew."""
+    if not ENDS:
+        pytest.skip("no example ran")
+    differing = example_bits.differing(ENDS)
+    if differing is None:
+        made = example_bits.listed()["made_by"]
+        pytest.skip(f"the bits are listed for another machine: {made}, not {example_bits.made_by()}")
+    assert differing == [], (
+        "these examples end in other bits than before. If that was meant, script/update_bits \"why\" makes the list anew, and "
+        "the list of changes says so; if not, what was changed reaches scenes that it should not"
+    )

@@ -1,5 +1,6 @@
 // Overlap removed without changing a velocity (Acary 2013): the smallest displacement in the metric of mass that opens
-// every gap, found by the contact solver itself, with displacement / h in the place of velocity.
+// every gap, found by the contact solver itself, with displacement / h in the place of velocity; of meshes in the
+// metric of their step, which counts what they store.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,6 +30,8 @@ const LawTable& Nscd::projection_laws(const Simulation& s) {
 void Nscd::project_positions(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const int nd = b.dofs(), dim = s.scene.dim;
+  double stored = 0;
+  for (MeshBody& mesh : s.meshes.meshes) stored -= mesh.stored(b), mesh.rest();
   b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
   reaction_kept_ = b.reaction.values;
   std::fill(b.velocity.values.begin(), b.velocity.values.end(), 0.0);
@@ -49,7 +52,7 @@ void Nscd::project_positions(Simulation& s) {
   s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
                    &s.laws.rules());
   projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_,
-                       law_share());
+                       law_share(), &s.meshes);
   SolverOptions options = settings.solver;
   options.accuracy = std::numeric_limits<double>::infinity(); // these velocities move nothing but overlaps
   const SolveReport solved = projector_->solve(b, options);
@@ -71,9 +74,13 @@ void Nscd::project_positions(Simulation& s) {
   b.velocity_begin.values.swap(b.velocity.values);
   b.reaction.values.swap(reaction_kept_);
   s.scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
+  for (MeshBody& mesh : s.meshes.meshes) stored += mesh.stored(b);
+  s.follow_meshes();
+  s.interactions.refresh_meshes(b);
   s.energy.potential += potential;
-  s.energy.work_projection += potential;
-  s.energy.turned_over += std::abs(potential);
+  s.energy.stored += stored;
+  s.energy.work_projection += potential + stored;
+  s.energy.turned_over += std::abs(potential) + std::abs(stored);
   s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
   s.report.energy = s.energy;
 }

@@ -33,6 +33,8 @@ class ElasticBody:
         self, points, cells, *, young, poisson, density=0.0, groups=None, plane="strain", thickness=1.0,
         lumped=False, rayleigh=(0.0, 0.0),
     ):  # fmt: skip
+        #: what it was made of, as scene files hold it
+        self.given = {name: value for name, value in locals().items() if name != "self"}
         self.points = np.ascontiguousarray(points, float)
         if self.points.ndim != 2 or self.points.shape[1] not in (2, 3):
             raise ValueError(f"points have shape {self.points.shape}: give places (n, 2) or (n, 3) [m]")

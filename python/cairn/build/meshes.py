@@ -27,6 +27,8 @@ class LinearBody:
     """
 
     def __init__(self, points, mass, stiffness, *, damping=None, groups=None, edges=None, faces=None, solver=None):
+        #: what it was made of, as scene files hold it
+        self.given = {name: value for name, value in locals().items() if name != "self"}
         from scipy import sparse
         from scipy.sparse.linalg import LinearOperator
 
@@ -94,6 +96,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     rules of contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements are small; the
     body does not touch itself.
     """
+    given = {key: value for key, value in locals().items() if key != "body"}
     dim, places = body.dim, body.points
     n = len(places)
     nodes = _nodes(body, contact)
@@ -114,6 +117,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     for group, by_axis in drive.items():
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
+    d.given = given  # as scene files hold it
     faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
     d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
     mass = body.nodal_mass()
@@ -214,6 +218,11 @@ class MovingMesh:
         self.dim, self.size = d.body.dim, d.body.points.size
         held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
+
+    @property
+    def all_ids(self):
+        """Of the bodies that show nodes, points, edges or faces."""
+        return np.concatenate([self.node_ids, self.point_ids, self.side_ids])
 
     @cached_property
     def free(self):

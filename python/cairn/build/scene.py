@@ -147,10 +147,15 @@ class Scene:
         """Writes the scene, without any Python code, to an HDF5 file. Functions of time must be Table or Harmonic."""
         from ..post.checkpoint import save
 
-        sets = {}
+        sets, meshes = {}, set()
         for k, s in enumerate(self.sets):
             if s.mesh is not None:
-                raise ValueError(f"a scene file holds no deformable body yet, and there is {s.mesh.name!r}")
+                if id(s.mesh) not in meshes:  # its other sets come with it
+                    from .mesh_files import to_dict
+
+                    meshes.add(id(s.mesh))
+                    sets[f"{k:06d}"] = {"deformable": to_dict(s.mesh)}
+                continue
             d = {
                 n: getattr(s, n)
                 for n in ("position", "mass", "inertia", "velocity", "rotation", "damping")
@@ -226,7 +231,12 @@ class Scene:
             periodic=periodic,
         )
         for _, d in sorted(content["sets"].items()):
-            scene.add(_set_from(scene.dim, d))
+            if "deformable" in d:
+                from .mesh_files import from_dict
+
+                scene.add(from_dict(d["deformable"]))
+            else:
+                scene.add(_set_from(scene.dim, d))
         scene.rules = rules_from_dict(content["rules"])
         return scene
 
@@ -332,7 +342,9 @@ def hold_together(core, sets):
         if whole is None:
             ids = core.body("id")
             whole = np.zeros(len(ids), np.int64)
-        whole[np.searchsorted(ids, s.ids)] = first.setdefault(id(s.mesh), len(first) + 1)
+        number = first.setdefault(id(s.mesh), len(first) + 1)
+        if np.isin(s.ids, ids).all():  # removed ones are gone
+            whole[np.searchsorted(ids, s.ids)] = number
     if whole is not None:
         core.assign_body("whole", whole)
 

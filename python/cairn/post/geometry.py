@@ -19,7 +19,10 @@ class Contactors:
 
     def select(self, *shapes):
         """Those of the given shapes."""
-        keep = np.isin(self.shape, shapes)
+        return self.where(np.isin(self.shape, shapes))
+
+    def where(self, keep):
+        """Those of which keep (m,) is true."""
         return Contactors(*(a[keep] for a in (self.body, self.shape, self.center, self.radius, self.direction, self.half)))
 
 

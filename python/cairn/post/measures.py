@@ -138,11 +138,13 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
     NaN, not known.
 
     coordination, coordination_without_rattlers, rattlers (their share), solid_fraction, contacts (loaded), fabric
-    (dim, dim), stress (dim, dim) [Pa] of the bodies whose centre is in the region, pressure, deviator [Pa].
+    (dim, dim), stress (dim, dim) [Pa] of the bodies whose centre is in the region, pressure, deviator [Pa]. Deformable bodies,
+    whose nodes have no size, count as walls do.
     """
     from .plots import step_size
 
     contactors, dim = contactors_of(step).select(*_core.shapes("ball")), step.dim
+    contactors = contactors.where(contactors.radius > 0)
     n = len(step.bodies)
     counted, round_ = np.zeros(n, bool), len(contactors.body) > 0
     counted[contactors.body] = True

@@ -20,20 +20,73 @@ def jacobians(rows, chosen):
     return values
 
 
-def operator(rows, chosen, bodies):
+def operator(rows, chosen, bodies, meshes=None):
     """H' as a scipy.sparse matrix (dim contacts, dofs bodies): relative velocities u = H'v."""
     from scipy import sparse
 
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
     values = jacobians(rows, chosen)
     place = np.repeat(np.arange(dim * m), 2 * dofs)
-    column = dofs * rows.bodies[chosen][:, None, :, None] + np.arange(dofs)
-    column = np.broadcast_to(column, (m, dim, 2, dofs))
-    return sparse.csr_array((values.ravel(), (place, column.ravel())), shape=(dim * m, dofs * bodies))
+    body = rows.bodies[chosen]
+    values = np.where((body >= 0)[:, None, :, None], values, 0.0)
+    column = np.broadcast_to(dofs * np.maximum(body, 0)[:, None, :, None] + np.arange(dofs), (m, dim, 2, dofs))
+    shape = (dim * m, dofs * bodies)
+    out = sparse.csr_array((values.ravel(), (place, column.ravel())), shape=shape)
+    return out if meshes is None or not meshes else out + _of_nodes(rows, chosen, meshes, shape)
+
+
+def _of_nodes(rows, chosen, meshes, shape):
+    """The part of H' of sides that rest on nodes of meshes, whose bodies have dofs as all others."""
+    from scipy import sparse
+
+    dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
+    mesh, node = rows.mesh[chosen], rows.node[chosen]
+    number = np.zeros(node.shape, int)
+    for k, view in enumerate(meshes):
+        of = view.rows
+        number[mesh == k] = of[node[mesh == k]]
+    sign = np.where(mesh >= 0, [1.0, -1.0], 0.0)
+    values = np.einsum("ms,msj,mck->mcsjk", sign, rows.weight[chosen], rows.axes[chosen])
+    column = np.broadcast_to(dofs * number[:, None, :, :, None] + np.arange(dim), values.shape)
+    place = np.broadcast_to(np.arange(dim * m).reshape(m, dim, 1, 1, 1), values.shape)
+    return sparse.csr_array((values.ravel(), (place.ravel(), column.ravel())), shape=shape)
+
+
+def step_matrix(simulation, mesh, h):
+    """A of a mesh in a step of h [s], scipy.sparse (n dofs, n dofs): M + h theta C + h^2 theta^2 K, or M alone."""
+    body, ahead = mesh.body, h * simulation.strategy.theta
+    if getattr(body, "solver", None) is not None:
+        raise ValueError(f"{mesh.name!r} has a solver of its own: contact problems are made of bodies that give their matrices")
+    return body.M if simulation.strategy.explicit else body.M + ahead * body.C + ahead**2 * body.K
+
+
+def with_meshes(simulation, inverse, rows, chosen, h):
+    """A^-1 with the columns of the nodes that contacts rest on, which these move all nodes of their mesh by."""
+    from scipy import sparse
+    from scipy.sparse.linalg import splu
+
+    dim, dofs = rows.dim, 3 * rows.dim - 3
+    shown = np.concatenate([mesh.all_ids for mesh in simulation.meshes])
+    rigid = np.repeat(~np.isin(np.array(simulation.raw.id).ravel(), shown), dofs)
+    out = sparse.diags_array(rigid.astype(float)) @ inverse
+    for k, mesh in enumerate(simulation.meshes):
+        size = mesh.body.points.size
+        free = np.setdiff1d(np.arange(size), mesh.held)
+        touched = np.unique(rows.node[chosen][rows.mesh[chosen] == k])
+        wanted = np.intersect1d((dim * touched[:, None] + np.arange(dim)).ravel(), free)
+        if not len(wanted):
+            continue
+        right = np.zeros((size, len(wanted)))
+        right[wanted, np.arange(len(wanted))] = 1
+        columns = splu(step_matrix(simulation, mesh, h)[free][:, free].tocsc()).solve(right[free])
+        place = (dofs * mesh.rows[:, None] + np.arange(dim)).ravel()
+        i, j = np.meshgrid(place[free], place[wanted], indexing="ij")
+        out = out + sparse.csr_array((columns.ravel(), (i.ravel(), j.ravel())), shape=inverse.shape)
+    return out
 
 
 def inverse_mass(simulation):
-    """A^-1 of all bodies, internal order, scipy.sparse (dofs bodies, dofs bodies)."""
+    """A^-1 of all rigid bodies, internal order, scipy.sparse (dofs bodies, dofs bodies)."""
     from scipy import sparse
 
     raw = simulation.raw
@@ -57,8 +110,10 @@ def problem_of(simulation):
     rows = simulation.stages.contacts
     chosen = rows.cones()
     free = np.array(simulation.raw.velocity_free)
-    h = operator(rows, chosen, len(free))
+    h = operator(rows, chosen, len(free), simulation.meshes)
     inverse = inverse_mass(simulation)
+    if simulation.meshes:
+        inverse = with_meshes(simulation, inverse, rows, chosen, simulation.stages.h or simulation.report["dt"])
     q = h @ free.ravel() + rows.bias[chosen].ravel()
     w = (h @ inverse @ h.T).tobsr(blocksize=(rows.dim, rows.dim))
     problem = Problem(rows.dim, w, q, rows.mu[chosen])

@@ -22,7 +22,7 @@ class ContactRows:
         self.mu, self.kind = arrays["mu"], arrays["kind"]
         self.bodies = arrays["bodies"].reshape(-1, 2)
         self.mesh = self.node = self.weight = None
-        if len(arrays["mesh"]):
+        if len(arrays["mesh"]) or not len(self.mu):
             self.mesh = arrays["mesh"].reshape(-1, 2)
             self.node, self.weight = arrays["node"].reshape(-1, 2, 4), arrays["weight"].reshape(-1, 2, 4)
 

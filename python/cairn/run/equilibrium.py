@@ -26,10 +26,15 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
     change of a body's velocity in a step over that of a body let go. Both are sought, in at most `rounds` rounds. stiffness: c
     over the mass that a contact feels. report: called with a dict after each round. Returns the last such dict: round,
     newton, cg (how many so far), error, unbalanced, converged. A structure that cannot stand does not converge: then the step
-    starts from what was found.
+    starts from what was found. With deformable bodies the shape at rest is sought too, and where the others stand on it: bodies
+    move there and velocities vanish; without rest all stays as it was.
     """
     checks.positive("tol", tol), checks.positive("unbalanced", unbalanced), checks.positive("stiffness", stiffness)
     checks.count("rounds", rounds, 1)
+    if simulation.meshes:
+        from .mesh_equilibrium import find
+
+        return find(simulation, tol, unbalanced, rounds, stiffness, report)
     state = simulation.get_state()
     simulation.step()
     try:

@@ -34,6 +34,13 @@ class Meshes:
             of = kept.get(f"{k:06d}", {"state": none, "memory": np.zeros(0)})
             self._core.restore_mesh(k, of["state"], of["memory"])
 
+    def removed(self, ids):
+        """After bodies went, a mesh with all of its own."""
+        loaded = [k in self._loaded for k in range(len(self.meshes))]
+        kept = [k for k, mesh in enumerate(self.meshes) if mesh.node_ids[0] not in ids]
+        self.meshes = [self.meshes[k] for k in kept]
+        self._loaded = {new for new, k in enumerate(kept) if loaded[k]}
+
     def load(self, h):
         """Forces and held velocities of the step from the core's time on; what is constant is written once."""
         t = self._core.time
@@ -50,10 +57,10 @@ class Meshes:
 
 
 def sets_of_meshes(simulation):
-    """(Deformable, [ids of each of its sets]) of the sets of a simulation."""
-    seen = {}
+    """(Deformable, [ids of each of its sets]) of the sets of a simulation that are there."""
+    seen, present = {}, simulation.bodies.id
     for s in simulation._sets:
-        if s.mesh is not None:
+        if s.mesh is not None and np.isin(s.ids, present).all():
             seen.setdefault(id(s.mesh), (s.mesh, []))[1].append(s.ids)
     return seen.values()
 

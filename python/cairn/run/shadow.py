@@ -116,9 +116,23 @@ def _input(simulation, shadow, h):
     raw = simulation.raw
     s = {"dim": simulation.scene.dim, "h": h, "theta": simulation.strategy.theta, "gravity": simulation.stages.gravity}
     s |= {name: np.array(getattr(raw, name)) for name in INPUTS}
+    if simulation.meshes:
+        s["meshes"] = [_of_mesh(simulation, mesh, h) for mesh in simulation.meshes]
     if shadow.stage == "solve_contacts":
         s |= contact_problem.problem_of(simulation)
     return s
+
+
+def _of_mesh(simulation, mesh, h):
+    """What a kernel is told of a deformable body: rows of its nodes and of all that follows them, with the nodes and weights of
+    each; matrices; loads at both ends of the step; held dofs and their velocities; displacement at the start."""
+    raw, t = simulation.raw, simulation.time
+    rows, points, sides = mesh.rows, *mesh.followers
+    reference = mesh.body.points - simulation.scene.origin
+    known = {"rows": rows, "held": mesh.held, "M": mesh.body.M, "C": mesh.body.C, "K": mesh.body.K}
+    known |= {"A": contact_problem.step_matrix(simulation, mesh, h), "followers": [points, sides]}
+    known |= {"load": [mesh.load(t), mesh.load(t + h)], "held_velocity": mesh.held_velocity(t + h)}
+    return known | {"displacement": np.array(raw.position_begin)[rows] - reference, "explicit": simulation.strategy.explicit}
 
 
 def _difference(simulation, shadow, given):
@@ -204,7 +218,26 @@ def plain_free_velocity(s):
                 free[i, k] = s["driven_velocity"][i, k] if len(s["driven_velocity"]) else 0.0
             elif np.isfinite(mass):
                 free[i, k] = v[i, k] + s["h"] * ((s["gravity"][k] if k < dim else 0.0) + f / mass)
+    for mesh in s.get("meshes", ()):
+        free[mesh["rows"], :dim] = plain_free_nodes(s, mesh)
+        for rows, nodes, weights in mesh["followers"]:
+            free[rows, :dim] = np.einsum("mk,mkd->md", weights, free[mesh["rows"], :dim][nodes])
     return free
+
+
+def plain_free_nodes(s, mesh):
+    """v + A^-1 h (M g + f - C v - K (q + h theta v)) of the nodes of a mesh, q + 0 in explicit steps; held dofs take theirs."""
+    dim, h, theta = s["dim"], s["h"], s["theta"]
+    v, q = s["velocity"][mesh["rows"], :dim].ravel(), mesh["displacement"].ravel()
+    force = mesh["M"] @ np.tile(s["gravity"][:dim], len(v) // dim)
+    force += ((1 - theta) * mesh["load"][0] + theta * mesh["load"][1]).ravel()
+    force -= mesh["C"] @ v + mesh["K"] @ (q if mesh["explicit"] else q + h * theta * v)
+    change = np.zeros(len(v))
+    change[mesh["held"]] = (mesh["held_velocity"].ravel() - v)[mesh["held"]]
+    free = np.setdiff1d(np.arange(len(v)), mesh["held"])
+    a = mesh["A"].toarray()
+    change[free] = np.linalg.solve(a[np.ix_(free, free)], h * force[free] - a[free] @ change)
+    return (v + change).reshape(-1, dim)
 
 
 def plain_configuration(s, share, name):
@@ -213,4 +246,7 @@ def plain_configuration(s, share, name):
     for i in range(len(x)):
         for k in range(s["dim"]):
             x[i, k] += s["h"] * share * s[name][i, k]
+    for mesh in s.get("meshes", ()):
+        for rows, nodes, weights in mesh["followers"]:
+            x[rows] = np.einsum("mk,mkd->md", weights, x[mesh["rows"]][nodes])
     return x

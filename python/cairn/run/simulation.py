@@ -282,8 +282,8 @@ class Simulation:
         tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
         for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
         """
-        if self._meshes or self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
-            raise ValueError("shadows stand beside the stages of NSCD with rigid bodies: leave out meshes and other strategies")
+        if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
+            raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
         from . import shadow
 
         self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
@@ -366,15 +366,15 @@ class Simulation:
         return array.astype(np.int64)
 
     def remove(self, ids):
-        """Removes bodies by their ids between steps. All or nothing."""
+        """Removes bodies by their ids between steps, a deformable one with all that shows it: `meshes[k].all_ids`. All or
+        nothing."""
         self.between_steps("remove")
         ids = self._ids(ids)
-        for s in self._sets:
-            if s.mesh is not None and np.any(np.isin(s.ids, ids)):
-                raise ValueError(f"body {s.ids[np.isin(s.ids, ids)][0]} is a node of a deformable body, which cannot be removed")
         self._core.remove_bodies(ids)
         self._radii = None
         self._sets = living(self._sets, self._sets_seen, self._core.scene.body("id"))
+        if self._meshes:
+            self._meshes.removed(ids)
         self._start_functions()
 
     def drive(self, ids, dofs, velocity):
@@ -498,7 +498,7 @@ class Simulation:
     def _start_meshes(self, state=None):
         """Gives the deformable bodies to the core; scenes without any load nothing for them."""
         before, self._meshes = getattr(self, "_meshes", None), None
-        if any(s.mesh is not None for s in self._sets):
+        if any(s.mesh is not None and np.isin(s.ids, self.bodies.id).all() for s in self._sets):
             from .meshes import Meshes
 
             self._meshes = Meshes(self, self._core, before, state)

@@ -248,8 +248,9 @@ class RawView(_View):
 
 
 class MeshView(_View):
-    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id, held (k,)
-    numbers of its dofs whose velocity is given, contact_nodes (m,) numbers of nodes that may touch."""
+    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id, all_ids
+    with those of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, contact_nodes (m,) of nodes
+    that may touch."""
 
     def __init__(self, simulation, core, mesh):
         self._simulation, self._core, self._mesh = simulation, core, mesh
@@ -258,6 +259,7 @@ class MeshView(_View):
     body = property(lambda self: self._mesh.body)
     ids = property(lambda self: self._mesh.node_ids)
     held = property(lambda self: self._mesh.held)
+    all_ids = property(lambda self: self._mesh.all_ids)
     contact_nodes = property(lambda self: self._mesh.d.contact_nodes)
 
     @property
@@ -271,6 +273,30 @@ class MeshView(_View):
     def _of_nodes(self, name):
         scene = self._core.scene
         return scene.body(name)[np.searchsorted(scene.body("id"), self.ids)]
+
+    @property
+    def rows(self):
+        """Internal numbers of the nodes, (n,), as simulation.raw has them until the next renumbering."""
+        internal = self._core.scene.raw_body("id").ravel()
+        order = np.argsort(internal)
+        return order[np.searchsorted(internal[order], self.ids)]
+
+    @property
+    def followers(self):
+        """Of points, and of edges or faces: their rows as `rows`, nodes (m, k) and weights (m, k) of each."""
+        internal, mesh = self._core.scene.raw_body("id").ravel(), self._mesh
+        order = np.argsort(internal)
+        points, sides = (order[np.searchsorted(internal[order], ids)] for ids in (mesh.point_ids, mesh.side_ids))
+        nodes = mesh.d.faces.nodes if mesh.d.faces else mesh.d.edges
+        return (points, *mesh.d.points), (sides, nodes, np.full(nodes.shape, 1 / max(nodes.shape[1], 1)))
+
+    def load(self, t):
+        """Given forces at a time, (n, dim) [N]."""
+        return self._mesh.load(t).reshape(-1, self._mesh.dim)
+
+    def held_velocity(self, t):
+        """Velocities of held dofs at a time, zero elsewhere, (n, dim) [m/s]."""
+        return self._mesh.held_velocity(t).reshape(-1, self._mesh.dim)
 
     @property
     def displacement(self):

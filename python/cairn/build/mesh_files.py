@@ -1,0 +1,71 @@
+"""Deformable bodies in scene files: what `deformable` and the body it was given were called with, not what follows from it."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+
+import numpy as np
+
+from ..run import time_functions
+from .elastic import ElasticBody
+from .meshes import LinearBody, deformable
+
+BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody)}
+
+
+def to_dict(d):
+    """What a file holds of a Deformable. Raises ValueError for what no file can hold, such as a solver of another code."""
+    kind = type(d.body).__name__
+    if BODIES.get(kind) is not type(d.body):
+        raise ValueError(f"the body of {d.name!r} is a {kind}: a scene file holds {' and '.join(BODIES)}")
+    of_body = {name: _encoded(f"{name} of {d.name!r}", value) for name, value in d.body.given.items()}
+    return {"class": kind, "body": of_body, "given": {name: _encoded(name, value) for name, value in d.given.items()}}
+
+
+def from_dict(content):
+    """The sets of bodies that show it, as `deformable` gives them."""
+    body = BODIES[content["class"]](**{name: _decoded(value) for name, value in content["body"].items()})
+    return deformable(body, **{name: _decoded(value) for name, value in content["given"].items()})
+
+
+def _encoded(name, value):
+    if value is None or isinstance(value, (str, bool, int, float, np.generic, np.ndarray)):
+        return value
+    if isinstance(value, dict):
+        rows = {f"{k:06d}": {"key": _encoded(name, a), "value": _encoded(name, b)} for k, (a, b) in enumerate(value.items())}
+        return {"kind": "dict", **rows}
+    if dataclasses.is_dataclass(value) and not callable(value):
+        fields = {f.name: _encoded(f"{name}.{f.name}", getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
+        return {"kind": "record", "module": type(value).__module__, "class": type(value).__name__, "fields": fields}
+    if callable(value):
+        return {"kind": "function", "of": time_functions.to_dict(name, value)}
+    if isinstance(value, (list, tuple)):
+        if not any(isinstance(part, (str, np.ndarray)) for part in value):
+            return np.asarray(value)
+        return {"kind": "list", **{f"{k:06d}": _encoded(name, part) for k, part in enumerate(value)}}
+    if hasattr(value, "tocsc"):
+        a = value.tocsc()
+        return {"kind": "sparse", "shape": np.array(a.shape), "data": a.data, "indices": a.indices, "indptr": a.indptr}
+    raise ValueError(f"{name} is a {type(value).__name__}, which a file cannot hold: give numbers, arrays or matrices")
+
+
+def _decoded(value):
+    if not isinstance(value, dict):
+        return value
+    rows = [value[k] for k in sorted(value) if k.isdecimal()]
+    if value["kind"] == "dict":
+        return {_decoded(row["key"]): _decoded(row["value"]) for row in rows}
+    if value["kind"] == "list":
+        return [_decoded(row) for row in rows]
+    if value["kind"] == "function":
+        return time_functions.from_dict(value["of"])
+    if value["kind"] == "sparse":
+        from scipy import sparse
+
+        return sparse.csc_array((value["data"], value["indices"], value["indptr"]), shape=tuple(value["shape"]))
+    if value["kind"] == "record" and value["module"].startswith("cairn.build."):
+        found = getattr(importlib.import_module(value["module"]), value["class"])
+        if dataclasses.is_dataclass(found):
+            return found(**{name: _decoded(part) for name, part in value["fields"].items()})
+    raise ValueError(f"kind is {value['kind']!r}: dict, list, function, sparse and records of scenes are known")

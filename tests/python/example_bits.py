@@ -1,0 +1,59 @@
+"""The bits in which the examples end, on the machine, by the compiler and the libraries that they were listed for."""
+
+import hashlib
+import json
+import os
+import platform
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+from cairn import _core
+
+LIST = Path(__file__).with_name("example_bits.json")
+WHY = "CAIRN_BITS_WHY"  # set: the list is made anew, and says this
+
+
+def digest(path):
+    """Of the bodies in the last output of a run, as they are stored."""
+    out = hashlib.blake2b(digest_size=12)
+    with cn.load(path) as run:
+        end = run[-1]
+        for name in ("position", "velocity", "rotation"):
+            values = np.ascontiguousarray(end.bodies[name])
+            out.update(f"{name} {values.dtype.str} {values.shape} ".encode() + values.tobytes())
+    return out.hexdigest()
+
+
+def made_by():
+    """What bits depend on besides the code: compiler and flags, instructions of the processor, libraries of functions."""
+    build = _core.build_info()
+    try:
+        with open("/proc/cpuinfo", encoding="ascii") as file:
+            flags = next((line.split(":")[1].split() for line in file if line.startswith("flags")), [])
+    except OSError:
+        flags = []
+    wanted = ("sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512bw", "avx512vl")
+    return {
+        "compiler": build["compiler"],
+        "flags": build["flags"],
+        "processor": f"{platform.machine()} {' '.join(name for name in wanted if name in flags)}".strip(),
+        "libraries": " ".join([*platform.libc_ver(), "numpy", np.__version__]),
+    }
+
+
+def listed():
+    return json.loads(LIST.read_text(encoding="utf-8"))
+
+
+def differing(found):
+    """Names of examples whose bits are not those of the list; after WHY was given there are none. None: listed for another
+    machine, compiler or library."""
+    why = os.environ.get(WHY, "").strip()
+    if why:
+        bits = {**listed()["bits"], **found} if LIST.exists() else found
+        LIST.write_text(json.dumps({"why": why, "made_by": made_by(), "bits": dict(sorted(bits.items()))}, indent=1) + "\n")
+    known = listed()
+    if known["made_by"] != made_by():
+        return None
+    return sorted(name for name, value in found.items() if known["bits"].get(name) != value)
