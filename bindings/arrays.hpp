@@ -101,6 +101,7 @@ void bind_elements(py::module_& m);
 void bind_files(py::module_& m);
 void bind_laws(py::module_& m);
 void bind_meshes(py::module_& m);
+void bind_networks(py::module_& m);
 void bind_problems(py::module_& m);
 void bind_reference(py::module_& m);
 void bind_scene(py::module_& m);

@@ -27,4 +27,5 @@ PYBIND11_MODULE(_core, m) {
   bind_simulation(m);
   bind_soe(m);
   bind_meshes(m);
+  bind_networks(m);
 }

@@ -8,6 +8,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "networks.hpp"
 #include "stored.hpp"
 
 using cairn::Simulation;
@@ -317,14 +318,22 @@ void bind_simulation(py::module_& m) {
                py::gil_scoped_release release;
                s.step(h);
              }
-             return report_of(s.report);
+             py::dict report = report_of(s.report);
+             add_network_reports(report, s);
+             return report;
            })
       .def("begin_step", [](Simulation& s, double h) { stages_of(s).begin_step(s, h); })
       .def("give_impulses", &give_impulses)
       .def("undo_step", [](Simulation& s) { stages_of(s).undo_step(s); })
-      .def("report", [](Simulation& s) { return report_of(s.report); })
+      .def("report",
+           [](Simulation& s) {
+             py::dict report = report_of(s.report);
+             add_network_reports(report, s);
+             return report;
+           })
       .def("energy", [](Simulation& s) { return energy_of(s.energy); })
       .def("contact", &contact_field)
+      .def("has_contact", &cairn::has_contact_field)
       .def("contact_rows", &contact_rows)
       .def_property_readonly("contact_count", [](Simulation& s) { return cairn::contacts_to_read(s); })
       .def_property_readonly("laws_keep", &Simulation::laws_keep)

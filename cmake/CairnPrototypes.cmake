@@ -19,6 +19,7 @@ function(cairn_check_prototypes target)
               ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def ${PROJECT_SOURCE_DIR}/core_f90/elements/elements.def
               ${PROJECT_SOURCE_DIR}/core_f90/poses/poses.def ${PROJECT_SOURCE_DIR}/core_f90/bulk_materials/bulk_materials.def
               ${PROJECT_SOURCE_DIR}/core_f90/integrators/integrators.def
+              ${PROJECT_SOURCE_DIR}/core_f90/networks/networks.def
       COMMENT "Prototypes of ${source} against core.h"
       VERBATIM)
     list(APPEND stamps ${folder}/${name}.stamp)

@@ -49,6 +49,8 @@ set(CAIRN_CORE_SOURCES
   integrators/linear_scheme.f90
   integrators/rotation.f90
   integrators/verlet_spheres.f90
+  networks/contact_spot.f90
+  networks/oxide_film.f90
   reference/detection_pairs.f90
   reference/plain_sweep.f90
   sides/batch_kinematics.f90

@@ -3,6 +3,7 @@ set(CAIRN_CXX_SOURCES
   api/files.cpp
   api/hulls.cpp
   api/meshes.cpp
+  api/networks.cpp
   api/scene.cpp
   api/simulation.cpp
   base/space_filling_order.cpp
@@ -13,11 +14,13 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
   contactors/contactor.cpp
+  contactors/hull_growth.cpp
   contactors/hull_shapes.cpp
   contactors/hulls.cpp
   contacts/bonds.cpp
   contacts/contact_area.cpp
   contacts/contact_flight.cpp
+  contacts/contact_growth.cpp
   contacts/interaction.cpp
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp
@@ -49,6 +52,12 @@ set(CAIRN_CXX_SOURCES
   laws/law_table.cpp
   laws/plug.cpp
   laws/plugged_laws.cpp
+  networks/conduction.cpp
+  networks/electrical.cpp
+  networks/growth.cpp
+  networks/multigrid.cpp
+  networks/network.cpp
+  networks/thermal.cpp
   scene/mesh_draft.cpp
   scene/mesh_parts.cpp
   scene/periodic.cpp

@@ -18,6 +18,8 @@ LISTS = [
     ("Kinds of side", "core_f90/sides/sides.def", "CAIRN_SIDE", ("file", "dimension", "numbers of the lever")),
     ("Contact solvers", "core_f90/solvers/solvers.def", "CAIRN_SOLVER",
      ("file", "in Python", "what it is", "of problems")),
+    ("Conductances of contacts", "core_f90/networks/networks.def", "CAIRN_CONDUCTANCE",
+     ("file", "in Python", "parameters name:default:smallest:largest", "reads", "what it is")),
     ("Finite elements", "core_f90/elements/elements.def", "CAIRN_ELEMENT",
      ("file", "cells", "dimension", "nodes", "points for mass", "for stresses", "order")),
     ("Materials of solids", "core_f90/bulk_materials/bulk_materials.def", "CAIRN_BULK_MATERIAL",

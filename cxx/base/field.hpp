@@ -45,6 +45,9 @@ enum class Need {
   jerk,
   snap,
   crackle,
+  thermal,
+  growing,
+  electrical,
   offset,
   direction,
   hull

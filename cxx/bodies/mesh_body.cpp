@@ -234,6 +234,7 @@ void MeshBody::free_velocity(Bodies& bodies, const double* gravity, const cairn_
   f_ = weight_;
   const double late = scheme.end_share, ahead = scheme.elastic_velocity;
   for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += late * load_end[i] + (1 - late) * load_begin[i];
+  for (std::int64_t i = 0; i < n && !thermal_load.empty(); ++i) f_[i] += thermal_load[i];
   bool moved = false;
   for (std::int64_t i = 0; i < n; ++i) {
     const double damped = damped_begin_[i] + damped_known_[i];

@@ -65,6 +65,7 @@ public:
   MeshModel model;
   std::vector<std::int32_t> nodes, points, sides; // internal numbers of its bodies
   std::vector<double> load_begin, load_end;       // (dofs) forces at both ends of the step [N]; empty: none
+  std::vector<double> thermal_load;               // (dofs) of restrained expansion [N]; empty: none
   std::vector<double> held_velocity;              // (dofs) of held dofs at the end of the step [m/s]; empty: zero
   MeshWork work;                                  // of the last step
 

@@ -49,6 +49,8 @@ struct Hulls {
   // Other places (3, vertices) for the vertices of a facet, from its centre: its plane and ball follow. Throws Error
   // where it has no area.
   void move_facet(std::int32_t hull, std::span<const double> x);
+  std::int32_t copy(std::int32_t hull); // returns its number
+  void scale(std::int32_t hull, double factor);
   std::size_t bytes() const;
 
 private:

@@ -134,6 +134,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   std::fill(bias + b.contacts, bias + n, 0.0);
   std::fill(mu + b.contacts, mu + n, 0.0);
   if (law.plugged()) check_prepared(b, bias, compliance, mu);
+  if (bodies->stretch.active) add_growth(b, gap, bias);
   for (int lane = 0; flying && lane < b.contacts; ++lane) bias[lane] += flight[lane];
   inherit_packed<d>(b);
   for (int first = 0; first < n; first += 8) {
@@ -383,6 +384,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   }
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
+  if (bodies->stretch.active) add_growth(b, gap, b.bias);
   for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
   if (pose.kernel) apply_pose(b, gap, u, compliance);
   const double* exact = b.hub ? w_true : w;

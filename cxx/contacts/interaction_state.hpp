@@ -220,6 +220,7 @@ private:
   void fill_geometry(cairn_batch& b, double& deepest);
   void fill_impulses(cairn_batch& b);
   void fill_states(const cairn_batch& b) const;
+  void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
   void commit_batch(const cairn_schedule& schedule, std::size_t which, int thread);
   void keep_states(const cairn_batch& b, int lane, double* to) const;

@@ -86,8 +86,12 @@ RunSnapshot::RunSnapshot(Simulation& s) {
   keep(bodies, "mass", ordered(b.mass, order));
   keep(bodies, "material", materials(s.scene));
   if (b.rotation.active) keep(bodies, "rotation", ordered(b.rotation, order));
+  if (b.temperature.active) keep(bodies, "temperature", ordered(b.temperature, order));
+  if (b.potential.active) keep(bodies, "potential", ordered(b.potential, order));
   contacts_to_read(s); // places those of a smooth strategy
   for (const char* name : {"point", "normal", "gap", "impulse"}) keep(contacts, name, cairn::contacts<double>(s, name));
+  for (const char* name : {"electrical_conductance", "current", "joule_heat", "thermal_conductance", "heat_flux"})
+    if (has_contact_field(s, name)) keep(contacts, name, cairn::contacts<double>(s, name));
   const std::int64_t n = s.candidates.count;
   const auto whole = [&](const char* name) {
     std::vector<std::int64_t> out(std::size_t(n * contact_field_info(name).components(s.scene.dim)));

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "../fe/bulk_model.hpp"
+#include "../networks/balance_terms.hpp"
 #include "checksums.hpp"
 #include "file_error.hpp"
 
@@ -110,6 +111,34 @@ ContactMemory memory_from(const StoredValue& tree) {
   return m;
 }
 
+// Balances of the networks, and contacts whose film is gone.
+StoredValue networks_of(const Networks& networks) {
+  StoredValue out;
+  for (const auto& [name, network] : {std::pair{"electrical", &networks.electrical}, {"thermal", &networks.thermal}}) {
+    if (!*network) continue;
+    StoredValue one;
+    each_term((*network)->balance, [&](const char* term, double value) { one.add_real(term, value); });
+    std::vector<std::int64_t> keys;
+    for (const ContactKey& k : (*network)->broken_keys)
+      keys.insert(keys.end(), {k.contactor_a, k.contactor_b, k.feature, k.image});
+    one.add_array("broken", keys.data(), {std::int64_t(keys.size()) / 4, 4});
+    out.add(name, std::move(one));
+  }
+  return out;
+}
+
+void take_networks(Networks& networks, const StoredValue& tree) {
+  for (const auto& [name, network] : {std::pair{"electrical", &networks.electrical}, {"thermal", &networks.thermal}}) {
+    const StoredValue* one = tree.find(name);
+    if (!*network || !one) continue;
+    each_term((*network)->balance, [&](const char* term, double& value) { value = one->real(term); });
+    const auto keys = numbers_of<std::int64_t>(one->at("broken").array, "broken");
+    (*network)->broken_keys.clear();
+    for (std::size_t i = 0; i + 3 < keys.size(); i += 4)
+      (*network)->broken_keys.push_back({keys[i], keys[i + 1], std::int32_t(keys[i + 2]), std::int32_t(keys[i + 3])});
+  }
+}
+
 template <class Holder>
 void take_fields(Holder& holder, const StoredValue& tree) {
   holder.for_each_field([&](auto& f) {
@@ -186,6 +215,7 @@ StoredValue state_of(Simulation& s) {
   if (!s.meshes.linear()) out.add("meshes", meshes_of(s));
   out.add_whole("steps", s.steps);
   out.add_real("time", s.time);
+  if (s.networks) out.add("networks", networks_of(*s.networks));
   return out;
 }
 
@@ -209,6 +239,7 @@ void take_state(Simulation& s, const StoredValue& state) {
   s.steps = state.whole("steps");
   s.time = state.real("time");
   take_meshes(s, state.find("meshes"));
+  if (const StoredValue* given = state.find("networks"); given && s.networks) take_networks(*s.networks, *given);
 }
 
 std::string fingerprint(const Scene& scene) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "../networks/balance_terms.hpp"
 #include "simulation_state.hpp"
 
 namespace cairn {
@@ -114,7 +115,15 @@ void check_contactors(const StoredValue& contactors, std::int64_t bodies, std::i
       "contactors/radius", reals(contactors, "radius", place), [](double r) { return std::isfinite(r) && r >= 0; },
       "a radius is 0 or more");
   for (const char* name : {"offset", "direction"})
-    if (contactors.find(name)) finite("contactors/" + std::string(name), reals(contactors, name, place));
+    if (contactors.find(name)) {
+      std::vector<double> values = reals(contactors, name, place);
+      // a tube without end has a half length without end
+      const std::size_t n = wholes(contactors, "id", place).size();
+      const std::size_t each = name == std::string("direction") && n > 0 ? values.size() / n : 0;
+      for (std::size_t i = each; each > 0 && i <= values.size(); i += each)
+        if (values[i - 1] > std::numeric_limits<double>::max()) values[i - 1] = 0;
+      finite("contactors/" + std::string(name), values);
+    }
   const auto any = [&](auto&& is) {
     return std::any_of(shape.begin(), shape.end(), [&](std::int64_t k) { return is(shape_infos[k]); });
   };
@@ -275,6 +284,14 @@ void check_state(const StoredValue& state, std::int64_t species, const Simulatio
   const StoredValue& energy = state.tree("energy");
 #define CAIRN_ENERGY_TERM(term, meaning) finite("energy/" #term, {energy_term(energy, #term)});
 #include "../strategies/report.def"
+  if (const StoredValue* networks = state.find("networks"))
+    for (const char* name : {"electrical", "thermal"})
+      if (const StoredValue* one = networks->find(name)) {
+        NetworkBalance balance;
+        each_term(balance,
+                  [&](const char* term, double&) { finite(std::string(name) + "/" + term, {one->real(term)}); });
+        if (wholes(*one, "broken", name).size() % 4) wrong(std::string(name) + "/broken holds no keys of four numbers");
+      }
   state.whole("steps");
   finite("time", {state.real("time")});
 }

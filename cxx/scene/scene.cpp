@@ -74,6 +74,9 @@ bool Scene::has(Need need) const {
   case Need::jerk: return bodies.jerk.active;
   case Need::snap: return bodies.snap.active;
   case Need::crackle: return bodies.crackle.active;
+  case Need::thermal: return bodies.temperature.active;
+  case Need::growing: return bodies.stretch.active;
+  case Need::electrical: return bodies.potential.active;
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;
   case Need::hull: return contactors.hull.active;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "../base/call.hpp"
+#include "../networks/network.hpp"
 #include "simulation.hpp"
 
 namespace cairn {
@@ -16,6 +17,22 @@ constexpr ContactFieldInfo fields[] = {
 #include "../contacts/contact_fields.def"
 #undef CAIRN_CONTACT_FIELD
 };
+
+// Null for what no network gives.
+const std::vector<double>* network_field(const Simulation& s, std::string_view name) {
+  if (!s.networks) return nullptr;
+  const auto &electrical = s.networks->electrical, &thermal = s.networks->thermal;
+  if (electrical && name == "electrical_conductance") return &electrical->conductance;
+  if (electrical && name == "current") return &electrical->flow;
+  if (electrical && name == "joule_heat") return &electrical->power;
+  if (thermal && name == "thermal_conductance") return &thermal->conductance;
+  if (thermal && name == "heat_flux") return &thermal->flow;
+  return nullptr;
+}
+bool of_networks(std::string_view name) {
+  return name == "electrical_conductance" || name == "current" || name == "joule_heat" ||
+         name == "thermal_conductance" || name == "heat_flux";
+}
 
 } // namespace
 
@@ -30,7 +47,7 @@ const ContactFieldInfo& contact_field_info(const std::string& name) {
 
 bool has_contact_field(const Simulation& s, const std::string& name) {
   for (const ContactFieldInfo& f : fields)
-    if (name == f.name) return s.strategy().has(f);
+    if (name == f.name) return of_networks(name) ? network_field(s, name) != nullptr : s.strategy().has(f);
   return false;
 }
 
@@ -47,6 +64,12 @@ void read_contact_field(Simulation& s, const ContactFieldInfo& field, double* ou
     std::vector<std::int64_t> whole(std::size_t(n * components));
     read_contact_field(s, field, whole.data());
     std::copy(whole.begin(), whole.end(), out);
+    return;
+  }
+  if (of_networks(name)) {
+    const std::vector<double>* known = network_field(s, name);
+    std::fill_n(out, n, 0.0);
+    if (known && std::int64_t(known->size()) == n) std::copy_n(known->begin(), n, out);
     return;
   }
   if (name == "gap") {

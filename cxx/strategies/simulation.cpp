@@ -1,5 +1,6 @@
 #include "simulation.hpp"
 
+#include "../networks/network.hpp"
 #include "nscd/nscd.hpp"
 
 namespace cairn {
@@ -26,6 +27,10 @@ void Simulation::use(std::unique_ptr<Strategy> next) {
   forget_contacts();
 }
 
+void Simulation::advance_networks(double h) {
+  if (networks) timed("advance_networks", [&] { networks->advance(*this, h); });
+}
+
 void Simulation::forget_contacts() {
   candidates.count = 0;
   contacts_known = false;
@@ -44,6 +49,7 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
                    candidates.feature.capacity() + candidates.image.capacity());
   contacts += 8 * (candidates.gap.capacity() + candidates.normal.capacity() + candidates.point.capacity());
   for (const MeshBody& mesh : meshes.meshes) bodies += mesh.bytes();
+  if (networks) contacts += networks->bytes();
   return {bodies, contacts};
 }
 

@@ -44,6 +44,8 @@ struct SmoothDemOptions {
   int renumber_every = 1000;
 };
 
+struct Networks;
+
 // Terms of d(T + U + stored) = W_driven + W_external - D_friction - D_normal - D_bulk - D_material - D_integrator
 // - released + closure [J], since the start.
 struct Energy {
@@ -115,6 +117,10 @@ public:
 
   // One step of length h, as the strategy makes it.
   const StepReport& step(double h) { return strategy_->step(*this, h); }
+
+  // Of potential and temperature; null: none. Advanced by the step of a strategy once what contacts do is known.
+  std::unique_ptr<Networks> networks;
+  void advance_networks(double h);
 
   // Routines of users' libraries: forces on bodies, which are added, and the free velocity, which is replaced.
   std::vector<PluggedForce> forces;

@@ -26,6 +26,7 @@ const StepReport& SmoothDem::step(Simulation& s, double h) {
   s.timed("find_neighbours", [&] { find_neighbours(s); });
   s.timed("compute_forces", [&] { compute_forces(s); });
   s.timed("kick", [&] { kick(s); });
+  s.advance_networks(h);
   return s.report;
 }
 

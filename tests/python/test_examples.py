@@ -91,6 +91,16 @@ def test_drum(tmp_path):
     assert 10.0 < figures["angle of the surface"] < 50.0
 
 
+def test_powder_under_current(tmp_path):
+    size = ["--spheres", "300", "--currents", "6"]
+    figures = ran("powder_under_current", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    assert figures["resistance at the start"] > 100 * figures["resistance at the peak"] > 100 * figures["resistance, clean"]
+    assert figures["second cycle, up over down"] == pytest.approx(1, abs=0.2)
+    assert 0 < figures["films broken"] < figures["contacts that conduct"]
+    assert figures["closure of the charge"] <= 1e-12
+    assert figures["solutions"] <= 1.5 * figures["currents"] + 10
+
+
 def test_clump_collapse(tmp_path):
     figures = ran("clump_collapse", tmp_path, "--grains", "80", "--steps", "900", "--frames", "3")
     assert figures["run-out, disks"] > 0.1

@@ -239,9 +239,12 @@ def test_meshed_bodies_meet_what_was_stored(name, gate):
 
 
 @samples
-def test_meshed_bodies_that_do_not_map_are_named():
-    with pytest.raises(legacy.LegacyError, match="MAILx 1: physics THERM"):
-        legacy.read_datbox(DATA / "thermal2d")
+def test_meshed_bodies_that_do_not_map_are_named(tmp_path):
+    shutil.copytree(DATA / "thermal2d" / "DATBOX", tmp_path / "DATBOX")
+    path = tmp_path / "DATBOX" / "MODELS.DAT"
+    path.write_text(path.read_text().replace("THERM  Q4xxx", "POROx  Q4xxx"))
+    with pytest.raises(legacy.LegacyError, match="MAILx 1: physics POROx"):
+        legacy.read_datbox(tmp_path)
 
 
 @samples

@@ -280,6 +280,27 @@ typedef void cairn_pose(int32_t n, int32_t c, double h, double theta, const doub
 #define CAIRN_POSE(name, python) cairn_pose cairn_pose_##name;
 #include "../../poses/poses.def"
 #undef CAIRN_POSE
+/* Conductances of contacts [S | W/K], rows of networks.def; contact (n, columns), columns as below. */
+enum cairn_contact_column {
+  cairn_column_gap,            /* [m] */
+  cairn_column_force,          /* along the normal, positive where the contact pushes [N] */
+  cairn_column_radius,         /* effective [m] */
+  cairn_column_modulus,        /* effective, E* [Pa] */
+  cairn_column_conductivity_a, /* of the two sides [S/m | W/(m K)] */
+  cairn_column_conductivity_b,
+  cairn_column_hardness, /* of the softer side [Pa] */
+  cairn_column_area,     /* [m2] */
+  cairn_column_intact,   /* share of a bond that is intact */
+  cairn_column_depth,    /* of a 2D scene [m] */
+  cairn_contact_columns
+};
+typedef void cairn_conductance(int32_t n, const double* contact, int32_t parameters, const double* params,
+                               double* conductance);
+#define CAIRN_CONDUCTANCE(name, python, parameters, reads, meaning) cairn_conductance cairn_conductance_##name;
+#include "../../networks/networks.def"
+void cairn_film_conductance(int64_t n, double film, const double* clean, const int8_t* broken, double* conductance);
+void cairn_film_break(int64_t n, double power, double ratio, const double* radius, const double* force,
+                      const double* conductance, const double* current, int8_t* broken, int64_t* switched);
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
 
 /* ------------------------------------------------------------------ sweeps and passes over batches

@@ -260,6 +260,45 @@ int32_t cairn_simulation_report_text(const cairn_simulation* simulation, const c
 int32_t cairn_simulation_contact_arrays(cairn_simulation* simulation, int64_t* bodies, double* gap, double* normal,
                                         double* point, double* impulse, cairn_error* error);
 
+/* ---------------------------------------------------------------- networks of heat and current
+ * kind: "electrical" or "thermal". A network has nothing at first: its numbers, materials, conductances and sources are
+ * given by name. It is advanced by each step. */
+int32_t cairn_simulation_add_network(cairn_simulation* simulation, const char* kind, cairn_error* error);
+/* "theta", "steady", "tolerance", "depth" [m], "reference" [K], "switched_share"; "friction" and "joule" of heat: 0
+ * none, 1 by halves, 2 by effusivity; "method": 0 as the size asks, 1 direct, 2 multigrid. */
+int32_t cairn_simulation_set_network(cairn_simulation* simulation, const char* kind, const char* name, double value,
+                                     cairn_error* error);
+/* Of material `material` of the scene: "conductivity" [S/m | W/(m K)], "capacity" [J/(kg K)], "density", "young",
+ * "poisson", "hardness", "expansion". */
+int32_t cairn_simulation_set_network_material(cairn_simulation* simulation, const char* kind, int32_t material,
+                                              const char* name, double value, cairn_error* error);
+/* A conductance of contacts, beside those that there are, by its name in networks.def ("Holm", or "holm"). */
+int32_t cairn_simulation_add_conductance(cairn_simulation* simulation, const char* kind, const char* name,
+                                         int32_t parameters, const double* parameter, cairn_error* error);
+/* Of the electrical network: conductance of the film [S], power at which it breaks [W], its ratio to radius times force
+ * [1/s], speed that rubs it away [m/s]; inf: never. */
+int32_t cairn_simulation_set_film(cairn_simulation* simulation, double conductance, double power, double ratio,
+                                  double sliding, cairn_error* error);
+/* what: "held", "flow", "convection" or "radiation"; value (n) [V | K], [A | W], outside [K]; coefficient (n) of the
+ * last two, h A [W/K] and epsilon A [m2], else NULL. electrode, not 0: the bodies are one conductor, and share the
+ * first value. *source is its number. */
+int32_t cairn_simulation_add_network_source(cairn_simulation* simulation, const char* kind, const char* what, int64_t n,
+                                            const int64_t* bodies, const double* value, const double* coefficient,
+                                            int32_t electrode, int32_t* source, cairn_error* error);
+int32_t cairn_simulation_set_network_source(cairn_simulation* simulation, const char* kind, int32_t source, int64_t n,
+                                            const double* value, cairn_error* error);
+/* Branches beside the contacts: bodies (2, n), conductance (n). */
+int32_t cairn_simulation_add_wires(cairn_simulation* simulation, const char* kind, int64_t n, const int64_t* bodies,
+                                   const double* conductance, cairn_error* error);
+/* Temperatures of bodies (n) [K]; bodies NULL: of all, in the order of insertion. */
+int32_t cairn_simulation_set_temperature(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
+                                         const double* temperature, cairn_error* error);
+/* Of the last step: "status" (0 converged, 1 iteration limit, 2 not finite, 3 open), "branches", "floating", "open",
+ * "rounds", "residual", "closure", "power", "flow"; since the start: "stored", "held", "given", "convection",
+ * "radiation", "friction", "joule" [J], "charge_in", "charge_out" [C], "supplied", "balance", "in_play" [J]. */
+int32_t cairn_simulation_network_report(const cairn_simulation* simulation, const char* kind, const char* name,
+                                        double* value, cairn_error* error);
+
 /* ---------------------------------------------------------------- files
  * The same as Python's: HDF5, see docs/files.md. */
 /* All that the future depends on but laws, options, gravity and loads; replaced as a whole or not at all. */

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../../base/call.hpp"
+#include "../../networks/network.hpp"
 #include "nscd.hpp"
 
 namespace cairn {
@@ -103,6 +104,7 @@ void Nscd::compute_free_velocity(Simulation& s) {
                     pointer(b.force), pointer(b.damping), bits(b.driven));
   }
   if (!s.meshes.empty()) {
+    if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
     for (MeshBody& mesh : s.meshes.meshes)
       mesh.free_velocity(b, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
     for (const MeshBody& mesh : s.meshes.meshes) mesh.follow(b);
@@ -231,6 +233,7 @@ void Nscd::commit_contacts(Simulation& s) {
   const ContactEnergy contacts = s.interactions.commit();
   account(s, contacts);
   s.account_for_meshes();
+  s.advance_networks(h_);
 }
 
 void Nscd::account(Simulation& s, const ContactEnergy& contacts) {

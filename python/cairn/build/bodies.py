@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .materials import Material
 from ..names import listed, takes
 from ..pre import checks
+from .materials import Material
 
 # options of sets of bodies, and of boundaries, which have a velocity of their own
 OPTIONS = ("velocity", "rotation", "group", "driven", "drive", "force", "damping")

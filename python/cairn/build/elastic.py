@@ -51,6 +51,7 @@ class ElasticBody:
                           rayleigh=rayleigh)  # fmt: skip
         self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
         self.elasticity = _elasticity(self.dim, checks.positive("young", young), checks.number("poisson", poisson), plane)
+        self.plane, self.poisson = plane, float(poisson)
         self.thickness = checks.positive("thickness", thickness) if self.dim == 2 else 1.0
         self.cells, n = {}, self.points.size
         unknown, stiffness, mass = [], [], []

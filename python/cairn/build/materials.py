@@ -2,9 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
 
 from ..pre import checks
+
+
+@dataclass(frozen=True)
+class OfTemperature:
+    """A property that depends on temperature: piecewise linear, constant beyond its ends.
+
+    temperatures: (n,) rising [K]. values: (n,).
+
+    >>> OfTemperature((300.0, 600.0), (50.0, 40.0))(450.0)
+    45.0
+    """
+
+    temperatures: tuple
+    values: tuple
+
+    def __post_init__(self):
+        temperatures = checks.real_array("temperatures", self.temperatures, (None,))
+        values = checks.real_array("values", self.values, (None,))
+        if len(temperatures) < 2 or len(values) != len(temperatures) or np.any(np.diff(temperatures) <= 0):
+            raise ValueError(f"temperatures {self.temperatures} and values {self.values}: give two rising temperatures or more, "
+                             "and a value for each")  # fmt: skip
+        object.__setattr__(self, "temperatures", tuple(map(float, temperatures)))
+        object.__setattr__(self, "values", tuple(map(float, values)))
+
+    def __call__(self, temperature):
+        return float(np.interp(temperature, self.temperatures, self.values))
 
 
 @dataclass(frozen=True)
@@ -12,6 +40,9 @@ class Material:
     """What a body is made of.
 
     name: what laws refer to. density: mass per volume [kg/m3]; only needed by bodies whose mass is not given.
+    Of networks of heat and current alone, see cairn.networks: conductivity [W/(m K)], capacity [J/(kg K)], resistivity [ohm m],
+    each a number or an OfTemperature; latent (heat [J/kg], from, to [K]) that is taken up between two temperatures; young [Pa],
+    poisson and hardness [Pa] of the spots where bodies touch; expansion [1/K].
 
     >>> Material("rock", density=2800.0).name
     'rock'
@@ -19,9 +50,54 @@ class Material:
 
     name: str
     density: float | None = None
+    conductivity: float | OfTemperature | None = None
+    capacity: float | OfTemperature | None = None
+    resistivity: float | OfTemperature | None = None
+    latent: tuple | None = None
+    young: float | None = None
+    poisson: float | None = None
+    hardness: float | None = None
+    expansion: float | None = None
 
     def __post_init__(self):
         if not isinstance(self.name, str) or not self.name or self.name == "*":
             raise ValueError(f"name of a material is {self.name!r}: give a non-empty string other than '*'")
-        if self.density is not None:
-            object.__setattr__(self, "density", checks.positive("density", self.density))
+        for name in ("density", "young", "hardness"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, checks.positive(name, getattr(self, name)))
+        for name in ("conductivity", "capacity", "resistivity"):
+            object.__setattr__(self, name, _property(name, getattr(self, name)))
+        for name in ("poisson", "expansion"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, checks.number(name, getattr(self, name)))
+        if self.poisson is not None and not -1 < self.poisson <= 0.5:
+            raise ValueError(f"poisson is {self.poisson}: give a value from -1 to 0.5")
+        if self.latent is not None:
+            heat, begin, end = checks.real_array("latent", self.latent, (3,))
+            if not (heat >= 0 and end > begin):
+                raise ValueError(f"latent is {self.latent}: give the heat [J/kg], and two rising temperatures [K]")
+            object.__setattr__(self, "latent", (float(heat), float(begin), float(end)))
+
+    def with_(self, other):
+        """This material with what another of its name says besides; None where they say different things."""
+        told = {}
+        for field in fields(self):
+            mine, theirs = getattr(self, field.name), getattr(other, field.name)
+            if mine is None:
+                told[field.name] = theirs
+            elif theirs is not None and theirs != mine:
+                return None
+        return replace(self, **told)
+
+
+def _property(name, value):
+    if value is None:
+        return None
+    if isinstance(value, OfTemperature):
+        if min(value.values) < 0:
+            raise ValueError(f"{name} has the value {min(value.values)}: give values >= 0")
+        return value
+    value = checks.number(name, value, finite=False)
+    if value < 0:
+        raise ValueError(f"{name} is {value}: give a value >= 0")
+    return value

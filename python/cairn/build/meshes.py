@@ -10,10 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from . import bodies
-from .mesh_faces import Faces
 from ..names import listed
 from ..pre import checks
+from . import bodies
+from .mesh_faces import Faces
 
 
 class LinearBody:
@@ -118,6 +118,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
+    d.material = material
     faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
     d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
     mass = body.nodal_mass()

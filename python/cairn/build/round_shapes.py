@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from .bodies import OPTIONS, BodySet, ContactorSet, _density
 from ..names import takes
 from ..pre import checks
+from .bodies import OPTIONS, BodySet, ContactorSet, _density
 from .shapes import Hulls, _body_set, _unit
 
 EXPONENTS = (0.05, 1.95)

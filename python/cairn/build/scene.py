@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from . import bodies, shapes
+from ..names import listed
+from ..pre import checks
 from ..run import time_functions
+from . import bodies, shapes
 from .extents import refuse_narrow_cell
 from .laws import Law, law_from
 from .materials import Material
-from ..names import listed
-from ..pre import checks
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,7 @@ class Scene:
         self.sets: list[bodies.BodySet] = []
         self._materials: dict[str, Material] = {}
         self.rules: list[tuple[str, str, Law | None]] = []
+        self.networks: dict[str, object] = {}  # electrical, thermal
         self.count = 0
         self.legacy = None  # where the scene came from, if cairn.legacy made it
 
@@ -96,6 +97,26 @@ class Scene:
         among equals the later one counts.
         """
         self.rules.append(rule(a, b, law))
+
+    def electrical(self, **settings):
+        """An electrical network over the contacts, from the next Simulation on; see cairn.networks.Electrical for settings."""
+        from ..networks import Electrical
+
+        self.networks["electrical"] = Electrical(**settings)
+
+    def thermal(self, **settings):
+        """A network of heat over the contacts, from the next Simulation on; see cairn.networks.Thermal for settings."""
+        from ..networks import Thermal
+
+        self.networks["thermal"] = Thermal(**settings)
+
+    def running_networks(self, simulation, core):
+        """What a simulation keeps of the networks; None without any."""
+        if not self.networks:
+            return None
+        from ..networks.run import Running
+
+        return Running(simulation, core)
 
     # ------------------------------------------------------------------ what the core needs
 
@@ -148,6 +169,8 @@ class Scene:
         from ..post.checkpoint import save
 
         sets, meshes = {}, set()
+        if self.networks:
+            raise ValueError("a scene file holds no networks yet: write the scene without them, and add them when it is loaded")
         for k, s in enumerate(self.sets):
             if s.mesh is not None:
                 if id(s.mesh) not in meshes:  # its other sets come with it
@@ -373,15 +396,18 @@ def one_of_a_name(sets, known):
     for s in sets:
         for c in s.contactors:
             first = known.setdefault(c.material.name, c.material)
-            if first is c.material or first.density == c.material.density:
+            if first is c.material:
                 continue
-            if first.density is None:
-                known[first.name] = c.material
-            elif c.material.density is not None:
+            both = first.with_(c.material)
+            if both is not None:
+                known[first.name] = both
+            elif None not in (first.density, c.material.density) and first.density != c.material.density:
                 raise ValueError(
                     f"two materials are named {first.name!r}, of densities {first.density:g} and {c.material.density:g}: "
                     "give them different names, by which laws tell them apart (or density=... to the bodies of one material)"
                 )
+            else:
+                raise ValueError(f"two materials are named {first.name!r}, {first} and {c.material}: give them different names")
     return known
 
 

@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
 from ..names import takes
 from ..pre import checks
 from ..pre import mass_properties as exact
 from ..pre import mesh as surface
+from .bodies import DOFS, OPTIONS, BodySet, ContactorSet, _density, checked
 
 
 class Hulls(NamedTuple):

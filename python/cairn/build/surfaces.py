@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
 from ..names import takes
 from ..pre import checks, mass_properties
 from ..pre import mesh as meshes
+from .bodies import OF_BOUNDARIES, BodySet, ContactorSet, _boundary
 from .shapes import Hulls
 
 

@@ -168,10 +168,13 @@ def _why_not(box, mesh, models, drives):
         options = models.get(model)
         if options is None:
             raise LegacyError(f"{box.folder / 'MODELS.DAT'}: has no model {model!r} of MAILx {mesh.number}")
-        if options.get("physics") != "MECAx":
-            return f"physics {options.get('physics')}"
+        heat = options.get("physics") == "THERM"
+        if options.get("physics") != "MECAx" and not (heat and box.materials[material].law == "THERMO_ELAS"):
+            return f"physics {options.get('physics')} of material {material} ({box.materials[material].law})"
         if element not in CELLS:
             return f"element {element}"
+        if heat:
+            continue
         asked = (options.get("kine_", "small"), options.get("mater", "elas_"), options.get("aniso", "iso__"))
         if asked != ("small", "elas_", "iso__") or box.materials[material].law != "ELAS":
             return f"model {model} ({', '.join(asked)}) of material {material} ({box.materials[material].law})"
@@ -183,9 +186,44 @@ def _why_not(box, mesh, models, drives):
     if any(kind == "CSpx1" and len(nodes) != 4 for kind, _, nodes, _ in mesh.contactors):
         return "contactor CSpx1 on triangles"
     for _, d in drives:
-        if d.kind not in ("vlocy", "force"):
+        if d.kind not in (("temp", "flux") if heat else ("vlocy", "force")):
             return f"dofs driven by {d.kind}"
     return ""
+
+
+def _heated(box, mesh, models, drives, origin):
+    """A body whose nodes hold still and conduct; what heats it stands in origin.heated."""
+    from ..build.meshes import deformable
+    from .networks import properties
+
+    _, _, model, name = mesh.cells[0]
+    body = _elastic(box, mesh, models)
+    body.heat_lumped = models[model].get("cstrg") == "lump_"
+    known = {k: v for k, v in properties(box.materials[name]).items() if k in ("conductivity", "capacity")}
+    material = Material(f"{name} heat", density=box.materials[name].density, **known)
+    path = next((box.folder / n for n in ("DOF.INI", "DOF.DAT") if (box.folder / n).is_file()), None)
+    temperatures = read_temperatures(path, mesh.number, len(mesh.points)) if path else np.zeros(len(mesh.points))
+    if np.any(temperatures <= 0):
+        raise LegacyError(f"{box.folder}: node {int(np.argmin(temperatures)) + 1} of MAILx {mesh.number} has no temperature T(1)")
+    named = f"MAILx {mesh.number}"
+    origin.heated.append((named, body, drives, temperatures))
+    fixed = {f"node {k}": "xyz"[: body.dim] for k in range(len(mesh.points))}
+    return deformable(body, material, fixed=fixed, name=named)
+
+
+def read_temperatures(path, number, count):
+    """Temperatures (n,) of the nodes of a mesh in a DOF file; 0 where it names none."""
+    out, body, reader = np.zeros(count), None, Reader(path)
+    while not reader.ended:
+        line = reader.next()
+        if line[1:6] == "bdyty":
+            body = reader.header(reader.next())
+        elif not line.startswith("$") and body == ("MAILx", number) and line[1:3] == "NO" and line[29:33] == "T(1)":
+            node = reader.whole(line, 7, 13) - 1
+            if not 0 <= node < count:
+                reader.fail(f"node {node + 1} is not one of MAILx {number}, which has {count}")
+            out[node] = reader.number(line, 35, 48)
+    return out
 
 
 def _elastic(box, mesh, models):
@@ -216,6 +254,8 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     from ..build.meshes import deformable
     from .scene import _function
 
+    if models[mesh.cells[0][2]].get("physics") == "THERM":
+        return _heated(box, mesh, models, drives, origin)
     body = _elastic(box, mesh, models)
     if body.dim == 2 and not any("plane strain" in note for note in origin.notes):
         origin.notes.append("meshes in 2D are taken in plane strain: the files do not say")

@@ -14,7 +14,7 @@ from ..build.materials import Material
 from ..build.scene import Scene
 from ..build.shapes import Hulls
 from ..run import time_functions
-from . import datbox, mesh
+from . import datbox, mesh, networks
 from .rigid import SHORT
 from .text import LegacyError
 
@@ -50,6 +50,7 @@ class Origin:
     datbox: datbox.Datbox
     unmapped: list = field(default_factory=list)
     notes: list = field(default_factory=list)
+    heated: list = field(default_factory=list)  # meshes of heat, see cairn.legacy.networks
     alert: float = 0.0
 
 
@@ -89,6 +90,7 @@ def _read(folder, unmapped, state, step):
     if box.meshes:
         scene.add(mesh.deformables(box, materials, origin))
     _add_laws(scene, box, materials, origin)
+    networks.add(scene, box, origin)
     if origin.unmapped:
         text = f"{box.folder}: Cairn has nothing to map this to: " + "; ".join(origin.unmapped)
         if unmapped == "error":
@@ -99,15 +101,13 @@ def _read(folder, unmapped, state, step):
 
 
 def _check_extras(origin):
-    box, miss = origin.datbox, origin.unmapped
-    if (box.folder / "MP_DEM.DAT").is_file():
-        miss.append("MP_DEM.DAT: currents and heat between rigid bodies")
+    box = origin.datbox
     if box.initial_contacts:
         origin.notes.append(
             f"Vloc_Rloc.INI: {box.initial_contacts} contacts, whose forces are only the first guess of the solver"
         )
     for m in box.materials.values():
-        if m.law != "RIGID" and any(b.material == m.name for b in box.bodies):
+        if m.law != "RIGID" and not networks.properties(m) and any(b.material == m.name for b in box.bodies):
             origin.notes.append(f"material {m.name} ({m.law}): its density alone counts for rigid bodies")
 
 
@@ -352,7 +352,7 @@ def _contactors(box, members, materials, origin):
         sets.append(
             bodies.ContactorSet(
                 shape,
-                Material(name, density=box.materials[material].density),
+                Material(name, density=box.materials[material].density, **networks.properties(box.materials[material])),
                 np.array(owner),
                 np.array(radius, float),
                 np.array(offset, float) if np.any(offset) else None,

@@ -134,6 +134,7 @@ def snapshot(simulation):
     }
     if "rotation" in bodies.names:
         out["rotation"] = bodies.rotation
+    out |= {name: getattr(bodies, name) for name in ("temperature", "potential") if name in bodies.names}
     if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
         out["stress"] = _stress(simulation)
     pairs = contacts.bodies
@@ -147,6 +148,7 @@ def snapshot(simulation):
         "body_a": pairs[:, 0],
         "body_b": pairs[:, 1],
         **kept,
+        **contacts.of_networks(),
     }
 
 

@@ -53,8 +53,7 @@ class Simulation:
         self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
-        self._warnings = StepWarnings()
-        self._shadows = []
+        self._warnings, self._shadows = StepWarnings(), []
         self.contactors, self._stage = views.ContactorView(self._core), Place()
         self._start_functions()
         self._start_meshes()
@@ -166,7 +165,7 @@ class Simulation:
 
     def radii(self):
         """Radius of each body about its centre of mass, (n,) [m]: 0 for walls."""
-        if self._radii is None:
+        if self._radii is None or "stretch" in self.bodies.names:
             ids, contactors = self.bodies.id, self.contactors
             reach, offset = contactors.radius.copy(), contactors.offset
             if len(offset):
@@ -214,14 +213,16 @@ class Simulation:
         h = self._dt if dt is None else checks.positive("dt", dt)
         self._follow_scene()
         self._apply_functions(h)
-        if self._meshes:
-            self._meshes.load(h)
+        for part in filter(None, (self._meshes, self._networks)):
+            part.load(h)
         return h
 
     def stepped(self, report, h):
         """What a step of h [s] ends with: its report, looked at and kept; see stages."""
         self._info = report
         self._warnings.look(self, report, h)
+        if self._networks:
+            self._networks.look(report)
         return report
 
     def between_steps(self, what):
@@ -502,6 +503,7 @@ class Simulation:
             from .meshes import Meshes
 
             self._meshes = Meshes(self, self._core, before, state)
+        self._networks = self.scene.running_networks(self, self._core)
 
     def _field(self, name, shape):
         values = self._core.scene.body(name)

@@ -160,6 +160,7 @@ class ContactView(_View):
         "released",
         "status",
     )
+    _of_networks = ("electrical_conductance", "current", "joule_heat", "thermal_conductance", "heat_flux")
 
     def __init__(self, simulation, core):
         self._simulation, self._core = simulation, core
@@ -168,12 +169,16 @@ class ContactView(_View):
         return self._core.contact_count
 
     def __getattr__(self, name):
-        if name not in self._names:
+        if name not in self._names and not (name in self._of_networks and self._core.has_contact(name)):
             raise AttributeError(f"contacts have no array {name!r}; they have {listed([*self._names, 'force'], name)}")
         return shown(self._core.contact(name), self._remedy(name))
 
     def _remedy(self, name):
         return "contacts are what the last step found, and are not set; sim.bodies.set(...) sets position, velocity and rotation"
+
+    def of_networks(self):
+        """Conductances, currents and heat of the contacts by name, {name: (n,)}; {} in scenes without networks."""
+        return {name: getattr(self, name) for name in self._of_networks if self._core.has_contact(name)}
 
     @property
     def force(self):
@@ -315,7 +320,13 @@ class MeshView(_View):
         mean of the true stresses that the last step found, (m, 6)."""
         if hasattr(self.body, "blocks"):
             return {kind: stress for kind, (stress, _) in zip(self.body.cells, self._bulk())}
-        return self.body.stress(self.displacement)
+        found, thermal = self.body.stress(self.displacement), self._simulation.scene.networks.get("thermal")
+        expansion = self._mesh.d.material.expansion
+        if thermal is None or not expansion:
+            return found
+        from ..networks.meshes import stress
+
+        return stress(self._mesh, found, self._of_nodes("temperature"), expansion, thermal.reference)
 
     @property
     def material_state(self):

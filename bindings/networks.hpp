@@ -1,0 +1,7 @@
+// What networks add to the report of a simulation.
+#pragma once
+#include <pybind11/pybind11.h>
+
+#include "strategies/simulation.hpp"
+
+void add_network_reports(pybind11::dict& out, const cairn::Simulation& s);

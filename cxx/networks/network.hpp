@@ -1,0 +1,182 @@
+// Networks of potential and temperature: an unknown on each rigid body and each node of a mesh, a branch over each
+// contact, whose conductance is what the kernels of networks.def give together; further branches are given.
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "../base/scratch.hpp"
+#include "../detection/candidates.hpp"
+#include "cairn/core.h"
+#include "conduction.hpp"
+
+namespace cairn {
+
+class Scene;
+class Simulation;
+
+// What a row of networks.def declares.
+struct ConductanceInfo {
+  std::string name, python_name, parameters, reads, meaning;
+  cairn_conductance* kernel = nullptr;
+};
+const std::vector<ConductanceInfo>& conductance_infos();
+
+// A property that depends on temperature: piecewise linear, constant beyond its ends.
+struct PropertyTable {
+  std::vector<double> temperature, value; // one value without temperatures: constant
+  bool constant() const { return value.size() <= 1; }
+  double at(double t) const;
+  double integral(double t) const; // from the first temperature, or 0, to t
+};
+
+// By number of material or group of the contactors.
+struct NetworkMaterial {
+  PropertyTable conductivity, capacity;     // [S/m | W/(m K)], [J/(kg K)]
+  double latent = 0, melts = 0, molten = 0; // heat taken up between two temperatures [J/kg], [K]
+  double density = 0, young = 0, poisson = 0, hardness = 0, expansion = 0;
+  double enthalpy(double t) const; // [J/kg]
+  double enthalpy_slope(double t) const;
+};
+
+// Values of one source for its bodies at the end of the step, and for powers their mean over it.
+struct NetworkSource {
+  enum Kind { held, flow, convection, radiation };
+  Kind kind = flow;
+  bool electrode = false;          // its bodies are one conductor; `value` is shared by all of them
+  std::vector<std::int64_t> ids;   // of bodies
+  std::vector<double> coefficient; // of convection h A [W/K] and of radiation epsilon A [m2]
+  std::vector<double> value;       // [V | K], [A | W], of what is outside [K]
+};
+
+struct OxideFilm {
+  double conductance = 0; // in series with the spot [S]
+  double power = 0;       // at which it breaks down [W]
+  double ratio = 0;       // of that to effective radius times force [1/s]
+  double sliding = 0;     // speed beyond which it is rubbed away [m/s]
+};
+
+// Amounts since the start, with their signs: what is left of them is the closure.
+struct NetworkBalance {
+  double stored = 0, held = 0, given = 0, convection = 0, radiation = 0, friction = 0, joule = 0; // [J]
+  double charge_in = 0, charge_out = 0, supplied = 0;                                             // [C], [C], [J]
+  double closure = 0, in_play = 0;
+};
+
+// Forces of a mesh's thermal stress: rows of its dofs, of the temperatures of its nodes above the reference [N/K].
+struct ThermalStress {
+  std::size_t mesh = 0;
+  std::vector<std::int64_t> start;
+  std::vector<std::int32_t> node;
+  std::vector<double> value;
+};
+
+struct NetworkReport {
+  ConductionReport solve;
+  std::int64_t unfit = 0; // contacts that push and have no radius, which a kernel asks for
+  std::int64_t branches = 0, rounds = 0, factorisations = 0, iterations = 0, broken = 0;
+  double residual = 0; // of the last round, against the largest flow
+  double closure = 0;  // of the step: of charge, or of heat, against what is in play
+  double power = 0;    // dissipated [W]
+  double coupling = 0; // share of the thermal load of meshes that came in the step, which mechanics see in the next
+  double flow = 0;     // what comes in at given values and sources [A | W]
+  const char* status = "none";
+};
+
+class Network {
+public:
+  enum class Kind { electrical, thermal };
+  enum class Split { none, halves, effusivity };
+
+  Kind kind = Kind::electrical;
+  std::vector<NetworkMaterial> materials;
+  struct Use {
+    cairn_conductance* kernel = nullptr;
+    std::vector<double> params;
+  };
+  std::vector<Use> kernels;  // side by side
+  bool needs_radius = false; // of the contacts that push
+  bool needs_bond = false;   // what laws remember of bonds: "beta", the share that is intact, and their area
+  std::optional<OxideFilm> film;
+  std::vector<NetworkSource> sources;
+  // Branches that are given: conductance, and capacity that couples their ends [J/K]; nodes of meshes with theirs.
+  std::vector<std::int64_t> branch_a, branch_b, node;
+  std::vector<double> branch_conductance, branch_capacity, node_capacity;
+  ConductionOptions options;
+  double theta = 1, depth = 1, reference = 293.15; // [-], [m], temperature at which expansion counts from [K]
+  std::vector<ThermalStress> stresses;
+  bool steady = false;
+  int most_rounds = 60;
+  Split friction = Split::none, joule = Split::none;
+  double switched_share = 0; // of the films that may break in the last round
+
+  NetworkBalance balance;
+  NetworkReport report;
+  // Per contact of the step, in the order of the candidates.
+  std::vector<double> conductance, flow, power; // flow from A to B; power on both sides [W]
+  // Films that are gone, by the keys of their contacts, for the next step and for a checkpoint.
+  std::vector<ContactKey> broken_keys;
+
+  void advance_potential(Simulation& s, double h);
+  void advance_temperature(Simulation& s, double h, const Network* electrical);
+  void load_meshes(Simulation& s) const;
+  void separate_hulls(Scene& scene);
+  void changed() { order_ = -1; } // sources or branches
+  std::int64_t bytes() const;
+
+private:
+  bool grows(const Scene& scene, std::int64_t contactor) const;
+  void grow(Simulation& s);
+  double coupling(const Simulation& s) const;
+  void place(const Simulation& s);
+  void gather(Simulation& s, double h);
+  void conduct(const Simulation& s, const double* temperature, std::vector<double>& out);
+  void recall_films(const Simulation& s);
+  void remember_films(const Simulation& s);
+  void lay_branches(const Simulation& s);
+  void weigh_branches(const std::vector<double>& of_contact);
+  ConductionReport solve(double* x);
+  void electrodes();
+  void settle_current(const Simulation& s, double h);
+  // of a step of heat
+  void contact_heat(Simulation& s, double h, const Network* electrical);
+  void begin_heat(const Simulation& s);
+  double heat_residual(double h);
+  void slopes(double h);
+  void step_heat(const Simulation& s, double h);
+  void show_on_meshes(Simulation& s) const;
+  void settle_heat(Simulation& s, double h);
+  double stored(std::size_t i) const; // by a body in the step [J]
+  const double* temperatures(const Simulation& s) const;
+
+  std::int64_t order_ = -1, unfit_ = 0;
+  std::vector<std::int32_t> material_;  // of each body, internal order; -1: none
+  std::vector<double> capacity_, mass_; // lumped capacity of nodes, mass of rigid bodies; infinite: a reservoir
+  std::vector<std::vector<std::int32_t>> source_body_;
+  std::vector<std::int32_t> fixed_a_, fixed_b_;
+  // per contact
+  std::vector<double> columns_, intact_, area_, lane_out_, force_, radius_, clean_, local_, sliding_;
+  std::vector<std::int8_t> broken_;
+  std::vector<std::int32_t> side_a_, side_b_;
+  // per branch: those of contacts first, then given ones, then those between bodies of an electrode
+  std::vector<std::int32_t> a_, b_, of_contact_;
+  std::vector<double> weight_, value_, through_;
+  std::int64_t contact_branches_ = 0;
+  // per unknown
+  std::vector<double> x_, source_, leak_;
+  std::vector<std::uint8_t> held_;
+  // of heat
+  std::vector<double> begin_, now_, rise_, given_, out_begin_, out_now_, late_, early_, contact_heat_;
+  Conduction conduction_;
+  Scratch scratch_;
+};
+
+// Of a simulation.
+struct Networks {
+  std::optional<Network> electrical, thermal;
+  void advance(Simulation& s, double h);
+  std::int64_t bytes() const;
+};
+
+} // namespace cairn

@@ -1,0 +1,71 @@
+"""Flow through a graph of conductances, without a scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import _core
+from ..names import one_of
+from ..pre import checks
+
+METHODS = ("auto", "direct", "multigrid")
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """Potential (n,) [V | K], nan where nothing is known; current (m,) of each branch from its first end [A | W]; report, a dict
+    of status, method, components, floating, open (unknowns of components without source, or whose sources do not balance),
+    iterations, residual."""
+
+    potential: np.ndarray
+    current: np.ndarray
+    report: dict
+
+
+def _branches(branches, conductance, n):
+    pairs = np.asarray(branches)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
+        raise ValueError(f"branches has shape {pairs.shape}: give whole numbers (m, 2), the unknowns that each joins")
+    c = np.broadcast_to(np.asarray(conductance, float), (len(pairs),))
+    if np.any(np.isnan(c)) or np.any(c < 0):
+        raise ValueError(f"conductance[{int(np.argmax(~(c >= 0)))}] is {c[np.argmax(~(c >= 0))]}: give values from 0 to inf")
+    return pairs.astype(np.int32), np.ascontiguousarray(c), int(pairs.max(initial=-1)) + 1 if n is None else checks.count("n", n)
+
+
+def solve(branches, conductance, *, source=None, potential=None, leak=None, n=None, method="auto", tol=1e-12, max_iter=1000):
+    """Kirchhoff's laws on a graph: sum of conductance times differences = source, at each of n unknowns.
+
+    branches: (m, 2) unknowns. conductance: (m,) or a number, from 0 to inf [S | W/K]. source: (n,), or {unknown: value}, what
+    comes in [A | W]. potential: {unknown: value} that is held. leak: (n,) conductance to a ground at 0. n: unknowns, as many as
+    branches name. method: "direct", "multigrid" (conjugate gradients, whose cost is linear) or "auto". tol: on what is left over
+    at an unknown, against the largest flow through one. A component that nothing anchors is 0 at its first unknown. A Flow.
+    """
+    pairs, c, n = _branches(branches, conductance, n)
+    one_of("method", method, METHODS)
+    given = np.zeros(n)
+    if isinstance(source, dict):
+        for unknown, value in source.items():
+            given[checks.count("unknown of source", unknown, 0, n - 1)] += checks.number("source", value)
+    elif source is not None:
+        given = checks.real_array("source", source, (n,))
+    held, x = np.zeros(n, bool), np.zeros(n)
+    for unknown, value in (potential or {}).items():
+        held[checks.count("unknown of potential", unknown, 0, n - 1)] = True
+        x[unknown] = checks.number("potential", value)
+    leak = np.zeros(n) if leak is None else checks.real_array("leak", leak, (n,))
+    most = checks.count("max_iter", max_iter, 1)
+    return Flow(*_core.Conduction().solve(pairs[:, 0], pairs[:, 1], c, leak, held, given, x, method, tol, most))
+
+
+def resistance(branches, conductance, pairs, **options):
+    """Resistance between pairs (k, 2) of unknowns of a graph, (k,) [ohm | K/W]; inf where nothing joins them. See solve."""
+    pairs = np.atleast_2d(np.asarray(pairs))
+    out = np.zeros(len(pairs))
+    for k, (i, j) in enumerate(pairs.tolist()):
+        if i == j:
+            continue
+        flow = solve(branches, conductance, source={i: 1.0, j: -1.0}, **options)
+        out[k] = np.inf if np.isnan(flow.potential[i]) else flow.potential[i] - flow.potential[j]
+    return out

@@ -1,0 +1,106 @@
+"""What the meshes of a scene give to its networks: conduction of their elements, capacities, thermal stress."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..build.materials import OfTemperature
+
+
+def _constant(name, material, value):
+    if value is None:
+        raise ValueError(f"{name} of material {material.name!r} is not given, and a deformable body is made of it: "
+                         f"give cairn.Material({material.name!r}, {name}=...)")  # fmt: skip
+    if isinstance(value, OfTemperature):
+        raise ValueError(f"{name} of material {material.name!r} depends on temperature: deformable bodies take a number so far")
+    return value
+
+
+def _cells(mesh):
+    cells = getattr(mesh.body, "cells", None)
+    if not cells:
+        raise ValueError(f"the deformable body {mesh.d.name!r} has matrices and no cells: give cairn.ElasticBody to conduct")
+    return cells
+
+
+def branches(mesh, conductivity):
+    """Nodes (m, 2) and conductances (m,), of any sign, that stand for the conduction of a body's elements: entries of
+    the integral of grad N . k grad N with their signs turned, whose rows add up to nothing."""
+    body, dim = mesh.body, mesh.dim
+    # of the first component alone: strain xx and the shears with x are its gradient
+    first = np.zeros((3 * dim - 3, 3 * dim - 3))
+    for row in (0, 2) if dim == 2 else (0, 3, 5):
+        first[row, row] = conductivity * body.thickness
+    keys, values, n = [], [], len(body.points)
+    for kind, nodes in _cells(mesh).items():
+        k, _, _ = _core.element_matrices(kind, np.ascontiguousarray(body.points[nodes]), 0.0, first)
+        k = np.asarray(k).reshape(len(nodes), dim * nodes.shape[1], -1)[:, ::dim, ::dim]
+        keys.append((nodes[:, :, None] * n + nodes[:, None, :]).ravel())
+        values.append(-k.ravel())
+    return _summed(np.concatenate(keys), np.concatenate(values), n)
+
+
+def capacities(mesh, capacity, lumped):
+    """Heat capacity of each node (n,) [J/K], and what couples them: nodes (m, 2), (m,)."""
+    body, dim = mesh.body, mesh.dim
+    own = capacity * body.nodal_mass()
+    if lumped is True:
+        return own, np.zeros((0, 2), int), np.zeros(0)
+    start, row, mass = body.lower[:3]
+    column = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    kept = (row % dim == 0) & (column % dim == 0) & (row != column) & (mass != 0)
+    pairs = np.stack([column[kept], row[kept]], axis=1) // dim
+    coupled = -capacity * mass[kept]
+    if lumped == "one point":  # in the middle of a triangle, where all shape functions are a third
+        if set(body.cells) != {"triangle"}:
+            raise ValueError(f"lumped is 'one point', and the deformable body {mesh.d.name!r} is not of triangles alone")
+        coupled *= 4 / 3
+    return own, pairs, coupled
+
+
+def _summed(keys, values, n):
+    known, place = np.unique(keys, return_inverse=True)
+    total = np.bincount(place, values, len(known))
+    i, j = known // n, known % n
+    kept = (i < j) & (total != 0)
+    return np.stack([i[kept], j[kept]], axis=1), total[kept]
+
+
+def in_plane(mesh, expansion):
+    """Expansion as the elasticity of a body sees it: in plane strain what is held across makes it more."""
+    strained = mesh.dim == 2 and mesh.body.plane == "strain"
+    return expansion * (1 + mesh.body.poisson) if strained else expansion
+
+
+def thermal_stress(mesh, which, expansion):
+    """Forces of restrained expansion on the dofs by the temperatures of the nodes [N/K], rows by dofs: of each cell those of the
+    free expansion by the mean of its nodes, which its stiffness makes."""
+    body, dim = mesh.body, mesh.dim
+    dofs, nodes_of, values = [], [], []
+    for kind, nodes in _cells(mesh).items():
+        x = np.ascontiguousarray(body.points[nodes])
+        k, _, _ = _core.element_matrices(kind, x, 0.0, body.elasticity * body.thickness)
+        many = nodes.shape[1]
+        free = in_plane(mesh, expansion) * (x - x.mean(axis=1, keepdims=True)).reshape(len(nodes), -1)
+        force = np.einsum("eij,ej->ei", np.asarray(k).reshape(len(nodes), dim * many, -1), free) / many
+        dof = (dim * nodes[:, :, None] + np.arange(dim)).reshape(len(nodes), -1)
+        dofs.append(np.repeat(dof, many, axis=1).ravel())
+        nodes_of.append(np.tile(nodes, (1, dim * many)).ravel())
+        values.append(np.repeat(force, many, axis=1).ravel())
+    n = len(body.points)
+    known, place = np.unique(np.concatenate(dofs) * n + np.concatenate(nodes_of), return_inverse=True)
+    total = np.bincount(place, np.concatenate(values), len(known))
+    start = np.searchsorted(known, np.arange(dim * n + 1, dtype=np.int64) * n)
+    return {"mesh": which, "start": start, "node": (known % n).astype(np.int32), "value": total}
+
+
+def stress(mesh, found, temperature, expansion, reference):
+    """Stress in the middle of cells (see cairn.elastic) less what free expansion by the mean of each cell's nodes takes off."""
+    straight = np.zeros(3 * mesh.dim - 3)
+    straight[: mesh.dim] = in_plane(mesh, expansion)
+    per_kelvin = mesh.body.elasticity @ straight
+    return {
+        kind: value - np.mean(temperature[mesh.body.cells[kind]] - reference, axis=1)[:, None] * per_kelvin
+        for kind, value in found.items()
+    }

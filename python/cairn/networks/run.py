@@ -1,0 +1,271 @@
+"""Networks of a simulation: what the core is given once, and the values of sources before each step."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ..build.materials import OfTemperature
+from ..pre import checks
+from ..run import time_functions
+from ..run.strategies import SmoothDEM
+from . import meshes
+from .settings import NetworkWarning
+
+ASKED = {  # what kernels read, and the field of a material that says it
+    "electrical": {"conductivity": "resistivity", "modulus": "young"},
+    "thermal": {"conductivity": "conductivity", "modulus": "young"},
+}
+
+
+class Running:
+    """The networks of a simulation, as its scene sets them."""
+
+    def __init__(self, simulation, core):
+        self._simulation, self._core = simulation, core
+        self._sources, self._told = {}, set()
+        for kind, settings in simulation.scene.networks.items():
+            self._start(kind, settings)
+
+    # ------------------------------------------------------------------ what the core is given once
+
+    def _start(self, kind, settings):
+        core, scene = self._core, self._simulation.scene
+        first = not self._has_field(kind)
+        materials = [self._material(kind, settings, name) for name, _ in self._simulation._species]
+        sources, kept = [], []
+        for what, items in (("held", settings.held), ("flow", settings.flow)):
+            for bodies, value, *_ in items:
+                ids = self.bodies(f"{kind} {what}", bodies)
+                electrode = kind == "electrical" and what == "flow"
+                sources.append(_source(what, ids, np.zeros(0), electrode))
+                kept.append((what, value, len(ids)))
+        for what, items in (("convection", settings.convection), ("radiation", settings.radiation)):
+            for bodies, factor, area, outside in items:
+                ids = self.bodies(what, bodies)
+                coefficient = checks.number(what, factor) * self._areas(what, ids, area)
+                sources.append(_source(what, ids, coefficient, False))
+                kept.append(("outside", outside, len(ids)))
+        self._sources[kind] = kept
+        known = [(k.row, list(k.values)) for k in settings.kernels if k.row is not None]
+        branches = self._branches(kind, settings)
+        stresses = self._stresses() if kind == "thermal" else []
+        given = {
+            "materials": materials,
+            "kernels": known,
+            "plugged": [(k.address, list(k.values)) for k in settings.kernels if k.row is None],
+            "sources": sources,
+            "method": settings.method,
+            "tol": settings.tol,
+            "theta": settings.theta,
+            "depth": scene.depth,
+            "steady": settings.steady,
+            "friction": settings.friction,
+            "joule": settings.joule,
+            "switched_share": settings.switched,
+            "reference": settings.reference,
+            "stresses": stresses,
+            "growing": kind == "thermal" and self._grows(),
+            **branches,
+        }
+        if settings.film is not None:
+            given["film"] = settings.film.numbers()
+        core.set_network(kind, given)
+        if kind == "thermal":
+            self._warm(settings, first)
+
+    def _has_field(self, kind):
+        return ("temperature" if kind == "thermal" else "potential") in self._simulation.bodies.names
+
+    def _warm(self, settings, first):
+        """Temperatures of bodies that have none yet; of all at the start."""
+        present = self._core.scene.body("id")
+        values = self._core.scene.body("temperature")
+        new = np.ones(len(present), bool) if first else values <= 0
+        start = np.zeros(len(present))
+        for bodies, value in settings.initial:
+            rows = np.searchsorted(present, self.bodies("initial", bodies))
+            start[rows] = value
+        if np.any(new & ~(start > 0)):
+            at = int(np.argmax(new & ~(start > 0)))
+            raise ValueError(f"initial temperature of body {present[at]} is {start[at]:g} K: give all bodies one above 0")
+        values[new] = start[new]
+        self._core.assign_body("temperature", values)
+
+    def _material(self, kind, settings, name):
+        m = self._simulation._materials[name]
+        asked = {word for kernel in settings.kernels for word in kernel.reads}
+        for word, field in ASKED[kind].items():
+            if word in asked and getattr(m, field) is None:
+                names = ", ".join(type(k).__name__ for k in settings.kernels)
+                raise ValueError(f"{field} of material {name!r} is not given, and the {kind} network needs it for {names}: "
+                                 f"give cairn.Material({name!r}, {field}=...)")  # fmt: skip
+        if kind == "thermal" and not settings.steady and m.capacity is None:
+            raise ValueError(f"capacity of material {name!r} is not given, and heat is stored: give cairn.Material({name!r}, "
+                             "capacity=...), or steady=True")  # fmt: skip
+        if "hardness" in asked and m.hardness is None and not all("hardness" in k.parameter_names for k in settings.kernels):
+            raise ValueError(f"hardness of material {name!r} is not given: give cairn.Material({name!r}, hardness=...)")
+        own = m.conductivity if kind == "thermal" else _inverse(m.resistivity)
+        latent = m.latent or (0.0, 0.0, 1.0)
+        return {
+            "conductivity": _table(own),
+            "capacity": _table(m.capacity),
+            "latent": latent[0],
+            "melts": latent[1],
+            "molten": latent[2],
+            "density": m.density or 0.0,
+            "young": m.young or 0.0,
+            "poisson": m.poisson or 0.0,
+            "hardness": m.hardness or 0.0,
+            "expansion": m.expansion or 0.0,
+        }
+
+    def _areas(self, what, ids, area):
+        if area is not None:
+            return np.broadcast_to(np.asarray(area, float), ids.shape)
+        scene, present = self._simulation.scene, self._core.scene.body("id")
+        radius = self._simulation.radii()[np.searchsorted(present, ids)]
+        if np.any(radius <= 0):
+            raise ValueError(f"area of {what} is not given, and body {ids[np.argmin(radius)]} is no ball: give its area [m2]")
+        return 4 * np.pi * radius**2 if scene.dim == 3 else 2 * np.pi * radius * scene.depth
+
+    def _branches(self, kind, settings):
+        wires = np.array(settings.wires, float).reshape(-1, 3)
+        out = {
+            "branch_a": wires[:, 0].astype(np.int64),
+            "branch_b": wires[:, 1].astype(np.int64),
+            "branch_conductance": wires[:, 2],
+            "branch_capacity": np.zeros(len(wires)),
+            "node": np.zeros(0, np.int64),
+            "node_capacity": np.zeros(0),
+        }
+        self._add_meshes(kind, settings, out)
+        present = self._core.scene.body("id")
+        for end in ("branch_a", "branch_b"):
+            lost = out[end][~np.isin(out[end], present)]
+            if len(lost):
+                raise ValueError(f"a wire ends at body {lost[0]}, which is not there")
+        return out
+
+    def _moving_meshes(self):
+        return self._simulation._meshes.meshes if self._simulation._meshes else []
+
+    def _add_meshes(self, kind, settings, out):
+        """Conduction and capacities of the elements of deformable bodies."""
+        for mesh in self._moving_meshes():
+            material, ids = mesh.d.material, mesh.node_ids
+            field = "conductivity" if kind == "thermal" else "resistivity"
+            value = meshes._constant(field, material, getattr(material, field))
+            pairs, conductance = meshes.branches(mesh, value if kind == "thermal" else _inverse(value))
+            parts = [(pairs, conductance, np.zeros(len(pairs)))]
+            if kind == "thermal" and not settings.steady:
+                capacity = meshes._constant("capacity", material, material.capacity)
+                own, pairs, coupled = meshes.capacities(mesh, capacity, settings.lumped)
+                out["node"] = np.concatenate([out["node"], ids])
+                out["node_capacity"] = np.concatenate([out["node_capacity"], own])
+                parts.append((pairs, np.zeros(len(pairs)), coupled))
+            for pairs, conductance, coupled in parts:
+                out["branch_a"] = np.concatenate([out["branch_a"], ids[pairs[:, 0]]])
+                out["branch_b"] = np.concatenate([out["branch_b"], ids[pairs[:, 1]]])
+                out["branch_conductance"] = np.concatenate([out["branch_conductance"], conductance])
+                out["branch_capacity"] = np.concatenate([out["branch_capacity"], coupled])
+
+    def _stresses(self):
+        return [meshes.thermal_stress(mesh, k, mesh.d.material.expansion)
+                for k, mesh in enumerate(self._moving_meshes()) if mesh.d.material.expansion]  # fmt: skip
+
+    def _grows(self):
+        """Whether a rigid body grows; walls without end do not."""
+        sets, found = self._simulation._sets, False
+        for s in sets:
+            found |= s.mesh is None and any(self._simulation._materials[c.material.name].expansion for c in s.contactors)
+        if found and isinstance(self._simulation.strategy, SmoothDEM):
+            raise ValueError("SmoothDEM lists its pairs for shapes that keep their size: give NSCD where bodies expand")
+        return found
+
+    def bodies(self, name, given):
+        """Ids (n,) of the bodies that a word or ids name: a group, a material, "*", or "MESH.GROUP" of its nodes."""
+        present = self._core.scene.body("id")
+        if not isinstance(given, str):
+            ids = np.asarray(given)
+            if ids.dtype.kind not in "iu" or np.any(~np.isin(ids, present)):
+                raise ValueError(f"{name}: ids {given!r} are not all of bodies that are there")
+            return ids.astype(np.int64)
+        if given == "*":
+            return present
+        sets = self._simulation._sets
+        for mesh in self._moving_meshes():
+            name, _, group = given.partition(".")
+            if name == mesh.d.name and group:
+                return mesh.node_ids[mesh.body.nodes(group)]
+        groups = [s.ids for s in sets if s.group == given and s.mass is not None]
+        if not groups:
+            groups = [s.ids[np.unique(c.body)] for s in sets for c in s.contactors if c.material.name == given]
+        if not groups:
+            known = sorted({s.group for s in sets if s.group} | {c.material.name for s in sets for c in s.contactors})
+            raise ValueError(f"{name}: there is no group and no material {given!r}; there are {', '.join(known)} and '*'")
+        ids = np.unique(np.concatenate(groups))
+        return ids[np.isin(ids, present)]
+
+    # ------------------------------------------------------------------ before and after each step
+
+    def load(self, h):
+        """Values of sources: given ones at the end of the step from the core's time on, powers their mean over it."""
+        t = self._core.time
+        for kind, kept in self._sources.items():
+            theta = self._simulation.scene.networks[kind].theta
+            for k, (what, value, n) in enumerate(kept):
+                now = _rows(what, time_functions.value_at(value, t + h), n)
+                if what == "flow" and theta < 1 and callable(value):
+                    now = theta * now + (1 - theta) * _rows(what, value(t), n)
+                self._core.set_source(kind, k, now)
+
+    def look(self, report):
+        """Warns of what was not solved, once of each kind."""
+        for kind in self._sources:
+            told = report.get(kind, {})
+            status = told.get("status")
+            text = {
+                "open": f"the {kind} network has {told.get('open')} bodies whose sources have nowhere to go: nothing flows there",
+                "iteration_limit": f"the {kind} network was not solved to its tolerance: {told.get('residual'):.3g} is left over",
+                "not_finite": f"the {kind} network has conductances or sources that are no finite numbers",
+            }.get(status)
+            if told.get("unfit"):
+                status, text = "unfit", (
+                    f"{told['unfit']} contacts have no radius, which the conductance of the {kind} network asks for: they "
+                    "conduct nothing; give a conductance by area, such as Yovanovich"
+                )
+            if text and (kind, status) not in self._told:
+                self._told.add((kind, status))
+                warnings.warn(text, NetworkWarning, stacklevel=4)
+
+
+def _source(kind, ids, coefficient, electrode):
+    return {"kind": kind, "ids": ids, "coefficient": coefficient, "electrode": electrode, "value": np.zeros(len(ids))}
+
+
+def _rows(what, value, n):
+    rows = np.asarray(value, float)
+    if rows.ndim and rows.shape != (n,):
+        raise ValueError(f"a source of kind {what} gives {rows.shape} values for {n} bodies: give one number, or one each")
+    if not np.all(np.isfinite(rows)):
+        raise ValueError(f"a source of kind {what} gives {value}: give finite numbers")
+    return np.ascontiguousarray(np.broadcast_to(rows, (n,)))
+
+
+def _table(value):
+    if isinstance(value, OfTemperature):
+        return {"temperature": np.array(value.temperatures), "value": np.array(value.values)}
+    return {"temperature": np.zeros(0), "value": np.array([0.0 if value is None else value])}
+
+
+def _inverse(value):
+    """Conductivity of a resistivity; of one that depends on temperature at forty places of each of its intervals."""
+    if value is None:
+        return None
+    if not isinstance(value, OfTemperature):
+        return np.inf if value == 0 else 1 / value
+    t = np.array(value.temperatures)
+    fine = np.unique(np.concatenate([np.linspace(a, b, 41) for a, b in zip(t, t[1:])]))
+    return OfTemperature(tuple(fine), tuple(1 / np.interp(fine, t, value.values)))

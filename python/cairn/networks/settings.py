@@ -1,0 +1,111 @@
+"""What a scene says of its networks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..names import one_of
+from ..pre import checks
+from .conductances import CONDUCTANCES, Conductance, OxideFilm
+from .graphs import METHODS
+
+
+class NetworkWarning(UserWarning):
+    """A network was not solved, or nothing could flow where it was asked to."""
+
+
+def _kernels(conductance):
+    kernels = list(conductance) if isinstance(conductance, (list, tuple)) else [conductance]
+    for kernel in kernels:
+        if not isinstance(kernel, Conductance):
+            raise ValueError(f"conductance is {kernel!r}: give cairn.networks.Holm() and the like, or a list of them")
+    return kernels
+
+
+def _pairs(name, given):
+    """[(bodies, value)] of what is given: {group or material: value}, or pairs of a word or ids (n,) and a value."""
+    if given is None:
+        return []
+    items = list(given.items()) if isinstance(given, dict) else [tuple(item) for item in given]
+    for item in items:
+        if len(item) < 2 or not (isinstance(item[0], str) or np.ndim(item[0]) == 1):
+            raise ValueError(f"{name} holds {item!r}: give {{group: value}}, or pairs of a group or ids (n,) and a value")
+    return items
+
+
+def _outside(name, given):
+    items = _pairs(name, [] if given is None else given)
+    for item in items:
+        if len(item) != 4:
+            raise ValueError(f"{name} holds {item!r}: give (bodies, coefficient, area, temperature outside)")
+    return items
+
+
+def _wires(wires):
+    rows = [] if wires is None else [tuple(w) for w in wires]
+    for row in rows:
+        if len(row) != 3:
+            raise ValueError(f"wires holds {row!r}: give (body, body, conductance)")
+        if not checks.number("conductance of a wire", row[2], finite=False) >= 0:
+            raise ValueError(f"conductance of a wire is {row[2]}: give a value >= 0")
+    return rows
+
+
+class Electrical:
+    """Settings of an electrical network, as Scene.electrical takes them.
+
+    conductance: of contacts, a kernel or a list of kernels side by side. film: an OxideFilm, or None. current: {group: value [A]}
+    that comes in, a number or a function of time; the bodies of a group are one electrode. potential: {group: value [V]} held.
+    wires: (body, body, conductance [S]). A group may be a material, "*" or, in a list of pairs, ids (n,). method, tol: as in
+    cairn.networks.solve. switched: share of the contacts that may still want to break down when the rounds of a step end.
+    """
+
+    def __init__(self, *, conductance=None, film=None, current=None, potential=None, wires=None, method="auto", tol=1e-12,
+                 switched=0.0):  # fmt: skip
+        self.kernels = _kernels(CONDUCTANCES["Holm"]() if conductance is None else conductance)
+        if film is not None and not isinstance(film, OxideFilm):
+            raise ValueError(f"film is {film!r}: give cairn.networks.OxideFilm(...)")
+        self.film, self.wires = film, _wires(wires)
+        self.flow, self.held = _pairs("current", current), _pairs("potential", potential)
+        self.method, self.tol = one_of("method", method, METHODS), checks.positive("tol", tol)
+        self.switched = checks.number("switched", switched)
+        self.theta, self.steady, self.friction, self.joule = 1.0, True, "none", "none"
+        self.convection, self.radiation, self.reference = [], [], 0.0
+
+
+class Thermal:
+    """Settings of a network of heat, as Scene.thermal takes them.
+
+    conductance: of contacts, a kernel or a list of kernels side by side. initial: temperature [K], or {group: temperature}.
+    temperature: {group: value [K]} held, a number or a function of time; power: {group: value [W]} of each body; convection:
+    (group, h [W/(m2 K)], area [m2] or None: the surface of a ball, temperature outside [K]); radiation: (group, emissivity, area,
+    temperature outside). A group may be a material, "*" or, in a list of pairs, ids (n,). friction, joule: how heat of sliding
+    and of currents is shared by the two sides of a contact, "halves", "effusivity" or "none". wires: (body, body, W/K).
+    steady: no heat is stored. theta: of the step, from 1/2 (second order) to 1. Bodies without mass to move, such as walls, keep
+    their temperature unless `steady`, where they are as others. lumped: the capacity of a deformable body is that of its nodes,
+    which keeps temperatures between those around them; False: it is consistent with its elements; "one point": of triangles, by
+    their middle, as LMGC90 has it. reference: temperature at which
+    materials with an expansion have no thermal stress; rigid bodies have the size that the scene gives them when they come in,
+    and grow from there by 1 + expansion (T - reference).
+    """
+
+    def __init__(self, *, conductance=None, initial=293.15, temperature=None, power=None, convection=None, radiation=None,
+                 friction="halves", joule="halves", wires=None, steady=False, theta=1.0, lumped=True, reference=293.15,
+                 method="auto", tol=1e-12):  # fmt: skip
+        self.kernels = _kernels(CONDUCTANCES["Holm"]() if conductance is None else conductance)
+        self.initial = initial if isinstance(initial, (dict, list, tuple)) else {"*": checks.number("initial", initial)}
+        self.initial = _pairs("initial", self.initial)
+        self.held, self.flow = _pairs("temperature", temperature), _pairs("power", power)
+        self.convection, self.radiation = _outside("convection", convection), _outside("radiation", radiation)
+        shares = ("none", "halves", "effusivity")
+        self.friction, self.joule = one_of("friction", friction, shares), one_of("joule", joule, shares)
+        self.wires, self.steady = _wires(wires), checks.flag("steady", steady)
+        self.theta = checks.number("theta", theta)
+        if not 0.5 <= self.theta <= 1:
+            raise ValueError(f"theta is {theta}: give a value from 1/2 to 1")
+        self.method, self.tol = one_of("method", method, METHODS), checks.positive("tol", tol)
+        self.film, self.switched = None, 0.0
+        self.lumped = lumped if isinstance(lumped, str) else checks.flag("lumped", lumped)
+        if isinstance(lumped, str):
+            one_of("lumped", lumped, ("one point",))
+        self.reference = checks.number("reference", reference)

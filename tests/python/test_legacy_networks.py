@@ -1,0 +1,103 @@
+"""LMGC90's heat and currents: folders read and run, and its own contact forces through the kernels of its forms."""
+
+import csv
+import os
+import re
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn import legacy
+from cairn.legacy.results import read_contacts
+
+DATA = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[3] / "shared")) / "legacy"
+samples = pytest.mark.skipif(not DATA.is_dir(), reason="the sample data of LMGC90 are not here (CAIRN_REFERENCE_DATA)")
+
+
+def history(name):
+    with open(DATA / name / "history.csv", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+@samples
+@pytest.mark.parametrize("name", ["thermal2d", "thermal2d_t3"])
+def test_plates_of_heat(name):
+    """Temperatures of the tracked nodes at all steps within 1e-6 K; one lumps capacities, one takes a point a cell."""
+    sim = cn.Simulation(legacy.read_datbox(DATA / name), 2.0)
+    for row in history(name):
+        sim.step()
+        t = sim.bodies.temperature
+        for column, value in row.items():
+            found = re.fullmatch(r"mesh1_node(\d+)_T", column)
+            if found:
+                assert abs(t[int(found[1]) - 1] - float(value)) <= 1e-6
+    balance = sim.info["thermal"]["balance"]
+    assert abs(balance["closure"]) <= 1e-12 * balance["in_play"]
+
+
+def of_nodes(name, label):
+    text = (DATA / name / "OUTBOX" / "MP_VALUES.OUT.1").read_text(encoding="latin-1")
+    return np.array([float(v.replace("D", "E")) for v in re.findall(rf"{label}=\s*([-+0-9.D]+)", text)])
+
+
+@samples
+def test_potentials_from_its_contact_forces():
+    """Its form `hertz` is the cube root of the force, without a conductivity: potentials within what its files' digits leave."""
+    contacts = read_contacts(DATA / "electro2d" / "OUTBOX" / "Vloc_Rloc.OUT.1")
+    force = np.maximum(contacts["force"][:, 0], 0.0)
+    flow = cn.networks.solve(contacts["bodies"], force ** (1 / 3), source={51: 0.2, 48: -0.2})
+    theirs = of_nodes("electro2d", "PotE")
+    ours = flow.potential - flow.potential[51]
+    assert np.nanmax(np.abs(ours - (theirs - theirs[51]))) <= 1e-3 * np.ptp(theirs)
+
+
+@samples
+def test_heat_fluxes_from_its_contact_forces():
+    """Rates of its temperatures at the end, from its forces and temperatures by 2 k a."""
+    folder, rows = DATA / "thermal_dem2d", history("thermal_dem2d")
+    contacts = read_contacts(folder / "OUTBOX" / "Vloc_Rloc.OUT.1")
+    scene = legacy.read_datbox(folder)
+    sim = cn.Simulation(scene, 1e-3, overlap="ignore")
+    radius = np.where(np.arange(52) < 48, sim.radii(), np.inf)
+    i, j = contacts["bodies"].T
+    effective = 1 / (1 / radius[i] + 1 / radius[j])
+    a = (0.75 * np.maximum(contacts["force"][:, 0], 0) * effective * 2 * (1 - 0.09) / 2.1e11) ** (1 / 3)
+    t = of_nodes("thermal_dem2d", "Temp")
+    gain = np.zeros(52)
+    np.add.at(gain, i, 2 * 2e5 * a * (t[j] - t[i]))
+    np.add.at(gain, j, 2 * 2e5 * a * (t[i] - t[j]))
+    rate = gain / (sim.bodies.mass * 460)
+    times, seen = (np.array([float(r[c]) for r in rows[-9:]]) for c in ("time", "temperature_body48"))
+    theirs = np.polyval(np.polyder(np.polyfit(times - times[-1], seen, 2)), 0.0)
+    assert rate[47] == pytest.approx(theirs, rel=1e-3)
+
+
+@samples
+@pytest.mark.parametrize("name", ["electro2d", "thermal_dem2d"])
+def test_grains_under_a_lid_run(name):
+    """The whole run: impacts make another packing of the same grains, whose forces differ, and so potentials and temperatures."""
+    scene = legacy.read_datbox(DATA / name)
+    strategy = cn.NSCD(0.5, cn.NLGS(tol=1e-7, max_iter=5000), scene.legacy.alert, contact_point="surface")
+    sim = cn.Simulation(scene, 1e-3, strategy, overlap="ignore")
+    for _ in range(300):
+        sim.step()
+    if name == "electro2d":
+        v, theirs = sim.bodies.potential, of_nodes(name, "PotE")
+        assert v[51] - v[48] == pytest.approx(theirs[51] - theirs[48], rel=0.1)
+        assert sim.info["electrical"]["closure"] <= 1e-12
+    else:
+        t, theirs = sim.bodies.temperature, of_nodes(name, "Temp")
+        assert t[[48, 51]] == pytest.approx(theirs[[48, 51]]) and 293 < t[47] < 373
+        assert abs(sim.info["thermal"]["balance"]["closure"]) <= 1e-12 * sim.info["thermal"]["balance"]["in_play"]
+
+
+@samples
+def test_what_is_not_mapped_is_named(tmp_path):
+    import shutil
+
+    shutil.copytree(DATA / "electro2d" / "DATBOX", tmp_path / "DATBOX")
+    path = tmp_path / "DATBOX" / "MP_DEM.DAT"
+    path.write_text(path.read_text().replace("oxide: no ", "oxide: yes"))
+    with pytest.raises(legacy.LegacyError, match="MP_DEM.DAT: current"):
+        legacy.read_datbox(tmp_path)
