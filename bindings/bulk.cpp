@@ -118,7 +118,7 @@ py::tuple evaluate(BulkModel& model, const Input<double>& u, double h, double th
     lower.n = u.size();
     lower.start.assign(s.data(), s.data() + s.size());
     lower.row.assign(r.data(), r.data() + r.size());
-    model.fit(lower);
+    model.fit_once(lower);
     py::array_t<double> made(r.size());
     tangent = made.mutable_data();
     std::fill_n(tangent, r.size(), 0.0);

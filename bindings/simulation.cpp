@@ -343,6 +343,10 @@ void bind_simulation(py::module_& m) {
       .def("bytes", &Simulation::bytes)
       .def("get_state", [](Simulation& s) { return dict_of(cairn::state_of(s)); })
       .def("set_state", [](Simulation& s, const py::dict& state) { cairn::take_state(s, tree_of(state)); })
+      .def("fingerprint", [](const Simulation& s) { return cairn::fingerprint(s.scene); })
+      // what programs in C and Fortran do
+      .def("write_checkpoint", &cairn::write_checkpoint)
+      .def("restart", &cairn::restart)
       .def("check_state", [](const Simulation& s, const py::dict& state, std::int64_t species) {
         cairn::check_state(tree_of(state), species, s);
       });

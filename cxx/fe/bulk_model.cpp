@@ -96,6 +96,13 @@ void BulkModel::fit(const SparseMatrix& lower) {
   }
 }
 
+void BulkModel::fit_once(const SparseMatrix& lower) {
+  if (start_ == lower.start && row_ == lower.row) return;
+  fit(lower);
+  start_ = lower.start;
+  row_ = lower.row;
+}
+
 void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
                                    bool want, Work& w) {
   const BulkCells& c = cells_[block];

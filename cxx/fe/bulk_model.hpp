@@ -41,6 +41,7 @@ public:
   bool finite() const; // whether a cell counts large strains
   // Where entries of cells stand in the values of a lower triangle.
   void fit(const SparseMatrix& lower);
+  void fit_once(const SparseMatrix& lower); // unless it was that pattern before
   // Forces (dofs) [N] of displacements u (dofs) [m] at the end of a step, and of the lower triangle the values of their
   // derivative [N/m], if given. The state at the end is kept beside that at the begin.
   BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent);
@@ -78,6 +79,8 @@ private:
   std::vector<Block> blocks_;
   std::vector<double> state_begin_, state_, stress_;
   std::vector<Work> work_;
+  std::vector<std::int64_t> start_; // of the pattern that fit_once saw
+  std::vector<std::int32_t> row_;
   std::vector<double> force_, stiffness_; // of the cells of a chunk
   std::vector<BulkResult> results_;
 };

@@ -71,7 +71,11 @@ std::vector<double> RunReader::field(std::int64_t output, const std::string& wha
   const auto rows = [&](const std::string& field) { // (components, n)
     const bool points = field == known[0];
     std::int64_t first = first_[which][at];
-    if (!points) first = column<std::int64_t>(block, "Steps/PointDataOffsets/" + field).at(at);
+    if (!points) {
+      const auto offsets = column<std::int64_t>(block, "Steps/PointDataOffsets/" + field);
+      if (at >= offsets.size()) damaged(root_, field + " has no place in output " + std::to_string(output));
+      first = offsets[at];
+    }
     const Hdf5Node array = block.at(points ? "Points" : "PointData/" + field);
     try {
       return std::pair(numbers_of<double>(array.rows(first, count_[which][at]), field),
@@ -87,6 +91,7 @@ std::vector<double> RunReader::field(std::int64_t output, const std::string& wha
     values.resize(std::size_t(2 * n));
   }
   if (name != "velocity") return values;
+  if (!vector) damaged(root_, "velocity has " + std::to_string(stored) + " components: 3 are due");
   const auto [spin, components] = rows("spin");
   std::vector<double> out;
   for (std::int64_t i = 0; i < n; ++i) {

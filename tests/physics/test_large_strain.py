@@ -147,3 +147,24 @@ def test_plastic_tube_and_sphere():
     # of the pressure on a spherical belt the part along the radius of the equator
     pressure = (force[inner] * points[inner]).sum() / (2 * np.pi * 2 * np.sin(np.deg2rad(5)))
     judge("inner pressure", pressure, 1.196347, 1e-2)
+
+
+def test_plastic_cylinder():
+    """A long thick tube that keeps its volume, a = 1, b = 2, k = sy / sqrt 3: pressure at first yield, and where the plastic part
+    reaches 1.5 and 2 (Hill 1950)."""
+    n, young, height = 24, 1000.0, 0.1
+    points, cells = box("quad", (n, 1), (1.0, height), lambda x: x + [1.0, 0.0])
+    steel = J2Plasticity(young=young, poisson=0.4999, yield_stress=1.0)
+    inner = np.flatnonzero(points[:, 0] < 1 + 1e-9)
+    body = SolidBody(
+        points, cells, steel, plane="axisymmetric", mean_dilatation=True, groups={"all": np.arange(len(points)), "inner": inner}
+    )
+    k, shear = 1 / np.sqrt(3), young / (2 * 1.4999)
+    model, u = body.model(), np.zeros_like(points)
+    for radius in (1.0, 1.5, 2.0):
+        wanted = np.zeros_like(points)
+        wanted[inner, 0] = k * radius**2 / (2 * shear)  # of the wall, since all keeps its volume
+        u = body.solve({"all": "y", "inner": "x"}, displacement=wanted, start=u, model=model, increments=8)
+        force = body.tangent(u, model)[0].reshape(-1, 2)[inner, 0].sum()
+        pressure = 2 * k * np.log(radius) + k * (1 - radius**2 / 4)
+        judge(f"pressure, plastic to {radius}", force / (2 * np.pi * height), pressure, 1e-2)

@@ -1,5 +1,6 @@
 """What Simulation.run leaves in its file: every array, after a kill at any instant, a signal, a full disk."""
 
+import contextlib
 import errno
 import os
 import random
@@ -307,3 +308,32 @@ def test_a_run_tells_its_periodic_cell(tmp_path):
     np.testing.assert_array_equal(np.diag(cell["vectors"]), [4.0, 3.0, 0.0])
     np.testing.assert_array_equal(cell["corner"], [1.0, 2.0, 0.0])
     assert cell["velocity_gradient"][0, 1] == 0.5
+
+
+def test_a_run_without_rights_in_a_home_that_cannot_be_written(tmp_path):
+    """As a user without rights whose home is read-only: the run is made, to the same bits, with nothing beside its files."""
+    home, out = tmp_path / "home", tmp_path / "out"
+    home.mkdir(mode=0o555), out.mkdir(mode=0o777)
+    out.chmod(0o777)
+    child = os.fork()
+    if child == 0:
+        status = 1
+        with contextlib.suppress(BaseException):
+            for folder in tmp_path.parents:  # pytest's own folders are of root alone
+                if "pytest" in str(folder) and os.getuid() == folder.stat().st_uid == 0:
+                    folder.chmod(0o755)
+            tmp_path.chmod(0o755)
+            os.environ["HOME"] = os.environ["XDG_CACHE_HOME"] = str(home)
+            os.chdir(home)
+            if os.getuid() == 0:
+                os.setgid(65534), os.setuid(65534)
+            simulate().run(steps=5, output=out / "run.vtkhdf", checkpoint_every=2, progress=False)
+            with cn.load(out / "run.vtkhdf") as run:
+                status = 0 if len(run) == 6 else 2
+        os._exit(status)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    assert sorted(os.listdir(out)) == ["run.checkpoint.h5", "run.vtkhdf"] and os.listdir(home) == []
+    with cn.load(out / "run.vtkhdf") as run:
+        sim = simulate()
+        sim.run(steps=5, progress=False)
+        assert np.array_equal(run[-1].bodies.position, sim.bodies.position)

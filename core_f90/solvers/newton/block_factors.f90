@@ -257,8 +257,8 @@ contains
       y(2) = y(2) - m(2)*x(1) - m(4)*x(2)
     end if
   end subroutine subtract
-  !> Powers of two that bring rows to one size: roots of the diagonal against its first entry, so that a change of the units of
-  !> mass or length by a power of two changes no choice of a pivot. 1 where a diagonal has no roots.
+  !> Powers of two that bring rows to one size: roots of the sizes of the diagonal against its first entry, so that a change of the
+  !> units of mass or length by a power of two changes no choice of a pivot. 1 where a diagonal entry vanishes.
   pure function row_weights(dim, a) result(weight)
     integer(c_int32_t), intent(in) :: dim
     real(c_double), intent(in)     :: a(dim, dim)
@@ -266,7 +266,7 @@ contains
     integer :: i
     weight = 1
     do i = 1, dim
-      if (.not. (a(i, i) > 0 .and. a(i, i) <= huge(weight))) return
+      if (.not. (abs(a(i, i)) > 0 .and. abs(a(i, i)) <= huge(weight))) return
     end do
     do i = 2, dim
       weight(i) = set_exponent(1.0_c_double, 1 - shifta(exponent(a(i, i)) - exponent(a(1, 1)), 1))

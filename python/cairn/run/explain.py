@@ -57,7 +57,7 @@ def _nscd(simulation):
 def _sweeps(solver):
     if isinstance(solver, NLGS):
         if solver.acceleration == "nesterov":
-            return ["Sweeps are extrapolated from the tenth on, and repeated over the slow parts of a pile (acceleration)"]
+            return ["Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, if most are round"]
         return ["Sweeps are plain, over-relaxed from the tenth on"]
     if isinstance(solver, Auto):
         return ["Sweeps are plain, and extrapolated where factors for Newton's method would not fit"]

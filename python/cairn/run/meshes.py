@@ -68,6 +68,8 @@ def sets_of_meshes(simulation):
 def _model(mesh, origin):
     """What the core keeps of a mesh, a dict of arrays; the lower triangles of the matrices on one pattern."""
     d, body, dim = mesh.d, mesh.body, mesh.dim
+    if hasattr(body, "blocks"):
+        raise ValueError(f"{d.name!r} is a SolidBody, which is solved at rest: give an ElasticBody to a scene")
     own = getattr(body, "solver", None) is not None
     if own or not hasattr(body, "lower"):
         start, row, values = _lower([body.M] if own else [body.M, body.K, body.C], mesh.size)

@@ -4,7 +4,7 @@ of what Python keeps beside it here."""
 import numpy as np
 
 from ..build.bodies import BodySet
-from ..build.scene import rules_from_dict
+from ..build.scene import rules_from_dict, rules_to_dict
 from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks
@@ -16,12 +16,14 @@ def restore(sim, path):
     content = load(path)
     if not isinstance(content.get("kind"), str) or content["kind"] != "checkpoint":
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
-    if not isinstance(content.get("scene"), str) or content["scene"] != sim._fingerprint():
+    of_program = "scene" not in content and "core_scene" in content  # in C or Fortran: laws and drives are the program's
+    name, own = ("core_scene", sim._core_scene) if of_program else ("scene", sim._fingerprint())
+    if not isinstance(content.get(name), str) or content[name] != own:
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
     before["state"] = sim.get_state()
     try:
-        made = _content(sim, path, content)
+        made = _content(sim, path, _completed(sim, content) if of_program else content)
     except FileError:
         raise
     except DAMAGE as error:
@@ -31,6 +33,12 @@ def restore(sim, path):
     except Exception as error:
         sim._take(**before)
         raise _damaged(path, error) from error
+
+
+def _completed(sim, content):
+    """What the checkpoint of a program in C or Fortran does not say is as the simulation has it."""
+    species = {f"{k:06d}": {"material": m, "group": g} for (m, g), k in sim._species.items()}
+    return {"dt": sim._dt, "species": species, "rules": rules_to_dict(sim._rules), "later": {}, **content}
 
 
 def _damaged(path, error):

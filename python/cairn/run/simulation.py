@@ -52,6 +52,7 @@ class Simulation:
         table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
+        self._core_scene = self._core.fingerprint()
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows = StepWarnings(), []
         self.contactors, self._stage = views.ContactorView(self._core), Place()
@@ -406,6 +407,8 @@ class Simulation:
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
+                "core_scene": self._core_scene,  # by which C and Fortran know the scene
+                "materials": len(self._species),
                 "later": {f"{k:06d}": later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )

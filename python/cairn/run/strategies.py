@@ -52,8 +52,9 @@ class NLGS(ContactSolver):
     tol: on the true error, the natural map in an energy norm, which has no units. min_iter, max_iter: iterations of a step.
     acceleration: "nesterov": from the tenth on a sweep begins beyond the last one, by a share of what that one changed (Nesterov
     1983), which begins again where it leads astray (O'Donoghue & Candes 2015), and tiles of the pile that change most are swept
-    more often; "none": plain sweeps, over-relaxed. Where free bodies differ by more than a million in mass sweeps stay plain.
-    Iterations count sweeps over all contacts, or as much work.
+    more often; "none": plain sweeps, over-relaxed. Sweeps stay plain where free bodies differ by more than a million in mass, and
+    where most contacts are those of polygons, polyhedra or clumps: there a step has several right answers, and plain ones stay
+    with the one that is near. Iterations count sweeps over all contacts, or as much work.
     """
 
     acceleration: str = "nesterov"

@@ -1,0 +1,192 @@
+"""Sweeps plain and extrapolated, and the accuracy that a user names: one step from a common state each.
+
+    python benchmarks/sweeps.py families [--seeds 3]    kinds of contacts, frictions, mass ratios, at rest and in motion
+    python benchmarks/sweeps.py dense [--count 20000]   deposits at rest, from nothing and from the last step's impulses
+    python benchmarks/sweeps.py accuracy                NSCD(accuracy=...) against the same step solved at least 100 times tighter
+
+Writes benchmarks/results/sweeps_PART.csv. CPU seconds are those of the whole step, on one thread.
+"""
+
+import argparse
+import csv
+import tempfile
+import time
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import reference_scenes
+from dense import at_rest
+from meshes import blocks
+from study import flow
+
+HERE = Path(__file__).resolve().parent
+ROCK = cn.Material("rock", density=2500.0)
+
+
+def grains(dim, count, seed, mu=0.4, ratio=1.0, law=None, shape="round"):
+    """A deposit of grains in a box; every other one ratio times as heavy."""
+    rng = np.random.default_rng(seed)
+    radii = rng.uniform(0.005, 0.01, count)
+    heavy = rng.random(count) < 0.5
+    light, dense = ROCK, cn.Material("dense", density=2500.0 * ratio)
+    scene = cn.Scene(dim, gravity=-9.81 * np.eye(dim)[-1])
+    if dim == 2:
+        width = np.sqrt(np.sum(np.pi * radii**2) / 0.8)
+        x = cn.pre.deposit_disks(radii, width)
+    else:
+        width = np.cbrt(np.sum(4 / 3 * np.pi * radii**3) / 0.55)
+        x = cn.pre.deposit_spheres(radii, (width, width))
+    for material, which in ((light, ~heavy), (dense, heavy)) if ratio > 1 else ((light, np.ones(count, bool)),):
+        if shape == "round":
+            scene.add((cn.disks if dim == 2 else cn.spheres)(x[which], radii[which], material))
+        elif dim == 3:
+            scene.add(cn.boxes(x[which], 1.1 * radii[which, None] * np.ones(3), material))
+        else:
+            angle = np.arange(5) * 2 * np.pi / 5
+            corners = np.column_stack((np.cos(angle), np.sin(angle)))
+            scene.add(cn.polygons([r * corners for r in radii[which]], material, position=x[which]))
+    scene.add(cn.box(np.zeros(dim), np.r_[[width] * (dim - 1), 2 * width], ROCK, lid=False))
+    scene.interact("*", "*", law or cn.Coulomb(mu=mu))
+    return scene
+
+
+def families(seed):
+    """(name, simulation, steps that move it)."""
+
+    def sim(scene, dt=5e-4):
+        return cn.Simulation(scene, dt, cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=500), threads=1), overlap="ignore")
+
+    for dim, count in ((2, 1000), (3, 1000)):
+        for mu in (0.0, 0.1, 0.4, 1.0, 2.0):
+            yield f"{dim}D mu {mu}", sim(grains(dim, count, seed, mu)), (10, 200)
+        for ratio in (1e2, 1e4, 1e6, 1e12):
+            yield f"{dim}D mass ratio {ratio:g}", sim(grains(dim, count, seed, ratio=ratio)), (10, 100)
+        yield f"{dim}D polyhedra", sim(grains(dim, 300, seed, shape="faced"), 1e-3), (60, 200)
+    yield "2D bonds", sim(grains(2, 1000, seed, law=cn.Bonded(mu=0.4))), (10, 100)
+    yield "2D periodic shear", sim(flow.build(disks=500, seed=seed)), (20, 200)
+    for case in ("Q4 on another", "H8 on another"):
+        elastic = blocks(case, 64)
+        elastic.strategy = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=500), threads=1)
+        yield f"elastic {case}", elastic, (10, 50)
+
+
+def one_step(sim, path, acceleration, tol, warm, most=5000):
+    """Columns of a step from the state in path."""
+    sim.restore(path)
+    sim.strategy = cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=most, acceleration=acceleration), threads=1, warm_start=warm)
+    before = time.process_time()
+    info = sim.step()
+    return {
+        "tol": tol, "warm_start": warm, "acceleration": acceleration, "contacts": info["contacts"], "status": info["status"],
+        "sweeps": info["iterations"], "error": f"{info['error']:.3g}", "cpu_seconds": f"{time.process_time() - before:.4g}",
+    }  # fmt: skip
+
+
+def rows_of_families(folder, options):
+    path = folder / "state.h5"
+    for seed in range(1, options.seeds + 1):
+        for name, sim, moments in families(seed):
+            done = 0
+            for steps in moments:
+                for _ in range(steps - done):
+                    sim.step()
+                done = steps
+                sim.checkpoint(path)
+                strategy = sim.strategy
+                for tol in (1e-4, 1e-6):
+                    for acceleration in ("none", "nesterov"):
+                        yield {
+                            "family": name,
+                            "seed": seed,
+                            "after_steps": steps,
+                            **one_step(sim, path, acceleration, tol, False),
+                        }
+                sim.restore(path)
+                sim.strategy = strategy
+
+
+def rows_of_dense(folder, options):
+    for case in ("disks", "spheres"):
+        sim = at_rest(case, options.count)
+        path = folder / f"{case}.h5"
+        sim.checkpoint(path)
+        for warm in (True, False):
+            for tol in (1e-4, 1e-6, 1e-8):
+                for acceleration in ("none", "nesterov"):
+                    yield {"scene": case, "bodies": len(sim.bodies), **one_step(sim, path, acceleration, tol, warm, 12000)}
+
+
+def scenes_to_judge():
+    """(name, simulation, steps that move it)."""
+    for name in ("disks2d_5000", "spheres3d_5000"):
+        yield name, reference_scenes.build(name, 1e-4)[0], 30
+    for name in ("hopper", "drum"):
+        scene = cn.Scene(2, gravity=(0, -9.81))
+        radii = np.random.default_rng(1).uniform(0.005, 0.01, 1000)
+        if name == "hopper":
+            x = cn.pre.deposit_disks(radii, 0.4) + (0, 0.25)
+            sides = [cn.segment(*ends, ROCK, radius=0.005) for ends in (((-0.1, 0.25), (0.17, 0.1)), ((0.5, 0.25), (0.23, 0.1)))]
+            scene.add(*sides, cn.wall((0, 0), (1, 0), ROCK), cn.wall((0.4, 0), (-1, 0), ROCK))
+        else:
+            x = cn.pre.deposit_disks(radii, 0.4) + (-0.2, -0.2)
+            scene.add(cn.ring((0, 0), 0.5, ROCK, velocity=(0, 0, 1.0)))
+        scene.add(cn.disks(x, radii, ROCK))
+        scene.interact("*", "*", cn.Coulomb(mu=0.4))
+        yield name, cn.Simulation(scene, 5e-4, cn.NSCD(threads=1), overlap="ignore"), 300
+    yield "two elastic blocks", blocks("Q4 on another", 64), 30
+
+
+def exact_step(sim, path, tol, accuracy):
+    """Velocities, report and CPU seconds of a step from the state in path."""
+    sim.restore(path)
+    solver = type(sim.strategy.solver)(tol=tol, max_iter=100000)
+    sim.strategy = cn.NSCD(solver=solver, threads=1, accuracy=accuracy)
+    before = time.process_time()
+    info = sim.step()
+    return sim.bodies.velocity[:, : sim.scene.dim].copy(), info, time.process_time() - before
+
+
+def rows_of_accuracy(folder, options):
+    path = folder / "state.h5"
+    for name, sim, steps in scenes_to_judge():
+        for _ in range(steps):
+            sim.step()
+        sim.checkpoint(path)
+        mass = np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0)[:, None]
+        exact, tight, _ = exact_step(sim, path, 1e-10, 1e-7)
+        size = max(np.sqrt(np.sum(mass * exact**2)), np.sqrt(mass.sum()) * 9.81 * sim.dt)
+        for accuracy in (1e-3, 1e-5):
+            v, info, seconds = exact_step(sim, path, 1e-4, accuracy)
+            wrong = np.sqrt(np.sum(mass * (v - exact) ** 2)) / size
+            yield {
+                "scene": name, "contacts": info["contacts"], "accuracy": accuracy, "velocity_error": f"{wrong:.3g}",
+                "estimate": f"{info['velocity_error']:.3g}", "status": info["status"], "sweeps": info["iterations"],
+                "error": f"{info['error']:.3g}", "cpu_seconds": f"{seconds:.4g}", "error_of_reference": f"{tight['error']:.3g}",
+                "estimate_of_reference": f"{tight['velocity_error']:.3g}", "status_of_reference": tight["status"],
+            }  # fmt: skip
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("part", choices=("families", "dense", "accuracy"))
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--count", type=int, default=20000)
+    options = parser.parse_args()
+    parts = {"families": rows_of_families, "dense": rows_of_dense, "accuracy": rows_of_accuracy}
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        open(HERE / "results" / f"sweeps_{options.part}.csv", "w", newline="", encoding="utf-8") as file,
+    ):
+        writer = None
+        for row in parts[options.part](Path(folder), options):
+            writer = writer or csv.DictWriter(file, row)
+            if file.tell() == 0:
+                writer.writeheader()
+            writer.writerow(row)
+            file.flush()
+            print(*row.values(), flush=True)
+
+
+if __name__ == "__main__":
+    main()

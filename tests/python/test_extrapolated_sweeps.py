@@ -1,0 +1,137 @@
+"""Sweeps that begin beyond the last one, and velocities as exact as a user names."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from small_scenes import ROCK, grid, heap
+
+
+def settled(scene, steps=60, dt=4e-3, **solver):
+    sim = cn.Simulation(scene, dt, cn.NSCD(solver=cn.NLGS(**{"tol": 1e-4, **solver}), threads=1), overlap="ignore")
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+def one_step(sim, path, threads=1, accuracy=None, warm=False, **solver):
+    """Report and velocities of a step from the state in path."""
+    sim.restore(path)
+    sim.strategy = cn.NSCD(solver=cn.NLGS(**solver), threads=threads, warm_start=warm, accuracy=accuracy)
+    info = sim.step()
+    return info, sim.bodies.velocity[:].copy()
+
+
+def boxes(dim):
+    """Boxes of unequal size that fell on each other."""
+    rng = np.random.default_rng(2)
+    x = grid(dim, (4, 6) if dim == 2 else (2, 2, 5), seed=2)
+    scene = cn.Scene(dim, gravity=-9.81 * np.eye(dim)[-1])
+    sizes = rng.uniform(0.8, 0.95, (len(x), dim))
+    if dim == 2:
+        corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+        scene.add(cn.polygons([corners * size for size in sizes], ROCK, position=x))
+    else:
+        scene.add(cn.boxes(x, sizes, ROCK))
+    scene.add(cn.box(np.zeros(dim), x.max(axis=0) + 0.5, ROCK, lid=False))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    return scene
+
+
+SCENES = {
+    "disks": lambda: heap(2, (12, 12)),
+    "spheres": lambda: heap(3, (5, 5, 6)),
+    "frictionless": lambda: heap(2, law=cn.Coulomb(mu=0.0)),
+    "rough": lambda: heap(2, law=cn.Coulomb(mu=2.0)),
+    "bonds": lambda: heap(3, law=cn.Bonded(mu=0.4)),
+    "polygons": lambda: boxes(2),
+    "boxes": lambda: boxes(3),
+}
+
+
+def pile(count=800):
+    """Disks of two sizes that fell on each other, deposited."""
+    radii = np.random.default_rng(1).uniform(0.005, 0.01, count)
+    width = np.sqrt(np.sum(np.pi * radii**2) / 0.8)
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks(cn.pre.deposit_disks(radii, width), radii, ROCK), cn.box((0, 0), (width, 2 * width), ROCK, lid=False))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    return settled(scene, 60, 1e-3, max_iter=200)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_same_velocities_as_by_newtons_method(name, tmp_path):
+    sim = settled(SCENES[name]())
+    sim.checkpoint(path := tmp_path / "state.h5")
+    info, v = one_step(sim, path, tol=1e-8, max_iter=50000)
+    assert info["status"] == "converged"
+    sim.restore(path)
+    sim.strategy = cn.NSCD(solver=cn.Auto(tol=1e-10, max_iter=50000), threads=1, warm_start=False)
+    assert sim.step()["error"] <= 1e-8
+    exact = sim.bodies.velocity[:]
+    assert np.abs(v - exact).max() < 1e-5 * max(np.abs(exact).max(), 9.81 * sim.dt)
+
+
+def test_a_pile_from_nothing_takes_a_third_of_the_sweeps(tmp_path):
+    sim = pile()
+    sim.checkpoint(path := tmp_path / "state.h5")
+    plain, _ = one_step(sim, path, tol=1e-5, max_iter=20000, acceleration="none")
+    info, _ = one_step(sim, path, tol=1e-5, max_iter=20000)
+    assert info["status"] == "converged" and info["iterations"] < plain["iterations"] / 3
+
+
+def test_any_number_of_threads_gives_the_same_bits(tmp_path):
+    sim = pile(3000)
+    sim.checkpoint(path := tmp_path / "state.h5")
+    one, v = one_step(sim, path, tol=1e-9, max_iter=300)
+    assert one["iterations"] == 300
+    for threads in (2, 4):
+        info, w = one_step(sim, path, threads=threads, tol=1e-9, max_iter=300)
+        assert v.tobytes() == w.tobytes() and info["error"] == one["error"]
+
+
+def test_a_step_that_ends_early_is_not_worse_than_what_it_has_seen(tmp_path):
+    sim = pile()
+    sim.checkpoint(path := tmp_path / "state.h5")
+    least, _ = one_step(sim, path, tol=1e-14, max_iter=1, warm=True)
+    for most in (12, 20, 60, 150):
+        info, _ = one_step(sim, path, tol=1e-14, max_iter=most, warm=True)
+        assert info["error"] <= 1.0001 * least["error"]  # of rounding
+
+
+@pytest.mark.parametrize("accuracy", (1e-3, 1e-5))
+@pytest.mark.parametrize("name", ("disks", "spheres", "bonds", "boxes"))
+def test_velocities_are_as_exact_as_named(name, accuracy, tmp_path):
+    sim = settled(SCENES[name](), steps=40)
+    sim.checkpoint(path := tmp_path / "state.h5")
+    _, exact = one_step(sim, path, tol=1e-10, max_iter=20000)
+    info, v = one_step(sim, path, tol=1e-3, max_iter=200000, accuracy=accuracy)
+    dim = sim.scene.dim
+    mass = np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0)[:, None]
+    norm = lambda v: np.sqrt(np.sum(mass * v[:, :dim] ** 2))
+    scale = max(norm(exact), np.sqrt(mass.sum()) * 9.81 * sim.dt)
+    assert info["status"] == "converged" and info["velocity_error"] <= accuracy
+    assert norm(v - exact) <= accuracy * scale
+
+
+def test_accuracy_that_is_not_reached_is_told(tmp_path):
+    sim = settled(heap(2))
+    sim.checkpoint(path := tmp_path / "state.h5")
+    info, _ = one_step(sim, path, tol=0.5, max_iter=2, accuracy=1e-9)
+    assert info["status"] == "iteration_limit" and "accuracy" in info["hint"]
+    assert np.isnan(one_step(sim, path, tol=1e-4)[0]["velocity_error"])
+
+
+def test_what_cannot_be_is_refused():
+    with pytest.raises(ValueError, match="acceleration is 'fast'"):
+        cn.NLGS(acceleration="fast")
+    with pytest.raises(ValueError, match="accuracy is 0"):
+        cn.NSCD(accuracy=0)
+    with pytest.raises(ValueError, match="PPANewton"):
+        cn.NSCD(solver=cn.PPANewton(), accuracy=1e-3)
+
+
+def test_what_runs_is_explained():
+    sim = cn.Simulation(heap(2), 1e-3, overlap="ignore")
+    assert "Sweeps are extrapolated" in sim.explain()
+    sim.strategy = cn.NSCD(solver=cn.NLGS(acceleration="none"))
+    assert "Sweeps are plain" in sim.explain()
