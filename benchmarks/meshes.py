@@ -1,6 +1,6 @@
 """Deformable bodies in a scene: set-up, first step, step, memory, on one core.
 
-    script/bench meshes [PART ...] [--most 100000] [--steps 5]
+    script/bench meshes [PART ...] [--most 100000] [--most-solid 100000] [--steps 5]
 
 Parts: blocks (Q4, HEX8, TET4 of 1e3, 1e4, 1e5 nodes on a plane, and one on another), many (bodies of one T3 each that touch on
 every side; each has a name of its own), plates (3,000 disks between elastic plates against rigid ones), beside (2,400 disks with
@@ -194,7 +194,7 @@ def measure(part, case, size, steps):
         work.append(sim._core.mesh_work())
         if part == "legacy":  # folders hold the state after 5, 10 or all steps: the step that is nearest counts
             wrong.append(difference_from(case, sim))
-    nodes = sum(len(mesh.displacement) for mesh in sim.meshes)
+    nodes = sum(len(mesh.ids) for mesh in sim.meshes)
     later = max(len(cpu) - 1, 1)
     return {
         "part": part, "case": Path(case).name, "size": size, "bodies": len(sim.meshes), "nodes": nodes,
@@ -209,11 +209,12 @@ def measure(part, case, size, steps):
     }  # fmt: skip
 
 
-def cases(part, most, folders):
+def cases(part, most, most_solid, folders):
     """(case, size) of a part."""
     if part == "blocks":
         sizes = [n for n in (1000, 10_000, 100_000) if n <= most]
-        return [(f"{kind} on {on}", n) for kind in ("Q4", "HEX8", "TET4") for on in ("a plane", "another") for n in sizes]
+        kinds = [(kind, on, n) for kind in ("Q4", "HEX8", "TET4") for on in ("a plane", "another") for n in sizes]
+        return [(f"{kind} on {on}", n) for kind, on, n in kinds if kind == "Q4" or n <= most_solid]
     if part == "many":
         return [("T3", n) for n in (1600, 10_000, 40_000) if n <= most]
     if part == "plates":
@@ -227,6 +228,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []])
     parser.add_argument("--most", type=int, default=100_000, help="nodes of a block, bodies of many")
+    parser.add_argument("--most-solid", type=int, default=100_000, help="nodes of a block in 3D, whose factors fill most")
     parser.add_argument("--steps", type=int, default=5)
     parser.add_argument("--tol", default="1e-6", help="of the folders")
     parser.add_argument("--folders", default="", help="where the folders of LMGC90 are")
@@ -239,7 +241,7 @@ def main():
         return
     writer.writeheader()
     for part in options.parts or [p for p in PARTS if p != "legacy" or options.folders]:
-        for case, size in cases(part, options.most, options.folders):
+        for case, size in cases(part, options.most, options.most_solid, options.folders):
             sys.stdout.flush()
             command = [sys.executable, __file__, part, "--steps", str(options.steps), "--tol", options.tol]
             subprocess.run([*command, "--case", case, str(size)], check=False)

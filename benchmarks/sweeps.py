@@ -121,7 +121,7 @@ def scenes_to_judge():
     """(name, simulation, steps that move it)."""
     for name in ("disks2d_5000", "spheres3d_5000"):
         yield name, reference_scenes.build(name, 1e-4)[0], 30
-    for name in ("hopper", "drum"):
+    for name, dt, steps in (("hopper", 5e-4, 300), ("drum", 1e-3, 400)):
         scene = cn.Scene(2, gravity=(0, -9.81))
         radii = np.random.default_rng(1).uniform(0.005, 0.01, 1000)
         if name == "hopper":
@@ -129,11 +129,11 @@ def scenes_to_judge():
             sides = [cn.segment(*ends, ROCK, radius=0.005) for ends in (((-0.1, 0.25), (0.17, 0.1)), ((0.5, 0.25), (0.23, 0.1)))]
             scene.add(*sides, cn.wall((0, 0), (1, 0), ROCK), cn.wall((0.4, 0), (-1, 0), ROCK))
         else:
-            x = cn.pre.deposit_disks(radii, 0.4) + (-0.2, -0.2)
-            scene.add(cn.ring((0, 0), 0.5, ROCK, velocity=(0, 0, 1.0)))
+            x = cn.pre.deposit_disks(radii, 0.5) + (-0.25, -0.42)
+            scene.add(cn.ring((0, 0), 0.5, ROCK, velocity=(0, 0, 2.0)))
         scene.add(cn.disks(x, radii, ROCK))
         scene.interact("*", "*", cn.Coulomb(mu=0.4))
-        yield name, cn.Simulation(scene, 5e-4, cn.NSCD(threads=1), overlap="ignore"), 300
+        yield name, cn.Simulation(scene, dt, cn.NSCD(threads=1), overlap="ignore"), steps
     yield "two elastic blocks", blocks("Q4 on another", 64), 30
 
 

@@ -135,7 +135,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["worst_contact"] = r.solve.worst_contact;
   out["light_error"] = r.solve.light_error;
   out["light_contact"] = r.solve.light_contact;
-  out["velocity_error"] = r.solve.velocity_error;
+  if (!std::isnan(r.solve.velocity_error)) out["velocity_error"] = r.solve.velocity_error; // asked for by `accuracy`
   out["penetration"] = r.solve.penetration;
   out["cone_distance"] = r.solve.cone_distance;
   out["energy_created"] = r.solve.energy_created;

@@ -6,10 +6,12 @@ module mixed_mode
   public :: mixed_length, mixed_work, parabola
 contains
 
-  !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1.
+  !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1; none where one of them is none.
   pure real(c_double) function mixed_length(share, one, two)
     real(c_double), intent(in) :: share    !< tangential part of the opening's square
     real(c_double), intent(in) :: one, two !< of mode I and mode II [m]
+    mixed_length = 0
+    if (.not. (one > 0 .and. two > 0)) return
     mixed_length = one
     if (share > 0) mixed_length = two/sqrt((two/one)**2*(1 - share) + share)
   end function mixed_length

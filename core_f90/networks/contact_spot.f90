@@ -5,6 +5,8 @@ module contact_spot
   private
   public :: spot_radius, series, pi
   !> Columns of `contact`, as enum cairn_contact_column in cairn/core.h has them.
+  !> gap [m], force that pushes [N], effective radius [m] and modulus E* [Pa], conductivity of both sides [S/m | W/(m K)], hardness
+  !> of the softer [Pa], area [m2], share of a bond that is intact, depth of a 2D scene [m].
   integer, parameter, public :: gap = 1, force = 2, radius = 3, modulus = 4, conductivity_a = 5, conductivity_b = 6, &
                                 hardness = 7, area = 8, intact = 9, depth = 10, columns = 10
   real(c_double), parameter :: pi = acos(-1.0_c_double)

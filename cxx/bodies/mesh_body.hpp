@@ -164,11 +164,11 @@ private:
   // Of Newton's method: velocities of the pass, forces of stresses at both ends and of damping, derivative, rest of the
   // balance, and where the step ended.
   std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_;
-  std::unique_ptr<Factors> own_; // of the pass
-  BulkResult found_;             // at the end
+  std::unique_ptr<Factors> own_;          // of the pass
+  BulkResult found_;                      // at the end
   double stored_begin_ = 0, checked_ = 0; // checked_: step that is known to be stable under central differences
   bool begun_ = false;                    // stored_begin_ and force_begin_ are known
-  double h_ = 0, theta_ = 0; // the step at hand, of a body that is not linear
+  double h_ = 0, theta_ = 0;              // the step at hand, of a body that is not linear
   bool explicit_ = false;
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::unique_ptr<Soe> mass_;                                               // factors of M, for histories alone

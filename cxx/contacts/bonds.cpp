@@ -1,6 +1,8 @@
 // Pairs that laws keep begin where bodies stand when they come in, before anything moves.
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include "../strategies/nscd/nscd.hpp"
 #include "interaction_state.hpp"
@@ -60,6 +62,13 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
   const LawTable::Entry& e = laws->entry(entry[i]);
   const LawInfo& law = law_infos()[std::size_t(e.law)];
   const int c = law.components(dim());
+  for (const std::int32_t contactor : {candidates->contactor_a[i], candidates->contactor_b[i]})
+    if ((kind[contactor] & mapped) && info(Shape(*contactors->shape[contactor])).ball() &&
+        !(meshes->area(body(contactor)) > 0))
+      throw std::invalid_argument("law " + law.python_name + " joins a node or point of the mesh '" +
+                                  meshes->meshes[meshes->mesh_of(body(contactor))].model.name +
+                                  "', whose part of the surface is not known: give the sides that it lies on too, "
+                                  "edges= in 2D, faces= in 3D");
   double gap[n], geometry[3 * n], u[6 * n] = {}, params[(LawTable::max_parameters + 4) * n] = {};
   double state[LawTable::max_states * n] = {}, bias[6 * n], compliance[6 * n], mu[n];
   const auto fill = [](double* column, double value) { std::fill_n(column, n, value); };
@@ -130,7 +139,7 @@ void Nscd::make_bonds(Simulation& s) {
     s.handler.declared().clear();
     s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {}, &s.interactions.scratch(),
                      &s.laws.rules());
-    s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, settings.theta, &s.meshes);
+    s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes);
     s.candidates.count = 0;
   }
   s.interactions.see_contactors(s.scene.next_contactor_id);

@@ -200,7 +200,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
     }
     const bool hollow = rb < 0;
     const double distance = hollow ? -(ra + rb) - std::min(gap, 0.0) : ra + rb + std::min(gap, 0.0);
-    bend = flight_of_round<3>(across, n, distance, h);
+    bend = flight_of_round(across, n, 3, distance, h);
     if (hollow) bend = -bend;
     const double normal = dot(across, n);
     for (int k = 0; k < 3; ++k) {

@@ -74,7 +74,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const LawInfo& law = law_infos()[b.law];
   const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
-  alignas(64) double velocity[d * 128], distance[128], flight[128];
+  alignas(64) double flight[128];
   const bool flying = flies_as_round();
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
@@ -103,19 +103,16 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     const double* given = laws->entry(entry[i]).params;
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = given[k];
     if (!flying) continue;
-    for (int k = 0; k < d; ++k) velocity[128 * k + lane] = system.record[A].x[k] - system.record[B].x[k];
-    distance[lane] = ra + rb + std::min(gap[lane], 0.0);
+    double v[d];
+    for (int k = 0; k < d; ++k) v[k] = system.record[A].x[k] - system.record[B].x[k];
+    flight[lane] = flight_of_round(v, normal, d, ra + rb + std::min(gap[lane], 0.0), h);
   }
   for (int lane = b.contacts; lane < n; ++lane) {
     double* to = b.frame + lane / 8 * lines + lane % 8;
     for (int k = 0; k < d + 2; ++k) to[8 * k] = 0;
     b.rho[lane] = 1;
     b.body_a[lane] = b.body_b[lane] = std::int32_t(system.bodies);
-    for (int k = 0; k < d; ++k) velocity[128 * k + lane] = 0;
-    distance[lane] = 1;
   }
-  for (int first = 0; flying && first < n; first += 8)
-    flights_of_round<d>(velocity + first, b.frame + first / 8 * lines, distance + first, h, flight + first);
   repeat_last(b, gap, 1);
   repeat_last(b, params, parameters);
   if (const LawColumns& own = of_law[std::size_t(&b - system.batches.data())]; own.flight) { // commit asks for it

@@ -50,9 +50,8 @@ inline void tangent_of(const double n[3], double t[3]) {
 }
 // What the gap of two round bodies gains in a step, over its length, beside what their velocity along the normal gives:
 // with centres a distance apart, v the velocity of one against the other. A root and no square: what passes by in one
-// step stays apart, and what is near never loses more than the distance. Without branches: see flights_of_round.
-template <int dim>
-double flight_of_round(const double v[dim], const double normal[dim], double distance, double h) {
+// step stays apart, and what is near never loses more than the distance.
+inline double flight_of_round(const double* v, const double* normal, int dim, double distance, double h) {
   const double reach = h / distance;
   double along = 0, square = 0;
   for (int k = 0; k < dim; ++k) along += v[k] * normal[k];
@@ -60,18 +59,9 @@ double flight_of_round(const double v[dim], const double normal[dim], double dis
     const double across = (v[k] - along * normal[k]) * reach;
     square += across * across;
   }
-  const double most = std::min(square, 1.0), flight = most / (reach * (1 + std::sqrt(1 - most)));
-  return square > 0 && distance > 0 ? flight : 0;
-}
-// Of eight contacts at once: velocities (128, dim), normals (8, dim).
-template <int dim>
-void flights_of_round(const double* velocity, const double* normal, const double* distance, double h, double* flight) {
-#pragma omp simd
-  for (int i = 0; i < 8; ++i) {
-    double v[dim], n[dim];
-    for (int k = 0; k < dim; ++k) v[k] = velocity[128 * k + i], n[k] = normal[8 * k + i];
-    flight[i] = flight_of_round<dim>(v, n, distance[i], h);
-  }
+  if (!(square > 0) || !(distance > 0)) return 0;
+  square = std::min(square, 1.0);
+  return square / (reach * (1 + std::sqrt(1 - square)));
 }
 // Rows n, t and, in 3D, s of a contact.
 void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]);

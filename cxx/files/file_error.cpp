@@ -22,7 +22,7 @@ FileError system_error(const std::string& path, int number) {
   case ENOENT: return {path, "no such file or folder", "check the path, or make the folder first", number};
   case ENOTDIR: return {path, "a part of the path is not a folder", "check the path", number};
   case EISDIR: return {path, "this is a folder", "give the name of a file", number};
-  default: return {path, std::strerror(number), "", number};
+  default: return {path, std::strerror(number), "look at the disk and the path, or write to another disk", number};
   }
 }
 

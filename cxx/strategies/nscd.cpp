@@ -96,8 +96,8 @@ bool Nscd::take_settings(Simulation& s, const Strategy& other) {
 }
 
 void Nscd::check_scene(const Simulation& s) const {
-  if (settings.project_positions && !s.meshes.empty())
-    throw Error("project_positions moves rigid bodies alone: leave it out in scenes with deformable bodies");
+  if (settings.project_positions && !s.meshes.linear())
+    throw Error("project_positions moves deformable bodies that are linear: leave it out beside a material of solids");
   if (settings.pose.kernel && settings.integrator.name == "theta" && !s.meshes.linear())
     throw Error("GranularElement moves deformable bodies that are linear: give NSCD to those of a material of solids");
 }

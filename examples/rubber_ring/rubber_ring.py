@@ -78,16 +78,20 @@ def crushed(options):
     scene.add(cn.wall((0, 0), (0, 1), plate), cn.wall((0, 2 * OUTER), (0, -1), plate, velocity=speed))
     scene.interact(skin, plate, cn.Coulomb(mu=options.mu))
     sim = cn.Simulation(scene, dt=options.seconds / options.steps, strategy=cn.NSCD(theta=0.6, solver=cn.NLGS(tol=1e-6)))
-    way, force, frames, worst, passes = [], [], [], 0.0, []
-    for k in range(options.steps):
-        report = sim.step()
-        worst, up = max(worst, report["error"]), sim.contacts.point[:, 1] > OUTER * (1 - options.crush)
+    way, force, frames, worst, passes = [], [], [], [], []
+
+    def watch(sim):
+        worst.append(sim.info["error"])
+        up = sim.contacts.point[:, 1] > OUTER * (1 - options.crush)
         way.append(2 * OUTER - sim.bodies.position[-1, 1])
         force.append(np.abs(sim.contacts.force[up, 1].sum()) if len(up) else 0.0)
-        passes.append(report["newton_passes"])
-        if k + 1 in {1, options.steps // 4, options.steps // 2}:
+        passes.append(sim.info["newton_passes"])
+        if sim.steps in {1, options.steps // 4, options.steps // 2}:
             frames.append((sim.meshes[0].displacement.copy(), next(iter(sim.meshes[0].stress.values())).copy()))
-    return sim, body, np.array(way), np.array(force), frames, worst, np.array(passes)
+
+    path = options.output / f"{NAME}.vtkhdf"
+    sim.run(options.steps, output=path, every=max(1, options.steps // 40), callback=watch, overwrite=True)
+    return sim, body, np.array(way), np.array(force), frames, max(worst), np.array(passes)
 
 
 def draw(body, way, force, thin, frames, output):

@@ -42,7 +42,10 @@ _LATER = {
     "surface": "build.surfaces",
 }
 _LATER |= dict.fromkeys([d["python_name"] for d in _core.bulk_materials()], "build.bulk")
-_PARTS = {"fracture": "build.fracture", "legacy": "legacy", "networks": "networks", "problems": "problems", "soe": "run.soe", "study": "study"}
+_PARTS = {
+    "fracture": "build.fracture", "legacy": "legacy", "networks": "networks", "problems": "problems", "soe": "run.soe",
+    "study": "study",
+}
 
 
 def __getattr__(name):  # what most scenes do not use is loaded when it is asked for

@@ -90,13 +90,13 @@ def test_disagreement_is_found(tmp_path, right, wrong):
 
 
 def test_a_changed_type_of_a_real_kernel_is_found(tmp_path):
-    source = ROOT / "core_f90" / "integrators" / "theta.f90"
+    source = ROOT / "core_f90" / "integrators" / "rotation.f90"
     for lists in {path.parent for path in (ROOT / "core_f90").glob("*/*.def")}:
         shutil.copytree(lists, tmp_path / lists.name, ignore=shutil.ignore_patterns("*.f90"))
     include = tmp_path / "include"
     shutil.copytree(HEADER.parent.parent, include)
     header = HEADER.read_text()
-    declaration = "void cairn_theta_advance(int32_t dim"
+    declaration = "void cairn_rotate(int64_t nb"
     assert declaration in header
     assert agree(include, source, header)
-    assert not agree(include, source, header.replace(declaration, "void cairn_theta_advance(int64_t dim"))
+    assert not agree(include, source, header.replace(declaration, "void cairn_rotate(int32_t nb"))

@@ -210,4 +210,66 @@ TEST(MeshNewton, ACellThatIsTurnedInsideOutIsNamed) {
   EXPECT_TRUE(broke);
 }
 
+// A floor under the lower nodes, its impulses found by Gauss and Seidel on the compliance of each pass: the block falls
+// on it and comes to rest under its weight.
+TEST(MeshNewton, EachPassHasAComplianceOfItsOwn) {
+  cairn::MeshModel model = square("neo_hookean", {2e5, 0.3}, cairn::Kinematics::total_lagrangian);
+  for (std::size_t e = 0; e < model.damping.value.size(); ++e)
+    model.damping.value[e] = 20 * model.mass.value[e] + 2e-3 * model.stiffness.value[e];
+  World w(std::move(model), 1e-3, 0.5);
+  std::vector<std::int32_t> low;
+  for (std::int32_t i = 0; i < nodes; ++i)
+    if (!(w.bodies.position[i][1] > 0)) low.push_back(i);
+  for (int i = 0; i < nodes; ++i) w.bodies.velocity[i][1] = -1.5;
+  const std::size_t m = low.size();
+  std::vector<double> r(m, 0.0);
+  double pushed = 0;
+  int most = 0;
+  for (int step = 0; step < 1200; ++step) {
+    w.bodies.position_begin.values = w.bodies.position.values;
+    w.bodies.velocity_begin.values = w.bodies.velocity.values;
+    w.mesh.free_velocity(w.bodies, gravity, scheme_of(w.h, w.theta), true);
+    for (int pass = 1;; ++pass) {
+      w.mesh.touch(low);
+      const std::int64_t leading = w.mesh.leading();
+      const double* s_of = w.mesh.compliance();
+      const auto compliance = [&](std::size_t a, std::size_t b) {
+        const std::int64_t i = 2 * w.mesh.place(low[a]) + 1, j = 2 * w.mesh.place(low[b]) + 1;
+        return s_of[leading * j + i];
+      };
+      for (int sweep = 0; sweep < 200; ++sweep)
+        for (std::size_t a = 0; a < m; ++a) {
+          const double gap = w.bodies.position_begin[low[a]][1] + 0.5 * w.h * w.bodies.velocity_begin[low[a]][1];
+          double u = w.bodies.velocity_free[low[a]][1] + gap / w.h;
+          for (std::size_t b = 0; b < m; ++b) u += compliance(a, b) * r[b];
+          r[a] = std::max(0.0, r[a] - u / compliance(a, a));
+        }
+      std::fill(w.mesh.impulse.begin(), w.mesh.impulse.end(), 0.0);
+      for (std::size_t a = 0; a < m; ++a) w.mesh.impulse[std::size_t(2 * low[a] + 1)] = r[a];
+      const cairn::NewtonError found = w.mesh.judge();
+      ASSERT_TRUE(found.fault.ok());
+      most = std::max(most, pass);
+      if (found.whole && found.error < 1e-8) break;
+      ASSERT_LT(pass, 15) << found.error;
+      w.mesh.linearise(w.bodies);
+    }
+    w.mesh.push(w.bodies);
+    for (std::size_t a = 0; a < m; ++a) // the condition holds at the velocities that are taken
+      if (r[a] > 0) {
+        const double gap = w.bodies.position_begin[low[a]][1] + 0.5 * w.h * w.bodies.velocity_begin[low[a]][1];
+        ASSERT_NEAR(w.bodies.velocity[low[a]][1] + gap / w.h, 0, 1e-5);
+      }
+    w.mesh.account(w.bodies, gravity);
+    w.mesh.commit();
+    for (int i = 0; i < nodes; ++i)
+      for (int k = 0; k < 2; ++k)
+        w.bodies.position[i][k] += 0.5 * w.h * (w.bodies.velocity[i][k] + w.bodies.velocity_begin[i][k]);
+    pushed = 0;
+    for (const double one : r) pushed += one;
+  }
+  EXPECT_NEAR(pushed / w.h, density * 10, 0.01 * density * 10);
+  EXPECT_GT(most, 1);
+  EXPECT_LE(most, 8);
+}
+
 } // namespace

@@ -60,7 +60,9 @@ def test_taylors_bar(material):
     strain = sim.meshes[0].material_state["quad"]["accumulated_plastic_strain"]
     assert 2.0 < strain.max() < 3.2
     assert energy["kinetic"] < 5e-3 * start
-    assert 0.9 < energy["dissipated_material"] / start < 1.0
+    # what hardening holds counts as stored; the rest goes at the impact of the foot
+    assert 0.95 < (energy["dissipated_material"] + energy["stored"]) / start < 1.0
+    assert energy["dissipated_material"] > 0.8 * start
     assert abs(energy["closure"]) < 1e-9 * energy["in_play"]
 
 

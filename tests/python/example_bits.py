@@ -43,6 +43,9 @@ def made_by():
 
 
 def listed():
+    """why, made_by and bits of the list; empty before the first."""
+    if not LIST.exists():
+        return {"why": "", "made_by": {}, "bits": {}}
     return json.loads(LIST.read_text(encoding="utf-8"))
 
 
@@ -51,7 +54,7 @@ def differing(found):
     machine, compiler or library."""
     why = os.environ.get(WHY, "").strip()
     if why:
-        bits = {**listed()["bits"], **found} if LIST.exists() else found
+        bits = {**listed()["bits"], **found}
         LIST.write_text(json.dumps({"why": why, "made_by": made_by(), "bits": dict(sorted(bits.items()))}, indent=1) + "\n")
     known = listed()
     if known["made_by"] != made_by():

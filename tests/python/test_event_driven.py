@@ -27,7 +27,7 @@ def test_a_ball_bounces_at_the_times_of_its_parabolas(dim, dt):
     """Place and speed after the eleventh impact to 1e-11, whatever the step; each impact leaves e of the speed."""
     sim = ball(0.8, dt, dim)
     fall, speed = np.sqrt(2 / 9.81), np.sqrt(2 * 9.81)
-    known = fall + 2 * fall * np.cumsum([0, *0.8 ** np.arange(1, 11)])
+    known = fall + 2 * fall * np.cumsum([0, *0.8 ** np.arange(1, 41)])
     assert known[[0, 1, 2, 5, 10]] == pytest.approx([0.451524, 1.173961, 1.751912, 2.880071, 3.675857], abs=6e-7)
     count = 0
     while count < 11:
@@ -107,7 +107,7 @@ def test_pressure_of_a_gas_of_hard_disks(share, known):
 def three(restitution):
     scene = cn.Scene(dim=2)
     scene.add(cn.disks([[0, 0], [1.5, 0], [3.0, 0]], 0.5, ROCK, velocity=[[1, 0, 0], [0, 0, 0], [-1, 0, 0]]))
-    return moved(scene, 10.0, cn.Restitution(normal=restitution))
+    return moved(scene, 10.0, cn.Restitution(normal=restitution), tol=1e-13)
 
 
 @pytest.mark.parametrize("restitution, collapses", [(1.0, False), (0.3, False), (0.12, False), (0.06, True)])
@@ -118,7 +118,7 @@ def test_three_balls_collapse_below_the_known_restitution(restitution, collapses
     sim = moved(scene, 100.0, cn.Restitution(normal=restitution))
     momentum = (sim.bodies.mass[:, None] * sim.bodies.velocity).sum(axis=0)
     info = sim.step()
-    assert (info["persistent"] > 0 or info["events"] > 20) == collapses
+    assert (info["events"] >= 12) == collapses
     assert np.allclose((sim.bodies.mass[:, None] * sim.bodies.velocity).sum(axis=0), momentum, rtol=0, atol=1e-12)
     spread = np.ptp(sim.bodies.velocity[:, 0])
     assert spread < 1e-6 if collapses else spread > 1e-3
@@ -166,7 +166,9 @@ def test_what_cannot_fly_is_refused():
     with pytest.raises(ValueError, match="body 0 is damped"):
         moved(scene, 0.1, cn.Restitution()).step()
     with pytest.raises(ValueError, match="law LinearSpring is no law of impacts"):
-        moved(cn.Scene(dim=2), 0.1, cn.LinearSpring(stiffness=1e3))
+        scene = cn.Scene(dim=2)
+        scene.add(cn.disks([[0, 0]], 0.1, ROCK))
+        moved(scene, 0.1, cn.LinearSpring(stiffness=1e3))
     with pytest.raises(ValueError, match="did you mean 'impacts'"):
         cn.EventDriven(impact=3)
     with pytest.raises(ValueError, match="impacts is 0"):

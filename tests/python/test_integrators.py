@@ -110,9 +110,11 @@ def test_errors_and_orders_of_an_oscillator(integrator, error, order):
 
     def error_of(h):
         state = np.array([1, 0.3, -1, -0.3, 1, 0.3][: 2 + integrator.scheme(h)["histories"]])
-        for _ in range(round(10 / h)):
+        errors = []
+        for k in range(1, round(10 / h) + 1):
             state = step_of(integrator, h, state, 1.0)
-        return abs(state[0] - np.cos(10) - 0.3 * np.sin(10))
+            errors.append(abs(state[0] - np.cos(k * h) - 0.3 * np.sin(k * h)))
+        return max(errors) if error is None else errors[-1]
 
     coarse, fine = error_of(0.025), error_of(0.0125)
     assert error is None or coarse == pytest.approx(error, rel=1e-3)
@@ -294,7 +296,7 @@ def test_what_is_no_integrator_is_refused():
     with pytest.raises(ValueError, match="leave it out"):
         cn.NSCD(theta=0.6, integrator=cn.Newmark())
     scene = cn.Scene(dim=2)
-    with pytest.raises(ValueError, match="carpenter does not take"):
+    with pytest.raises(ValueError, match="no integrator 'newmark'; there are central_difference"):
         cn.Simulation(scene, dt=1e-3, strategy=cn.Carpenter(integrator=cn.Newmark()))
     with pytest.raises(ValueError, match="stable step"):
         bar(chain(stiffness=1e4), cn.Gear(values=4), 0.05).step()

@@ -166,7 +166,7 @@ def test_evolutions_are_in_free_format_and_go_on_along_their_last_piece(tmp_path
 
 def test_the_first_see_table_of_a_pair_counts_and_laws_that_nobody_sees_are_no_matter(tmp_path):
     laws = LAW + LAW.replace("iqsc0", "iqsc1").replace("3000000", "6000000")
-    laws += "$behav  lawty\n czm00  IQS_MAC_CZM                      dyfr= what\n"
+    laws += "$behav  lawty\n czm00  IQS_UNHEARD_OF                   dyfr= what\n"
     see = (
         SEE.format("RBDY2", "JONCx", "DISKx", "DOWNx")
         .replace("BLEUx", "swap_")

@@ -165,5 +165,5 @@ def test_solvers_of_problems_say_what_they_cannot(tmp_path, solver):
         sim, r, u = chain(law, cn.Auto(tol=1e-10))
         assert sim.info["status"] == "converged" and np.allclose(r, np.clip(r - u / 2, -0.2, 0.2), atol=1e-9)
         return
-    with pytest.raises(RuntimeError, match="local solution of their own.*take cairn.NLGS or cairn.Auto"):
+    with pytest.raises(cn.Error, match="local solution of their own.*take cairn.NLGS or cairn.Auto"):
         chain(law, solver(tol=1e-10))

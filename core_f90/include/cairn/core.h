@@ -3,9 +3,11 @@
  * prototype is compiled against the Fortran itself at build time. */
 #ifndef CAIRN_CORE_H
 #define CAIRN_CORE_H
-#include <stdint.h>
-
 #include "cairn/error.h"
+#include "cairn/integrators.h"
+#include "cairn/networks.h"
+#include "cairn/smooth.h"
+#include <stdint.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,8 +18,7 @@ extern "C" {
 typedef struct cairn_law_context {
   double h;               /* step [s] */
   double theta;           /* of the theta-method */
-  const double* geometry; /* (n, 3) contact area [m2], in 2D of a metre across the plane, effective radius [m],
-                             effective mass [kg]; NULL where the law says that its bias is along the normal */
+  const double* geometry; /* (n, 3) contact area [m2], effective radius [m], effective mass [kg]; NULL: normal bias */
   const double* fields;   /* (n, 4) temperatures and potentials of both sides; NULL unless the scene has them */
 } cairn_law_context;
 
@@ -28,22 +29,19 @@ typedef void cairn_law_prepare(int32_t n, int32_t c, const cairn_law_context* co
                                const double* u_begin, const double* params, double* state, double* bias,
                                double* compliance, double* mu);
 /* w is (n, c, c), or W_NN and W_TT (n, 2) where the batch says so; u_free (n, c) with the bias in it, bias (n, c),
- * state (n, s) read only; r (n, c) out; status (n) out, may be NULL: see cairn_contact_status. params (n, p + 4):
- * behind the parameters stand the step [s] and the geometry of the context. */
+ * state (n, s) read only; r (n, c) and status (n), may be NULL, out; params (n, p + 4): then the step and geometry. */
 typedef void cairn_law_solve(int32_t n, int32_t c, const double* w, const double* u_free, const double* bias,
                              const double* params, const double* state, double* r, int32_t* status);
 typedef void cairn_law_commit(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, double* state);
-/* How far a law with its own solution is from it. rho (n): 1 / W_NN of the contact [kg]; w, params, state as solve has
- * them; u (n, c) is the relative velocity that r leaves, with the bias in it. Out: f (n, c) [N s], all 0 where the law
- * is obeyed and else about the change of r that would make it so, weight (n, c) [1/kg], by which squares of f are
- * energies, status (n). Also asked with r = 0, for the scale. */
+/* How far a law with its own solution is from it. rho (n): 1 / W_NN [kg]; w, params, state as solve has them; u (n, c)
+ * is the velocity that r leaves, bias included. Out: f (n, c) [N s], 0 where the law is obeyed, else about the change
+ * that would mend r, weight (n, c) [1/kg], by which squares of f are energies, status (n). Asked with r = 0, too. */
 typedef void cairn_law_residual(int32_t n, int32_t c, const cairn_law_context* context, const double* rho,
                                 const double* w, const double* u, const double* bias, const double* r,
                                 const double* params, const double* state, double* f, double* weight, int32_t* status);
-/* After commit, with the state of before and after: energy (n, 4) [J] what the contact has stored now; what the law
- * took from the bodies along the normal, and along the tangents and rotations, in the step, into its store or for good;
- * of that for good. Its store gains the difference, so that sums of steps agree with what is stored. */
+/* After commit, states of before and after: energy (n, 4) [J] stored now; in the step taken from the bodies along the
+ * normal, along tangents and rotations, into the store or for good; for good. The store gains the difference. */
 typedef void cairn_law_energy(int32_t n, int32_t c, const cairn_law_context* context, const double* gap,
                               const double* u, const double* r, const double* params, const double* state_begin,
                               const double* state, double* energy);
@@ -51,8 +49,7 @@ typedef void cairn_law_energy(int32_t n, int32_t c, const cairn_law_context* con
  * out: f (n, c) on A [N], energy (n, 3) stored, dissipated by damping, by friction [J], or NULL. */
 typedef void cairn_law_force(int32_t n, int32_t c, const cairn_law_context* context, const double* gap, const double* u,
                              const double* params, double* state, double* f, double* energy);
-/* k (n, 3): normal and tangential stiffness [N/m] at an overlap, damping ratio; reach (n): gap at which the force
- * begins. */
+/* k (n, 3): normal and tangential stiffness [N/m] at an overlap, damping ratio; reach (n): gap of its begin. */
 typedef void cairn_law_stiffness(int32_t n, const double* overlap, const double* radius, const double* params,
                                  double* k, double* reach);
 enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
@@ -67,32 +64,9 @@ void cairn_law_rule_place(int32_t a, int32_t b, int32_t number, int64_t places, 
                           int32_t* added);
 
 /* ------------------------------------------------------------------ integrators */
-enum { cairn_most_history = 4 }; /* derivatives of the displacement that a scheme may keep, from the second on */
-/* A step as a linear map, see linear_scheme.f90; update by columns. */
-typedef struct cairn_scheme {
-  double h, impulse, end_share, implicit, damping, stiffness, share, elastic_velocity;
-  double position[cairn_most_history], velocity[cairn_most_history], elastic[cairn_most_history],
-      damping_history[cairn_most_history];
-  double update[cairn_most_history * cairn_most_history], gain[cairn_most_history];
-  double largest;
-  int32_t histories;
-} cairn_scheme;
-typedef void cairn_integrator(double h, const double* params, cairn_scheme* scheme);
 #define CAIRN_INTEGRATOR(name, python, parameters, meaning) cairn_integrator cairn_integrator_##name;
 #include "../../integrators/integrators.def"
 #undef CAIRN_INTEGRATOR
-/* a2 to a5: history, NULL beyond what the scheme keeps. */
-void cairn_history_velocity(int32_t nd, int64_t nb, const cairn_scheme* scheme, int32_t k, const double* derivative,
-                            const double* inverse_mass, double* velocity_free, const double* damping);
-void cairn_smooth_change(int32_t dim, int32_t nd, int64_t nb, const cairn_scheme* scheme, const double* gravity,
-                         const double* mass, const double* inertia, const double* velocity_begin,
-                         const double* velocity, double* change, const double* a2, const double* a3, const double* a4,
-                         const double* a5, const double* force, const double* damping, const int8_t* driven);
-void cairn_history_update(int32_t dim, int32_t nd, int64_t nb, const cairn_scheme* scheme, const double* change,
-                          const double* inertia, double* a2, double* a3, double* a4, double* a5);
-void cairn_history_start(int32_t dim, int32_t nd, int64_t nb, const int8_t* known, const double* gravity,
-                         const double* mass, const double* inertia, const double* velocity, double* a2, double* a3,
-                         double* a4, double* a5, const double* force, const double* damping, const int8_t* driven);
 void cairn_theta_free_velocity(int32_t dim, int32_t nd, int64_t nb, double h, double theta, const double* gravity,
                                const double* mass, const double* inertia, const double* velocity, double* velocity_free,
                                double* inverse_mass, const double* force, const double* damping, const int8_t* driven,
@@ -134,16 +108,6 @@ void cairn_inverse_masses(int32_t dim, int32_t nd, int64_t nb, const double* mas
                           double* inverse_mass);
 
 /* ------------------------------------------------------------------ contacts of smooth scenes */
-void cairn_smooth_sides(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* body_a,
-                        const int32_t* body_b, const double* grain, const double* between, const double* point,
-                        int32_t has_offset, const double* centre, const double* position, double* lever_a,
-                        double* lever_b, double* grain_a, double* grain_b);
-void cairn_smooth_admit(int32_t n, const double* gap, const int32_t* status, double reach, int32_t states,
-                        double* state, int8_t* active, int32_t* lane, int32_t* count, int32_t* filled);
-void cairn_smooth_sums(int32_t count, int32_t m, const double* gap, const double* geometry, const double* energy,
-                       double* deepest, double* contacts, double* energies);
-void cairn_smooth_add(int32_t nd, int64_t n, const int32_t* body, const int32_t* place, const double* other,
-                      double* force);
 typedef void cairn_smooth_gather(int32_t n, int32_t m, const int32_t* lane, const int32_t* body_a,
                                  const int32_t* body_b, const double* velocity, const double* grain_a,
                                  const double* grain_b, const double* gap, const double* normal, const double* lever_a,
@@ -256,12 +220,9 @@ struct cairn_condensed {
 #include "../../sides/sides.def"
 #undef CAIRN_SIDE
 #undef CAIRN_MAPPED_SIDE
-
 void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
-
 /* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, has_residual,           \
-                  has_energy, bias_along, keeps, has_force)                                                            \
+#define CAIRN_LAW(name, ...)                                                                                           \
   cairn_law_prepare cairn_law_##name##_prepare;                                                                        \
   cairn_law_solve cairn_law_##name##_solve;                                                                            \
   cairn_law_commit cairn_law_##name##_commit;                                                                          \
@@ -280,27 +241,9 @@ typedef void cairn_pose(int32_t n, int32_t c, double h, double theta, const doub
 #define CAIRN_POSE(name, python) cairn_pose cairn_pose_##name;
 #include "../../poses/poses.def"
 #undef CAIRN_POSE
-/* Conductances of contacts [S | W/K], rows of networks.def; contact (n, columns), columns as below. */
-enum cairn_contact_column {
-  cairn_column_gap,            /* [m] */
-  cairn_column_force,          /* along the normal, positive where the contact pushes [N] */
-  cairn_column_radius,         /* effective [m] */
-  cairn_column_modulus,        /* effective, E* [Pa] */
-  cairn_column_conductivity_a, /* of the two sides [S/m | W/(m K)] */
-  cairn_column_conductivity_b,
-  cairn_column_hardness, /* of the softer side [Pa] */
-  cairn_column_area,     /* [m2] */
-  cairn_column_intact,   /* share of a bond that is intact */
-  cairn_column_depth,    /* of a 2D scene [m] */
-  cairn_contact_columns
-};
-typedef void cairn_conductance(int32_t n, const double* contact, int32_t parameters, const double* params,
-                               double* conductance);
+/* Rows of networks.def. */
 #define CAIRN_CONDUCTANCE(name, python, parameters, reads, meaning) cairn_conductance cairn_conductance_##name;
 #include "../../networks/networks.def"
-void cairn_film_conductance(int64_t n, double film, const double* clean, const int8_t* broken, double* conductance);
-void cairn_film_break(int64_t n, double power, double ratio, const double* radius, const double* force,
-                      const double* conductance, const double* current, int8_t* broken, int64_t* switched);
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
 
 /* ------------------------------------------------------------------ sweeps and passes over batches

@@ -16,10 +16,11 @@ VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedu
 }
 
 void VelocityError::follow(double error) {
-  constexpr double fall = 4, safety = 8;
+  constexpr double safety = 4;
   if (!asked()) return;
   if (!(error > 0x1p-40)) { // only rounding is left
     value_ = error;
+    confirmed_ = true;
     return;
   }
   if (!(kept_error_ > 0)) return keep(error);
@@ -29,11 +30,19 @@ void VelocityError::follow(double error) {
     known_ = true;
     keep(error);
   }
-  if (known_) value_ = safety * std::max(slope_, slope_before_) * error / speed();
+  if (!known_) return;
+  value_ = safety * std::max(slope_, slope_before_) * error / speed();
+  if (!(value_ <= accuracy_))
+    held_at_ = 0, confirmed_ = false;
+  else if (!(held_at_ > 0))
+    held_at_ = error;
+  else
+    confirmed_ = confirmed_ || error * fall <= held_at_;
 }
 
 double VelocityError::wanted(double error) const {
-  if (!(value_ > accuracy_)) return error / 4; // not known yet
+  if (!known_) return error / fall;
+  if (value_ <= accuracy_) return std::min(0.75 * error, held_at_ / fall);
   return error * std::clamp(accuracy_ / value_, 1.0 / 16, 0.75);
 }
 

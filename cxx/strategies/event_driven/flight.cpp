@@ -22,7 +22,9 @@ constexpr PairKind pair_kinds[] = {
 #undef CAIRN_PAIR
 };
 
-double norm(const double* v, int n) { return std::sqrt(std::inner_product(v, v + n, v, 0.0)); }
+double dot(const double* a, const double* b, int n) { return a[0] * b[0] + a[1] * b[1] + (n == 3 ? a[2] * b[2] : 0); }
+
+double norm(const double* v, int n) { return std::sqrt(dot(v, v, n)); }
 
 } // namespace
 
@@ -142,7 +144,7 @@ Contact EventDriven::look(const Simulation& s, const Pair& p, double time) const
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const int nd = b.dofs(), dim = b.dim;
-  double between[3], shift[3] = {0, 0, 0}, speed[3], change[3], largest = 0, speeds = 0;
+  double between[3], shift[3] = {0, 0, 0}, speed[3] = {0, 0, 0}, change[3] = {0, 0, 0}, largest = 0, speeds = 0;
   if (s.scene.cell.any()) image_shift(s.scene.cell, p.image, shift);
   const double ta = time - at_[p.body_a], tb = time - at_[p.body_b];
   const double *xa = b.position[p.body_a], *xb = b.position[p.body_b], *va = b.velocity[p.body_a],
@@ -164,9 +166,9 @@ Contact EventDriven::look(const Simulation& s, const Pair& p, double time) const
   pair_kinds[p.kind].contact(1, between, c.radius[p.a], c.radius[p.b],
                              directed ? &direction_[std::int64_t(p.b) * (dim + 1)] : none, &at.gap, at.normal, at.point,
                              &kept);
-  at.speed = std::inner_product(at.normal, at.normal + dim, speed, 0.0);
+  at.speed = dot(at.normal, speed, dim);
   if (std::abs(at.speed) <= 64 * rounding * speeds) at.speed = 0;
-  at.push = std::inner_product(at.normal, at.normal + dim, change, 0.0);
+  at.push = dot(at.normal, change, dim);
   at.blur = 8 * rounding * (largest + *c.radius[p.a] + *c.radius[p.b]);
   return at;
 }
@@ -179,7 +181,7 @@ double EventDriven::time_of_impact(const Simulation& s, const Pair& p, double fr
   double t = from;
   for (int pass = 0; pass < most_passes; ++pass) {
     const Contact at = look(s, p, t);
-    double change[3];
+    double change[3] = {0, 0, 0};
     for (int k = 0; k < dim; ++k)
       change[k] = acceleration_[nd * std::int64_t(p.body_a) + k] - acceleration_[nd * std::int64_t(p.body_b) + k];
     const double pull = flat ? std::max(0.0, -at.push) : norm(change, dim);

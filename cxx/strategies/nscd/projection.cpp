@@ -51,8 +51,8 @@ void Nscd::project_positions(Simulation& s) {
     margin = {settings.margin, nullptr};
   s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
                    &s.laws.rules());
-  projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_,
-                       law_share(), &s.meshes);
+  projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_, law_share(),
+                       &s.meshes);
   SolverOptions options = settings.solver;
   options.accuracy = std::numeric_limits<double>::infinity(); // these velocities move nothing but overlaps
   const SolveReport solved = projector_->solve(b, options);

@@ -46,9 +46,6 @@ class ElasticBody:
         if not sum(len(nodes) for nodes in cells.values()):
             raise ValueError(f"cells holds no cell: give one at least, of {', '.join(ELEMENTS)}")
         self.dim = self.points.shape[1]
-        #: what its cells are made of, as it was given
-        self.given = dict(young=young, poisson=poisson, density=density, plane=plane, thickness=thickness, lumped=lumped,
-                          rayleigh=rayleigh)  # fmt: skip
         self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
         self.elasticity = _elasticity(self.dim, checks.positive("young", young), checks.number("poisson", poisson), plane)
         self.plane, self.poisson = plane, float(poisson)

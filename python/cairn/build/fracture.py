@@ -47,11 +47,12 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     if not isinstance(body, ElasticBody):
         raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody")
     dim, made, sides_of, owner, joined = body.dim, [], [], {}, 0
+    made_of = {name: value for name, value in body.given.items() if name not in ("points", "cells", "groups")}
     for kind, cells in body.cells.items():
         for number, nodes in enumerate(cells):
             groups = {group: np.flatnonzero(np.isin(nodes, members)) for group, members in body.groups.items()}
             groups = {group: local for group, local in groups.items() if len(local)}
-            one = ElasticBody(body.points[nodes], {kind: [np.arange(len(nodes))]}, groups=groups, **body.given)
+            one = ElasticBody(body.points[nodes], {kind: [np.arange(len(nodes))]}, groups=groups, **made_of)
             sides = one.boundary_edges() if dim == 2 else one.boundary_faces()
             made.append((kind, number, nodes, one))
             sides_of.append([np.asarray(side)[np.asarray(side) >= 0] for side in sides])
@@ -61,6 +62,7 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
             key = tuple(np.sort(nodes[side]))
             if key in owner:
                 points[owner[key][0]].append(owner[key][1])
+                faced[owner[key][0]].append(owner[key][1])  # by which its points know their part of the surface
                 faced[piece].append(side)
                 joined += 1
             else:

@@ -43,7 +43,7 @@ class SolidBody(ElasticBody):
             kinematics = "total_lagrangian" if any(m.takes_gradient for m in self.materials.values()) else "small"
         if kinematics not in KINEMATICS:
             raise ValueError(f"kinematics is {kinematics!r}: give one of {', '.join(KINEMATICS)}")
-        self.kinematics, self.mean_dilatation, self.plane = kinematics, bool(mean_dilatation), plane
+        self.kinematics, self.mean_dilatation = kinematics, bool(mean_dilatation)
         if plane not in ("strain", "stress", "axisymmetric"):
             raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
         points = np.ascontiguousarray(points, float)
@@ -53,6 +53,7 @@ class SolidBody(ElasticBody):
             points, cells, young=1.0, poisson=0.0, density=density * around, groups=groups,
             thickness=1.0 if plane == "axisymmetric" else thickness, lumped=lumped,
         )  # fmt: skip
+        self.plane = plane
         if around > 1:
             self._weigh_rings(lumped, float(density))
         start, row, mass = self.lower[:3]

@@ -88,7 +88,7 @@ def why(error):
         errno.ENOTDIR: ("a part of the path is not a folder", "check the path"),
         errno.EISDIR: ("this is a folder", "give the name of a file"),
     }
-    return known.get(error.errno, (error.strerror or str(error), ""))
+    return known.get(error.errno, (error.strerror or str(error), "look at the disk and the path, or write to another disk"))
 
 
 def as_file_error(path, error):

@@ -106,8 +106,7 @@ class RunWriter:
         """Make the steps written so far part of the file.
 
         sync : True also waits until it is on the disk itself, False does not, None does so from time to time.
-        pace : do nothing if the last flush is less than so many seconds ago; a flush costs a few milliseconds, which the
-            steps of a small scene do not.
+        pace : do nothing if the last flush is less than so many seconds ago, since a flush costs more than small steps.
         """
         self._core.flush(sync, pace)
 

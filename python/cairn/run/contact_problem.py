@@ -53,11 +53,11 @@ def _of_nodes(rows, chosen, meshes, shape):
 
 
 def step_matrix(simulation, mesh, h):
-    """A of a mesh in a step of h [s], scipy.sparse (n dofs, n dofs): M + h theta C + h^2 theta^2 K, or M alone."""
-    body, ahead = mesh.body, h * simulation.strategy.theta
+    """A of a mesh in a step of h [s], scipy.sparse (n dofs, n dofs): M + damping C + stiffness K, as its integrator has it."""
+    body, step = mesh.body, simulation.strategy.moved_by().scheme(h)
     if getattr(body, "solver", None) is not None:
         raise ValueError(f"{mesh.name!r} has a solver of its own: contact problems are made of bodies that give their matrices")
-    return body.M if simulation.strategy.explicit else body.M + ahead * body.C + ahead**2 * body.K
+    return body.M if simulation.strategy.explicit else body.M + step["damping"] * body.C + step["stiffness"] * body.K
 
 
 def with_meshes(simulation, inverse, rows, chosen, h):

@@ -138,7 +138,6 @@ def snapshot(simulation):
     if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
         out["stress"] = _stress(simulation)
     pairs = contacts.bodies
-    kept = {name: getattr(contacts, name) for name in ("beta", "stored", "released")} if simulation._core.laws_keep else {}
     return out, {
         "point": contacts.point,
         "normal": contacts.normal,
@@ -147,7 +146,7 @@ def snapshot(simulation):
         "status": contacts.status,
         "body_a": pairs[:, 0],
         "body_b": pairs[:, 1],
-        **kept,
+        **contacts.of_laws(),
         **contacts.of_networks(),
     }
 

@@ -17,10 +17,11 @@ class Meshes:
         origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         for d, ids in sets_of_meshes(simulation):
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
+            mesh.number = len(self.meshes)
             self.meshes.append(mesh)
             self._core.add_mesh(_model(mesh, origin))
             if id(d) in kept:
-                self._core.restore_mesh(len(self.meshes) - 1, *kept[id(d)])
+                self._core.restore_mesh(mesh.number, *kept[id(d)])
         self._core.check_scene()
         self._core.follow_meshes()
         if state is not None:
@@ -68,8 +69,6 @@ def sets_of_meshes(simulation):
 def _model(mesh, origin):
     """What the core keeps of a mesh, a dict of arrays; the lower triangles of the matrices on one pattern."""
     d, body, dim = mesh.d, mesh.body, mesh.dim
-    if hasattr(body, "blocks"):
-        raise ValueError(f"{d.name!r} is a SolidBody, which is solved at rest: give an ElasticBody to a scene")
     own = getattr(body, "solver", None) is not None
     if own or not hasattr(body, "lower"):
         start, row, values = _lower([body.M] if own else [body.M, body.K, body.C], mesh.size)

@@ -53,7 +53,7 @@ def _content(sim, path, content):
         raise ValueError(f"dim is {content['dim']!r}: the scene has {dim}")
     names = [(_text(d["material"]), _text(d["group"])) for _, d in sorted(content["species"].items())]
     known, start = sim._sets, sim._sets_seen
-    sim._core.check_state(content["state"], len(names))
+    sim.check_state(content["state"], len(names))
     of_ids = {s.ids.tobytes(): s for s in known[start:]}
     later = [
         _later_from_dict(path, dim, d, of_ids.get(np.asarray(d["ids"], np.int64).tobytes()))

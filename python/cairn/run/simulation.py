@@ -55,6 +55,7 @@ class Simulation:
         self._core_scene = self._core.fingerprint()
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows = StepWarnings(), []
+        self.check_state = self._core.check_state  # what no simulation can have written is a ValueError
         self.contactors, self._stage = views.ContactorView(self._core), Place()
         self._start_functions()
         self._start_meshes()
@@ -214,8 +215,7 @@ class Simulation:
         h = self._dt if dt is None else checks.positive("dt", dt)
         self._follow_scene()
         self._apply_functions(h)
-        for part in filter(None, (self._meshes, self._networks)):
-            part.load(h)
+        _ = [part.load(h) for part in (self._meshes, self._networks) if part]
         return h
 
     def stepped(self, report, h):
@@ -451,8 +451,6 @@ class Simulation:
         self._dt, self._radii, self._info = dt, None, info
         self._start_functions()
         self._start_meshes(state)
-
-    # ------------------------------------------------------------------ words
 
     def _repr_html_(self):
         from ..post.notebook import of_simulation

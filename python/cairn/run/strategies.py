@@ -231,6 +231,12 @@ class NSCD(Strategy):
         return INTEGRATORS["Theta"](theta=self.theta) if self.integrator is None else self.integrator
 
     @property
+    def explicit(self):
+        """Whether deformable bodies move by their mass alone, A = M."""
+        step = self.moved_by().scheme(1.0)
+        return not (step["damping"] > 0 or step["stiffness"] > 0)
+
+    @property
     def end_share(self):
         """Of the end of the step in gravity and forces that change with time."""
         return self.theta if self.integrator is None else self.integrator.end_share

@@ -176,6 +176,10 @@ class ContactView(_View):
     def _remedy(self, name):
         return "contacts are what the last step found, and are not set; sim.bodies.set(...) sets position, velocity and rotation"
 
+    def of_laws(self):
+        """What laws that keep their pairs say of the contacts, {name: (n,)}; {} in scenes without such laws."""
+        return {name: getattr(self, name) for name in ("beta", "stored", "released")} if self._core.laws_keep else {}
+
     def of_networks(self):
         """Conductances, currents and heat of the contacts by name, {name: (n,)}; {} in scenes without networks."""
         return {name: getattr(self, name) for name in self._of_networks if self._core.has_contact(name)}
@@ -264,7 +268,6 @@ class MeshView(_View):
     body = property(lambda self: self._mesh.body)
     ids = property(lambda self: self._mesh.node_ids)
     held = property(lambda self: self._mesh.held)
-    all_ids = property(lambda self: self._mesh.all_ids)
     contact_nodes = property(lambda self: self._mesh.d.contact_nodes)
 
     @property
@@ -337,7 +340,7 @@ class MeshView(_View):
         return {kind: dict(zip(own, state.T)) for kind, own, (_, state) in zip(self.body.cells, names, self._bulk())}
 
     def _bulk(self):
-        return self._core.mesh_bulk(self._simulation._meshes.meshes.index(self._mesh))
+        return self._core.mesh_bulk(self._mesh.number)
 
     def nodal_stress(self):
         """Mean of the stresses of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""

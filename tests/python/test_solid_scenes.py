@@ -1,0 +1,146 @@
+"""Bodies of materials of solids in scenes: Newton's method round the contact solver, plastic work, restart, what goes wrong."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn import J2Plasticity, KelvinVoigt, NeoHookean, SolidBody
+from cairn.build.bulk import BULK_MATERIALS
+from second_order import box
+
+
+def dropped(dim, material, *, height=0.02, counts=3, kind=None, dt=1e-3, speed=0.0, strategy=None, **options):
+    """A block above a plane, under gravity."""
+    kind = kind or ("quad" if dim == 2 else "hexahedron")
+    points, cells = box(kind, (counts,) * dim, (1.0,) * dim)
+    points[:, -1] += height
+    body = SolidBody(points, cells, material, density=1000.0, **options)
+    rock = cn.Material("rock", density=2500.0)
+    down = np.zeros(dim)
+    down[-1] = -10.0
+    scene = cn.Scene(dim=dim, gravity=down)
+    velocity = np.zeros(dim)
+    velocity[-1] = -speed
+    scene.add(cn.deformable(body, rock, contact=np.arange(len(points)), velocity=velocity))
+    scene.add(cn.wall((0.0,) * dim, tuple(-down / 10.0), rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    return cn.Simulation(scene, dt=dt, strategy=strategy or cn.NSCD(solver=cn.NLGS(tol=1e-10)))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_neo_hookean_block_falls_on_a_plane(dim):
+    sim = dropped(dim, NeoHookean(young=2e5, poisson=0.3), rayleigh=(20.0, 2e-3))
+    passes, errors = [], []
+    for _ in range(800):
+        report = sim.step()
+        assert report["status"] == "converged"
+        passes.append(report["newton_passes"])
+        errors.append(report["newton_error"])
+    assert max(errors) <= 1e-8 and 1 < max(passes) < 8
+    assert np.abs(sim.contacts.force[:, -1]).sum() == pytest.approx(10_000.0, rel=5e-3)
+    energy = sim.info["energy"]
+    assert abs(energy["closure"]) < 1e-9 * energy["in_play"]
+    assert sim.meshes[0].stress[next(iter(sim.meshes[0].stress))][:, dim - 1].mean() == pytest.approx(-5000.0, rel=0.2)
+
+
+def test_one_pass_where_the_law_is_linear():
+    """Small strains of Hooke's law: one pass, and the way of the linear body to rounding."""
+    ways = []
+    points, cells = box("quad", (3, 3), (1.0, 1.0))
+    points[:, 1] += 0.02
+    rock = cn.Material("rock", density=2500.0)
+    for solid in (False, True):
+        body = cn.ElasticBody(points, cells, young=2e5, poisson=0.3, density=1000.0, rayleigh=(1.0, 1e-3))
+        if solid:
+            material = BULK_MATERIALS["IsotropicElastic"](young=2e5, poisson=0.3)
+            body = SolidBody(points, cells, material, density=1000.0, rayleigh=(1.0, 1e-3))
+        scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+        scene.add(cn.deformable(body, rock, contact=np.arange(len(points))))
+        scene.add(cn.wall((0, 0), (0, 1), rock))
+        scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-12)))
+        for _ in range(150):
+            report = sim.step()
+            assert report["newton_passes"] == (1 if solid else 0)
+        ways.append((sim.meshes[0].displacement, sim.info["energy"]))
+    assert np.abs(ways[0][0] - ways[1][0]).max() < 1e-9
+    for term in ("kinetic", "stored", "dissipated_bulk", "dissipated_integrator"):
+        assert ways[0][1][term] == pytest.approx(ways[1][1][term], rel=1e-6, abs=1e-6)
+
+
+def test_kelvin_and_voigts_body_is_rayleigh_damping():
+    """Viscosity in proportion to stiffness is damping b K."""
+    ways = []
+    for b in (0.0, 3e-3):
+        if b:
+            material = BULK_MATERIALS["IsotropicElastic"](young=2e5, poisson=0.3)
+        else:
+            material = KelvinVoigt(young=2e5, poisson=0.3, viscous_young=2e5 * 3e-3, viscous_poisson=0.3)
+        sim = dropped(2, material, rayleigh=(0.0, b), strategy=cn.NSCD(theta=0.7, solver=cn.NLGS(tol=1e-12)))
+        for _ in range(100):
+            sim.step()
+        energy = sim.info["energy"]
+        ways.append((sim.meshes[0].displacement, energy["dissipated_material"] + energy["dissipated_bulk"]))
+    assert np.abs(ways[0][0] - ways[1][0]).max() < 1e-9
+    assert ways[0][1] == pytest.approx(ways[1][1], rel=0.05) and ways[0][1] > 1.0
+
+
+def test_plastic_work_and_restart(tmp_path):
+    """A block thrown at a plane keeps its dents; what it dissipated is told; a restart goes on to the same bits."""
+    steel = J2Plasticity(young=2e6, poisson=0.3, yield_stress=3e4, isotropic=2e4)
+    ways = []
+    for stop in (False, True):
+        sim = dropped(2, steel, speed=6.0, kinematics="logarithmic", mean_dilatation=True)
+        for k in range(60):
+            if stop and k == 30:
+                sim.checkpoint(tmp_path / "half.checkpoint.h5")
+                sim = dropped(2, steel, speed=6.0, kinematics="logarithmic", mean_dilatation=True)
+                sim.restore(tmp_path / "half.checkpoint.h5")
+            report = sim.step()
+            assert report["status"] == "converged"
+        ways.append((sim.meshes[0].displacement, sim.meshes[0].velocity, sim.info["energy"]))
+    energy = ways[0][2]
+    start = 0.5 * 1000.0 * 36.0
+    assert 0.2 * start < energy["dissipated_material"] < start
+    assert np.array_equal(ways[0][0], ways[1][0]) and np.array_equal(ways[0][1], ways[1][1])
+    assert energy == ways[1][2]
+
+
+def test_a_cell_that_turns_inside_out_is_named_and_the_step_undone():
+    sim = dropped(2, NeoHookean(young=1e3, poisson=0.3), speed=300.0, dt=0.02)
+    sim.step(1e-6)
+    before = [sim.bodies.position.copy(), sim.bodies.velocity.copy(), sim.time]
+    with pytest.raises(ValueError, match="mesh 'mesh'.*quad cell"):
+        for _ in range(50):
+            before = [sim.bodies.position.copy(), sim.bodies.velocity.copy(), sim.time]
+            sim.step()
+    assert np.array_equal(sim.bodies.position, before[0]) and np.array_equal(sim.bodies.velocity, before[1])
+    assert sim.time == before[2]
+    sim.step(1e-6)
+
+
+def test_too_few_passes_are_told():
+    strategy = cn.NSCD(newton_passes=1, solver=cn.NLGS(tol=1e-10))
+    sim = dropped(2, NeoHookean(young=2e5, poisson=0.3), speed=3.0, strategy=strategy)
+    found = [sim.step() for _ in range(20)]
+    worst = next(r for r in found if r["status"] == "newton_limit")
+    assert worst["newton_error"] > 1e-8
+    assert "mesh 'mesh'" in worst["hint"] and "quad cell" in worst["hint"]
+
+
+def test_powers_of_two_keep_bits():
+    """Lengths doubled, times too (gravity halved), stresses and masses to match."""
+    ways = []
+    for s in (1.0, 2.0):
+        points, cells = box("quad", (2, 2), (s, s))
+        points[:, 1] += 0.02 * s
+        rock = cn.Material("rock", density=2048.0)
+        body = SolidBody(points, cells, NeoHookean(young=2e5, poisson=0.3), density=1024.0)
+        scene = cn.Scene(dim=2, gravity=(0.0, -8.0 / s))
+        scene.add(cn.deformable(body, rock, contact=np.arange(len(points)), velocity=(0.0, -1.0)))
+        scene.add(cn.wall((0, 0), (0, 1), rock))
+        scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, dt=2.0**-10 * s)
+        for _ in range(60):
+            sim.step()
+        ways.append(sim.meshes[0].displacement / s)
+    assert np.array_equal(*ways)
