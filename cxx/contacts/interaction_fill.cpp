@@ -235,7 +235,8 @@ void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::
   const std::int32_t carrier = body(side ? c.contactor_b[i] : c.contactor_a[i]);
   double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
   if (cell->any() && side) image_shift(*cell, c.image[i], shift);
-  for (int k = 0; k < dim(); ++k) point[k] = c.point[dim() * i + k] - shift[k];
+  const int d = dim() == 2 ? 2 : 3;
+  for (int k = 0; k < d; ++k) point[k] = c.point[d * i + k] - shift[k];
   const Mapping m = meshes->mapping(*bodies, carrier, point);
   const cairn_condensed& of = system.condensed_dofs[m.mesh];
   const auto first = std::int32_t(of.velocity - system.condensed_velocity.data());
