@@ -74,7 +74,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const LawInfo& law = law_infos()[b.law];
   const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
-  alignas(64) double flight[128];
+  alignas(64) double flight[128] = {};
   const bool flying = flies_as_round();
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
