@@ -1,7 +1,9 @@
 """Kernels of core_f90 called alone, with numpy arrays: their arguments are those that core.h says."""
 
+import atexit
 import ctypes
 import functools
+import os
 import re
 from pathlib import Path
 
@@ -12,6 +14,9 @@ from cairn import _core
 HEADERS = Path(__file__).resolve().parents[2] / "core_f90" / "include" / "cairn"
 TYPES = {"int8_t": (ctypes.c_int8, np.int8), "int16_t": (ctypes.c_int16, np.int16), "int32_t": (ctypes.c_int32, np.int32),
          "int64_t": (ctypes.c_int64, np.int64), "double": (ctypes.c_double, np.float64)}  # fmt: skip
+CALLED = set()  # names of kernels
+if "CAIRN_KERNELS_CALLED" in os.environ:  # test_kernels_all.py counts those that have a twin
+    atexit.register(lambda: Path(os.environ["CAIRN_KERNELS_CALLED"]).write_text("\n".join(sorted(CALLED))))
 PROTOTYPE = re.compile(r"^(?:typedef )?(void|double|int32_t|int64_t) (cairn_\w+)\(([^;{]*?)\);", re.M | re.S)
 
 
@@ -24,6 +29,13 @@ def prototypes():
         words = [re.sub(r"\bconst\b", "", a).split() for a in arguments.split(",")]
         found[name] = result, [(w[0].rstrip("*"), "*" in "".join(w)) for w in words]
     return found
+
+
+def rows(name, macro):
+    """Fields of each row of a list of core_f90 (elements/elements.def), as words."""
+    text = (HEADERS.parents[1] / name).read_text(encoding="utf-8")
+    for row in re.findall(rf"^{macro}\((.*)\)$", text, re.M):
+        yield [field.strip().strip('"') for field in re.findall(r'\s*("[^"]*"|[^,"]+)\s*(?:,|$)', row)]
 
 
 class Context(ctypes.Structure):
@@ -44,6 +56,7 @@ def kernel(name, like=None):
     function.argtypes = [ctypes.c_void_p if pointer else TYPES[kind][0] for kind, pointer in arguments]
 
     def call(*given):
+        CALLED.add(name)
         assert len(given) == len(arguments), f"{name} takes {len(arguments)} arguments"
         ready = []
         for value, (kind, pointer) in zip(given, arguments):
