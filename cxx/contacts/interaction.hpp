@@ -25,7 +25,7 @@ class Scratch;
 // Rows of laws.def, in its order.
 enum class Law : std::int16_t {
 #define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, has_residual,           \
-                  has_energy, bias_along, keeps, has_force)                                                            \
+                  has_energy, gives, keeps, has_force)                                                                 \
   name,
 #include "../../core_f90/contact_laws/laws.def"
 #undef CAIRN_LAW
@@ -45,6 +45,7 @@ struct LawInfo {
   std::vector<double> state_begin; // of a contact that is new
   bool has_prepare = false, has_solve = false, has_commit = false;
   bool normal_bias = false; // no bias of tangential velocities
+  bool yields = false;      // may have a compliance: its contacts keep room for one
   // A pair stays a contact while its first state variable is above 0, which is 1 where bodies came in together and
   // touched; holds: it is then held fast, and under Coulomb's cone, with the first parameter, where it is 0.
   bool keeps = false, holds = false;

@@ -411,7 +411,7 @@ void Interactions::State::lay_out() {
     if (b.mapped_a) lay_out_mapping(b, b.node_a, b.dof_a, b.response_a, b.stride_a);
     if (b.mapped_b) lay_out_mapping(b, b.node_b, b.dof_b, b.response_b, b.stride_b);
     b.bias = take(b.components);
-    const bool may_yield = pose.kernel || (law.plugged() && law.has_prepare);
+    const bool may_yield = pose.kernel || law.yields;
     b.compliance = may_yield ? take(b.components) : nullptr;
     system.compliant = system.compliant || may_yield;
     b.delassus = take(block(b));

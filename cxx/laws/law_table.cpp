@@ -47,7 +47,8 @@ constexpr std::size_t most_laws = 1024;
 #define CAIRN_SLOT_YES(kernel) kernel
 #define CAIRN_SLOT_NO(kernel) nullptr
 std::vector<LawInfo> built_in_laws() {
-  constexpr bool YES = true, NO = false, NORMAL = true, ALL = false;
+  constexpr bool YES = true, NO = false;
+  enum Giving { ALL, NORMAL, YIELDS };
   enum Keeping { lets_go, KEEPS, HOLDS };
   std::vector<LawInfo> all;
   all.reserve(most_laws);
@@ -55,8 +56,8 @@ std::vector<LawInfo> built_in_laws() {
     declare_law(law, parameters, state);
     all.push_back(std::move(law));
   };
-#define CAIRN_LAW(row, python, c2, c3, takes, remembers, prepares, solves, commits, measures, stores, bias_along,      \
-                  keeping, forces)                                                                                     \
+#define CAIRN_LAW(row, python, c2, c3, takes, remembers, prepares, solves, commits, measures, stores, gives, keeping,  \
+                  forces)                                                                                              \
   add(takes, remembers,                                                                                                \
       {.name = #row,                                                                                                   \
        .python_name = #python,                                                                                         \
@@ -68,7 +69,8 @@ std::vector<LawInfo> built_in_laws() {
        .has_prepare = prepares,                                                                                        \
        .has_solve = solves,                                                                                            \
        .has_commit = commits,                                                                                          \
-       .normal_bias = bias_along,                                                                                      \
+       .normal_bias = gives == NORMAL,                                                                                 \
+       .yields = gives == YIELDS,                                                                                      \
        .keeps = keeping != 0,                                                                                          \
        .holds = int(keeping) == HOLDS,                                                                                 \
        .prepare = CAIRN_SLOT_##prepares(cairn_law_##row##_prepare),                                                    \

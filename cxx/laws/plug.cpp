@@ -163,6 +163,7 @@ Law plug_law(const std::string& library, const std::string& name, const PlugOpti
   law.has_solve = d.solve != nullptr;
   law.has_commit = d.commit != nullptr;
   law.normal_bias = d.normal_bias != 0 && law.state.empty();
+  law.yields = true; // nothing says whether it does
   law.thread_safe = d.thread_unsafe == 0 && !options.serial;
   law.prepare = d.prepare;
   law.solve = d.solve;

@@ -134,6 +134,41 @@ TEST(OneDisk, BouncesAsItsLawSays) {
   EXPECT_DOUBLE_EQ(Drop(-0.01, 0, -3).solve(Law::gap_coulomb, {0.3})[1], 1) << "overlap is pushed back";
 }
 
+// h c = 2 N s/m: an impulse gives way by half its size.
+void give_way(std::int32_t n, std::int32_t c, const cairn_law_context*, const double*, const double*, const double*,
+              double*, double* bias, double* compliance, double* mu) {
+  std::fill_n(bias, n * c, 0.0);
+  std::fill_n(compliance, n * c, 0.0);
+  std::fill_n(compliance, n, 0.5);
+  std::fill_n(mu, n, 0.0);
+}
+
+// As a row of the list would, not as a law from a library. The mass is 2: r = 2 (v_free - v) = -2 v.
+TEST(OneDisk, SinksWhereItsLawHasACompliance) {
+  LawInfo law;
+  law.name = law.python_name = "gives_way_in_a_test";
+  law.components2 = 2;
+  law.has_prepare = law.yields = true;
+  law.prepare = give_way;
+  const Law row = register_law(law, true);
+  Drop sinks(0, 2, -3);
+  const double* v = sinks.solve(row, {});
+  EXPECT_DOUBLE_EQ(v[1], -1.5);
+  EXPECT_DOUBLE_EQ(v[0], 2);
+  EXPECT_EQ(sinks.report.status, SolveStatus::converged);
+  // on a disk that moves as well: 1/2 + 1/2 between bodies, 1/2 of the law
+  Drop hits(0, 0, -3);
+  hits.s.candidates = Candidates();
+  const std::int32_t other = hits.s.add_body({0, -1}, 0.5, 1.0);
+  hits.s.add_contactor(other, Shape::disk, 1);
+  std::fill_n(hits.s.bodies.velocity[other], 3, 0.0);
+  std::fill_n(hits.s.bodies.velocity_free[other], 3, 0.0);
+  hits.s.detect_round(1);
+  ASSERT_EQ(hits.s.candidates.count, 1);
+  EXPECT_DOUBLE_EQ(hits.solve(row, {})[1], -2);
+  EXPECT_DOUBLE_EQ(hits.s.bodies.velocity[other][1], -1);
+}
+
 TEST(OneDisk, RubsAsItsLawSays) {
   Drop slides(0, 2, -3);
   EXPECT_EQ(slides.solve(Law::frictionless, {})[0], 2);

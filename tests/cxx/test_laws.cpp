@@ -1,6 +1,7 @@
 // Local solutions of one contact against the law itself, on random blocks and at the ends of the range of friction.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -143,6 +144,32 @@ TEST(Bonded, HoldsBondsAndLeavesTheOthersToTheCone) {
       }
     }
   }
+}
+
+// A contact whose row does not say so has no room for a compliance, and drops it.
+TEST(LawTable, OnlyRowsThatSayItYield) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  constexpr int most = 32;
+  for (const LawInfo& law : law_infos())
+    for (int dim : {2, 3}) {
+      const int c = law.components(dim);
+      if (!law.prepare || law.yields || c == 0) continue;
+      std::vector<double> gap(n), u(n * c), params(most * n), state(most * n), bias(n * c), compliance(n * c, 7.0),
+          mu(n), geometry(3 * n, 1e-3);
+      for (int i = 0; i < n; ++i) {
+        gap[i] = 0.1 * uniform(random);
+        for (int k = 0; k < c; ++k) u[k * n + i] = uniform(random);
+        for (std::size_t p = 0; p < law.parameters.size(); ++p)
+          params[p * n + i] =
+              std::clamp(0.5 + 0.4 * uniform(random), law.parameters[p].smallest, law.parameters[p].largest);
+        for (int p = 0; p < law.state_columns(dim); ++p) state[p * n + i] = i % 2 ? 1 : 0;
+      }
+      const cairn_law_context context{0.01, 0.5, geometry.data(), nullptr};
+      law.prepare(n, c, &context, gap.data(), u.data(), params.data(), state.data(), bias.data(), compliance.data(),
+                  mu.data());
+      for (double e : compliance) ASSERT_EQ(e, 0) << law.name << " in " << dim << "D: its row shall say YIELDS";
+    }
 }
 
 TEST(LawTable, RefusesWhatIsOutOfRange) {
