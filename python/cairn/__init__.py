@@ -124,3 +124,5 @@ __all__ = [
 names.teach(globals(), (name for name in __all__ if name not in _LATER))
 for _space in (pre, pre.masonry):
     names.teach(vars(_space), _space.__all__)
+for _space in (pre.grains, pre.mass_properties, pre.mesh):
+    names.teach(vars(_space))

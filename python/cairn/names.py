@@ -49,6 +49,55 @@ def takes(*known):
     return mark
 
 
+class Spelt:
+    """Base of classes whose attributes are looked at: one that is misspelt is refused and not made anew.
+
+    Names that are like none of the object's are the user's own, and may be set.
+    """
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        raise AttributeError(f"{type(self).__name__} has no {name!r}{self._elsewhere(name) or meant(name, dir(self))}")
+
+    def __setattr__(self, name, value):
+        if name[0] != "_" and name not in self.__dict__:
+            held = getattr(type(self), name, None)
+            if isinstance(held, property) and held.fset is None:
+                remedy = self._elsewhere(name).removeprefix("; ") or "it is what was found or chosen"
+                what = f"{name} of {type(self).__name__} is {getattr(self, name)!r}"
+                raise AttributeError(f"{what} and cannot be assigned: {remedy}")
+            if held is None and vars(self).get("_made"):
+                known = [word for word in dir(self) if word[0] != "_"]
+                like = difflib.get_close_matches(name, known, 1, 0.8)
+                told = self._elsewhere(name) or (f"; did you mean {like[0]!r}?" if like else "")
+                if told:
+                    raise AttributeError(f"{type(self).__name__} has no {name!r} to be assigned{told}")
+        object.__setattr__(self, name, value)
+
+    def _elsewhere(self, name):
+        """Where else what bears this name is found, or how it is changed: '; give ...', or nothing."""
+        return ""
+
+
+def _frozen(self, name, value):
+    from dataclasses import FrozenInstanceError, fields
+
+    known = [field.name for field in fields(self)]
+    own = type(self).__name__
+    what = f"{name} is {getattr(self, name)!r}" if name in known else f"{own} has no {name!r}{meant(name, known)}"
+    raise FrozenInstanceError(f"{what}: a {own} does not change; make another, {own}({name}=...)")
+
+
+def within(what, parts, name):
+    """'; did you mean sim.bodies.velocity?' of a name that a part of an object has, or one like it; nothing else. what: 'sim'."""
+    known = {}
+    for part, held in parts.items():
+        known |= {word: part for word in (*getattr(held, "names", ()), *dir(held)) if word[0] != "_"}
+    like = name if name in known else next(iter(difflib.get_close_matches(name, known, 1, 0.8)), None)
+    return "" if like is None else f"; did you mean {what}.{known[like]}.{like}?"
+
+
 def telling(function, called=None):
     """The function; a call with wrong arguments says what is right and what may have been meant, in a TypeError."""
     signature = inspect.signature(function)
@@ -122,6 +171,8 @@ def teach(namespace, public=None, package="cairn"):
 def _teach_class(cls):
     if "_told_of" in vars(cls) or issubclass(cls, BaseException) or cls.__module__.partition(".")[0] != "cairn":
         return
+    if getattr(vars(cls).get("__dataclass_params__"), "frozen", False):
+        cls.__setattr__ = _frozen
     for name, member in list(vars(cls).items()):
         if isinstance(member, types.FunctionType) and not hasattr(member, "__wrapped__"):
             if name == "__init__" or not name.startswith("_"):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..names import listed, takes
+from ..names import Spelt, listed, takes
 from ..pre import checks
 from .materials import Material
 
@@ -34,9 +34,13 @@ class ContactorSet:
     hull: np.ndarray | None = None
     hulls: object = None
 
+    def __post_init__(self):
+        if not isinstance(self.material, Material):
+            raise ValueError(f"material is {self.material!r}: give a cairn.Material")
+
 
 @dataclass
-class BodySet:
+class BodySet(Spelt):
     """n bodies. position (n, dim) [m]; mass (n,) [kg]; inertia (n, 1 | 3) [kg m2]; velocity (n, dofs); rotation (n,) angle
     or (n, 4) quaternion; driven: names of dofs whose velocity is imposed; drive: that velocity, (dofs,) or (n, dofs),
     or a function of time giving it; force: the same for applied forces and torques; damping [1/s]."""
@@ -55,6 +59,9 @@ class BodySet:
     damping: float | np.ndarray | None = None
     ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene
     mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
+
+    def __post_init__(self):
+        self._made = True
 
     def __len__(self):
         return len(self.position)
@@ -89,6 +96,8 @@ def checked(s: BodySet) -> BodySet:
         s.velocity = _spread("velocity", s.velocity, len(s), len(names), s.dim)
     for name in ("drive", "force"):
         value = getattr(s, name)
+        if name == "drive" and getattr(value, "needs_simulation", False):
+            raise ValueError(f"velocity is a {type(value).__name__}, which is a force: give force=, with mass and free dofs")
         if value is not None and not callable(value):
             setattr(s, name, _spread(name, value, len(s), len(names), s.dim))
     if s.damping is not None:

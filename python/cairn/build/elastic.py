@@ -20,6 +20,11 @@ ELEMENTS = {e["cell"]: e for e in _core.elements()}
 SIDES = {cell: np.array(e["sides"])[:, : 2 * e["dim"] - 2] for cell, e in ELEMENTS.items()}
 
 
+def _checked_cells(cells):
+    if not isinstance(cells, dict):
+        raise ValueError(f"cells is {type(cells).__name__}: give {{kind: nodes (m, k)}}, of the kinds {', '.join(ELEMENTS)}")
+
+
 class ElasticBody:
     """Small displacements, isotropic elasticity, consistent or lumped mass, Rayleigh damping.
 
@@ -33,6 +38,7 @@ class ElasticBody:
         self, points, cells, *, young, poisson, density=0.0, groups=None, plane="strain", thickness=1.0,
         lumped=False, rayleigh=(0.0, 0.0),
     ):  # fmt: skip
+        _checked_cells(cells)
         #: what it was made of, as scene files hold it
         self.given = {name: value for name, value in locals().items() if name != "self"}
         self.points = np.ascontiguousarray(points, float)

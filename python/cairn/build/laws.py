@@ -22,7 +22,18 @@ class Law:
     parameter_names: tuple[str, ...] = ()
 
     def __init__(self, values):
-        self.values = tuple(values)
+        object.__setattr__(self, "values", tuple(values))
+
+    def __setattr__(self, name, value):
+        own = type(self).__name__
+        if name in self.parameter_names:
+            raise AttributeError(f"{name} of {own} is {getattr(self, name):g}, and stays so: make another, {own}({name}=...)")
+        raise AttributeError(f"{own} has no parameter {name!r}; it has {listed(self.parameter_names, name)}")
+
+    def __getattr__(self, name):
+        if name not in self.parameter_names:
+            raise AttributeError(f"{type(self).__name__} has no parameter {name!r}; it has {listed(self.parameter_names, name)}")
+        return self.values[self.parameter_names.index(name)]
 
     def __repr__(self):
         words = ", ".join(f"{n}={v:g}" for n, v in zip(self.parameter_names, self.values))

@@ -97,6 +97,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     body does not touch itself.
     """
     given = {key: value for key, value in locals().items() if key != "body"}
+    if not hasattr(body, "points") or not hasattr(body, "nodal_mass"):
+        raise ValueError(f"body is {body!r}: give a cairn.ElasticBody, LinearBody or SolidBody")
     dim, places = body.dim, body.points
     n = len(places)
     nodes = _nodes(body, contact)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from ..names import listed
+from ..names import Spelt, listed
 from ..pre import checks
 from ..run import time_functions
 from . import bodies, shapes
@@ -50,7 +50,7 @@ class Periodic:
         return periodic, vectors, corner, gradient
 
 
-class Scene:
+class Scene(Spelt):
     """Bodies and the laws between them.
 
     dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are kept relative
@@ -60,16 +60,16 @@ class Scene:
     """
 
     def __init__(self, dim, gravity=None, *, origin=None, depth=1.0, periodic=None):
-        self.dim = checks.dimension(dim)
+        self._dim = checks.dimension(dim)
         self.gravity = np.zeros(dim) if gravity is None else gravity
-        if not callable(self.gravity):
-            self.gravity = checks.real_array("gravity", self.gravity, (dim,))
         self.origin = checks.real_array(
             "origin", np.zeros(dim) if origin is None else origin, (dim,)
         )
         self.depth = checks.positive("depth", depth)
         self.periodic = periodic
         if periodic is not None:
+            if not isinstance(periodic, Periodic):
+                raise ValueError(f"periodic is {periodic!r}: give cairn.Periodic(lengths=...), with a length for each axis")
             periodic.arrays(self.dim)
         self.sets: list[bodies.BodySet] = []
         self._materials: dict[str, Material] = {}
@@ -77,6 +77,24 @@ class Scene:
         self.networks: dict[str, object] = {}  # electrical, thermal
         self.count = 0
         self.legacy = None  # where the scene came from, if cairn.legacy made it
+        self._made = True
+
+    @property
+    def dim(self):
+        """2 or 3."""
+        return self._dim
+
+    @property
+    def gravity(self):
+        """(dim,) [m/s2], or the function of time that gives it."""
+        return self._gravity
+
+    @gravity.setter
+    def gravity(self, value):
+        self._gravity = value if callable(value) else checks.real_array("gravity", value, (self._dim,))
+
+    def _elsewhere(self, name):
+        return "; make another scene" if name == "dim" else ""
 
     # ------------------------------------------------------------------ building
 

@@ -191,7 +191,8 @@ def _bodies(name, given, position, is_shape):
             raise ValueError(f"{name} is {type(given).__name__}: give a list with one item for each body") from None
         for k, parts in enumerate(bodies):
             if not parts or not all(is_shape(p) for p in parts):
-                raise ValueError(f"{name}[{k}] is no shape and no list of shapes: see the documentation of this function")
+                due = "an array of corners (m, 2)" if is_shape is _is_outline else "a mesh, (vertices (m, 3), faces)"
+                raise ValueError(f"{name}[{k}] is no shape and no list of shapes: give {due}, or a list of such convex parts")
     if not bodies:
         raise ValueError(f"{name} is empty: give at least one body")
     if position is None:
@@ -245,8 +246,11 @@ def _polygon(name, x):
     follower = np.roll(d, -1, axis=0)
     fans = d[:, 0] * follower[:, 1] - d[:, 1] * follower[:, 0]
     x, fans = (x[::-1], -fans) if np.sum(fans) < 0 else (x, fans)
-    # seen from a corner those of a convex outline follow each other; else the kernel would take the hull of a star
-    if len(x) and np.min(fans) < -1e-7 * np.max(np.abs(d)) ** 2:
+    # seen from a corner those of a convex outline follow each other, and it turns one way at all of them; else the kernel would
+    # take the hull of a star, or of a dart
+    edge = np.roll(x, -1, axis=0) - x
+    turns = edge[:, 0] * np.roll(edge[:, 1], -1) - edge[:, 1] * np.roll(edge[:, 0], -1)
+    if len(x) and min(np.min(fans), np.min(turns)) < -1e-7 * np.max(np.abs(d)) ** 2:
         raise ValueError(f"{name} is not convex, or its corners are not in order: give convex parts (cairn.pre.convex_parts)")
     return x
 

@@ -11,7 +11,7 @@ import numpy as np
 from .. import _core
 from ..pre import checks
 from .bulk import BulkMaterial
-from .elastic import ElasticBody
+from .elastic import ElasticBody, _checked_cells
 
 KINEMATICS = ("small", "corotational", "total_lagrangian", "logarithmic")
 
@@ -32,6 +32,7 @@ class SolidBody(ElasticBody):
         self, points, cells, material, *, density=0.0, groups=None, kinematics=None, plane="strain", thickness=1.0,
         mean_dilatation=False, lumped=False, rayleigh=(0.0, 0.0),
     ):  # fmt: skip
+        _checked_cells(cells)
         given = material if isinstance(material, dict) else dict.fromkeys(cells, material)
         for kind in cells:
             if not isinstance(given.get(kind), BulkMaterial):

@@ -9,7 +9,7 @@ import os
 import sys
 
 from . import completion, convert, doctor, import_blocks, info, new_law, plot, run, solve, study, sweep, verify, view, wrap_law
-from .errors import in_a_line, interrupted, line_of, meant_to_be_read
+from .errors import in_a_line, interrupted, line_of, meant_to_be_read, show_own
 from .parser import Parser, add_command
 
 COMMANDS = {
@@ -96,8 +96,9 @@ def main(arguments=None):
     except Exception as error:
         place = ""
         if passed_on is not None:
-            if not meant_to_be_read(error):
-                raise  # the script's own trouble: show where
+            if not meant_to_be_read(error):  # the script's own trouble: show where
+                show_own(error, options.what)
+                return 1
             place = line_of(error, options.what)
         elif not (isinstance(error, (OSError, ValueError, LookupError, TypeError, ImportError)) or meant_to_be_read(error)):
             raise

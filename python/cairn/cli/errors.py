@@ -67,11 +67,27 @@ def interrupted(error):
     return 130
 
 
+def show_own(error, script):
+    """What Python says of an error in a user's script, from the script on: the frames before are Cairn's and tell nothing."""
+    import traceback
+
+    trace = error.__traceback__
+    while trace is not None and os.path.abspath(trace.tb_frame.f_code.co_filename) != os.path.abspath(script):
+        trace = trace.tb_next
+    traceback.print_exception(type(error), error, trace)
+
+
 def save_picture(ax, path, dpi):
     """Saves the figure of some axes; trouble with the file becomes a FileError."""
-    from ..post.errors import as_file_error
+    from ..post.errors import FileError, as_file_error
 
     try:
+        kinds = ax.figure.canvas.get_supported_filetypes()
+        ending = os.path.splitext(path)[1].lower().removeprefix(".")
+        if ending not in kinds:
+            raise FileError(path, f"pictures are no .{ending}", "give a name that ends in .png, .pdf, .svg or .jpg")
         ax.figure.savefig(path, dpi=dpi)
     except OSError as error:
+        if isinstance(error, FileError):
+            raise
         raise as_file_error(path, error) from error

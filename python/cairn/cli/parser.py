@@ -12,6 +12,20 @@ class Parser(argparse.ArgumentParser):
         if action.choices is not None and value not in action.choices:
             raise argparse.ArgumentError(action, f"{value!r} is none of {listed(action.choices, value)}")
 
+    def _get_value(self, action, text):
+        try:
+            return super()._get_value(action, text)
+        except argparse.ArgumentError:
+            due = {int: "a whole number, as in 20", float: "a number, as in 1e-3"}.get(action.type)
+            if due is None:
+                raise
+            raise argparse.ArgumentError(action, f"{text!r} is none: give {due}") from None
+
+    def error(self, message):
+        """Ends the program with what is wrong, and where to read what is right."""
+        message = message.replace("the following arguments are required:", "missing:")
+        super().error(f"{message}; see '{self.prog} --help'")
+
     def parse_args(self, args=None, namespace=None):
         options, unknown = self.parse_known_args(args, namespace)
         if unknown:

@@ -42,7 +42,7 @@ def main(options):
         import runpy
 
         if not os.path.isfile(options.what):
-            raise SystemExit(f"cairn: error: {options.what}: no such script")
+            raise SystemExit(f"cairn: error: {options.what}: no such script; check the path")
         sys.argv = [options.what, *options.passed_on]
         sys.path.insert(0, os.path.dirname(os.path.abspath(options.what)))
         with runs.commanded(options.overwrite) as command:
@@ -55,11 +55,12 @@ def main(options):
     from ..build.scene import Scene
     from ..run.simulation import Simulation
 
+    scene = Scene.load(options.what)
     if options.dt is None:
         raise ValueError("a scene has no time step of its own: give one, --dt 1e-3 [s] say")
     if options.steps is None and options.until is None:
         raise ValueError("say how long to run: --steps 1000, or --until 2.0 [s]")
-    simulation = Simulation(Scene.load(options.what), dt=options.dt, strategy=_strategy(options))
+    simulation = Simulation(scene, dt=options.dt, strategy=_strategy(options))
     if options.restart:
         simulation.restore(options.restart)
         simulation.dt = options.dt

@@ -61,6 +61,8 @@ def main(options):
         for name, summary in SUMMARY.items():
             print(f"{name:20s} {summary}")
         return 0
+    if options.accuracy is not None and not 0 < options.accuracy < 1:
+        raise ValueError(f"--accuracy is {options.accuracy}: give a relative error between 0 and 1, 1e-2 say")
     if (options.accuracy is None) != (options.of is None):
         raise ValueError("--accuracy and --of go together: --accuracy 1e-2 --of solid_fraction")
     call = dict(_call(options))

@@ -25,7 +25,12 @@ def add_parser(add, commands):
 def main(options):
     """`cairn verify`."""
     from ..post.verify import verify as compare
+    from ..pre import checks
 
+    if options.size is not None:
+        checks.positive("size", options.size)
+    if options.until is not None:
+        checks.number("until", options.until)
     tolerances = None
     if options.tol:
         words = [t.partition("=") for t in options.tol]

@@ -28,6 +28,10 @@ def main(options):
     from ..pre import checks
 
     checks.count("every", options.every, 1)
+    checks.count("port", options.port, 0, 65535)
+    if not options.html and (options.fields or options.every > 1 or options.overwrite):
+        word = "--fields" if options.fields else "--every" if options.every > 1 else "--overwrite"
+        raise ValueError(f"{word} is for a page: give --html PAGE too, or leave it out")
     if options.html:
         from ..post.view.page import write_page
 

@@ -41,7 +41,7 @@ def wrap_law(interface, folder=None, **changes):
     try:
         given = tomllib.loads(path.read_text(encoding="utf-8")) | changes
     except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{path}: {error}") from error
+        raise ValueError(f"{path}: this is no TOML ({error}); see 'cairn wrap-law --help'") from error
     wrong = sorted(set(given) - KEYS)
     if wrong:
         raise ValueError(f"{path}: there is no key {wrong[0]!r}; there are {', '.join(sorted(KEYS))}")

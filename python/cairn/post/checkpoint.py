@@ -33,4 +33,6 @@ def load(path, what="a checkpoint", given=".checkpoint.h5"):
 
     Raises FileError if there is no such file, it is truncated, damaged, something else or of a later format.
     """
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise ValueError(f"path of {what} is {path!r}: give the name of a {given} file")
     return _core.load_tree(os.fspath(path), what, given)

@@ -65,6 +65,8 @@ FOREIGN = frozenset(
 
 def named(path, what, right, also=""):
     """The path as text; FileError if its name promises another format than the HDF5 of what is written. right: ending to give."""
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise ValueError(f"path of {what} is {path!r}: give the name of a file that ends in {right}")
     path = os.fspath(path)
     ending = os.path.splitext(path)[1].lower()
     if ending in FOREIGN:

@@ -62,6 +62,8 @@ class Assembly:
         center=None,
         depth=1.0,
     ):
+        if not isinstance(blocks, Blocks):
+            raise ValueError(f"blocks is {blocks!r}: give Blocks, as cairn.pre.masonry.arch(...) and the like make them")
         self.blocks, self.dim = blocks, blocks.dim
         self.mu = checks.positive("mu", mu)
         self.facets = checks.count("facets", facets, 3)

@@ -6,12 +6,20 @@ import os
 import numpy as np
 
 from ..names import listed, teach
+from ..pre import checks
 from .errors import FileError, told_as_damage
 from .hdf5 import File, Group
 from .writer import FORMAT_NAME, FORMAT_VERSION
 
 STEPS = ("time", "time_detection", "step", "first_body", "bodies", "first_contact", "contacts")
 _VECTORS = ("position", "point", "normal", "impulse")  # stored with z = 0 in 2D, given back with two components
+
+
+class History(dict):
+    """Columns of the history by their names; one that is not there is told by those that are."""
+
+    def __missing__(self, name):
+        raise KeyError(f"the history has no column {name!r}; it has {listed(self, name)}")
 
 
 def load(path):
@@ -26,6 +34,8 @@ def load(path):
         from .joined import JoinedRun
 
         return JoinedRun(path)
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        raise ValueError(f"path is {path!r}: give the name of a .vtkhdf file, or a list of them")
     return Run(path)
 
 
@@ -50,6 +60,9 @@ def check_format(path, file, group, name, version):
     """Raise FileError unless `group` of an HDF5 file bears the format `name`, in a version this program can read."""
     attrs = file[group].attrs if group in file else {}
     if attrs.get("format") != name:
+        if name == FORMAT_NAME and file.attrs.get("format") == "cairn-checkpoint":
+            remedy = "cairn.Scene.load and Simulation.restore read them; give a .vtkhdf file"
+            raise FileError(path, "this file holds a scene or a checkpoint, and no run", remedy)
         raise FileError(path, f"this HDF5 file is not a {name} file", "give a file that Cairn wrote for this purpose")
     theirs = tuple(int(n) for n in attrs["version"])
     if theirs[0] > version[0]:
@@ -222,6 +235,8 @@ class Run:
     def __getitem__(self, index):
         if isinstance(index, slice):
             return [Step(self, i) for i in range(*index.indices(len(self)))]
+        if isinstance(index, str) or not hasattr(index, "__index__"):
+            raise TypeError(f"output {index!r} was asked for: give its number, 0 to {len(self) - 1}, or run.at(time)")
         n, wanted = len(self), int(index)
         if not -n <= wanted < n:
             raise IndexError(f"output {wanted} was asked for; {self.path} holds {n} (0 to {n - 1})")
@@ -234,7 +249,7 @@ class Run:
         """The output nearest to `time` [s]."""
         if len(self) == 0:
             raise IndexError(f"{self.path} holds no output yet")
-        return self[int(np.argmin(np.abs(self.times - time)))]
+        return self[int(np.argmin(np.abs(self.times - checks.number("time", time))))]
 
     @property
     def times(self):
@@ -269,7 +284,7 @@ class Run:
         """Numbers of every step taken: dict of arrays with one row per step; words as text."""
         with told_as_damage(self.path):
             group = self._file["cairn/history"]
-            result, attrs = {name: group[name][()] for name in group}, group.attrs
+            result, attrs = History({name: group[name][()] for name in group}), group.attrs
             for name in result:
                 if f"{name}_words" in attrs:
                     table = np.array([*map(str, json.loads(attrs[f"{name}_words"])), ""])

@@ -7,6 +7,7 @@ the step h; contact quantities act on the first body (A), the normal points from
 import numpy as np
 
 from .. import _core
+from ..pre import checks
 from .errors import FileError
 from .geometry import contactors_of, lever_arms
 from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
@@ -64,7 +65,8 @@ def solid_fraction(centers, radii, low=None, high=None, polygon=None):
         raise ValueError("a region is needed: give low and high, or in 2D a polygon")
     size = np.asarray(high, dtype=float) - np.asarray(low, dtype=float)
     if size.shape != (centers.shape[1],) or not np.all(size > 0):
-        raise ValueError(f"the box from {low} to {high} is empty or not of {centers.shape[1]} dimensions")
+        dim = centers.shape[1]
+        raise ValueError(f"the box from low = {low} to high = {high} is empty or not of {dim} dimensions: give two corners")
     if centers.shape[1] == 2:
         return float(disk_polygon_area(centers, radii, box_vertices(low, high)).sum() / np.prod(size))
     return float(sphere_box_volume(centers, radii, low, high).sum() / np.prod(size))
@@ -72,7 +74,7 @@ def solid_fraction(centers, radii, low=None, high=None, polygon=None):
 
 def fabric_tensor(normals, weights=None):
     """Fabric tensor <n n>, shape (dim, dim), of trace 1 (Satake 1982). normals (m, dim); weights (m,) or None."""
-    normals = np.asarray(normals, dtype=float)
+    normals = checks.real_array("normals", normals, (None, None))
     if len(normals) == 0:
         return np.full((normals.shape[1],) * 2, np.nan)
     weights = np.ones(len(normals)) if weights is None else np.asarray(weights, dtype=float)
@@ -143,6 +145,9 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
     """
     from .plots import step_size
 
+    for name, corner in (("low", low), ("high", high)):
+        if corner is not None:
+            checks.real_array(name, corner, (step.dim,))
     contactors, dim = contactors_of(step).select(*_core.shapes("ball")), step.dim
     contactors = contactors.where(contactors.radius > 0)
     n = len(step.bodies)

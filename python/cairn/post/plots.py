@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..names import teach
+from ..pre import checks
 from .errors import FileError
 from .geometry import contactors_of, lever_arms
 from .shape_meshes import outlines_of
@@ -381,6 +382,7 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
     """
     from matplotlib import animation
 
+    checks.count("every", every, 1), checks.positive("fps", fps), checks.positive("dpi", dpi)
     path, plt = str(path), _pyplot()
     extension = path.rpartition(".")[2].lower()
     if extension not in ("gif", "mp4"):

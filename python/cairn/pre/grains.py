@@ -101,8 +101,14 @@ def from_curve(n, curve, *, rng, dim=2, scale="linear", stratified=False) -> np.
 
 def read_curve(path) -> np.ndarray:
     """(m, 2) diameter [m] and fraction passing [-] from a CSV file; empty lines and lines from # on are skipped."""
+    from ..post.errors import as_file_error
+
     rows = []
-    with open(path, newline="", encoding="utf-8-sig") as file:
+    try:
+        file = open(path, newline="", encoding="utf-8-sig")  # noqa: SIM115
+    except OSError as error:
+        raise as_file_error(path, error) from error
+    with file:
         for number, row in enumerate(csv.reader(file), start=1):
             if not row or not "".join(row).strip() or row[0].lstrip().startswith("#"):
                 continue

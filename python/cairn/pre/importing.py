@@ -171,7 +171,7 @@ def gathered(path, repair, convex, scale, flat):
         apart(raw, path.name, vertices, faces, part, repair, notes, flat)
         raw.names.update(dict.fromkeys(range(first, len(raw.bodies)), own))
     if not raw.bodies:
-        raise ValueError(f"{path.name} holds no surface of any block")
+        raise ValueError(f"{path.name} holds no surface of any block: give a file of closed surfaces, triangles or polygons")
     if raw.dim == 2:
         found, facts = polygons(raw, path.name, convex, scale)
     else:

@@ -31,7 +31,8 @@ def _problem(file):
         return _read_local(file["fclib_local"])
     if "fclib_global" in file:
         return _read_global(file["fclib_global"])
-    raise ValueError("has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout")
+    what = "has neither fclib_local nor fclib_global: it is no problem in the FCLIB layout"
+    raise ValueError(f"{what}; cairn.problems.write makes such files")
 
 
 def _read(path, what):

@@ -27,7 +27,7 @@ def read(path):
         with open(path, "rb") as file:
             data = file.read()
     except FileNotFoundError as error:
-        raise ProblemFileError(f"{path}: there is no such file") from error
+        raise ProblemFileError(f"{path}: there is no such file; check the path") from error
     except OSError as error:
         raise ProblemFileError(f"{path}: cannot be read ({error})") from error
     try:

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..pre import checks
 from .contact_problem import inverse_mass, jacobians
+from .simulation import Simulation
 
 
 def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=1e6, report=None):
@@ -29,6 +30,8 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
     starts from what was found. With deformable bodies the shape at rest is sought too, and where the others stand on it: bodies
     move there and velocities vanish; without rest all stays as it was.
     """
+    if not isinstance(simulation, Simulation):
+        raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
     checks.positive("tol", tol), checks.positive("unbalanced", unbalanced), checks.positive("stiffness", stiffness)
     checks.count("rounds", rounds, 1)
     if simulation.meshes:

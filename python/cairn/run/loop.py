@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import inspect
 import signal
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 from .. import _core
 from ..pre import checks
 
+TAKEN = "probe {!r} bears the name of a column that every history has: give it another"
 ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # of runs, which are HDF5
 
 
@@ -208,7 +210,10 @@ class _Recorder:
         if self.writer is not None:
             row = {k: v for k, v in sim.report.items() if k not in ("step", "time", "hint")}
             row["energy"] = sim.energy
-            row.update({name: one_number(name, probe(sim)) for name, probe in (probes or {}).items()})
+            for name, probe in (probes or {}).items():
+                if name in row:
+                    raise ValueError(TAKEN.format(name))
+                row[name] = one_number(name, probe(sim))
             self.writer.write_history(sim.time, sim.steps, row)
             if sim.steps % self.every == 0:
                 self.write()
@@ -266,7 +271,35 @@ def continued(output, simulation, info):
     return writer, writer.outputs
 
 
-def _check(simulation, steps, until, every, callback, checkpoint_every, probes, output):
+def _takes_a_simulation(name, function, why):
+    if function is None:
+        return
+    if not callable(function):
+        raise ValueError(f"{name} is {function!r}: give a function of the simulation, {why}")
+    try:
+        signature = inspect.signature(function)
+    except (ValueError, TypeError):  # some functions of C have none
+        return
+    try:
+        signature.bind(None)
+    except TypeError:
+        raise ValueError(f"{name} takes {signature}: give a function of one argument, the simulation") from None
+
+
+def _check_probes(simulation, probes):
+    """Probes are functions of the simulation, under names that no column of the history has."""
+    if not (isinstance(probes, dict) and all(map(callable, probes.values()))):
+        raise ValueError(f"probes is {probes!r}: give {{name: function}}, of functions of the simulation that give a number")
+    taken = {"time", "step", *simulation.report, *(f"energy_{term}" for term in simulation.energy)}
+    for name, probe in probes.items():
+        if not isinstance(name, str) or not name or "/" in name:
+            raise ValueError(f"the name of a probe is {name!r}: give a word, which names its column of the history")
+        if name in taken:
+            raise ValueError(TAKEN.format(name))
+        _takes_a_simulation(f"probe {name!r}", probe, "which gives a number")
+
+
+def _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output):
     if until is not None and checks.number("until", until) < simulation.time - simulation.dt / 2:
         raise ValueError(f"until is {until!r}: the simulation is at {simulation.time:g} s already; give a later time, or steps=")
     if steps is not None:
@@ -276,10 +309,10 @@ def _check(simulation, steps, until, every, callback, checkpoint_every, probes, 
         checks.count("checkpoint_every", checkpoint_every, 1)
         if output is None:
             raise ValueError("checkpoint_every needs output=: checkpoints stand beside the output file")
-    if callback is not None and not callable(callback):
-        raise ValueError(f"callback is {callback!r}: give a function of the simulation")
-    if probes is not None and not (isinstance(probes, dict) and all(map(callable, probes.values()))):
-        raise ValueError(f"probes is {probes!r}: give {{name: function}}, of functions of the simulation that give a number")
+    _takes_a_simulation("callback", callback, "which runs after each step")
+    _takes_a_simulation("while_", while_, "which is true as long as the run goes on")
+    if probes is not None:
+        _check_probes(simulation, probes)
 
 
 def _tell(simulation, number, output):
@@ -295,8 +328,10 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
 
     if steps is None and until is None and while_ is None:
         raise ValueError("run needs an end: give steps=, until= or while_=")
-    _check(simulation, steps, until, every, callback, checkpoint_every, probes, output)
-    if checks.flag("append", append) and checks.flag("overwrite", overwrite):
+    _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output)
+    if progress != "always":
+        checks.flag("progress", progress)
+    if checks.flag("append", append) & checks.flag("overwrite", overwrite):
         raise ValueError("append and overwrite are both True: give one of them, to go on in a file or to replace it")
     if command is not None and command.stopped is not None:
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped

@@ -11,20 +11,20 @@ from .. import _core
 from ..build import missing_laws
 from ..build.extents import Placed
 from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rules_to_dict
-from ..names import one_of
+from ..names import Spelt, one_of, within
 from ..pre import checks
 from . import restored, views
 from .sets import found, later_to_dict, living
 from .stages import Place, Stages
 from .step_warnings import OverlapWarning, StepWarnings
-from .strategies import NSCD, STRATEGIES, Strategy
+from .strategies import NSCD, checked_strategy
 
 
 class ShapesWarning(UserWarning):
     """Bodies of the scene have shapes between which there is no contact."""
 
 
-class Simulation:
+class Simulation(Spelt):
     """A scene on the move: `step` and `run` move it, `stages` are the parts of a step.
 
     scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: what to do
@@ -37,7 +37,7 @@ class Simulation:
     def __init__(self, scene, dt, strategy=None, *, overlap="warn", overlap_share=0.02):
         if not isinstance(scene, Scene):
             raise ValueError(f"scene is {scene!r}: give a cairn.Scene")
-        given = _checked_strategy(NSCD() if strategy is None else strategy)
+        given = checked_strategy(NSCD() if strategy is None else strategy)
         self._dt = checks.positive("dt", dt)
         self.scene = scene
         scene.check_names()
@@ -65,6 +65,12 @@ class Simulation:
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap != "ignore" and len(self.bodies):
             self._check_overlap(overlap, checks.number("overlap_share", overlap_share))
+        self._made = True
+
+    def _elsewhere(self, name):
+        own = "; sim.bodies.set(...) sets position, velocity and rotation" if name == "bodies" else ""
+        parts = {"scene": self.scene, "bodies": self.bodies, "contacts": self.contacts}
+        return own if hasattr(type(self), name) else within("sim", parts, name)
 
     # ------------------------------------------------------------------ state
 
@@ -85,7 +91,7 @@ class Simulation:
     @strategy.setter
     def strategy(self, value):
         self.between_steps("strategy")
-        chosen = _checked_strategy(value).for_scene(self._core.scene)
+        chosen = checked_strategy(value).for_scene(self._core.scene)
         self._core.set_strategy(chosen.settings())
         self._given, self._strategy = value, chosen
         self._core.check_laws()
@@ -368,8 +374,7 @@ class Simulation:
         return array.astype(np.int64)
 
     def remove(self, ids):
-        """Removes bodies by their ids between steps, a deformable one with all that shows it: `meshes[k].all_ids`. All or
-        nothing."""
+        """Removes bodies by their ids between steps, all or none; a mesh with all that shows it: `meshes[k].all_ids`."""
         self.between_steps("remove")
         ids = self._ids(ids)
         self._core.remove_bodies(ids)
@@ -421,6 +426,8 @@ class Simulation:
     def set_state(self, state):
         """Goes back, or on, to what get_state gave, to the same bits. Raises ValueError if bodies came in or went since."""
         self.between_steps("set_state")
+        if not (isinstance(state, dict) and "bodies" in state.get("scene", ())):
+            raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
         if not np.array_equal(np.sort(state["scene"]["bodies"]["id"].ravel()), self.bodies.id):
             raise ValueError("the state is of other bodies than those that there are now: see checkpoint and restore")
         self._core.set_state(state)
@@ -584,12 +591,6 @@ class Simulation:
         if action == "error":
             raise ValueError(text)
         warnings.warn(text, OverlapWarning, stacklevel=4)
-
-
-def _checked_strategy(strategy):
-    if not isinstance(strategy, Strategy):
-        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or one of {', '.join(STRATEGIES)}")
-    return strategy
 
 
 def _three(values):

@@ -435,3 +435,10 @@ def strategy(name, **options):
     """A strategy by its name in the core's list ("nscd", "smooth_dem", ...) or in Python, with options of its class."""
     known = {**{row[0]: STRATEGIES[row[1]] for row in _core.strategies()}, **STRATEGIES}
     return known[one_of("strategy", name, tuple(known))](**options)
+
+
+def checked_strategy(strategy):
+    """The strategy itself; ValueError if it is none."""
+    if not isinstance(strategy, Strategy):
+        raise ValueError(f"strategy is {strategy!r}: give cairn.NSCD(...) or one of {', '.join(STRATEGIES)}")
+    return strategy

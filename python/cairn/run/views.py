@@ -73,6 +73,12 @@ class _View:
             return
         raise AttributeError(f"{name} cannot be assigned: {self._remedy(name)}")
 
+    def __getitem__(self, name):
+        """The array of that name, as the attribute."""
+        if not isinstance(name, str):
+            raise TypeError(f"{name!r} is no name of an array: give one, and rows of that array, as in position[{name!r}]")
+        return getattr(self, name)
+
 
 class BodyView(_View):
     """Bodies in the order of insertion: position (n, dim), rotation, velocity (n, 3 | 6), mass, inertia, ... and id (n,).
@@ -253,7 +259,11 @@ class RawView(_View):
             raise AttributeError(name)
         if self._core.order_version != self._order:
             raise RuntimeError("bodies were renumbered since this view was taken: take sim.raw again after each step")
-        return self._core.scene.raw_body(name)
+        try:
+            return self._core.scene.raw_body(name)
+        except KeyError:
+            known = [f["name"] for f in self._core.scene.body_fields() if f["active"]]
+            raise AttributeError(f"there is no live array {name!r}; there are {listed(known, name)}") from None
 
 
 class MeshView(_View):
