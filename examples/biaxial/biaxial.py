@@ -68,7 +68,7 @@ class Test:
         scene.interact(sand, plate, cn.Frictionless())  # so that the axes of stress are those of the walls
         solver = cn.NLGS(tol=1e-4, max_iter=200)
         self.simulation = cn.Simulation(scene, STEP, cn.NSCD(solver=solver, threads=options.threads))
-        self.count, self.size = len(radii), None
+        self.count, self.size = len(radii), np.zeros(2)
 
     @classmethod
     def dense(cls, options):

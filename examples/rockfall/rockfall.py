@@ -97,7 +97,7 @@ def height_above(points, vertices, faces):
     """Height (n,) of points over the surface, NaN beside it."""
     from matplotlib.tri import LinearTriInterpolator, Triangulation
 
-    ground = LinearTriInterpolator(Triangulation(*vertices[:, :2].T, faces), vertices[:, 2])
+    ground = LinearTriInterpolator(Triangulation(vertices[:, 0], vertices[:, 1], faces), vertices[:, 2])
     return points[:, 2] - np.ma.filled(ground(*points[:, :2].T), np.nan)
 
 
@@ -117,13 +117,17 @@ def main(arguments=None):
     steps = round(options.seconds / options.dt)
     path = options.output / f"{NAME}.vtkhdf"
     simulation.run(steps, output=path, every=max(steps // options.frames, 1), callback=follow, overwrite=True)
-    track, speed = np.array(track), np.array(speed)
+    return report(options, simulation, surface, np.array(track), np.array(speed))
+
+
+def report(options, simulation, surface, track, speed):
+    """Figures of the fall, of places (steps, n, 3) and speeds (steps, n) of the blocks; and its picture."""
     energy = simulation.energy
     above = np.array([height_above(p, *surface) for p in track])
     run, drop = track[-1] - track[0], track[0, :, 2] - track[-1, :, 2]
     line = drop / np.linalg.norm(run[:, :2], axis=1)
     figures = {
-        "blocks": (len(rows), ""),
+        "blocks": (track.shape[1], ""),
         "triangles of the ground": (len(surface[1]), ""),
         "farthest run": (np.linalg.norm(run[:, :2], axis=1).max(), "m"),
         "greatest speed": (speed.max(), "m/s"),
@@ -154,7 +158,7 @@ def draw(track, speed, surface, dt, options):
     for ax, (i, j) in zip(axes, ((0, 2), (0, 1))):
         for k in range(track.shape[1]):
             p = track[:, k][:, [i, j]]
-            lines = LineCollection(np.stack((p[:-1], p[1:]), axis=1), cmap="plasma", clim=(0, speed.max()), linewidths=1.2)
+            lines = LineCollection(list(np.stack((p[:-1], p[1:]), axis=1)), cmap="plasma", clim=(0, speed.max()), linewidths=1.2)
             lines.set_array(speed[1:, k])
             ax.add_collection(lines)
         ax.plot(*track[-1][:, [i, j]].T, "o", color="#1d2733", markersize=4)

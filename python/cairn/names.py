@@ -7,6 +7,10 @@ import functools
 import inspect
 import sys
 import types
+from collections.abc import Callable
+from typing import TypeVar
+
+Taker = TypeVar("Taker", bound=Callable)
 
 
 def nearest(word, known):
@@ -39,7 +43,7 @@ def one_of(name, value, known):
     return value
 
 
-def takes(*known):
+def takes(*known: str) -> Callable[[Taker], Taker]:
     """Decorator of a function with **options: the names that these may have."""
 
     def mark(function):

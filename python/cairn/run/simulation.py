@@ -581,9 +581,8 @@ class Simulation(Spelt):
         if not len(bad):
             return
         worst = bad[np.argsort(-relative[bad])][:3]
-        listed = "; ".join(
-            f"bodies {pairs[deep[k], 0]} and {pairs[deep[k], 1]} by {relative[k]:.3g} of a radius" for k in worst
-        )
+        pair = "bodies {} and {} by {:.3g} of a radius"
+        listed = "; ".join(pair.format(*pairs[deep[k]], relative[k]) for k in worst)
         text = (
             f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
             "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"

@@ -6,6 +6,7 @@ A scene saved to a file holds no Python code, so a plain callable is refused the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +20,8 @@ class Table:
     times: (n,) [s], rising. values: (n,) or (n, components).
     """
 
-    times: np.ndarray
-    values: np.ndarray
+    times: Any  # an array once it is made
+    values: Any
 
     def __post_init__(self):
         times = checks.real_array("times", self.times, (None,))

@@ -1,0 +1,506 @@
+# written by script/stubs.py from the lists of the core: change those, and run it
+
+from typing import Any
+
+from . import _core as _core
+from . import build as build
+from . import legacy as legacy
+from . import names as names
+from . import networks as networks
+from . import plugs as plugs
+from . import post as post
+from . import pre as pre
+from . import problems as problems
+from . import run as run
+from . import study as study
+from ._core import Error as Error
+from .build import fracture as fracture
+from .build import laws as laws
+from .build.bodies import BodySet as BodySet
+from .build.bodies import ContactorSet as ContactorSet
+from .build.bodies import box as box
+from .build.bodies import clumps as clumps
+from .build.bodies import disks as disks
+from .build.bodies import ring as ring
+from .build.bodies import segment as segment
+from .build.bodies import spheres as spheres
+from .build.bodies import tube as tube
+from .build.bodies import wall as wall
+from .build.bulk import BulkMaterial
+from .build.elastic import ElasticBody as ElasticBody
+from .build.frames import bars as bars
+from .build.frames import beams as beams
+from .build.laws import Law as Law
+from .build.materials import Material as Material
+from .build.meshes import LinearBody as LinearBody
+from .build.meshes import deformable as deformable
+from .build.missing_laws import MissingLawWarning as MissingLawWarning
+from .build.round_shapes import capsules as capsules
+from .build.round_shapes import cylinders as cylinders
+from .build.round_shapes import superquadrics as superquadrics
+from .build.scene import Periodic as Periodic
+from .build.scene import Scene as Scene
+from .build.shapes import boxes as boxes
+from .build.shapes import polygons as polygons
+from .build.shapes import polyhedra as polyhedra
+from .build.shapes import with_corners as with_corners
+from .build.solid import SolidBody as SolidBody
+from .build.surfaces import surface as surface
+from .plugs.plug import plug as plug
+from .post.errors import FileError as FileError
+from .post.load import load as load
+from .run import integrators as integrators
+from .run import soe as soe
+from .run import strategies as strategies
+from .run.equilibrium import find_equilibrium as find_equilibrium
+from .run.integrators import Integrator
+from .run.servo import Servo as Servo
+from .run.simulation import ShapesWarning as ShapesWarning
+from .run.simulation import Simulation as Simulation
+from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
+from .run.step_warnings import OverlapWarning as OverlapWarning
+from .run.step_warnings import StableStepWarning as StableStepWarning
+from .run.strategies import NSCD as NSCD
+from .run.strategies import Carpenter as Carpenter
+from .run.strategies import ContactSolver, ProblemSolver, Strategy
+from .run.strategies import GranularElement as GranularElement
+from .run.strategies import SmoothDEM as SmoothDEM
+from .run.strategies import strategy as strategy
+from .run.time_functions import Harmonic as Harmonic
+from .run.time_functions import Table as Table
+
+class Coulomb(Law):
+    def __init__(self, *, mu: float) -> None: ...
+
+class Restitution(Law):
+    def __init__(self, *, mu: float = 0.0, normal: float = 0.0, tangential: float = 0.0, closing: float = 1.0) -> None: ...
+
+class Frictionless(Law):
+    def __init__(self) -> None: ...
+
+class Bonded(Law):
+    def __init__(self, *, mu: float = 0.0) -> None: ...
+
+class GapCoulomb(Law):
+    def __init__(self, *, mu: float) -> None: ...
+
+class LinearSpring(Law):
+    def __init__(
+        self, *, stiffness: float, ratio: float = 0.2857142857142857, restitution: float = 1.0, mu: float = 0.0
+    ) -> None: ...
+
+class HertzMindlin(Law):
+    def __init__(self, *, young: float, poisson: float = 0.3, restitution: float = 1.0, mu: float = 0.0) -> None: ...
+
+class JKR(Law):
+    def __init__(self, *, young: float, work: float, poisson: float = 0.3, restitution: float = 1.0, mu: float = 0.0) -> None: ...
+
+class MAC(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        work: float,
+        viscosity: float = 0.0,
+    ) -> None: ...
+
+class MP(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        work: float,
+    ) -> None: ...
+
+class MP3(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        strength: float,
+        work: float,
+    ) -> None: ...
+
+class MAL(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        normal_strength: float,
+        tangential_strength: float,
+        normal_work: float,
+        tangential_work: float,
+    ) -> None: ...
+
+class TH(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        normal_strength: float,
+        tangential_strength: float,
+        normal_work: float,
+        tangential_work: float,
+        normal_plateau: float = 0.0,
+        tangential_plateau: float = 0.0,
+    ) -> None: ...
+
+class ABP(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        normal_strength: float,
+        tangential_strength: float,
+        normal_work: float,
+        tangential_work: float,
+        normal_end: float,
+        tangential_end: float,
+        first_share: float,
+    ) -> None: ...
+
+class EXPO(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        normal_strength: float,
+        tangential_strength: float,
+        normal_work: float,
+        tangential_work: float,
+        rest: float = 0.001,
+    ) -> None: ...
+
+class MohrCoulomb(Law):
+    def __init__(
+        self, *, tension: float, cohesion: float, friction: float = 0.0, mu: float = 0.0, cap: float = ..., within: float = 0.0
+    ) -> None: ...
+
+class ParallelBond(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        tension: float = ...,
+        shear: float = ...,
+        mu: float = 0.0,
+        radius: float = 0.5,
+        within: float = 0.0,
+    ) -> None: ...
+
+class Rod(Law):
+    def __init__(
+        self,
+        *,
+        stiffness: float = ...,
+        prestrain: float = 0.0,
+        viscosity: float = 0.0,
+        strength: float = ...,
+        mu: float = 0.0,
+        within: float,
+    ) -> None: ...
+
+class Wire(Law):
+    def __init__(
+        self,
+        *,
+        stiffness: float = ...,
+        prestrain: float = 0.0,
+        viscosity: float = 0.0,
+        strength: float = ...,
+        mu: float = 0.0,
+        within: float,
+    ) -> None: ...
+
+class Wet(Law):
+    def __init__(self, *, force: float, reach: float, mu: float = 0.0) -> None: ...
+
+class Capillary(Law):
+    def __init__(self, *, tension: float, volume: float, angle: float = 0.0, mu: float = 0.0) -> None: ...
+
+class Rolling(Law):
+    def __init__(self, *, mu: float, rolling: float = 0.0, twisting: float = 0.0) -> None: ...
+
+class Wear(Law):
+    def __init__(self, *, mu: float, wear: float, recovers: float = 0.0) -> None: ...
+
+class IsotropicElastic(BulkMaterial):
+    def __init__(self, *, young: float, poisson: float = 0.0) -> None: ...
+
+class OrthotropicElastic(BulkMaterial):
+    def __init__(
+        self,
+        *,
+        young1: float,
+        young2: float,
+        young3: float,
+        poisson12: float,
+        poisson13: float,
+        poisson23: float,
+        shear12: float,
+        shear23: float,
+        shear13: float,
+        angle: float = 0.0,
+    ) -> None: ...
+
+class KelvinVoigt(BulkMaterial):
+    def __init__(self, *, young: float, poisson: float = 0.0, viscous_young: float, viscous_poisson: float = 0.0) -> None: ...
+
+class SaintVenantKirchhoff(BulkMaterial):
+    def __init__(self, *, young: float, poisson: float = 0.0) -> None: ...
+
+class NeoHookean(BulkMaterial):
+    def __init__(self, *, young: float, poisson: float = 0.0) -> None: ...
+
+class Ogden(BulkMaterial):
+    def __init__(
+        self,
+        *,
+        bulk: float,
+        shear1: float,
+        power1: float,
+        shear2: float = 0.0,
+        power2: float = 2.0,
+        shear3: float = 0.0,
+        power3: float = 2.0,
+    ) -> None: ...
+
+class J2Plasticity(BulkMaterial):
+    def __init__(
+        self,
+        *,
+        young: float,
+        poisson: float = 0.0,
+        yield_stress: float,
+        isotropic: float = 0.0,
+        kinematic: float = 0.0,
+        swift_strain: float = 1.0,
+        swift_power: float = 0.0,
+    ) -> None: ...
+
+class FiniteJ2(BulkMaterial):
+    def __init__(
+        self,
+        *,
+        young: float,
+        poisson: float = 0.0,
+        yield_stress: float,
+        isotropic: float = 0.0,
+        swift_strain: float = 1.0,
+        swift_power: float = 0.0,
+    ) -> None: ...
+
+class DruckerPrager(BulkMaterial):
+    def __init__(
+        self,
+        *,
+        young: float,
+        poisson: float = 0.0,
+        cohesion: float,
+        friction_angle: float,
+        dilation_angle: float = 0.0,
+        hardening: float = 0.0,
+    ) -> None: ...
+
+class IsotropicDamage(BulkMaterial):
+    def __init__(
+        self, *, young: float, poisson: float = 0.0, strength: float, fracture_energy: float, length: float = 0.0
+    ) -> None: ...
+
+class Theta(Integrator):
+    def __init__(self, *, theta: float = 0.5) -> None: ...
+
+class Newmark(Integrator):
+    def __init__(self, *, beta: float = 0.25, gamma: float = 0.5) -> None: ...
+
+class HHT(Integrator):
+    def __init__(self, *, alpha: float = -0.05) -> None: ...
+
+class GeneralisedAlpha(Integrator):
+    def __init__(self, *, spectral_radius: float = 0.8) -> None: ...
+
+class CentralDifference(Integrator):
+    def __init__(self) -> None: ...
+
+class BetaScheme(Integrator):
+    def __init__(self, *, beta: float = 0.5) -> None: ...
+
+class VelocityVerlet(Integrator):
+    def __init__(self) -> None: ...
+
+class Gear(Integrator):
+    def __init__(self, *, values: float = 5.0) -> None: ...
+
+class Default(ContactSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000) -> None: ...
+
+class NLGS(ContactSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    acceleration: str
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, acceleration: str = "nesterov") -> None: ...
+
+class Auto(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 1000000000.0) -> None: ...
+
+class NewtonAlartCurnier(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class NewtonJeanMoreau(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class NewtonFischerBurmeister(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class PPANewton(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class ColouredNLGS(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class RandomNLGS(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class AndersonNLGS(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class NesterovNLGS(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class ADMM(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class ConjugateGradient(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class PreconditionedConjugateGradient(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class AcceleratedGradient(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class Extragradient(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class InteriorPoint(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class Lemke(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class Enumeration(ProblemSolver):
+    tol: float
+    min_iter: int
+    max_iter: int
+    memory: float
+    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, memory: float = 4000000000.0) -> None: ...
+
+class EventDriven(Strategy):
+    def __init__(self, **options: Any) -> None: ...
+
+__version__: str
+__all__: list[str]
