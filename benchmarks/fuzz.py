@@ -95,11 +95,12 @@ def main():
         if options.kinds and kind.name not in options.kinds:
             continue
         counts, at, spent = dict.fromkeys(columns[2:8], 0), 0, sum(os.times()[2:4])
-        while at < options.inputs:
-            last = min(at + options.batch, options.inputs)
+        inputs = int(options.inputs * kind.share)
+        while at < inputs:
+            last = min(at + options.batch, inputs)
             at = run_batch(kind.name, at, last, counts, tell)
         spent = sum(os.times()[2:4]) - spent
-        table.writerow({"kind": kind.name, "inputs": options.inputs, **counts, "cpu_seconds": f"{spent:.1f}"})
+        table.writerow({"kind": kind.name, "inputs": inputs, **counts, "cpu_seconds": f"{spent:.1f}"})
         sys.stdout.flush()
 
 

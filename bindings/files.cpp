@@ -291,7 +291,14 @@ void bind_files(py::module_& m) {
       const py::object type =
           py::module_::import("cairn.post.errors")
               .attr(dynamic_cast<const cairn::UnknownStructure*>(&e) ? "UnknownStructure" : "FileError");
-      const py::object error = type(e.path, e.problem, e.remedy);
+      // names in a damaged file need not be text, nor need a path
+      const auto path = py::reinterpret_steal<py::object>(
+          PyUnicode_DecodeFSDefaultAndSize(e.path.data(), py::ssize_t(e.path.size())));
+      const auto text = [](const std::string& told) {
+        return py::reinterpret_steal<py::object>(
+            PyUnicode_DecodeUTF8(told.data(), py::ssize_t(told.size()), "backslashreplace"));
+      };
+      const py::object error = type(path, text(e.problem), text(e.remedy));
       if (e.number) error.attr("errno") = e.number;
       PyErr_SetObject(type.ptr(), error.ptr());
     }

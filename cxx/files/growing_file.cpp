@@ -246,11 +246,13 @@ void Group::take_over(const Hdf5Node& old, int depth) {
         else if (std::optional<StoredArray> value = member.attribute(a))
           attributes.emplace_back(a, *value);
       const std::vector<std::int64_t>& shape = member.shape();
+      if (shape.empty())
+        throw FileError(file_->path_, "an array that grows has no axis", "copy it again from where it was made");
       auto made = std::make_unique<Series>(*file_, member.type(), std::vector(shape.begin() + 1, shape.end()),
                                            member.chunk_rows(), std::move(attributes));
       made->levels_[0] = member.chunk_addresses();
       made->rows_ = shape[0];
-      if (checksum && checksum->type == StoredType{'u', 4})
+      if (checksum && checksum->type == StoredType{'u', 4} && checksum->bytes.size() == 4)
         std::memcpy(&made->checksum_, checksum->bytes.data(), 4);
       else // a file from before there were checksums
         made->checksum_ = member.data_checksum();

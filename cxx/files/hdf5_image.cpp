@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <map>
 
 #include "checksums.hpp"
 
@@ -167,24 +168,51 @@ std::vector<std::pair<int, Bytes>> Image::header(std::uint64_t address) const {
   return out;
 }
 
-Bytes Image::heap_object(std::uint64_t collection, std::uint32_t index) const {
-  const Bytes start = read(collection, 16);
-  Cursor in(*this, start);
-  if (!in.tag("GCOL")) damaged("a text does not stand where it is named");
-  in.skip(4);
-  const Bytes all = read(collection, in.u64());
-  Cursor object(*this, all, 16);
-  while (object.left() >= 16) {
-    const std::uint16_t number = object.u16();
-    object.skip(6);
-    const std::uint64_t size = object.u64();
-    if (number == 0) break; // free space
-    if (number == index) return object.bytes(size);
-    object.skip(size);
-    object.align();
+namespace {
+
+// Texts of several lengths, out of the collections of the global heap. Each collection is read once: a damaged file may
+// name one as often as it has numbers.
+class Heap {
+public:
+  explicit Heap(const Image& image) : image_(image) {}
+  const Bytes& object(std::uint64_t collection, std::uint32_t index) {
+    const auto [at, fresh] = collections_.try_emplace(collection);
+    if (fresh) at->second = objects(collection);
+    const auto found = at->second.find(index);
+    if (found == at->second.end()) image_.damaged("a text does not stand where it is named");
+    return found->second;
   }
-  damaged("a text does not stand where it is named");
-}
+
+private:
+  std::map<std::uint32_t, Bytes> objects(std::uint64_t collection) {
+    const Bytes start = image_.read(collection, 16);
+    Cursor in(image_, start);
+    if (!in.tag("GCOL")) image_.damaged("a text does not stand where it is named");
+    in.skip(4);
+    const std::uint64_t size = in.u64();
+    // sound collections do not overlap
+    if (size > image_.size() - read_) image_.damaged("collections of texts stand in each other");
+    read_ += size;
+    const Bytes all = image_.read(collection, size);
+    Cursor object(image_, all, 16);
+    std::map<std::uint32_t, Bytes> out;
+    while (object.left() >= 16) {
+      const std::uint16_t number = object.u16();
+      object.skip(6);
+      const std::uint64_t length = object.u64();
+      if (number == 0) break; // free space
+      out.try_emplace(number, object.bytes(length));
+      object.align();
+    }
+    return out;
+  }
+
+  const Image& image_;
+  std::uint64_t read_ = 0;
+  std::map<std::uint64_t, std::map<std::uint32_t, Bytes>> collections_;
+};
+
+} // namespace
 
 Datatype datatype_of(const Image& image, Cursor& in) {
   const int first = in.u8(), version = first >> 4;
@@ -293,19 +321,20 @@ StoredArray converted(const Image& image, const Datatype& type, std::vector<std:
   StoredArray out{type.type, std::move(shape), {}};
   if (type.variable) {
     std::vector<Bytes> texts;
+    Heap heap(image);
     std::size_t longest = 1;
+    const std::size_t count = raw.size() / 16;
     for (std::size_t at = 0; at + 16 <= raw.size(); at += 16) {
       Cursor in(image, raw, at);
       const std::uint32_t length = in.u32();
       const std::uint64_t collection = in.u64();
       const std::uint32_t index = in.u32();
-      texts.push_back(length == 0 ? Bytes() : image.heap_object(collection, index));
+      longest = std::max<std::size_t>(longest, length);
+      if (longest > (image.size() + (1 << 20)) / count) image.damaged("texts are larger than the file");
+      texts.push_back(length == 0 ? Bytes() : heap.object(collection, index));
       if (texts.back().size() < length) image.damaged("a text is shorter than it says");
       texts.back().resize(length);
-      longest = std::max(longest, texts.back().size());
     }
-    if (longest > (image.size() + (1 << 20)) / std::max<std::size_t>(texts.size(), 1))
-      image.damaged("texts are larger than the file");
     out.type.item = std::uint32_t(longest);
     for (Bytes& text : texts) {
       text.resize(longest);

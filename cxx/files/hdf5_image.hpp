@@ -16,7 +16,6 @@ public:
   Bytes read(std::uint64_t address, std::uint64_t count) const;
   // Messages of an object header, of version 1 or 2, in their order.
   std::vector<std::pair<int, Bytes>> header(std::uint64_t address) const;
-  Bytes heap_object(std::uint64_t collection, std::uint32_t index) const; // of the global heap
   [[noreturn]] void damaged(const std::string& what) const;
   [[noreturn]] void unknown(const std::string& what) const;
 

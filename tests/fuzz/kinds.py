@@ -35,12 +35,13 @@ class NoNumber(Exception):
 
 @dataclass
 class Kind:
-    """One kind of file. core: what C++ reads of it, so that it is run under sanitizers, too."""
+    """One kind of file. share: of the inputs that are asked for, how many are worth their time."""
 
     name: str
     make: object
     damage: object
     use: object
+    share: float = 1.0
 
 
 def finite(what, *arrays):
@@ -183,6 +184,23 @@ def _problem_file(name):
     return make
 
 
+def _compressed(folder):
+    """Written again by h5py, each array compressed: it is read by a process of its own."""
+    import h5py
+
+    path = folder / "a.hdf5"
+    sound = _problem_file("sound.hdf5")(folder)
+    with h5py.File(sound, "r") as file, h5py.File(path, "w", libver="latest") as packed:
+
+        def pack(name, member):
+            if isinstance(member, h5py.Dataset):
+                packed.create_dataset(name, data=member[()], compression="gzip" if member.size > 1 else None)
+
+        file.visititems(pack)
+    sound.unlink()
+    return path
+
+
 def _damage_fclib(path, chance):
     how = chance.choice(["contents", "contents", "bytes", "trees"])
     if how != "contents":
@@ -278,6 +296,7 @@ KINDS = [
     Kind("run", _run, lambda p, c: _by(c.choice(["bytes", "headers", "headers", "trees"]))(p, c), _use_run),
     Kind("run that goes on", _run, lambda p, c: _by(c.choice(["bytes", "headers", "headers", "trees"]))(p, c), _append),
     Kind("FCLIB problem", _problem_file("a.hdf5"), _damage_fclib, _use_problem),
+    Kind("FCLIB problem, compressed", _compressed, _by("bytes"), _use_problem, share=0.1),
     Kind("Siconos text", _problem_file("a.dat"), _text(), _use_problem),
     Kind("DATBOX", _datbox, _text(), _use_datbox),
     Kind("gmsh of an elastic body", _cube("a.msh"), _text(), _use_elastic),

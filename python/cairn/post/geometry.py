@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .errors import told_as_damage
+
 
 class Contactors:
     """Contactors of a step in space.
@@ -39,6 +41,11 @@ def turn(rotation, vectors, dim):
 def contactors_of(step):
     """The contactors of a step: those of /cairn/scene whose body is still there, and for bodies that came later a disk
     or sphere of their radius, if they have one."""
+    with told_as_damage(step.run.path):
+        return _contactors_of(step)
+
+
+def _contactors_of(step):
     table, dim = step.run.scene.get("contactors") or {}, step.dim
     bodies, position = step.bodies, step.bodies["position"]
     n = len(bodies)

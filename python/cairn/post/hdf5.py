@@ -2,11 +2,17 @@
 (cxx/files/hdf5_node.hpp), which takes nothing in a file on trust."""
 
 import os
+import subprocess
+import sys
+import tempfile
 
 import numpy as np
 
 from .. import _core
 from .errors import FileError, UnknownStructure
+
+# how long another process may take over a file: to begin, and for what it holds
+SECONDS, BYTES_A_SECOND = 20, 1e6
 
 
 class Node:
@@ -59,11 +65,23 @@ class Array(Node):
         return self._core.dtype
 
     def __len__(self):
+        if not self.shape:
+            raise TypeError(f"{self.name} is one value, and has no rows")
         return self.shape[0]
 
+    def __iter__(self):
+        return iter(self._core.read())
+
+    def __contains__(self, name):
+        raise TypeError(f"{self.name} is an array, and no group")
+
     def __getitem__(self, index):
-        if index == () or not self.shape:
+        if isinstance(index, str):
+            raise TypeError(f"{self.name} is an array, and no group: it has no {index!r}")
+        if index == ():
             return self._core.read()[()]
+        if not self.shape:
+            raise IndexError(f"{self.name} is one value: index {index} was asked for")
         first, *rest = index if isinstance(index, tuple) else (index,)
         rows = len(self)
         if isinstance(first, slice) and first.step in (None, 1):
@@ -106,17 +124,26 @@ class File(Group):
 
 
 def read_foreign(path, read):
-    """read(file) of an HDF5 file of another program: by Cairn's reader, or by h5py where it holds what that does not read."""
+    """read(file) of an HDF5 file of another program: by Cairn's reader; one with structures that it does not know (compressed
+    arrays, later layouts) is written again in plain ones first, by a process of its own (plain_hdf5.py). Raises FileError."""
     try:
         with File(path) as file:
             return read(file)
     except UnknownStructure as error:
         unknown = error
-    import h5py
-
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise FileError(path, f"HDF5 cannot open the file ({error})", unknown.remedy) from error
-    with file:
-        return read(file)
+    with tempfile.TemporaryDirectory() as folder:
+        plain = os.path.join(folder, "plain.hdf5")
+        command = [sys.executable, "-E", os.path.join(os.path.dirname(__file__), "plain_hdf5.py"), os.path.abspath(path), plain]
+        limit = SECONDS + os.path.getsize(path) / BYTES_A_SECOND
+        try:
+            ended = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=limit)
+        except subprocess.TimeoutExpired:
+            raise FileError(path, f"the HDF5 library does not end on this file in {limit:.0f} s", unknown.remedy) from None
+        if ended.returncode:
+            told = ended.stderr.strip().rpartition("\n")[2] or f"ended with {ended.returncode}"
+            raise FileError(path, f"HDF5 cannot read the file ({told})", unknown.remedy)
+        with File(plain) as file:
+            try:
+                return read(file)
+            except FileError as error:
+                raise FileError(path, error.problem, error.remedy) from error

@@ -1,5 +1,6 @@
 """Reads a run: `cairn.load(path)` gives its steps as numpy arrays."""
 
+import contextlib
 import json
 import os
 
@@ -89,6 +90,19 @@ def _value(array):
     return json.loads(value) if "encoding" in array.attrs else value
 
 
+class MissingField(KeyError):
+    """A field that an output does not hold."""
+
+
+@contextlib.contextmanager
+def _from_fields_of(path):
+    """What is computed of fields that every run holds: a file without one is damaged."""
+    try:
+        yield
+    except MissingField as error:
+        raise FileError(path, f"the file is damaged: {error.args[0]}", "copy it again from where it was made") from error
+
+
 class Fields:
     """Arrays over the bodies or the contacts of one step, read when asked for: `fields.gap` or `fields["gap"]`."""
 
@@ -102,7 +116,8 @@ class Fields:
     @property
     def names(self):
         """Names of the fields there are."""
-        stored = [name for name in (self._block["PointData"] if self._block is not None else ()) if name != "spin"]
+        with told_as_damage(self._path):
+            stored = [name for name in (self._block["PointData"] if self._block is not None else ()) if name != "spin"]
         return [self._points_name, *stored]
 
     def __contains__(self, name):
@@ -114,7 +129,7 @@ class Fields:
     def __getitem__(self, name):
         if name not in self._cache:
             if name not in self.names and name != "spin":
-                raise KeyError(f"there is no field '{name}'; there are {listed(self.names, name)}")
+                raise MissingField(f"there is no field '{name}'; there are {listed(self.names, name)}")
             with told_as_damage(self._path):
                 self._cache[name] = self._checked(name, self._read(name))
         return self._cache[name]
@@ -299,14 +314,16 @@ class Run:
         loaded : only contacts that carry an impulse.
         """
         contacts = self[i].contacts
-        edges = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
-        return edges[np.any(contacts["impulse"] != 0, axis=1)] if loaded else edges
+        with _from_fields_of(self.path):
+            edges = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
+            return edges[np.any(contacts["impulse"] != 0, axis=1)] if loaded else edges
 
     def measure(self, i=-1, **options):
         """Coordination, solid fraction, fabric, stress ... of output i: a dict. See `measures.measure`."""
         from .measures import measure
 
-        return measure(self[i], **options)
+        with _from_fields_of(self.path):
+            return measure(self[i], **options)
 
     def plot(self, i=-1, what="velocity", **options):
         """Draw output i coloured by a field of the bodies; returns a matplotlib Axes. See `plots.plot_step`."""
