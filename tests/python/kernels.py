@@ -15,7 +15,7 @@ HEADERS = Path(__file__).resolve().parents[2] / "core_f90" / "include" / "cairn"
 TYPES = {"int8_t": (ctypes.c_int8, np.int8), "int16_t": (ctypes.c_int16, np.int16), "int32_t": (ctypes.c_int32, np.int32),
          "int64_t": (ctypes.c_int64, np.int64), "double": (ctypes.c_double, np.float64)}  # fmt: skip
 CALLED = set()  # names of kernels
-if "CAIRN_KERNELS_CALLED" in os.environ:  # test_kernels_all.py counts those that have a twin
+if "CAIRN_KERNELS_CALLED" in os.environ:  # test_kernels_all.py counts the kernels that have a twin
     atexit.register(lambda: Path(os.environ["CAIRN_KERNELS_CALLED"]).write_text("\n".join(sorted(CALLED))))
 PROTOTYPE = re.compile(r"^(?:typedef )?(void|double|int32_t|int64_t) (cairn_\w+)\(([^;{]*?)\);", re.M | re.S)
 

@@ -288,31 +288,6 @@ def test_colours_and_shuffles():
     assert list(dealt) == expected and state[0] == x
 
 
-# ---------------------------------------------------------------------- systems of equations
-
-
-def test_small_factors():
-    n, groups = 5, 2
-    root = some(8 * groups, n, n)
-    a = root @ root.transpose(0, 2, 1) + 0.1 * np.eye(n)
-    lanes = np.ascontiguousarray(a.reshape(groups, 8, n, n).transpose(0, 3, 2, 1))  # (lanes, row, column, groups) of Fortran
-    failed, pivot = np.empty((groups, 8), np.int32), np.empty((groups, 8))
-    b = some(8 * groups, n)
-    x = np.ascontiguousarray(b.reshape(groups, 8, n).transpose(0, 2, 1))
-    kernel("cairn_small_factor")(groups, n, 1e-14, lanes, failed, pivot)
-    assert not failed.any()
-    kernel("cairn_small_solve")(groups, n, lanes, x)
-    np.testing.assert_allclose(x.transpose(0, 2, 1).reshape(-1, n), np.linalg.solve(a, b[:, :, None])[:, :, 0], rtol=1e-8)
-    inverse = np.empty_like(lanes)
-    kernel("cairn_small_inverse")(groups, n, lanes, inverse)
-    np.testing.assert_allclose(inverse.transpose(0, 3, 2, 1).reshape(-1, n, n), np.linalg.inv(a), rtol=1e-8)
-    flat = np.zeros((1, n, n, 8))
-    flat[0, np.arange(n), np.arange(n)] = 1.0
-    flat[0, 3, 3, 6] = -2.0
-    kernel("cairn_small_factor")(1, n, 1e-14, flat, failed[:1], pivot[:1])
-    assert failed[0].tolist() == [0, 0, 0, 0, 0, 0, 4, 0]
-
-
 # ---------------------------------------------------------------------- detection
 
 

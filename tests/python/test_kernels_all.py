@@ -1,0 +1,76 @@
+"""Which kernels have a twin, something that says the same in another way: the number of those that have none can only fall."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from kernels import rows
+
+HERE = Path(__file__).resolve().parent
+CORE, CXX = HERE.parents[1] / "core_f90", HERE.parent / "cxx"
+WITHOUT = 64  # kernels that have no twin yet: make it less
+# Kernels that are called by what stands above them, in a test that compares with a plain loop, a closed form or another
+# code: names, file, test.
+THROUGH = [
+    (r"bulk_\w+", "python/test_bulk_materials.py", "test_tangents_are_the_differences_of_the_stress"),
+    (r"strain_measure|stress_of_measure", "python/test_bulk_materials.py", "test_measures_of_large_strain"),
+    (r"small_\w+", "cxx/test_soe.cpp", "SolvesAsATextbookLoop"),
+    (r"nlgs_sweep|delassus", "cxx/test_nlgs.cpp", "FindsWhatTheTextbookFinds"),
+    (r"contact_work", "cxx/test_interaction.cpp", "EnergyIsWhatBodiesLose"),
+    (r"grid_\w+|bar_search|tube_search|contactor_reach|contactor_directions|pair_admit|pair_store|pair_tidy|reference_detection|"
+     r"pair_(disk_disk|disk_segment|disk_half_plane|sphere_sphere|sphere_plane|sphere_tube)",
+     "cxx/test_detection.cpp", "finds_what_the_plain_way_finds"),
+    (r"periodic_\w+|pairs_of_ghosts|pairs_of_hits", "cxx/test_detection.cpp", "finds_all_images_in_a_periodic_cell"),
+    (r"pair_polygon_polygon", "python/test_polygon_contacts.py", "test_random_pairs_have_the_gaps_of_plain_loops"),
+    (r"pair_polygon_segment", "python/test_polygon_contacts.py", "test_side_on_side"),
+    (r"pair_polyhedron_polyhedron|fetch_hull|hull_place",
+     "python/test_shape_contacts.py", "test_random_pairs_have_the_gaps_of_coal"),
+    (r"pair_convex", "python/test_round_shapes.py", "test_random_pairs_have_the_gaps_of_coal_and_of_proved_bounds"),
+    (r"pair_(capsule|cylinder|superquadric)_facet", "python/test_round_surfaces.py", "test_least_gap_is_that_of_all_triangles"),
+    (r"pair_sphere_facet", "python/test_surfaces.py", "test_the_least_gap_is_that_of_plain_loops"),
+    (r"pair_polyhedron_facet", "python/test_surface_blocks.py", "test_least_gap_is_that_of_all_triangles"),
+    (r"pair_cylinder_tube", "python/test_round_tubes.py", "test_cylinders_touch_with_the_farthest_points_of_their_rims"),
+    (r"pair_superquadric_tube", "python/test_round_tubes.py", "test_superquadrics_have_the_clearance_of_their_reach"),
+    (r"pair_capsule_tube", "python/test_round_tubes.py", "test_even_superquadrics_and_short_capsules_are_spheres"),
+]  # fmt: skip
+
+
+def kernels():
+    """Names of all: what is bound to C in core_f90."""
+    text = "\n".join(path.read_text(encoding="utf-8") for path in CORE.rglob("*.f90"))
+    text = re.sub(r"&\s*\n\s*&?", " ", text)
+    interfaces = re.compile(r"abstract interface.*?end interface", re.S | re.I)
+    names = set(re.findall(r"(?:subroutine|function) +(cairn_\w+) *\([^)]*\)[^\n]*bind\(c\)", interfaces.sub("", text)))
+    for row in rows("contact_laws/laws.def", "CAIRN_LAW"):
+        slots = [slot for slot, there in zip(("prepare", "solve", "commit", "residual", "energy"), row[6:]) if there == "YES"]
+        names.update(f"cairn_law_{row[0]}_{slot}" for slot in [*slots, *(["force", "stiffness"] if row[-1] == "YES" else [])])
+    return names
+
+
+def laws_driven_by_one_contact():
+    """All slots of the laws that the C++ tests of laws drive step by step, against closed forms."""
+    text = "".join((CXX / name).read_text(encoding="utf-8") for name in ("test_bond_laws.cpp", "test_cohesive_laws.cpp"))
+    return [row[0] for row in rows("contact_laws/laws.def", "CAIRN_LAW") if f'"{row[1]}"' in text]
+
+
+def test_kernels_without_a_twin(tmp_path):
+    """Called by a test of kernels in Python, named by one in C++, or called by what the tests above are about."""
+    names = kernels()
+    assert len(names) > 300
+    files = [str(path) for path in sorted(HERE.glob("test_kernels*.py")) if path.name != Path(__file__).name]
+    environment = {**os.environ, "CAIRN_KERNELS_CALLED": str(tmp_path / "called")}
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-p", "no:xdist", *files]
+    ended = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=tmp_path)
+    assert ended.returncode == 0, ended.stdout[-3000:]
+    have = set((tmp_path / "called").read_text().split())
+    have |= set(re.findall(r"\bcairn_\w+", "".join(path.read_text(encoding="utf-8") for path in CXX.glob("*.cpp"))))
+    for _, file, test in THROUGH:
+        assert re.search(rf"(def |, ){test}\(?", (HERE.parent / file).read_text(encoding="utf-8")), (file, test)
+    through = [f"cairn_({known})" for known, _, _ in THROUGH] + [
+        f"cairn_law_{name}_\\w+" for name in laws_driven_by_one_contact()
+    ]
+    have |= {name for name in names if any(re.fullmatch(pattern, name) for pattern in through)}
+    without = sorted(names - have)
+    assert len(without) == WITHOUT, f"{len(without)} of {len(names)} kernels have no twin: " + " ".join(without)
