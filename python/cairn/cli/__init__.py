@@ -29,6 +29,7 @@ COMMANDS = {
     "completion": completion,
 }
 
+LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR")
 EXAMPLES = """\
 examples:
   cairn run pile.py                            run a Python script
@@ -62,6 +63,8 @@ def build_parser():
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    parser.add_argument("--log", metavar="LEVEL", type=str.upper, choices=LEVELS, help="tell what is done on the standard error: "
+                        "debug, info, warning or error")  # fmt: skip
     parser.add_argument("--version", action="store_true", help="show the version and how it was built")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     for module in COMMANDS.values():
@@ -75,8 +78,9 @@ def main(arguments=None):
     of the signal that stopped it: 130 after Ctrl-C."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     parser = build_parser()
-    arguments, passed_on = _of_script(arguments)
-    options = parser.parse_args(arguments)
+    lead = 0 if not arguments or not arguments[0].startswith("--log") else 1 if "=" in arguments[0] else 2
+    rest, passed_on = _of_script(arguments[lead:])
+    options = parser.parse_args(arguments[:lead] + rest)
     if options.version:
         print(version())
         return 0
@@ -84,6 +88,11 @@ def main(arguments=None):
         parser.print_help()
         return 2
     options.passed_on = passed_on
+    if options.log:
+        import logging
+
+        logging.basicConfig(format="%(asctime)s %(name)s %(levelname)s: %(message)s")
+        logging.getLogger("cairn").setLevel(options.log)
     try:
         from .. import post  # noqa: F401  a message of its own if h5py is missing
 

@@ -56,6 +56,7 @@ def examine():
     from .. import _core
 
     build = {name: str(value) for name, value in dict(_core.build_info()).items()}
+    build["factors"] = f"SuiteSparse {_core.suitesparse}" if _core.suitesparse != "off" else "no SuiteSparse"
     machine = {
         "python": f"{platform.python_version()} at {sys.executable}",
         "system": f"{platform.system()} {platform.release()}, {platform.machine()}",

@@ -23,7 +23,8 @@ def add_parser(add, commands):
     plot.add_argument(
         "--what",
         default="velocity",
-        help="velocity, rotation, material, any field of the bodies, forces, energy or residual (default: velocity)",
+        help="velocity, rotation, material, any field of the bodies, forces, energy, residual, or history: probes, energy and "
+        "error (default: velocity)",
     )
     plot.add_argument("--step", type=int, default=-1, metavar="I", help="number of the output, -1 the last (default)")
     plot.add_argument("--time", type=float, help="draw the output nearest to this time [s] instead")
@@ -45,13 +46,14 @@ def main(options):
     out = options.output or f"{stem}_{options.what}.png"
     with load(options.file) as run:
         if len(run):
-            fields = [*run[-1].bodies.names, "speed", "spin", "forces", "energy", "residual"]
+            fields = [*run[-1].bodies.names, "speed", "spin", "forces", "energy", "residual", "history"]
             if options.what not in fields:
                 raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
         if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):
             run.animate(out, options.what, every=options.every, dpi=options.dpi)
-        elif options.what in ("energy", "residual"):
-            save_picture(run.plot_energy() if options.what == "energy" else run.plot_residual(), out, options.dpi)
+        elif options.what in ("energy", "residual", "history"):
+            draw = {"energy": run.plot_energy, "residual": run.plot_residual, "history": lambda: run.plot_history()[0]}
+            save_picture(draw[options.what](), out, options.dpi)
         else:
             if len(run) == 0:
                 raise ValueError(f"{options.file} holds no output yet")

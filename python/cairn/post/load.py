@@ -355,6 +355,12 @@ class Run:
 
         return plot_residual(self.history, **options)
 
+    def plot_history(self, *names, **options):
+        """Draw columns of the history over time, without names the probes, energy and error. See `histories.plot_history`."""
+        from .histories import plot_history
+
+        return plot_history(self, *names, **options)
+
     def animate(self, path, what="velocity", **options):
         """Write a .gif or .mp4 of all outputs. See `plots.animate`."""
         from .plots import animate

@@ -60,7 +60,10 @@ def draw(structure, ax=None, what="stress", axes=(0, 2), forces=True, thrust=Non
         t = structure.thrust_line(thrust)
         t = t if structure.dim == 2 else t[:, list(axes)]
         ax.plot(*t.T, "-", color=COMPRESSION, linewidth=1.8)
-    ax.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]), title=title)
+    room = 0.02 * np.max(high - low)
+    names = [f"{'xyz'[k]} [m]" for k in (axes if structure.dim == 3 else (0, 1))]
+    ax.set(aspect="equal", xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room), title=title)
+    ax.set(xlabel=names[0], ylabel=names[1])
     return ax
 
 

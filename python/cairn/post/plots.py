@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import _core
 from ..names import teach
 from ..pre import checks
 from .errors import FileError
@@ -18,7 +19,12 @@ LABELS = {
     "spin": "spin [rad/s]",
     "radius": "radius [m]",
     "mass": "mass [kg]",
+    "temperature": "temperature [K]",
+    "potential": "potential [V]",
+    "stress": "stress, norm [Pa]",
 }
+AT_REST = 1e-5  # of the speed that gravity gives in a step
+NOISE = 1e-12  # of the values themselves: a spread below it is rounding, and no field
 
 
 def _pyplot():
@@ -65,24 +71,40 @@ def title_of(step):
     return f"t = {step.time:.4g} s   step {step.step:,}   {len(step.bodies):,} bodies"
 
 
-def plot_step(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, walls=True, title=None, view=None):
+def titled(ax, text):
+    """Gives axes a title, on several lines where one would run into the axes beside."""
+    spec = ax.get_subplotspec()
+    spec = spec and spec.get_topmost_subplotspec()  # a scale of colours puts one within it
+    columns = 1 if spec is None else spec.get_gridspec().ncols / len(spec.colspan)
+    room = int((ax.figure.get_size_inches()[0] / columns - 0.6) / 0.078)  # characters of 10 points
+    lines = [""]
+    for part in text.replace(", ", ",   ").split("   "):
+        longer = f"{lines[-1]}   {part}".lstrip()
+        lines = [*lines[:-1], longer] if len(longer) <= room or not lines[-1] else [*lines, part]
+    ax.set_title("\n".join(lines).replace(",   ", ", "), fontsize=10, loc="left")
+
+
+def plot_step(
+    step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, walls=True, title=None, view=None, camera=None
+):
     """Draw the bodies of one output, coloured by a field.
 
     what : "velocity", "rotation", "material", any field of the bodies, or an array (n,).
-    limits : smallest and largest value of the colours. view : ((x0, x1), (y0, y1)) [m].
+    limits : smallest and largest value of the colours. view : ((x0, x1), (y0, y1)) [m]. camera : in 3D, the place that the scene
+    is seen from and the point looked at, ((x, y, z), (x, y, z)) [m]; or a direction (x, y, z) from which all of it is seen.
     3D scenes are rendered by PyVista if it is there, else point by point without it. Returns the Axes.
     """
     if step.dim == 3:
         from .plots3d import plot_step_3d
 
-        return plot_step_3d(step, what, ax=ax, cmap=cmap, limits=limits, colorbar=colorbar, title=title)
+        return plot_step_3d(step, what, ax=ax, cmap=cmap, limits=limits, colorbar=colorbar, title=title, camera=camera)
     values, label = field_values(step, what)
     contactors = contactors_of(step)
     disks, (outlines, rows) = contactors.select("disk"), outlines_of(step)
     view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
     if limits is None and not (isinstance(what, str) and what in CATEGORIES):
-        limits = value_limits(values[np.concatenate([disks.body, rows])], what)
+        limits = value_limits(values[np.concatenate([disks.body, rows])], what, step)
     if len(disks) or not len(rows):
         painted = draw_disks(ax, disks.center, disks.radius)
         paint(ax, painted, values[disks.body], what, label, step.run.scene, cmap, limits, colorbar)
@@ -92,7 +114,8 @@ def plot_step(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=T
     _frame(ax, view)
     if walls:
         draw_walls(ax, contactors)
-    ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
+        draw_cell(ax, step)
+    titled(ax, title_of(step) if title is None else title)
     return ax
 
 
@@ -127,7 +150,6 @@ def draw_polygons(ax, outlines, **style):
 def paint(ax, collection, values, what, label, scene, cmap, limits, colorbar):
     """Colours by number, or one colour per class with a legend."""
     from matplotlib.colors import ListedColormap
-    from matplotlib.lines import Line2D
 
     what = what if isinstance(what, str) else ""
     if what in CATEGORIES and cmap is None:
@@ -135,29 +157,53 @@ def paint(ax, collection, values, what, label, scene, cmap, limits, colorbar):
         palette = ListedColormap([CLASSES[k % len(CLASSES)] for k in kinds] or [PALE])
         collection.set(array=np.searchsorted(kinds, values), cmap=palette, clim=(-0.5, max(len(kinds), 1) - 0.5))
         if colorbar and 1 < len(kinds) <= 12:
-            names = list(scene.get("materials", [])) if what == "material" else []
-            marks = [
-                Line2D([], [], marker="o", ls="", color=palette(i), label=names[k] if 0 <= k < len(names) else f"{what} {k}")
-                for i, k in enumerate(kinds)
-            ]
-            ax.legend(handles=marks, fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+            legend(ax, kinds, [palette(i) for i in range(len(kinds))], what, scene)
         return
     if limits is None:
         limits = value_limits(values, what)
     collection.set(array=values, cmap=cmap or ("twilight" if what == "rotation" else "viridis"), clim=limits)
     if colorbar:
-        ax.figure.colorbar(collection, ax=ax, label=label, shrink=0.8, pad=0.02)
+        bar(ax, collection, label, shrink=0.8)
 
 
-def value_limits(values, what=None):
-    """Range of the colours: a full turn for rotations, else from the smallest to the 99.5 % quantile."""
+def legend(ax, kinds, colors, what, scene):
+    """Names of classes, materials by theirs, each with its colour."""
+    from matplotlib.lines import Line2D
+
+    names = list(scene.get("materials", [])) if what == "material" else []
+    labels = [names[k] if 0 <= k < len(names) else f"{what} {k}" for k in kinds]
+    marks = [Line2D([], [], marker="o", ls="", color=color, label=label) for color, label in zip(colors, labels)]
+    ax.legend(handles=marks, fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def bar(ax, painted, label, shrink):
+    """The scale of the colours, its numbers as they are: no offset to be added by the reader."""
+    made = ax.figure.colorbar(painted, ax=ax, label=label, shrink=shrink, pad=0.02)
+    made.formatter.set_useOffset(False)
+    made.update_ticks()
+
+
+def speed_of_a_step(step):
+    """Speed [m/s] that gravity gives in a step, 0 where it is not known: bodies far slower than this are at rest."""
+    gravity = step.run.scene.get("gravity")
+    return 0.0 if gravity is None or isinstance(gravity, str) else float(np.linalg.norm(gravity)) * step_size(step)
+
+
+def value_limits(values, what=None, step=None):
+    """Range of the colours: a full turn for rotations, else from the smallest to the 99.5 % quantile; values that differ by
+    rounding alone have one colour, as have speeds of bodies at rest, if an output tells what these are."""
+    if step is not None and isinstance(what, str) and what in ("velocity", "speed"):
+        scale = speed_of_a_step(step)
+        if np.nanmax(values, initial=0.0) < AT_REST * scale:
+            return 0.0, scale
     if isinstance(what, str) and what == "rotation":
         return -np.pi, np.pi
     values = values[np.isfinite(values)]
     if not len(values):
         return 0.0, 1.0
     low, high = float(values.min()), float(np.quantile(values, 0.995))
-    return (low, high) if high > low else (low, float(values.max()) if values.max() > low else low + (abs(low) or 1.0))
+    high = high if high > low else float(values.max())
+    return (low, high) if high - low > NOISE * max(abs(low), abs(high)) else (low, low + (abs(low) or 1.0))
 
 
 def _view(step):
@@ -167,6 +213,9 @@ def _view(step):
     points = [disks.center - disks.radius[:, None], disks.center + disks.radius[:, None]]
     reach = segments.direction * segments.half[:, None]
     points = np.concatenate([*points, *outlines, segments.center - reach, segments.center + reach])
+    if step.run.periodic is not None:
+        corners, periodic = cell_corners(step)
+        points = np.concatenate([points, corners]) if periodic.all() else points
     low, high = (points.min(0), points.max(0)) if len(points) else (np.zeros(2), np.ones(2))
     room = 0.03 * (high - low).max() or 1.0
     return np.stack([low - room, high + room], axis=1)
@@ -211,6 +260,33 @@ def draw_walls(ax, contactors):
         ax.add_collection(LineCollection(line, colors=WALL, linewidths=1.5), autolim=False)
 
 
+def cell_corners(step):
+    """Corners (4, 2) of the periodic cell at the time of an output, anticlockwise, and along which axes it repeats, (2,)."""
+    cell = step.run.periodic
+    vectors, corner = np.array(cell["vectors"])[:2, :2], np.array(cell["corner"])[:2]
+    vectors = vectors + step.time * vectors @ np.array(cell["velocity_gradient"])[:2, :2].T
+    if vectors[0, 0] > 0:
+        vectors[1, 0] = (vectors[1, 0] + vectors[0, 0] / 2) % vectors[0, 0] - vectors[0, 0] / 2
+    return corner + [[0, 0], vectors[0], vectors[0] + vectors[1], vectors[1]], np.array(cell["periodic"], bool)[:2]
+
+
+def draw_cell(ax, step):
+    """The periodic cell at the time of an output, dashed: its sides lean by what it sheared."""
+    if step.run.periodic is None:
+        return
+    from matplotlib.patches import Polygon
+
+    corners, periodic = cell_corners(step)
+    (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
+    if periodic.all():
+        ax.add_patch(Polygon(corners, fill=False, ls="--", lw=1, ec=WALL))
+        return
+    axis = int(np.argmax(periodic))
+    for place in (corners[0, axis], corners[2, axis]):
+        ends = ((place, place), (y0, y1)) if axis == 0 else ((x0, x1), (place, place))
+        ax.plot(*ends, "--", lw=1, color=WALL, scalex=False, scaley=False)
+
+
 def _capsules(center, axis, half, radius):
     """Outlines (m, 34, 2) of segments with round ends."""
     angle = np.linspace(-np.pi / 2, np.pi / 2, 17)
@@ -222,16 +298,18 @@ def _capsules(center, axis, half, radius):
     return np.concatenate([front, 2 * center - front], axis=1)
 
 
-def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=None, view=None):
+def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=None, view=None, camera=None):
     """Draw each contact that carries an impulse as a line between its bodies, as thick as the normal force.
 
-    dt : step [s] that turns impulses into forces; the run's own if None. width : thickness [points] of the mean force;
-    a fifth of a body if None. Compression red, tension blue. Returns the Axes. 2D only.
+    dt : step [s] that turns impulses into forces; the run's own if None. width : thickness [points] of the mean force, in 3D
+    [m]; a fifth of a body if None. Compression red, tension blue. camera : in 3D, see `plot_step`. Returns the Axes.
     """
     from matplotlib.collections import LineCollection
 
     if step.dim == 3:
-        raise ValueError("force chains are drawn in 2D; for 3D open the file in ParaView and glyph the block contacts")
+        from .plots3d import plot_forces_3d
+
+        return plot_forces_3d(step, ax=ax, dt=dt, width=width, bodies=bodies, title=title, camera=camera)
     contactors = contactors_of(step)
     disks, (outlines, _) = contactors.select("disk"), outlines_of(step)
     view = _view(step) if view is None else view
@@ -241,6 +319,7 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
         draw_polygons(ax, outlines, facecolors=PALE)
     _frame(ax, view)
     draw_walls(ax, contactors)
+    draw_cell(ax, step)
     contacts, dt = step.contacts, step_size(step) if dt is None else dt
     force = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt
     lines = contact_lines(step)
@@ -266,7 +345,7 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
         box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
         text = f"mean normal force {mean:.3g} N"
         ax.text(0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", fontsize=8, bbox=box)
-    ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
+    titled(ax, title_of(step) if title is None else title)
     return ax
 
 
@@ -297,7 +376,7 @@ def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
     for some, wide in ((beta > 0, width), (broken, 0.5 * width)):
         ax.add_collection(LineCollection(lines[some], linewidths=wide, colors=colors[some], capstyle="round"), autolim=False)
     text = f"{np.count_nonzero(beta > 0)} hold, {np.count_nonzero(broken)} broken"
-    ax.set_title(f"{title_of(step)}, {text}" if title is None else title, fontsize=10, loc="left")
+    titled(ax, f"{title_of(step)}   {text}" if title is None else title)
     return ax
 
 
@@ -316,7 +395,7 @@ def contact_lines(step):
     point = step.contacts["point"]
     row_a, row_b, arm_a, arm_b = lever_arms(step)
     solid = step.bodies["radius"] > 0 if "radius" in step.bodies else np.zeros(len(step.bodies), bool)
-    solid[outlines_of(step)[1]] = True
+    solid[outlines_of(step)[1] if step.dim == 2 else contactors_of(step).select(*_core.shapes("mover")).body] = True
     ends = [np.where(solid[row, None], point - arm, point) for row, arm in ((row_a, arm_a), (row_b, arm_b))]
     return np.stack(ends, axis=1)
 
@@ -338,7 +417,7 @@ def plot_energy(history, ax=None, title="Energy"):
     if closure is not None and len(closure):
         share = f", {abs(closure[-1]) / scale[-1]:.1e} of the energy in play" if scale is not None and scale[-1] > 0 else ""
         title = f"{title}: the balance closes to {abs(closure[-1]):.1e} J{share}"
-    ax.set_title(title, fontsize=10, loc="left")
+    titled(ax, title)
     _plain(ax)
     return ax
 
@@ -364,7 +443,7 @@ def plot_residual(history, ax=None, title="Solver"):
         other.set_ylabel("iterations", color=TENSION)
         other.set_ylim(bottom=0)
         other.spines["top"].set_visible(False)
-    ax.set_title(title, fontsize=10, loc="left")
+    titled(ax, title)
     ax.spines["top"].set_visible(False)
     return ax
 
@@ -375,10 +454,12 @@ def _plain(ax):
         ax.spines[side].set_visible(False)
 
 
-def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, limits=None, view=None, **options):
-    """Write all outputs of a run (each `every`-th) as a .gif, or as an .mp4 if ffmpeg is there.
+def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, limits=None, view=None, camera=None, **options):
+    """Write all outputs of a run (each `every`-th) as a .gif, or as an .mp4 by ffmpeg (`pip install imageio-ffmpeg` brings one).
 
-    what : a field as for `plot_step`, or "forces" for force chains. Colours and view are those of the whole run.
+    what : a field as for `plot_step`, or "forces" for force chains. Colours and view are those of the whole run. camera : in 3D,
+    as for `plot_step`; or a list of such (place, point looked at), a path along which it moves evenly from the first output to
+    the last; or a function of the share of the film, 0 to 1, that gives one.
     """
     from matplotlib import animation
 
@@ -387,8 +468,9 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
     extension = path.rpartition(".")[2].lower()
     if extension not in ("gif", "mp4"):
         raise FileError(path, "an animation is a .gif or an .mp4", "choose one of these")
-    if extension == "mp4" and not animation.FFMpegWriter.isAvailable():
-        raise FileError(path, "an .mp4 needs the program ffmpeg, which is not there", "install it, or write a .gif")
+    if extension == "mp4" and not animation.FFMpegWriter.isAvailable() and not _brought_ffmpeg(plt):
+        remedy = "pip install imageio-ffmpeg, or write a .gif"
+        raise FileError(path, "an .mp4 needs the program ffmpeg, which is not there", remedy)
     steps = range(0, len(run), every)
     if not len(steps):
         raise FileError(run.path, "this run holds no output yet", "run the simulation first")
@@ -397,17 +479,19 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
     if limits is None and not (isinstance(what, str) and what in (*CATEGORIES, "forces")):
         sample = [field_values(run[k], what)[0] for k in _few(steps)]
         limits = value_limits(np.concatenate(sample), what)
+    if run.dim == 3 and camera is None:
+        camera = _camera_of_run(run, steps)
     figure = _axes(None, view=view).figure if figsize is None else plt.figure(figsize=figsize, layout="constrained")
     writer = animation.PillowWriter(fps=fps) if extension == "gif" else animation.FFMpegWriter(fps=fps)
     try:
         with writer.saving(figure, path, dpi):
-            for k in steps:
+            for shown, k in enumerate(steps):
                 figure.clear()
                 ax = figure.add_subplot()
+                extra = {"view": view} if run.dim == 2 else {"camera": camera_at(camera, shown / max(len(steps) - 1, 1))}
                 if what == "forces":
-                    plot_force_chains(run[k], ax=ax, view=view, **options)
+                    plot_force_chains(run[k], ax=ax, **extra, **options)
                 else:
-                    extra = {"view": view} if run.dim == 2 else {}
                     plot_step(run[k], what, ax=ax, limits=limits, **extra, **options)
                 writer.grab_frame()
     finally:
@@ -415,9 +499,48 @@ def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, 
     return path
 
 
+def _brought_ffmpeg(plt):
+    """Whether there is an ffmpeg that came with imageio-ffmpeg; matplotlib is told where."""
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+
+        plt.rcParams["animation.ffmpeg_path"] = get_ffmpeg_exe()
+    except (ImportError, RuntimeError):
+        return False
+    return True
+
+
+def camera_at(camera, share):
+    """The camera of a film at a share of it: what a function gives, a place along a path of cameras, or the one that there is."""
+    if callable(camera):
+        return camera(share)
+    places = np.asarray(camera, float) if camera is not None else None
+    if places is None or places.ndim < 3:
+        return camera
+    if places.shape[1:] != (2, 3):
+        raise ValueError(f"camera has shape {places.shape}: give a list of (place, point looked at), (k, 2, 3) [m]")
+    at = share * (len(places) - 1)
+    k = min(int(at), len(places) - 2) if len(places) > 1 else 0
+    return places[k] if len(places) == 1 else places[k] + (at - k) * (places[k + 1] - places[k])
+
+
 def _few(steps, most=12):
     """At most a dozen of the steps, evenly spread, with the last."""
     return [steps[i] for i in np.unique(np.linspace(0, len(steps) - 1, most).astype(int))]
+
+
+def _camera_of_run(run, steps):
+    """A place from which all bodies of the run are seen, so that the camera stands still in a film."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for k in _few(steps):
+        place, radius = run[k].bodies["position"], run[k].bodies["radius"][:, None]
+        moves = np.isfinite(run[k].bodies["mass"]) if "mass" in run[k].bodies else np.ones(len(place), bool)
+        if moves.any():
+            low, high = np.minimum(low, (place - radius)[moves].min(0)), np.maximum(high, (place + radius)[moves].max(0))
+    if not np.all(np.isfinite(low)):
+        return None
+    middle, way = (low + high) / 2, np.array((1.0, -1.6, 0.8)) / np.linalg.norm((1.0, -1.6, 0.8))
+    return np.array([middle + way * np.linalg.norm(high - low) / 2 / np.sin(np.radians(14.0)), middle])
 
 
 def _view_of_run(run, steps):

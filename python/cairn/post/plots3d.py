@@ -8,26 +8,46 @@ import numpy as np
 
 from .. import _core
 from .geometry import contactors_of
-from .plots import CATEGORIES, CLASSES, WALL, _axes, _pyplot, field_values, title_of, value_limits
+from .plots import (
+    CATEGORIES,
+    CLASSES,
+    COMPRESSION,
+    PALE,
+    TENSION,
+    WALL,
+    _axes,
+    _pyplot,
+    bar,
+    contact_lines,
+    field_values,
+    legend,
+    step_size,
+    title_of,
+    titled,
+    value_limits,
+)  # fmt: skip
 from .shape_meshes import meshes_of
 
+WINDOW = (1200, 900)
 
-def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=(1200, 900)):
+
+def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=WINDOW, camera=None):
     """Draw the bodies of one output, coloured by a field. Returns matplotlib Axes."""
     values, label = field_values(step, what)
     spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
     of_bodies, values = values, values[spheres.body]
     classes = isinstance(what, str) and what in CATEGORIES and cmap is None
+    kinds = np.unique(of_bodies).astype(int) if classes else []
     if classes:
         limits = (-0.5, len(CLASSES) - 0.5)
         values, of_bodies = values % len(CLASSES), of_bodies % len(CLASSES)
     elif limits is None:
         turned = isinstance(what, str) and what == "rotation"
-        limits = (0.0, np.pi) if turned else value_limits(values if mesh is None else of_bodies)
+        limits = (0.0, np.pi) if turned else value_limits(values if mesh is None else of_bodies, what, step)
     palette = _palette(classes, cmap)
     picture = spheres.center, spheres.radius, values, palette, limits, window, mesh, of_bodies
     try:
-        image = render_spheres(*picture)
+        image = render_spheres(*picture, camera=camera)
     except ImportError:
         from .plain_render import render
 
@@ -36,7 +56,85 @@ def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorba
     ax.imshow(image)
     ax.set_axis_off()
     _finish(ax, step, palette, limits, label if colorbar and not classes else None, title)
+    if colorbar and 1 < len(kinds) <= 12:
+        legend(ax, kinds, [CLASSES[k % len(CLASSES)] for k in kinds], what, step.run.scene)
     return ax
+
+
+def plot_forces_3d(step, ax=None, dt=None, width=None, bodies=True, title=None, window=WINDOW, camera=None):
+    """Draw contacts that carry an impulse as rods between their bodies, as thick as the normal force; see
+    `plots.plot_force_chains`. Needs PyVista."""
+    choose_window()
+    try:
+        import pyvista
+    except ImportError as error:
+        raise ImportError("forces in space need PyVista: pip install pyvista") from error
+    contacts, dt = step.contacts, step_size(step) if dt is None else dt
+    force, lines = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt, contact_lines(step)
+    force, lines = force[force != 0], lines[force != 0]
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
+    plotter.set_background("white")
+    spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
+    if bodies:
+        plain = {"color": PALE, "opacity": 0.15, "show_scalar_bar": False}
+        if len(spheres):
+            plotter.add_mesh(_balls(spheres.center, spheres.radius), **plain)
+        if mesh is not None:
+            plotter.add_mesh(_surface(*mesh[:2]), **plain)
+    if len(force):
+        mean = np.abs(force).mean()
+        if width is None:
+            sizes = spheres.radius if len(spheres) else [0.1 * np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).mean()]
+            width = 0.2 * float(np.median(sizes))
+        thick = np.repeat(np.clip(0.5 * width * np.abs(force) / mean, 0.02 * width, 1.5 * width), 2)
+        for some, colour in ((force > 0, COMPRESSION), (force < 0, TENSION)):
+            if some.any():
+                rods = pyvista.line_segments_from_points(lines[some].reshape(-1, 3))
+                rods["thick"] = thick[np.repeat(some, 2)]
+                plotter.add_mesh(rods.tube(scalars="thick", absolute=True, n_sides=8), color=colour, specular=0.2)
+    ax = _axes(ax, (8.0, 6.0))
+    ax.imshow(_picture(plotter, camera))
+    ax.set_axis_off()
+    if len(force):
+        ax.text(0.99, 0.99, f"mean normal force {mean:.3g} N", transform=ax.transAxes, ha="right", va="top", fontsize=8)
+    titled(ax, title_of(step) if title is None else title)
+    return ax
+
+
+def _balls(center, radius):
+    """Surfaces of spheres as one; coarser when there are many."""
+    import pyvista
+
+    cloud = pyvista.PolyData(np.ascontiguousarray(center, dtype=float))
+    cloud["diameter"] = 2 * radius
+    fine = 24 if len(center) < 2000 else 12 if len(center) < 20000 else 8
+    ball = pyvista.Sphere(radius=0.5, theta_resolution=fine, phi_resolution=fine)
+    return cloud.glyph(scale="diameter", orient=False, geom=ball)
+
+
+def _surface(points, triangles):
+    import pyvista
+
+    return pyvista.PolyData(points, np.column_stack((np.full(len(triangles), 3), triangles)).ravel())
+
+
+def _picture(plotter, camera):
+    """The image, seen from a place to a point, from a direction, or from the front, the right and above."""
+    import pyvista
+
+    given = np.asarray((1.0, -1.6, 0.8) if camera is None else camera, float)
+    if given.shape == (3,):
+        plotter.camera_position = [given, (0, 0, 0), (0, 0, 1)]
+        plotter.reset_camera()
+    elif given.shape == (2, 3):
+        plotter.camera_position = [given[0], given[1], (0, 0, 1)]
+        plotter.reset_camera_clipping_range()
+    else:
+        raise ValueError(f"camera has shape {given.shape}: give (place, point looked at), (2, 3) [m], or a direction (3,)")
+    with pyvista.vtk_verbosity("error"):  # without a display VTK warns, then draws in memory
+        image = plotter.screenshot(return_img=True)
+    plotter.close()
+    return image
 
 
 def _palette(classes, cmap):
@@ -50,8 +148,8 @@ def _finish(ax, step, palette, limits, label, title):
     from matplotlib.colors import Normalize
 
     if label is not None:
-        ax.figure.colorbar(ScalarMappable(Normalize(*limits), palette), ax=ax, label=label, shrink=0.7, pad=0.02)
-    ax.set_title(title_of(step) if title is None else title, fontsize=10, loc="left")
+        bar(ax, ScalarMappable(Normalize(*limits), palette), label, shrink=0.7)
+    titled(ax, title_of(step) if title is None else title)
 
 
 def choose_window():
@@ -70,7 +168,7 @@ def choose_window():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
 
 
-def render_spheres(center, radius, values, palette, limits, window, mesh=None, of_bodies=None):
+def render_spheres(center, radius, values, palette, limits, window, mesh=None, of_bodies=None, camera=None):
     """An image (height, width, 3) of spheres, and of the mesh of other bodies. ImportError without PyVista, or without a system
     library to draw with."""
     choose_window()
@@ -80,24 +178,21 @@ def render_spheres(center, radius, values, palette, limits, window, mesh=None, o
     plotter.set_background("white")
     add_spheres(plotter, center, radius, values, palette, limits)
     add_mesh(plotter, mesh, of_bodies, palette, limits)
-    plotter.camera_position = [(1.0, -1.6, 0.8), (0, 0, 0), (0, 0, 1)]
-    plotter.reset_camera()
-    with pyvista.vtk_verbosity("error"):  # without a display VTK warns, then draws in memory
-        image = plotter.screenshot(return_img=True)
-    plotter.close()
-    return image
+    return _picture(plotter, camera)
 
 
 def add_mesh(plotter, mesh, values, palette, limits):
-    """Bodies that are no spheres, as meshes_of gives them, each in the colour of its value."""
-    import pyvista
-
+    """Bodies that are no spheres, as meshes_of gives them, each in the colour of its value, their sharp edges as lines."""
     if mesh is None:
         return
     points, triangles, rows = mesh
-    surface = pyvista.PolyData(points, np.column_stack((np.full(len(triangles), 3), triangles)).ravel())
+    surface = _surface(points, triangles)
     surface.cell_data["value"] = np.asarray(values, float)[rows]
     plotter.add_mesh(surface, scalars="value", cmap=palette, clim=limits, show_scalar_bar=False, specular=0.2)
+    if len(triangles) < 200_000:  # beyond, edges are all that would be seen
+        edges = surface.extract_feature_edges(30.0, boundary_edges=False, manifold_edges=False, non_manifold_edges=False)
+        if edges.n_points:
+            plotter.add_mesh(edges, color="#3a352c", line_width=1)
 
 
 def add_spheres(plotter, center, radius, values, palette, limits):

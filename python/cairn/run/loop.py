@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import datetime
 import inspect
+import logging
 import signal
 import sys
 from pathlib import Path
@@ -14,7 +15,10 @@ import numpy as np
 from .. import _core
 from ..pre import checks
 
+log = logging.getLogger("cairn.run")
+logging.getLogger("cairn").addHandler(logging.NullHandler())  # silent unless the program that uses it wants to hear
 TAKEN = "probe {!r} bears the name of a column that every history has: give it another"
+SOLVED = ("converged", "no_contacts")
 ENDINGS = (".vtkhdf", ".h5", ".hdf5", ".hdf")  # of runs, which are HDF5
 
 
@@ -175,7 +179,7 @@ def _material(simulation):
 class _Recorder:
     """The output file and the checkpoints of a run; does nothing without a path."""
 
-    def __init__(self, simulation, output, every, checkpoint_every, overwrite, append):
+    def __init__(self, simulation, output, every, checkpoint_every, overwrite, append, probes):
         self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
         self.checkpoint_path = None
         if output is not None:
@@ -189,6 +193,8 @@ class _Recorder:
             simulation.follow_rotations()
             self.written = None
             kept, info = 0, scene_info(simulation)
+            if probes:
+                info["probes"] = list(probes)
             if append and output.exists():
                 self.writer, kept = continued(output, simulation, info)
             else:
@@ -204,6 +210,7 @@ class _Recorder:
         info = sim.report
         self.writer.write_step(sim.time, info.get("time_detection", sim.time), sim.steps, bodies, contacts)
         self.writer.flush()
+        log.debug("output at step %d, t = %g s: %d bodies, %d contacts", sim.steps, sim.time, len(sim.bodies), len(sim.contacts))
 
     def record(self, probes):
         sim = self.simulation
@@ -219,6 +226,7 @@ class _Recorder:
                 self.write()
         if self.checkpoint_every and self.checkpoint_path and sim.steps % self.checkpoint_every == 0:
             sim.checkpoint(self.checkpoint_path)
+            log.info("checkpoint at step %d, t = %g s: %s", sim.steps, sim.time, self.checkpoint_path)
 
     def close(self):
         if self.writer is None:
@@ -337,10 +345,12 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
         raise Stopped(command.status)  # a script of many runs ends with the run that was stopped
     last = None if steps is None else simulation.steps + steps
     first = simulation.steps
-    recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append)
+    recorder = _Recorder(simulation, output, every, checkpoint_every, overwrite, append, probes)
     total = steps
     if total is None and until is not None:
         total = max(0, int(np.ceil((until - simulation.time) / simulation.dt)))
+    log.info("run from step %d, t = %g s, dt = %g s, %d bodies%s", first, simulation.time, simulation.dt, len(simulation.bodies),
+             "" if output is None else f", to {output}")  # fmt: skip
     try:
         with StopAtSignal() as stop, Progress(total, enabled=progress) as bar:
             while not stop and (last is None or simulation.steps < last):
@@ -351,11 +361,15 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                     break
                 info = simulation.step()
                 recorder.record(probes)
+                if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
+                    log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],
+                                info["iterations"])  # fmt: skip
                 bar.update(contacts=info["contacts"], iterations=info["iterations"], residual=info["error"])
                 if callback is not None and callback(simulation) is False:
                     break
     finally:
         recorder.close()
+        log.info("run to step %d, t = %g s", simulation.steps, simulation.time)
     if stop:
         _tell(simulation, stop.signal, output)
         if command is not None:

@@ -59,9 +59,7 @@ def limits_of(run, what, samples=5):
     few = {round(k) for k in np.linspace(0, len(run) - 1, min(samples, len(run)))}
     values = [field_values(run[k], what)[0] for k in few]
     values = np.concatenate([np.asarray(v, float).ravel() for v in values])
-    low, high = value_limits(values, None)
-    # a spread that is rounding beside the values themselves is no field, and gets one colour
-    return (low, high) if high - low > 1e-12 * max(abs(low), abs(high)) else (low - (abs(low) or 1.0), high + (abs(high) or 1.0))
+    return value_limits(values, None if what == "rotation" else what, run[-1])
 
 
 def is_category(what):
