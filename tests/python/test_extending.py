@@ -56,18 +56,26 @@ def test_the_page_counts_the_files_of_each_walk():
 
 @pytest.mark.timeout(1800)
 def test_the_walks_build_and_do_what_the_page_says(tmp_path):
-    """One build of the module alone, without optimisation: minutes, so that it is run when CAIRN_LARGE is set."""
+    """One build of the module alone, without optimisation. A row reaches core.h, so that all that reads it is compiled anew:
+    three CPU minutes, and the test is run when CAIRN_LARGE is set. OneDisk.SinksWhereItsLawHasACompliance stands for the law."""
     if not os.environ.get("CAIRN_LARGE"):
-        pytest.skip("a build of all sources, of minutes: set CAIRN_LARGE=1")
+        pytest.skip("a build of all sources, three CPU minutes: set CAIRN_LARGE=1")
     if not (shutil.which("cmake") and shutil.which("ninja") and shutil.which("gfortran")):
         pytest.skip("cmake, ninja and gfortran build what the walks add")
     tree, build = tmp_path / "tree", tmp_path / "build"
     tree.mkdir()
     follow(tree)
     launcher = [f"-DCMAKE_{c}_COMPILER_LAUNCHER=ccache" for c in ("C", "CXX")] if shutil.which("ccache") else []
-    quick = [f"-DCMAKE_{language}_FLAGS_RELEASE=-O0" for language in ("C", "CXX", "Fortran")]
-    options = ["-DCAIRN_TESTS=OFF", "-DCAIRN_BENCHMARKS=OFF", "-DCAIRN_WERROR=OFF",
-               f"-DPython_EXECUTABLE={sys.executable}", *quick, *launcher]
+    quick = [f"-DCMAKE_{language}_FLAGS_WALK=-O0" for language in ("C", "CXX", "Fortran")]  # of a kind of build of its own
+    options = [
+        "-DCMAKE_BUILD_TYPE=Walk",
+        "-DCAIRN_TESTS=OFF",
+        "-DCAIRN_BENCHMARKS=OFF",
+        "-DCAIRN_WERROR=OFF",
+        f"-DPython_EXECUTABLE={sys.executable}",
+        *quick,
+        *launcher,
+    ]
     environment = {**os.environ, "CCACHE_BASEDIR": str(tree), "CCACHE_NOHASHDIR": "1"}
     environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{environment.get('PATH', '')}"
     jobs = str(os.cpu_count() or 1)

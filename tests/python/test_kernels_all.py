@@ -73,4 +73,4 @@ def test_kernels_without_a_twin(tmp_path):
     ]
     have |= {name for name in names if any(re.fullmatch(pattern, name) for pattern in through)}
     without = sorted(names - have)
-    assert len(without) == WITHOUT, f"{len(without)} of {len(names)} kernels have no twin: " + " ".join(without)
+    assert len(without) <= WITHOUT, f"{len(without)} of {len(names)} kernels have no twin: " + " ".join(without)
