@@ -134,6 +134,20 @@ py::dict get_cell(const Scene& s) {
   return out;
 }
 
+// Internal numbers of the bodies with these ids, which are in the time of their own number, not of the scene's.
+py::array_t<std::int64_t> rows_of(Scene& s, const Input<std::int64_t>& ids) {
+  const std::vector<std::int32_t>& order = s.insertion_order();
+  py::array_t<std::int64_t> out(ids.size());
+  for (py::ssize_t k = 0; k < ids.size(); ++k) {
+    const std::int64_t id = ids.data()[k];
+    const auto at = std::lower_bound(order.begin(), order.end(), id,
+                                     [&](std::int32_t row, std::int64_t of) { return *s.bodies.id[row] < of; });
+    if (at == order.end() || *s.bodies.id[*at] != id) throw cairn::Error("no body has the id " + std::to_string(id));
+    out.mutable_data()[k] = *at;
+  }
+  return out;
+}
+
 } // namespace
 
 void bind_scene(py::module_& m) {
@@ -183,6 +197,7 @@ void bind_scene(py::module_& m) {
              return get_ordered(s.contactors, name, s.contactor_insertion_order());
            })
       .def("assign_body", &assign_body)
+      .def("rows_of", &rows_of)
       .def("raw_body",
            [](py::object self, const std::string& name) { return get_live(self.cast<Scene&>().bodies, name, self); })
       .def("body_fields", [](Scene& s) { return describe(s.bodies); })

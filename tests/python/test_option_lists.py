@@ -34,7 +34,7 @@ def test_ranges_of_the_core_are_those_of_python():
 
 def test_strategies_are_rows_that_python_knows_by_class_and_by_name():
     assert {row[0] for row in _core.strategies()} >= {"nscd", "carpenter", "granular_element", "smooth_dem"}
-    for row, python_name, meaning, laws in _core.strategies():
+    for row, python_name, meaning, laws, _ in _core.strategies():
         kind = getattr(cn, python_name)
         assert kind.row == row and meaning and laws
         needed = {"stiffness": 1e5} if row == "granular_element" else {}

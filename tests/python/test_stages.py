@@ -6,7 +6,9 @@ from pathlib import Path
 import cairn as cn
 import numpy as np
 import pytest
+from cairn import _core
 from cairn.build.elastic import ElasticBody
+from cairn.run import strategies
 from small_scenes import ROCK, differing, heap, state
 
 
@@ -57,6 +59,22 @@ def test_a_step_by_hand_has_the_bits_of_step(name):
     assert differing(state(whole), state(parts)) == []
     assert np.any(whole.contacts.impulse != 0)
     assert set(parts.info["seconds"]) == set(whole.info["seconds"])
+
+
+def test_strategies_that_are_rows_alone_have_their_stages():
+    """As a row that Python has no class for, under a force of time: the steps of the class, whole and by hand."""
+    rows = {row[0]: row for row in _core.strategies()}
+    row = strategies._listed_class(*rows["granular_element"])
+    assert row().stages and row(theta=0.7).end_share == 0.7 and not row().explicit
+    one = cn.Simulation(heap(2, push=push), 2e-2, cn.GranularElement(stiffness=1e6, solver=cn.NLGS(tol=1e-6)))
+    same = [cn.Simulation(heap(2, push=push), 2e-2, row(stiffness=1e6, tol=1e-6)) for _ in range(2)]
+    for _ in range(8):
+        one.step()
+        same[0].step()
+        by_hand(same[1])
+    assert np.any(one.contacts.impulse != 0)
+    assert differing(state(one), state(same[0])) == [] and differing(state(one), state(same[1])) == []
+    assert not cn.strategy("EventDriven").stages
 
 
 def test_impulses_of_ones_own_take_the_place_of_the_solver():

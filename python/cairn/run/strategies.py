@@ -417,12 +417,30 @@ def _checked_option(row, value):
     return value
 
 
-def _listed_class(row, python_name, summary, laws):
+class ListedStages(Listed):
+    """One of these that makes the stages of NSCD: each can be called alone."""
+
+    stages = True
+
+    def moved_by(self):
+        """The integrator that its options name."""
+        kind = next(kind for kind in INTEGRATORS.values() if kind.row == self.integrator)
+        return kind(**{name: getattr(self, name) for name, *_ in kind.parameters if hasattr(self, name)})
+
+    explicit = NSCD.explicit
+
+    @property
+    def end_share(self):
+        """Of the end of the step in gravity and forces that change with time."""
+        return self.moved_by().end_share
+
+
+def _listed_class(row, python_name, summary, laws, stages):
     """The class of a strategy that has none of its own in this file."""
     lines = [f"{summary[0].upper()}{summary[1:]}.", "", f"Laws: {', '.join(laws)}."]
     lines += [f"{o['name']}: {o['meaning']} ({o['default']!r})." for o in _core.strategy_options(row)]
     body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "__qualname__": python_name}
-    return type(python_name, (Listed,), body)
+    return type(python_name, (ListedStages if stages else Listed,), body)
 
 
 # one class for each row of the core's list of strategies, by its name in Python

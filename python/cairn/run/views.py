@@ -289,22 +289,18 @@ class MeshView(_View):
         return "sim.bodies.set(position=x, velocity=v) sets the nodes, whose rows are those of mesh.ids among sim.bodies.id"
 
     def _of_nodes(self, name):
-        scene = self._core.scene
-        return scene.body(name)[np.searchsorted(scene.body("id"), self.ids)]
+        return self._core.scene.raw_body(name)[self.rows]
 
     @property
     def rows(self):
         """Internal numbers of the nodes, (n,), as simulation.raw has them until the next renumbering."""
-        internal = self._core.scene.raw_body("id").ravel()
-        order = np.argsort(internal)
-        return order[np.searchsorted(internal[order], self.ids)]
+        return self._core.scene.rows_of(self.ids)
 
     @property
     def followers(self):
         """Of points, and of edges or faces: their rows as `rows`, nodes (m, k) and weights (m, k) of each."""
-        internal, mesh = self._core.scene.raw_body("id").ravel(), self._mesh
-        order = np.argsort(internal)
-        points, sides = (order[np.searchsorted(internal[order], ids)] for ids in (mesh.point_ids, mesh.side_ids))
+        mesh = self._mesh
+        points, sides = (self._core.scene.rows_of(ids) for ids in (mesh.point_ids, mesh.side_ids))
         nodes = mesh.d.faces.nodes if mesh.d.faces else mesh.d.edges
         return (points, *mesh.d.points), (sides, nodes, np.full(nodes.shape, 1 / max(nodes.shape[1], 1)))
 
