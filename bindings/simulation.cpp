@@ -54,7 +54,8 @@ py::list strategies() {
     py::list laws;
     for (const cairn::LawInfo& law : cairn::law_infos())
       if (made->serves(law)) laws.append(law.python_name);
-    rows.append(py::make_tuple(s.name, s.python_name, s.meaning, laws, dynamic_cast<cairn::Nscd*>(made.get()) != nullptr));
+    rows.append(
+        py::make_tuple(s.name, s.python_name, s.meaning, laws, dynamic_cast<cairn::Nscd*>(made.get()) != nullptr));
   }
   return rows;
 }

@@ -264,3 +264,35 @@ def test_measures_are_of_grains_and_not_of_nodes(tmp_path):
     assert found["contacts"] == loaded.sum() and found["coordination"] == ends / len(grains)
     assert abs(found["solid_fraction"] - 2 * np.pi * 0.1**2 / (0.6 * 0.2)) < 1e-3
     assert np.all(np.isfinite(found["stress"]))
+
+
+def test_displacements_of_many_meshes_are_read_in_the_time_of_their_nodes():
+    """A view asks for its own nodes: no array of the length of the scene is copied."""
+    corners = np.array([[0, 0], [1, 0], [0, 1]], float)
+    scene = cn.Scene(2)
+    for k in range(40):
+        body = ElasticBody(corners + [2 * k, 0], {"triangle": [[0, 1, 2]]}, young=1e5, poisson=0.3, density=1.0)
+        scene.add(cn.deformable(body, ROCK, name=f"body {k}", displacement=(0.0, 0.01 * k), velocity=(0.0, 1.0 * k)))
+    sim = cn.Simulation(scene, 1e-3)
+    sim.add(cn.disks([[-5.0, 0.0]], 0.1, ROCK))
+    asked = []
+
+    class Asked:
+        def __init__(self, core):
+            self.core = core
+
+        @property
+        def scene(self):
+            return self
+
+        def __getattr__(self, name):
+            asked.append(name)
+            return getattr(self.core.scene, name)
+
+    for k, mesh in enumerate(sim.meshes):
+        mesh._core = Asked(sim._core)
+        np.testing.assert_allclose(mesh.displacement, [[0.0, 0.01 * k]] * 3, atol=1e-12)
+        np.testing.assert_allclose(mesh.velocity, [[0.0, 1.0 * k]] * 3, atol=1e-12)
+    assert set(asked) == {"rows_of", "raw_body"}  # "body" is a copy of all
+    with pytest.raises(ValueError, match="no body has the id 999999"):
+        sim._core.scene.rows_of(np.array([0, 999999]))

@@ -78,8 +78,8 @@ class Stages:
         simulation.between_steps("begin_step")
         if not simulation.strategy.stages:
             raise ValueError(
-                f"{type(simulation.strategy).__name__} has no stages to be called: give NSCD or what poses another condition in its "
-                "stages, as Carpenter and GranularElement do, or call step()"
+                f"{type(simulation.strategy).__name__} has no stages to be called: give NSCD, or what poses another condition in "
+                "its stages as Carpenter and GranularElement do, or call step()"
             )
         h = simulation.ready(dt)
         self._core.begin_step(h)
