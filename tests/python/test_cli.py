@@ -133,6 +133,38 @@ def test_convert_to_vtk(run_file, tmp_path, capsys, kind):
     assert pyvista.get_reader(tmp_path / "a_bodies.pvd").time_values == [0.0, 0.1, 0.2, 0.1 * 3]
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_surfaces_open_at_all_times_in_both_readers(tmp_path, capsys, dim):
+    """Triangles of all bodies that move, with the fields of their bodies, and contacts: PyVista, and VTK's own reader."""
+    vtk = pytest.importorskip("vtkmodules.vtkIOXML")
+    pyvista = pytest.importorskip("pyvista")
+    from small_scenes import heap
+
+    sim = cn.Simulation(heap(dim), 1e-3, overlap="ignore")
+    sim.run(steps=60, output=tmp_path / "a.vtkhdf", every=20, progress=False)
+    assert call(capsys, "convert", tmp_path / "a.vtkhdf", tmp_path / "a.vtp")[0] == 0
+    run = cn.load(tmp_path / "a.vtkhdf")
+    series = pyvista.get_reader(tmp_path / "a_surfaces.pvd")
+    assert series.time_values == list(run.times)
+    for step in run:
+        series.set_active_time_value(step.time)
+        surface = series.read()[0]
+        of_bodies = {int(i): surface.extract_cells(np.flatnonzero(surface["id"] == i)) for i in (0, 7)}
+        for i, cells in of_bodies.items():
+            place, radius = step.bodies.position[step.rows_of([i])[0]], step.bodies.radius[step.rows_of([i])[0]]
+            assert np.allclose(cells.center[:dim], place, atol=0.02 * radius)
+            assert cells.bounds[1] - cells.bounds[0] == pytest.approx(2 * radius, rel=0.02)
+        assert np.array_equal(np.unique(surface["mass"]), np.unique(step.bodies.mass[step.bodies.radius > 0]))
+    reader = vtk.vtkXMLPolyDataReader()
+    reader.SetFileName(str(tmp_path / f"a_surfaces_{len(run) - 1:04d}.vtp"))
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfPolys() == surface.n_cells
+    contacts = pyvista.get_reader(tmp_path / "a_contacts.pvd")
+    contacts.set_active_time_value(contacts.time_values[-1])
+    points = contacts.read()[0]
+    assert np.array_equal(points["impulse"][:, :dim], run[-1].contacts.impulse) and points.n_points > 10
+
+
 def test_run_a_script(tmp_path, capsys):
     script = tmp_path / "hello.py"
     script.write_text("import sys, beside\nprint(__name__, sys.argv[1:], beside.x)\n")

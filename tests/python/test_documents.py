@@ -41,6 +41,14 @@ def test_local_links_lead_somewhere():
     assert not missing
 
 
+def test_pages_of_the_guide_show_a_picture_and_are_listed():
+    index = (ROOT / "docs/guide/index.md").read_text(encoding="utf-8")
+    for page in (ROOT / "docs/guide").glob("*.md"):
+        if page.name != "index.md":
+            assert "](../images/guide_" in page.read_text(encoding="utf-8"), page
+            assert f"\n{page.stem}\n" in index, page
+
+
 def test_readme_scene_is_short():
     block = BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))[1]
     statements = [line for line in block.splitlines() if line and not line.startswith(("import", " "))]

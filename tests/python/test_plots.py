@@ -155,7 +155,7 @@ def shapes_run(tmp_path):
 @pytest.mark.filterwarnings("ignore:there is no contact")
 def test_surfaces_of_shapes_are_closed_and_where_the_bodies_are(tmp_path):
     """Volumes of the triangles, turned outward; points of each body at its place; files for other programs."""
-    from cairn.post.shape_meshes import meshes_of
+    from cairn.post.shape_meshes import meshes_of, surfaces_of
 
     with shapes_run(tmp_path) as run:
         step = run[len(run) - 1]
@@ -171,11 +171,15 @@ def test_surfaces_of_shapes_are_closed_and_where_the_bodies_are(tmp_path):
         np.testing.assert_allclose(points[triangles[rows == 4]][0], [[0, -5, -5], [9, -5, -5], [0, 5, -5]], atol=1e-12)
     vtk = pytest.importorskip("vtkmodules.vtkIOXML")
     paths = convert(tmp_path / "run.vtkhdf", tmp_path / "out.vtp", step=0)
-    (path,) = (p for p in paths if "out_shapes_" in p and p.endswith(".vtp"))
+    (path,) = (p for p in paths if "out_surfaces_" in p and p.endswith(".vtp"))
     reader = vtk.vtkXMLPolyDataReader()
     reader.SetFileName(path)
     reader.Update()
-    assert reader.GetOutput().GetNumberOfPolys() == len(triangles)
+    with load(tmp_path / "run.vtkhdf") as run:
+        surfaces = surfaces_of(run[0])
+    assert reader.GetOutput().GetNumberOfPolys() == len(surfaces[1]) > len(triangles)  # the sphere, too
+    x = surfaces[0][surfaces[1][surfaces[2] == 5]]
+    assert np.linalg.det(x - x.mean((0, 1))).sum() / 6 == pytest.approx(4 / 3 * np.pi * 0.125, rel=0.05)
     assert reader.GetOutput().GetCellData().HasArray("mass")
 
 

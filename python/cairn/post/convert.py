@@ -9,7 +9,7 @@ import numpy as np
 
 from .errors import FileError, as_file_error
 from .load import load
-from .shape_meshes import meshes_of
+from .shape_meshes import surfaces_of
 
 AXES = "xyz"
 
@@ -141,14 +141,14 @@ def _vtk(run, steps, target, what):
                 raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
             listed.append((step.time if name == "bodies" else step.time_detection, path))
             paths.append(path)
-        mesh = meshes_of(step) if kind == ".vtp" else None
+        mesh = surfaces_of(step) if kind == ".vtp" else None
         if mesh is not None:
-            path = f"{stem}_shapes_{step.index:04d}{kind}"
+            path = f"{stem}_surfaces_{step.index:04d}{kind}"
             _write_shapes(path, step, *mesh)
             shapes.append((step.time, path))
             paths.append(path)
     if shapes:
-        entries["shapes"] = shapes
+        entries["surfaces"] = shapes
     return paths + [_pvd(f"{stem}_{name}.pvd", listed) for name, listed in entries.items()]
 
 

@@ -32,6 +32,34 @@ def meshes_of(step):
     return np.concatenate(points), np.concatenate(triangles), np.concatenate(rows)
 
 
+def surfaces_of(step):
+    """As meshes_of, with disks and spheres among them, those as polygons of 24 corners, these as globes."""
+    from .. import _core
+    from .geometry import contactors_of
+
+    balls = contactors_of(step).select(*_core.shapes("ball"))
+    balls = balls.where(balls.radius > 0)
+    parts = [part for part in (meshes_of(step),) if part is not None]
+    if len(balls):
+        if step.dim == 2:
+            angle = 2 * np.pi * np.arange(AROUND) / AROUND
+            x = np.stack([np.cos(angle), np.sin(angle), np.zeros(AROUND)], axis=1)
+            k = np.arange(1, AROUND - 1)
+            t = np.stack([np.zeros_like(k), k, k + 1], axis=1)
+        else:
+            x, t = _grid(*_turned_outline("capsule", 1.0, 0.0))
+        center = np.zeros((len(balls), 1, 3))
+        center[:, 0, : step.dim] = balls.center
+        points = (center + balls.radius[:, None, None] * x).reshape(-1, 3)
+        triangles = (t[None] + len(x) * np.arange(len(balls))[:, None, None]).reshape(-1, 3)
+        parts.append((points, triangles, np.repeat(balls.body, len(t))))
+    if not parts:
+        return None
+    first = np.cumsum([0, *(len(p) for p, _, _ in parts[:-1])])
+    points, triangles, rows = zip(*parts)
+    return np.concatenate(points), np.concatenate([t + f for t, f in zip(triangles, first)]), np.concatenate(rows)
+
+
 def outlines_of(step):
     """Corners of the polygons of a step in 2D, a list of (m, 2) [m], and the rows of the bodies they are of."""
     found = _carried(step) if step.dim == 2 else None
