@@ -49,7 +49,8 @@ void Interactions::State::fill() {
 void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   cairn_batch& batch = system.batches[which];
   batch.solve = solver_of(batch, dim());
-  batch.repeats = law_infos()[batch.law].plugged() && law_infos()[batch.law].has_solve && batch.contacts < batch.count;
+  // of a bond, a dummy would pull: it would count in how much a sweep changes, and in the size of the impulses
+  batch.repeats = law_infos()[batch.law].has_solve && batch.contacts < batch.count;
   if (batch.pack) return dim() == 2 ? fill_packed<2>(batch, deepest) : fill_packed<3>(batch, deepest);
   cairn_schedule schedule{};
   schedule.batches = 1;
