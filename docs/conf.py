@@ -1,6 +1,7 @@
 """Sphinx configuration: MyST pages, docstrings by autodoc."""
 
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -20,9 +21,11 @@ exclude_patterns = ["_build"]
 suppress_warnings = ["myst.xref_missing", "misc.highlighting_failure"]
 
 sys.path.insert(0, str(ROOT / "docs"))
+import gallery  # noqa: E402
 import tables  # noqa: E402
 
 tables.write(ROOT / "docs" / "api")
+gallery.write(ROOT / "docs" / "gallery")
 
 
 def plain(app, what, name, thing, options, lines):
@@ -30,6 +33,16 @@ def plain(app, what, name, thing, options, lines):
     lines[:] = [line.replace("|", r"\|").replace("**", r"\*\*") for line in lines]
 
 
+def thumbnails(app, error):
+    """The gallery's own pictures, which no page includes as pictures."""
+    if error is None and app.builder.format == "html":
+        target = Path(app.outdir) / "_static" / "gallery"
+        target.mkdir(parents=True, exist_ok=True)
+        for picture in (ROOT / "docs" / "gallery").glob("*.jpg"):
+            shutil.copy(picture, target)
+
+
 def setup(app):
     """Called by Sphinx."""
+    app.connect("build-finished", thumbnails)
     app.connect("autodoc-process-docstring", plain, priority=100)

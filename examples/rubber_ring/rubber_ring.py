@@ -96,7 +96,7 @@ def crushed(options):
 
 def draw(body, way, force, thin, frames, output):
     """The ring at three instants, coloured by Mises' stress, and the force of the plate."""
-    figure, axes = plt.subplots(1, 4, figsize=(13, 3.4), width_ratios=(1, 1, 1, 1.3))
+    figure, axes = plt.subplots(1, 4, figsize=(13, 3.1), width_ratios=(1, 1, 1, 1.1), layout="constrained")
     outline = body.cells["quad8"][:, [0, 4, 1, 5, 2, 6, 3, 7]]
     mises = [np.sqrt(((s[:, 0] - s[:, 1]) ** 2 + (s[:, 1] - s[:, 2]) ** 2 + (s[:, 2] - s[:, 0]) ** 2) / 2 + 3 * s[:, 3] ** 2)
              for _, s in frames]  # fmt: skip
@@ -105,8 +105,8 @@ def draw(body, way, force, thin, frames, output):
         cells = PolyCollection((body.points + u)[outline] * 1e3, array=m / 1e6, cmap="viridis", clim=(0, top))
         axis.add_collection(cells)
         axis.axhline(0, color="0.3")
-        axis.set(xlim=(-80, 80), ylim=(-5, 105), aspect="equal", xlabel="mm")
-    figure.colorbar(cells, ax=axes[:3], label="Mises' stress [MPa]")
+        axis.set(xlim=(-80, 80), ylim=(-5, 105), aspect="equal", xlabel="x [mm]", ylabel="y [mm]" if axis is axes[0] else "")
+    figure.colorbar(cells, ax=axes[:3], shrink=0.7, pad=0.01, label="Mises' stress [MPa]")
     axes[3].plot(way * 1e3, force, label="plate")
     soft = way < 0.2 * way.max()
     axes[3].plot(way[soft] * 1e3, thin * way[soft], "k--", label="thin ring, small strain")

@@ -131,6 +131,13 @@ def telling(function, called=None):
     return told
 
 
+def by_name(parameters):
+    """The signature of a class whose parameters are given by name: rows (name, default or None, ...)."""
+    kind, empty = inspect.Parameter.KEYWORD_ONLY, inspect.Parameter.empty
+    words = [inspect.Parameter(row[0], kind, default=empty if row[1] is None else row[1]) for row in parameters]
+    return inspect.Signature(words)
+
+
 def _unfit(signature, given, named):
     """Why a call does not fit a signature; None if it does."""
     try:

@@ -49,6 +49,21 @@ def test_pages_of_the_guide_show_a_picture_and_are_listed():
             assert f"\n{page.stem}\n" in index, page
 
 
+def test_the_gallery_has_a_page_and_a_thumbnail_of_each_example(tmp_path, monkeypatch):
+    Image = pytest.importorskip("PIL.Image")
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    import gallery
+
+    names = gallery.write(tmp_path)
+    assert set(names) == {path.name for path in (ROOT / "examples").iterdir() if (path / f"{path.name}.py").exists()}
+    index = (tmp_path / "index.md").read_text(encoding="utf-8")
+    for name in names:
+        page = (tmp_path / f"{name}.md").read_text(encoding="utf-8")
+        assert f"](../images/example_{name}.png)" in page and "## The program" in page and f'href="{name}.html"' in index
+        with Image.open(tmp_path / f"{name}.jpg") as small:
+            assert small.size == (640, 480)
+
+
 def test_readme_scene_is_short():
     block = BLOCK.search((ROOT / "README.md").read_text(encoding="utf-8"))[1]
     statements = [line for line in block.splitlines() if line and not line.startswith(("import", " "))]

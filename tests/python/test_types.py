@@ -1,6 +1,7 @@
 """What type checkers and editors read: stubs of all that the build makes, and examples that pass mypy against them."""
 
 import ast
+import inspect
 import os
 import subprocess
 import sys
@@ -42,6 +43,17 @@ def test_stubs_tell_all_that_there_is():
     for row in _core.conductances():
         if row["python_name"] != "Given":
             assert networks[row["python_name"]] == [p[0] for p in row["parameters"]], REMEDY
+
+
+def test_signatures_are_those_of_the_lists():
+    """What help(), notebooks and the reference show."""
+    assert str(inspect.signature(cn.Coulomb)) == "(*, mu)"
+    assert str(inspect.signature(cn.Restitution)) == "(*, mu=0.0, normal=0.0, tangential=0.0, closing=1.0)"
+    assert list(inspect.signature(cn.Newmark).parameters) == ["beta", "gamma"]
+    assert "skin" in inspect.signature(cn.SmoothDEM).parameters and inspect.signature(cn.EventDriven).parameters
+    for classes in (cn.laws.LAWS, cn.integrators.INTEGRATORS, cn.strategies.SOLVERS, cn.strategies.STRATEGIES):
+        for cls in classes.values():
+            assert not any(p.kind in (p.VAR_KEYWORD, p.VAR_POSITIONAL) for p in inspect.signature(cls).parameters.values()), cls
 
 
 def mypy(request, *files):

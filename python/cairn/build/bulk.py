@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 from .. import _core
-from ..names import listed
+from ..names import by_name, listed
 from ..pre import checks
 
 
@@ -63,6 +63,7 @@ def _material_class(description):
         "state": tuple(description["state"]),
         "parameter_names": names,
         "__init__": __init__,
+        "__signature__": by_name(parameters),
         "__doc__": f"Material of solids: {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}",
     }
     return type(description["python_name"], (BulkMaterial,), members)

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from .. import _core
-from ..names import listed
+from ..names import by_name, listed
 from ..pre import checks
 
 
@@ -77,6 +77,7 @@ def _law_class(row, description):
     )
     doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"
     members = {"name": description["name"], "row": row, "parameter_names": names, "__init__": __init__, "__doc__": doc}
+    members["__signature__"] = by_name(parameters)  # of what reads signatures: help(), notebooks, documentation
     return type(description["python_name"], (Law,), members)
 
 

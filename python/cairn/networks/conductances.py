@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import _core
-from ..names import listed
+from ..names import by_name, listed
 from ..pre import checks
 
 
@@ -53,6 +53,7 @@ def _class_of(row, described):
     doc = f"Conductance of contacts: {described['meaning']}."
     names = tuple(p[0] for p in parameters)
     members = {"row": row, "reads": tuple(described["reads"].split()), "parameter_names": names, "__doc__": doc}
+    members["__signature__"] = by_name(parameters)
     return type(own, (Conductance,), {**members, "__init__": __init__})
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .. import _core
-from ..names import one_of
+from ..names import by_name, one_of
 from ..pre import checks
 
 
@@ -52,6 +52,7 @@ def _class_of(row, python_name, meaning, parameters):
     lines = [f"{meaning[0].upper()}{meaning[1:]}.", ""]
     lines += [f"{name}: {low:g} to {high:g} ({default:g})." for name, default, low, high in parameters]
     body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "parameters": tuple(parameters)}
+    body["__signature__"] = by_name(parameters)
     return type(python_name, (Integrator,), {**body, "__qualname__": python_name})
 
 

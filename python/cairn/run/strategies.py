@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .. import _core
-from ..names import one_of
+from ..names import by_name, one_of
 from ..pre import checks
 from .integrators import INTEGRATORS, Integrator
 
@@ -440,6 +440,7 @@ def _listed_class(row, python_name, summary, laws, stages):
     lines = [f"{summary[0].upper()}{summary[1:]}.", "", f"Laws: {', '.join(laws)}."]
     lines += [f"{o['name']}: {o['meaning']} ({o['default']!r})." for o in _core.strategy_options(row)]
     body = {"__doc__": "\n    ".join(lines), "__module__": __name__, "row": row, "__qualname__": python_name}
+    body["__signature__"] = by_name([(o["name"], o["default"]) for o in _core.strategy_options(row)])
     return type(python_name, (ListedStages if stages else Listed,), body)
 
 
