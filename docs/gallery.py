@@ -14,7 +14,8 @@ def told(name, text):
     for section in re.split(r"^## ", text, flags=re.M)[1:]:
         if f"`examples/{name}`" in section:
             title, _, body = section.partition("\n")
-            return title.strip(), re.sub(r"^!\[.*$", "", body, flags=re.M).strip()
+            body = re.sub(r"^!\[.*$", "", body, flags=re.M).strip()
+            return title.strip(), re.sub(r"\]\((?!https?:|#)", "](../", body)  # seen from the folder of the gallery
     raise ValueError(f"docs/examples.md does not tell of `examples/{name}`: give it a section there")
 
 

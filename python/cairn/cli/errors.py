@@ -5,8 +5,9 @@ import sys
 
 # modules that some commands need, and what pip calls them
 PACKAGES = {
-    "PIL": "pillow", "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista",
-    "scipy": "scipy", "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
+    "PIL": "pillow", "coacd": "coacd", "gmsh": "gmsh", "ifcopenshell": "ifcopenshell", "manifold3d": "manifold3d",
+    "matplotlib": "matplotlib", "meshio": "meshio", "networkx": "networkx", "pyvista": "pyvista", "scipy": "scipy",
+    "trame": "trame", "trimesh": "trimesh", "vtkmodules": "vtk",
 }
 
 

@@ -12,15 +12,17 @@ def add_parser(add, commands):
     parser = add(
         commands,
         "import",
-        "read blocks from STL, OBJ, PLY, VTK, gmsh, COMPAS or LMGC90 files, and say what is wrong with them",
+        "read blocks from STL, OBJ, PLY, VTK, gmsh, STEP, IFC, COMPAS or LMGC90 files, and say what is wrong with them",
         "cairn import wall.stl                         closed? volume, smallest edge, overlaps, joints\n"
         "cairn import wall.stl --scale 1e-3 --repair   millimetres; holes filled, faces turned outward\n"
         "cairn import wall.stl -o wall.scene.h5 --density 2400 --mu 0.6\n"
         "cairn run wall.scene.h5 --dt 1e-3 --steps 200 --output wall.vtkhdf",
     )
-    parser.add_argument("file", help=".stl .obj .ply .vtk .vtu .msh .json (COMPAS) .dat (LMGC90's BODIES.DAT)")
+    parser.add_argument("file", help=".stl .obj .ply .vtk .vtu .msh .step .ifc .json (COMPAS) .dat (LMGC90's BODIES.DAT)")
     parser.add_argument("--repair", action="store_true", help="mend surfaces that are not closed, and say what was done")
     parser.add_argument("--hull", action="store_true", help="take hulls of what is not convex (default: convex parts)")
+    parser.add_argument("--near", type=float, help="where the exact cut into convex parts gives up: hulls that stray by this "
+                        "share of the size, 0.05 say (needs coacd)")  # fmt: skip
     parser.add_argument("--scale", type=float, default=1.0, help="metres in a unit of the file (default: 1)")
     parser.add_argument("--flat", type=float, default=1e-6, help="how far corners may stand out of faces, over the extent (1e-6)")
     parser.add_argument("-o", "--output", metavar="SCENE", help="write a scene of the blocks under gravity, to run")
@@ -43,6 +45,7 @@ def main(options):
             bodies, names, report = gathered(importing, options)
     except mesh.MeshError as error:  # the remedies in the shell's words
         words = str(error).replace("repair=True", "--repair").replace("convex='hull'", "--hull")
+        words = words.replace("near=0.05", "--near 0.05")
         raise ValueError(words) from None
     print(str(report).replace("give scale=", "give --scale "))
     counted = {name: names.count(name) for name in dict.fromkeys(names)}
@@ -61,7 +64,7 @@ def gathered(importing, options):
     """Convex parts of each body, their names, the report."""
     given = {"repair": options.repair, "scale": options.scale, "flat": options.flat}
     if not options.hull:
-        return importing.bodies(options.file, **given)
+        return importing.bodies(options.file, near=options.near, **given)
     blocks, report = importing.read(options.file, convex="hull", **given)
     bodies = [[(v, f)] if blocks.dim == 3 else [v] for v, f in zip(blocks.vertices, blocks.faces)]
     return bodies, blocks.part, report

@@ -14,18 +14,18 @@ from .blocks import cut
 from .flatten import plane_faces
 
 TOO_MUCH = (
-    "the body needs more than {} cells to be cut into convex parts: take its hull, or parts that are nearly it "
-    "(trimesh.convex_decomposition)"
+    "the body needs more than {} cells to be cut into convex parts: take its hull, or nearly convex parts by coacd, near=0.05"
 )
 ROUNDING = 1e-10  # of the size: what is nearer to a plane lies on it
 
 
-def convex_parts(vertices, faces=None, *, most=256) -> list:
+def convex_parts(vertices, faces=None, *, most=256, near=None) -> list:
     """Convex parts that make up a body, ready for `cairn.polyhedra([parts], ...)`, in 2D `cairn.polygons([parts], ...)`.
 
     vertices (n, 3) [m] and faces, closed, anticlockwise from outside; or the corners (n, 2) of a polygon. Returns a list of
-    (vertices, faces), of corners in 2D: one if the body is convex. most: of cells on the way. Raises MeshError for what bounds
-    no body and ValueError for what needs more.
+    (vertices, faces), of corners in 2D: one if the body is convex. most: of cells on the way; near: where these do not
+    do, hulls that stray from the body by no more than this share of its size, 0.01 to 1 (CoACD, Wei et al. 2022; needs coacd).
+    Raises MeshError for what bounds no body and ValueError for what needs more.
 
     >>> len(convex_parts([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]))
     2
@@ -34,20 +34,44 @@ def convex_parts(vertices, faces=None, *, most=256) -> list:
         vertices = checks.real_array("vertices", vertices, (None, 2))
         return polygon_parts(mesh.check_polygon(anticlockwise(vertices)), most)
     vertices = np.asarray(vertices, float)
+    if near is not None and not 0.01 <= checks.number("near", near) <= 1:
+        raise ValueError(f"near is {near}: give a share of the size from 0.01 to 1")
     report = mesh.check(vertices, faces)
     if report.convex:
         return [(vertices, faces)]
+    try:
+        return exact_parts(vertices, faces, most, report.volume)
+    except TooMuch:
+        if near is None:
+            raise
+    return near_parts(vertices, mass_properties.triangles(faces, len(vertices)), near)
+
+
+class TooMuch(ValueError):
+    """A body that cannot be cut exactly into as few parts as are wanted."""
+
+
+def near_parts(vertices, fans, near):
+    """Hulls that nearly make up a body, by CoACD."""
+    coacd = mesh.library("coacd", "to cut a body into nearly convex parts")
+    coacd.set_log_level("error")
+    found = coacd.run_coacd(coacd.Mesh(vertices, fans), threshold=float(near), preprocess_mode="off", seed=1)
+    return [mesh.hull(np.asarray(v, float)) for v, _ in found]
+
+
+def exact_parts(vertices, faces, most, own):
+    """Parts by the planes of the faces; own: volume of the body [m3]."""
     fans = mass_properties.triangles(faces, len(vertices))
     size = float(np.max(np.ptp(vertices, axis=0)))
     soup = vertices[fans]
     if reentrant(vertices, fans, ROUNDING * size) > 8 * checks.count("most", most, 1):
-        raise ValueError(TOO_MUCH.format(most))  # at once, instead of after minutes
+        raise TooMuch(TOO_MUCH.format(most))  # at once, instead of after minutes
     whole = mesh.hull(vertices)
     cells = split(whole[0], plane_faces(*whole, ROUNDING), inner(soup, vertices, ROUNDING * size), ROUNDING * size, most)
     parts = joined([c for c in cells if winding(soup, c[0].mean(axis=0)) > 0.5], size)
     volume = sum(mass_properties.polyhedra([v], [f]).measure[0] for v, f in parts)
-    if abs(volume - report.volume) > 1e-6 * report.volume:
-        raise ValueError(f"the parts have {volume:.6g} of its {report.volume:.6g} m3: it has slivers that rounding swallows")
+    if abs(volume - own) > 1e-6 * own:
+        raise TooMuch(f"the parts have {volume:.6g} of its {own:.6g} m3: it has slivers that rounding swallows")
     return parts
 
 
@@ -124,7 +148,7 @@ def split(vertices, faces, walls, small, most):
     while waiting:
         vertices, faces, walls = waiting.pop()
         if len(cells) + len(waiting) >= most:
-            raise ValueError(TOO_MUCH.format(most))
+            raise TooMuch(TOO_MUCH.format(most))
         if not walls:
             cells.append((vertices, faces))
             continue

@@ -1,4 +1,4 @@
-"""Blocks from files: STL, OBJ, PLY (with trimesh), VTK and gmsh (with meshio), COMPAS assemblies, LMGC90's block lists.
+"""Blocks from files: STL, OBJ, PLY (with trimesh), VTK and gmsh (with meshio), STEP (gmsh), IFC (ifcopenshell), COMPAS, LMGC90.
 
 Each file becomes cairn.pre.blocks.Blocks with a report of what was found: whether each surface is closed, volumes, the
 smallest edge, overlaps and joints. What is not convex is refused, replaced by its hull, or read as
@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..post.errors import DAMAGE, ContentError, FileError, MissingFile
-from . import checks, mass_properties, mesh
+from . import cad_files, checks, mass_properties, mesh
 from .block_overlaps import overlaps
 from .blocks import FLUSH, Blocks
 from .decompose import convex_parts
@@ -101,13 +101,14 @@ def told_of(path):
 class Raw:
     """Bodies as a file holds them. soups: (vertices, triangles, part, name) of one or more bodies, whose corners may be shared;
     bodies: of each a list of surfaces (vertices, faces), of polygons in 2D; parts: what each of these bodies is one of; names: by
-    bodies, their own where the file has one."""
+    bodies, their own where the file has one; in_metres: the file told its unit."""
 
     dim: int = 3
     soups: list = field(default_factory=list)
     bodies: list = field(default_factory=list)
     parts: list = field(default_factory=list)
     names: dict = field(default_factory=dict)
+    in_metres: bool = False
 
     def label(self, file, k):
         """How errors name a body."""
@@ -115,10 +116,11 @@ class Raw:
 
 
 def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[Blocks, ImportReport]:
-    """Blocks and report of a file: .stl .obj .ply .vtk .vtu .msh .json (COMPAS) .DAT (LMGC90 BODIES.DAT).
+    """Blocks and report of a file: .stl .obj .ply .vtk .vtu .msh .step .stp .ifc .json (COMPAS) .DAT
+    (LMGC90 BODIES.DAT).
 
     repair: mend surfaces that are not closed (cairn.pre.mesh.repair); convex: "refuse" what is not, or take its "hull" (`bodies`
-    keeps it as it is); scale: metres in a unit of the file; flat: how far corners may stand
+    keeps it as it is); scale: metres in a unit of the file (STEP and IFC tell theirs); flat: how far corners may stand
     out of their faces, over the extent of all blocks, beside what the file's numbers round (seven digits, if all are such): they
     are moved into them. Blocks named "support" (by a COMPAS assembly, a physical volume
     of gmsh, an object of OBJ) are held; others are by blocks.part[k] = "support". Raises cairn.pre.mesh.MeshError or
@@ -141,12 +143,12 @@ def read(path, *, repair=False, convex="refuse", scale=1.0, flat=1e-6) -> tuple[
         return blocks, report_of(blocks, **facts)
 
 
-def bodies(path, *, repair=False, scale=1.0, flat=1e-6) -> tuple[list, list, ImportReport]:
+def bodies(path, *, repair=False, scale=1.0, flat=1e-6, near=None) -> tuple[list, list, ImportReport]:
     """Bodies of a file, convex or not: a list with the convex parts of each, for `cairn.polyhedra(bodies, ...)` (polygons in 2D);
-    a list of their names; the report. Options: those of `read`."""
+    a list of their names; the report. Options: those of `read`; near: as of cairn.pre.convex_parts."""
     scale, flat = checks.positive("scale", scale), checks.number("flat", flat)
     with told_of(path):
-        found, parts, dim, facts = gathered(path, repair, "parts", scale, flat)
+        found, parts, dim, facts = gathered(path, repair, "parts", scale, flat, near)
         blocks, owner = Blocks(dim), []
         for k, body in enumerate(found):
             for piece in body:
@@ -156,7 +158,7 @@ def bodies(path, *, repair=False, scale=1.0, flat=1e-6) -> tuple[list, list, Imp
         return found, parts, report_of(blocks, owner=np.array(owner), **facts)
 
 
-def gathered(path, repair, convex, scale, flat):
+def gathered(path, repair, convex, scale, flat, near=None):
     """What `read` and `bodies` make of a file: convex parts of each body, names, dim and facts for the report."""
     path = Path(path)
     ending = path.suffix.lower()
@@ -175,7 +177,7 @@ def gathered(path, repair, convex, scale, flat):
     if raw.dim == 2:
         found, facts = polygons(raw, path.name, convex, scale)
     else:
-        found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes)
+        found, facts = assembled(raw, path.name, repair, convex, scale, flat, notes, near)
     facts["names"] = tuple(raw.names.get(k, "") for k in range(len(found)))
     facts["hints"] = tuple(hints_on(path.name, found, scale, raw))
     for hint in facts["hints"]:
@@ -187,7 +189,7 @@ def hints_on(name, found, scale, raw):
     """What the sizes and the parts of bodies tell of units and of joints that the file does not have."""
     corners = [np.concatenate([np.asarray(p if raw.dim == 2 else p[0]) for p in body]) for body in found]
     size = float(np.median([np.max(np.ptp(x, axis=0)) for x in corners]))
-    if size >= LARGE:
+    if size >= LARGE and not raw.in_metres:
         finer = "1e-3" if size >= 5 * LARGE else "1e-2"
         yield (
             f"blocks of {name} are {size:.3g} m long (the median): if its unit is the millimetre or the centimetre, "
@@ -304,7 +306,7 @@ def smallest_for(name, pieces, scale):
     return 1e-3 * min(sizes)
 
 
-def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
+def assembled(raw: Raw, name, repair, convex, scale, flat, notes, near=None):
     """Convex parts of each body, and facts for the report."""
     closed, repaired, hulls, pieces, faults, refused = 0, {}, [], [], [], []
     for k, body in enumerate(raw.bodies):
@@ -334,7 +336,7 @@ def assembled(raw: Raw, name, repair, convex, scale, flat, notes):
         if mesh.is_convex(vertices, fans, KERNEL):
             found[k].append((vertices, [rim(fans[g]) for g in groups]))
         elif convex == "parts":
-            found[k] += convex_parts(vertices, fans)
+            found[k] += convex_parts(vertices, fans, near=near)
         elif convex == "hull":
             vertices, fans = mesh.hull(vertices)
             small = FLUSH * np.max(np.ptp(vertices, axis=0))
@@ -482,6 +484,18 @@ SKINS = {  # faces of meshio's volume elements, seen from outside anticlockwise
 }
 
 
+def by_solids(reader):
+    """A reader of files of CAD, whose solids have names and come in metres."""
+
+    def read(path) -> Raw:
+        raw = Raw(in_metres=True)
+        for vertices, faces, name in reader(path):
+            raw.soups.append((vertices, faces, kind_of(name) or "block", name))
+        return raw
+
+    return read
+
+
 def read_compas(path) -> Raw:
     """Any COMPAS JSON that holds meshes (dictionaries of vertices and faces), of whichever release; supports are marked."""
     try:
@@ -556,4 +570,7 @@ READERS = {
     ".msh": read_meshio,
     ".json": read_compas,
     ".dat": read_lmgc90,
+    ".ifc": by_solids(cad_files.read_ifc),
+    ".step": by_solids(cad_files.read_step),
+    ".stp": by_solids(cad_files.read_step),
 }

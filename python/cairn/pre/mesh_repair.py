@@ -14,7 +14,7 @@ def repair(vertices, faces, name: str = "mesh"):
 
     Corners that coincide become one; faces with a corner that is not finite, without area or listed twice are dropped; faces are
     turned alike across their edges; each hole gets the triangles of least area between its corners (Barequet & Sharir 1995); each
-    surface turns its front outward, and that of a cavity inward.
+    surface turns its front outward, and that of a cavity inward; surfaces that run through each other are joined (manifold3d).
     """
     vertices, done = np.asarray(vertices, float), []
     faces = mass_properties.triangles(faces, len(vertices))
@@ -44,8 +44,39 @@ def repair(vertices, faces, name: str = "mesh"):
     flipped = int(np.sum(~_runs(faces[: len(was)], *start)))
     if flipped:
         done.append(f"turned {flipped} of {len(was)} faces")
-    mesh.check(vertices, faces, name)
+    try:
+        mesh.check(vertices, faces, name)
+    except mesh.MeshError as error:
+        if error.fault != "crossing":
+            raise
+        vertices, faces, count = _joined(vertices, faces, error)
+        done.append(f"joined {count} surfaces that run through each other")
+        mesh.check(vertices, faces, name)
     return vertices, faces, done
+
+
+def _joined(vertices, faces, error):
+    """Vertices and triangles of the union of closed surfaces that run through each other, and how many they were."""
+    try:
+        import manifold3d
+    except ImportError:
+        raise mesh.MeshError(error.fault, f"{error}; surfaces that run through each other are joined by manifold3d: pip install "
+                             "manifold3d", error.items) from None  # fmt: skip
+    pieces = []
+    for corners, own in mesh.parts(vertices, faces):
+        inverted = np.linalg.det((corners - corners.mean(axis=0))[own]).sum() < 0  # it was taken for a cavity
+        own = own[:, ::-1] if inverted else own
+        given = manifold3d.Mesh64(np.ascontiguousarray(corners), np.ascontiguousarray(own, np.uint64))
+        pieces.append(manifold3d.Manifold(given))
+    if len(pieces) < 2 or any(piece.status() != manifold3d.Error.NoError for piece in pieces):
+        raise error
+    whole = manifold3d.Manifold.batch_boolean(pieces, manifold3d.OpType.Add).to_mesh64()
+    return np.array(whole.vert_properties)[:, :3], np.array(whole.tri_verts, np.int64), len(pieces)
+
+
+def turned_outward(vertices, faces):
+    """Triangles (m, 3) of closed surfaces, turned alike across their edges and outward."""
+    return _outward(vertices, np.where(_turned_alike(vertices, faces)[:, None], faces[:, ::-1], faces))
 
 
 def _with_area(vertices, faces):
