@@ -151,6 +151,12 @@ void bind_meshes(py::module_& m) {
              }
              return out;
            })
+      .def("mesh_forces", // of the last step: impulses of contacts on the dofs [N s], forces that hold them [N]
+           [](Simulation& s, std::size_t k) {
+             const cairn::MeshBody& mesh = s.meshes.meshes.at(k);
+             return py::make_tuple(py::array_t<double>(py::ssize_t(mesh.impulse.size()), mesh.impulse.data()),
+                                   py::array_t<double>(py::ssize_t(mesh.reaction.size()), mesh.reaction.data()));
+           })
       .def("mesh_memory", // for a checkpoint: state of the points, forces of the stresses; empty if linear or new
            [](Simulation& s, std::size_t k) {
              cairn::MeshBody& mesh = s.meshes.meshes.at(k);

@@ -43,8 +43,10 @@ set(CAIRN_CORE_SOURCES
   detection/walls/wall_search.f90
   elements/bars_and_beams.f90
   elements/elastic_integrals.f90
+  elements/linear_cells.f90
   elements/shape_families.f90
   elements/solid_cells.f90
+  elements/stress_by_energy.f90
   integrators/energy.f90
   integrators/linear_scheme.f90
   integrators/rotation.f90

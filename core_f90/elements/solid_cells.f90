@@ -7,17 +7,18 @@ module solid_cells
   private
   public :: cairn_solid_gradients, cairn_solid_forces, cairn_thickness_strain, cairn_true_stress
   integer, parameter :: axisymmetric = 2
-  integer, parameter :: mean_small = 1, mean_finite = 2
+  integer, parameter :: mean_small = 1, mean_finite = 2, linear_small = 3, linear_finite = 4
   real(c_double), parameter :: third = 1.0_c_double/3, pi = 3.1415926535897932_c_double
 contains
 
   !> Gradients of displacement at the points of n cells; in h_bar their dilatation is the mean over the cell, if asked: of the
-  !> linear strain (Hughes 1980), or of F (Simo, Taylor & Pister 1985).
+  !> linear strain (Hughes 1980), or of F (Simo, Taylor & Pister 1985); or the linear function over the cell that is nearest to it.
   pure subroutine cairn_solid_gradients(dim, plane, mean, nodes, points, value, gradient, weight, thickness, n, x, u, d, hoop, h, &
-                                        h_bar, volume, status) bind(c)
+                                        h_bar, volume, share, status) bind(c)
     integer(c_int32_t), value       :: dim
     integer(c_int32_t), value       :: plane                   !< in 2D: 0 plane strain, 1 plane stress, 2 axisymmetric round y
-    integer(c_int32_t), value       :: mean                    !< dilatation: 0 of the point, 1, 2 mean of small, of finite strain
+    integer(c_int32_t), value       :: mean                    !< dilatation: 0 of the point, 1, 2 mean of small, of finite strain,
+    !! 3, 4 linear over the cell
     integer(c_int32_t), value       :: nodes, points
     real(c_double), intent(in)      :: value(nodes, points)    !< of the shape functions
     real(c_double), intent(in)      :: gradient(dim, nodes, points) !< of them in the parent element
@@ -31,6 +32,7 @@ contains
     real(c_double), intent(out)     :: h(3, 3, points, n)      !< F - 1 [-]
     real(c_double), intent(out)     :: h_bar(3, 3, points, n)  !< with mean dilatation [-]
     real(c_double), intent(out)     :: volume(points, n)       !< of the points at the start [m3]
+    real(c_double), intent(inout)   :: share(points, points, n) !< of points (second) in a linear dilatation; else not read
     integer(c_int32_t), intent(inout) :: status(points, n)     !< set to 1 where a volume is not positive
     real(c_double) :: radius
     integer(c_int64_t) :: i
@@ -55,6 +57,9 @@ contains
       h_bar(:, :, :, i) = h(:, :, :, i)
       if (mean == mean_small) call with_mean_strain(points, volume(:, i), h_bar(:, :, :, i))
       if (mean == mean_finite) call with_mean_volume(points, volume(:, i), h_bar(:, :, :, i), status(:, i))
+      if (mean < linear_small) cycle
+      call linear_shares(dim, points, matmul(x(:, :, i), value), volume(:, i), share(:, :, i))
+      call with_linear_dilatation(mean, points, share(:, :, i), h_bar(:, :, :, i), status(:, i))
     end do
   end subroutine cairn_solid_gradients
 
@@ -99,6 +104,61 @@ contains
     end do
   end subroutine with_mean_volume
 
+  !> Weights by which dilatations of points make that linear function over the cell which is nearest to them: the projection on
+  !> 1, x, y (z), made orthogonal one after the other.
+  pure subroutine linear_shares(dim, points, place, volume, share)
+    integer, intent(in)         :: dim, points
+    real(c_double), intent(in)  :: place(dim, points), volume(points)
+    real(c_double), intent(out) :: share(points, points)
+    real(c_double) :: mode(points, 0:dim), weighed(points, 0:dim)
+    integer :: j, k, turn
+    share = 0
+    mode(:, 0) = 1
+    do k = 1, dim
+      mode(:, k) = place(k, :) - place(k, 1)
+    end do
+    do k = 0, dim
+      do turn = 1, 2 ! the second takes what rounding left
+        do j = 0, k - 1
+          mode(:, k) = mode(:, k) - mode(:, j)*(dot_product(weighed(:, j), mode(:, k))/dot_product(weighed(:, j), mode(:, j)))
+        end do
+      end do
+      weighed(:, k) = volume*mode(:, k)
+      share = share + spread(mode(:, k), 2, points)*spread(weighed(:, k)/dot_product(weighed(:, k), mode(:, k)), 1, points)
+    end do
+  end subroutine linear_shares
+
+  pure subroutine with_linear_dilatation(mean, points, share, h, status)
+    integer, intent(in)           :: mean, points
+    real(c_double), intent(in)    :: share(points, points)
+    real(c_double), intent(inout) :: h(3, 3, points)
+    integer(c_int32_t), intent(inout) :: status(points)
+    real(c_double) :: own(points), wanted(points), scaled
+    integer :: p, k
+    do p = 1, points
+      if (mean == linear_small) own(p) = h(1, 1, p) + h(2, 2, p) + h(3, 3, p)
+      if (mean == linear_finite) own(p) = determinant(with_identity(h(:, :, p)))
+    end do
+    wanted = matmul(share, own)
+    do p = 1, points
+      if (mean == linear_small) then
+        do k = 1, 3
+          h(k, k, p) = h(k, k, p) + third*(wanted(p) - own(p))
+        end do
+        cycle
+      end if
+      if (.not. (own(p) > 0 .and. wanted(p) > 0)) then
+        status(p) = 1
+        cycle
+      end if
+      scaled = (wanted(p)/own(p))**third
+      h(:, :, p) = scaled*h(:, :, p)
+      do k = 1, 3
+        h(k, k, p) = h(k, k, p) + (scaled - 1)
+      end do
+    end do
+  end subroutine with_linear_dilatation
+
   pure function with_identity(h) result(f)
     real(c_double), intent(in) :: h(3, 3)
     real(c_double) :: f(3, 3)
@@ -110,7 +170,7 @@ contains
   end function with_identity
 
   !> Forces on the nodes of n cells, and their derivative by the displacements if asked.
-  pure subroutine cairn_solid_forces(dim, plane, mean, nodes, points, n, d, hoop, h, volume, piola, tangent, want, force, &
+  pure subroutine cairn_solid_forces(dim, plane, mean, nodes, points, n, d, hoop, h, volume, share, piola, tangent, want, force, &
                                      stiffness) bind(c)
     integer(c_int32_t), value   :: dim, plane, mean, nodes, points !< as above
     integer(c_int64_t), value   :: n                       !< cells
@@ -118,6 +178,7 @@ contains
     real(c_double), intent(in)  :: hoop(nodes, points, n)  !< [1/m]
     real(c_double), intent(in)  :: h(3, 3, points, n)      !< F - 1, its own dilatation [-]
     real(c_double), intent(in)  :: volume(points, n)       !< [m3]
+    real(c_double), intent(in)  :: share(points, points, n) !< of a linear dilatation; else not read
     real(c_double), intent(in)  :: piola(3, 3, points, n)  !< [Pa]
     real(c_double), intent(in)  :: tangent(3, 3, 3, 3, points, n) !< [Pa]
     integer(c_int32_t), value   :: want                    !< 1: the derivative too
@@ -131,6 +192,11 @@ contains
     do i = 1, n
       force(:, i) = 0
       if (want /= 0) stiffness(:, :, i) = 0
+      if (mean >= linear_small) then
+        call linear_cell(dim, plane, mean, nodes, points, d(:, :, :, i), hoop(:, :, i), h(:, :, :, i), volume(:, i), &
+                         share(:, :, i), piola(:, :, :, i), tangent(:, :, :, :, :, i), want, force(:, i), stiffness(:, :, i))
+        cycle
+      end if
       if (mean /= 0) then
         call mean_cell(dim, plane, mean, nodes, points, d(:, :, :, i), hoop(:, :, i), h(:, :, :, i), volume(:, i), &
                        piola(:, :, :, i), tangent(:, :, :, :, :, i), want, force(:, i), stiffness(:, :, i))
@@ -285,6 +351,54 @@ contains
     end do
     if (want /= 0 .and. mean == mean_finite) stiffness = stiffness + all*cross
   end subroutine mean_cell
+
+  !> A cell whose dilatation is linear over it: as above, the mean at each point its own.
+  pure subroutine linear_cell(dim, plane, mean, nodes, points, d, hoop, h, volume, share, piola, tangent, want, force, stiffness)
+    integer, intent(in)         :: dim, plane, mean, nodes, points
+    real(c_double), intent(in)  :: d(dim, nodes, points), hoop(nodes, points), h(3, 3, points), volume(points), &
+                                   share(points, points)
+    real(c_double), intent(in)  :: piola(3, 3, points), tangent(9, 9, points)
+    integer(c_int32_t), intent(in) :: want
+    real(c_double), intent(inout) :: force(dim*nodes), stiffness(dim*nodes, dim*nodes)
+    real(c_double) :: f(3, 3, points), b(9, dim*nodes), g(dim*nodes, points), ratio(points), wanted(points), scaled, own, &
+                      mean_g(dim*nodes), away(dim*nodes), push(dim*nodes), turn(dim*nodes, dim*nodes), p9(9), back(points)
+    integer :: p
+    logical :: finite
+    finite = mean == linear_finite
+    do p = 1, points
+      f(:, :, p) = 0
+      if (finite) f(:, :, p) = h(:, :, p)
+      f(:, :, p) = with_identity(f(:, :, p))
+      call dilatation(dim, plane, nodes, d(:, :, p), hoop(:, p), f(:, :, p), g(:, p), turn)
+      ratio(p) = determinant(f(:, :, p))
+    end do
+    wanted = matmul(share, ratio)
+    back = 0
+    do p = 1, points
+      mean_g = matmul(g, share(p, :)*ratio)/wanted(p)
+      scaled = 1
+      if (finite) scaled = (wanted(p)/ratio(p))**third
+      away = mean_g - g(:, p)
+      p9 = volume(p)*reshape(piola(:, :, p), [9])
+      call gradients(dim, plane, nodes, d(:, :, p), hoop(:, p), b)
+      push = scaled*matmul(p9, b)
+      own = scaled*third*dot_product(p9, reshape(f(:, :, p), [9]))
+      b = scaled*(b + third*spread(reshape(f(:, :, p), [9]), 2, dim*nodes)*spread(away, 1, 9))
+      force = force + matmul(p9, b)
+      if (want == 0) cycle
+      stiffness = stiffness + matmul(transpose(b), matmul(volume(p)*tangent(:, :, p), b))
+      if (.not. finite) cycle
+      call dilatation(dim, plane, nodes, d(:, :, p), hoop(:, p), f(:, :, p), g(:, p), turn)
+      stiffness = stiffness + third*(outer(dim*nodes, push, away) + outer(dim*nodes, away, push)) &
+                  + third*own*outer(dim*nodes, away, away) + own*(turn - outer(dim*nodes, mean_g, mean_g))
+      back = back + own*share(p, :)*ratio/wanted(p)
+    end do
+    if (want == 0 .or. .not. finite) return
+    do p = 1, points
+      call dilatation(dim, plane, nodes, d(:, :, p), hoop(:, p), f(:, :, p), g(:, p), turn)
+      stiffness = stiffness + back(p)*(outer(dim*nodes, g(:, p), g(:, p)) - turn)
+    end do
+  end subroutine linear_cell
 
   !> Change of volume over the volume by each displacement; its own change, with the sign turned.
   pure subroutine dilatation(dim, plane, nodes, d, hoop, f, g, turn)

@@ -34,6 +34,7 @@ module linear_scheme
     real(c_double) :: gain(most_history)             !< [1/s, 1/s2, ...]
     real(c_double) :: largest                        !< step times frequency beyond which free motion grows; inf: none [-]
     integer(c_int32_t) :: histories                  !< derivatives that it keeps, 0 to 4
+    integer(c_int32_t) :: by_energy                  !< 1: stresses work over the step what the stored energy changes by
   end type cairn_scheme
 
 contains
@@ -59,6 +60,7 @@ contains
     s%gain = 0
     s%largest = ieee_value(h, ieee_positive_inf)
     s%histories = 0
+    s%by_energy = 0
   end function no_history
 
   !> (1 - am) a1 + am a at the mean of forces (1 - af) F1 + af F0, with Newmark's beta and gamma: Newmark am = af = 0, HHT am = 0.

@@ -26,6 +26,7 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
         &momentum_begin_, &known_, &stiff_known_, &damped_known_, &momentum_known_})
     v->assign(n, 0);
   impulse.assign(n, 0);
+  reaction.assign(n, 0);
   lumped_mass_ = model.node_mass.empty();
   const auto vanishes = [](double x) { return !(x < 0 || x > 0); };
   for (std::int64_t column = 0; column < model.mass.n; ++column)
@@ -344,6 +345,7 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
   for (std::int64_t i = 0; i < n; ++i) {
     const double change = end[i] - v_[i], inertia = momentum_[i] - momentum_begin_[i];
     const double lumped = lumped_[i] * (change - x[i]); // what the points of mass take of the forces
+    reaction[i] = (inertia - momentum_known_[i] - impulse[i]) / s.impulse - f_[i];
     const double extra = (inertia - momentum_known_[i] - lumped) / s.impulse, weight = lumped_[i] * gravity[i % dim];
     work.inertia += way[i] * extra;
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia - lumped_[i] * change);

@@ -100,7 +100,8 @@ public:
   std::int32_t contact_node(std::int64_t place) const { return now_->active[place]; }
   double* compliance() { return now_->compliance.data(); }
   std::int64_t leading() const { return now_->leading; }
-  Array<double> impulse; // (dofs) of contacts, to be given
+  Array<double> impulse;        // (dofs) of contacts, to be given
+  std::vector<double> reaction; // (dofs) forces that hold the held dofs, of the last step [N]; of free ones rounding
 
   // The velocities that `push` adds to are none: it then gives displacements, over the step, that impulses make.
   void rest() { std::fill(free_.begin(), free_.end(), 0.0); }
@@ -129,6 +130,7 @@ private:
   void take_scheme(const cairn_scheme& scheme, bool check);
   void factorise_tangent();
   void start_newton();
+  double force_of(std::size_t i) const; // of the stresses over the step [N]
   void find_free_velocity();
   void residual_of(const std::vector<double>& v);
   BulkResult stresses_of(const std::vector<double>& v, bool tangent);
@@ -169,7 +171,7 @@ private:
   double stored_begin_ = 0, checked_ = 0; // checked_: step that is known to be stable under central differences
   bool begun_ = false;                    // stored_begin_ and force_begin_ are known
   double h_ = 0, theta_ = 0;              // the step at hand, of a body that is not linear
-  bool explicit_ = false;
+  bool explicit_ = false, by_energy_ = false;
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::unique_ptr<Soe> mass_;                                               // factors of M, for histories alone
   double size_ = 0;

@@ -22,7 +22,13 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
     std::fill(tangent_.begin(), tangent_.end(), 0.0);
   }
   for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (theta_ * v[i] + (1 - theta_) * v_[i]);
-  return model.bulk->evaluate(b_.data(), h_, theta_, force_end_.data(), tangent ? tangent_.data() : nullptr);
+  return model.bulk->evaluate(b_.data(), h_, theta_, force_end_.data(), tangent ? tangent_.data() : nullptr,
+                              by_energy_ ? q_.data() : nullptr);
+}
+
+double MeshBody::force_of(std::size_t i) const {
+  if (explicit_) return force_begin_[i];
+  return by_energy_ ? force_end_[i] : theta_ * force_end_[i] + (1 - theta_) * force_begin_[i];
 }
 
 // What is left of the balance at velocities v, without impulses of contacts, from the stresses there.
@@ -33,8 +39,7 @@ void MeshBody::residual_of(const std::vector<double>& v) {
   for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? v_[i] : theta_ * v[i] + (1 - theta_) * v_[i];
   if (damps_) damping_times(a_.data(), c_.data());
   for (std::int64_t i = 0; i < n; ++i) {
-    const double force = explicit_ ? force_begin_[i] : theta_ * force_end_[i] + (1 - theta_) * force_begin_[i];
-    residual_[i] = model.held[i] ? 0 : h_ * (f_[i] - c_[i] - force) - b_[i];
+    residual_[i] = model.held[i] ? 0 : h_ * (f_[i] - c_[i] - force_of(std::size_t(i))) - b_[i];
   }
 }
 
@@ -49,6 +54,17 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   h_ = scheme.h;
   theta_ = scheme.share;
   explicit_ = bare;
+  by_energy_ = scheme.by_energy != 0;
+  if (const std::int64_t block = by_energy_ ? model.bulk->not_by_energy() : -1; block >= 0) {
+    const BulkCells& c = model.bulk->cells()[std::size_t(block)];
+    throw Error("the " + std::string(c.element->cell) + " cells of the mesh '" + model.name + "' are of " +
+                c.material->python_name +
+                (c.material->state.empty() && !c.material->umat
+                     ? std::string(c.mean_dilatation ? " with mean dilatation" : " in plane stress")
+                     : std::string(", which keeps more than an energy")) +
+                ": DiscreteGradient is for hyperelastic materials at large strains in 3D, plane strain and round an "
+                "axis, without mean dilatation; give Theta(0.5)");
+  }
   if (explicit_ && check && std::isfinite(scheme.largest) && (checked_ < h_ || checked_ > h_)) {
     check_step(scheme);
     checked_ = h_;
@@ -147,7 +163,7 @@ NewtonError MeshBody::judge() {
       const bool held = model.held[i];
       norms_[i] = held ? 0 : residual_[i] + impulse[i];
       norms_[n + i] = held ? 0 : b_[i];
-      norms_[2 * n + i] = held ? 0 : h_ * (c_[i] + theta_ * force_end_[i] + (1 - theta_) * force_begin_[i]);
+      norms_[2 * n + i] = held ? 0 : h_ * (c_[i] + force_of(i));
     }
     std::copy_n(norms_.begin(), 3 * n, norms_.begin() + std::ptrdiff_t(3 * n));
     const double* right = &norms_[3 * n];
@@ -192,10 +208,11 @@ void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
   multiply_mass(end.data(), b_.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double way = h_ * (theta_ * end[i] + (1 - theta_) * v_[i]);
-    const double elastic = explicit_ ? force_begin_[i] : theta_ * force_end_[i] + (1 - theta_) * force_begin_[i];
+    const double elastic = force_of(std::size_t(i));
     work.elastic += way * elastic;
     work.damping += way * c_[i];
     const double extra = (inertia[i] - lumped_[i] * a_[i]) / h_, weight = lumped_[i] * gravity[i % dim];
+    reaction[i] = (inertia[i] - impulse[i]) / h_ + elastic + c_[i] - f_[i];
     work.inertia += way * extra;
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia[i] - lumped_[i] * a_[i]);
     const double force =
@@ -214,6 +231,7 @@ void MeshBody::commit() {
   way_end_.resize(q_.size());
   for (std::size_t i = 0; i < q_.size(); ++i) way_end_[i] = q_[i] + h_ * (theta_ * iterate_[i] + (1 - theta_) * v_[i]);
   force_begin_ = force_end_;
+  begun_ = begun_ && !by_energy_; // stresses by energy are none of the end of the step
   stored_begin_ = found_.energy;
 }
 

@@ -13,15 +13,35 @@ namespace cairn {
 namespace {
 
 constexpr std::int64_t tile = 16;         // cells whose points a material gets at once
+constexpr std::int64_t lanes = 8;         // cells that cairn_linear_cells takes side by side
 constexpr std::int64_t chunk = 16 * tile; // cells that threads share before their matrices are added
+
+// A cell of all products of parabolas bears a dilatation that is linear over it, any other a constant one: pressures
+// would oscillate with more (Brezzi & Fortin 1991).
+bool linear_dilatation(const BulkCells& c) {
+  const int dim = c.element->dim;
+  return c.mean_dilatation && c.element->order == 2 && c.element->nodes == (dim == 2 ? 9 : 27);
+}
+std::int32_t mean_of(const BulkCells& c) {
+  if (!c.mean_dilatation) return 0;
+  return (c.kinematics == Kinematics::small ? 1 : 2) + (linear_dilatation(c) ? 2 : 0);
+}
+
+// Whether the stiffness is that of Hooke's isotropic law whatever the displacements.
+bool is_linear(const BulkCells& c) {
+  return c.kinematics == Kinematics::small && !c.mean_dilatation && c.material->name == "isotropic_elastic" &&
+         !(c.element->dim == 2 && c.plane == Plane::axisymmetric);
+}
 
 } // namespace
 
 struct BulkModel::Work {
   Array<double> x, u, d, hoop, h, h_bar, volume, piola, tangent, strain, stress, moduli, energy, dissipated, length,
       state;
+  Array<double> share;                                // of a linear dilatation
+  Array<double> begin, end, energy_begin, energy_end; // of stresses by energy: F - 1 at both ends of the step
   Array<std::int32_t> status;
-  void resize(int dim, const ElementInfo& e, int states) {
+  void resize(int dim, const ElementInfo& e, int states, bool linear) {
     const std::size_t n = tile, points = n * e.bulk_points, nodes = std::size_t(e.nodes);
     const auto most = [](Array<double>& a, std::size_t size) { a.resize(std::max(a.size(), size)); };
     most(x, dim * nodes * n);
@@ -36,6 +56,11 @@ struct BulkModel::Work {
     for (Array<double>* a : {&volume, &energy, &dissipated, &length}) most(*a, points);
     most(state, std::max<std::size_t>(1, std::size_t(states)) * points);
     status.resize(std::max(status.size(), points));
+    most(share, linear ? points * std::size_t(e.bulk_points) : 1);
+  }
+  void keep_begin(std::size_t points) {
+    for (Array<double>* a : {&begin, &end}) a->resize(std::max(a->size(), 9 * points));
+    for (Array<double>* a : {&energy_begin, &energy_end}) a->resize(std::max(a->size(), points));
   }
 };
 
@@ -47,8 +72,6 @@ BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> 
     if (e.dim != dim) throw Error(std::string(e.name) + " cells do not fit the dimensions of the mesh");
     if (c.mean_dilatation && (dim == 2 && c.plane == Plane::stress))
       throw Error("mean dilatation has no use in plane stress: leave it out");
-    if (c.mean_dilatation && e.order > 1)
-      throw Error(std::string("mean dilatation is for cells of first order, and not for ") + e.cell + ": leave it out");
     if (c.material->takes_gradient && c.kinematics != Kinematics::total_lagrangian)
       throw Error(c.material->python_name + " is for large strains: give kinematics='total_lagrangian'");
     Block b;
@@ -72,6 +95,16 @@ BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> 
 }
 
 BulkModel::~BulkModel() = default;
+
+std::int64_t BulkModel::not_by_energy() const {
+  for (std::size_t k = 0; k < cells_.size(); ++k) {
+    const BulkCells& c = cells_[k];
+    const bool plain =
+        c.kinematics == Kinematics::small || (!c.mean_dilatation && !(dim_ == 2 && c.plane == Plane::stress));
+    if (!plain || c.material->umat || !c.material->state.empty()) return std::int64_t(k);
+  }
+  return -1;
+}
 
 bool BulkModel::finite() const {
   return std::any_of(cells_.begin(), cells_.end(),
@@ -161,36 +194,83 @@ void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n,
   call_umat_points(*c.material, c.params, first, c.element->bulk_points, n * c.element->bulk_points, h, arrays);
 }
 
-void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_t n, const double* u, double h,
-                              double theta, bool want, Work& w, double* force, double* stiffness, BulkResult& result) {
+void BulkModel::gather(std::size_t block, std::int64_t first, std::int64_t n, const double* u, Work& w) const {
   const BulkCells& c = cells_[block];
-  const Block& b = blocks_[block];
-  const ElementInfo& e = *c.element;
-  const int dofs = dim_ * e.nodes;
-  const std::int64_t points = n * e.bulk_points;
+  const int nodes = c.element->nodes, dofs = dim_ * nodes;
   for (std::int64_t cell = 0; cell < n; ++cell)
-    for (int a = 0; a < e.nodes; ++a)
+    for (int a = 0; a < nodes; ++a)
       for (int k = 0; k < dim_; ++k) {
-        const std::size_t at = std::size_t(dim_ * c.node[std::size_t((first + cell) * e.nodes + a)] + k);
+        const std::size_t at = std::size_t(dim_ * c.node[std::size_t((first + cell) * nodes + a)] + k);
         w.x[std::size_t(cell * dofs + dim_ * a + k)] = place_[at];
         w.u[std::size_t(cell * dofs + dim_ * a + k)] = u[at];
       }
-  std::fill_n(w.status.data(), points, 0);
-  const std::int32_t plane = dim_ == 2 ? std::int32_t(c.plane) : 0;
-  const std::int32_t mean = !c.mean_dilatation ? 0 : c.kinematics == Kinematics::small ? 1 : 2;
+}
+
+// Gradients of the displacements that were gathered; whether all volumes are positive.
+bool BulkModel::find_gradients(std::size_t block, std::int64_t n, Work& w) {
+  const BulkCells& c = cells_[block];
+  const Block& b = blocks_[block];
+  const ElementInfo& e = *c.element;
+  const std::int64_t points = n * e.bulk_points;
   const double thickness = dim_ == 2 && c.plane != Plane::axisymmetric ? c.thickness : 1;
-  cairn_solid_gradients(dim_, plane, mean, e.nodes, e.bulk_points, b.value.data(), b.gradient.data(), b.weight.data(),
-                        thickness, n, w.x.data(), w.u.data(), w.d.data(), w.hoop.data(), w.h.data(), w.h_bar.data(),
-                        w.volume.data(), w.status.data());
+  cairn_solid_gradients(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, b.value.data(),
+                        b.gradient.data(), b.weight.data(), thickness, n, w.x.data(), w.u.data(), w.d.data(),
+                        w.hoop.data(), w.h.data(), w.h_bar.data(), w.volume.data(), w.share.data(), w.status.data());
   for (std::int64_t cell = 0; cell < n; ++cell) {
     double volume = 0;
     for (int p = 0; p < e.bulk_points; ++p) volume += w.volume[std::size_t(cell * e.bulk_points + p)];
     const double flat = dim_ == 2 && c.plane != Plane::axisymmetric ? std::sqrt(volume / thickness) : std::cbrt(volume);
     for (int p = 0; p < e.bulk_points; ++p) w.length[std::size_t(cell * e.bulk_points + p)] = flat;
   }
-  bool good = std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
+  return std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
+}
+
+// Of cells whose gradients at the end are known: energies at both ends, then the stress and its derivative over the
+// step. Where strains are small it is that of their mean.
+void BulkModel::stresses_by_energy(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& w) {
+  const std::int64_t points = n * cells_[block].element->bulk_points;
+  const auto size = std::size_t(points);
+  const auto good = [&] {
+    return std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
+  };
+  std::copy_n(w.h_bar.data(), 9 * size, w.end.data());
+  gather(block, first, n, step.begin, w);
+  if (!find_gradients(block, n, w)) return;
+  std::copy_n(w.h_bar.data(), 9 * size, w.begin.data());
+  stresses_at_points(block, first, n, step.h, step.theta, false, w);
+  std::copy_n(w.energy.data(), size, w.energy_begin.data());
+  std::copy_n(w.end.data(), 9 * size, w.h_bar.data());
+  stresses_at_points(block, first, n, step.h, step.theta, false, w);
+  if (!good()) return;
+  const bool small = cells_[block].kinematics == Kinematics::small;
+  cairn_true_stress(!small, points, w.h_bar.data(), w.piola.data(),
+                    stress_.data() + blocks_[block].first_stress + 6 * first * cells_[block].element->bulk_points);
+  std::copy_n(w.energy.data(), size, w.energy_end.data());
+  if (small)
+    for (std::size_t i = 0; i < 9 * size; ++i) w.h_bar[i] = 0.5 * (w.begin[i] + w.end[i]);
+  else
+    cairn_middle_stretch(points, w.begin.data(), w.end.data(), w.h_bar.data());
+  stresses_at_points(block, first, n, step.h, step.theta, step.want, w);
+  if (!small)
+    cairn_stress_by_energy(points, w.begin.data(), w.end.data(), w.h_bar.data(), w.energy_begin.data(),
+                           w.energy_end.data(), step.want, w.piola.data(), w.tangent.data());
+  std::copy_n(w.energy_end.data(), size, w.energy.data());
+}
+
+void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& w,
+                              double* force, double* stiffness, BulkResult& result) {
+  const BulkCells& c = cells_[block];
+  const ElementInfo& e = *c.element;
+  const std::int64_t points = n * e.bulk_points;
+  if (!step.begin && is_linear(c)) return evaluate_linear(block, first, n, step, w, force, stiffness, result);
+  std::fill_n(w.status.data(), points, 0);
+  gather(block, first, n, step.u, w);
+  bool good = find_gradients(block, n, w);
   if (good) {
-    stresses_at_points(block, first, n, h, theta, want, w);
+    if (step.begin)
+      stresses_by_energy(block, first, n, step, w);
+    else
+      stresses_at_points(block, first, n, step.h, step.theta, step.want, w);
     good = std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
   }
   for (std::int64_t p = 0; p < points && good; ++p) {
@@ -208,10 +288,64 @@ void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_
     result.energy += w.volume[p] * w.energy[p];
     result.dissipated += w.volume[p] * w.dissipated[p];
   }
-  cairn_solid_forces(dim_, plane, mean, e.nodes, e.bulk_points, n, w.d.data(), w.hoop.data(), w.h.data(),
-                     w.volume.data(), w.piola.data(), w.tangent.data(), want, force, stiffness);
+  cairn_solid_forces(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, n, w.d.data(),
+                     w.hoop.data(), w.h.data(), w.volume.data(), w.share.data(), w.piola.data(), w.tangent.data(),
+                     step.want, force, stiffness);
+  if (step.begin) return;
   cairn_true_stress(c.kinematics != Kinematics::small, points, w.h_bar.data(), w.piola.data(),
-                    stress_.data() + b.first_stress + 6 * first * e.bulk_points);
+                    stress_.data() + blocks_[block].first_stress + 6 * first * e.bulk_points);
+}
+
+// Cells of Hooke's law, some side by side.
+void BulkModel::evaluate_linear(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& w,
+                                double* force, double* half, BulkResult& result) {
+  const BulkCells& c = cells_[block];
+  const Block& b = blocks_[block];
+  const ElementInfo& e = *c.element;
+  const int dofs = dim_ * e.nodes, entries = dofs * (dofs + 1) / 2;
+  const double young = c.params[0], poisson = c.params[1], shear = young / (2 * (1 + poisson));
+  const bool in_plane = dim_ == 2 && c.plane == Plane::stress;
+  const double solid = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  const double lambda = in_plane ? young * poisson / ((1 + poisson) * (1 - poisson)) : solid;
+  gather(block, first, n, step.u, w);
+  for (std::int64_t at = 0; at < n; at += lanes) {
+    const std::int64_t cells = std::min(lanes, n - at);
+    cairn_linear_cells(dim_, e.nodes, e.bulk_points, b.gradient.data(), b.weight.data(), dim_ == 2 ? c.thickness : 1,
+                       lambda, shear, in_plane ? 0 : solid, cells, &w.x[std::size_t(at * dofs)],
+                       &w.u[std::size_t(at * dofs)], step.want, force + at * dofs, half + at * entries,
+                       &stress_[std::size_t(b.first_stress + 6 * (first + at) * e.bulk_points)], w.energy.data(),
+                       w.status.data());
+    for (std::int64_t cell = 0; cell < cells; ++cell) {
+      const bool finite = std::isfinite(w.energy[std::size_t(cell)]);
+      if (w.status[std::size_t(cell)] != 0 || !finite) {
+        result = {w.status[std::size_t(cell)] != 0 ? 1 : 2, first + at + cell, std::int64_t(block), 0, 0};
+        return;
+      }
+      result.energy += w.energy[std::size_t(cell)];
+    }
+  }
+}
+
+void BulkModel::add_halves(std::size_t block, std::int64_t first, std::int64_t n, const double* half, std::int64_t low,
+                           std::int64_t high, double* to) const {
+  const BulkCells& c = cells_[block];
+  const int nodes = c.element->nodes, dofs = dim_ * nodes, entries = dofs * (dofs + 1) / 2;
+  const bool all = low == 0 && high == std::int64_t(place_.size()) / dim_;
+  for (std::int64_t cell = 0; cell < n; ++cell) {
+    // tiles stand apart by their whole matrices, cells within by their halves, side by side
+    const double* k = half + cell / tile * tile * dofs * dofs + cell % tile / lanes * lanes * entries + cell % lanes;
+    const std::int32_t* entry = &blocks_[block].entry[std::size_t((first + cell) * entries)];
+    if (all) {
+      for (int e = 0; e < entries; ++e) to[entry[e]] += k[e * lanes];
+      continue;
+    }
+    const std::int32_t* node = &c.node[std::size_t((first + cell) * nodes)];
+    for (int j = 0, e = 0; j < dofs; ++j)
+      for (int i = j; i < dofs; ++i, ++e) {
+        const std::int32_t column = std::min(node[i / dim_], node[j / dim_]);
+        if (column >= low && column < high) to[entry[e]] += k[e * lanes];
+      }
+  }
 }
 
 void BulkModel::add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force,
@@ -244,7 +378,9 @@ void BulkModel::add_columns(std::size_t block, std::int64_t first, std::int64_t 
   }
 }
 
-BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* force, double* tangent) {
+BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* force, double* tangent,
+                               const double* begin) {
+  const Step step{u, begin, h, theta, tangent != nullptr};
   const int threads = omp_get_max_threads();
   if (int(work_.size()) < threads) work_.resize(std::size_t(threads));
   const std::int64_t nodes = std::int64_t(place_.size()) / dim_;
@@ -253,7 +389,10 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
   for (std::size_t k = 0; k < cells_.size(); ++k) {
     const BulkCells& c = cells_[k];
     const int dofs = dim_ * c.element->nodes;
-    for (Work& w : work_) w.resize(dim_, *c.element, blocks_[k].states);
+    for (Work& w : work_) {
+      w.resize(dim_, *c.element, blocks_[k].states, linear_dilatation(c));
+      if (begin) w.keep_begin(std::size_t(tile * c.element->bulk_points));
+    }
     force_.resize(std::max(force_.size(), std::size_t(chunk * dofs)));
     stiffness_.resize(std::max(stiffness_.size(), std::size_t(chunk * dofs * dofs)));
     results_.resize(chunk / tile);
@@ -265,13 +404,14 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
 #pragma omp for schedule(static)
         for (std::int64_t t = 0; t < tiles; ++t) {
           const std::int64_t at = first + t * tile, cells = std::min(tile, first + n - at);
-          evaluate_tile(k, at, cells, u, h, theta, tangent != nullptr, work_[std::size_t(omp_get_thread_num())],
+          evaluate_tile(k, at, cells, step, work_[std::size_t(omp_get_thread_num())],
                         &force_[std::size_t(t * tile * dofs)], &stiffness_[std::size_t(t * tile * dofs * dofs)],
                         results_[std::size_t(t)]);
         }
         if (tangent) {
           const std::int64_t of = omp_get_num_threads(), me = omp_get_thread_num();
-          add_columns(k, first, n, stiffness_.data(), nodes * me / of, nodes * (me + 1) / of, tangent);
+          const auto add = !begin && is_linear(c) ? &BulkModel::add_halves : &BulkModel::add_columns;
+          (this->*add)(k, first, n, stiffness_.data(), nodes * me / of, nodes * (me + 1) / of, tangent);
         }
       }
       for (std::int64_t t = 0; t < tiles; ++t) {

@@ -39,12 +39,17 @@ public:
 
   const std::vector<BulkCells>& cells() const { return cells_; }
   bool finite() const; // whether a cell counts large strains
+  // The first block that keeps more than an energy of its strain, or changes it by more than the gradient at its
+  // points: then no stress by energy is known; -1: none.
+  std::int64_t not_by_energy() const;
   // Where entries of cells stand in the values of a lower triangle.
   void fit(const SparseMatrix& lower);
   void fit_once(const SparseMatrix& lower); // unless it was that pattern before
   // Forces (dofs) [N] of displacements u (dofs) [m] at the end of a step, and of the lower triangle the values of their
-  // derivative [N/m], if given. The state at the end is kept beside that at the begin.
-  BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent);
+  // derivative [N/m], if given. The state at the end is kept beside that at the begin. begin: displacements at the
+  // begin of the step; forces are then those whose work over it is the change of energy, the derivative twice theirs.
+  BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent,
+                      const double* begin = nullptr);
   void commit(); // the end of the step is the begin of the next
   // "quad 12 with nodes 1 2 3 4: its volume is not positive"
   std::string describe(const BulkResult& result) const;
@@ -63,9 +68,21 @@ private:
     std::int64_t first_state = 0, first_stress = 0;
     int states = 0;
   };
-  struct Work; // of a thread
-  void evaluate_tile(std::size_t block, std::int64_t first, std::int64_t n, const double* u, double h, double theta,
-                     bool want, Work& work, double* force, double* stiffness, BulkResult& result);
+  struct Work;  // of a thread
+  struct Step { // what an evaluation was asked for
+    const double *u, *begin;
+    double h, theta;
+    bool want;
+  };
+  void evaluate_tile(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work, double* force,
+                     double* stiffness, BulkResult& result);
+  void gather(std::size_t block, std::int64_t first, std::int64_t n, const double* u, Work& work) const;
+  void evaluate_linear(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work,
+                       double* force, double* half, BulkResult& result);
+  void add_halves(std::size_t block, std::int64_t first, std::int64_t n, const double* half, std::int64_t low,
+                  std::int64_t high, double* to) const;
+  bool find_gradients(std::size_t block, std::int64_t n, Work& work);
+  void stresses_by_energy(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work);
   void stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
                           Work& work);
   void call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& work);

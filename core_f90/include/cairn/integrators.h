@@ -15,7 +15,7 @@ typedef struct cairn_scheme {
       damping_history[cairn_most_history];
   double update[cairn_most_history * cairn_most_history], gain[cairn_most_history];
   double largest;
-  int32_t histories;
+  int32_t histories, by_energy;
 } cairn_scheme;
 typedef void cairn_integrator(double h, const double* params, cairn_scheme* scheme);
 /* a2 to a5: history, NULL beyond what the scheme keeps. */

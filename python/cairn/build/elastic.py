@@ -122,37 +122,13 @@ class ElasticBody:
 
     @classmethod
     def read(cls, path, **options):
-        """From a mesh that meshio reads; its named groups (gmsh's physical groups) become groups of nodes. Raises FileError for
-        a file that is not there, or that holds no such mesh (a ValueError, too)."""
-        from pathlib import Path
+        """From a file that meshio reads, a meshio.Mesh or the module gmsh; what it names becomes groups of nodes: see
+        cairn.build.mesh_sources. options: as of the class. Raises FileError for a file that is not there, or that holds no
+        such mesh (a ValueError, too)."""
+        from . import mesh_sources
 
-        from ..post.errors import MissingFile
-        from ..pre.importing import by_library, told_of
-        from ..pre.mesh import library
-
-        path = Path(path)
-        if not path.exists():
-            raise MissingFile(path)
-        with told_of(path):
-            return cls._of_mesh(by_library(path, library("meshio", f"to read {path.suffix} files").read), options)
-
-    @classmethod
-    def _of_mesh(cls, mesh, options):
-        kinds = [e["cell"] for e in _core.elements()]
-        used = [c for c in mesh.cells if c.type in kinds]
-        dim = max((e["dim"] for e in _core.elements() if any(c.type == e["cell"] for c in used)), default=2)
-        solid = {e["cell"] for e in _core.elements() if e["dim"] == dim}
-        groups = {}
-        sets = {name: rows for name, rows in mesh.cell_sets.items() if not name.startswith("gmsh:")}
-        for name, (tag, group_dim) in mesh.field_data.items():  # as version 2 of gmsh's format has them
-            tags = zip(mesh.cell_data.get("gmsh:physical", ()), mesh.cells)
-            sets.setdefault(name, [np.flatnonzero((found == tag) & (c.dim == group_dim)) for found, c in tags])
-        for name, per_block in sets.items():
-            nodes = [mesh.cells[b].data[rows] for b, rows in enumerate(per_block) if rows is not None and len(rows)]
-            if nodes:
-                groups[name] = np.unique(np.concatenate([part.ravel() for part in nodes]))
-        cells = {kind: np.concatenate([c.data for c in used if c.type == kind]) for kind in {c.type for c in used} & solid}
-        return cls(mesh.points[:, :dim], cells, groups=groups, **options)
+        points, cells, groups = mesh_sources.read(path)
+        return cls(points, cells, groups=groups, **options)
 
     def _checked(self, kind, nodes):
         known = ELEMENTS

@@ -8,10 +8,12 @@ import importlib
 import numpy as np
 
 from ..run import time_functions
+from . import bulk
 from .elastic import ElasticBody
 from .meshes import LinearBody, deformable
+from .solid import SolidBody
 
-BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody)}
+BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody, SolidBody)}
 
 
 def to_dict(d):
@@ -35,6 +37,11 @@ def _encoded(name, value):
     if isinstance(value, dict):
         rows = {f"{k:06d}": {"key": _encoded(name, a), "value": _encoded(name, b)} for k, (a, b) in enumerate(value.items())}
         return {"kind": "dict", **rows}
+    if isinstance(value, bulk.BulkMaterial):
+        if type(value).__name__ not in bulk.BULK_MATERIALS:
+            raise ValueError(f"{name} is {value!r}, a routine of a library, which a file cannot hold: give a material of the list")
+        values = dict(zip(value.parameter_names, value.values))
+        return {"kind": "bulk", "class": type(value).__name__, "values": {key: float(x) for key, x in values.items()}}
     if dataclasses.is_dataclass(value) and not callable(value):
         fields = {f.name: _encoded(f"{name}.{f.name}", getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
         return {"kind": "record", "module": type(value).__module__, "class": type(value).__name__, "fields": fields}
@@ -60,6 +67,8 @@ def _decoded(value):
         return [_decoded(row) for row in rows]
     if value["kind"] == "function":
         return time_functions.from_dict(value["of"])
+    if value["kind"] == "bulk" and value["class"] in bulk.BULK_MATERIALS:
+        return bulk.BULK_MATERIALS[value["class"]](**{name: float(x) for name, x in value["values"].items()})
     if value["kind"] == "sparse":
         from scipy import sparse
 
@@ -68,4 +77,4 @@ def _decoded(value):
         found = getattr(importlib.import_module(value["module"]), value["class"])
         if dataclasses.is_dataclass(found):
             return found(**{name: _decoded(part) for name, part in value["fields"].items()})
-    raise ValueError(f"kind is {value['kind']!r}: dict, list, function, sparse and records of scenes are known")
+    raise ValueError(f"kind is {value['kind']!r}: dict, list, function, sparse, bulk and records of scenes are known")

@@ -81,10 +81,15 @@ class Deformable:
 
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, force=None, velocity=None,
-               displacement=None, storage=None, name="mesh", edge_material=None, face_material=None):  # fmt: skip
+               displacement=None, storage=None, name="mesh", edge_material=None, face_material=None, bulk=None,
+               **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
-    body: cairn.elastic.ElasticBody, or LinearBody with matrices of your own. material: of its contacts. contact: names of groups
+    body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
+    was meshed, whose names become groups; it is of `bulk`, a material of solids (cairn.NeoHookean(...), ...) with the density
+    of material, and of `options`, which are those of SolidBody (plane, kinematics, mean_dilatation, lumped, rayleigh, ...). Or a
+    body made before: SolidBody, ElasticBody, LinearBody with matrices of your own, cairn.bars, cairn.beams.
+    material: of its contacts. contact: names of groups
     (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges and faces
     of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
     boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left: they meet disks, and points of other
@@ -96,9 +101,10 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     rules of contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements are small; the
     body does not touch itself.
     """
-    given = {key: value for key, value in locals().items() if key != "body"}
+    given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options")}
+    body = _made(body, material, bulk, options)
     if not hasattr(body, "points") or not hasattr(body, "nodal_mass"):
-        raise ValueError(f"body is {body!r}: give a cairn.ElasticBody, LinearBody or SolidBody")
+        raise ValueError(f"body is {body!r}: give a mesh, a cairn.ElasticBody, LinearBody or SolidBody")
     dim, places = body.dim, body.points
     n = len(places)
     nodes = _nodes(body, contact)
@@ -148,6 +154,32 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     if patches:
         sets.append(patches.body_set(places + start, mass[:n].min(), face_material or material, d))
     return sets
+
+
+def _made(body, material, bulk, options):
+    """The body of a mesh from elsewhere; one that is a body already is taken as it is."""
+    from . import mesh_sources
+
+    if not mesh_sources.is_source(body):
+        if bulk is not None or options:
+            extra = "bulk" if bulk is not None else next(iter(options))
+            made = type(body).__name__
+            raise TypeError(f"{extra} is for a mesh that is read: this body is a {made}, made of a material already")
+        return body
+    from .bulk import BulkMaterial
+    from .elastic import ElasticBody
+    from .solid import SolidBody
+
+    if not isinstance(bulk, (BulkMaterial, dict)):
+        raise TypeError(f"bulk is {bulk!r}: give the material of the mesh, such as IsotropicElastic(young=..., poisson=...)")
+    points, cells, groups = mesh_sources.read(body)
+    options = {"density": material.density, "groups": groups} | options
+    linear = getattr(bulk, "name", "") == "isotropic_elastic" and options.get("plane") != "axisymmetric"
+    if linear and options.get("kinematics") in (None, "small") and not options.get("mean_dilatation"):
+        young, poisson = bulk.values  # its matrices are factorised once
+        options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
+        return ElasticBody(points, cells, young=young, poisson=poisson, **options)
+    return SolidBody(points, cells, bulk, **options)
 
 
 def _listed(groups):

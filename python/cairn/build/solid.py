@@ -32,6 +32,7 @@ class SolidBody(ElasticBody):
         self, points, cells, material, *, density=0.0, groups=None, kinematics=None, plane="strain", thickness=1.0,
         mean_dilatation=False, lumped=False, rayleigh=(0.0, 0.0),
     ):  # fmt: skip
+        made_of = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         _checked_cells(cells)
         given = material if isinstance(material, dict) else dict.fromkeys(cells, material)
         for kind in cells:
@@ -54,6 +55,7 @@ class SolidBody(ElasticBody):
             points, cells, young=1.0, poisson=0.0, density=density * around, groups=groups,
             thickness=1.0 if plane == "axisymmetric" else thickness, lumped=lumped,
         )  # fmt: skip
+        self.given = made_of  # as scene files hold it
         self.plane = plane
         if around > 1:
             self._weigh_rings(lumped, float(density))

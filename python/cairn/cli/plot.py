@@ -39,6 +39,7 @@ def main(options):
 
     matplotlib.use("Agg")
     from ..post.load import load
+    from ..post.plots import AXES
 
     checks.count("every", options.every, 1)
     checks.count("dpi", options.dpi, 1)
@@ -47,6 +48,9 @@ def main(options):
     with load(options.file) as run:
         if len(run):
             fields = [*run[-1].bodies.names, "speed", "spin", "forces", "energy", "residual", "history"]
+            parts = AXES[run[-1].dim]
+            fields += [f"{name}_{part}" for name in ("stress", "strain") if name in fields for part in parts]
+            fields += ["von_mises"] * ("stress" in fields)
             if options.what not in fields:
                 raise ValueError(f"there is no field {options.what!r}; there are {listed(fields, options.what)}")
         if os.path.splitext(out)[1].lower() in (".gif", ".mp4"):

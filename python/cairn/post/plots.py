@@ -5,6 +5,7 @@ import numpy as np
 from .. import _core
 from ..names import teach
 from ..pre import checks
+from . import mesh_cells
 from .errors import FileError
 from .geometry import contactors_of, lever_arms
 from .shape_meshes import outlines_of
@@ -22,9 +23,16 @@ LABELS = {
     "temperature": "temperature [K]",
     "potential": "potential [V]",
     "stress": "stress, norm [Pa]",
+    "strain": "strain, norm [-]",
+    "von_mises": "von Mises stress [Pa]",
+    "contact_pressure": "contact pressure [Pa]",
+    "accumulated_plastic_strain": "accumulated plastic strain [-]",
 }
 AT_REST = 1e-5  # of the speed that gravity gives in a step
 NOISE = 1e-12  # of the values themselves: a spread below it is rounding, and no field
+
+
+AXES = {2: ("xx", "yy", "xy"), 3: ("xx", "yy", "zz", "xy", "yz", "zx")}
 
 
 def _pyplot():
@@ -55,6 +63,11 @@ def field_values(step, what):
         if values.shape != (len(step.bodies),):
             raise ValueError(f"what has shape {values.shape}; it must be ({len(step.bodies)},), a number per body")
         return values, ""
+    if what == "von_mises":
+        return von_mises(step.bodies["stress"]), LABELS[what]
+    stem, _, part = what.rpartition("_")
+    if what not in step.bodies and stem in ("stress", "strain") and part in AXES[step.dim]:
+        return step.bodies[stem][:, AXES[step.dim].index(part)], f"{stem} {part} [{'Pa' if stem == 'stress' else '-'}]"
     values = step.bodies["velocity" if what == "speed" else what]
     if what in ("velocity", "speed"):
         return np.linalg.norm(values[:, : step.dim], axis=1), LABELS["velocity"]
@@ -64,6 +77,14 @@ def field_values(step, what):
     if values.ndim == 2:
         values = np.linalg.norm(values, axis=1)
     return values, LABELS.get(what, what)
+
+
+def von_mises(stress):
+    """Equivalent stress (n,) of (n, 3 | 6) in the order xx yy [zz] xy [yz zx]; in 2D that in the plane alone."""
+    x, y = stress[:, 0], stress[:, 1]
+    z = np.zeros(len(x)) if stress.shape[1] == 3 else stress[:, 2]
+    shear = stress[:, 2:] if stress.shape[1] == 3 else stress[:, 3:]
+    return np.sqrt(((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) / 2 + 3 * (shear**2).sum(axis=1))
 
 
 def title_of(step):
@@ -89,7 +110,8 @@ def plot_step(
 ):
     """Draw the bodies of one output, coloured by a field.
 
-    what : "velocity", "rotation", "material", any field of the bodies, or an array (n,).
+    what : "velocity", "rotation", "material", any field of the bodies, or an array (n,); of bodies that deform, whose cells are
+    drawn, "von_mises", "stress_xx", "strain_xy" and the like as well.
     limits : smallest and largest value of the colours. view : ((x0, x1), (y0, y1)) [m]. camera : in 3D, the place that the scene
     is seen from and the point looked at, ((x, y, z), (x, y, z)) [m]; or a direction (x, y, z) from which all of it is seen.
     3D scenes are rendered by PyVista if it is there, else point by point without it. Returns the Axes.
@@ -100,12 +122,19 @@ def plot_step(
         return plot_step_3d(step, what, ax=ax, cmap=cmap, limits=limits, colorbar=colorbar, title=title, camera=camera)
     values, label = field_values(step, what)
     contactors = contactors_of(step)
-    disks, (outlines, rows) = contactors.select("disk"), outlines_of(step)
+    disks, (outlines, rows), (cells, corners) = contactors.select("disk"), outlines_of(step), mesh_cells.outlines(step)
     view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
+    if cells:
+        disks = disks.where(~np.isin(disks.body, mesh_cells.shown_by_cells(step)))
     if limits is None and not (isinstance(what, str) and what in CATEGORIES):
-        limits = value_limits(values[np.concatenate([disks.body, rows])], what, step)
-    if len(disks) or not len(rows):
+        limits = value_limits(values[np.concatenate([disks.body, rows, *(of.ravel() for of in corners)])], what, step)
+    if cells:
+        classes = isinstance(what, str) and what in CATEGORIES
+        mean = np.concatenate([values[of[:, 0]] if classes else values[of].mean(axis=1) for of in corners])
+        paint(ax, draw_polygons(ax, cells), mean, what, label, step.run.scene, cmap, limits, colorbar)
+        colorbar = False
+    if len(disks) or not (len(rows) or cells):
         painted = draw_disks(ax, disks.center, disks.radius)
         paint(ax, painted, values[disks.body], what, label, step.run.scene, cmap, limits, colorbar)
     if len(rows):
@@ -212,7 +241,7 @@ def _view(step):
     disks, segments = contactors.select("disk"), contactors.select("segment")
     points = [disks.center - disks.radius[:, None], disks.center + disks.radius[:, None]]
     reach = segments.direction * segments.half[:, None]
-    points = np.concatenate([*points, *outlines, segments.center - reach, segments.center + reach])
+    points = np.concatenate([*points, *outlines, *mesh_cells.outlines(step)[0], segments.center - reach, segments.center + reach])
     if step.run.periodic is not None:
         corners, periodic = cell_corners(step)
         points = np.concatenate([points, corners]) if periodic.all() else points

@@ -7,6 +7,7 @@ import os
 import numpy as np
 
 from .. import _core
+from . import mesh_cells
 from .geometry import contactors_of
 from .plots import (
     CATEGORIES,
@@ -35,7 +36,10 @@ def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorba
     """Draw the bodies of one output, coloured by a field. Returns matplotlib Axes."""
     values, label = field_values(step, what)
     spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
+    hidden = mesh_cells.shown_by_cells(step)
+    spheres = spheres.where(~np.isin(spheres.body, hidden))
     of_bodies, values = values, values[spheres.body]
+    mesh, of_bodies = mesh_cells.with_surfaces(step, mesh, of_bodies, hidden)
     classes = isinstance(what, str) and what in CATEGORIES and cmap is None
     kinds = np.unique(of_bodies).astype(int) if classes else []
     if classes:

@@ -94,6 +94,7 @@ def scene_info(simulation):
         "dt": simulation.dt,
         "strategy": repr(simulation.strategy),
         "rules": [repr(r) for r in simulation._rules],
+        **({"meshes": _meshes(simulation)} if simulation.meshes else {}),
     }
 
 
@@ -142,7 +143,7 @@ def snapshot(simulation):
         out["rotation"] = bodies.rotation
     out |= {name: getattr(bodies, name) for name in ("temperature", "potential") if name in bodies.names}
     if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
-        out["stress"] = _stress(simulation)
+        out |= _of_meshes(simulation)
     pairs = contacts.bodies
     return out, {
         "point": contacts.point,
@@ -157,13 +158,30 @@ def snapshot(simulation):
     }
 
 
-def _stress(simulation):
-    """Stress at the nodes of deformable bodies, zero for others, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
-    ids = simulation.bodies.id
-    out = np.zeros((len(ids), 3 * simulation.scene.dim - 3))
+def _of_meshes(simulation):
+    """Fields of the nodes of bodies that deform, zero of others, by name: (n,) [Pa, -], (n, 3 | 6) in the order xx yy [zz] xy
+    [yz zx]. Those of materials of solids are there if a mesh keeps them at all."""
+    ids, out = simulation.bodies.id, {}
     for mesh in simulation.meshes:
-        if hasattr(mesh.body, "nodal_stress"):
-            out[np.searchsorted(ids, mesh.ids)] = mesh.nodal_stress()
+        if not hasattr(mesh.body, "nodal_stress"):
+            continue
+        rows = np.searchsorted(ids, mesh.ids)
+        for name, values in mesh.nodal_fields().items():
+            out.setdefault(name, np.zeros((len(ids), *values.shape[1:])))[rows] = values
+    return out
+
+
+def _meshes(simulation):
+    """Nodes (ids of bodies), cells and groups of each body that deforms and has cells."""
+    out = {}
+    for k, mesh in enumerate(simulation.meshes):
+        cells = getattr(mesh.body, "cells", None)
+        if isinstance(cells, dict) and hasattr(mesh.body, "nodal_stress"):
+            sides = mesh.body.boundary_edges() if mesh.body.dim == 2 else mesh.body.boundary_faces()
+            groups = {name: nodes for name, nodes in mesh.body.groups.items() if len(nodes)}
+            shown = np.setdiff1d(mesh.all_ids, mesh.ids)  # bodies that show points, edges and faces
+            of = {"name": mesh.name, "nodes": mesh.ids, "shown": shown, "cells": dict(cells), "sides": sides, "groups": groups}
+            out[f"{k:06d}"] = of
     return out
 
 

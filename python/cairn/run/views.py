@@ -266,6 +266,9 @@ class RawView(_View):
             raise AttributeError(f"there is no live array {name!r}; there are {listed(known, name)}") from None
 
 
+SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # that a run file holds of materials of solids
+
+
 class MeshView(_View):
     """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id, all_ids
     with those of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, contact_nodes (m,) of nodes
@@ -347,6 +350,61 @@ class MeshView(_View):
 
     def _bulk(self):
         return self._core.mesh_bulk(self._mesh.number)
+
+    def reaction(self, group=None):
+        """Forces that hold the held dofs, mean of the last step, (n, dim) [N], zero elsewhere; of a group their sum (dim,):
+        probes={"pull": lambda s: s.meshes[0].reaction("top")[1]}."""
+        found = np.zeros(self._mesh.size)
+        found[self.held] = self._core.mesh_forces(self._mesh.number)[1][self.held]
+        found = found.reshape(-1, self._mesh.dim)
+        return found if group is None else found[self.body_nodes(group)].sum(axis=0)
+
+    def body_nodes(self, group):
+        """Nodes of a group of the mesh, or the numbers themselves."""
+        from ..build.meshes import _group
+
+        return _group(self.body, group)
+
+    @property
+    def contact_force(self):
+        """Of contacts on the nodes, mean of the last step, (n, dim) [N]; those on edges, faces and points between nodes by the
+        weights of their nodes."""
+        impulses = self._core.mesh_forces(self._mesh.number)[0].reshape(-1, self._mesh.dim)
+        h = self._simulation.info.get("dt", 0.0)
+        return impulses / h if h > 0 else np.zeros_like(impulses)
+
+    @property
+    def contact_pressure(self):
+        """Of contacts on the nodes, over the part of the surface that each stands for where it is now, (n,) [Pa]."""
+        from ..build.mesh_measures import surface_vectors
+
+        force = self.contact_force
+        areas = surface_vectors(self.body, self.displacement, force)
+        size = np.linalg.norm(areas, axis=1)
+        pushed = -np.einsum("nk,nk->n", force, areas)
+        return np.divide(pushed, size**2, out=np.zeros(len(size)), where=size > 0)
+
+    @property
+    def strain(self):
+        """Strain in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx], shear halved: small for a
+        linear body and small kinematics, else Hencky's ln V in the axes of space."""
+        from ..build.mesh_measures import mean_strain
+
+        large = getattr(self.body, "kinematics", "small") != "small"
+        return mean_strain(self.body, self.displacement, large)
+
+    def nodal_fields(self):
+        """What a run file holds of the nodes, by name, (n,) or (n, 3 | 6): stress, strain, contact_pressure, and of materials
+        that keep them accumulated_plastic_strain and damage."""
+        out = {"stress": self.nodal_stress(), "strain": self.body.nodal_mean(self.strain)}
+        states = self.material_state
+        for name in SHOWN_STATES:
+            if any(name in of_kind for of_kind in states.values()):
+                of_cells = {
+                    kind: of_kind.get(name, np.zeros(len(self.body.cells[kind])))[:, None] for kind, of_kind in states.items()
+                }
+                out[name] = self.body.nodal_mean(of_cells)[:, 0]
+        return out | {"contact_pressure": self.contact_pressure}
 
     def nodal_stress(self):
         """Mean of the stresses of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""

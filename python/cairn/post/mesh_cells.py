@@ -1,0 +1,62 @@
+"""Cells of bodies that deform where their nodes are at a step, for pictures."""
+
+import numpy as np
+
+from .. import _core
+
+# corners and middles of the edges of a flat cell, once round
+AROUND = {e["cell"]: np.array(e["sides"])[:, 0] for e in _core.elements() if e["dim"] == 2}
+
+
+def meshes_at(step):
+    """Of each mesh of which all nodes are there: what the scene says of it, rows of its nodes among the bodies."""
+    ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
+    out = []
+    for _, mesh in sorted((step.run.scene.get("meshes") or {}).items()):
+        if np.isin(mesh["nodes"], ids).all():
+            out.append((mesh, step.rows_of(mesh["nodes"])))
+    return out
+
+
+def shown_by_cells(step):
+    """Rows of the bodies that show meshes, which pictures leave out: their cells are drawn."""
+    parts = [np.asarray(mesh[of]) for mesh, _ in meshes_at(step) for of in ("nodes", "shown")]
+    ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
+    return np.flatnonzero(np.isin(ids, np.concatenate(parts))) if parts else np.zeros(0, int)
+
+
+def outlines(step):
+    """Outlines of the flat cells of a step, a list of (k, 2) [m], and rows (m, k) of the bodies at their corners, an array for
+    each kind of cells in that order."""
+    corners, rows = [], []
+    for mesh, row in meshes_at(step):
+        for kind, cells in mesh["cells"].items():
+            of = row[np.asarray(cells)[:, AROUND[kind]]]
+            rows.append(of)
+            corners += list(step.bodies["position"][of])
+    return corners, rows
+
+
+def surfaces(step):
+    """Surfaces of the solid meshes of a step: triangles (m, 3), rows of the bodies at their corners."""
+    parts = [np.zeros((0, 3), np.int64)]
+    for mesh, row in meshes_at(step):
+        sides = np.asarray(mesh["sides"])
+        parts.append(row[sides[:, :3]])
+        if sides.shape[1] == 4:
+            parts.append(row[sides[sides[:, 3] >= 0][:, [0, 2, 3]]])
+    return np.concatenate(parts)
+
+
+def with_surfaces(step, mesh, of_bodies, hidden):
+    """Points, triangles and rows of a picture (or None) and values of the rows, with the surfaces of meshes in the place of what
+    shows them: each triangle has a row of its own, the mean of its corners."""
+    corners = surfaces(step)
+    if not len(corners):
+        return mesh, of_bodies
+    points, triangles, rows = mesh or (np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
+    kept = ~np.isin(rows, hidden)
+    values = np.concatenate([of_bodies, np.asarray(of_bodies, float)[corners].mean(axis=1)])
+    triangles = np.concatenate([triangles[kept], corners + len(points)])
+    rows = np.concatenate([rows[kept], len(of_bodies) + np.arange(len(corners))])
+    return (np.concatenate([points, step.bodies["position"]]), triangles, rows), values
