@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..build.materials import Material
-from .text import REAL, LegacyError, Reader, fortran
+from . import solids
+from .text import LegacyError, Reader
 
 CELLS = {"T3xxx": "triangle", "Q4xxx": "quad", "TE4xx": "tetra", "H8xxx": "hexahedron"}
 
@@ -175,9 +176,9 @@ def _why_not(box, mesh, models, drives):
             return f"element {element}"
         if heat:
             continue
-        asked = (options.get("kine_", "small"), options.get("mater", "elas_"), options.get("aniso", "iso__"))
-        if asked != ("small", "elas_", "iso__") or box.materials[material].law != "ELAS":
-            return f"model {model} ({', '.join(asked)}) of material {material} ({box.materials[material].law})"
+        why = solids.why_not(model, options, box.materials[material])
+        if why:
+            return why
     if len({(model, material) for _, _, model, material in mesh.cells}) > 1:
         return "several models or materials in one body"
     for kind, *_ in mesh.contactors:
@@ -197,7 +198,7 @@ def _heated(box, mesh, models, drives, origin):
     from .networks import properties
 
     _, _, model, name = mesh.cells[0]
-    body = _elastic(box, mesh, models)
+    body = _body(box, mesh, models)
     body.heat_lumped = models[model].get("cstrg") == "lump_"
     known = {k: v for k, v in properties(box.materials[name]).items() if k in ("conductivity", "capacity")}
     material = Material(f"{name} heat", density=box.materials[name].density, **known)
@@ -226,28 +227,25 @@ def read_temperatures(path, number, count):
     return out
 
 
-def _elastic(box, mesh, models):
+def _body(box, mesh, models):
     from ..build.elastic import ElasticBody
+    from ..build.solid import SolidBody
 
     _, _, model, name = mesh.cells[0]
     material = box.materials[name]
-    path, values = box.folder / "BULK_BEHAV.DAT", []
-    rows = [text for _, text in material.parts[:3]] + [""] * 3
-    if (rows[0][40:59].split(), rows[1][40:59].split()) != (["elas:", "standard"], ["ani_:", "isotropic"]):
-        raise LegacyError(f"{path}, line {material.line}: material {name} is not elastic, standard and isotropic")
-    for first in (46, 67):
-        found = REAL.fullmatch(rows[2][first - 1 : first + 13].replace(" ", ""))
-        values += [fortran(found)] if found else []
-    if len(values) < 2 or material.density is None:
-        raise LegacyError(f"{path}, line {material.line}: material {name} lacks its EYng=, Epss= or Umas=")
+    young, poisson = solids.elastic(box, material)
     cells = {}
     for element, nodes, *_ in mesh.cells:
         cells.setdefault(CELLS[element], []).append(nodes)
-    return ElasticBody(
-        np.array(mesh.points), {kind: np.array(nodes) for kind, nodes in cells.items()}, young=values[0],
-        poisson=values[1], density=material.density, lumped=models[model].get("mstrg") == "lump_",
-        groups={f"node {k}": [k] for k in range(len(mesh.points))},
-    )  # fmt: skip
+    points, cells = np.array(mesh.points), {kind: np.array(nodes) for kind, nodes in cells.items()}
+    given = {
+        "density": material.density, "lumped": models[model].get("mstrg") == "lump_",
+        "groups": {f"node {k}": [k] for k in range(len(mesh.points))},
+    }  # fmt: skip
+    bulk = None if models[model].get("physics") == "THERM" else solids.solid_material(box, models[model], material)
+    if bulk is not None:
+        return SolidBody(points, cells, bulk, **given)
+    return ElasticBody(points, cells, young=young, poisson=poisson, **given)
 
 
 def _deformable(box, mesh, models, drives, state, materials, origin):
@@ -256,7 +254,7 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
 
     if models[mesh.cells[0][2]].get("physics") == "THERM":
         return _heated(box, mesh, models, drives, origin)
-    body = _elastic(box, mesh, models)
+    body = _body(box, mesh, models)
     if body.dim == 2 and not any("plane strain" in note for note in origin.notes):
         origin.notes.append("meshes in 2D are taken in plane strain: the files do not say")
     drive, pushed = {}, {}

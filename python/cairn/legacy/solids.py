@@ -1,0 +1,104 @@
+"""Materials of meshed bodies (MAILx): what a model of MODELS.DAT and a material of BULK_BEHAV.DAT are in Cairn."""
+
+from __future__ import annotations
+
+from .networks import values_of
+from .text import LegacyError
+
+# By kine_ and mater of the model and the law of the material: the class of Cairn, None for ElasticBody. LMGC90's elas_ with large
+# kinematics is Hooke's law on Green's strain.
+KINDS = {
+    ("small", "elas_", "ELAS"): None,
+    ("large", "elas_", "ELAS"): "SaintVenantKirchhoff",
+    ("large", "neoh_", "ELAS"): "NeoHookean",
+    ("small", "kvisc", "VISCO_ELAS"): "KelvinVoigt",
+    ("small", "J2iso", "ELAS_PLAS"): "J2Plasticity",
+    ("large", "J2iso", "ELAS_PLAS"): "FiniteJ2",
+}
+
+
+def asked(options, material):
+    """What decides: (kine_, mater, law)."""
+    return options.get("kine_", "small"), options.get("mater", "elas_"), material.law
+
+
+def why_not(model, options, material):
+    """What Cairn has nothing to map to, in words, or nothing."""
+    words = *asked(options, material)[:2], options.get("aniso", "iso__")
+    if asked(options, material) in KINDS and words[2] == "iso__":
+        return ""
+    return f"model {model} ({', '.join(words)}) of material {material.name} ({material.law})"
+
+
+def solid_material(box, options, material):
+    """The material of solids, None where the body is linear and elastic: its matrices are made by what `elastic` gives."""
+    kind = KINDS[asked(options, material)]
+    if kind is None:
+        return None
+    from ..build import bulk
+
+    path = box.folder / "BULK_BEHAV.DAT"
+    young, poisson = elastic(box, material)
+    values = {"young": young, "poisson": poisson}
+    if kind == "KelvinVoigt":
+        first = _section(material, "visc")
+        _word(path, material, "visc", "KelvinVoigt")
+        found = _values(material, first)
+        values |= {"viscous_young": _one(path, material, found, "EYng"), "viscous_poisson": _one(path, material, found, "EPss")}
+    if kind in ("J2Plasticity", "FiniteJ2"):
+        _word(path, material, "crit", "Von-Mises")
+        _word(path, material, "cinh", "none")
+        _word(path, material, "visc", "none")
+        found = _values(material, _section(material, "crit"))
+        values["yield_stress"] = _one(path, material, found, "SIG0")
+        hardening = _of_word(material, "isoh")
+        if hardening not in ("none", "linear"):
+            raise LegacyError(f"{path}, line {material.line}: material {material.name} hardens by isoh: {hardening}, not linear")
+        values["isotropic"] = _one(path, material, found, "K___") if hardening == "linear" else 0.0
+    try:
+        return bulk.BULK_MATERIALS[kind](**values)
+    except ValueError as error:
+        raise LegacyError(f"{path}, line {material.line}: material {material.name}: {error}") from error
+
+
+def elastic(box, material):
+    """Young's modulus [Pa] and Poisson's ratio of an elastic part that is standard and isotropic."""
+    path = box.folder / "BULK_BEHAV.DAT"
+    rows = [text[40:59].split() for _, text in material.parts[:2]] + [[], []]
+    if (rows[0], rows[1]) != (["elas:", "standard"], ["ani_:", "isotropic"]):
+        raise LegacyError(f"{path}, line {material.line}: material {material.name} is not elastic, standard and isotropic")
+    found = _values(material, 2, 3)
+    if material.density is None or len(found) < 2:
+        raise LegacyError(f"{path}, line {material.line}: material {material.name} lacks its EYng=, Epss= or Umas=")
+    return tuple(found.values())[:2]
+
+
+def _values(material, first, last=None):
+    """{label in small letters: number} of some of the lines of a material."""
+    part = type(material)(material.name, material.law, material.line, material.density, material.parts[first:last])
+    return {label.lower(): value for label, value in values_of(part).items()}
+
+
+def _section(material, word):
+    """Which of its lines begins with a word, or the one behind the last."""
+    rows = (k for k, (_, text) in enumerate(material.parts) if text[40:].split(":")[0].strip() == word)
+    return next(rows, len(material.parts))
+
+
+def _of_word(material, word):
+    """What stands behind a word: "linear" of "isoh: linear", or nothing."""
+    k = _section(material, word)
+    return material.parts[k][1][40:].partition(":")[2].strip() if k < len(material.parts) else ""
+
+
+def _word(path, material, word, wanted):
+    found = _of_word(material, word)
+    if found != wanted:
+        has = f"material {material.name} has {word}: {found or 'nothing'}"
+        raise LegacyError(f"{path}, line {material.line}: {has}, not {wanted}")
+
+
+def _one(path, material, found, label):
+    if label.lower() not in found:
+        raise LegacyError(f"{path}, line {material.line}: material {material.name} lacks its {label}=")
+    return found[label.lower()]
