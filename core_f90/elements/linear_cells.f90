@@ -1,5 +1,5 @@
-!> Cells of small strains under Hooke's isotropic law, eight side by side in the order of SIMD. What their stiffness needs of the shape
-!> functions are the integrals G(i, j) of d N_a/dx_i d N_b/dx_j alone:
+!> Cells of small strains under Hooke's isotropic law, eight side by side in the order of SIMD. What their stiffness needs of the
+!> shape functions are the integrals G(i, j) of d N_a/dx_i d N_b/dx_j alone:
 !>   K(a i, b j) = lambda G(i, j) + mu G(j, i) + mu 1(i, j) tr G,
 !> of which the half below the diagonal is made.
 module linear_cells

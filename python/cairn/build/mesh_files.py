@@ -39,7 +39,7 @@ def _encoded(name, value):
         return {"kind": "dict", **rows}
     if isinstance(value, bulk.BulkMaterial):
         if type(value).__name__ not in bulk.BULK_MATERIALS:
-            raise ValueError(f"{name} is {value!r}, a routine of a library, which a file cannot hold: give a material of the list")
+            raise ValueError(f"{name} is {value!r}, a routine of a library, which no file can hold: give a material of the list")
         values = dict(zip(value.parameter_names, value.values))
         return {"kind": "bulk", "class": type(value).__name__, "values": {key: float(x) for key, x in values.items()}}
     if dataclasses.is_dataclass(value) and not callable(value):
