@@ -367,6 +367,9 @@ class VelocityVerlet(Integrator):
 class Gear(Integrator):
     def __init__(self, *, values: float = 5.0) -> None: ...
 
+class DiscreteGradient(Integrator):
+    def __init__(self) -> None: ...
+
 class Default(ContactSolver):
     tol: float
     min_iter: int

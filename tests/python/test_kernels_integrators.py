@@ -22,6 +22,7 @@ CASES = {
     "beta_scheme": [[0.5], [0.8]],
     "velocity_verlet": [[0.0]],
     "gear": [[4.0], [5.0], [6.0]],
+    "discrete_gradient": [[0.0]],
 }
 EACH = [(name, params) for name, cases in CASES.items() for params in cases]
 
@@ -35,7 +36,7 @@ def scheme(name, params, h):
         record[field] = raw[at] if size == 1 else raw[at : at + size].copy()
         at += size
     record["update"] = record["update"].reshape(MOST, MOST).T  # by columns
-    record["histories"] = int(np.frombuffer(raw[at:].tobytes(), np.int32)[0])
+    record["histories"], record["by_energy"] = (int(k) for k in np.frombuffer(raw[at:].tobytes(), np.int32))
     return raw, record
 
 
@@ -107,6 +108,7 @@ STEPS = {
     "beta_scheme": middle,
     "velocity_verlet": lambda *given: newmark(*given[:-1], 0.0, 0.5),
     "gear": gear,
+    "discrete_gradient": lambda *given: theta(*given[:-1], 0.5),  # the midpoint rule where forces are linear
 }
 
 
@@ -122,6 +124,7 @@ def test_steps(name, params):
         q1, v1, a1 = STEPS[name](h, q, v, a, f0, f1, C, K, *params)
         found = mapped(s, q, v, np.array(a), f0, f1)
         np.testing.assert_allclose([*found[:2], *found[2]], [q1, v1, *a1], rtol=1e-11, atol=1e-12)
+        assert s["by_energy"] == (name == "discrete_gradient")
         assert s["h"] == h and (s["end_share"] > 0) == (name not in ("central_difference", "beta_scheme"))
         np.testing.assert_allclose(s["implicit"], s["damping"] / s["impulse"], rtol=1e-14)
 
