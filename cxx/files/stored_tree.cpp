@@ -31,8 +31,10 @@ std::string numpy_name(StoredType t) {
   return std::string(1, ordered ? '<' : '|') + t.kind + std::to_string(t.item);
 }
 
-void take_in(Blake2b& digest, const std::string& place, const std::string& kind, const StoredArray& array) {
-  std::string shape = "(";
+// one_as_row: numbers alone were taken in as rows of one, up to version 1.0.
+void take_in(Blake2b& digest, const std::string& place, const std::string& kind, const StoredArray& array,
+             bool one_as_row = false) {
+  std::string shape = array.shape.empty() && one_as_row ? "(1," : "(";
   for (std::size_t k = 0; k < array.shape.size(); ++k) shape += (k ? ", " : "") + std::to_string(array.shape[k]);
   shape += array.shape.size() == 1 ? ",)" : ")";
   digest.update(place + "|" + kind + "|" + numpy_name(array.type) + "|" + shape + "|");
@@ -67,7 +69,8 @@ std::string text_of(const std::optional<StoredArray>& a) {
   return all.substr(0, all.find('\0'));
 }
 
-StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& place, std::set<std::uint64_t>& seen) {
+StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& place, std::set<std::uint64_t>& seen,
+                 bool one_as_row) {
   StoredValue out;
   std::vector<std::string> names = group.names();
   std::sort(names.begin(), names.end());
@@ -77,12 +80,12 @@ StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& plac
     if (!seen.insert(member.address()).second) wrong(here + " stands under two names");
     if (member.is_group()) {
       digest.update(here + "|dict|");
-      out.add(name, read(member, digest, here, seen));
+      out.add(name, read(member, digest, here, seen, one_as_row));
       continue;
     }
     StoredValue value{text_of(member.attribute("kind")), member.read(), {}};
     if (value.kind.empty()) wrong(here + " has no kind");
-    take_in(digest, here, value.kind, value.array);
+    take_in(digest, here, value.kind, value.array, one_as_row);
     if (value.kind == "flags" || value.kind == "flag") value.array.type.kind = 'b';
     out.add(name, std::move(value));
   }
@@ -261,7 +264,8 @@ StoredValue load_tree(const std::string& path, const std::string& what, const st
                       "use a newer Cairn");
     Blake2b digest(32);
     std::set<std::uint64_t> seen;
-    StoredValue tree = read(root.child("state"), digest, "", seen);
+    const bool one_as_row = version[0] == 1 && version[1] == 0;
+    StoredValue tree = read(root.child("state"), digest, "", seen, one_as_row);
     if (digest.hexdigest() != text_of(root.attribute("checksum")))
       throw FileError(path, it + " is damaged: its checksum does not match", remedy);
     return tree;
