@@ -4,6 +4,7 @@
 #include "alone.hpp"
 #include "arrays.hpp"
 #include "bulk.hpp"
+#include "files/run_snapshot.hpp"
 #include "strategies/simulation.hpp"
 
 using cairn::Simulation;
@@ -96,7 +97,6 @@ void add_mesh(Simulation& s, const py::dict& d) {
   m.point_weights = vector_of<double>(d, "point_weights");
   m.side_nodes = vector_of<std::int32_t>(d, "side_nodes");
   m.face_nodes = vector_of<std::int32_t>(d, "face_nodes");
-  m.edge_start = vector_of<double>(d, "edge_start");
   m.around = vector_of<std::int32_t>(d, "around");
   m.around_start = vector_of<std::int32_t>(d, "around_start");
   s.add_mesh(std::move(m));
@@ -169,6 +169,11 @@ void bind_meshes(py::module_& m) {
            [](Simulation& s, std::size_t k, const Input<double>& state, const Input<double>& memory) {
              s.meshes.meshes.at(k).restore({state.data(), std::size_t(state.size())},
                                            {memory.data(), std::size_t(memory.size())});
+           })
+      .def("nodes_of_contactors", // (n, 4) ids
+           [](Simulation& s) {
+             const std::vector<std::int64_t> ids = cairn::nodes_of_contactors(s);
+             return py::array_t<std::int64_t>({py::ssize_t(ids.size()) / 4, py::ssize_t(4)}, ids.data());
            })
       .def("follow_meshes", &Simulation::follow_meshes)
       .def("forget_meshes", [](Simulation& s) { s.meshes = cairn::MeshSet(); });

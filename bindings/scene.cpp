@@ -2,6 +2,7 @@
 
 #include "alone.hpp"
 #include "arrays.hpp"
+#include "contactors/mapped_contactors.hpp"
 #include "scene/scene.hpp"
 
 using cairn::Scene;
@@ -166,6 +167,9 @@ void bind_scene(py::module_& m) {
       .def_readwrite("gravity", &Scene::gravity)
       .def_readwrite("origin", &Scene::origin)
       .def("add_bodies", &add_bodies)
+      .def("new_mesh", &Scene::new_mesh)
+      .def("own_nodes", &Scene::own_nodes) // mesh, first, count
+      .def("add_parts", &Scene::add_parts) // mesh, count
       .def("add_hulls", &add_hulls, py::arg("vertex"), py::arg("first_vertex"), py::arg("first_face"),
            py::arg("first_corner"), py::arg("corner"), py::arg("facets") = false, py::arg("plane") = Input<double>(0),
            py::arg("ball") = Input<double>(0))
@@ -181,10 +185,6 @@ void bind_scene(py::module_& m) {
            [](Scene& s, const Input<std::int64_t>& ids, int mask, const Doubles& velocity) {
              s.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask), span_of(velocity));
            })
-      .def("move_facets",
-           [](Scene& s, const Input<std::int64_t>& bodies, const Input<double>& vertex) {
-             s.move_facets({bodies.data(), std::size_t(bodies.size())}, {vertex.data(), std::size_t(vertex.size())});
-           })
       .def("set_cell", &set_cell)
       .def("get_cell", &get_cell)
       .def("renumber", &Scene::renumber)
@@ -195,6 +195,13 @@ void bind_scene(py::module_& m) {
       .def("contactor",
            [](Scene& s, const std::string& name) {
              return get_ordered(s.contactors, name, s.contactor_insertion_order());
+           })
+      .def("carriers", // ids of the bodies, or of the parts of deformable ones, that carry the contactors
+           [](const Scene& s) {
+             py::array_t<std::int64_t> out(py::ssize_t(s.contactors.count));
+             std::int64_t* to = out.mutable_data();
+             for (const std::int32_t i : s.contactor_insertion_order()) *to++ = carrier_id(s.bodies, s.contactors, i);
+             return out;
            })
       .def("assign_body", &assign_body)
       .def("rows_of", &rows_of)

@@ -1,4 +1,5 @@
 #include "base/threads.hpp"
+#include "files/older_states.hpp"
 #include "files/simulation_state.hpp"
 #include "laws/plug.hpp"
 #include "solvers/sweeps/contact_system.hpp"
@@ -348,6 +349,8 @@ void bind_simulation(py::module_& m) {
       // what programs in C and Fortran do
       .def("write_checkpoint", &cairn::write_checkpoint)
       .def("restart", &cairn::restart)
+      .def("is_older_state", // of this scene, when parts of meshes were bodies
+           [](const Simulation& s, const py::dict& state) { return cairn::is_older_state_of(tree_of(state), s.scene); })
       .def("check_state", [](const Simulation& s, const py::dict& state, std::int64_t species) {
         cairn::check_state(tree_of(state), species, s);
       });

@@ -38,6 +38,7 @@ set(CAIRN_CXX_SOURCES
   files/checksums.cpp
   files/file_error.cpp
   files/growing_file.cpp
+  files/older_states.cpp
   files/hdf5_bytes.cpp
   files/hdf5_image.cpp
   files/hdf5_node.cpp

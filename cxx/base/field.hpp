@@ -50,7 +50,8 @@ enum class Need {
   electrical,
   offset,
   direction,
-  hull
+  hull,
+  mapped
 };
 
 template <class T>

@@ -40,24 +40,37 @@ double face_area(const double* corner[4], int corners) {
 
 } // namespace
 
-// By the reference configuration. touches: of each body, whether it has a contactor.
-void MeshSet::find_areas(const std::vector<std::uint8_t>& touches) {
-  area_.assign(of_body_.size(), 0);
+// By the reference configuration.
+void MeshSet::find_areas() {
+  area_.assign(seats_.size(), 0);
   std::vector<OnEdge> on_edge;
   std::vector<double*> on_face;
-  for (const MeshBody& mesh : meshes) {
-    const MeshModel& m = mesh.model;
+  std::vector<std::size_t> by_mesh; // those on nodes and points
+  for (std::size_t i = 0; i < seats_.size(); ++i)
+    if (seats_[i].role == Role::node || seats_[i].role == Role::point) by_mesh.push_back(i);
+  std::stable_sort(by_mesh.begin(), by_mesh.end(),
+                   [&](std::size_t a, std::size_t b) { return seats_[a].mesh < seats_[b].mesh; });
+  auto next_seat = by_mesh.begin();
+  for (std::size_t which = 0; which < meshes.size(); ++which) {
+    const MeshModel& m = meshes[which].model;
+    const std::size_t points = m.point_nodes.size() / 4;
+    std::vector<double*> of_node(std::size_t(m.nodes()), nullptr),
+        of_point(points, nullptr); // null: it touches nothing
+    for (; next_seat != by_mesh.end() && std::size_t(seats_[*next_seat].mesh) == which; ++next_seat) {
+      const Seat& s = seats_[*next_seat];
+      (s.role == Role::node ? of_node : of_point)[std::size_t(s.index)] = &area_[*next_seat];
+    }
     // points by the first of their nodes
-    std::vector<std::int32_t> first(std::size_t(m.nodes()) + 1, 0), order(mesh.points.size());
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) ++first[std::size_t(m.point_nodes[4 * p]) + 1];
+    std::vector<std::int32_t> first(std::size_t(m.nodes()) + 1, 0), order(points);
+    for (std::size_t p = 0; p < points; ++p) ++first[std::size_t(m.point_nodes[4 * p]) + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
     std::vector<std::int32_t> next(first.begin(), first.end() - 1);
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
+    for (std::size_t p = 0; p < points; ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
     const auto each_point = [&](const std::int32_t* node, int corners, auto&& take) {
       for (int j = 0; j < corners; ++j)
         for (std::int32_t k = first[node[j]]; k < first[node[j] + 1]; ++k) {
           const std::int32_t p = order[k];
-          bool here = touches[mesh.points[p]] != 0;
+          bool here = of_point[std::size_t(p)] != nullptr;
           for (int l = 0; l < 4 && here; ++l)
             here = m.point_nodes[4 * p + l] < 0 ||
                    std::find(node, node + corners, m.point_nodes[4 * p + l]) < node + corners;
@@ -72,20 +85,20 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& touches) {
       if (m.dim == 2) {
         on_edge.clear();
         for (int j = 0; j < 2; ++j)
-          if (touches[mesh.nodes[node[j]]]) on_edge.push_back({double(j), &area_[mesh.nodes[node[j]]]});
+          if (of_node[node[j]]) on_edge.push_back({double(j), of_node[node[j]]});
         each_point(node, 2, [&](std::int32_t p) {
           double at = 0;
           for (int l = 0; l < 4; ++l)
             if (m.point_nodes[4 * p + l] == node[1]) at += m.point_weights[4 * p + l];
-          on_edge.push_back({at, &area_[mesh.points[p]]});
+          on_edge.push_back({at, of_point[std::size_t(p)]});
         });
         share_edge(on_edge, std::hypot(corner[1][0] - corner[0][0], corner[1][1] - corner[0][1]));
         continue;
       }
       on_face.clear();
       for (int j = 0; j < corners; ++j)
-        if (touches[mesh.nodes[node[j]]]) on_face.push_back(&area_[mesh.nodes[node[j]]]);
-      each_point(node, corners, [&](std::int32_t p) { on_face.push_back(&area_[mesh.points[p]]); });
+        if (of_node[node[j]]) on_face.push_back(of_node[node[j]]);
+      each_point(node, corners, [&](std::int32_t p) { on_face.push_back(of_point[std::size_t(p)]); });
       for (double* area : on_face) *area += face_area(corner, corners) / double(on_face.size());
     }
   }

@@ -414,42 +414,6 @@ void MeshBody::smooth_change(Bodies& bodies, double* change) {
     change[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = b_[i] - v_[i] - known_[i] - a_[i];
 }
 
-void MeshBody::follow(Bodies& bodies) const {
-  const int dim = model.dim;
-  const auto mean = [&](std::int32_t body, const std::int32_t* node, const double* weight, Field<double>& field) {
-    for (int k = 0; k < dim; ++k) {
-      double sum = 0;
-      for (int j = 0; j < 4 && node[j] >= 0; ++j) sum += weight[j] * field[nodes[node[j]]][k];
-      field[body][k] = sum;
-    }
-  };
-  for (std::size_t p = 0; p < points.size(); ++p)
-    for (Field<double>* field : {&bodies.position, &bodies.velocity, &bodies.velocity_free})
-      mean(points[p], &model.point_nodes[4 * p], &model.point_weights[4 * p], *field);
-  const double half[4] = {0.5, 0.5, 0, 0}, third[4] = {1.0 / 3, 1.0 / 3, 1.0 / 3, 0};
-  for (std::size_t s = 0; s < sides.size(); ++s) {
-    const std::int32_t* node = &model.side_nodes[4 * s];
-    for (Field<double>* field : {&bodies.position, &bodies.velocity, &bodies.velocity_free})
-      mean(sides[s], node, dim == 2 ? half : third, *field);
-    if (dim == 3) {
-      const double upright[4] = {1, 0, 0, 0};
-      std::copy_n(upright, 4, bodies.rotation[sides[s]]);
-      continue;
-    }
-    const double *one = bodies.position[nodes[node[0]]], *two = bodies.position[nodes[node[1]]];
-    const double x = two[0] - one[0], y = two[1] - one[1], *first = &model.edge_start[2 * s];
-    *bodies.rotation[sides[s]] = std::atan2(first[0] * y - first[1] * x, first[0] * x + first[1] * y);
-  }
-}
-
-void MeshBody::facet_vertices(const Bodies& bodies, std::vector<double>& out) const {
-  for (std::size_t s = 0; s < sides.size(); ++s) {
-    const double* centre = bodies.position[sides[s]];
-    for (std::int32_t e = model.around_start[s]; e < model.around_start[s + 1]; ++e)
-      for (int k = 0; k < 3; ++k) out.push_back(bodies.position[nodes[model.around[e]]][k] - centre[k]);
-  }
-}
-
 std::int64_t MeshBody::bytes() const {
   std::int64_t sum = model.bulk ? model.bulk->bytes() : 0;
   sum += std::int64_t(8 * (lumped_.capacity() * 21 + impulse.capacity()));

@@ -27,12 +27,12 @@ struct MeshModel {
   std::vector<double> node_mass;         // (nodes) that the scene shows [kg]; empty: the sums of the rows of mass
   std::vector<std::uint8_t> held;        // (dofs) 1: its velocity is given
   SoeOptions options;                    // of the system of equations
-  std::vector<std::int64_t> node_ids, point_ids, side_ids; // of the bodies that show nodes, points, edges or faces
+  std::int32_t number = 0;               // by which contactors name it, from 1
+  std::vector<std::int64_t> node_ids, point_ids, side_ids; // of nodes, points, edges or facets, each rising
   // Points between nodes, edges (2D) and facets (3D): nodes and weights (4, each); of edges and facets the nodes alone.
   std::vector<std::int32_t> contact_nodes;                       // that are points of contact themselves
   std::vector<std::int32_t> point_nodes, side_nodes, face_nodes; // (4, n), -1 where fewer; faces: whose part a facet is
   std::vector<double> point_weights;                             // (4, points)
-  std::vector<double> edge_start;                                // (2, edges) directions when the rotation was nought
   std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
   std::function<void(const double*x, double*out)> times_stiffness, times_damping;
@@ -63,11 +63,11 @@ public:
   explicit MeshBody(MeshModel model);
 
   MeshModel model;
-  std::vector<std::int32_t> nodes, points, sides; // internal numbers of its bodies
-  std::vector<double> load_begin, load_end;       // (dofs) forces at both ends of the step [N]; empty: none
-  std::vector<double> thermal_load;               // (dofs) of restrained expansion [N]; empty: none
-  std::vector<double> held_velocity;              // (dofs) of held dofs at the end of the step [m/s]; empty: zero
-  MeshWork work;                                  // of the last step
+  std::vector<std::int32_t> nodes;          // internal numbers of the bodies that show them
+  std::vector<double> load_begin, load_end; // (dofs) forces at both ends of the step [N]; empty: none
+  std::vector<double> thermal_load;         // (dofs) of restrained expansion [N]; empty: none
+  std::vector<double> held_velocity;        // (dofs) of held dofs at the end of the step [m/s]; empty: zero
+  MeshWork work;                            // of the last step
 
   std::int64_t solves = 0, factorisations = 0; // forward and back, and of A, since the start
 
@@ -110,10 +110,6 @@ public:
   void push(Bodies& bodies);
   // Force on each node that its points of mass need besides gravity and contacts [N], and the works of the step.
   void account(Bodies& bodies, const double* gravity);
-  // Points, edges and faces where the nodes are and as fast as they.
-  void follow(Bodies& bodies) const;
-  // Vertices of facets from their centres, one facet after the other, as Scene::move_facets takes them.
-  void facet_vertices(const Bodies& bodies, std::vector<double>& out) const;
   std::int64_t bytes() const;
 
 private:

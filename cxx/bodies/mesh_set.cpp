@@ -8,8 +8,8 @@
 
 namespace cairn {
 
-void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order) {
-  of_body_.assign(std::size_t(bodies.count), {});
+void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order,
+                    const Contactors& contactors) {
   area_.clear();
   wanted_.resize(meshes.size());
   const auto find = [&](std::int64_t id) {
@@ -19,18 +19,91 @@ void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& inser
       throw Error("body " + std::to_string(id) + " of a mesh is not in the scene");
     return *at;
   };
+  std::vector<std::int32_t> of_number; // meshes
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     MeshBody& mesh = meshes[m];
-    const auto all = [&](const std::vector<std::int64_t>& ids, std::vector<std::int32_t>& rows, Role role) {
-      rows.resize(ids.size());
-      for (std::size_t i = 0; i < ids.size(); ++i) {
-        rows[i] = find(ids[i]);
-        of_body_[rows[i]] = {std::int32_t(m), std::int32_t(i), role};
-      }
-    };
-    all(mesh.model.node_ids, mesh.nodes, Role::node);
-    all(mesh.model.point_ids, mesh.points, Role::point);
-    all(mesh.model.side_ids, mesh.sides, mesh.model.dim == 2 ? Role::edge : Role::facet);
+    mesh.nodes.resize(mesh.model.node_ids.size());
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i) mesh.nodes[i] = find(mesh.model.node_ids[i]);
+    of_number.resize(std::max(of_number.size(), std::size_t(mesh.model.number)), -1);
+    of_number[std::size_t(mesh.model.number) - 1] = std::int32_t(m);
+  }
+  mapped_ = {};
+  seats_.clear();
+  facets_.clear();
+  of_contactor_.assign(std::size_t(contactors.count), -1);
+  std::size_t vertices = 0;
+  for (std::int64_t c = 0; c < contactors.count; ++c) {
+    const std::int32_t body = *contactors.body[c];
+    if (body >= 0) continue;
+    const auto number = std::size_t(-body - 1);
+    if (number >= of_number.size() || of_number[number] < 0)
+      throw Error("contactor " + std::to_string(*contactors.id[c]) + " is mapped from a mesh that is not there");
+    of_contactor_[std::size_t(c)] = std::int32_t(seats_.size());
+    seats_.push_back(find_seat(of_number[number], *contactors.part[c]));
+    mapped_.contactor.push_back(std::int32_t(c));
+    const Seat& s = seats_.back();
+    if (s.role != Role::facet) continue;
+    facets_.push_back(std::int32_t(c));
+    const MeshModel& model = meshes[std::size_t(s.mesh)].model;
+    vertices += std::size_t(model.around_start[s.index + 1] - model.around_start[s.index]);
+  }
+  mapped_.bodies = std::int32_t(of_number.size());
+  mapped_.centre.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
+  mapped_.direction.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
+  facet_vertices_.reserve(3 * vertices);
+}
+
+// What part of a mesh a number is of, and the nodes of its middle.
+MeshSet::Seat MeshSet::find_seat(std::int32_t which, std::int64_t part) const {
+  const MeshBody& mesh = meshes[std::size_t(which)];
+  const MeshModel& m = mesh.model;
+  Seat s;
+  s.mesh = which;
+  const auto among = [&](const std::vector<std::int64_t>& ids, Role role) {
+    const auto at = std::lower_bound(ids.begin(), ids.end(), part);
+    if (at == ids.end() || *at != part) return false;
+    s.index = std::int32_t(at - ids.begin());
+    s.role = role;
+    return true;
+  };
+  if (among(m.node_ids, Role::node)) {
+    s.middle.node[0] = mesh.nodes[std::size_t(s.index)];
+    s.middle.weight[0] = 1;
+    return s;
+  }
+  const bool between = among(m.point_ids, Role::point);
+  if (!between && !among(m.side_ids, m.dim == 2 ? Role::edge : Role::facet))
+    throw Error("the mesh '" + m.name + "' has no part " + std::to_string(part));
+  const std::int32_t* node = &(between ? m.point_nodes : m.side_nodes)[4 * std::size_t(s.index)];
+  for (int j = 0; j < 4 && node[j] >= 0; ++j) {
+    s.middle.node[j] = mesh.nodes[std::size_t(node[j])];
+    s.middle.weight[j] = between ? m.point_weights[4 * std::size_t(s.index) + std::size_t(j)] : 1.0 / m.dim;
+  }
+  return s;
+}
+
+void MeshSet::follow(const Bodies& bodies, const Contactors& contactors) {
+  const int dim = bodies.dim;
+  facet_vertices_.clear();
+  for (std::size_t i = 0; i < seats_.size(); ++i) {
+    const Seat& s = seats_[i];
+    double* centre = &mapped_.centre[std::size_t(dim) * i];
+    for (int k = 0; k < dim; ++k) centre[k] = s.middle.of(bodies.position, k);
+    if (s.role == Role::edge) { // inside the body by its thickness, which is its radius
+      const double *one = bodies.position[s.middle.node[0]], *two = bodies.position[s.middle.node[1]];
+      const double x = two[0] - one[0], y = two[1] - one[1], length = std::sqrt(x * x + y * y);
+      const double thickness = *contactors.radius[mapped_.contactor[i]];
+      double* along = &mapped_.direction[std::size_t(dim) * i];
+      along[0] = x / length;
+      along[1] = y / length;
+      centre[0] -= along[1] * thickness;
+      centre[1] += along[0] * thickness;
+    } else if (s.role == Role::facet) {
+      const MeshBody& mesh = meshes[std::size_t(s.mesh)];
+      for (std::int32_t e = mesh.model.around_start[s.index]; e < mesh.model.around_start[s.index + 1]; ++e)
+        for (int k = 0; k < 3; ++k)
+          facet_vertices_.push_back(bodies.position[mesh.nodes[mesh.model.around[e]]][k] - centre[k]);
+    }
   }
 }
 
@@ -110,8 +183,8 @@ void in_quadrilateral(const Point corner[4], const double* point, const double* 
 
 } // namespace
 
-Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t body, const double* point) const {
-  const Place& place = of_body_[body];
+Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t contactor, const double* point) const {
+  const Seat& place = seat(contactor);
   const MeshBody& mesh = meshes[place.mesh];
   Mapping m;
   m.mesh = place.mesh;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "../contactors/mapped_contactors.hpp"
 #include "condensed_body.hpp"
 #include "mesh_body.hpp"
 
@@ -24,17 +25,36 @@ public:
   bool linear() const {
     return std::all_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.linear(); });
   }
-  // Finds the bodies of all meshes among those of the scene; to be called when internal numbers change.
-  void place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order);
-  bool carries(std::int32_t body) const { return of_body_[body].mesh >= 0; }
-  std::int32_t mesh_of(std::int32_t body) const { return of_body_[body].mesh; }
-  // The nodes that a point (dim) [m] on a body of a mesh moves with.
-  Mapping mapping(const Bodies& bodies, std::int32_t body, const double* point) const;
+  // Finds the nodes among the bodies of the scene, and which contactors are mapped from them; to be called when
+  // internal numbers change.
+  void place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order, const Contactors& contactors);
+  // Mapped contactors to where the nodes are.
+  void follow(const Bodies& bodies, const Contactors& contactors);
+  const MappedContactors& mapped() const { return mapped_; }
+  // Contactors that are facets, and their vertices as Scene::move_facets takes them, after `follow`.
+  std::span<const std::int32_t> facets() const { return facets_; }
+  std::span<const double> facet_vertices() const { return facet_vertices_; }
+  bool carries(std::int32_t contactor) const { return of_contactor_[std::size_t(contactor)] >= 0; }
+  std::int32_t mesh_of(std::int32_t contactor) const { return seat(contactor).mesh; }
+  // Internal numbers of the bodies of the nodes of a mapped contactor, -1 where there are fewer, and their weights in
+  // its middle.
+  struct Middle {
+    std::int32_t node[4] = {-1, -1, -1, -1};
+    double weight[4] = {0, 0, 0, 0};
+    double of(const Field<double>& field, int component) const { // its value there
+      double sum = 0;
+      for (int j = 0; j < 4 && node[j] >= 0; ++j) sum += weight[j] * field[node[j]][component];
+      return sum;
+    }
+  };
+  const Middle& middle(std::int32_t contactor) const { return seat(contactor).middle; }
+  // The nodes that a point (dim) [m] on a mapped contactor moves with.
+  Mapping mapping(const Bodies& bodies, std::int32_t contactor, const double* point) const;
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
-  double area(std::int32_t body) const { return area_[body]; }
-  bool has_areas() const { return area_.size() == of_body_.size(); }
-  void find_areas(const std::vector<std::uint8_t>& touches);
+  double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
+  bool has_areas() const { return area_.size() == seats_.size(); }
+  void find_areas();
   // Nodes that a contact may rest on become contact nodes.
   void want(const Mapping& mapping);
   // After all were wanted: compliances, and the meshes as solvers see them, with room for the velocities of contact
@@ -43,12 +63,20 @@ public:
 
 private:
   enum class Role : std::int8_t { node, point, edge, facet };
-  struct Place {
+  struct Seat { // of a mapped contactor
     std::int32_t mesh = -1, index = -1;
     Role role = Role::node;
+    Middle middle;
   };
-  std::vector<Place> of_body_;
-  std::vector<double> area_;                      // per body
+  const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
+  Seat find_seat(std::int32_t mesh, std::int64_t part) const;
+
+  MappedContactors mapped_;
+  std::vector<Seat> seats_;                // of each of mapped_
+  std::vector<std::int32_t> of_contactor_; // its place among these, -1: a rigid body carries it
+  std::vector<std::int32_t> facets_;
+  std::vector<double> facet_vertices_;
+  std::vector<double> area_;                      // of each of mapped_
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
 };
 

@@ -36,8 +36,7 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
   s.cell = &cell;
   s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
   s.kind = s.scratch.take<std::uint8_t>(contactors.count);
-  for (std::int64_t c = 0; c < contactors.count; ++c)
-    s.kind[c] = s.meshes && meshes->carries(s.body(std::int32_t(c))) ? State::mapped : 0;
+  for (std::int64_t c = 0; c < contactors.count; ++c) s.kind[c] = s.body(std::int32_t(c)) < 0 ? State::mapped : 0;
   s.find_mesh_areas();
   s.entry = s.scratch.take<std::int32_t>(candidates.count);
   ContactMemory& m = s.memory;
@@ -64,9 +63,9 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
   const int c = law.components(dim());
   for (const std::int32_t contactor : {candidates->contactor_a[i], candidates->contactor_b[i]})
     if ((kind[contactor] & mapped) && info(Shape(*contactors->shape[contactor])).ball() &&
-        !(meshes->area(body(contactor)) > 0))
+        !(meshes->area(contactor) > 0))
       throw std::invalid_argument("law " + law.python_name + " joins a node or point of the mesh '" +
-                                  meshes->meshes[meshes->mesh_of(body(contactor))].model.name +
+                                  meshes->meshes[meshes->mesh_of(contactor)].model.name +
                                   "', whose part of the surface is not known: give the sides that it lies on too, "
                                   "edges= in 2D, faces= in 3D");
   double gap[n], geometry[3 * n], u[6 * n] = {}, params[(LawTable::max_parameters + 4) * n] = {};
@@ -127,8 +126,7 @@ void Nscd::make_bonds(Simulation& s) {
     const Contactors& c = s.scene.contactors;
     margins_.assign(c.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k) {
-      const bool of_mesh = !s.meshes.empty() && s.meshes.carries(*c.body[k]);
-      const double size = of_mesh ? s.meshes.meshes[s.meshes.mesh_of(*c.body[k])].size() : 0;
+      const double size = *c.body[k] < 0 ? s.meshes.meshes[s.meshes.mesh_of(std::int32_t(k))].size() : 0;
       margins_[k] = std::max(2 * touch * std::max(*c.radius[k], size), within);
     }
     Margin margin{};
@@ -137,8 +135,8 @@ void Nscd::make_bonds(Simulation& s) {
     compute_free_velocity(s); // detection leaves out pairs that nothing moves
     s.scene.bodies.velocity.values = s.scene.bodies.velocity_begin.values;
     s.handler.declared().clear();
-    s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {}, &s.interactions.scratch(),
-                     &s.laws.rules());
+    s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {.mapped = &s.meshes.mapped()},
+                     &s.interactions.scratch(), &s.laws.rules());
     s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes);
     s.candidates.count = 0;
   }

@@ -60,7 +60,7 @@ double Interactions::State::area_of(std::int64_t i) const {
   if (meshes)
     for (const std::int32_t contactor : {ca, cb})
       if (kind[contactor] & mapped)
-        if (const double area = meshes->area(body(contactor)); area > 0) return area;
+        if (const double area = meshes->area(contactor); area > 0) return area;
   const int d = dim();
   if (info(Shape(*contactors->shape[ca])).ball() || !info(Shape(*contactors->shape[ca])).is_hull()) {
     const double r = effective_radius(i);
@@ -79,9 +79,7 @@ double Interactions::State::area_of(std::int64_t i) const {
 
 void Interactions::State::find_mesh_areas() {
   if (!meshes || meshes->has_areas()) return;
-  std::vector<std::uint8_t> touches(std::size_t(bodies->count), 0);
-  for (std::int64_t c = 0; c < contactors->count; ++c) touches[std::size_t(body(std::int32_t(c)))] = 1;
-  meshes->find_areas(touches);
+  meshes->find_areas();
 }
 
 double Interactions::State::effective_radius(std::int64_t i) const {
@@ -90,7 +88,7 @@ double Interactions::State::effective_radius(std::int64_t i) const {
   if (ra > 0 && rb > 0) return ra * rb / (ra + rb);
   if (ra > 0 || rb > 0 || !meshes) return std::max(ra, rb);
   for (const std::int32_t contactor : {ca, cb}) // a node has no size: what a cell has counts instead
-    if (kind[contactor] & mapped) return meshes->meshes[meshes->mesh_of(body(contactor))].size();
+    if (kind[contactor] & mapped) return meshes->meshes[meshes->mesh_of(contactor)].size();
   return 0;
 }
 

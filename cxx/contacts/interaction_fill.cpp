@@ -233,12 +233,11 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
 // Nodes of a condensed body that a contact moves with, and their weights where other sides have a lever.
 void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::int64_t i) {
   const Candidates& c = *candidates;
-  const std::int32_t carrier = body(side ? c.contactor_b[i] : c.contactor_a[i]);
   double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
   if (cell->any() && side) image_shift(*cell, c.image[i], shift);
   const int d = dim() == 2 ? 2 : 3;
   for (int k = 0; k < d; ++k) point[k] = c.point[d * i + k] - shift[k];
-  const Mapping m = meshes->mapping(*bodies, carrier, point);
+  const Mapping m = meshes->mapping(*bodies, side ? c.contactor_b[i] : c.contactor_a[i], point);
   const cairn_condensed& of = system.condensed_dofs[m.mesh];
   const auto first = std::int32_t(of.velocity - system.condensed_velocity.data());
   std::int32_t *const node = side ? b.node_b : b.node_a, *const dof = side ? b.dof_b : b.dof_a;

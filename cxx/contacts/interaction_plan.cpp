@@ -15,7 +15,7 @@ void Interactions::State::load_bodies() {
   system.bodies = n;
   fit(system.record, n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
-  degree = scratch.take<std::int32_t>(n); // for the moment: 1 isotropic, 2 moves
+  degree = scratch.take<std::int32_t>(units()); // for the moment: 1 isotropic, 2 moves
   system.record[n] = cairn_record{};
   for (std::int64_t i = 0; i < n; ++i) {
     const double *v = b.velocity[i], *m = b.inverse_mass[i];
@@ -43,29 +43,24 @@ void Interactions::State::load_bodies() {
     if (centred && contactors->offset.active)
       for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
     const std::int32_t carrier = body(std::int32_t(c));
-    const int of_body = degree[carrier];
-    kind[c] = std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
-    if (meshes && meshes->carries(carrier)) kind[c] = moving + mapped;
+    const int of_body = carrier < 0 ? 0 : degree[carrier];
+    kind[c] = carrier < 0 ? moving + mapped : std::uint8_t((centred ? of_body & 1 : 0) + (of_body & 2));
     wide = wide || (space && kind[c] == 2);
   }
   load_further_inertia(wide ? n : -1);
   load_meshes();
 }
 
-// Bodies that show a mesh have no record of their own; all contacts of a mesh move it whole.
+// Nodes of meshes have no record of their own; all contacts of a mesh move it whole.
 void Interactions::State::load_meshes() {
-  unit = nullptr;
   if (!meshes) return;
-  unit = scratch.take<std::int32_t>(system.bodies);
-  for (std::int64_t b = 0; b < system.bodies; ++b) {
-    const std::int32_t mesh = meshes->mesh_of(std::int32_t(b));
-    unit[b] = mesh < 0 ? std::int32_t(b) : meshes->meshes[mesh].nodes.front();
-    if (mesh >= 0) std::fill(system.record[b].x + system.dim, system.record[b].x + 8, 0.0);
-  }
+  for (const MeshBody& mesh : meshes->meshes)
+    for (const std::int32_t node : mesh.nodes)
+      std::fill(system.record[node].x + system.dim, system.record[node].x + 8, 0.0);
   const Candidates& c = *candidates;
   for (std::int64_t i = 0; i < c.count; ++i)
     for (const std::int32_t contactor : {c.contactor_a[i], c.contactor_b[i]})
-      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, body(contactor), &c.point[dim() * i]));
+      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, contactor, &c.point[dim() * i]));
   meshes->condense(system.condensed, system.condensed_velocity);
   system.condensed_dofs.clear();
   for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
@@ -94,7 +89,7 @@ void Interactions::State::classify() {
   const std::int64_t n = c.count;
   entry = scratch.take<std::int32_t>(n);
   contact_class = scratch.take<std::uint16_t>(n);
-  std::fill_n(degree, system.bodies, 0);
+  std::fill_n(degree, units(), 0);
   impulse_components = dim();
   state_components = 0;
   for (std::int64_t i = 0; i < n; ++i) {
@@ -144,10 +139,10 @@ void Interactions::State::plan() {
 // contacts are coloured, and swept colour by colour while its bodies stay in the cache.
 void Interactions::State::plan_tiles() {
   const Candidates& c = *candidates;
-  colours = scratch.take<std::uint64_t>(system.bodies + 1);
-  tile_colours = scratch.take<std::uint64_t>(system.bodies + 1);
-  std::fill_n(colours, system.bodies + 1, 0);
-  std::fill_n(tile_colours, system.bodies + 1, 0);
+  colours = scratch.take<std::uint64_t>(units());
+  tile_colours = scratch.take<std::uint64_t>(units());
+  std::fill_n(colours, units(), 0);
+  std::fill_n(tile_colours, units(), 0);
   order = scratch.take<std::int32_t>(c.count);
   std::size_t ordered = 0;
   order_start.assign(1, 0);
@@ -155,7 +150,7 @@ void Interactions::State::plan_tiles() {
   const auto simple = [&](std::int64_t i) { return !is_hub(c.contactor_a[i]) && !is_hub(c.contactor_b[i]); };
   const auto size = std::size_t(std::clamp<std::int64_t>(c.count / tiles, smallest_tile, largest_tile));
   const int least = meshes ? mesh_hub_degree : hub_degree;
-  const bool hubs = std::any_of(degree, degree + system.bodies, [&](std::int32_t d) { return d > least; });
+  const bool hubs = std::any_of(degree, degree + units(), [&](std::int32_t d) { return d > least; });
   for (std::int64_t i = 0; i < c.count;) {
     const auto start = ordered;
     std::uint64_t taken = 0;
@@ -239,7 +234,7 @@ std::int32_t Interactions::State::response_rows(const std::int32_t* contacts, in
                                                 const std::int32_t* contactor) const {
   std::int64_t most = 0;
   for (int k = 0; k < n; ++k)
-    most = std::max(most, system.condensed_dofs[meshes->mesh_of(body(contactor[contacts[k]]))].dofs);
+    most = std::max(most, system.condensed_dofs[meshes->mesh_of(contactor[contacts[k]])].dofs);
   return most <= small_condensed ? std::int32_t(condensed_rows(most)) : 0;
 }
 
@@ -310,8 +305,10 @@ void Interactions::State::plan_hubs() {
     double lightest = 0;
     for (; k < by_hub.size() && by_hub[k].first == hub; ++k) {
       const std::int32_t i = by_hub[k].second;
-      const std::int32_t other = body(hub % 2 ? c.contactor_a[i] : c.contactor_b[i]);
-      lightest = std::max(lightest, largest_inverse(other));
+      const std::int32_t other = hub % 2 ? c.contactor_a[i] : c.contactor_b[i];
+      const std::int32_t* carriers = kind[other] & mapped ? meshes->middle(other).node : contactors->body[other];
+      for (int j = 0; j < (kind[other] & mapped ? 4 : 1) && carriers[j] >= 0; ++j)
+        lightest = std::max(lightest, largest_inverse(carriers[j]));
       mine.push_back(i);
     }
     const double mine_inverse = largest_inverse(std::int32_t(hub / 2));

@@ -131,8 +131,7 @@ struct Interactions::State {
   std::int32_t* entry = nullptr;
   std::uint16_t* contact_class = nullptr; // (place of the law in the table * kinds + kind of A) * kinds + kind of B
   // per body
-  std::int32_t* unit = nullptr; // of a mesh one of its bodies, whose contacts all see each other; null: each its own
-  std::int32_t* degree = nullptr;
+  std::int32_t* degree = nullptr; // then per mesh, whose contacts all see each other
   std::uint64_t *colours = nullptr, *tile_colours = nullptr;
   // order in which candidates are batched
   std::int32_t* order = nullptr;
@@ -143,9 +142,13 @@ struct Interactions::State {
   std::vector<std::int32_t> order_count, sorted;
 
   int dim() const { return system.dim; }
-  std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; }
-  // What may not be moved by two contacts at once.
-  std::int32_t unit_of(std::int32_t contactor) const { return unit ? unit[body(contactor)] : body(contactor); }
+  std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; } // below 0: mapped
+  // What may not be moved by two contacts at once: bodies, then meshes.
+  std::int32_t unit_of(std::int32_t contactor) const {
+    const std::int32_t carrier = body(contactor);
+    return carrier < 0 ? std::int32_t(system.bodies) + meshes->mesh_of(contactor) : carrier;
+  }
+  std::int64_t units() const { return system.bodies + (meshes ? std::int64_t(meshes->meshes.size()) : 0); }
   bool is_hub(std::int32_t contactor) const {
     return (kind[contactor] & moving) &&
            degree[unit_of(contactor)] > (kind[contactor] & mapped ? mesh_hub_degree : hub_degree);

@@ -99,6 +99,7 @@ struct InteractionHandler::Workspace {
   const Margin* margin = nullptr;
   const LawRules* rules = nullptr; // null: all may meet
   const double *position = nullptr, *rotation = nullptr;
+  const MappedContactors* mapped = nullptr; // null: none
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};
   bool any_periodic = false;
@@ -110,7 +111,11 @@ struct InteractionHandler::Workspace {
   ScratchArray<double> centre, direction, reach;
   // of hulls: see cairn_hulls in cairn/core.h; boxes of all contactors
   ScratchArray<std::int64_t> hull_place;
-  ScratchArray<std::int8_t> movable; // per body
+  ScratchArray<std::int8_t> movable; // per carrier
+  // per contactor: what carries it, deformable bodies after the rigid ones; and the same with body 0 for those, whose
+  // place is not asked. Without deformable bodies both are the contactors' own.
+  const std::int32_t *carrier = nullptr, *placed_on = nullptr;
+  ScratchArray<std::int32_t> carrier_of, placed_on_of;
   ScratchArray<double> turned, box;
   std::vector<std::int32_t> walls;
   ScratchArray<std::int32_t> bounded;
@@ -135,7 +140,9 @@ struct InteractionHandler::Workspace {
   double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
   void check() const;
   void check_cell() const;
+  void name_carriers();
   void place_contactors();
+  void place_mapped();
   void place_hulls();
   void make_items();
   void search_grid();

@@ -52,9 +52,10 @@ private:
 namespace detection {
 
 std::string name_of(const Contactors& contactors, const Bodies& bodies, std::int64_t i) {
+  const bool mapped = contactors.body.values[i] < 0;
   return std::string(info(Shape(contactors.shape.values[i])).name) + " (contactor " +
-         std::to_string(contactors.id.values[i]) + ") of body " +
-         std::to_string(bodies.id.values[contactors.body.values[i]]);
+         std::to_string(contactors.id.values[i]) + ")" + (mapped ? ", part " : " of body ") +
+         std::to_string(carrier_id(bodies, contactors, i)) + (mapped ? " of a mesh" : "");
 }
 
 } // namespace detection
@@ -71,7 +72,8 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
   scratch = &in;
   in.begin();
   for (auto* array : {&centre, &direction, &reach, &item_x, &item_reach, &turned, &box}) *array = {};
-  for (auto* array : {&bounded, &item_contactor, &item_lattice, &ghost_of, &place}) *array = {};
+  for (auto* array : {&bounded, &item_contactor, &item_lattice, &ghost_of, &place, &carrier_of, &placed_on_of})
+    *array = {};
   hull_place = {};
   movable = {};
   keep = {};
@@ -95,6 +97,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.rotation = configuration.rotation   ? configuration.rotation
                : bodies.rotation.active ? bodies.rotation.values.data()
                                         : nullptr;
+  w.mapped = configuration.mapped && !configuration.mapped->contactor.empty() ? configuration.mapped : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];
   w.check();
@@ -115,6 +118,10 @@ void InteractionHandler::Workspace::check() const {
   if (contactors->count > std::numeric_limits<std::int32_t>::max() / kinds)
     throw Error("detection: " + std::to_string(contactors->count) + " contactors are more than one process can number");
   if (any_periodic) check_cell();
+  if (contactors->part.active && !mapped)
+    for (std::int64_t i = 0; i < contactors->count; ++i)
+      if (contactors->body.values[i] < 0)
+        throw Error("detection: " + name_of(*contactors, *bodies, i) + " is sought where no mesh is: add the mesh");
   if (contactors->direction.active) return;
   for (std::int64_t i = 0; i < contactors->count; ++i)
     if (info(Shape(contactors->shape.values[i])).directed)
@@ -137,8 +144,38 @@ void InteractionHandler::Workspace::check_cell() const {
   }
 }
 
+void InteractionHandler::Workspace::name_carriers() {
+  carrier = placed_on = contactors->body.values.data();
+  if (!mapped) return;
+  carrier_of.make_room(*scratch, contactors->count);
+  placed_on_of.make_room(*scratch, contactors->count);
+  in_slices(contactors->count, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      const std::int32_t body = contactors->body.values[i];
+      carrier_of[i] = body < 0 ? std::int32_t(bodies->count) - 1 - body : body;
+      placed_on_of[i] = std::max(body, 0);
+    }
+  });
+  carrier = carrier_of.begin();
+  placed_on = placed_on_of.begin();
+}
+
+void InteractionHandler::Workspace::place_mapped() {
+  for (std::size_t k = 0; k < mapped->contactor.size(); ++k) {
+    const std::int64_t i = mapped->contactor[k];
+    for (int d = 0; d < dim; ++d) centre[i * dim + d] = mapped->centre[k * std::size_t(dim) + std::size_t(d)];
+    for (int d = 0; d < dim; ++d)
+      if (!std::isfinite(centre[i * dim + d]))
+        throw Error("position: " + name_of(*contactors, *bodies, i) +
+                    " stands nowhere; check the velocities of its nodes, forces and the step before");
+    for (int d = 0; d < dim && contactors->direction.active; ++d)
+      direction[i * (dim + 1) + d] = mapped->direction[k * std::size_t(dim) + std::size_t(d)];
+  }
+}
+
 void InteractionHandler::Workspace::place_contactors() {
   const std::int64_t n = contactors->count;
+  name_carriers();
   centre.make_room(*scratch, n * dim);
   reach.make_room(*scratch, n);
   if (contactors->direction.active) direction.make_room(*scratch, n * (dim + 1));
@@ -147,11 +184,11 @@ void InteractionHandler::Workspace::place_contactors() {
   const double* turned_from = contactors->direction.active ? contactors->direction.values.data() : nullptr;
   in_slices(n, [&](std::int64_t first, std::int64_t last) {
     std::int64_t at_centre = -1, at_reach = -1;
-    cairn_contactor_centres(dim, first, last, contactors->body.values.data(), position, offset != nullptr, offset,
-                            rotation != nullptr, rotation, centre.data(), &at_centre);
+    cairn_contactor_centres(dim, first, last, placed_on, position, offset != nullptr, offset, rotation != nullptr,
+                            rotation, centre.data(), &at_centre);
     if (turned_from)
-      cairn_contactor_directions(dim, first, last, contactors->body.values.data(), turned_from, rotation != nullptr,
-                                 rotation, direction.data());
+      cairn_contactor_directions(dim, first, last, placed_on, turned_from, rotation != nullptr, rotation,
+                                 direction.data());
     cairn_contactor_reach(
         dim, first, last, contactors->shape.values.data(), int(Shape::segment), contactors->radius.values.data(),
         turned_from, margin->per_contactor ? -1 : margin->constant / 2, margin->per_contactor, reach.data(), &at_reach);
@@ -161,10 +198,12 @@ void InteractionHandler::Workspace::place_contactors() {
       if (at_reach >= 0) bad_reach = std::min(bad_reach, at_reach);
     }
   });
-  movable.make_room(*scratch, bodies->count);
+  movable.make_room(*scratch, bodies->count + (mapped ? mapped->bodies : 0));
   in_slices(bodies->count, [&](std::int64_t first, std::int64_t last) {
     cairn_pair_movable(bodies->dofs(), first, last, bodies->inverse_mass.values.data(), movable.data());
   });
+  if (mapped) std::fill_n(movable.begin() + bodies->count, mapped->bodies, std::int8_t(1));
+  if (mapped) place_mapped();
   if (contactors->hull.active) place_hulls();
   if (bad_centre < n) {
     std::string where;
@@ -189,12 +228,18 @@ void InteractionHandler::Workspace::place_hulls() {
     if (hull[i] >= 0) next += std::int64_t(dim) * (hulls.vertices(hull[i]) + hulls.faces(hull[i]));
   }
   turned.make_room(*scratch, next);
-  in_slices(n, [&](std::int64_t first, std::int64_t last) {
-    cairn_hull_place(dim, first, last, contactors->body.values.data(), hull, hull_place.data(),
-                     hulls.first_vertex.data(), hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(),
-                     hulls.offset.data(), rotation != nullptr, rotation, contactors->radius.values.data(), reach.data(),
-                     turned.data(), box.data());
-  });
+  const auto place_some = [&](std::int64_t first, std::int64_t last, bool turns) {
+    cairn_hull_place(dim, first, last, placed_on, hull, hull_place.data(), hulls.first_vertex.data(),
+                     hulls.first_face.data(), hulls.vertex.data(), hulls.normal.data(), hulls.offset.data(), turns,
+                     rotation, contactors->radius.values.data(), reach.data(), turned.data(), box.data());
+  };
+  in_slices(n, [&](std::int64_t first, std::int64_t last) { place_some(first, last, rotation != nullptr); });
+  if (!mapped || !rotation) return;
+  const std::vector<std::int32_t>& own = mapped->contactor; // their vertices are in space axes as they are
+  for (std::size_t k = 0, end = 0; k < own.size(); k = end) {
+    for (end = k + 1; end < own.size() && own[end] == own[end - 1] + 1; ++end) {}
+    place_some(own[k], own[end - 1] + 1, false);
+  }
 }
 
 // Walls are kept apart; all else is an item of the grid, and in a periodic cell so are its ghosts.
@@ -256,11 +301,11 @@ void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) co
   std::int64_t kept = 0;
   const std::int64_t at = list.count;
   const LawRules::Arrays filter = rules ? rules->arrays() : LawRules::Arrays{};
-  cairn_pair_admit(added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind, kind_table.turn,
-                   contactors->body.values.data(), contactors->shape.values.data(), contactors->id.values.data(),
-                   movable.data(), bodies->whole.active, bodies->whole.values.data(), rules && !rules->all_meet(),
-                   contactors->material.values.data(), filter.meet, filter.word, filter.apart, filter.alone, filter.any,
-                   filter.places, filter.key, filter.rule, list.kind + at, &kept);
+  cairn_pair_admit(added, list.a + at, list.b + at, list.image + at, shapes, kind_table.kind, kind_table.turn, carrier,
+                   contactors->shape.values.data(), contactors->id.values.data(), movable.data(),
+                   rules && !rules->all_meet(), contactors->material.values.data(), filter.meet, filter.word,
+                   filter.apart, filter.alone, filter.any, filter.places, filter.key, filter.rule, list.kind + at,
+                   &kept);
   list.count += kept;
 }
 
@@ -357,7 +402,7 @@ void InteractionHandler::Workspace::add_declared() {
     if (kind_table.kind[at] < 0)
       throw Error("declared pair: " + name_of(*contactors, *bodies, a) + " and " + name_of(*contactors, *bodies, b) +
                   " have shapes between which no contact is defined");
-    if (contactors->body.values[a] == contactors->body.values[b])
+    if (carrier[a] == carrier[b])
       throw Error("declared pair: " + name_of(*contactors, *bodies, a) + " and " + name_of(*contactors, *bodies, b) +
                   " are the same body; declare pairs of different bodies");
     if (kind_table.turn[at] == 1) std::swap(a, b);

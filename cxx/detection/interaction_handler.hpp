@@ -8,6 +8,7 @@
 #include "../base/scratch.hpp"
 #include "../bodies/body.hpp"
 #include "../contactors/contactor.hpp"
+#include "../contactors/mapped_contactors.hpp"
 #include "../laws/law_rules.hpp"
 #include "candidates.hpp"
 
@@ -22,8 +23,9 @@ struct Margin {
 
 // Where the bodies stand when contacts are sought; null stands for the bodies' own arrays.
 struct Configuration {
-  const double* position = nullptr; // (dim, bodies) [m]
-  const double* rotation = nullptr; // (1 | 4, bodies) [rad | -]
+  const double* position = nullptr;         // (dim, bodies) [m]
+  const double* rotation = nullptr;         // (1 | 4, bodies) [rad | -]
+  const MappedContactors* mapped = nullptr; // null: rigid bodies carry all contactors
 };
 
 // A pair that is a candidate whatever its gap (a bond, a wire), by the ids of its contactors in any order.
@@ -37,12 +39,13 @@ public:
   InteractionHandler(InteractionHandler&&) noexcept;
   InteractionHandler& operator=(InteractionHandler&&) noexcept;
 
-  // All pairs of contactors of different bodies, not both immovable (inverse_mass 0 in every dof), that a row of
-  // pairs.def serves and the rules, if given, do not let pass through each other, with gap <= margin, and the declared
-  // pairs. Order: row of pairs.def, then internal number of A, of B, image. It depends on nothing but the arguments:
-  // not on earlier calls, not on the number of threads. Of like shapes A is the one with the smaller id; otherwise as
-  // in pairs.def. Throws std::invalid_argument, with the body's id, when a position is not finite; `out` is then empty.
-  // Works in `scratch`, which the caller may use for something else afterwards; without one, in its own.
+  // All pairs of contactors of different bodies, a deformable one among them, not both immovable (inverse_mass 0 in
+  // every dof), that a row of pairs.def serves and the rules, if given, do not let pass through each other, with gap <=
+  // margin, and the declared pairs. Order: row of pairs.def, then internal number of A, of B, image. It depends on
+  // nothing but the arguments: not on earlier calls, not on the number of threads. Of like shapes A is the one with the
+  // smaller id; otherwise as in pairs.def. Throws std::invalid_argument, with the body's id, when a position is not
+  // finite; `out` is then empty. Works in `scratch`, which the caller may use for something else afterwards; without
+  // one, in its own.
   void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {},
               Scratch* scratch = nullptr, const LawRules* rules = nullptr);
 

@@ -35,7 +35,7 @@ StoredArray radii(const Scene& scene) {
   std::vector<double> out(std::size_t(scene.bodies.count), 0.0);
   const std::vector<std::int32_t> place = places(scene);
   for (std::int64_t i = 0; i < c.count; ++i) {
-    if (!info(Shape(*c.shape[i])).ball()) continue;
+    if (*c.body[i] < 0 || !info(Shape(*c.shape[i])).ball()) continue;
     double square = 0;
     if (c.offset.active)
       for (int k = 0; k < scene.dim; ++k) square += c.offset[i][k] * c.offset[i][k];
@@ -51,7 +51,13 @@ StoredArray materials(const Scene& scene) {
   std::vector<std::int32_t> out(std::size_t(scene.bodies.count), -1);
   const std::vector<std::int32_t> place = places(scene);
   for (const std::int32_t i : scene.contactor_insertion_order()) {
-    std::int32_t& m = out[std::size_t(place[std::size_t(*c.body[i])])];
+    std::int32_t body = *c.body[i];
+    if (body < 0) { // of nodes what touches there
+      const MeshParts* of = scene.part(*c.part[i]);
+      if (!of || !of->nodes) continue;
+      body = scene.internal(*c.part[i]);
+    }
+    std::int32_t& m = out[std::size_t(place[std::size_t(body)])];
     if (m < 0) m = *c.material[i];
   }
   return StoredArray::of(out.data(), {scene.bodies.count});
@@ -69,6 +75,17 @@ StoredArray contacts(Simulation& s, const char* name) {
 }
 
 } // namespace
+
+std::vector<std::int64_t> nodes_of_contactors(Simulation& s) {
+  s.place_meshes();
+  std::vector<std::int64_t> out;
+  for (const std::int32_t i : s.scene.contactor_insertion_order())
+    for (int j = 0; j < 4; ++j) {
+      const std::int32_t node = *s.scene.contactors.body[i] < 0 ? s.meshes.middle(i).node[j] : -1;
+      out.push_back(node < 0 ? -1 : *s.scene.bodies.id[node]);
+    }
+  return out;
+}
 
 void RunSnapshot::keep(std::vector<RunField>& to, const char* name, StoredArray array) {
   values.push_back(std::move(array));
@@ -130,9 +147,10 @@ void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& na
   const Contactors& c = s.scene.contactors;
   const auto& order = s.scene.contactor_insertion_order();
   std::vector<std::int64_t> bodies;
-  for (const std::int32_t i : order) bodies.push_back(*s.scene.bodies.id[*c.body[i]]);
+  for (const std::int32_t i : order) bodies.push_back(carrier_id(s.scene.bodies, c, i));
   table.array("shape_number", ordered(c.shape, order));
   table.array("body", StoredArray::of(bodies.data(), {std::int64_t(bodies.size())}));
+  if (c.part.active) table.array("nodes", StoredArray::of(nodes_of_contactors(s).data(), {c.count, 4}));
   table.array("radius", ordered(c.radius, order));
   if (c.offset.active) table.array("offset", ordered(c.offset, order));
   if (c.direction.active) table.array("direction", ordered(c.direction, order));

@@ -25,4 +25,7 @@ std::vector<RunNumber> numbers_of_step(const Simulation& s);
 void keep_rotations(Scene& scene);
 const char* status_name(const StepReport& report);
 
+// Ids of the nodes that each contactor is mapped from, in the order of insertion, four each, -1 where there are fewer.
+std::vector<std::int64_t> nodes_of_contactors(Simulation& s);
+
 } // namespace cairn

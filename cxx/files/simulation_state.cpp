@@ -9,6 +9,7 @@
 #include "../networks/balance_terms.hpp"
 #include "checksums.hpp"
 #include "file_error.hpp"
+#include "older_states.hpp"
 
 namespace cairn {
 
@@ -198,6 +199,7 @@ StoredValue state_of(Simulation& s) {
   StoredValue scene, energy, out;
   scene.add("bodies", fields_of(s.scene.bodies));
   scene.add("contactors", fields_of(s.scene.contactors));
+  scene.add("parts", stored_parts(s.scene));
   scene.add_whole("next_body_id", s.scene.next_body_id);
   scene.add_whole("next_contactor_id", s.scene.next_contactor_id);
   if (s.scene.contactors.hulls.count() > 0) {
@@ -220,6 +222,7 @@ StoredValue state_of(Simulation& s) {
 }
 
 void take_state(Simulation& s, const StoredValue& state) {
+  if (const auto as_now = without_bodies_of_parts(state, s.scene)) return take_state(s, *as_now);
   const StoredValue &scene = state.tree("scene"), &energy = state.tree("energy");
   take_fields(s.scene.bodies, scene.tree("bodies"));
   take_fields(s.scene.contactors, scene.tree("contactors"));
@@ -229,7 +232,7 @@ void take_state(Simulation& s, const StoredValue& state) {
     });
   s.scene.next_body_id = scene.whole("next_body_id");
   s.scene.next_contactor_id = scene.whole("next_contactor_id");
-  s.scene.fields_restored();
+  s.scene.fields_restored(parts_of(scene));
   take_cell(s.scene.cell, scene.tree("cell"));
   s.strategy().restore(s, memory_from(state.tree("memory")));
   s.strategy().restore_projection(s, memory_from(state.tree("projection_memory")));
@@ -257,7 +260,10 @@ std::string fingerprint(const Scene& scene) {
   take(b.inertia, bodies);
   take(c.radius, contactors);
   take(c.shape, contactors);
-  for (const std::int32_t i : contactors) digest.update(b.id[*c.body[i]], sizeof(std::int64_t));
+  for (const std::int32_t i : contactors) {
+    const std::int64_t id = carrier_id(b, c, i);
+    digest.update(&id, sizeof id);
+  }
   return digest.hexdigest();
 }
 
@@ -281,7 +287,8 @@ void restart(Simulation& s, const std::string& scene, std::int64_t species, cons
   try {
     if (!content.find("kind") || content.text("kind") != "checkpoint")
       throw FileError(path, "this file holds no checkpoint", "give a file that was written as one");
-    if (!content.find("core_scene") || content.text("core_scene") != scene)
+    if (!content.find("core_scene") ||
+        (content.text("core_scene") != scene && !is_older_state_of(content.tree("state"), s.scene)))
       throw FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene");
     check_state(content.tree("state"), species, s);
     before = state_of(s);

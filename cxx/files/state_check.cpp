@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "../networks/balance_terms.hpp"
+#include "older_states.hpp"
 #include "simulation_state.hpp"
 
 namespace cairn {
@@ -102,11 +103,28 @@ void check_bodies(int dim, const StoredValue& bodies, std::int64_t end, const Bo
     wrong("bodies/rotation is missing");
 }
 
+// Numbers of parts that contactors are mapped from, each of the mesh that is named.
+void check_parts(const StoredValue& contactors, const std::vector<std::int64_t>& body,
+                 const std::vector<MeshParts>& parts) {
+  if (std::none_of(body.begin(), body.end(), [](std::int64_t b) { return b < 0; })) return;
+  const std::vector<std::int64_t> part = wholes(contactors, "part", "contactors");
+  for (std::size_t c = 0; c < body.size(); ++c) {
+    if (body[c] >= 0) continue;
+    if (const MeshParts* of = part_with(parts, part[c]); !of || of->mesh != -body[c])
+      wrong("contactors/part[" + std::to_string(c) + "] is " + std::to_string(part[c]) + ": mesh " +
+            std::to_string(-body[c]) + " has no such part");
+  }
+}
+
 void check_contactors(const StoredValue& contactors, std::int64_t bodies, std::int64_t end, std::int64_t species,
-                      std::int64_t hulls) {
+                      std::int64_t hulls, const std::vector<MeshParts>& parts) {
   const std::string place = "contactors";
   ids("contactors/id", wholes(contactors, "id", place), end);
-  within("contactors/body", wholes(contactors, "body", place), 0, bodies, "bodies");
+  const std::vector<std::int64_t> body = wholes(contactors, "body", place);
+  std::int64_t meshes = 0;
+  for (const MeshParts& p : parts) meshes = std::max<std::int64_t>(meshes, p.mesh);
+  within("contactors/body", body, -meshes, bodies, "bodies");
+  check_parts(contactors, body, parts);
   const std::vector<std::int64_t> shape = wholes(contactors, "shape", place);
   within("contactors/shape", shape, 0, shapes, "shapes");
   within("contactors/material", wholes(contactors, "material", place), 0, std::max<std::int64_t>(species, 1),
@@ -264,6 +282,7 @@ void check_memory(const std::string& place, const StoredValue& memory) {
 } // namespace
 
 void check_state(const StoredValue& state, std::int64_t species, const Simulation& now) {
+  if (const auto as_now = without_bodies_of_parts(state, now.scene)) return check_state(*as_now, species, now);
   const StoredValue& scene = state.tree("scene");
   const int dim = now.scene.dim;
   Scene empty(dim);
@@ -271,6 +290,16 @@ void check_state(const StoredValue& state, std::int64_t species, const Simulatio
   check_fields("bodies", bodies, empty.bodies);
   check_fields("contactors", contactors, empty.contactors);
   check_bodies(dim, bodies, scene.whole("next_body_id"), now.scene.bodies);
+  const std::vector<MeshParts> parts = parts_of(scene);
+  if (!parts.empty()) {
+    std::vector<std::int64_t> known = wholes(bodies, "id", "bodies");
+    std::sort(known.begin(), known.end());
+    if (parts.back().first + parts.back().count > scene.whole("next_body_id"))
+      wrong("parts name a number that no body or part has yet");
+    for (const MeshParts& p : parts)
+      if (p.nodes && !std::binary_search(known.begin(), known.end(), p.first))
+        wrong("parts name node " + std::to_string(p.first) + ", which is no body");
+  }
   std::int64_t hulls = 0;
   if (const StoredValue* given = scene.find("hulls")) {
     if (!given->is_tree()) wrong("hulls holds no names");
@@ -278,7 +307,7 @@ void check_state(const StoredValue& state, std::int64_t species, const Simulatio
     check_same_hulls(now.scene.contactors.hulls, *given);
   }
   const auto count = std::int64_t(wholes(bodies, "id", "bodies").size());
-  check_contactors(contactors, count, scene.whole("next_contactor_id"), species, hulls);
+  check_contactors(contactors, count, scene.whole("next_contactor_id"), species, hulls, parts);
   check_cell(scene.tree("cell"));
   for (const char* name : {"memory", "projection_memory"}) check_memory(name, state.tree(name));
   const StoredValue& energy = state.tree("energy");

@@ -40,8 +40,8 @@ void Interactions::State::refuse_fault() const {
   std::ostringstream text;
   text << "law " << law.name << " of " << law.library << " gave " << fault.what << "(" << fault.component + 1
        << ") = " << fault.value << " for contact " << i << ", between bodies "
-       << *bodies->id[body(candidates->contactor_a[i])] << " and " << *bodies->id[body(candidates->contactor_b[i])]
-       << " (gap " << candidates->gap[i] << " m";
+       << carrier_id(*bodies, *contactors, candidates->contactor_a[i]) << " and "
+       << carrier_id(*bodies, *contactors, candidates->contactor_b[i]) << " (gap " << candidates->gap[i] << " m";
   const LawTable::Entry& e = laws->entry(entry[i]);
   for (std::size_t k = 0; k < law.parameters.size(); ++k) text << ", " << law.parameters[k].name << " " << e.params[k];
   text << ")";

@@ -38,9 +38,10 @@ void Network::grow(Simulation& s) {
     if (!grows(s.scene, c)) continue;
     const std::int32_t body = *k.body[c];
     const double expansion = materials[*k.material[c]].expansion;
-    const double factor = (1 + expansion * (now_[body] - reference)) / (1 + expansion * (begin_[body] - reference));
+    const double now = value_at(s, now_.data(), std::int32_t(c)), begin = value_at(s, begin_.data(), std::int32_t(c));
+    const double factor = (1 + expansion * (now - reference)) / (1 + expansion * (begin - reference));
     if (!(factor < 1 || factor > 1)) continue;
-    *s.scene.bodies.stretch[body] = factor - 1;
+    if (body >= 0) *s.scene.bodies.stretch[body] = factor - 1;
     *k.radius[c] *= factor;
     if (k.offset.active)
       for (int d = 0; d < dim; ++d) k.offset[c][d] *= factor;

@@ -64,12 +64,12 @@ void Network::place(const Simulation& s) {
   order_ = s.scene.order_version();
   const auto n = std::size_t(b.count);
   material_.assign(n, -1);
-  for (std::int64_t c = k.count - 1; c >= 0; --c) material_[*k.body[c]] = *k.material[c];
+  for (std::int64_t c = k.count - 1; c >= 0; --c)
+    if (*k.body[c] >= 0) material_[*k.body[c]] = *k.material[c];
   capacity_.assign(n, 0.0);
   mass_.assign(b.mass.values.begin(), b.mass.values.end());
-  for (const MeshBody& mesh : s.meshes.meshes) // what shows a mesh has no heat of its own
-    for (const auto* rows : {&mesh.nodes, &mesh.points, &mesh.sides})
-      for (const std::int32_t i : *rows) mass_[i] = 0;
+  for (const MeshBody& mesh : s.meshes.meshes) // nodes have the heat of their elements
+    for (const std::int32_t i : mesh.nodes) mass_[i] = 0;
   const auto row = [&](std::int64_t id) -> std::int32_t {
     const auto& order = s.scene.insertion_order();
     const auto at = std::lower_bound(order.begin(), order.end(), id,
@@ -147,7 +147,7 @@ void Network::conduct(const Simulation& s, const double* temperature, std::vecto
       const std::int64_t i = first + lane;
       const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
       const NetworkMaterial &ma = materials[*k.material[a]], &mb = materials[*k.material[b]];
-      const auto at = [&](std::int32_t contactor) { return temperature ? temperature[*k.body[contactor]] : 0.0; };
+      const auto at = [&](std::int32_t contactor) { return temperature ? value_at(s, temperature, contactor) : 0.0; };
       const auto soft = [](const NetworkMaterial& m) { return (1 - m.poisson * m.poisson) / m.young; };
       column(cairn_column_gap, lane) = c.gap[i];
       column(cairn_column_force, lane) = force_[i];
@@ -169,6 +169,16 @@ void Network::conduct(const Simulation& s, const double* temperature, std::vecto
   }
   for (std::int64_t i = 0; i < c.count; ++i)
     if (!(out[i] >= 0)) out[i] = 0; // of a user's kernel, or of a contact without size
+}
+
+// Of a value per body that of what carries a contactor; in the middle of one that is mapped from nodes.
+double value_at(const Simulation& s, const double* value, std::int32_t contactor) {
+  const std::int32_t body = *s.scene.contactors.body[contactor];
+  if (body >= 0) return value[body];
+  const MeshSet::Middle& middle = s.meshes.middle(contactor);
+  double sum = 0;
+  for (int j = 0; j < 4 && middle.node[j] >= 0; ++j) sum += middle.weight[j] * value[middle.node[j]];
+  return sum;
 }
 
 // Films that were gone stay so while their contacts live; sliding takes further ones.
@@ -209,9 +219,9 @@ void Network::lay_branches(const Simulation& s) {
     double weight[4];
     int count = 0;
   };
-  const auto carry = [&](std::int32_t body, std::int64_t i, bool other) {
+  const auto carry = [&](std::int32_t contactor, std::int64_t i, bool other) {
     Carried out;
-    if (s.meshes.empty() || !s.meshes.carries(body)) {
+    if (const std::int32_t body = *k.body[contactor]; body >= 0) {
       out.body[0] = body;
       out.weight[0] = 1;
       out.count = 1;
@@ -220,7 +230,7 @@ void Network::lay_branches(const Simulation& s) {
     double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0}, sum = 0;
     if (s.scene.cell.any() && other) image_shift(s.scene.cell, c.image[i], shift);
     for (int d = 0; d < s.scene.dim; ++d) point[d] = c.point[s.scene.dim * i + d] - shift[d];
-    const Mapping m = s.meshes.mapping(s.scene.bodies, body, point);
+    const Mapping m = s.meshes.mapping(s.scene.bodies, contactor, point);
     for (int j = 0; j < 4; ++j) {
       if (m.node[j] < 0 || !(m.weight[j] > 0)) continue;
       out.body[out.count] = s.meshes.meshes[m.mesh].nodes[m.node[j]];
@@ -230,7 +240,7 @@ void Network::lay_branches(const Simulation& s) {
     return out;
   };
   for (std::int64_t i = 0; i < c.count; ++i) {
-    const Carried one = carry(*k.body[c.contactor_a[i]], i, false), other = carry(*k.body[c.contactor_b[i]], i, true);
+    const Carried one = carry(c.contactor_a[i], i, false), other = carry(c.contactor_b[i], i, true);
     for (int p = 0; p < one.count; ++p)
       for (int q = 0; q < other.count; ++q) {
         a_.push_back(one.body[p]);

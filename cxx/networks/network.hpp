@@ -145,7 +145,6 @@ private:
   double heat_residual(double h);
   void slopes(double h);
   void step_heat(const Simulation& s, double h);
-  void show_on_meshes(Simulation& s) const;
   void settle_heat(Simulation& s, double h);
   double stored(std::size_t i) const; // by a body in the step [J]
   const double* temperatures(const Simulation& s) const;
@@ -171,6 +170,9 @@ private:
   Conduction conduction_;
   Scratch scratch_;
 };
+
+// Of a value per body that of what carries a contactor.
+double value_at(const Simulation& s, const double* value, std::int32_t contactor);
 
 // Of a simulation.
 struct Networks {

@@ -35,7 +35,7 @@ void Network::contact_heat(Simulation& s, double h, const Network* electrical) {
   contact_heat_.assign(std::size_t(s.scene.bodies.count), 0.0);
   const auto effusivity = [&](std::int32_t contactor) {
     const NetworkMaterial& m = materials[*k.material[contactor]];
-    const double t = now_[*k.body[contactor]];
+    const double t = value_at(s, now_.data(), contactor);
     return std::sqrt(m.conductivity.at(t) * m.density * m.capacity.at(t));
   };
   const auto give = [&](const std::vector<double>& heat, double factor, Split split, double& sum) {
@@ -182,7 +182,6 @@ void Network::advance_temperature(Simulation& s, double h, const Network* electr
   if (report.solve.open > 0) report.status = "open";
   std::copy(now_.begin(), now_.end(), temperature.values.begin());
   settle_heat(s, h);
-  show_on_meshes(s);
   report.coupling = coupling(s);
   grow(s);
 }
@@ -284,27 +283,6 @@ void Network::settle_heat(Simulation& s, double h) {
   std::fill_n(power.begin(), c.count, 0.0);
   report.branches = std::count_if(clean_.begin(), clean_.end(), [](double g) { return g > 0; });
   report.unfit = unfit_;
-}
-
-// What shows points, edges and faces of a mesh is as warm as its nodes.
-void Network::show_on_meshes(Simulation& s) const {
-  double* t = s.scene.bodies.temperature.values.data();
-  for (const MeshBody& mesh : s.meshes.meshes) {
-    for (std::size_t p = 0; p < mesh.points.size(); ++p) {
-      double sum = 0;
-      for (int j = 0; j < 4; ++j)
-        if (mesh.model.point_nodes[4 * p + j] >= 0)
-          sum += mesh.model.point_weights[4 * p + j] * t[mesh.nodes[mesh.model.point_nodes[4 * p + j]]];
-      t[mesh.points[p]] = sum;
-    }
-    for (std::size_t p = 0; p < mesh.sides.size(); ++p) {
-      double sum = 0;
-      int count = 0;
-      for (int j = 0; j < 4; ++j)
-        if (mesh.model.side_nodes[4 * p + j] >= 0) sum += t[mesh.nodes[mesh.model.side_nodes[4 * p + j]]], ++count;
-      if (count > 0) t[mesh.sides[p]] = sum / count;
-    }
-  }
 }
 
 } // namespace cairn

@@ -13,8 +13,6 @@
 namespace cairn {
 namespace {
 
-constexpr double no_inertia = 1e-20; // of the lightest node: what follows nodes has no inertia of its own
-
 std::vector<std::int64_t> numbers(std::int64_t first, std::int64_t n) {
   std::vector<std::int64_t> out(std::size_t(n), first);
   std::iota(out.begin(), out.end(), first);
@@ -37,13 +35,16 @@ std::vector<double> masses_of(const MeshModel& m) {
   return mass;
 }
 
-// Bodies of nodes and of points between them; places (dim, nodes) where nodes start.
-void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, std::vector<double> place, std::vector<double> mass,
-               std::int32_t material) {
+// Numbers of parts of a mesh, and their contactors.
+std::vector<std::int64_t> add_numbers(Scene& scene, const MeshModel& m, std::int64_t n) {
+  return numbers(scene.add_parts(m.number, n), n);
+}
+
+// Bodies of nodes at their places (dim, nodes), and contactors on them and on points between them.
+void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place,
+               const std::vector<double>& mass, std::int32_t material) {
   const int dim = m.dim, dofs = scene.bodies.dofs();
-  const std::int64_t n = m.nodes(), points = std::int64_t(d.point_nodes.size()) / 4;
-  std::vector<double> speed(std::size_t(n * dim), 0.0);
-  if (!d.velocity.empty()) speed = d.velocity;
+  const std::int64_t n = m.nodes();
   double size = 0;
   for (int k = 0; k < dim; ++k) {
     double low = d.reference[k], high = low;
@@ -51,25 +52,16 @@ void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, std::vector<doubl
       low = std::min(low, d.reference[dim * i + k]), high = std::max(high, d.reference[dim * i + k]);
     size = std::max(size, high - low);
   }
-  mass.resize(std::size_t(n + points), no_inertia * *std::min_element(mass.begin(), mass.end()));
-  for (std::int64_t p = 0; p < points; ++p)
-    for (std::vector<double>* field : {&place, &speed})
-      for (int k = 0; k < dim; ++k) {
-        double sum = 0;
-        for (int j = 0; j < 4 && d.point_nodes[4 * p + j] >= 0; ++j)
-          sum += d.point_weights[4 * p + j] * (*field)[dim * d.point_nodes[4 * p + j] + k];
-        field->push_back(sum);
-      }
-  std::vector<double> inertia, velocity(std::size_t((n + points) * dofs), 0.0);
-  for (std::int64_t i = 0; i < n + points; ++i) {
+  std::vector<double> inertia, velocity(std::size_t(n * dofs), 0.0);
+  for (std::int64_t i = 0; i < n; ++i) {
     inertia.insert(inertia.end(), std::size_t(2 * dim - 3), mass[i] * size * size);
-    std::copy_n(&speed[dim * i], dim, &velocity[dofs * i]);
+    if (!d.velocity.empty()) std::copy_n(&d.velocity[dim * i], dim, &velocity[dofs * i]);
   }
-  const std::int64_t first = scene.add_bodies({n + points, place, {}, velocity, mass, inertia});
+  const std::int64_t first = scene.add_bodies({n, place, {}, velocity, mass, inertia});
+  scene.own_nodes(m.number, first, n);
   m.node_ids = numbers(first, n);
-  m.point_ids = numbers(first + n, points);
-  const auto all = numbers(first, n + points);
-  scene.drive(all, std::uint8_t(dim == 2 ? 4 : 56), {}); // they do not turn
+  m.point_ids = add_numbers(scene, m, std::int64_t(d.point_nodes.size()) / 4);
+  scene.drive(m.node_ids, std::uint8_t(dim == 2 ? 4 : 56), {}); // they do not turn
   std::vector<std::int64_t> touching;
   std::vector<std::int32_t> nodes = d.contact_nodes;
   std::sort(nodes.begin(), nodes.end());
@@ -84,36 +76,28 @@ void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, std::vector<doubl
       {std::int64_t(touching.size()), dim == 2 ? Shape::disk : Shape::sphere, touching, materials, radius, {}, {}});
 }
 
-// Bars that follow two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in
-// is still pushed out.
-void add_edges(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place, double lightest,
+// Bars between two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in is
+// still pushed out.
+void add_edges(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place,
                std::int32_t material) {
   const std::int64_t n = std::int64_t(d.side_nodes.size()) / 4;
-  std::vector<double> centre, length, light(std::size_t(n), no_inertia * lightest), inertia, offset, direction;
+  std::vector<double> length, direction;
   for (std::int64_t s = 0; s < n; ++s) {
     const double *a = &place[2 * d.side_nodes[4 * s]], *b = &place[2 * d.side_nodes[4 * s + 1]];
     const double x = b[0] - a[0], y = b[1] - a[1], size = std::sqrt(x * x + y * y);
     if (!(size > 0)) throw Error("side " + std::to_string(s) + " of the mesh '" + m.name + "' has no length");
-    centre.insert(centre.end(), {(a[0] + b[0]) / 2, (a[1] + b[1]) / 2});
-    m.edge_start.insert(m.edge_start.end(), {x / size, y / size});
+    direction.insert(direction.end(), {x / size, y / size, size / 2});
     length.push_back(size);
-    inertia.push_back(light[s] * size * size);
   }
-  const double thickness = 0.05 * *std::min_element(length.begin(), length.end());
-  for (std::int64_t s = 0; s < n; ++s) {
-    const double* along = &m.edge_start[2 * s];
-    offset.insert(offset.end(), {-along[1] * thickness, along[0] * thickness});
-    direction.insert(direction.end(), {along[0], along[1], length[s] / 2});
-  }
-  const std::vector<double> radius(std::size_t(n), thickness);
-  m.side_ids = numbers(scene.add_bodies({n, centre, {}, {}, light, inertia}), n);
+  const std::vector<double> radius(std::size_t(n), 0.05 * *std::min_element(length.begin(), length.end()));
+  m.side_ids = add_numbers(scene, m, n);
   m.side_nodes = d.side_nodes;
   const std::int32_t materials[] = {material};
-  scene.add_contactors({n, Shape::segment, m.side_ids, materials, radius, offset, direction});
+  scene.add_contactors({n, Shape::segment, m.side_ids, materials, radius, {}, direction});
 }
 
 // A facet for each triangle, two for a face of four nodes, in the order of the faces and then their second halves.
-void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place, double lightest,
+void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place,
                std::int32_t material) {
   const std::int64_t faces = std::int64_t(d.side_nodes.size()) / 4;
   std::vector<std::int32_t> triangle, used;
@@ -133,21 +117,11 @@ void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector
   for (std::int32_t& i : triangle) i = std::int32_t(std::lower_bound(used.begin(), used.end(), i) - used.begin());
   const SurfaceFacets facets = add_facets(scene.contactors.hulls, x, triangle);
   const std::int64_t n = std::int64_t(triangle.size()) / 3;
-  std::vector<double> light(std::size_t(n), no_inertia * lightest), inertia;
   std::vector<std::int32_t> hull(static_cast<std::size_t>(n));
   std::iota(hull.begin(), hull.end(), facets.first);
-  for (std::int64_t t = 0; t < n; ++t) {
-    double widest = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double a = x[3 * triangle[3 * t] + k], b = x[3 * triangle[3 * t + 1] + k],
-                   c = x[3 * triangle[3 * t + 2] + k];
-      widest = std::max(widest, std::max({a, b, c}) - std::min({a, b, c}));
-    }
-    inertia.insert(inertia.end(), 3, light[t] * widest * widest);
-  }
   for (const std::int32_t v : facets.around) m.around.push_back(used[std::size_t(v)]);
   m.around_start = facets.around_start;
-  m.side_ids = numbers(scene.add_bodies({n, facets.centre, {}, {}, light, inertia}), n);
+  m.side_ids = add_numbers(scene, m, n);
   const std::int32_t materials[] = {material};
   scene.add_contactors({n, Shape::facet, m.side_ids, materials, {}, {}, {}, hull});
 }
@@ -161,6 +135,7 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
   MeshModel m;
   m.dim = d.dim;
   m.name = name;
+  m.number = scene.new_mesh();
   m.around_start = {0};
   if (d.mass.n > 0) {
     m.mass = d.mass;
@@ -179,9 +154,8 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
   std::vector<double> place = d.reference;
   for (std::size_t i = 0; i < d.displacement.size(); ++i) place[i] += d.displacement[i];
   const std::vector<double> mass = masses_of(m);
-  const double lightest = *std::min_element(mass.begin(), mass.end());
   add_nodes(scene, d, m, place, mass, node_material);
-  if (!d.side_nodes.empty()) (d.dim == 2 ? add_edges : add_faces)(scene, d, m, place, lightest, side_material);
+  if (!d.side_nodes.empty()) (d.dim == 2 ? add_edges : add_faces)(scene, d, m, place, side_material);
   for (std::size_t i = 0; i < m.reference.size(); ++i) m.reference[i] -= scene.origin[i % d.dim];
   return m;
 }

@@ -1,5 +1,5 @@
 // A deformable body before it is part of a scene: its matrices, given or from elements, and what of it can touch; and
-// the bodies of the scene by which its nodes, points, edges and facets are seen.
+// how its nodes come into a scene, with the contactors that are mapped from them.
 #pragma once
 #include <memory>
 #include <span>
@@ -57,8 +57,8 @@ const ElementInfo& element_named(const std::string& name);
 // Isotropic elasticity (3, 3) or (6, 6) on engineering strains [Pa].
 std::vector<double> isotropic(int dim, double young, double poisson, bool plane_stress);
 
-// Adds the bodies and contactors of a mesh to a scene, nodes first, then points, then sides; their contactors are of
-// the two materials. Throws Error; the scene may then be half done.
+// Adds the nodes of a mesh to a scene and its contactors, on nodes first, then points, then sides, of the two
+// materials. Throws Error; the scene may then be half done.
 MeshModel add_mesh_parts(Scene& scene, const MeshDraft& draft, const std::string& name, std::int32_t node_material,
                          std::int32_t side_material);
 // Triangles (3, m) of a surface on a body; vertex (3, n) [m] from its centre, in its axes; equal vertices are one.

@@ -12,8 +12,11 @@ ContactMemory Simulation::after_move(ContactMemory memory, const std::vector<std
   for (ContactKey& key : memory.keys) {
     const auto a = contactor(key.contactor_a), b = contactor(key.contactor_b);
     if (a < 0 || b < 0) continue;
-    key.image =
-        image_after_move(key.image, moved[*scene.contactors.body[a]].data(), moved[*scene.contactors.body[b]].data());
+    const auto way = [&](std::int32_t c) { // nodes of a mesh move together
+      const std::int32_t body = *scene.contactors.body[c];
+      return moved[std::size_t(body < 0 ? meshes.middle(c).node[0] : body)].data();
+    };
+    key.image = image_after_move(key.image, way(a), way(b));
   }
   return memory;
 }

@@ -80,6 +80,7 @@ bool Scene::has(Need need) const {
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;
   case Need::hull: return contactors.hull.active;
+  case Need::mapped: return contactors.part.active;
   default: return true;
   }
 }
@@ -94,6 +95,7 @@ void Scene::activate(Need need) {
   if (need == Need::rotation && dim == 3)
     for (std::int64_t i = 0; i < bodies.count; ++i) bodies.rotation[i][0] = 1;
   if (need == Need::hull) std::fill(contactors.hull.values.begin(), contactors.hull.values.end(), -1);
+  if (need == Need::mapped) std::fill(contactors.part.values.begin(), contactors.part.values.end(), -1);
 }
 
 std::int64_t Scene::add_bodies(const BodyBatch& b) {
@@ -181,7 +183,12 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   std::vector<double> radius(b.radius.begin(), b.radius.end());
   if (shape.is_hull()) radius = check_hulls(b);
   std::vector<std::int32_t> body(b.count);
-  for (std::int64_t i = 0; i < b.count; ++i) body[i] = internal(b.body[i]);
+  bool mapped = false, carried = b.count == 0;
+  for (std::int64_t i = 0; i < b.count; ++i) {
+    const MeshParts* of = part(b.body[i]);
+    body[i] = of ? -of->mesh : internal(b.body[i]);
+    (of ? mapped : carried) = true;
+  }
   std::vector<double> direction(b.direction.begin(), b.direction.end());
   for (std::int64_t i = 0; i * components < std::int64_t(direction.size()); ++i) {
     double* d = &direction[components * i];
@@ -194,7 +201,8 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   }
   const auto off_centre = std::any_of(b.offset.begin(), b.offset.end(), [](double x) { return x != 0; });
   if (off_centre) activate(Need::offset);
-  if (off_centre || shape.is_hull() || !direction.empty()) activate(Need::rotation);
+  if (carried && (off_centre || shape.is_hull() || !direction.empty())) activate(Need::rotation);
+  if (mapped) activate(Need::mapped);
   if (shape.is_hull()) activate(Need::hull);
   if (!direction.empty()) activate(Need::direction);
 
@@ -206,6 +214,7 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   for (std::int64_t i = 0; i < b.count; ++i) {
     *contactors.id[old + i] = next_contactor_id++;
     *contactors.body[old + i] = body[i];
+    if (contactors.part.active) *contactors.part[old + i] = body[i] < 0 ? b.body[i] : -1;
     *contactors.shape[old + i] = std::int16_t(b.shape);
     if (contactors.hull.active) *contactors.hull[old + i] = shape.is_hull() ? b.hull[i] : -1;
     *contactors.material[old + i] = b.material[b.material.size() == 1 ? 0 : i];
@@ -215,17 +224,39 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
   return first;
 }
 
+void Scene::own_nodes(std::int32_t mesh, std::int64_t first, std::int64_t count) {
+  if (count > 0) parts_.push_back({first, count, mesh, true});
+  meshes_ = std::max(meshes_, mesh);
+}
+
+std::int64_t Scene::add_parts(std::int32_t mesh, std::int64_t count) {
+  const std::int64_t first = next_body_id;
+  if (count > 0) parts_.push_back({first, count, mesh, false});
+  next_body_id += count;
+  meshes_ = std::max(meshes_, mesh);
+  return first;
+}
+
+const MeshParts* part_with(std::span<const MeshParts> parts, std::int64_t id) {
+  const auto after = std::upper_bound(parts.begin(), parts.end(), id,
+                                      [](std::int64_t wanted, const MeshParts& p) { return wanted < p.first; });
+  if (after == parts.begin() || id >= std::prev(after)->first + std::prev(after)->count) return nullptr;
+  return &*std::prev(after);
+}
+
 void Scene::remove_bodies(std::span<const std::int64_t> ids) {
+  std::vector<std::int64_t> going(ids.begin(), ids.end());
+  std::sort(going.begin(), going.end());
+  if (const auto twice = std::adjacent_find(going.begin(), going.end()); twice != going.end())
+    throw Error("body " + std::to_string(*twice) + " is named twice among those to remove");
   std::vector<char> gone(bodies.count, 0);
-  for (const std::int64_t id : ids) {
-    const std::int32_t i = internal(id);
-    if (gone[i]) throw Error("body " + std::to_string(id) + " is named twice among those to remove");
-    gone[i] = 1;
-  }
+  for (const std::int64_t id : ids)
+    if (const MeshParts* of = part(id); !of || of->nodes) gone[internal(id)] = 1;
   std::vector<std::int32_t> kept;
   for (std::int64_t i = 0; i < bodies.count; ++i)
     if (!gone[i]) kept.push_back(std::int32_t(i));
-  reorder(kept);
+  reorder(kept, going);
+  std::erase_if(parts_, [&](const MeshParts& p) { return std::binary_search(going.begin(), going.end(), p.first); });
 }
 
 void Scene::drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::span<const double> velocity) {
@@ -246,22 +277,44 @@ void Scene::renumber() {
   if (bodies.count > 1) reorder(space_filling_order(dim, bodies.count, bodies.position.values.data()));
 }
 
-// Bodies: new number i was body_order[i]; those not named go, with their contactors.
-void Scene::reorder(const std::vector<std::int32_t>& body_order) {
+// Where each contactor stands among the bodies: at its own, and all of a deformable one at its first node; -1: its body
+// goes.
+std::vector<std::int32_t> Scene::places_of_contactors(const std::vector<std::int32_t>& now) const {
+  std::vector<std::int32_t> out(std::size_t(contactors.count), -1), of_mesh;
+  for (const MeshParts& p : parts_) {
+    of_mesh.resize(std::max(of_mesh.size(), std::size_t(p.mesh)), -1);
+    if (std::int32_t& at = of_mesh[std::size_t(p.mesh) - 1]; p.nodes && at < 0) at = now[internal(p.first)];
+  }
+  for (std::int64_t k = 0; k < contactors.count; ++k) {
+    const std::int32_t body = *contactors.body[k];
+    const auto mesh = std::size_t(-body - 1);
+    out[std::size_t(k)] = body >= 0 ? now[body] : mesh < of_mesh.size() ? of_mesh[mesh] : std::int32_t(now.size());
+  }
+  return out;
+}
+
+// Bodies: new number i was body_order[i]; those not named go, with their contactors. gone: numbers of parts that go,
+// rising.
+void Scene::reorder(const std::vector<std::int32_t>& body_order, std::span<const std::int64_t> gone) {
   std::vector<std::int32_t> now(bodies.count, -1);
   for (std::size_t i = 0; i < body_order.size(); ++i) now[body_order[i]] = std::int32_t(i);
+  const std::vector<std::int32_t> place = places_of_contactors(now);
+  const auto stays = [&](std::int64_t k) {
+    return place[k] >= 0 &&
+           !(*contactors.body[k] < 0 && std::binary_search(gone.begin(), gone.end(), *contactors.part[k]));
+  };
   std::vector<std::int32_t> contactor_order;
   for (std::int64_t k = 0; k < contactors.count; ++k)
-    if (now[*contactors.body[k]] >= 0) contactor_order.push_back(std::int32_t(k));
+    if (stays(k)) contactor_order.push_back(std::int32_t(k));
   std::stable_sort(contactor_order.begin(), contactor_order.end(), [&](std::int32_t a, std::int32_t b) {
-    const std::int32_t first = now[*contactors.body[a]], second = now[*contactors.body[b]];
-    return first != second ? first < second : *contactors.id[a] < *contactors.id[b];
+    return place[a] != place[b] ? place[a] < place[b] : *contactors.id[a] < *contactors.id[b];
   });
   bodies.for_each_field([&](auto& field) { field.reorder(body_order); });
   contactors.for_each_field([&](auto& field) { field.reorder(contactor_order); });
   bodies.count = std::int64_t(body_order.size());
   contactors.count = std::int64_t(contactor_order.size());
-  for (std::int64_t k = 0; k < contactors.count; ++k) *contactors.body[k] = now[*contactors.body[k]];
+  for (std::int32_t& body : contactors.body.values)
+    if (body >= 0) body = now[body];
   refresh_orders();
 }
 
@@ -294,7 +347,9 @@ void Scene::append_to_orders(std::int64_t first_body, std::int64_t first_contact
   append_to(contactor_insertion_order_, first_contactor, contactors.count);
 }
 
-void Scene::fields_restored() {
+void Scene::fields_restored(std::vector<MeshParts> parts) {
+  parts_ = std::move(parts);
+  for (const MeshParts& p : parts_) meshes_ = std::max(meshes_, p.mesh);
   bodies.count = std::int64_t(bodies.id.values.size());
   contactors.count = std::int64_t(contactors.id.values.size());
   refresh_orders();
@@ -308,18 +363,10 @@ std::int32_t Scene::internal(std::int64_t id) const {
   return *found;
 }
 
-void Scene::move_facets(std::span<const std::int64_t> body, std::span<const double> vertex) {
-  if (facets_known_ != std::array{order_version_, contactors.count}) {
-    facets_known_ = {order_version_, contactors.count};
-    facet_of_.assign(bodies.count, -1);
-    for (std::int64_t c = 0; c < contactors.count; ++c)
-      if (*contactors.shape[c] == std::int16_t(Shape::facet)) facet_of_[*contactors.body[c]] = std::int32_t(c);
-  }
-  const std::vector<std::int32_t>& facet = facet_of_;
+void Scene::move_facets(std::span<const std::int32_t> contactor, std::span<const double> vertex) {
   std::size_t at = 0;
-  for (const std::int64_t b : body) {
-    if (b < 0 || b >= bodies.count || facet[b] < 0) throw Error("body " + std::to_string(b) + " carries no facet");
-    const std::int32_t c = facet[b], hull = *contactors.hull[c];
+  for (const std::int32_t c : contactor) {
+    const std::int32_t hull = *contactors.hull[c];
     const auto size = 3 * std::size_t(contactors.hulls.vertices(hull));
     if (at + size > vertex.size()) throw Error("vertex holds fewer numbers than the facets have");
     contactors.hulls.move_facet(hull, vertex.subspan(at, size));

@@ -21,11 +21,22 @@ struct BodyBatch {
   std::span<const double> inertia;  // (1 | 3, n) [kg m2]; inf allowed
 };
 
+// Numbers that follow each other, of nodes, points between nodes, edges or faces of a deformable body. Nodes are rows
+// of the scene's bodies; the others have a number alone, by which contacts name them.
+struct MeshParts {
+  std::int64_t first = 0, count = 0;
+  std::int32_t mesh = 0; // from 1
+  bool nodes = false;
+};
+
+// Those that hold a number, among ones by rising number; null: none.
+const MeshParts* part_with(std::span<const MeshParts> parts, std::int64_t id);
+
 // n contactors of one shape to add.
 struct ContactorBatch {
   std::int64_t count = 0;
   Shape shape{};
-  std::span<const std::int64_t> body;     // (n) ids
+  std::span<const std::int64_t> body;     // (n) ids of rigid bodies, or of parts of deformable ones
   std::span<const std::int32_t> material; // (n) or (1)
   std::span<const double> radius;         // (n) [m]: zero
   std::span<const double> offset;         // (dim, n) [m]: zero
@@ -46,10 +57,18 @@ public:
   // All or nothing: a wrong item throws Error and leaves the scene as it was. Returns the id of the first new body.
   std::int64_t add_bodies(const BodyBatch& batch);
   std::int64_t add_contactors(const ContactorBatch& batch);
+  // A number for a deformable body, which no other has or had, from 1. Bodies that are its nodes; numbers of other
+  // parts of it, of which the first is returned.
+  std::int32_t new_mesh() { return ++meshes_; }
+  void own_nodes(std::int32_t mesh, std::int64_t first, std::int64_t count);
+  std::int64_t add_parts(std::int32_t mesh, std::int64_t count);
+  const std::vector<MeshParts>& parts() const { return parts_; } // by rising number
+  const MeshParts* part(std::int64_t id) const { return part_with(parts_, id); }
+  // Bodies and numbers of parts.
   void remove_bodies(std::span<const std::int64_t> ids);
-  // Vertices of the facets of these bodies, one after the other, from the centres of the bodies in space axes: bodies
-  // of a facet each that follow the nodes of a mesh and do not turn. body: internal numbers.
-  void move_facets(std::span<const std::int64_t> body, std::span<const double> vertex);
+  // Vertices of facets that are mapped from nodes, one facet after the other, from their centres in space axes.
+  // contactor: internal numbers.
+  void move_facets(std::span<const std::int32_t> contactor, std::span<const double> vertex);
 
   // Dofs of bodies whose bit is set in mask take their velocity from velocity (3 | 6, n) or stay at zero without one.
   void drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::span<const double> velocity);
@@ -67,16 +86,17 @@ public:
 
   // For a checkpoint: after all fields are restored.
   std::int64_t next_body_id = 0, next_contactor_id = 0;
-  void fields_restored();
+  void fields_restored(std::vector<MeshParts> parts);
 
 private:
-  void reorder(const std::vector<std::int32_t>& body_order);
+  void reorder(const std::vector<std::int32_t>& body_order, std::span<const std::int64_t> gone = {});
+  std::vector<std::int32_t> places_of_contactors(const std::vector<std::int32_t>& now) const;
   std::vector<double> check_hulls(const ContactorBatch& b) const;
   void refresh_orders();
   void append_to_orders(std::int64_t first_body, std::int64_t first_contactor);
   std::int64_t order_version_ = 0;
-  std::vector<std::int32_t> facet_of_;                  // contactor of each body that carries a facet, or -1
-  std::array<std::int64_t, 2> facets_known_ = {-1, -1}; // the order and number of contactors that it was made of
+  std::int32_t meshes_ = 0;
+  std::vector<MeshParts> parts_;
   std::vector<std::int32_t> insertion_order_, contactor_insertion_order_;
 };
 

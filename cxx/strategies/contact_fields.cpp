@@ -34,6 +34,19 @@ bool of_networks(std::string_view name) {
          name == "thermal_conductance" || name == "heat_flux";
 }
 
+// Id of the rigid body of a side, or of the node that bears most of a contact on a mesh.
+std::int64_t body_of(const Simulation& s, std::int64_t contact, std::int32_t contactor, bool other) {
+  const Bodies& bodies = s.scene.bodies;
+  if (const std::int32_t body = *s.scene.contactors.body[contactor]; body >= 0) return *bodies.id[body];
+  double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
+  if (s.scene.cell.any() && other) image_shift(s.scene.cell, s.candidates.image[contact], shift);
+  const int dim = s.scene.dim;
+  for (int d = 0; d < dim; ++d) point[d] = s.candidates.point[dim * contact + d] - shift[d];
+  const Mapping m = s.meshes.mapping(bodies, contactor, point);
+  const auto most = std::max_element(std::begin(m.weight), std::end(m.weight)) - std::begin(m.weight);
+  return *bodies.id[s.meshes.meshes[std::size_t(m.mesh)].nodes[std::size_t(m.node[most])]];
+}
+
 } // namespace
 
 const ContactFieldInfo& contact_field_info(const std::string& name) {
@@ -96,8 +109,8 @@ void read_contact_field(Simulation& s, const ContactFieldInfo& field, std::int64
   for (std::int64_t i = 0; i < c.count; ++i) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
     if (name == "bodies") {
-      *out++ = *s.scene.bodies.id[*k.body[a]];
-      *out++ = *s.scene.bodies.id[*k.body[b]];
+      *out++ = body_of(s, i, a, false);
+      *out++ = body_of(s, i, b, true);
     } else {
       *out++ = *k.id[a];
       *out++ = *k.id[b];

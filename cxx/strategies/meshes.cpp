@@ -10,6 +10,9 @@ void Simulation::add_mesh(MeshModel model) {
   if (model.dim != scene.dim)
     throw Error("the mesh '" + model.name + "' has " + std::to_string(model.dim) + " dimensions, the scene " +
                 std::to_string(scene.dim));
+  const MeshParts* nodes = model.node_ids.empty() ? nullptr : scene.part(model.node_ids.front());
+  if (!nodes) throw Error("the nodes of the mesh '" + model.name + "' are not in the scene");
+  model.number = nodes->mesh;
   if (!scene.has(Need::force)) scene.activate(Need::force);
   meshes.meshes.emplace_back(std::move(model));
   meshes_placed_ = -1;
@@ -42,22 +45,15 @@ void Simulation::remove_bodies(std::span<const std::int64_t> ids) {
 
 void Simulation::place_meshes() {
   if (meshes.empty() || meshes_placed_ == scene.order_version()) return;
-  meshes.place(scene.bodies, scene.insertion_order());
+  meshes.place(scene.bodies, scene.insertion_order(), scene.contactors);
   meshes_placed_ = scene.order_version();
 }
 
 void Simulation::follow_meshes() {
   if (meshes.empty()) return;
   place_meshes();
-  facet_bodies_.clear();
-  facet_vertices_.clear();
-  for (const MeshBody& mesh : meshes.meshes) {
-    mesh.follow(scene.bodies);
-    if (scene.dim == 2) continue;
-    facet_bodies_.insert(facet_bodies_.end(), mesh.sides.begin(), mesh.sides.end());
-    mesh.facet_vertices(scene.bodies, facet_vertices_);
-  }
-  if (!facet_bodies_.empty()) scene.move_facets(facet_bodies_, facet_vertices_);
+  meshes.follow(scene.bodies, scene.contactors);
+  if (!meshes.facets().empty()) scene.move_facets(meshes.facets(), meshes.facet_vertices());
 }
 
 // The nodes of meshes count as points of mass in account(); what else they store and dissipate, here.

@@ -133,7 +133,7 @@ public:
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
   void place_meshes();       // among the bodies, when their order changed
-  void follow_meshes();      // points, edges and faces to where the nodes are
+  void follow_meshes();      // mapped contactors to where the nodes are
   void account_for_meshes(); // in the balance of energy, beside their nodes
 
   // Bodies back into a periodic cell, and the cell on its way over a duration [s].
@@ -169,8 +169,6 @@ private:
 
   std::unique_ptr<Strategy> strategy_;
   std::int64_t meshes_placed_ = -1; // the scene's order that meshes know
-  std::vector<std::int64_t> facet_bodies_;
-  std::vector<double> facet_vertices_;
   std::vector<std::pair<std::string, double>> stage_seconds_;
 };
 

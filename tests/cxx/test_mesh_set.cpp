@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bodies/mesh_set.hpp"
+#include "contactors/hull_shapes.hpp"
 #include "scene/scene.hpp"
 #include "scheme.hpp"
 
@@ -17,9 +18,19 @@ struct Face {
   const std::vector<double> corner{0, 0, 0, 2, 0.1, 0.05, 1.8, 1.5, 0, -0.2, 1, 0.05};
 
   Face() {
-    std::vector<double> position(corner), mass(6, 1.0), inertia(18, 1.0);
-    position.resize(18, 0.5);
-    scene.add_bodies({6, position, {}, {}, mass, inertia});
+    const std::vector<double> mass(4, 1.0), inertia(12, 1.0);
+    scene.add_bodies({4, corner, {}, {}, mass, inertia});
+    const std::int32_t number = scene.new_mesh();
+    scene.own_nodes(number, 0, 4);
+    scene.add_parts(number, 2);
+    const std::vector<std::int32_t> triangle{0, 1, 2, 0, 2, 3};
+    const std::vector<std::int64_t> facets{4, 5}, nodes{2};
+    const std::int32_t material[] = {0};
+    const cairn::SurfaceFacets made = cairn::add_facets(scene.contactors.hulls, corner, triangle);
+    const std::vector<std::int32_t> hull{made.first, made.first + 1};
+    const std::vector<double> radius{0};
+    scene.add_contactors({2, cairn::Shape::facet, facets, material, {}, {}, {}, hull});
+    scene.add_contactors({1, cairn::Shape::sphere, nodes, material, radius, {}, {}});
     cairn::MeshModel m;
     m.dim = 3;
     m.reference = corner;
@@ -29,6 +40,7 @@ struct Face {
     for (std::int32_t i = 0; i < 12; ++i) m.mass.row.push_back(i), m.mass.value.push_back(1);
     m.stiffness = m.damping = m.mass;
     m.held.assign(12, 0);
+    m.number = number;
     m.node_ids = {0, 1, 2, 3};
     m.side_ids = {4, 5};
     m.side_nodes = {0, 1, 2, -1, 0, 2, 3, -1};
@@ -36,7 +48,7 @@ struct Face {
     m.around = {0, 1, 2, 0, 2, 3};
     m.around_start = {0, 3, 6};
     set.meshes.emplace_back(std::move(m));
-    set.place(scene.bodies, scene.insertion_order());
+    set.place(scene.bodies, scene.insertion_order(), scene.contactors);
   }
   // Shares of the nodes at (a, b) of the square from -1 to 1.
   static std::vector<double> shares(double a, double b) {
@@ -61,12 +73,12 @@ TEST(MeshSet, SharesOfAQuadrilateralAreThoseOfItsShapeFunctions) {
   const Face face;
   const double places[][2] = {{0.3, -0.6}, {-0.2, 0.4}, {0, 0}, {-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
   for (const auto& at : places)
-    for (const std::int32_t side : {4, 5}) {
+    for (const std::int32_t side : {0, 1}) {
       const std::vector<std::int32_t> facet =
-          side == 4 ? std::vector<std::int32_t>{0, 1, 2} : std::vector<std::int32_t>{0, 2, 3};
+          side == 0 ? std::vector<std::int32_t>{0, 1, 2} : std::vector<std::int32_t>{0, 2, 3};
       const auto want = Face::shares(at[0], at[1]);
       const auto point = face.point(want, facet, 0.2);
-      const cairn::Mapping m = face.set.mapping(face.scene.bodies, face.scene.internal(side), point.data());
+      const cairn::Mapping m = face.set.mapping(face.scene.bodies, side, point.data());
       double sum = 0;
       for (int i = 0; i < 4; ++i) {
         EXPECT_EQ(m.node[i], i);
@@ -80,10 +92,27 @@ TEST(MeshSet, SharesOfAQuadrilateralAreThoseOfItsShapeFunctions) {
 TEST(MeshSet, ANodeRestsOnItself) {
   const Face face;
   const double somewhere[3] = {7, 7, 7};
-  const cairn::Mapping m = face.set.mapping(face.scene.bodies, face.scene.internal(2), somewhere);
+  const cairn::Mapping m = face.set.mapping(face.scene.bodies, 2, somewhere);
   EXPECT_EQ(m.node[0], 2);
   EXPECT_EQ(m.weight[0], 1);
   EXPECT_EQ(m.node[1], -1);
+}
+
+TEST(MeshSet, MappedContactorsStandWhereTheirNodesAreAndNoBodyDoes) {
+  Face face;
+  EXPECT_EQ(face.scene.bodies.count, 4);
+  for (int k = 0; k < 3; ++k) face.scene.bodies.position[2][k] += 3;
+  face.set.follow(face.scene.bodies, face.scene.contactors);
+  ASSERT_EQ(face.set.mapped().contactor, (std::vector<std::int32_t>{0, 1, 2}));
+  for (int k = 0; k < 3; ++k) {
+    const double moved = face.corner[6 + k] + 3;
+    EXPECT_NEAR(face.set.mapped().centre[k], (face.corner[k] + face.corner[3 + k] + moved) / 3, 1e-14);
+    EXPECT_EQ(face.set.mapped().centre[6 + k], moved);
+  }
+  for (std::int64_t c = 0; c < 3; ++c) EXPECT_EQ(*face.scene.contactors.body[c], -1);
+  face.scene.renumber(); // contactors find their mesh again
+  face.set.place(face.scene.bodies, face.scene.insertion_order(), face.scene.contactors);
+  EXPECT_EQ(face.set.mapped().contactor.size(), 3u);
 }
 
 TEST(MeshSet, CompliancesOfNodesThatAreTouchedLaterAreThoseOfAllAtOnce) {

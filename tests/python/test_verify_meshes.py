@@ -54,8 +54,8 @@ def store(folder, sim, wrong=0.0):
     for m, view in enumerate(sim.meshes, 1):
         text += f"$bdyty\n MAILx{m:9d}\n$model\n MECAx\n$nodty\n"
         moved = view.displacement + (wrong * np.eye(4, 2) * [1, 0] if m == 2 else 0.0)
-        ids = np.arange(4) + {1: 1, 2: 7}[m]
-        for k, (x, v) in enumerate(zip(moved, sim.bodies.velocity[ids]), 1):
+        assert view.ids[0] == {1: 1, 2: 7}[m]
+        for k, (x, v) in enumerate(zip(moved, view.velocity), 1):
             numbers = [f"{name}({a + 1})={value:14.7E}" for name, of in (("X", x), ("V", v)) for a, value in enumerate(of[:2])]
             text += f" NO2xx{k:7d}".ljust(29) + "  ".join(numbers[:2]) + "\n" + " " * 29 + "  ".join(numbers[2:]) + "\n"
         text += "$$$$$$\n"

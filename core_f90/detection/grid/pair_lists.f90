@@ -93,7 +93,7 @@ contains
 
   !> Keeps the pairs of different bodies, not both immovable, of shapes that a row of pairs.def serves and of materials that
   !> meet; turns each so that a is the candidate. Works in place.
-  pure subroutine cairn_pair_admit(n, a, b, image, shapes, kind_of, turn_of, body, shape, id, movable, wholes, whole, rules, &
+  pure subroutine cairn_pair_admit(n, a, b, image, shapes, kind_of, turn_of, body, shape, id, movable, rules, &
                                    material, meet, word, apart, alone, any_rule, places, key, rule, kind, kept) bind(c)
     integer(c_int64_t), value :: n                      !< pairs
     integer(c_int32_t), intent(inout) :: a(n), b(n), image(n)
@@ -104,8 +104,6 @@ contains
     integer(c_int16_t), intent(in) :: shape(0:*)
     integer(c_int64_t), intent(in) :: id(0:*)
     integer(c_int8_t), intent(in) :: movable(0:*)       !< of the bodies
-    integer(c_int32_t), value :: wholes                 !< 0: no bodies make up a deformable one
-    integer(c_int64_t), intent(in) :: whole(0:*)        !< of the bodies: which deformable one they show, 0: none
     integer(c_int32_t), value :: rules                  !< 0: all materials meet
     integer(c_int32_t), intent(in) :: material(0:*)     !< of the contactors
     integer(c_int8_t), intent(in) :: meet(-2:*)         !< of the rules: 0, what it is about does not meet; see law_rules
@@ -125,9 +123,6 @@ contains
       i = a(k)
       j = b(k)
       if (body(i) == body(j)) cycle
-      if (wholes > 0) then
-        if (whole(body(i)) > 0 .and. whole(body(i)) == whole(body(j))) cycle
-      end if
       row = kind_of(shape(i), shape(j))
       if (row < 0) cycle
       if (movable(body(i)) == 0 .and. movable(body(j)) == 0) cycle

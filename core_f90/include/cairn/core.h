@@ -483,10 +483,9 @@ void cairn_pairs_of_ghosts(int64_t n, const int32_t* hits, const int32_t* order,
 void cairn_pair_movable(int32_t dofs, int64_t first, int64_t last, const double* inverse_mass, int8_t* movable);
 void cairn_pair_admit(int64_t n, int32_t* a, int32_t* b, int32_t* image, int32_t shapes, const int32_t* kind_of,
                       const int32_t* turn_of, const int32_t* body, const int16_t* shape, const int64_t* id,
-                      const int8_t* movable, int32_t wholes, const int64_t* whole, int32_t rules,
-                      const int32_t* material, const int8_t* meet, const int32_t* word, const int8_t* apart,
-                      const int32_t* alone, int32_t any_rule, int64_t places, const int32_t* key, const int32_t* rule,
-                      int32_t* kind, int64_t* kept);
+                      const int8_t* movable, int32_t rules, const int32_t* material, const int8_t* meet,
+                      const int32_t* word, const int8_t* apart, const int32_t* alone, int32_t any_rule, int64_t places,
+                      const int32_t* key, const int32_t* rule, int32_t* kind, int64_t* kept);
 void cairn_pair_count(int64_t n, int64_t contactors, const int32_t* slot_of_kind, const int32_t* kind, const int32_t* a,
                       int32_t* count);
 void cairn_pair_starts(int64_t slots, int32_t* place);

@@ -50,7 +50,6 @@ void Nscd::newton_passes(Simulation& s) {
       }
       for (MeshBody& mesh : s.meshes.meshes)
         if (!mesh.linear()) mesh.linearise(s.scene.bodies);
-      for (const MeshBody& mesh : s.meshes.meshes) mesh.follow(s.scene.bodies);
       s.interactions.keep_impulses();
       prepare_contacts(s);
       solve_contacts(s);

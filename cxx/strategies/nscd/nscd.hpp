@@ -65,6 +65,7 @@ private:
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
   void measure_margins(Simulation& s);
+  double margin_of_mapped(const Simulation& s, std::int32_t contactor) const;
   void check_free_velocity(const Simulation& s) const;
   void add_plugged_forces(Simulation& s);
   void leave_plugged_forces(Simulation& s);

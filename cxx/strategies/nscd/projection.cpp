@@ -49,8 +49,8 @@ void Nscd::project_positions(Simulation& s) {
     measure_margins(s);
   else
     margin = {settings.margin, nullptr};
-  s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {}, &projector_->scratch(),
-                   &s.laws.rules());
+  s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {.mapped = &s.meshes.mapped()},
+                   &projector_->scratch(), &s.laws.rules());
   projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_, law_share(),
                        &s.meshes);
   SolverOptions options = settings.solver;

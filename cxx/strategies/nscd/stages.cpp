@@ -107,7 +107,6 @@ void Nscd::compute_free_velocity(Simulation& s) {
     if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
     for (MeshBody& mesh : s.meshes.meshes)
       mesh.free_velocity(b, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
-    for (const MeshBody& mesh : s.meshes.meshes) mesh.follow(b);
   }
   if (!s.free_velocity) return;
   s.free_velocity->routine(s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.time, s.free_velocity->params.data(),
@@ -159,6 +158,10 @@ void Nscd::measure_margins(Simulation& s) {
   const int nd = b.dofs(), dim = s.scene.dim;
   margins_.resize(c.count);
   for (std::int64_t k = 0; k < c.count; ++k) {
+    if (*c.body[k] < 0) {
+      margins_[k] = margin_of_mapped(s, std::int32_t(k));
+      continue;
+    }
     const double* v = b.velocity[*c.body[k]];
     const double* v_free = b.velocity_free[*c.body[k]];
     double begin = 0, free = 0, arm = 0, spin = 0;
@@ -169,10 +172,19 @@ void Nscd::measure_margins(Simulation& s) {
     }
     const double grain = info(Shape(*c.shape[k])).ball() ? *c.radius[k] : 0;
     margins_[k] = 0.05 * grain + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
-    if (s.meshes.empty() || !s.meshes.carries(*c.body[k])) continue;
-    // a node has no size: what a cell has counts instead
-    margins_[k] = 0.05 * s.meshes.meshes[s.meshes.mesh_of(*c.body[k])].size() + h_ * std::sqrt(std::max(begin, free));
   }
+}
+
+// A node has no size: what a cell has counts instead.
+double Nscd::margin_of_mapped(const Simulation& s, std::int32_t contactor) const {
+  const MeshSet::Middle& middle = s.meshes.middle(contactor);
+  double begin = 0, free = 0;
+  for (int d = 0; d < s.scene.dim; ++d) {
+    const double v = middle.of(s.scene.bodies.velocity, d), v_free = middle.of(s.scene.bodies.velocity_free, d);
+    begin += v * v;
+    free += v_free * v_free;
+  }
+  return 0.05 * s.meshes.meshes[s.meshes.mesh_of(contactor)].size() + h_ * std::sqrt(std::max(begin, free));
 }
 
 void Nscd::detect_contacts(Simulation& s) {
@@ -200,8 +212,8 @@ void Nscd::detect_contacts(Simulation& s) {
       if (entry >= 0 && keeps(s.laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
     }
   s.contacts_known = false;
-  s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates, {},
-                   &s.interactions.scratch(), &s.laws.rules());
+  s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
+                   {.mapped = &s.meshes.mapped()}, &s.interactions.scratch(), &s.laws.rules());
 }
 
 void Nscd::prepare_contacts(Simulation& s) {

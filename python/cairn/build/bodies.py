@@ -57,8 +57,9 @@ class BodySet(Spelt):
     drive: object = None
     force: object = None
     damping: float | np.ndarray | None = None
-    ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene
+    ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene: of the bodies, then of the parts
     mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
+    parts: int = 0  # points, edges or faces of it without a body: contactors on them name rows after those of the bodies
 
     def __post_init__(self):
         self._made = True
@@ -67,11 +68,16 @@ class BodySet(Spelt):
         return len(self.position)
 
     @property
+    def own_ids(self):
+        """Ids of its bodies, (n,)."""
+        return self.ids[: len(self)]
+
+    @property
     def mask(self):
         """Driven dofs as bits."""
         return sum(1 << DOFS[self.dim].index(name) for name in self.driven)
 
-    @takes(*OPTIONS, "position", "mass", "inertia", "contactors", "ids", "mesh")
+    @takes(*OPTIONS, "position", "mass", "inertia", "contactors", "ids", "mesh", "parts")
     def with_(self, **changes):
         """A copy with some of its options changed: `disks(...).with_(group="layer 1", driven=("w",))`."""
         return checked(replace(self, **changes))

@@ -10,16 +10,23 @@ PLAIN = sorted(set(_core.shapes("bounded")) - set(_core.shapes("hull")))
 
 
 class Placed:
-    """Contactors of a core scene: `shape` (m,) names, `owner` (m,) rows of their bodies in the order of insertion."""
+    """Contactors of a core scene that bodies carry: `shape` (m,) names, `owner` (m,) rows of these in the order of insertion."""
 
     def __init__(self, core):
         self.core, self.dim = core, core.dim
         self.ids = core.body("id")
-        self.shape = np.array(_core.shapes())[core.contactor("shape")]
-        self.owner = np.searchsorted(self.ids, core.raw_body("id")[core.contactor("body")])
+        carriers = core.carriers()
+        self.kept = np.flatnonzero(np.isin(carriers, self.ids))
+        self.shape = np.array(_core.shapes())[self.field("shape")]
+        self.owner = np.searchsorted(self.ids, carriers[self.kept])
         self.hulls = core.hulls
-        hull = core.contactor("hull")
+        hull = self.field("hull")
         self.hull = hull if len(hull) == len(self.owner) else np.full(len(self.owner), -1)
+
+    def field(self, name):
+        """An array of the contactors; empty where there is none."""
+        values = self.core.contactor(name)
+        return values[self.kept] if len(values) else values
 
     def vertices(self, hull):
         first = self.hulls["first_vertex"]
@@ -64,14 +71,14 @@ class Placed:
         def in_space(rows, x):
             return turn(rotation[self.owner[rows]], x, dim) if turned else x
 
-        offset = core.contactor("offset")
+        offset = self.field("offset")
         centre = in_space(np.arange(m), np.reshape(offset, (m, dim))) if len(offset) else np.zeros((m, dim))
         half = np.zeros((m, dim))
         round_ = np.isin(self.shape, PLAIN)
-        half[round_] = core.contactor("radius")[round_, None]
+        half[round_] = self.field("radius")[round_, None]
         bars = np.flatnonzero(self.shape == "segment")
         if len(bars):
-            along = np.reshape(core.contactor("direction"), (m, dim + 1))[bars]
+            along = np.reshape(self.field("direction"), (m, dim + 1))[bars]
             half[bars] += np.abs(in_space(bars, along[:, :dim])) * along[:, dim:]
         low, high = centre - half, centre + half
         for k in np.flatnonzero(np.isin(self.shape, HULLS)):

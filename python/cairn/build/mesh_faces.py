@@ -27,8 +27,10 @@ class Faces:
     def __len__(self):
         return len(self.nodes)
 
-    def body_set(self, places, mass, material, d):
-        """Bodies that carry a facet each; they have no inertia of their own, and do not turn."""
+    def part_set(self, places, material, d):
+        """A contactor for each facet."""
+        from .meshes import part_set
+
         corners = places[self.nodes]
         centre = corners.mean(axis=1)
         used, renumbered = np.unique(self.nodes, return_inverse=True)
@@ -36,6 +38,4 @@ class Faces:
         self.around = [used[part] for part in around]
         n = len(self)
         contactor = bodies.ContactorSet("facet", material, np.arange(n), np.zeros(n), None, None, np.arange(n), hulls)
-        light = np.full(n, 1e-20 * mass)
-        inertia = np.repeat((light * np.ptp(corners, axis=1).max(axis=1) ** 2)[:, None], 3, axis=1)
-        return bodies.checked(bodies.BodySet(3, centre, light, inertia, [contactor], group=f"{d.name} faces", mesh=d))
+        return part_set(3, contactor, "faces", d)

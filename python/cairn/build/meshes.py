@@ -1,4 +1,5 @@
-"""Bodies that deform, in a scene: their nodes, edges and faces are bodies of the scene that move as the mesh does.
+"""Bodies that deform, in a scene: their nodes are bodies of the scene that move as the mesh does; points, edges and faces are
+contactors mapped from nodes.
 
 body = ElasticBody(points, cells, young=200e9, poisson=0.3, density=7800.0, groups={"top": nodes}, lumped=True)
 scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
@@ -137,22 +138,22 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     speed = np.zeros((n, dim)) if velocity is None else np.broadcast_to(np.asarray(velocity, float), (n, dim))
     spins = bodies.DOFS[dim][dim:]
     size = np.ptp(places, axis=0).max()
-    followers = len(points[0])
-    at, speeds = places + start, speed
-    if followers:  # they have no inertia of their own
-        at, speeds = (np.concatenate([f, np.einsum("mk,mkd->md", points[1], f[points[0]])]) for f in (at, speed))
-        mass = np.concatenate([mass, np.full(followers, 1e-20 * mass.min())])
-    touching = np.concatenate([nodes, np.arange(n, n + followers)])
+    between = len(points[0])
+    touching = np.concatenate([nodes, np.arange(n, n + between)])
     shape = "disk" if dim == 2 else "sphere"
     contactors = [bodies.ContactorSet(shape, material, touching, np.zeros(len(touching)))] if len(touching) else []
     inertia = np.repeat((mass * size**2)[:, None], 2 * dim - 3, axis=1)
     sets = [
-        bodies.checked(bodies.BodySet(dim, at, mass, inertia, contactors, velocity=speeds, driven=spins, group=name, mesh=d))
+        bodies.checked(
+            bodies.BodySet(
+                dim, places + start, mass, inertia, contactors, velocity=speed, driven=spins, group=name, mesh=d, parts=between
+            )
+        )
     ]
     if len(pairs):
-        sets.append(_edge_set(places + start, pairs, mass[:n].min(), edge_material or material, d))
+        sets.append(_edge_set(places + start, pairs, edge_material or material, d))
     if patches:
-        sets.append(patches.body_set(places + start, mass[:n].min(), face_material or material, d))
+        sets.append(patches.part_set(places + start, face_material or material, d))
     return sets
 
 
@@ -223,28 +224,30 @@ def _faces(body, groups):
     return faces[kept]
 
 
-def _edge_set(places, pairs, mass, material, d):
-    """Bars that follow two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in is
-    still pushed out."""
+def _edge_set(places, pairs, material, d):
+    """Bars between two nodes: as thick, inside the body, as a twentieth of the shortest, so that a point that went in is still
+    pushed out."""
     first, second = places[pairs[:, 0]], places[pairs[:, 1]]
     along = second - first
     length = np.linalg.norm(along, axis=1)
     along /= length[:, None]
-    d.edge_start = along
-    thickness = np.full(len(pairs), 0.05 * length.min())
-    inward = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    contactor = bodies.ContactorSet(
-        "segment", material, np.arange(len(pairs)), thickness, inward * thickness[:, None],
-        np.concatenate([along, length[:, None] / 2], axis=1),
-    )  # fmt: skip
-    light = np.full(len(pairs), 1e-20 * mass)  # they have no inertia of their own
+    thickness, direction = np.full(len(pairs), 0.05 * length.min()), np.concatenate([along, length[:, None] / 2], axis=1)
+    return part_set(2, bodies.ContactorSet("segment", material, np.arange(len(pairs)), thickness, None, direction), "edges", d)
+
+
+def part_set(dim, contactor, what, d):
+    """A set without bodies: contactors on parts of a mesh alone."""
+    none = np.zeros((0, dim))
     return bodies.checked(
-        bodies.BodySet(2, (first + second) / 2, light, (light * length**2)[:, None], [contactor], group=f"{d.name} edges", mesh=d)
-    )
+        bodies.BodySet(
+            dim, none, none[:, 0], np.zeros((0, 2 * dim - 3)), [contactor], group=f"{d.name} {what}", mesh=d,
+            parts=len(contactor.body),
+        )
+    )  # fmt: skip
 
 
 class MovingMesh:
-    """A Deformable in a simulation: which bodies its nodes and sides (edges, faces) are, its held dofs and loads."""
+    """A Deformable in a simulation: numbers of its nodes, points and sides (edges, faces), its held dofs and loads."""
 
     def __init__(self, d, node_ids, side_ids):
         n = len(d.body.points)
@@ -256,7 +259,7 @@ class MovingMesh:
 
     @property
     def all_ids(self):
-        """Of the bodies that show nodes, points, edges or faces."""
+        """Of nodes, points, edges or faces."""
         return np.concatenate([self.node_ids, self.point_ids, self.side_ids])
 
     @cached_property

@@ -33,7 +33,7 @@ class _Kind:
         self.owner = number
         self.meshes.add(s.mesh and id(s.mesh))
         held = s.mask == 2 ** len(DOFS[s.dim]) - 1
-        self.moves |= not held and bool(np.any(np.isfinite(s.mass)))
+        self.moves |= s.mesh is not None or (not held and bool(np.any(np.isfinite(s.mass))))
 
 
 def missing_laws(sets, rules, most=TOLD + 1):

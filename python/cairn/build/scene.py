@@ -99,12 +99,13 @@ class Scene(Spelt):
     # ------------------------------------------------------------------ building
 
     def add(self, *sets):
-        """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice."""
+        """Adds sets of bodies and returns their ids, (n,) int64: numbers in the order of insertion, never used twice. Points,
+        edges and faces of deformable bodies have numbers too."""
         flat, self._materials = checked_sets(self.dim, sets, self._materials, self.periodic)
         first = self.count
         for s in flat:
-            s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s)))
-            self.count += len(s)
+            s = bodies.replace(s, ids=np.arange(self.count, self.count + len(s) + s.parts))
+            self.count += len(s.ids)
             self.sets.append(s)
         return np.arange(first, self.count)
 
@@ -375,7 +376,7 @@ def mesh_groups(sets):
 
 
 def hold_together(core, sets):
-    """Tells a core scene which bodies show one mesh: they never meet one another, whatever it is called."""
+    """Tells a core scene which bodies are the nodes of one mesh."""
     first, whole = {}, None
     for s in sets:
         if s.mesh is None:
@@ -384,8 +385,8 @@ def hold_together(core, sets):
             ids = core.body("id")
             whole = np.zeros(len(ids), np.int64)
         number = first.setdefault(id(s.mesh), len(first) + 1)
-        if np.isin(s.ids, ids).all():  # removed ones are gone
-            whole[np.searchsorted(ids, s.ids)] = number
+        if np.isin(s.own_ids, ids).all():  # removed ones are gone
+            whole[np.searchsorted(ids, s.own_ids)] = number
     if whole is not None:
         core.assign_body("whole", whole)
 
@@ -400,9 +401,9 @@ def checked_sets(dim, given, materials=None, periodic=None):
         if s.dim != dim:
             raise ValueError(f"a set of bodies has {s.dim} dimensions and the scene {dim}: they must agree")
     known = one_of_a_name(flat, materials or {})
-    probe = _core.Scene(dim)
+    probe, meshes = _core.Scene(dim), {}
     for s in flat:
-        insert(probe, s, {})
+        insert(probe, s, {}, meshes=meshes)
     if periodic is not None:
         refuse_narrow_cell(probe, *periodic.arrays(dim)[:2])
     return flat, known
@@ -449,12 +450,18 @@ def _within(name, numbers, end, what):
         raise ValueError(f"{name}[{wrong[0]}] of contactors is {numbers[wrong[0]]}: there are {end} {what}, from 0")
 
 
-def insert(core, s, species, time=0.0):
-    """Puts a set into a core scene and returns its ids. species: numbers of (material, group); filled where missing."""
+def insert(core, s, species, time=0.0, meshes=None):
+    """Puts a set into a core scene and returns its ids. species: numbers of (material, group); meshes: the core's numbers of
+    deformable bodies, by the id() of each; both filled where missing."""
     first = core.add_bodies(len(s), s.position, s.rotation, _velocity_at(s, time), s.mass, s.inertia)
-    ids = np.arange(first, first + len(s))
+    ids = np.arange(first, first + len(s) + s.parts)
+    if s.mesh is not None:
+        known = {} if meshes is None else meshes
+        number = known[id(s.mesh)] = known.get(id(s.mesh)) or core.new_mesh()
+        core.own_nodes(number, first, len(s))
+        core.add_parts(number, s.parts)
     for c in s.contactors:
-        _within("body", c.body, len(s), "bodies")
+        _within("body", c.body, len(ids), "bodies")
         if c.hulls is not None:
             _within("hull", c.hull, len(c.hulls.first_vertex) - 1, "hulls")
         number = species.setdefault((c.material.name, s.group or ""), len(species))
@@ -464,5 +471,5 @@ def insert(core, s, species, time=0.0):
             hull = (core.add_hulls(*h[:5], bool(h.facets), h.plane.reshape(-1), h.ball) + c.hull).astype(np.int32)
         core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction, hull)
     if s.mask:
-        core.drive(ids, s.mask, None)
+        core.drive(ids[: len(s)], s.mask, None)
     return ids

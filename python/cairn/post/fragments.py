@@ -10,8 +10,8 @@ def fragments(state, beta=0.0):
 
     state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: from 0 to 1, what must be left of a contact
     (`contacts.beta`). Returns a list of arrays of ids, the largest piece first, pieces of a size by their smallest id; bodies
-    that nothing holds are pieces of one. Nodes, points and sides of one mesh of a Simulation are one body here, called by the
-    smallest of their ids.
+    that nothing holds are pieces of one. Nodes of one mesh of a Simulation are one body here, called by the smallest of their
+    ids.
     """
     ids = np.sort(np.asarray(state.bodies.id))
     root = np.arange(len(ids))
@@ -28,7 +28,7 @@ def fragments(state, beta=0.0):
 
     meshed = np.zeros(len(ids), bool)
     for mesh in getattr(state, "meshes", ()):
-        parts = np.searchsorted(ids, np.sort(mesh.all_ids))
+        parts = np.searchsorted(ids, np.sort(mesh.ids))
         meshed[parts[1:]] = True
         for part in parts[1:]:
             join(parts[0], part)

@@ -70,6 +70,7 @@ def _contactors_of(step):
     direction[:, :dim] /= np.where(length > 0, length, 1.0)
     radius = np.asarray(table.get("radius", np.zeros(len(owner))), dtype=float)
     made = [row, names[there], position[row] + offset, radius[there], direction[:, :dim], direction[:, dim]]
+    made = [np.concatenate([a, b]) for a, b in zip(made, _edges_of_meshes(table, names, radius, ids, position, dim), strict=True)]
     new = np.setdiff1d(np.arange(n), row)
     if len(new) and "radius" in bodies:
         new = new[bodies["radius"][new] > 0]
@@ -83,6 +84,30 @@ def _contactors_of(step):
         ]
         made = [np.concatenate([a, b]) for a, b in zip(made, extra, strict=True)]
     return Contactors(*made)
+
+
+def rows_of_nodes(table, ids):
+    """Which contactors (m,) are mapped from several nodes of a mesh that are there, and the rows of these, (m, 4), -1 where there
+    are fewer."""
+    nodes = np.asarray(table.get("nodes", np.zeros((0, 4))), np.int64).reshape(-1, 4)[: None if len(ids) else 0]
+    order = np.argsort(ids, kind="stable")
+    rows = order[np.minimum(np.searchsorted(ids, nodes, sorter=order), len(ids) - 1)]
+    there = (nodes < 0) | (np.asarray(ids)[rows] == nodes)
+    kept = np.flatnonzero((nodes[:, 1] >= 0) & there.all(axis=1))
+    return kept, np.where(nodes[kept] < 0, -1, rows[kept])
+
+
+def _edges_of_meshes(table, names, radius, ids, position, dim):
+    """Edges in 2D, where their nodes are; inside their body by their radius."""
+    which, rows = rows_of_nodes(table, ids)
+    edges = names[which] == "segment"
+    which, (one, two) = which[edges], rows[edges][:, :2].T
+    along = position[two] - position[one]
+    length = np.linalg.norm(along, axis=1)
+    along = along / length[:, None]
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) if dim == 2 else np.zeros_like(along)
+    center = (position[one] + position[two]) / 2 + radius[which][:, None] * inward
+    return one, names[which], center, radius[which], along, length / 2
 
 
 def _shape_names(table, scene, count):

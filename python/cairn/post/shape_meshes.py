@@ -3,7 +3,7 @@ superquadrics."""
 
 import numpy as np
 
-from .geometry import turn
+from .geometry import rows_of_nodes, turn
 
 AROUND, ALONG = 24, 12  # faces around an axis, and from pole to pole
 
@@ -11,9 +11,9 @@ AROUND, ALONG = 24, 12  # faces around an axis, and from pole to pole
 def meshes_of(step):
     """Points (n, 3) [m], triangles (m, 3) and the rows (m,) of the bodies they are of, polygons in 2D at z = 0; None where the
     step has no such shape."""
-    found = _carried(step)
+    found, faces = _carried(step), _faces_of_meshes(step)
     if found is None:
-        return None
+        return faces
     if step.dim == 2:
         outlines, rows = outlines_of(step)
         size = np.array([len(o) for o in outlines])
@@ -22,7 +22,8 @@ def meshes_of(step):
         points = np.column_stack((np.concatenate(outlines), np.zeros(size.sum())))
         return points, np.stack([first, first + turn_of + 1, first + turn_of + 2], axis=1), np.repeat(rows, size - 2)
     names, which, row, offset, hulls = found
-    points, triangles, rows, count = [], [], [], 0
+    points, triangles, rows = [[part] for part in faces] if faces else ([], [], [])
+    count = len(points[0]) if faces else 0
     for (name, hull), k in _groups(names, which):
         x, t = _local_mesh(name, hulls, hull)
         points.append(_placed(step, x, row[k], offset[k]).reshape(-1, 3))
@@ -58,6 +59,20 @@ def surfaces_of(step):
     first = np.cumsum([0, *(len(p) for p, _, _ in parts[:-1])])
     points, triangles, rows = zip(*parts)
     return np.concatenate(points), np.concatenate([t + f for t, f in zip(triangles, first)]), np.concatenate(rows)
+
+
+def _faces_of_meshes(step):
+    """Facets that are mapped from nodes, where these are, each of the body of its first node; as meshes_of gives them."""
+    table = step.run.scene.get("contactors") or {}
+    if step.dim == 2 or "nodes" not in table:
+        return None
+    which, nodes = rows_of_nodes(table, np.asarray(step.bodies["id"]))
+    facet = np.asarray(step.run.scene["shapes"])[np.asarray(table["shape_number"], np.int64)] == "facet"
+    nodes = nodes[facet[which]][:, :3]
+    if not len(nodes):
+        return None
+    points = step.bodies["position"][nodes.ravel()]
+    return points, np.arange(len(points)).reshape(-1, 3), nodes[:, 0]
 
 
 def outlines_of(step):

@@ -367,9 +367,9 @@ def _ids_of_meshes(folder, box):
             mesh = names.get(s.mesh.name) if s.mesh is not None else None
             if mesh is not None:
                 start = first.setdefault(mesh.number, base)
-                carriers |= dict.fromkeys(range(base, base + len(s)), start)
-                aside |= set(range(base, base + len(s))) - set(range(start, start + len(mesh.points)))
-            base += len(s)
+                carriers |= dict.fromkeys(range(base, base + len(s.ids)), start)
+                aside |= set(range(base, base + len(s.ids))) - set(range(start, start + len(mesh.points)))
+            base += len(s.ids)
         base = max(base, len(box.bodies))
         for m in box.meshes:
             if m.number not in first:

@@ -76,6 +76,8 @@ def scene_info(simulation):
         "body": known.body.copy(),
         "radius": known.radius.copy(),
     }
+    if simulation.meshes:
+        contactors["nodes"] = simulation._core.nodes_of_contactors()
     for name in ("offset", "direction"):
         values = getattr(known, name).copy()
         if len(values):
@@ -188,9 +190,10 @@ def _meshes(simulation):
 def _material(simulation):
     """Number of the material of each body's first contactor, (n,)."""
     ids, contactors = simulation.bodies.id, simulation.contactors
-    rows = np.searchsorted(ids, contactors.body)
+    own, material = contactors.body[::-1], contactors.material[::-1]
+    carried = np.isin(own, ids)  # others are on points, edges and faces of meshes
     out = np.full(len(ids), -1, np.int32)
-    out[rows[::-1]] = contactors.material[::-1]
+    out[np.searchsorted(ids, own[carried])] = material[carried]
     return out
 
 

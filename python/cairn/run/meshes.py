@@ -61,7 +61,7 @@ def sets_of_meshes(simulation):
     """(Deformable, [ids of each of its sets]) of the sets of a simulation that are there."""
     seen, present = {}, simulation.bodies.id
     for s in simulation._sets:
-        if s.mesh is not None and np.isin(s.ids, present).all():
+        if s.mesh is not None and (np.isin(s.own_ids, present).all() if len(s) else id(s.mesh) in seen):
             seen.setdefault(id(s.mesh), (s.mesh, []))[1].append(s.ids)
     return seen.values()
 
@@ -98,7 +98,6 @@ def _model(mesh, origin):
         "point_weights": _wide(weights, 0.0),
         "side_nodes": _wide(sides, -1),
         "face_nodes": d.faces.faces if d.faces else np.zeros((0, MOST_NODES), int),
-        "edge_start": d.edge_start if len(d.edges) else np.zeros((0, dim)),
         "around": np.concatenate(around) if len(around) else np.zeros(0, int),
         "around_start": np.concatenate([[0], np.cumsum([len(part) for part in around])]),
     }

@@ -18,7 +18,7 @@ def restore(sim, path):
         raise FileError(path, "this file holds no checkpoint", "give a file written by Simulation.checkpoint")
     of_program = "scene" not in content and "core_scene" in content  # in C or Fortran: laws and drives are the program's
     name, own = ("core_scene", sim._core_scene) if of_program else ("scene", sim._fingerprint())
-    if not isinstance(content.get(name), str) or content[name] != own:
+    if not isinstance(content.get(name), str) or (content[name] != own and not _is_older(sim, content)):
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
     before["state"] = sim.get_state()
@@ -33,6 +33,14 @@ def restore(sim, path):
     except Exception as error:
         sim._take(**before)
         raise _damaged(path, error) from error
+
+
+def _is_older(sim, content):
+    """Whether the file is of this scene, when points, edges and faces of meshes were bodies: their masses were in the mark."""
+    try:
+        return sim._core.is_older_state(content["state"])
+    except DAMAGE:
+        return False
 
 
 def _completed(sim, content):

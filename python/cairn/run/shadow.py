@@ -124,13 +124,13 @@ def _input(simulation, shadow, h):
 
 
 def _of_mesh(simulation, mesh, h):
-    """What a kernel is told of a deformable body: rows of its nodes and of all that follows them, with the nodes and weights of
-    each; matrices; loads at both ends of the step; held dofs and their velocities; displacement at the start."""
+    """What a kernel is told of a deformable body: rows of its nodes; matrices; loads at both ends of the step; held dofs and
+    their velocities; displacement at the start."""
     raw, t = simulation.raw, simulation.time
-    rows, points, sides = mesh.rows, *mesh.followers
+    rows = mesh.rows
     reference = mesh.body.points - simulation.scene.origin
     known = {"rows": rows, "held": mesh.held, "M": mesh.body.M, "C": mesh.body.C, "K": mesh.body.K}
-    known |= {"A": contact_problem.step_matrix(simulation, mesh, h), "followers": [points, sides]}
+    known |= {"A": contact_problem.step_matrix(simulation, mesh, h)}
     known |= {"load": [mesh.load(t), mesh.load(t + h)], "held_velocity": mesh.held_velocity(t + h)}
     return known | {"displacement": np.array(raw.position_begin)[rows] - reference, "explicit": simulation.strategy.explicit}
 
@@ -220,8 +220,6 @@ def plain_free_velocity(s):
                 free[i, k] = v[i, k] + s["h"] * ((s["gravity"][k] if k < dim else 0.0) + f / mass)
     for mesh in s.get("meshes", ()):
         free[mesh["rows"], :dim] = plain_free_nodes(s, mesh)
-        for rows, nodes, weights in mesh["followers"]:
-            free[rows, :dim] = np.einsum("mk,mkd->md", weights, free[mesh["rows"], :dim][nodes])
     return free
 
 
@@ -246,7 +244,4 @@ def plain_configuration(s, share, name):
     for i in range(len(x)):
         for k in range(s["dim"]):
             x[i, k] += s["h"] * share * s[name][i, k]
-    for mesh in s.get("meshes", ()):
-        for rows, nodes, weights in mesh["followers"]:
-            x[rows] = np.einsum("mk,mkd->md", weights, x[mesh["rows"]][nodes])
     return x

@@ -42,12 +42,12 @@ class Simulation(Spelt):
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
-        self._species = scene.species()
+        self._species, self._mesh_numbers = scene.species(), {}
         core = _core.Scene(scene.dim)
         core.origin = _three(scene.origin)
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
-        sets = [s.with_(ids=insert(core, s, self._species)) for s in scene.sets]
+        sets = [s.with_(ids=insert(core, s, self._species, meshes=self._mesh_numbers)) for s in scene.sets]
         hold_together(core, sets)
         table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core)
@@ -178,9 +178,9 @@ class Simulation(Spelt):
             reach, offset = contactors.radius.copy(), contactors.offset
             if len(offset):
                 reach = reach + np.linalg.norm(offset, axis=1)
-            round_ = np.isin(contactors.shape, _core.shapes("ball"))
+            round_ = np.isin(contactors.shape, _core.shapes("ball")) & np.isin(contactors.body, ids)
             self._radii = np.zeros(len(ids))
-            np.maximum.at(self._radii, np.searchsorted(ids, contactors.body)[round_], reach[round_])
+            np.maximum.at(self._radii, np.searchsorted(ids, contactors.body[round_]), reach[round_])
         return self._radii.copy()
 
     def follow_rotations(self):
@@ -355,7 +355,7 @@ class Simulation(Spelt):
             self._use_laws(species, self._rules, sets)
         ids = []
         for s in sets:
-            ids.append(insert(self._core.scene, s, species, self.time))
+            ids.append(insert(self._core.scene, s, species, self.time, self._mesh_numbers))
             self._sets.append(replace(s, ids=ids[-1]))
         hold_together(self._core.scene, self._sets)
         self._radii = None
@@ -374,7 +374,7 @@ class Simulation(Spelt):
         return array.astype(np.int64)
 
     def remove(self, ids):
-        """Removes bodies by their ids between steps, all or none; a mesh with all that shows it: `meshes[k].all_ids`."""
+        """Removes bodies by their ids between steps, all or none; a mesh by `meshes[k].all_ids`."""
         self.between_steps("remove")
         ids = self._ids(ids)
         self._core.remove_bodies(ids)
@@ -480,19 +480,19 @@ class Simulation(Spelt):
         for s in reversed(self._sets):
             if s.drive is None and s.mass is not None:
                 continue
-            alive, rows = found(s.ids, present)
+            alive, rows = found(s.own_ids, present)
             mine = alive & free[rows] if len(present) else alive
             free[rows[mine]] = False
             if np.any(mine):
                 drive = np.zeros((len(s), 3 * self.scene.dim - 3)) if s.drive is None else s.drive
-                self._driven.append((s.ids[mine], s.mask, mine, drive))
+                self._driven.append((s.own_ids[mine], s.mask, mine, drive))
                 if not callable(drive):
-                    self._core.scene.drive(s.ids[mine], s.mask, np.ascontiguousarray(drive[mine]))
+                    self._core.scene.drive(s.own_ids[mine], s.mask, np.ascontiguousarray(drive[mine]))
         damping = None
         for s in self._sets:
             if s.force is None and s.damping is None:
                 continue
-            alive, rows = found(s.ids, present)
+            alive, rows = found(s.own_ids, present)
             if not np.any(alive):
                 continue
             if s.force is not None:
@@ -507,7 +507,7 @@ class Simulation(Spelt):
     def _start_meshes(self, state=None):
         """Gives the deformable bodies to the core; scenes without any load nothing for them."""
         before, self._meshes = getattr(self, "_meshes", None), None
-        if any(s.mesh is not None and np.isin(s.ids, self.bodies.id).all() for s in self._sets):
+        if any(s.mesh is not None and len(s) and np.isin(s.own_ids, self.bodies.id).all() for s in self._sets):
             from .meshes import Meshes
 
             self._meshes = Meshes(self, self._core, before, state)

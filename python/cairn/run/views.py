@@ -198,7 +198,8 @@ class ContactView(_View):
 
 
 class ContactorView(_View):
-    """What contacts are found between, in the order of insertion: shape (m,) names, body (m,) ids, radius (m,) [m], material (m,)
+    """What contacts are found between, in the order of insertion: shape (m,) names, body (m,) ids of the bodies, or numbers of
+    the nodes, points, edges and faces of meshes, that carry them, radius (m,) [m], material (m,)
     numbers of (material, group), id (m,); offset (m, dim) from the body's centre, direction and hull where some have one."""
 
     def __init__(self, core):
@@ -217,12 +218,10 @@ class ContactorView(_View):
             raise AttributeError(name)
         scene = self._core.scene
         try:
-            values = scene.contactor(name)
+            values = scene.carriers() if name == "body" else scene.contactor(name)
         except KeyError:
             known = [f["name"] for f in self.fields if f["active"]]
             raise AttributeError(f"contactors have no array {name!r}; they have {listed(known, name)}") from None
-        if name == "body":
-            values = scene.raw_body("id").ravel()[values]
         return shown(values, self._remedy(name))
 
     @property
@@ -270,9 +269,9 @@ SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # that a run file holds
 
 
 class MeshView(_View):
-    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id, all_ids
-    with those of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, contact_nodes (m,) of nodes
-    that may touch."""
+    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id; all_ids
+    with the numbers of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, contact_nodes (m,) of
+    nodes that may touch."""
 
     def __init__(self, simulation, core, mesh):
         self._simulation, self._core, self._mesh = simulation, core, mesh
@@ -285,8 +284,8 @@ class MeshView(_View):
 
     @property
     def all_ids(self):
-        """Ids of all bodies that show it: nodes, points between them, edges or faces, (n,)."""
-        return np.concatenate([self._mesh.node_ids, self._mesh.point_ids, self._mesh.side_ids])
+        """Numbers of its nodes, points between them, edges or faces, (n,)."""
+        return self._mesh.all_ids
 
     def _remedy(self, name):
         return "sim.bodies.set(position=x, velocity=v) sets the nodes, whose rows are those of mesh.ids among sim.bodies.id"
@@ -298,14 +297,6 @@ class MeshView(_View):
     def rows(self):
         """Internal numbers of the nodes, (n,), as simulation.raw has them until the next renumbering."""
         return self._core.scene.rows_of(self.ids)
-
-    @property
-    def followers(self):
-        """Of points, and of edges or faces: their rows as `rows`, nodes (m, k) and weights (m, k) of each."""
-        mesh = self._mesh
-        points, sides = (self._core.scene.rows_of(ids) for ids in (mesh.point_ids, mesh.side_ids))
-        nodes = mesh.d.faces.nodes if mesh.d.faces else mesh.d.edges
-        return (points, *mesh.d.points), (sides, nodes, np.full(nodes.shape, 1 / max(nodes.shape[1], 1)))
 
     def load(self, t):
         """Given forces at a time, (n, dim) [N]."""

@@ -1,0 +1,106 @@
+"""Contactors that are mapped from nodes of meshes: no body stands for them, and files in which one did stay readable."""
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.post.geometry import contactors_of
+from cairn.post.shape_meshes import meshes_of
+from test_mesh_features import SIZE, above, ball, block, low, scene_of
+
+
+def resting(dim):
+    """A ball on a block on a plane; in 2D another block under the block, with points between nodes."""
+    sets = [block(low(dim), *SIZE[dim]), ball(above(dim))]
+    if dim == 2:
+        points = (np.array([[0, 3], [3, 6]]), np.array([[0.5, 0.5], [0.25, 0.75]]))
+        sets.append(block((0.2, -0.3), (4, 2), (1.0, 0.3), name="lower", points=points))
+    scene = scene_of(dim, *sets, wall=dim == 3)
+    if dim == 2:
+        scene.add(cn.wall((0, -0.3), (0, 1), sets[1].contactors[0].material))
+    return cn.Simulation(scene, 1e-3, overlap="ignore")
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_no_body_stands_for_points_edges_and_faces(dim):
+    sim = resting(dim)
+    nodes = sum(len(mesh.ids) for mesh in sim.meshes)
+    assert len(sim.bodies) == nodes + 2  # ball and wall
+    assert sim.bodies.mass.min() > 0.01 * np.median(sim.bodies.mass)
+    parts = np.concatenate([np.setdiff1d(mesh.all_ids, mesh.ids) for mesh in sim.meshes])
+    assert len(parts) and not np.isin(parts, sim.bodies.id).any() and np.isin(parts, sim.contactors.body).all()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_contacts_name_the_node_that_bears_most(dim):
+    sim = resting(dim)
+    for _ in range(3):
+        sim.step()
+    at = sim.bodies.position[np.searchsorted(sim.bodies.id, sim.contacts.bodies)]
+    meshed = np.isin(sim.contacts.bodies, np.concatenate([mesh.ids for mesh in sim.meshes]))
+    apart = np.linalg.norm(at - sim.contacts.point[:, None], axis=2)
+    assert meshed.any() and apart[meshed].max() < 0.5  # of cells 0.25 to 0.5 m wide
+    for mesh in sim.meshes:
+        nodes = sim.bodies.position[np.searchsorted(sim.bodies.id, mesh.ids)]
+        for row, side in np.argwhere(np.isin(sim.contacts.bodies, mesh.ids)):
+            nearest = np.linalg.norm(nodes - sim.contacts.point[row], axis=1).min()
+            assert apart[row, side] <= nearest + 1e-3
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_sides_are_drawn_where_their_nodes_are(tmp_path, dim):
+    sim = resting(dim)
+    sim.run(3, output=tmp_path / "run.h5", every=1)
+    step = cn.load(tmp_path / "run.h5")[-1]
+    position = np.asarray(step.bodies["position"])
+    if dim == 3:
+        points, triangles, rows = meshes_of(step)
+        assert len(triangles) == 8 and np.abs(points[:, 2] - 0.5).max() < 0.01  # two for each of four faces
+        assert np.isin(np.round(points, 12), np.round(position, 12)).all() and len(rows) == 8
+        return
+    bars = contactors_of(step).select("segment")
+    assert len(bars.center) == 8 and np.allclose(bars.half, [0.125] * 8, atol=1e-3)
+    ends = np.concatenate([bars.center - bars.half[:, None] * bars.direction, bars.center + bars.half[:, None] * bars.direction])
+    off = np.linalg.norm(ends[:, None] - position[None], axis=2).min(axis=1)
+    assert np.allclose(off, np.tile(bars.radius, 2), rtol=1e-9)  # inside by their radius
+
+
+def as_files_of_before_had_it(content, sim):
+    """Points, edges and faces as bodies of 1e-20 of a node's mass; contactors on the rows of these and of nodes."""
+    scene = content["state"]["scene"]
+    bodies, contactors = scene["bodies"], scene["contactors"]
+    n, ids = len(bodies["id"]), bodies["id"].ravel()
+    more = np.concatenate([np.setdiff1d(mesh.all_ids, ids) for mesh in sim.meshes])
+    for name, values in bodies.items():
+        rows = np.repeat(values[:1], len(more), axis=0)
+        bodies[name] = np.concatenate([values, 1e-20 * rows if name in ("mass", "inertia") else rows])
+    bodies["id"] = np.concatenate([ids, more])
+    part = contactors.pop("part").ravel()
+    order = np.argsort(bodies["id"])
+    rows = order[np.searchsorted(bodies["id"][order], np.where(part < 0, 0, part))]
+    contactors["body"] = np.where(part < 0, contactors["body"].ravel(), rows).astype(np.int32)
+    assert len(more) and len(bodies["id"]) == n + len(more)
+    del scene["parts"]
+    return content
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_files_in_which_parts_of_meshes_were_bodies_go_on(tmp_path, dim):
+    from cairn.post.checkpoint import load, save
+
+    sim, other = resting(dim), resting(dim)
+    for _ in range(3):
+        sim.step()
+    sim.checkpoint(tmp_path / "now.h5")
+    content = as_files_of_before_had_it(load(tmp_path / "now.h5"), sim)
+    content["scene"] = content["core_scene"] = "of the bodies that there were"
+    save(tmp_path / "before.h5", content)
+    other.restore(tmp_path / "before.h5")
+    for _ in range(3):
+        sim.step(), other.step()
+    assert len(other.bodies) == len(sim.bodies)
+    for one, two in zip(sim.meshes, other.meshes):
+        assert np.array_equal(one.velocity, two.velocity) and np.array_equal(one.displacement, two.displacement)
+    content["state"]["scene"]["bodies"]["mass"] *= 2
+    save(tmp_path / "another.h5", content)
+    with pytest.raises(cn.FileError, match="another scene"):
+        other.restore(tmp_path / "another.h5")
