@@ -20,13 +20,19 @@ void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& inser
     return *at;
   };
   std::vector<std::int32_t> of_number; // meshes
+  rigid_ = bodies.count;
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     MeshBody& mesh = meshes[m];
     mesh.nodes.resize(mesh.model.node_ids.size());
     for (std::size_t i = 0; i < mesh.nodes.size(); ++i) mesh.nodes[i] = find(mesh.model.node_ids[i]);
+    rigid_ -= std::int64_t(mesh.nodes.size());
     of_number.resize(std::max(of_number.size(), std::size_t(mesh.model.number)), -1);
     of_number[std::size_t(mesh.model.number) - 1] = std::int32_t(m);
   }
+  for (const MeshBody& mesh : meshes)
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+      if (mesh.nodes[i] < rigid_)
+        throw Error("node " + std::to_string(i) + " of the mesh '" + mesh.model.name + "' stands among rigid bodies");
   mapped_ = {};
   seats_.clear();
   facets_.clear();

@@ -31,6 +31,8 @@ public:
   // Mapped contactors to where the nodes are.
   void follow(const Bodies& bodies, const Contactors& contactors);
   const MappedContactors& mapped() const { return mapped_; }
+  // Bodies that are no nodes, which stand before all nodes.
+  std::int64_t rigid() const { return rigid_; }
   // Contactors that are facets, and their vertices as Scene::move_facets takes them, after `follow`.
   std::span<const std::int32_t> facets() const { return facets_; }
   std::span<const double> facet_vertices() const { return facet_vertices_; }
@@ -71,6 +73,7 @@ private:
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
 
+  std::int64_t rigid_ = 0;
   MappedContactors mapped_;
   std::vector<Seat> seats_;                // of each of mapped_
   std::vector<std::int32_t> of_contactor_; // its place among these, -1: a rigid body carries it

@@ -71,7 +71,7 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
   double by_loads = 0, of_meshes = 0;
   for (std::int64_t b = 0; b < bodies.count; ++b) {
     const double mass = *bodies.mass[b];
-    const bool shows = bodies.whole.active && *bodies.whole[b] != 0;
+    const bool shows = b >= system.bodies; // a node of a mesh
     if (!(mass > 0) || !std::isfinite(mass) || (!shows && !(bodies.inverse_mass[b][0] > 0))) continue;
     for (int k = 0; k < dim(); ++k) {
       const double v = bodies.velocity_free[b][k], change = v - bodies.velocity_begin[b][k];

@@ -11,7 +11,7 @@ namespace cairn {
 
 void Interactions::State::load_bodies() {
   const Bodies& b = *bodies;
-  const std::int64_t n = b.count;
+  const std::int64_t n = meshes ? meshes->rigid() : b.count; // nodes of meshes have no record
   system.bodies = n;
   fit(system.record, n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
@@ -51,12 +51,9 @@ void Interactions::State::load_bodies() {
   load_meshes();
 }
 
-// Nodes of meshes have no record of their own; all contacts of a mesh move it whole.
+// All contacts of a mesh move it whole.
 void Interactions::State::load_meshes() {
   if (!meshes) return;
-  for (const MeshBody& mesh : meshes->meshes)
-    for (const std::int32_t node : mesh.nodes)
-      std::fill(system.record[node].x + system.dim, system.record[node].x + 8, 0.0);
   const Candidates& c = *candidates;
   for (std::int64_t i = 0; i < c.count; ++i)
     for (const std::int32_t contactor : {c.contactor_a[i], c.contactor_b[i]})
@@ -295,6 +292,7 @@ void Interactions::State::plan_hubs() {
   }
   std::sort(by_hub.begin(), by_hub.end());
   const auto largest_inverse = [&](std::int32_t b) {
+    if (b >= system.bodies) return 1 / *bodies->mass[b]; // a node
     const double* m = bodies->inverse_mass[b];
     return *std::max_element(m, m + dim());
   };

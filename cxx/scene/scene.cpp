@@ -277,6 +277,24 @@ void Scene::renumber() {
   if (bodies.count > 1) reorder(space_filling_order(dim, bodies.count, bodies.position.values.data()));
 }
 
+bool Scene::is_node(std::int64_t body) const {
+  const MeshParts* of = part(*bodies.id[body]);
+  return of && of->nodes;
+}
+
+void Scene::keep_nodes_last() {
+  bool last = true, nodes = false;
+  for (std::int64_t i = 0; i < bodies.count && last; ++i) {
+    const bool node = is_node(i);
+    last = node || !nodes;
+    nodes = nodes || node;
+  }
+  if (last) return;
+  std::vector<std::int32_t> as_it_is(std::size_t(bodies.count));
+  std::iota(as_it_is.begin(), as_it_is.end(), 0);
+  reorder(std::move(as_it_is));
+}
+
 // Where each contactor stands among the bodies: at its own, and all of a deformable one at its first node; -1: its body
 // goes.
 std::vector<std::int32_t> Scene::places_of_contactors(const std::vector<std::int32_t>& now) const {
@@ -295,7 +313,9 @@ std::vector<std::int32_t> Scene::places_of_contactors(const std::vector<std::int
 
 // Bodies: new number i was body_order[i]; those not named go, with their contactors. gone: numbers of parts that go,
 // rising.
-void Scene::reorder(const std::vector<std::int32_t>& body_order, std::span<const std::int64_t> gone) {
+void Scene::reorder(std::vector<std::int32_t> body_order, std::span<const std::int64_t> gone) {
+  if (!parts_.empty())
+    std::stable_partition(body_order.begin(), body_order.end(), [&](std::int32_t i) { return !is_node(i); });
   std::vector<std::int32_t> now(bodies.count, -1);
   for (std::size_t i = 0; i < body_order.size(); ++i) now[body_order[i]] = std::int32_t(i);
   const std::vector<std::int32_t> place = places_of_contactors(now);

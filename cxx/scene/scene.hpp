@@ -73,8 +73,11 @@ public:
   // Dofs of bodies whose bit is set in mask take their velocity from velocity (3 | 6, n) or stay at zero without one.
   void drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::span<const double> velocity);
 
-  // Bodies along a space-filling curve, contactors in the order of their bodies. Depends on positions and ids alone.
+  // Bodies along a space-filling curve, nodes of meshes behind all others; contactors in the order of their bodies.
+  // Depends on positions and ids alone.
   void renumber();
+  // Nodes behind all others, in an order that stays else; nothing if they are.
+  void keep_nodes_last();
 
   std::int32_t internal(std::int64_t body_id) const; // throws Error for an id that is not there
   const std::vector<std::int32_t>& insertion_order() const { return insertion_order_; } // internal numbers by rising id
@@ -89,7 +92,8 @@ public:
   void fields_restored(std::vector<MeshParts> parts);
 
 private:
-  void reorder(const std::vector<std::int32_t>& body_order, std::span<const std::int64_t> gone = {});
+  bool is_node(std::int64_t body) const;
+  void reorder(std::vector<std::int32_t> body_order, std::span<const std::int64_t> gone = {});
   std::vector<std::int32_t> places_of_contactors(const std::vector<std::int32_t>& now) const;
   std::vector<double> check_hulls(const ContactorBatch& b) const;
   void refresh_orders();

@@ -45,6 +45,7 @@ void Simulation::remove_bodies(std::span<const std::int64_t> ids) {
 
 void Simulation::place_meshes() {
   if (meshes.empty() || meshes_placed_ == scene.order_version()) return;
+  scene.keep_nodes_last();
   meshes.place(scene.bodies, scene.insertion_order(), scene.contactors);
   meshes_placed_ = scene.order_version();
 }

@@ -132,7 +132,9 @@ public:
   void remove_bodies(std::span<const std::int64_t> ids);
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
-  void place_meshes();       // among the bodies, when their order changed
+  void place_meshes(); // among the bodies, when their order changed
+  // Bodies that are no nodes of meshes, which stand before these from the begin of a step on.
+  std::int64_t rigid_bodies() const { return meshes.empty() ? scene.bodies.count : meshes.rigid(); }
   void follow_meshes();      // mapped contactors to where the nodes are
   void account_for_meshes(); // in the balance of energy, beside their nodes
 

@@ -115,6 +115,19 @@ TEST(MeshSet, MappedContactorsStandWhereTheirNodesAreAndNoBodyDoes) {
   EXPECT_EQ(face.set.mapped().contactor.size(), 3u);
 }
 
+TEST(MeshSet, NodesStandBehindBodiesThatCameLater) {
+  Face face;
+  const std::vector<double> mass{1}, inertia{1, 1, 1}, position{5, 5, 5};
+  const std::int64_t id = face.scene.add_bodies({1, position, {}, {}, mass, inertia});
+  const auto place = [&] { face.set.place(face.scene.bodies, face.scene.insertion_order(), face.scene.contactors); };
+  EXPECT_THROW(place(), std::exception); // a loop over rigid bodies would meet a node
+  face.scene.keep_nodes_last();
+  place();
+  EXPECT_EQ(face.set.rigid(), 1);
+  EXPECT_EQ(face.scene.internal(id), 0);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(face.set.meshes[0].nodes[k], 1 + k);
+}
+
 TEST(MeshSet, CompliancesOfNodesThatAreTouchedLaterAreThoseOfAllAtOnce) {
   Face one, two;
   const double gravity[3] = {0, 0, 0};

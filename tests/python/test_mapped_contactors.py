@@ -30,6 +30,17 @@ def test_no_body_stands_for_points_edges_and_faces(dim):
     assert len(parts) and not np.isin(parts, sim.bodies.id).any() and np.isin(parts, sim.contactors.body).all()
 
 
+def test_nodes_stand_behind_rigid_bodies_whenever_these_came(tmp_path):
+    sim = resting(2)
+    sim.step()
+    later = sim.add(ball((0.6, 0.9)))
+    sim.step()
+    nodes = np.concatenate([mesh.rows for mesh in sim.meshes])
+    assert nodes.min() == len(sim.bodies) - len(nodes) > sim._core.scene.internal(later[0])
+    seen = sim.bodies.velocity[np.searchsorted(sim.bodies.id, later)]
+    assert seen[0, 1] == pytest.approx(-9.81e-3, rel=1e-12)  # it falls as if no mesh were there
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_contacts_name_the_node_that_bears_most(dim):
     sim = resting(dim)

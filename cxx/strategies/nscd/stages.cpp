@@ -73,7 +73,7 @@ void Nscd::predict_configuration(Simulation& s) {
                         s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+    cairn_rotate(s.rigid_bodies(), ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
                  pointer(b.angular_momentum), bits(b.driven), &unsolved);
     s.report.unresolved_rotations = unsolved;
   }
@@ -89,17 +89,18 @@ void Nscd::compute_free_velocity(Simulation& s) {
   Bodies& b = s.scene.bodies;
   s.follow_meshes();
   if (!s.forces.empty()) add_plugged_forces(s);
-  cairn_theta_free_velocity(s.scene.dim, b.dofs(), b.count, scheme_.impulse, scheme_.implicit, s.scene.gravity.data(),
+  const std::int64_t n = s.rigid_bodies();
+  cairn_theta_free_velocity(s.scene.dim, b.dofs(), n, scheme_.impulse, scheme_.implicit, s.scene.gravity.data(),
                             b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
                             b.velocity_free.values.data(), b.inverse_mass.values.data(), pointer(b.force),
                             pointer(b.damping), bits(b.driven), pointer(b.driven_velocity));
   for (int k = 0; k < scheme_.histories; ++k)
-    cairn_history_velocity(b.dofs(), b.count, &scheme_, k + 1, b.history(k), b.inverse_mass.values.data(),
+    cairn_history_velocity(b.dofs(), n, &scheme_, k + 1, b.history(k), b.inverse_mass.values.data(),
                            b.velocity_free.values.data(), pointer(b.damping));
   if (b.angular_momentum.active) {
-    cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
+    cairn_inverse_inertia(n, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
                           b.inverse_inertia.values.data(), bits(b.driven));
-    cairn_free_spin(b.count, h_, scheme_.share, b.inertia.values.data(), b.angular_momentum.values.data(),
+    cairn_free_spin(n, h_, scheme_.share, b.inertia.values.data(), b.angular_momentum.values.data(),
                     b.inverse_inertia.values.data(), b.velocity.values.data(), b.velocity_free.values.data(),
                     pointer(b.force), pointer(b.damping), bits(b.driven));
   }
@@ -109,11 +110,11 @@ void Nscd::compute_free_velocity(Simulation& s) {
       mesh.free_velocity(b, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
   }
   if (!s.free_velocity) return;
-  s.free_velocity->routine(s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.time, s.free_velocity->params.data(),
+  s.free_velocity->routine(s.scene.dim, b.dofs(), n, h_, scheme_.share, s.time, s.free_velocity->params.data(),
                            b.id.values.data(), b.mass.values.data(), b.inertia.values.data(), b.position.values.data(),
                            b.velocity.values.data(), bits(b.driven), b.velocity_free.values.data(),
                            b.inverse_mass.values.data());
-  for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
+  for (std::int64_t i = 0; i < n * b.dofs(); ++i)
     if (!(b.inverse_mass.values[i] >= 0) || !std::isfinite(b.inverse_mass.values[i]))
       throw Error("the plugged free velocity " + s.free_velocity->name + " gave the inverse mass " +
                   std::to_string(b.inverse_mass.values[i]) + " to body " + std::to_string(*b.id[i / b.dofs()]) +
@@ -125,10 +126,11 @@ void Nscd::add_plugged_forces(Simulation& s) {
   Bodies& b = s.scene.bodies;
   if (!b.force.active) b.force.activate(b.count);
   force_given_ = b.force.values;
+  const std::int64_t n = s.rigid_bodies();
   for (const PluggedForce& f : s.forces) {
-    f.routine(s.scene.dim, b.dofs(), b.count, s.time + scheme_.end_share * h_, f.params.data(), b.id.values.data(),
+    f.routine(s.scene.dim, b.dofs(), n, s.time + scheme_.end_share * h_, f.params.data(), b.id.values.data(),
               b.mass.values.data(), b.position.values.data(), b.velocity.values.data(), b.force.values.data());
-    for (std::int64_t i = 0; i < b.count * b.dofs(); ++i)
+    for (std::int64_t i = 0; i < n * b.dofs(); ++i)
       if (!std::isfinite(b.force.values[i]))
         throw Error("the plugged body force " + f.name + " gave " + std::to_string(b.force.values[i]) + " to body " +
                     std::to_string(*b.id[i / b.dofs()]) + ": give finite numbers");
@@ -288,7 +290,7 @@ void Nscd::update_configuration(Simulation& s) {
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+    cairn_rotate(s.rigid_bodies(), ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
                  pointer(b.angular_momentum), bits(b.driven), &unsolved);
     s.report.unresolved_rotations += unsolved;
   }
