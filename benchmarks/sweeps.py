@@ -18,7 +18,7 @@ import numpy as np
 import reference_scenes
 from dense import at_rest
 from meshes import blocks
-from study import flow
+from study import flow, wall
 
 HERE = Path(__file__).resolve().parent
 ROCK = cn.Material("rock", density=2500.0)
@@ -134,6 +134,7 @@ def scenes_to_judge():
         scene.add(cn.disks(x, radii, ROCK))
         scene.interact("*", "*", cn.Coulomb(mu=0.4))
         yield name, cn.Simulation(scene, dt, cn.NSCD(threads=1), overlap="ignore"), steps
+    yield "wall", cn.Simulation(wall.build(), wall.DT, cn.NSCD(threads=1)), 330
     yield "two elastic blocks", blocks("Q4 on another", 64), 30
 
 
@@ -154,16 +155,16 @@ def rows_of_accuracy(folder, options):
             sim.step()
         sim.checkpoint(path)
         mass = np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0)[:, None]
-        exact, tight, _ = exact_step(sim, path, 1e-10, 1e-7)
+        exact, tight, _ = exact_step(sim, path, 1e-10, None)
         size = max(np.sqrt(np.sum(mass * exact**2)), np.sqrt(mass.sum()) * 9.81 * sim.dt)
         for accuracy in (1e-3, 1e-5):
             v, info, seconds = exact_step(sim, path, 1e-4, accuracy)
             wrong = np.sqrt(np.sum(mass * (v - exact) ** 2)) / size
             yield {
                 "scene": name, "contacts": info["contacts"], "accuracy": accuracy, "velocity_error": f"{wrong:.3g}",
-                "estimate": f"{info['velocity_error']:.3g}", "status": info["status"], "sweeps": info["iterations"],
+                "estimate": f"{info.get('velocity_error', np.nan):.3g}", "status": info["status"], "sweeps": info["iterations"],
                 "error": f"{info['error']:.3g}", "cpu_seconds": f"{seconds:.4g}", "error_of_reference": f"{tight['error']:.3g}",
-                "estimate_of_reference": f"{tight['velocity_error']:.3g}", "status_of_reference": tight["status"],
+                "status_of_reference": tight["status"],
             }  # fmt: skip
 
 

@@ -98,6 +98,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/contact_system.cpp
   solvers/sweeps/extrapolation.cpp
   solvers/sweeps/light_error.cpp
+  solvers/sweeps/newton_correction.cpp
   solvers/sweeps/velocity_error.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/step_problem.cpp

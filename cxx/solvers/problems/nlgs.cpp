@@ -98,7 +98,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
   Extrapolation extrapolation(system, schedule);
   if (!options.extrapolates) extrapolation.forbid();
   BestImpulses best(system);
-  VelocityError velocity(system, schedule, options.accuracy);
+  VelocityError velocity(system, schedule, velocity_free, options);
   int next_check = std::max(options.min_iterations, 1), next_newton = 64;
   const auto square = [&] { return measure(system, schedule, free, false, report).square; };
   const std::function<double()> error_square = std::ref(square); // by reference: nothing is allocated
@@ -141,7 +141,8 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
       give_none(system, velocity_free);
       break;
     }
-    if (error.square <= wanted && report.iterations >= options.min_iterations) {
+    const bool due = velocity.due(report.iterations) && error.square <= options.tolerance * options.tolerance;
+    if ((error.square <= wanted || due) && report.iterations >= options.min_iterations) {
       if (help && !uneven) settle(newton, system, schedule, report.contacts, error.square, free.energy, options);
       double light = light_error();
       if (help && !help->accepts(report.iterations, light)) {
@@ -150,9 +151,11 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
         error = measure(system, schedule, free, false, report);
         light = light_error();
       }
-      if (light <= options.tolerance && error.square <= wanted) {
+      if (light <= options.tolerance && (error.square <= wanted || due)) {
         velocity.follow(std::sqrt(error.square));
-        if (velocity.holds()) break;
+        const double before = error.square;
+        if (velocity.holds(report.iterations, error.square, error_square)) break;
+        if (error.square < before) extrapolation.restart();
         const double next = velocity.wanted(std::sqrt(error.square));
         wanted = next * next;
         if (help) help->aim(next);
@@ -165,11 +168,11 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     next_check = report.iterations + std::max(8, report.iterations / (extrapolates ? 8 : 2));
   }
   StepError end = measure(system, schedule, free, true, report);
-  if (report.iterations >= options.max_iterations && end.square > wanted &&
+  if (report.iterations >= options.max_iterations && end.square > wanted && !velocity.held() &&
       best.give_back(end.square, velocity_free, schedule))
     end = measure(system, schedule, free, true, report);
   light_error();
-  velocity.follow(report.error);
+  if (!velocity.held()) velocity.follow(report.error);
   report.velocity_error = velocity.value();
   conclude(report, end, options);
   return report;

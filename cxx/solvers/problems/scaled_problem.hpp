@@ -19,6 +19,9 @@ public:
   ProblemMonitor& monitor() { return *monitor_; }
   const double* best() const { return best_.data(); } // of the scaled problem
   const double* unit() const { return unit_.data(); } // (contacts) s: u' = s u
+  // r / r' of a contact, and r.W r / r'.W' r'.
+  double impulse_unit(std::int64_t contact) const { return scale_[contact]; }
+  double energy_unit() const { return scale_[0] / unit_[0]; }
   // Sweeps of NLGS on r (scaled).
   void sweep(double* r, int sweeps);
   // The best r goes back; figures are those of the problem as it was given.

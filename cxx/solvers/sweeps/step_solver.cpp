@@ -14,6 +14,7 @@
 #include "../problems/ppa_newton.hpp"
 #include "error_forecast.hpp"
 #include "light_error.hpp"
+#include "newton_correction.hpp"
 #include "step_error.hpp"
 #include "step_problem.hpp"
 
@@ -45,7 +46,7 @@ public:
     const bool last = iterations >= options_.max_iterations; // rather than fail
     sweeps_ = iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
-    const auto far = [&] { return last || to_come * sweep_operations() >= 0.5 * cost_; };
+    const auto far = [&] { return last || to_come * sweep_operations(system_) >= 0.5 * cost_; };
     if (!far()) return false;
     if (!asked_) ask();
     return !given_up_ && far();
@@ -58,7 +59,8 @@ public:
     if (!urgent && contacts() > few_contacts) return true;
     if (!asked_) ask();
     const double cost = 0.2 * cost_; // a refinement takes few iterations
-    if (given_up_ || (!urgent && cost > std::max(few_sweeps, 2.0 * iterations) * sweep_operations())) return true;
+    if (given_up_ || (!urgent && cost > std::max(few_sweeps, 2.0 * iterations) * sweep_operations(system_)))
+      return true;
     ++refinements_;
     return false;
   }
@@ -70,7 +72,7 @@ public:
     step.read(start.data());
     ProblemOptions options = problem_options(options_);
     // as much work as was done before, so that neither way is long gone in vain
-    const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations() + newton_operations_;
+    const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations(system_) + newton_operations_;
     options.max_iterations = std::max(least_iterations, int(std::min(before / operations, 1e6)));
     Array<double> r(start);
     ProximalNewton newton(step.problem(), options, r.data());
@@ -112,14 +114,6 @@ private:
   double contacts() const {
     double sum = 0;
     for (const cairn_batch& b : system_.batches) sum += b.contacts;
-    return sum;
-  }
-
-  // At the rate of arithmetic in factors, measured: on one core 800 take about as long as a full block in space.
-  double sweep_operations() const {
-    const double packed = system_.dim == 2 ? 30 : 100, full = system_.dim == 2 ? 100 : 800;
-    double sum = 0;
-    for (const cairn_batch& b : system_.batches) sum += b.contacts * (b.pack ? packed : full);
     return sum;
   }
 

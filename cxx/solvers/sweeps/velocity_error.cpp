@@ -6,8 +6,10 @@
 
 namespace cairn {
 
-VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedule, double accuracy)
-    : system_(system), schedule_(schedule), accuracy_(accuracy) {
+VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
+                             const SolverOptions& options)
+    : system_(system), schedule_(schedule), newton_(system, schedule, velocity_free, options),
+      accuracy_(options.accuracy), holds_(!asked()) {
   if (!asked()) return;
   std::size_t numbers = 0;
   for (const cairn_batch& b : system.batches) numbers += std::size_t(b.count) * b.components;
@@ -18,9 +20,10 @@ VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedu
 void VelocityError::follow(double error) {
   constexpr double safety = 4;
   if (!asked()) return;
+  holds_ = false;
   if (!(error > 0x1p-40)) { // only rounding is left
     value_ = error;
-    confirmed_ = true;
+    confirmed_ = holds_ = true;
     return;
   }
   if (!(kept_error_ > 0)) return keep(error);
@@ -38,6 +41,26 @@ void VelocityError::follow(double error) {
     held_at_ = error;
   else
     confirmed_ = confirmed_ || error * fall <= held_at_;
+}
+
+bool VelocityError::holds(int iterations, double& error_square, const std::function<double()>& measure) {
+  constexpr int most = 8; // one after the other
+  // sweeps until the next, and until what is small is believed, against those until now
+  constexpr double patience = 1.5, to_confirm = 4;
+  bool taken = iterations >= next_newton_;
+  for (int k = 0; k < most && taken && !holds_ && value_ <= accuracy_; ++k) {
+    const double change = newton_.find(iterations);
+    if (std::isnan(change)) return holds_ = confirmed_;
+    const bool small = change <= accuracy_ * speed(),
+               again = small && small_since_ > 0 && iterations >= to_confirm * small_since_;
+    value_ = std::max(value_, change / speed());
+    next_newton_ = int(std::min(patience * iterations, 1e9));
+    if (!small || small_since_ == 0) small_since_ = small ? iterations : 0;
+    taken = newton_.take(error_square, measure);
+    holds_ = small && (taken || again);
+    if (taken && !holds_) follow(std::sqrt(error_square));
+  }
+  return holds_;
 }
 
 double VelocityError::wanted(double error) const {

@@ -1,0 +1,45 @@
+// What Newton's method would still change of a step's impulses: how far velocities are from those of the solution, also
+// where a cluster of grains gives way so slowly that neither the error nor some hundred sweeps show it.
+#pragma once
+#include <functional>
+#include <optional>
+
+#include "../../contacts/interaction.hpp"
+#include "contact_system.hpp"
+#include "step_problem.hpp"
+
+namespace cairn {
+
+// Of a plain sweep, at the rate of arithmetic in factors.
+double sweep_operations(const ContactSystem&);
+
+class NewtonStep;
+class ScaledProblem;
+
+class NewtonCorrection {
+public:
+  NewtonCorrection(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
+                   const SolverOptions& options);
+  // Largest |dv|_M of a few steps from the impulses at hand, fewer where the error falls; records up to date before and
+  // after. Infinity: there is none. NaN: its factors cannot be had, or not for a few times the work of so many sweeps.
+  double find(int sweeps);
+  // Gives the impulses these steps if they brought the error down: its square, which measure tells with records up to
+  // date, to a sixteenth or less. False: they are as they were.
+  bool take(double& error_square, const std::function<double()>& measure);
+
+private:
+  void refresh();
+  bool make_problem();
+  double least_operations() const;
+  double follow(ScaledProblem& scaled, NewtonStep& newton);
+  ContactSystem& system_;
+  const cairn_schedule& schedule_;
+  const Field<double>& velocity_free_;
+  const SolverOptions& options_;
+  std::optional<StepProblem> problem_;
+  Array<double> start_, step_; // (dim, contacts) impulses
+  double operations_ = 0;      // of a factorisation, at least
+  bool possible_ = true, close_ = false;
+};
+
+} // namespace cairn
