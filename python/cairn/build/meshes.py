@@ -79,11 +79,12 @@ class Deformable:
         self.faces = faces  # a Faces, or None
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
+        self.pressed = []  # sides, and the pressure on them
 
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, force=None, velocity=None,
                displacement=None, storage=None, name="mesh", edge_material=None, face_material=None, bulk=None,
-               **options):  # fmt: skip
+               pressure=None, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -97,10 +98,12 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
     outside: they meet spheres, and points of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
-    time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. velocity,
-    displacement: (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that
-    rules of contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements are small; the
-    body does not touch itself.
+    time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. pressure:
+    {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their normals where
+    these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement: (dim,) or
+    (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of contact may
+    name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small; the body does not
+    touch itself.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options")}
     body = _made(body, material, bulk, options)
@@ -127,6 +130,10 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
+    if pressure:
+        from .pressure import pressed_sides
+
+        d.pressed = [(pressed_sides(body, _group(body, group), group), p) for group, p in pressure.items()]
     d.material = material
     faced = patches.faces[patches.faces >= 0] if patches else np.zeros(0, int)
     d.contact_nodes = np.unique(np.concatenate([nodes, points[0].ravel(), pairs.ravel(), faced]))
@@ -276,6 +283,15 @@ class MovingMesh:
         for group, total in (given or {}).items():
             nodes = _group(self.body, group)
             out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
+        return out.ravel()
+
+    def pressure_load(self, t, x):
+        """Forces of pressures on the sides where nodes are at x (n, dim) at a time, (n dofs) [N]."""
+        from .pressure import forces
+
+        out = np.zeros(x.shape)
+        for sides, p in self.d.pressed:
+            out += forces(self.body, sides, x) * checks.number("pressure", p(t) if callable(p) else p)
         return out.ravel()
 
     def held_velocity(self, t):

@@ -14,7 +14,7 @@ class Meshes:
         self._core, self.meshes, self._loaded = core, [], set()
         kept = {id(m.d): core.mesh_memory(k) for k, m in enumerate(before.meshes)} if before else {}
         self._core.forget_meshes()
-        origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
+        self._origin = origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         for d, ids in sets_of_meshes(simulation):
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
             mesh.number = len(self.meshes)
@@ -48,10 +48,18 @@ class Meshes:
         for k, mesh in enumerate(self.meshes):
             if k in self._loaded:
                 continue
-            if mesh.d.force is None and not mesh.d.drive:
+            if mesh.d.force is None and not mesh.d.drive and not mesh.d.pressed:
                 self._loaded.add(k)
                 continue
-            self._core.load_mesh(k, mesh.load(t), mesh.load(t + h), mesh.held_velocity(t + h))
+            begin, end = mesh.load(t), mesh.load(t + h)
+            if mesh.d.pressed:
+                scene = self._core.scene
+                rows = np.searchsorted(scene.body("id"), mesh.node_ids)
+                x, v = scene.body("position")[rows] + self._origin, scene.body("velocity")[rows][:, : mesh.dim]
+                begin, end = begin + mesh.pressure_load(t, x), end + mesh.pressure_load(t + h, x + h * v)
+                self._core.load_mesh(k, begin, end, mesh.held_velocity(t + h))
+                continue
+            self._core.load_mesh(k, begin, end, mesh.held_velocity(t + h))
             functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
             if not any(callable(f) for f in functions):
                 self._loaded.add(k)
