@@ -54,6 +54,38 @@ def test_forced_fold(tmp_path, capsys):
         example("forced_fold").main(["--output", str(tmp_path), "--disks", "-5"])
 
 
+def test_stick_and_slip(tmp_path):
+    figures = ran("stick_and_slip", tmp_path, "--cells", "12", "--press", "3", "--drag", "6", endings=(".vtkhdf", ".png"))
+    assert figures["Q over mu P"] == pytest.approx(0.6, abs=0.1)
+    assert figures["largest pressure over Hertz's"] == pytest.approx(1, abs=0.02)
+    assert figures["half width over Hertz's"] == pytest.approx(1, abs=0.04)
+    assert figures["stick over Cattaneo's"] == pytest.approx(1, abs=0.05)
+    assert figures["error, worst"] <= 1e-9 and figures["closure of the balance"] < 1e-10
+    with pytest.raises(ValueError, match="share is 1.2"):
+        example("stick_and_slip").main(["--output", str(tmp_path), "--share", "1.2"])
+
+
+def test_bent_plate(tmp_path):
+    figures = ran("bent_plate", tmp_path, "--across", "3", "--steps", "90", endings=(".vtkhdf", ".png"))
+    assert figures["radius of its middle on the drum"] == pytest.approx(51, rel=0.02)
+    assert figures["over that of plastic bending"] == pytest.approx(1, abs=0.15)
+    assert figures["error, worst"] <= 1e-8 and figures["dissipated by the material"] > 50
+    assert figures["closure of the balance"] < 1e-6
+    with pytest.raises(ValueError, match="force is -1"):
+        example("bent_plate").main(["--output", str(tmp_path), "--force", "-1"])
+
+
+def test_ironing(tmp_path):
+    size = ["--cells", "24", "--depth", "0.003", "--way", "0.01", "--steps", "60"]
+    figures = ran("ironing", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    assert figures["force down while it slides"] > 1000 and 0.3 < figures["along over down"] < 0.8
+    assert figures["largest error of the solver"] <= 1e-8 and figures["closure of the balance"] < 1e-8
+    shares = [figures[name] for name in ("  lost in friction", "  stored", "  lost in the steps", "  lost where nodes meet")]
+    assert sum(shares) == pytest.approx(1, rel=1e-4) and min(shares) > 0
+    with pytest.raises(ValueError, match="depth is 0.1"):
+        example("ironing").main(["--output", str(tmp_path), "--depth", "0.1"])
+
+
 def test_rubber_ring(tmp_path):
     size = ["--round", "16", "--across", "1", "--steps", "40", "--crush", "0.2"]
     figures = ran("rubber_ring", tmp_path, *size, endings=(".png",))
