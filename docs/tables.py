@@ -51,9 +51,38 @@ def page():
     return "\n\n".join(parts) + "\n"
 
 
+def calls(text):
+    """The public procedures of a Fortran module: comment, head and arguments of each, without what it does."""
+    public = set(re.findall(r"\w+", " ".join(re.findall(r"^ *public *:: *(.*)$", text, re.M))))
+    body = text.partition("\ncontains\n")[2]
+    head = re.compile(r"((?:^ *!>.*\n)*)^ *((?:[\w()*]+ )*(?:subroutine|function) (\w+)\b(?:.*&\n)*.*)\n", re.M)
+    for found in head.finditer(body):
+        comment, first, name = found.groups()
+        if name in public and not first.lstrip().startswith("end"):
+            lines = []
+            for line in body[found.end() :].split("\n"):
+                if "intent(" not in line and not (lines and lines[-1].rstrip().endswith("&")):
+                    break
+                lines.append(line)
+            told = [*comment.rstrip("\n").split("\n"), first, *lines]
+            yield "\n".join(line.removeprefix("  ") for line in told if line.strip())
+
+
+def fortran():
+    """The Fortran module as one MyST page."""
+    parts = ["# Fortran calls\n\nThe procedures of the module `cairn`, from its sources; `error=` may be left out everywhere."]
+    for path in sorted((ROOT / "fortran").glob("cairn_*.f90")):
+        found = list(calls(path.read_text(encoding="utf-8")))
+        if found and path.stem != "cairn_calls":  # what the others share
+            text = "\n\n".join(found)
+            parts.append(f"## {path.stem.removeprefix('cairn_').capitalize()}\n\n```fortran\n{text}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
 def write(folder):
-    """Writes tables.md into folder; only when it changed, so that Sphinx does not build it anew."""
-    target = Path(folder) / "tables.md"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    if not target.exists() or target.read_text(encoding="utf-8") != page():
-        target.write_text(page(), encoding="utf-8")
+    """Writes tables.md and fortran.md into folder; only when they changed, so that Sphinx does not build them anew."""
+    for name, text in (("tables.md", page()), ("fortran.md", fortran())):
+        target = Path(folder) / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not target.exists() or target.read_text(encoding="utf-8") != text:
+            target.write_text(text, encoding="utf-8")

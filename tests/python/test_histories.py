@@ -94,12 +94,27 @@ def test_forces_in_space_are_drawn(tmp_path):
     assert np.any(run[-1].contacts["impulse"])
     ax = run.plot_force_chains(-1)
     image = np.asarray(ax.images[0].get_array(), int)
-    red = (image[..., 0] > image[..., 1] + 60) & (image[..., 0] > image[..., 2] + 60)
+    red = (image[..., 0] > image[..., 1] + 40) & (image[..., 0] > image[..., 2] + 40)
     assert red.sum() > 200  # rods that push
     seen = np.asarray(run.plot_force_chains(-1, camera=(0, 0, 1)).images[0].get_array(), int)
     assert np.abs(seen - image).mean() > 1
     with pytest.raises(ValueError, match=r"camera has shape \(2,\): give \(place, point looked at\)"):
         run.plot(-1, camera=(1, 2))
+    plt.close("all")
+
+
+def test_pictures_in_space_have_walls_axes_and_no_empty_paper(tmp_path):
+    pytest.importorskip("pyvista")
+    sim = cn.Simulation(heap(3), 1e-3, overlap="ignore")
+    sim.run(steps=1, output=tmp_path / "a.vtkhdf", progress=False)
+    run = cn.load(tmp_path / "a.vtkhdf")
+    image, bare = (np.asarray(run.plot(-1, walls=walls).images[0].get_array(), int) for walls in (True, False))
+    drawn = image.min(axis=2) < 250
+    assert drawn[: len(image) // 20].any() and drawn[-(len(image) // 20) :].any() and drawn.mean() > 0.5
+    grey = (np.ptp(image, axis=2) < 6) & (image.min(axis=2) > 150) & drawn
+    assert grey.mean() > 0.02 + ((np.ptp(bare, axis=2) < 6) & (bare.min(axis=2) > 150) & (bare.min(axis=2) < 250)).mean()
+    assert {text.get_text() for text in run.plot(-1).texts} == {"x", "y", "z"}
+    assert {text.get_text() for text in run.plot(-1, camera=(0, 0, 1)).texts} == {"x", "y"}  # seen from above
     plt.close("all")
 
 

@@ -119,7 +119,8 @@ def plot_step(
     if step.dim == 3:
         from .plots3d import plot_step_3d
 
-        return plot_step_3d(step, what, ax=ax, cmap=cmap, limits=limits, colorbar=colorbar, title=title, camera=camera)
+        options = {"limits": limits, "colorbar": colorbar, "title": title, "camera": camera, "walls": walls}
+        return plot_step_3d(step, what, ax=ax, cmap=cmap, **options)
     values, label = field_values(step, what)
     contactors = contactors_of(step)
     disks, (outlines, rows), (cells, corners) = contactors.select("disk"), outlines_of(step), mesh_cells.outlines(step)

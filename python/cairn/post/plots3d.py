@@ -32,7 +32,8 @@ from .shape_meshes import meshes_of
 WINDOW = (1200, 900)
 
 
-def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=WINDOW, camera=None):
+def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=WINDOW, camera=None,
+                 walls=True):  # fmt: skip
     """Draw the bodies of one output, coloured by a field. Returns matplotlib Axes."""
     values, label = field_values(step, what)
     spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
@@ -51,14 +52,15 @@ def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorba
     palette = _palette(classes, cmap)
     picture = spheres.center, spheres.radius, values, palette, limits, window, mesh, of_bodies
     try:
-        image = render_spheres(*picture, camera=camera)
+        image, seen = render_spheres(*picture, camera=camera, walls_of=step if walls else None)
     except ImportError:
         from .plain_render import render
 
-        image = render(*picture)
+        image, seen = render(*picture), ()
     ax = _axes(ax, (8.0, 6.0))
     ax.imshow(image)
     ax.set_axis_off()
+    draw_axes(ax, seen)
     _finish(ax, step, palette, limits, label if colorbar and not classes else None, title)
     if colorbar and 1 < len(kinds) <= 12:
         legend(ax, kinds, [CLASSES[k % len(CLASSES)] for k in kinds], what, step.run.scene)
@@ -80,7 +82,7 @@ def plot_forces_3d(step, ax=None, dt=None, width=None, bodies=True, title=None, 
     plotter.set_background("white")
     spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
     if bodies:
-        plain = {"color": PALE, "opacity": 0.15, "show_scalar_bar": False}
+        plain = {"color": PALE, "opacity": 0.1, "show_scalar_bar": False}
         if len(spheres):
             plotter.add_mesh(_balls(spheres.center, spheres.radius), **plain)
         if mesh is not None:
@@ -96,13 +98,42 @@ def plot_forces_3d(step, ax=None, dt=None, width=None, bodies=True, title=None, 
                 rods = pyvista.line_segments_from_points(lines[some].reshape(-1, 3))
                 rods["thick"] = thick[np.repeat(some, 2)]
                 plotter.add_mesh(rods.tube(scalars="thick", absolute=True, n_sides=8), color=colour, specular=0.2)
+    add_walls(plotter, step)
     ax = _axes(ax, (8.0, 6.0))
-    ax.imshow(_picture(plotter, camera))
+    image, seen = _picture(plotter, camera)
+    ax.imshow(image)
     ax.set_axis_off()
+    draw_axes(ax, seen)
     if len(force):
         ax.text(0.99, 0.99, f"mean normal force {mean:.3g} N", transform=ax.transAxes, ha="right", va="top", fontsize=8)
     titled(ax, title_of(step) if title is None else title)
     return ax
+
+
+def add_walls(plotter, step):
+    """Planes and tubes as thin glass, as far as the bodies reach."""
+    import pyvista
+
+    contactors = contactors_of(step)
+    planes, tubes = contactors.select("plane"), contactors.select("tube")
+    low, high = np.array(plotter.bounds).reshape(3, 2).T
+    if not np.all(np.isfinite(low)) or not np.any(high > low):
+        return
+    middle, size = (low + high) / 2, float(np.linalg.norm(high - low))
+    room = 0.03 * size
+    box = np.stack([low - room, high + room], axis=1).ravel()
+    glass = {"color": WALL, "opacity": 0.08, "show_scalar_bar": False, "lighting": False}
+    for center, normal in zip(planes.center, planes.direction):
+        foot = middle - np.dot(middle - center, normal) * normal
+        if np.all(foot >= low - room - 1e-9 * size) and np.all(foot <= high + room + 1e-9 * size):
+            part = pyvista.Plane(center=foot, direction=normal, i_size=3 * size, j_size=3 * size, i_resolution=1, j_resolution=1)
+            part = part.clip_box(box, invert=False)
+            if part.n_points:
+                plotter.add_mesh(part, **glass)
+    for center, axis, half, radius in zip(tubes.center, tubes.direction, tubes.half, tubes.radius):
+        half = half if np.isfinite(half) and half > 0 else size / 2
+        tube = {"center": center, "direction": axis, "radius": radius, "height": 2 * half, "resolution": 48, "capping": False}
+        plotter.add_mesh(pyvista.Cylinder(**tube), **glass)
 
 
 def _balls(center, radius):
@@ -135,10 +166,33 @@ def _picture(plotter, camera):
         plotter.reset_camera_clipping_range()
     else:
         raise ValueError(f"camera has shape {given.shape}: give (place, point looked at), (2, 3) [m], or a direction (3,)")
+    place, middle, up = (np.array(v, float) for v in plotter.camera_position)
     with pyvista.vtk_verbosity("error"):  # without a display VTK warns, then draws in memory
         image = plotter.screenshot(return_img=True)
     plotter.close()
-    return image
+    ahead = (middle - place) / np.linalg.norm(middle - place)
+    right = np.cross(ahead, up)
+    right /= np.linalg.norm(right) or 1.0
+    seen = np.stack([right, np.cross(right, ahead)], axis=1)  # of x, y, z: to the right, and up
+    return (_cropped(image) if given.shape == (3,) else image), seen  # where the view is given, its frame is
+
+
+def _cropped(image):
+    """The image without the empty paper around it, but for a margin."""
+    drawn = np.any(image < 250, axis=2)
+    rows, columns = np.flatnonzero(drawn.any(axis=1)), np.flatnonzero(drawn.any(axis=0))
+    if not len(rows):
+        return image
+    margin = len(image) // 40
+    return image[max(rows[0] - margin, 0) : rows[-1] + margin, max(columns[0] - margin, 0) : columns[-1] + margin]
+
+
+def draw_axes(ax, seen, length=20.0):
+    """The directions of x, y, z below the lower left corner, as `_picture` saw them; length in points."""
+    for name, way in zip("xyz", seen):
+        if np.linalg.norm(way) > 0.05:
+            ends = {"xycoords": "axes fraction", "textcoords": "offset points", "fontsize": 8, "ha": "center", "va": "center"}
+            ax.annotate(name, (0.03, 0.05), length * way, arrowprops={"arrowstyle": "<-", "lw": 0.8, "shrinkB": 0}, **ends)
 
 
 def _palette(classes, cmap):
@@ -172,9 +226,9 @@ def choose_window():
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkOSOpenGLRenderWindow")
 
 
-def render_spheres(center, radius, values, palette, limits, window, mesh=None, of_bodies=None, camera=None):
-    """An image (height, width, 3) of spheres, and of the mesh of other bodies. ImportError without PyVista, or without a system
-    library to draw with."""
+def render_spheres(center, radius, values, palette, limits, window, mesh=None, of_bodies=None, camera=None, walls_of=None):
+    """An image (height, width, 3) of spheres and of the mesh of other bodies, and the axes as seen. ImportError without PyVista,
+    or without a system library to draw with."""
     choose_window()
     import pyvista
 
@@ -182,6 +236,8 @@ def render_spheres(center, radius, values, palette, limits, window, mesh=None, o
     plotter.set_background("white")
     add_spheres(plotter, center, radius, values, palette, limits)
     add_mesh(plotter, mesh, of_bodies, palette, limits)
+    if walls_of is not None:
+        add_walls(plotter, walls_of)
     return _picture(plotter, camera)
 
 

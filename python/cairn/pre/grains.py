@@ -78,6 +78,7 @@ def from_curve(n, curve, *, rng, dim=2, scale="linear", stratified=False) -> np.
         (m, 2) of the same. Diameters grow; fractions grow from 0 (nothing is finer) to 1 (everything is finer).
     scale: "linear" or "log", how mass is spread between two points of the curve; a curve drawn straight on the usual
         logarithmic axis of diameters is "log".
+
     Returns (n,) [m]. Raises ValueError naming the row that is wrong.
     """
     n, dim, rng = checks.count("n", n), checks.dimension(dim), checks.generator(rng)
