@@ -31,7 +31,13 @@ def cohesive(**more):
 STRESS = (2e3, lambda dim: FORCE - area(dim))
 WORK = (5.0, lambda dim: FORCE + LENGTH - area(dim))
 MODES = {"normal_strength": STRESS, "tangential_strength": STRESS, "normal_work": WORK, "tangential_work": (9.0, WORK[1])}
-ROD = {"stiffness": (1e4, FORCE), "viscosity": (3.0, FORCE + TIME), "strength": (60.0, FORCE), "mu": (0.3, NONE), "within": (0.05, LENGTH)}
+ROD = {
+    "stiffness": (1e4, FORCE),
+    "viscosity": (3.0, FORCE + TIME),
+    "strength": (60.0, FORCE),
+    "mu": (0.3, NONE),
+    "within": (0.05, LENGTH),
+}
 # a value and the units of it
 LAWS = {
     "Coulomb": {"mu": (0.4, NONE)},
@@ -126,8 +132,8 @@ MATERIAL_UNITS = {
     NONE,
 )
 STRESSES = frozenset(
-    "young young1 young2 young3 shear12 shear23 shear13 bulk shear1 shear2 shear3 yield_stress isotropic kinematic cohesion hardening"
-    " strength".split()
+    "young young1 young2 young3 shear12 shear23 shear13 bulk shear1 shear2 shear3 yield_stress isotropic kinematic cohesion"
+    " hardening strength".split()
 )
 
 
