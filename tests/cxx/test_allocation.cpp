@@ -7,7 +7,7 @@
 
 #include "strategies/nscd/nscd.hpp"
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 namespace {
 std::atomic<std::int64_t> allocations{0};
 }

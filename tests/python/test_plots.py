@@ -248,18 +248,15 @@ def test_polygons_are_drawn_where_they_are(tmp_path):
     matplotlib.pyplot.close("all")
 
 
-def test_many_disks_are_quick(tmp_path):
-    """43,000 disks within a few seconds."""
-    import time
-
+def test_many_disks_are_one_drawing(tmp_path):
+    """43,000 disks are not 43,000 patches."""
     from cairn.post.plots import draw_disks
 
     figure, ax = matplotlib.pyplot.subplots()
     rng = np.random.default_rng(0)
-    start = time.perf_counter()
     draw_disks(ax, rng.random((43_000, 2)), np.full(43_000, 0.002))
     figure.savefig(tmp_path / "a.png")
-    assert time.perf_counter() - start < 10.0
+    assert len(ax.get_children()) < 50
     matplotlib.pyplot.close("all")
 
 

