@@ -49,6 +49,15 @@ def test_a_run_that_lacks_what_every_run_holds(run, change):
     assert error.value.remedy and str(run) in str(error.value)
 
 
+def test_normals_that_are_no_numbers(run):
+    with h5py.File(run, "r+") as file:
+        file["VTKHDF/contacts/PointData/normal"][:] = np.nan
+    with cn.load(run) as read:
+        assert np.isnan(read[-1].contacts["normal"]).all()
+        with pytest.raises(cn.FileError, match="'normal' that are no numbers"):
+            read.measure()
+
+
 def test_contactors_without_columns(tmp_path):
     path = tmp_path / "run.vtkhdf"
     scene = cn.Scene(dim=2)

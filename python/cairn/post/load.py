@@ -95,12 +95,20 @@ class MissingField(KeyError):
 
 
 @contextlib.contextmanager
-def _from_fields_of(path):
-    """What is computed of fields that every run holds: a file without one is damaged."""
+def _from_fields_of(step):
+    """What is computed of fields that every run holds: a file without one, or with values that are none, is damaged."""
+    path, remedy = step.run.path, "copy it again from where it was made"
     try:
         yield
     except MissingField as error:
-        raise FileError(path, f"the file is damaged: {error.args[0]}", "copy it again from where it was made") from error
+        raise FileError(path, f"the file is damaged: {error.args[0]}", remedy) from error
+    except ValueError as error:
+        for fields in (step.bodies, step.contacts):
+            for name in fields:
+                if not np.all(np.isfinite(fields[name])):
+                    told = f"output {step.index} holds values of '{name}' that are no numbers ({error})"
+                    raise FileError(path, told, remedy) from error
+        raise
 
 
 class Fields:
@@ -313,8 +321,9 @@ class Run:
 
         loaded : only contacts that carry an impulse.
         """
-        contacts = self[i].contacts
-        with _from_fields_of(self.path):
+        step = self[i]
+        contacts = step.contacts
+        with _from_fields_of(step):
             edges = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
             return edges[np.any(contacts["impulse"] != 0, axis=1)] if loaded else edges
 
@@ -322,8 +331,9 @@ class Run:
         """Coordination, solid fraction, fabric, stress ... of output i: a dict. See `measures.measure`."""
         from .measures import measure
 
-        with _from_fields_of(self.path):
-            return measure(self[i], **options)
+        step = self[i]
+        with _from_fields_of(step):
+            return measure(step, **options)
 
     def plot(self, i=-1, what="velocity", **options):
         """Draw output i coloured by a field of the bodies; returns a matplotlib Axes. See `plots.plot_step`."""
