@@ -9,6 +9,7 @@ RUN python3 -m venv /opt/cairn && /opt/cairn/bin/pip install --no-cache-dir "/sr
 FROM debian:bookworm-slim
 RUN apt-get update && apt-get install -y --no-install-recommends \
     python3 libgfortran5 libgomp1 liblapack3 libcholmod3 libumfpack5 libamd2 libosmesa6 libx11-6 \
+    libglu1-mesa libxcursor1 libxft2 libxinerama1 libxrender1 libxfixes3 libfontconfig1 \
     && rm -rf /var/lib/apt/lists/*
 COPY --from=build /opt/cairn /opt/cairn
 ENV PATH=/opt/cairn/bin:$PATH

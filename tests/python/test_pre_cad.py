@@ -9,10 +9,19 @@ BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], floa
 SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
 
 
+def reader_of_step():
+    """gmsh, or a test that is skipped: it rests on libraries of the system that draw."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        pytest.skip(f"gmsh cannot be loaded: {error}")
+    return gmsh
+
+
 @pytest.fixture
 def step(tmp_path):
     """Two boxes that touch and a cylinder, drawn in millimetres."""
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = reader_of_step()
     path = tmp_path / "a.step"
     gmsh.initialize([], readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
@@ -40,7 +49,7 @@ def test_step_comes_in_metres(step):
 
 
 def test_a_file_that_is_no_step(tmp_path):
-    pytest.importorskip("gmsh")
+    reader_of_step()
     (tmp_path / "a.stp").write_text("hello")
     with pytest.raises(importing.BlocksFileError, match="a.stp"):
         importing.read(tmp_path / "a.stp")
@@ -86,6 +95,16 @@ def test_a_library_that_is_not_there_is_named(tmp_path, monkeypatch, name, endin
     (tmp_path / f"a.{ending}").write_text("x")
     with pytest.raises(ImportError, match=f"{name} is needed to read {ending.upper()} files: pip install {name}"):
         importing.read(tmp_path / f"a.{ending}")
+
+
+def test_a_library_of_the_system_that_is_not_there_is_named(tmp_path, monkeypatch):
+    (tmp_path / "gmsh.py").write_text("raise OSError('libGLU.so.1: cannot open shared object file')")
+    monkeypatch.delitem(__import__("sys").modules, "gmsh", raising=False)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "a.step").write_text("x")
+    with pytest.raises(ImportError, match="gmsh is needed to read STEP files, and cannot be loaded .libGLU.so.1.*: install"):
+        importing.read(tmp_path / "a.step")
+    monkeypatch.delitem(__import__("sys").modules, "gmsh", raising=False)
 
 
 def ring(turns=40, around=24):

@@ -18,7 +18,8 @@ def read_step(path):
     gmsh.initialize([], readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
-        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        # in millimetres, the program's own unit: another would stay behind in it and change what it writes from then on
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
         gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)
         try:
@@ -38,7 +39,7 @@ def read_step(path):
 def _skin(gmsh, volume):
     """Corners, triangles turned outward and name of a solid."""
     tags, places, _ = gmsh.model.mesh.getNodes()
-    order, places = np.argsort(tags), np.asarray(places).reshape(-1, 3)
+    order, places = np.argsort(tags), 1e-3 * np.asarray(places).reshape(-1, 3)
     triangles = []
     for _, face in gmsh.model.getBoundary([(3, volume)], oriented=False):
         kinds, _, nodes = gmsh.model.mesh.getElements(2, face)

@@ -293,6 +293,8 @@ def library(name, purpose):
     except ImportError:
         package = name.partition(".")[0]  # pip knows the whole by its first name
         raise ImportError(f"{package} is needed {purpose}: pip install {package}") from None
+    except OSError as error:  # it is there, and a library of the system that it rests on is not
+        raise ImportError(f"{name} is needed {purpose}, and cannot be loaded ({error}): install what it names") from None
 
 
 def hull(vertices) -> tuple[np.ndarray, np.ndarray]:
