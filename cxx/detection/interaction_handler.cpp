@@ -65,6 +65,10 @@ InteractionHandler::~InteractionHandler() = default;
 InteractionHandler::InteractionHandler(InteractionHandler&&) noexcept = default;
 InteractionHandler& InteractionHandler::operator=(InteractionHandler&&) noexcept = default;
 
+InteractionHandler::Counts InteractionHandler::counts() const {
+  return {work->real_items + std::int64_t(work->walls.size()), work->items - work->real_items};
+}
+
 std::vector<DeclaredPair>& InteractionHandler::declared() { return work->declared; }
 
 // Nothing of the last call is left.

@@ -49,6 +49,13 @@ public:
   void detect(const Bodies&, const Contactors&, const Cell&, const Margin&, Candidates& out, const Configuration& = {},
               Scratch* scratch = nullptr, const LawRules* rules = nullptr);
 
+  // What the last call sought contacts of: contactors of the scene, which this process owns, and their images in a
+  // periodic cell, which it does not: an image has the id of its contactor, and a contact with it counts for that.
+  struct Counts {
+    std::int64_t owned = 0, ghosts = 0;
+  };
+  Counts counts() const;
+
   // Pairs to keep whatever their gap, the caller's to fill. One whose contactors no longer exist is passed over.
   std::vector<DeclaredPair>& declared();
 

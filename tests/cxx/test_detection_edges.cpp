@@ -244,6 +244,25 @@ TEST(DetectionEdges, a_cell_may_lean_strongly) {
   }
 }
 
+TEST(DetectionEdges, images_in_a_periodic_cell_are_counted_apart_from_contactors) {
+  DetectionScene scene(2);
+  const std::int64_t first = scene.add(scene.add_body({0.3, 2}), Shape::disk, 0.5, 0),
+                     second = scene.add(scene.add_body({3.8, 2}), Shape::disk, 0.5, 0);
+  scene.add(scene.add_body({0, 0}), Shape::half_plane, 0, 0, {}, {0, 1, 0});
+  InteractionHandler handler;
+  EXPECT_EQ(scene.detect(handler).count, 0);
+  EXPECT_EQ(handler.counts().owned, 3);
+  EXPECT_EQ(handler.counts().ghosts, 0);
+  scene.cell.periodic[0] = true;
+  scene.cell.vectors[0] = 4;
+  const Candidates found = scene.detect(handler);
+  EXPECT_EQ(handler.counts().owned, 3);
+  EXPECT_EQ(handler.counts().ghosts, 2); // of either disk one, beyond the face that it reaches
+  ASSERT_EQ(found.count, 1);             // by their own numbers, across the face
+  EXPECT_EQ(found.contactor_a[0], first);
+  EXPECT_EQ(found.contactor_b[0], second);
+}
+
 TEST(DetectionEdges, a_huge_body_and_its_thousands_of_neighbours_come_in_order) {
   for (bool huge_first : {true, false}) {
     DetectionScene scene(2);
