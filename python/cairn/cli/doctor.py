@@ -18,6 +18,11 @@ OPTIONAL = {
     "trimesh": "blocks from STL and OBJ",
     "meshio": "meshes from gmsh, MED, VTK, Abaqus",
     "networkx": "pieces of a surface",
+    "gmsh": "blocks from STEP",
+    "ifcopenshell": "blocks from IFC",
+    "coacd": "nearly convex parts of what no exact cut follows",
+    "manifold3d": "surfaces that run through each other",
+    "imageio-ffmpeg": "films as .mp4 where there is no ffmpeg",
 }
 PROGRAMS = {
     "gfortran": "laws of your own in Fortran",
