@@ -1,4 +1,5 @@
 #include "arrays.hpp"
+#include "files/problem_reader.hpp"
 #include "solvers/problems/friction_problem.hpp"
 
 namespace {
@@ -66,6 +67,7 @@ void bind_problems(py::module_& m) {
   py::class_<FrictionProblem>(m, "FrictionProblem")
       .def(py::init(&make), py::arg("dim"), py::arg("row_start"), py::arg("column"), py::arg("data"), py::arg("q"),
            py::arg("mu"))
+      .def_static("read", &cairn::read_problem) // as programs in C and Fortran read it
       .def_readonly("dim", &FrictionProblem::dim)
       .def_readonly("contacts", &FrictionProblem::contacts)
       .def("solve",

@@ -4,6 +4,7 @@ set(CAIRN_CXX_SOURCES
   api/hulls.cpp
   api/meshes.cpp
   api/networks.cpp
+  api/problems.cpp
   api/scene.cpp
   api/simulation.cpp
   base/space_filling_order.cpp
@@ -42,6 +43,7 @@ set(CAIRN_CXX_SOURCES
   files/hdf5_bytes.cpp
   files/hdf5_image.cpp
   files/hdf5_node.cpp
+  files/problem_reader.cpp
   files/run_reader.cpp
   files/run_snapshot.cpp
   files/run_writer.cpp

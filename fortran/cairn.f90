@@ -9,6 +9,7 @@ module cairn
   use cairn_simulations
   use cairn_meshes
   use cairn_networks
+  use cairn_problems
   use cairn_files
   implicit none
   public

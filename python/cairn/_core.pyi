@@ -56,6 +56,7 @@ __all__: list[str] = [
     "strategy_options",
     "suitesparse",
     "unplug_pair",
+    "write_whole",
 ]
 
 class Error(ValueError):
@@ -201,6 +202,8 @@ class LawTable:
     def settle(self) -> None: ...
 
 class FrictionProblem:
+    @staticmethod
+    def read(arg0: str) -> FrictionProblem: ...
     def __init__(
         self,
         dim: typing.SupportsInt | typing.SupportsIndex,
@@ -543,5 +546,6 @@ def shapes(*args) -> list[str]: ...
 def strategies() -> list: ...
 def strategy_options(arg0: str) -> list: ...
 def unplug_pair(arg0: str) -> None: ...
+def write_whole(path: typing.Any, data: bytes, beside: bool) -> None: ...
 
 suitesparse: str

@@ -5,10 +5,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cairn as cn
 import h5py
 import numpy as np
 import pytest
-from cairn import problems
+from cairn import _core, problems
 from made_up_problems import plain_true_error, random_problem, resting_box
 from scipy import sparse
 
@@ -47,14 +48,54 @@ def test_fclib_comes_back(tmp_path, like, dim):
     assert (r == result.r).all() and (u == result.u).all()
 
 
+@pytest.mark.parametrize("like", ["rows", "columns", "triplets"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_programs_in_c_read(tmp_path, like, dim):
+    """The same blocks: figures of the same impulses, and the solution to the bit."""
+    p = random_problem(dim, contacts=5, seed=2, unsymmetric=0.01)
+    path = str(tmp_path / "p.hdf5")
+    problems.fclib.write(path, p, like=like)
+    read = _core.FrictionProblem.read(path)
+    assert (read.dim, read.contacts) == (dim, 5)
+    r = np.random.default_rng(3).standard_normal((5, dim))
+    assert read.measure(r)["error"] == pytest.approx(p.error(r), rel=1e-13)
+    given = dict(tol=1e-9, max_iter=1000, max_seconds=100.0, threads=1, seed=0, relaxation=1.0, warm_start=False, memory=1e9)
+    found = np.zeros((5, dim))
+    assert read.solve("nlgs", found, *given.values())["status"] == "converged"
+    assert np.array_equal(found, p.solve("nlgs", tol=1e-9, max_iter=1000).r)
+
+
+def test_what_programs_in_c_do_not_read(tmp_path):
+    p = random_problem(2, contacts=3, seed=2)
+    path = str(tmp_path / "p.hdf5")
+    for change, told in (
+        (lambda f: f["fclib_local/W/i"].write_direct(np.full_like(f["fclib_local/W/i"][()], 9)), "W has an entry outside of it"),
+        (lambda f: f["fclib_local/spacedim"].write_direct(np.full_like(f["fclib_local/spacedim"][()], 5)), "spacedim is 5"),
+        (lambda f: f.move("fclib_local/vectors/mu", "fclib_local/vectors/nu"), "lacks vectors/mu"),
+        (lambda f: f.move("fclib_local", "else"), "has no fclib_local"),
+    ):
+        problems.fclib.write(path, p)
+        with h5py.File(path, "r+") as file:
+            change(file)
+        with pytest.raises(cn.FileError, match=told):
+            _core.FrictionProblem.read(path)
+
+
 def test_triplets_have_rows_in_i(tmp_path):
     """An unsymmetric W, written by hand: i is the row, p the column, and only the first nz count."""
     path = tmp_path / "p.hdf5"
     with h5py.File(path, "w") as file:
         g = file.create_group("fclib_local")
         g["spacedim"] = [2]
-        for name, value in {"m": [2], "n": [2], "nz": [3], "nzmax": [4], "i": [0, 1, 0, 1], "p": [0, 1, 1, 0],
-                            "x": [2.0, 3.0, 0.5, 99.0]}.items():
+        for name, value in {
+            "m": [2],
+            "n": [2],
+            "nz": [3],
+            "nzmax": [4],
+            "i": [0, 1, 0, 1],
+            "p": [0, 1, 1, 0],
+            "x": [2.0, 3.0, 0.5, 99.0],
+        }.items():
             g[f"W/{name}"] = value
         g["vectors/q"], g["vectors/mu"] = [-1.0, 0.5], [0.3]
     assert (problems.read(path).W.toarray() == [[2, 0.5], [0, 3]]).all()
@@ -226,14 +267,22 @@ def test_command(tmp_path):
     p = random_problem(3, contacts=4, seed=2)
     problems.write(tmp_path / "p.hdf5", p)
     command = [sys.executable, "-m", "cairn.cli", "solve"]
-    done = subprocess.run([*command, tmp_path / "p.hdf5", "--tol", "1e-9", "--solver", "nlgs", "--output", tmp_path / "s.hdf5"],
-                          capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [*command, tmp_path / "p.hdf5", "--tol", "1e-9", "--solver", "nlgs", "--output", tmp_path / "s.hdf5"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert "converged" in done.stdout and "rank 12 of 12" in done.stdout
     r, u = problems.read_solution(tmp_path / "s.hdf5")
     assert plain_true_error(p, r) <= 1.0001e-9
     assert np.allclose(u, p.velocity(r))
-    table = subprocess.run([*command, tmp_path / "p.hdf5", tmp_path / "s.hdf5", "--csv", "--solver", "nlgs"],
-                           capture_output=True, text=True, check=True).stdout.splitlines()
+    table = subprocess.run(
+        [*command, tmp_path / "p.hdf5", tmp_path / "s.hdf5", "--csv", "--solver", "nlgs"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout.splitlines()
     assert len(table) == 3 and table[1].split(",")[6] == "converged"
     problems.write(tmp_path / "p.hdf5", resting_box(8)[0])
     hard = subprocess.run([*command, tmp_path / "p.hdf5", "--max-iter", "1", "--solver", "nlgs"], capture_output=True, text=True)

@@ -12,6 +12,7 @@
 #include <stdint.h>
 
 #include "cairn/error.h"
+#include "cairn/problems.h"
 
 #ifdef __cplusplus
 extern "C" {
