@@ -5,6 +5,7 @@
 #include "files/growing_file.hpp"
 #include "files/hdf5_node.hpp"
 #include "files/run_writer.hpp"
+#include "files/writer_lock.hpp"
 #include "stored.hpp"
 
 using cairn::StoredArray;
@@ -193,6 +194,12 @@ void bind_container(py::module_& m) {
           };
       });
   m.def("restore_superblock", &cairn::restore_superblock);
+  m.def(
+      "write_whole",
+      [](const py::object& path, const py::bytes& data, bool beside) {
+        cairn::write_whole(py::cast<std::string>(py::module_::import("os").attr("fspath")(path)), data, beside);
+      },
+      py::arg("path"), py::arg("data"), py::arg("beside"));
   m.def("lookup3", [](const py::bytes& data) {
     const std::string_view text = data;
     return cairn::lookup3(reinterpret_cast<const unsigned char*>(text.data()), text.size());

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <memory>
+#include <tuple>
 #include <vector>
 
 namespace cairn {
@@ -138,6 +139,25 @@ std::pair<int, std::string> create_part_beside(const std::string& path) {
     }
     ::close(fd); // another has cleaned it before it was locked
   }
+}
+
+void write_whole(const std::string& path, std::string_view data, bool beside) {
+  std::string made = path + ".part";
+  Descriptor part{-1};
+  if (beside)
+    std::tie(part.fd, made) = create_part_beside(path);
+  else
+    part.fd = create_part(made, path);
+  const auto give_up = [&](int error) {
+    if (stands(part.fd, made)) ::unlink(made.c_str());
+    throw system_error(path, error);
+  };
+  while (!data.empty()) {
+    const ssize_t written = ::write(part.fd, data.data(), data.size());
+    if (written < 0 && errno != EINTR) give_up(errno);
+    if (written > 0) data.remove_prefix(std::size_t(written));
+  }
+  if (::rename(made.c_str(), path.c_str()) != 0) give_up(errno);
 }
 
 void sync_folder_of(const std::string& path) {

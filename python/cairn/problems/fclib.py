@@ -11,8 +11,8 @@ import os
 
 import numpy as np
 
-from ..post.errors import DAMAGE, ContentError, FileError, as_file_error
-from ..post.exclusive import create, stands
+from .. import _core
+from ..post.errors import DAMAGE, ContentError, FileError
 from ..post.hdf5 import read_foreign
 from .problem import Problem
 
@@ -81,23 +81,12 @@ def write(path, problem, result=None, *, title="", description="", like=None):
     """
     import h5py
 
-    part = f"{path}.part"
-    descriptor = create(part, path)
-    try:
-        # built in memory: HDF5 does not survive a disk that fills up under it
-        with h5py.File("problem", "w", driver="core", backing_store=False) as file:
-            _write_local(file, path, problem, result, title, description, like)
-            file.flush()
-            image = file.id.get_file_image()
-        with open(descriptor, "wb", closefd=False) as out:
-            out.write(image)
-        os.replace(part, path)
-    except OSError as error:
-        raise as_file_error(path, error) from error
-    finally:
-        if stands(descriptor, part):
-            os.unlink(part)
-        os.close(descriptor)
+    # built in memory: HDF5 does not survive a disk that fills up under it
+    with h5py.File("problem", "w", driver="core", backing_store=False) as file:
+        _write_local(file, path, problem, result, title, description, like)
+        file.flush()
+        image = file.id.get_file_image()
+    _core.write_whole(path, image, beside=False)
 
 
 def _write_local(file, path, problem, result, title, description, like):

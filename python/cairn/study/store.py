@@ -8,8 +8,8 @@ import io
 import os
 from pathlib import Path
 
+from .. import _core
 from ..post.errors import FileError
-from ..post.exclusive import replace_whole
 
 COLUMNS = (
     "key", "target", "fingerprint", "protocol", "kind", "role", "state", "seed", "setting", "solver", "tol", "dt", "dt_factor",
@@ -89,7 +89,7 @@ class Store:
         self.columns += new
         text = io.StringIO(newline="")
         write_csv(text, self.rows.values(), self.columns)
-        replace_whole(self.path, text.getvalue().encode())
+        _core.write_whole(self.path, text.getvalue().encode(), beside=True)
         self._file.close()
         self._file = open(self.path, "a+b", buffering=0)
         self._lock()
@@ -144,4 +144,4 @@ def write_hdf5(path, tables):
                 else:
                     group[name] = np.array([np.nan if v is None else v for v in values], float)
         file.flush()
-        replace_whole(path, file.id.get_file_image())
+        _core.write_whole(path, file.id.get_file_image(), beside=True)

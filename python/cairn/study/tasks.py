@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import _core
 from ..post.errors import FileError
-from ..post.exclusive import replace_whole
 from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum
 from .settings import Setting
 from .targets import Target
@@ -27,7 +27,7 @@ _targets = {}  # of this process: a scene is built once
 def _store(path, **arrays):
     data = io.BytesIO()
     np.savez(data, **arrays)
-    replace_whole(path, data.getvalue())
+    _core.write_whole(path, data.getvalue(), beside=True)
 
 
 def run(task):
@@ -139,7 +139,7 @@ def _keep(sim, task, done):
     before, note = prepared(task), _note(task)
     file = note.with_name(f"{note.stem}_step{done['step']}.h5")
     sim.checkpoint(file)
-    replace_whole(note, json.dumps({**done, "file": str(file)}).encode())
+    _core.write_whole(note, json.dumps({**done, "file": str(file)}).encode(), beside=True)
     if before is not None and before["file"] != str(file):
         Path(before["file"]).unlink(missing_ok=True)
 
