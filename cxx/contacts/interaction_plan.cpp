@@ -89,10 +89,15 @@ void Interactions::State::classify() {
   std::fill_n(degree, units(), 0);
   impulse_components = dim();
   state_components = 0;
+  int known_a = -1, known_b = -1, e = -1; // many contacts in a row are of the same materials
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
     const int ma = *contactors->material[a], mb = *contactors->material[b];
-    const int e = laws->find(ma, mb);
+    if (ma != known_a || mb != known_b) {
+      e = laws->find(ma, mb);
+      known_a = ma;
+      known_b = mb;
+    }
     if (e < 0)
       throw std::invalid_argument("no law for contacts between materials '" + laws->name(ma) + "' and '" +
                                   laws->name(mb) + "': declare one for this pair, or a default");
