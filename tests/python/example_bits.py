@@ -26,19 +26,25 @@ def digest(path):
 
 
 def made_by():
-    """What bits depend on besides the code: compiler and flags, instructions of the processor, libraries of functions."""
-    build = _core.build_info()
+    """What bits depend on besides the code: compiler and flags, the processor that -march=native and libraries look at,
+    libraries of functions."""
+    build, known = _core.build_info(), {}
     try:
         with open("/proc/cpuinfo", encoding="ascii") as file:
-            flags = next((line.split(":")[1].split() for line in file if line.startswith("flags")), [])
+            for line in file:
+                name, _, value = line.partition(":")
+                known.setdefault(name.strip(), value.strip())
     except OSError:
-        flags = []
+        pass
     wanted = ("sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512bw", "avx512vl")
+    there = known.get("flags", "").split()
+    model = " ".join(known.get(name, "?") for name in ("vendor_id", "cpu family", "model"))
     return {
         "compiler": build["compiler"],
         "flags": build["flags"],
-        "processor": f"{platform.machine()} {' '.join(name for name in wanted if name in flags)}".strip(),
+        "processor": f"{platform.machine()} {model} {' '.join(name for name in wanted if name in there)}".strip(),
         "libraries": " ".join([*platform.libc_ver(), "numpy", np.__version__]),
+        "blas": os.environ.get("OPENBLAS_CORETYPE", "as the processor asks"),
     }
 
 

@@ -1,0 +1,215 @@
+"""Kernels of solvers of problems, of their figures and of motion, against numpy, dense matrices and conserved quantities."""
+
+import numpy as np
+import pytest
+from kernels import kernel
+from scipy.spatial.transform import Rotation
+
+RNG = np.random.default_rng(25)
+CLOSE = dict(rtol=1e-11, atol=1e-13)
+
+
+def some(*shape):
+    return RNG.standard_normal(shape)
+
+
+def positive(*shape):
+    return RNG.uniform(0.5, 2.0, shape)
+
+
+def contacts(dim, n=30):
+    """Friction, W_NN, impulses within and on their cones and none, velocities."""
+    mu, w, r, u = RNG.uniform(0.1, 1, n), positive(n), some(n, dim), some(n, dim)
+    r[:, 0] = np.abs(r[:, 0])
+    tangent = np.linalg.norm(r[:, 1:], axis=1)
+    share = np.where(np.arange(n) % 3 == 0, 1.0, 0.5) * mu * r[:, 0] / tangent
+    r[:, 1:] *= share[:, None]
+    r[::5] = 0
+    r[5, 0] = -0.1
+    return mu, w, r, u
+
+
+# ---------------------------------------------------------------------- nesterov, extragradient, conjugate gradients
+
+
+def test_nesterov():
+    n, factor = 9, 0.6
+    before, r, start = some(n), some(n), np.empty(n)
+    old, came = before.copy(), r.copy()
+    kernel("cairn_nesterov_lean")(n, factor, before, r, start)
+    np.testing.assert_allclose(r, came + factor * (came - old), **CLOSE)
+    assert np.array_equal(before, came) and np.array_equal(start, r)
+    kernel("cairn_nesterov_lean")(n, 0.0, before, r, start)
+    assert np.array_equal(before, r) and np.array_equal(start, r)
+    w, one, two, three, along = positive(3), some(3, 3), some(3, 3), some(3, 3), np.empty(1)
+    kernel("cairn_nesterov_along")(3, 3, w, one, two, three, along)
+    np.testing.assert_allclose(along, np.sum(w[:, None] * (one - three) * (three - two)), **CLOSE)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_gradient_ratio(dim):
+    """How much faster velocities with friction's slack change than impulses, in the norms of rho."""
+    mu, w, r, u = contacts(dim)
+    s, v, rho = some(*r.shape), some(*u.shape), 1 / w
+    slack = [x + np.where(np.arange(dim) == 0, (mu * np.linalg.norm(x[:, 1:], axis=1))[:, None], 0) for x in (u, v)]
+    change = np.sum(rho[:, None] * (slack[0] - slack[1]) ** 2) / np.sum((r - s) ** 2 / rho[:, None])
+    found = kernel("cairn_gradient_ratio")(dim, len(mu), mu, rho, r, u, s, v)
+    assert found == pytest.approx(np.sqrt(change), rel=1e-12)
+    assert kernel("cairn_gradient_ratio")(dim, len(mu), mu, rho, r, u, r, v) == 0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_directions_stay_inside(dim):
+    """Nearest direction in the tangent cone of a disk: what leads out of it goes, no more."""
+    mu, w, r, u = contacts(dim)
+    out, rho = np.empty_like(r), 1 / w
+    kernel("cairn_tangent_gradient")(dim, len(mu), mu, rho, r, u, out)
+    p, b = some(*r.shape), 0.3
+    given = p.copy()
+    kernel("cairn_conjugate_direction")(dim, len(mu), mu, r, out, b, p)
+    for asked, got in ((-rho[:, None] * u, out), (out + b * given, p)):
+        for a in range(len(mu)):
+            expected = asked[a].copy()
+            size = np.linalg.norm(r[a, 1:])
+            if r[a, 0] <= 0:
+                expected[0], expected[1:] = max(expected[0], 0), 0
+            elif size >= mu[a] * r[a, 0] * (1 - 1e-12):
+                away = r[a, 1:] / size
+                expected[1:] -= max(0.0, away @ expected[1:]) * away
+            np.testing.assert_allclose(got[a], expected, **CLOSE)
+
+
+# ---------------------------------------------------------------------- Anderson
+
+
+def test_anderson():
+    """The mean of past sweeps whose residual is least, weighted; by a least-squares solution."""
+    n, columns = 12, 3
+    weight, df, dg, gram, work = positive(n), np.zeros((columns, n)), np.zeros((columns, n)), np.zeros((32, 32)), np.empty(n)
+    f, g = [some(n) for _ in range(columns + 1)], [some(n) for _ in range(columns + 1)]
+    for k in range(columns):
+        kernel("cairn_anderson_store")(n, k + 1, k, weight, f[k + 1], f[k], g[k + 1], g[k], df, dg, gram, work)
+    past, after = np.diff(f, axis=0), np.diff(g, axis=0)
+    np.testing.assert_allclose(df, past, **CLOSE)
+    np.testing.assert_allclose(gram[:columns, :columns], past @ np.diag(weight) @ past.T, rtol=1e-10, atol=1e-12)
+    r = np.empty(n)
+    kernel("cairn_anderson_mix")(n, columns, weight, f[-1], g[-1], df, dg, gram, r, work)
+    root = np.sqrt(weight)
+    c = np.linalg.lstsq((root * past).T, root * f[-1], rcond=None)[0]
+    np.testing.assert_allclose(r, g[-1] - c @ after, rtol=1e-7, atol=1e-8)
+
+
+# ---------------------------------------------------------------------- figures
+
+
+def natural_map(mu, w, r, u):
+    """r less the nearest impulse in the cone to r - rho (u + mu |u_T| n)."""
+    slack = u.copy()
+    slack[0] += mu * np.linalg.norm(u[1:])
+    z = r - slack / w
+    normal, along = z[0], np.linalg.norm(z[1:])
+    if along <= mu * normal:
+        return r - z
+    if mu * along <= -normal:
+        return r
+    size = (normal + mu * along) / (1 + mu * mu)
+    return r - np.concatenate([[size], mu * size * z[1:] / along])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_figures_of_contacts(dim):
+    mu, w, r, u = contacts(dim)
+    n, q = len(mu), some(len(mu), dim)
+    f = np.array([natural_map(*one) for one in zip(mu, w, r, u)])
+    speed = np.empty(n)
+    kernel("cairn_problem_speeds")(dim, n, mu, w, r, u, speed)
+    np.testing.assert_allclose(speed, w * np.linalg.norm(f, axis=1), rtol=1e-11, atol=1e-13)
+    figures = np.empty(5)
+    kernel("cairn_problem_figures")(dim, n, mu, w, q, r, u, figures)
+    none = np.array([natural_map(m, k, 0 * a, b) for m, k, a, b in zip(mu, w, r, q)])
+    squares = [np.sum(x**2, axis=1) for x in (f, r, none)]
+    each = squares[0] / np.maximum(np.max(squares, axis=0), 1e-300)
+    outside = np.maximum(-r[:, 0], np.linalg.norm(r[:, 1:], axis=1) - mu * np.maximum(r[:, 0], 0))
+    size = np.linalg.norm(r, axis=1)
+    beyond = np.max(np.maximum(outside, 0)[size > 0] / size[size > 0])
+    work = np.sum(r * u, axis=1)
+    expected = [each.max(), each.argmax(), max(0, -u[:, 0].min()) / np.linalg.norm(q, axis=1).max(), beyond]
+    expected += [np.maximum(work, 0).sum() / np.abs(r * q).sum()]
+    np.testing.assert_allclose(figures, expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_breaks_the_law(dim):
+    """Signorini's condition along the normal, Coulomb's along tangents, each with the other as it is; [m/s]."""
+    mu, w, r, u = contacts(dim)
+    broken = np.empty_like(r)
+    kernel("cairn_law_breaks")(dim, len(mu), mu, w, r, u, broken)
+    for a in range(len(mu)):
+        z = r[a] - u[a] / w[a]
+        normal = r[a, 0] - max(z[0], 0)
+        limit, size = mu[a] * max(z[0], 0), np.linalg.norm(z[1:])
+        held = z[1:] * (limit / size if size > limit else 1)
+        np.testing.assert_allclose(broken[a], w[a] * np.concatenate([[normal], r[a, 1:] - held]), rtol=1e-10, atol=1e-12)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_newton_weights(dim):
+    """1/W_NN, and of the tangential block the inverse of its largest eigenvalue."""
+    n = 6
+    root = some(n, dim, dim)
+    block = root @ root.transpose(0, 2, 1)
+    block[2, 1:, 1:] *= 1e-12
+    block[2, 0, 1:] = block[2, 1:, 0] = 0
+    place, rho = RNG.permutation(n), np.empty((n, 2))
+    kernel("cairn_newton_weights")(dim, n, place, block, rho)
+    for a in range(n):
+        own = block[place[a]]
+        largest = np.linalg.eigvalsh(own[1:, 1:]).max()
+        second = 1 / largest if largest > 1e-8 * own[0, 0] else 1 / own[0, 0]
+        np.testing.assert_allclose(rho[a], [1 / own[0, 0], second], rtol=1e-10)
+
+
+# ---------------------------------------------------------------------- motion
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_positions_advance(dim):
+    n, nd, h = 5, 3 * dim - 3, 0.03
+    v, x, angle = some(n, nd), some(n, dim), some(n)
+    place, turned = x + h * v[:, :dim], angle + h * v[:, 2]
+    kernel("cairn_theta_advance")(dim, nd, n, h, v, x, angle if dim == 2 else None)
+    np.testing.assert_allclose(x, place, **CLOSE)
+    np.testing.assert_allclose(angle, turned if dim == 2 else angle, **CLOSE)
+
+
+def test_free_rotation():
+    """Spheres turn by their spin; bodies of three moments keep energy, angular momentum, and follow Euler's equations."""
+    n = 3
+    inertia = np.array([[1.0, 1, 1], [1.0, 2, 3], [0.5, 2, 2]])
+    q = Rotation.random(n, random_state=1)
+    rotation = np.ascontiguousarray(np.roll(q.as_quat(), 1, axis=1))
+    v = np.zeros((n, 6))
+    v[:, 3:] = some(n, 3)
+
+    def body(k, r):
+        return r.as_matrix() @ np.diag(inertia[k]) @ r.as_matrix().T
+
+    momentum = np.array([body(k, q[k]) @ v[k, 3:] for k in range(n)])
+    energy = [momentum[k] @ v[k, 3:] / 2 for k in range(n)]
+    unsolved = np.empty(1, np.int64)
+    h, steps = 1e-2, 50
+    for _ in range(steps):
+        kernel("cairn_rotate")(n, h, inertia, v, rotation, momentum, None, unsolved)
+        assert unsolved[0] == 0
+    now = Rotation.from_quat(np.roll(rotation, -1, axis=1))
+    turned = Rotation.from_rotvec(steps * h * v[0, 3:]) * q[0]
+    np.testing.assert_allclose(now[0].as_matrix(), turned.as_matrix(), rtol=0, atol=1e-12)
+    for k in (1, 2):
+        spin = np.linalg.solve(body(k, now[k]), momentum[k])
+        assert momentum[k] @ spin / 2 == pytest.approx(energy[k], rel=1e-12)
+        r = q[k]
+        small = h / 40  # Euler's equations by many small turns about the spin at their middle
+        for _ in range(40 * steps):
+            half = Rotation.from_rotvec(small / 2 * np.linalg.solve(body(k, r), momentum[k])) * r
+            r = Rotation.from_rotvec(small * np.linalg.solve(body(k, half), momentum[k])) * r
+        np.testing.assert_allclose(now[k].as_matrix(), r.as_matrix(), rtol=0, atol=2e-4)
