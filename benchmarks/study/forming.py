@@ -1,0 +1,35 @@
+"""A block of metal upset between a plate and its mirror by a fifth of its height: what mesh, step, integrator and tolerance
+cost and give, for `cairn sweep`. A quarter of it, finite plastic strains, friction 0.2; figures are the work of the plate and how
+much wider the block is in its middle at the end.
+"""
+
+import cairn as cn
+import numpy as np
+
+YOUNG, YIELD, HARDENING, DOWN = 1000.0, 2.0, 3.0, 0.2
+
+
+def run(parameters):
+    """cells along a side, steps, theta, tol of the contact solver and a hundredth of it that of Newton's method."""
+    n, steps = int(parameters["cells"]), int(parameters["steps"])
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
+    metal = cn.FiniteJ2(young=YOUNG, poisson=0.3, yield_stress=YIELD, isotropic=HARDENING)
+    groups = {"left": number[0], "middle": number[:, 0], "top": number[:, -1]}
+    body = cn.SolidBody(
+        np.c_[x.ravel(), y.ravel()], {"quad": quads}, metal, density=1e-3, groups=groups, mean_dilatation=True
+    )
+    skin, plate = cn.Material("skin", density=1.0), cn.Material("plate", density=1.0)
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, skin, contact="top", fixed={"left": "x", "middle": "y"}))
+    scene.add(cn.wall((0, 1), (0, -1), plate, velocity=(0.0, -DOWN, 0.0)))
+    scene.interact(skin, plate, cn.Coulomb(mu=0.2))
+    strategy = cn.NSCD(theta=parameters["theta"], newton_tol=parameters["tol"] / 100, solver=cn.PPANewton(tol=parameters["tol"]))
+    sim = cn.Simulation(scene, dt=1.0 / steps, strategy=strategy)
+    passes, work = 0, 0.0
+    for _ in range(steps):
+        passes += sim.step()["newton_passes"]
+        work += abs(sim.contacts.force[:, 1].sum()) * DOWN / steps
+    wide = (body.points + sim.meshes[0].displacement)[number[-1, 0], 0]
+    return {"work": float(work), "bulge": float(wide - 1), "passes": passes}
