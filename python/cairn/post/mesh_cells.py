@@ -19,8 +19,9 @@ def meshes_at(step):
 
 
 def shown_by_cells(step):
-    """Rows of the bodies that show meshes, which pictures leave out: their cells are drawn."""
-    parts = [np.asarray(mesh[of]) for mesh, _ in meshes_at(step) for of in ("nodes", "shown")]
+    """Rows of the nodes of meshes, which pictures leave out: their cells are drawn. In older runs points, edges and faces were
+    bodies, too, which are `shown` there."""
+    parts = [np.asarray(mesh.get(of, ()), np.int64) for mesh, _ in meshes_at(step) for of in ("nodes", "shown")]
     ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
     return np.flatnonzero(np.isin(ids, np.concatenate(parts))) if parts else np.zeros(0, int)
 

@@ -181,8 +181,7 @@ def _meshes(simulation):
         if isinstance(cells, dict) and hasattr(mesh.body, "nodal_stress"):
             sides = mesh.body.boundary_edges() if mesh.body.dim == 2 else mesh.body.boundary_faces()
             groups = {name: nodes for name, nodes in mesh.body.groups.items() if len(nodes)}
-            shown = np.setdiff1d(mesh.all_ids, mesh.ids)  # bodies that show points, edges and faces
-            of = {"name": mesh.name, "nodes": mesh.ids, "shown": shown, "cells": dict(cells), "sides": sides, "groups": groups}
+            of = {"name": mesh.name, "nodes": mesh.ids, "cells": dict(cells), "sides": sides, "groups": groups}
             out[f"{k:06d}"] = of
     return out
 
