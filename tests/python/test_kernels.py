@@ -350,6 +350,21 @@ def test_pair_movable():
     assert movable.tolist() == [7, 0, 1, 1, 7]
 
 
+def test_a_disk_in_a_ring():
+    """Solid outside: what is left between them, towards the centre."""
+    n = 8
+    between, one, ring = some(2, n), RNG.uniform(0.1, 0.3, n), RNG.uniform(1, 3, n)
+    between[:, 0] = 0
+    one[1] = ring[1] + 0.1
+    gap, normal, point, status = np.empty(n), np.empty((2, n)), np.empty((2, n)), np.empty(n, np.int32)
+    kernel("cairn_pair_disk_ring", "cairn_pair_contact")(n, between, one, ring, np.zeros((3, n)), gap, normal, point, status)
+    far = np.linalg.norm(between, axis=0)
+    np.testing.assert_allclose(gap, ring - one - far, **CLOSE)
+    np.testing.assert_allclose(normal[:, 1:], -between[:, 1:] / far[1:], **CLOSE)
+    assert np.abs(normal[:, 0]).tolist() == [1, 0] and (status == 2).tolist() == (one > ring).tolist()
+    np.testing.assert_allclose(point, -(one + gap / 2) * normal, **CLOSE)
+
+
 # ---------------------------------------------------------------------- rules
 
 

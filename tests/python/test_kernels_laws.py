@@ -238,6 +238,24 @@ def test_sides(side, dim, c):
     np.testing.assert_allclose((w - base).transpose(2, 1, 0), 0.7 * h @ inverse @ h.transpose(0, 2, 1), rtol=1e-10, atol=1e-12)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_sides_of_points(dim):
+    """A point of a mesh moves without spin: its velocity in the axes of the contact, nothing for rotations."""
+    n, c = 5, 3 * dim - 3
+    normal = unit(n, dim)
+    if dim == 2:
+        frame, axes = normal, np.stack([normal, np.stack([-normal[:, 1], normal[:, 0]], 1)], 1)
+    else:
+        tangent = np.cross(normal, unit(n, 3))
+        tangent /= np.linalg.norm(tangent, axis=1)[:, None]
+        frame, axes = np.concatenate([normal, tangent], 1), np.stack([normal, tangent, np.cross(normal, tangent)], 1)
+    v, u = some(8, n), some(c, n)
+    before, frames = u.copy(), np.ascontiguousarray(frame.T)
+    kernel(f"cairn_side_mapped{dim}_gather", "cairn_side_gather")(n, c, 8, -1.0, v, frames, np.zeros((4, n)), u)
+    np.testing.assert_allclose(u[:dim].T, before[:dim].T - np.einsum("nij,jn->ni", axes, v[:dim]), **CLOSE)
+    assert np.array_equal(u[dim:], before[dim:])
+
+
 # ---------------------------------------------------------------------- matrices of elements
 
 

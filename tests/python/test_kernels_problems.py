@@ -213,3 +213,31 @@ def test_free_rotation():
             half = Rotation.from_rotvec(small / 2 * np.linalg.solve(body(k, r), momentum[k])) * r
             r = Rotation.from_rotvec(small * np.linalg.solve(body(k, half), momentum[k])) * r
         np.testing.assert_allclose(now[k].as_matrix(), r.as_matrix(), rtol=0, atol=2e-4)
+
+
+def test_steps_of_spheres():
+    """The kernels that know spheres alone, against those of any body; the records of contacts are made anew."""
+    n, h, g = 6, 0.01, some(3)
+    inverse, force, radius, v, x = positive(n, 6), some(n, 6), positive(n), some(n, 6), some(n, 3)
+    inverse[:, 1], inverse[:, 2] = inverse[:, 0], inverse[:, 0]
+    inverse[:, 4], inverse[:, 5] = inverse[:, 3], inverse[:, 3]
+    inverse[2] = 0
+    one, two = (v.copy(), x.copy()), (v.copy(), x.copy())
+    record, fastest, known = np.zeros((n, 16)), np.empty(2), np.empty(2)
+    kernel("cairn_verlet_begin_spheres")(0, n, h, g, inverse, force, radius, *one, record, fastest)
+    kernel("cairn_verlet_begin")(3, 6, 0, n, h, g, inverse, force, *two, known, None, None, None, None, None, None)
+    for a, b in zip(one, two):
+        np.testing.assert_allclose(a, b, **CLOSE)
+    assert fastest[0] == pytest.approx(known[0], rel=1e-12)
+    made = np.zeros((n, 16))
+    kernel("cairn_sphere_records")(0, n, one[1], one[0], radius, inverse, made)
+    np.testing.assert_allclose(record[:, :14], made[:, :14], **CLOSE)
+    wrong, terms, sums = np.array([-1]), np.zeros(5), np.zeros(5)
+    kernel("cairn_verlet_end_spheres")(0, n, h, g, inverse, force, one[0], wrong, terms)
+    kernel("cairn_verlet_end")(3, 6, 0, n, h, g, inverse, force, two[0], wrong, None, None, None, None, None, sums)
+    np.testing.assert_allclose(one[0], two[0], **CLOSE)
+    np.testing.assert_allclose(terms, sums, **CLOSE)
+    assert wrong[0] == -1
+    one[0][4, 1] = np.nan
+    kernel("cairn_verlet_end_spheres")(0, n, h, g, inverse, force, one[0], wrong, None)
+    assert wrong[0] == 4

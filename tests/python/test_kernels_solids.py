@@ -32,9 +32,7 @@ def test_linear_cells(kind, count):
     d[:dim, :dim] = lame + 2 * shear * np.eye(dim)
     d[range(dim, size), range(dim, size)] = shear
     k, mass, wrong = np.zeros((count, dofs, dofs)), np.zeros((count, dofs, dofs)), np.zeros(count, np.int32)
-    kernel("cairn_elastic_matrices")(
-        dim, nodes, points, value, gradient, weight, count, x, 1.0, d * thickness, k, mass, wrong
-    )
+    kernel("cairn_elastic_matrices")(dim, nodes, points, value, gradient, weight, count, x, 1.0, d * thickness, k, mass, wrong)
     force, half = np.zeros((count, dofs)), np.zeros((dofs * (dofs + 1) // 2, LANES))
     stress, energy, status = np.zeros((count, points, 6)), np.zeros(count), np.zeros(count, np.int32)
     kernel("cairn_linear_cells")(
