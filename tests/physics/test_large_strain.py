@@ -79,13 +79,14 @@ def test_cook_at_large_strain():
         found.append(u[edge[np.argmin(np.abs(points[edge, 1] - 52))], 1])
     print("mean dilatation, nu .4999:", found)
     judge("does not lock", found[-1], 6.9, 0.01)
-    for kind, n in (("quad9", 16), ("quad8", 16), ("triangle6", 16)):
+    # limit of three kinds of second order, which come to 6.9575, 6.969 and 6.962 with 32 cells, the second from above
+    for kind, n, gate in (("quad9", 4, 5e-3), ("quad9", 8, 3e-3), ("quad8", 16, 5e-3), ("triangle6", 8, 3e-3)):
         points, cells, held, edge = cook(kind, n)
         body = SolidBody(points, cells, rubber, groups={"held": held}, mean_dilatation=True)
         u = body.solve({"held": "xy"}, along_edge(points, edge, 100.0, 2), increments=6)
         of_kind = u[edge[np.argmin(np.abs(points[edge, 1] - 52))], 1]
         print("mean dilatation, nu .4999:", kind, n, of_kind)
-        judge(f"{kind} does not lock", of_kind, 6.9, 0.01)
+        judge(f"{kind} {n} does not lock", of_kind, 6.96, gate)
     assert found[2] - found[1] < 0.4 * (found[1] - found[0])
 
 
