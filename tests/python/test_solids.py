@@ -94,12 +94,13 @@ def test_linear_stiffness_is_that_of_the_linear_body():
         assert np.array_equal(body.lower[2], linear.lower[2])
 
 
-def test_threads_keep_bits():
+@pytest.mark.parametrize("material", [RUBBER, HOOKE], ids=["rubber", "cells of Hooke's law side by side"])
+def test_threads_keep_bits(material):
     script = (
         "import numpy as np, sys; sys.path.insert(0, 'tests/python')\n"
-        "from second_order import box\nfrom cairn import SolidBody, NeoHookean\n"
+        "from second_order import box\nfrom cairn import SolidBody, NeoHookean, IsotropicElastic\n"
         "p, c = box('hexahedron', (7, 6, 9), (1.0, 1.0, 1.0))\n"
-        "b = SolidBody(p, c, NeoHookean(young=1.0, poisson=0.3))\n"
+        f"b = SolidBody(p, c, {material!r})\n"
         "r = b.tangent(0.02 * np.sin(37 * p))\n"
         "import hashlib; print(hashlib.sha256(r[0].tobytes() + r[1].tobytes()).hexdigest(), r[2].hex())"
     )
@@ -114,3 +115,18 @@ def test_threads_keep_bits():
         for n in (1, 2, 3)
     }
     assert len(out) == 1
+
+
+@pytest.mark.parametrize("kind, mean", [("hexahedron", False), ("tetra", False), ("quad9", True), ("hexahedron27", True)])
+def test_forces_and_tangents_keep_bits_by_powers_of_two(kind, mean):
+    """Lengths four times as large: of cells of Hooke's law side by side, and of a dilatation that is linear over a cell."""
+    dim = 2 if kind == "quad9" else 3
+    points, cells = box(kind, (3,) * dim, (1.0,) * dim)
+    material = RUBBER if mean else HOOKE
+    u = 1e-2 * np.random.default_rng(0).random(points.size)
+    found = []
+    for size in (1.0, 4.0):
+        body = SolidBody(points * size, cells, material, density=1.0, mean_dilatation=mean)
+        force, values, energy, _ = body.tangent(u * size)
+        found.append((force / size ** (dim - 1), values / size ** (dim - 2), energy / size**dim))
+    assert all(np.array_equal(one, two) for one, two in zip(*found))
