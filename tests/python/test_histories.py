@@ -40,6 +40,11 @@ def test_the_command_draws_them(run, tmp_path, capsys):
     assert (tmp_path / "h.png").stat().st_size > 1000
 
 
+def test_forces_before_any_contact_are_none(run):
+    assert not len(run[0].contacts) and "force" not in run.plot_force_chains(0).get_title(loc="left")
+    plt.close("all")
+
+
 def test_titles_take_lines_where_axes_are_narrow(run):
     figure, axes = plt.subplots(1, 3, figsize=(9, 3))
     run.plot(-1, ax=axes[0])

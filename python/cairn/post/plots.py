@@ -372,10 +372,8 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
             ),
             autolim=False,
         )
-        box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5}
-        text = f"mean normal force {mean:.3g} N"
-        ax.text(0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", fontsize=8, bbox=box)
-    titled(ax, title_of(step) if title is None else title)
+    told = f"   mean normal force {np.abs(force).mean():.3g} N" if len(force) else ""
+    titled(ax, ((title_of(step) if title is None else title) + told).strip())
     return ax
 
 
