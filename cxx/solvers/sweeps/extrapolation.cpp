@@ -21,7 +21,8 @@ bool faced(const cairn_batch& b) {
   const auto has_faces = [](bool moves, bool mapped, std::int32_t side) {
     return moves && !mapped && !is_radial(side);
   };
-  return has_faces(b.moves_a, b.mapped_a, b.side_a) || has_faces(b.moves_b, b.mapped_b, b.side_b);
+  // along the edge of a mesh plain sweeps carry what they find from contact to contact, over-relaxed
+  return b.in_turn != 0 || has_faces(b.moves_a, b.mapped_a, b.side_a) || has_faces(b.moves_b, b.mapped_b, b.side_b);
 }
 
 // f(impulse, place) for every impulse there is
