@@ -15,6 +15,10 @@ class StableStepWarning(UserWarning):
     """The step is longer than the contacts of a smooth scene keep stable."""
 
 
+class SinkingWarning(UserWarning):
+    """What rests on contacts sinks, by the method that moves it."""
+
+
 class EnergyCreatedWarning(UserWarning):
     """Contacts made energy from nothing in a step that converged: the residual does not see a heavy body on light ones."""
 
@@ -38,6 +42,13 @@ class StepWarnings:
                 StableStepWarning,
                 f"dt is {h:g} s and the stable step of the contacts {info['stable_step']:.3g} s at time {simulation.time:g} s: "
                 "give a smaller dt, softer laws or heavier bodies",
+            )
+        integrator = getattr(simulation.strategy, "integrator", None)
+        if integrator is not None and info["contacts"] and integrator.sinks > 0:
+            self._tell(
+                SinkingWarning,
+                f"{integrator!r} moves bodies by accelerations that know no contact: what rests sinks by {integrator.sinks:.3g} a dt "
+                "a second, a the acceleration of its load: give Newmark(), CentralDifference() or the theta-method, or a small dt",
             )
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
         # converged are told of, too
