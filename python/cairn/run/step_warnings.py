@@ -47,8 +47,9 @@ class StepWarnings:
         if integrator is not None and info["contacts"] and integrator.sinks > 0:
             self._tell(
                 SinkingWarning,
-                f"{integrator!r} moves bodies by accelerations that know no contact: what rests sinks by {integrator.sinks:.3g} a dt "
-                "a second, a the acceleration of its load: give Newmark(), CentralDifference() or the theta-method, or a small dt",
+                f"{integrator!r} moves bodies by accelerations that know no contact: what rests sinks by "
+                f"{integrator.sinks:.3g} a dt a second, a the acceleration of its load: give Newmark(), CentralDifference() or "
+                "the theta-method, or a small dt",
             )
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
         # converged are told of, too
