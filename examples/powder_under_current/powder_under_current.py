@@ -29,7 +29,7 @@ RADIUS, SPREAD = 1e-3, 0.1  # mean [m], share of it
 FULL, FULL_DIAMETER, FULL_CURRENT = 15000, 0.09, 0.2  # spheres, [m], [A]
 PRESSURE = 2e4  # on the upper plate [Pa]
 FILM = 1e-3  # conductance of a film [S]
-POWER = 5e-6  # at which a film breaks down [W]
+POWER = 4e-5  # at which a film breaks down [W]
 STEEL = cn.Material("steel", density=7800.0, young=210e9, poisson=0.3, resistivity=1 / 5.9e6)
 GLASS = cn.Material("glass", young=70e9, poisson=0.2, resistivity=np.inf)
 
@@ -39,7 +39,8 @@ def options_from(arguments):
     parser.add_argument("--spheres", type=int, default=1500)
     parser.add_argument("--full", action="store_true", help="15,000 spheres in a cylinder of 90 mm")
     parser.add_argument("--currents", type=int, default=50, help="values of the current on each way, up or down (50)")
-    parser.add_argument("--power", type=float, default=POWER, help="at which a film breaks down [W] (5e-6)")
+    parser.add_argument("--power", type=float, default=POWER, help="at which a film breaks down [W] (4e-5)")
+    parser.add_argument("--tol", type=float, default=1e-12, help="of the network (1e-12)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--output", type=Path, default=Path("."))
@@ -75,6 +76,7 @@ def build(options, current=None, film=True):
     if current is not None:
         scene.electrical(
             conductance=cn.networks.Holm(),
+            tol=options.tol,
             film=cn.networks.OxideFilm(conductance=FILM, power=options.power) if film else None,
             current={"lower plate": current, "upper plate": lambda t: -current(t)},
         )
@@ -83,15 +85,19 @@ def build(options, current=None, film=True):
 
 
 def compact(options, path):
-    """Presses the bed until it rests, and keeps it in a checkpoint; the height of the upper plate [m]."""
+    """Presses the bed until it rests, and keeps it in a checkpoint; the height of the upper plate [m], steps, how they went."""
     simulation, _ = build(options)
+    error, met = 0.0, 0
     while simulation.steps < 600:
-        simulation.step()
+        report = simulation.step()
+        error, met = max(error, report["error"]), met + (report["status"] == "converged")
         speed = np.abs(simulation.bodies.velocity[:, :3]).max()
         if simulation.steps > 100 and speed < 2e-3:
             break
     simulation.checkpoint(path)
-    return float(simulation.bodies.position[-1, 2]), simulation.steps
+    balance = simulation.info["energy"]
+    closure = abs(balance["closure"]) / balance["in_play"]
+    return float(simulation.bodies.position[-1, 2]), simulation.steps, {"error": error, "met": met, "closure": closure}
 
 
 def cycle(options, checkpoint, film):
@@ -108,12 +114,18 @@ def cycle(options, checkpoint, film):
     simulation.restore(checkpoint)
     begin["time"] = simulation.time
     simulation.dt = dt
-    rows, work = [], {"factorisations": 0, "iterations": 0, "rounds": 0}
+    rows, work = [], {"factorisations": 0, "iterations": 0, "rounds": 0, "met": 0, "solved": 0, "residual": 0.0, "joule": 0.0}
     for value in ramp:
-        report = simulation.step()["electrical"]
+        step = simulation.step()
+        report = step["electrical"]
+        work["met"] += step["status"] == "converged"
+        work["solved"] += report["status"] == "converged"
+        work["residual"] = max(work["residual"], report["residual"])
+        balance = report["balance"]
+        work["joule"] = balance["closure"] / balance["in_play"]
         potential = simulation.bodies.potential
         rows.append((value, potential[-2] - potential[-1], report.get("broken", 0), report["closure"]))
-        for name in work:
+        for name in ("factorisations", "iterations", "rounds"):
             work[name] += report[name]
     return np.array(rows), work, simulation
 
@@ -159,17 +171,27 @@ def draw(loops, simulation, peak, folder):
     plt.close(figure)
 
 
+def write(loops, path):
+    """Current, resistance and broken films of both loops, a row a step."""
+    with open(path, "w", encoding="utf-8") as file:
+        file.write("contacts,current [A],resistance [ohm],broken films,closure of charge\n")
+        for name, rows in loops.items():
+            for current, potential, broken, closure in rows:
+                file.write(f"{name},{current:.6g},{abs(potential / current):.6g},{int(broken)},{closure:.2e}\n")
+
+
 def main(arguments=None):
     """Runs, prints the figures, draws; returns the figures."""
     options = options_from(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     checkpoint = options.output / f"{NAME}.pressed.h5"
     start = time.perf_counter()
-    height, pressed = compact(options, checkpoint)
+    height, pressed, pressing = compact(options, checkpoint)
     loops, works = {}, {}
     for name in ("clean", "oxidised"):
         loops[name], works[name], simulation = cycle(options, checkpoint, name == "oxidised")
     simulation.run(1, output=options.output / f"{NAME}.vtkhdf", overwrite=True, progress=False)
+    write(loops, options.output / f"{NAME}.csv")
     peak = FULL_CURRENT * options.spheres / FULL
     rows, n = loops["oxidised"], options.currents
     ohm = np.abs(rows[:, 1] / rows[:, 0])
@@ -186,6 +208,13 @@ def main(arguments=None):
         "second cycle, up over down": (ohm[2 * n - 1 + at] / ohm[4 * n - 4 - at], ""),
         "films broken": (rows[-1, 2], ""),
         "closure of the charge": (float(rows[:, 3].max()), ""),
+        "heat against what is supplied": (works["oxidised"]["joule"], ""),
+        "residual of the network": (works["oxidised"]["residual"], ""),
+        "steps solved for potentials": (works["oxidised"]["solved"], f"of {len(rows)}"),
+        "steps solved for contacts": (works["oxidised"]["met"], f"of {len(rows)}"),
+        "pressing: steps solved": (pressing["met"], f"of {pressed}"),
+        "pressing: largest error": (pressing["error"], ""),
+        "pressing: closure of energy": (pressing["closure"], ""),
         "currents": (len(rows), ""),
         "solutions": (works["oxidised"]["rounds"], ""),
         "factorisations": (works["oxidised"]["factorisations"], ""),
