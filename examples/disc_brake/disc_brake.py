@@ -2,9 +2,9 @@
 
 The pad is a deformable body that follows the rim, held by its back along the rim and pressed by forces; the disc is rigid, of
 one temperature, and grows with it. What friction takes from the spin is heat, by effusivity to each side. Averaged over the
-width of the pad its temperature obeys the equation of heat along the depth alone, whatever pressure does along the rim: while heat has
-not reached the back, and the disc slows down evenly in a time T, the mean of the surface is that of a half space under a flux
-q (1 - t/T), (2 q/k) sqrt(a t/pi) (1 - 2 t/(3 T)) (Carslaw & Jaeger 1959).
+width of the pad its temperature obeys the equation of heat along the depth alone, whatever pressure does along the rim: while
+heat has not reached the back, and the disc slows down evenly in a time T, the mean of the surface is that of a half space under
+a flux q (1 - t/T), (2 q/k) sqrt(a t/pi) (1 - 2 t/(3 T)) (Carslaw & Jaeger 1959).
 
 Run it:  python disc_brake.py              until the disc stands, in a minute
          python disc_brake.py --full       a mesh of half the size, half the step
@@ -112,7 +112,8 @@ def draw(body, sim, rows, expected, folder):
     places = (body.points + sim.meshes[0].displacement) * 1e3
     drawn = PolyCollection(places[cells], array=t[cells].mean(axis=1) - 273.15, cmap="inferno", edgecolor="face")
     axes[0].add_collection(drawn)
-    axes[0].set(xlim=(-21, 21), ylim=(RADIUS * 1e3 - 2, (RADIUS + HIGH) * 1e3 + 1), xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    heights = (RADIUS * 1e3 - 2, (RADIUS + HIGH) * 1e3 + 1)
+    axes[0].set(xlim=(-21, 21), ylim=heights, xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
     figure.colorbar(drawn, ax=axes[0], label="temperature [deg C]", shrink=0.6)
     axes[1].plot(rows[:, 0], rows[:, 2] - REFERENCE, label="mean of the pad's surface")
     axes[1].plot(rows[:, 0], rows[:, 3] - REFERENCE, ":", label="its hottest node")
