@@ -110,9 +110,11 @@ void Network::gather(Simulation& s, double h) {
   for (std::size_t i = 0; i < n; ++i) {
     force_[i] = local_[dim * i] / h;
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    // of balls alone: bars touch along their sides, and what a hull has for a radius is that of a ball round it
     const auto curvature = [&](std::int32_t at) {
       const double r = *k.radius[at];
-      return r > 0 ? (info(Shape(*k.shape[at])).hollow() ? -1 / r : 1 / r) : 0;
+      const auto& shape = info(Shape(*k.shape[at]));
+      return !(r > 0) ? 0 : shape.hollow() ? -1 / r : shape.ball() ? 1 / r : 0;
     };
     const double sum = curvature(a) + curvature(b);
     radius_[i] = sum > 0 ? 1 / sum : none;
