@@ -12,7 +12,7 @@ from .. import _core
 from .errors import FileError, UnknownStructure
 
 # how long another process may take over a file: to begin, and for what it holds
-SECONDS, BYTES_A_SECOND = 20, 1e6
+SECONDS, BYTES_A_SECOND = 10, 1e6
 
 
 class Node:
