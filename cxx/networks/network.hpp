@@ -145,6 +145,8 @@ private:
   double heat_residual(double h);
   void slopes(double h);
   void step_heat(const Simulation& s, double h);
+  bool join_perfectly();
+  void share_perfectly(double h);
   void settle_heat(Simulation& s, double h);
   double stored(std::size_t i) const; // by a body in the step [J]
   const double* temperatures(const Simulation& s) const;
@@ -167,6 +169,9 @@ private:
   std::vector<std::uint8_t> held_;
   // of heat
   std::vector<double> begin_, now_, rise_, given_, out_begin_, out_now_, late_, early_, contact_heat_;
+  std::vector<double> rise_low_, now_low_; // what sums of temperatures lost
+  std::vector<std::int32_t> joined_;   // who stands for a body among those that perfect conductors join; empty: none
+  std::vector<double> lack_, perfect_; // of each body before that [W]; through each branch [W]
   Conduction conduction_;
   Scratch scratch_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "../strategies/contact_fields.hpp"
 #include "../strategies/simulation.hpp"
@@ -62,11 +63,13 @@ void Network::contact_heat(Simulation& s, double h, const Network* electrical) {
   if (joule != Split::none && electrical) give(electrical->power, h, joule, balance.joule);
 }
 
-// Flows out of each body over branches and to what is outside, at given temperatures; positive out.
+// Flows out of each body over branches and to what is outside, at temperatures in two parts; positive out.
 static void add_branches(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b,
-                         const std::vector<double>& value, const std::vector<double>& t, std::vector<double>& out) {
+                         const std::vector<double>& value, const std::vector<double>& t, const std::vector<double>& low,
+                         std::vector<double>& out) {
   for (std::size_t e = 0; e < value.size(); ++e) {
-    const double q = value[e] * (t[a[e]] - t[b[e]]);
+    if (std::isinf(value[e])) continue; // what joins perfectly has one temperature: see join_perfectly
+    const double q = value[e] * ((t[a[e]] - t[b[e]]) + (low[a[e]] - low[b[e]]));
     out[a[e]] += q;
     out[b[e]] -= q;
   }
@@ -79,7 +82,7 @@ void Network::begin_heat(const Simulation& s) {
   begin_.assign(bodies.temperature.values.begin(), bodies.temperature.values.end());
   now_ = begin_;
   given_.assign(n, 0.0);
-  rise_.assign(n, 0.0);
+  for (auto* v : {&rise_, &rise_low_, &now_low_}) v->assign(n, 0.0);
   held_.assign(n, 0);
   for (std::size_t i = 0; i < n; ++i)
     if (std::isinf(mass_[i]) && !steady) held_[i] = 1; // takes any heat
@@ -106,7 +109,7 @@ double Network::heat_residual(double h) {
   const auto n = source_.size();
   const double late = steady ? 1 : theta, early = 1 - late;
   out_now_.assign(n, 0.0);
-  add_branches(a_, b_, late_, now_, out_now_);
+  add_branches(a_, b_, late_, now_, now_low_, out_now_);
   double largest = 0;
   for (std::size_t j = 0; j < sources.size(); ++j) {
     const NetworkSource& from = sources[j];
@@ -131,9 +134,68 @@ double Network::heat_residual(double h) {
     source_[a] -= q;
     source_[b] += q;
   }
+  if (!joined_.empty()) { // one answers for all
+    lack_ = source_;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto by = std::size_t(joined_[i]);
+      if (by == i) continue;
+      source_[by] += source_[i];
+      source_[i] = 0;
+    }
+  }
   for (std::size_t i = 0; i < n; ++i)
     if (!held_[i]) worst = std::max(worst, std::abs(source_[i]));
   return largest > 0 ? worst / largest : 0;
+}
+
+// Bodies that perfect conductors join have one temperature from the begin of the step on: that of one that is held,
+// else the mean by what they store. Increments keep it so. False if two of them are held at different ones.
+bool Network::join_perfectly() {
+  bool possible = true;
+  const auto root = [&](std::int32_t i) {
+    while (joined_[i] != i) i = joined_[i] = joined_[joined_[i]];
+    return i;
+  };
+  for (std::size_t e = 0; e < value_.size(); ++e) {
+    if (!std::isinf(value_[e])) continue;
+    if (joined_.empty()) {
+      joined_.resize(now_.size());
+      std::iota(joined_.begin(), joined_.end(), 0);
+    }
+    std::int32_t a = root(a_[e]), b = root(b_[e]);
+    possible = possible && !(held_[a] && held_[b] && (now_[a] < now_[b] || now_[a] > now_[b]));
+    if (held_[a] < held_[b] || (held_[a] == held_[b] && b < a)) std::swap(a, b);
+    joined_[b] = a; // held ones lead, then the first
+  }
+  if (joined_.empty()) return true;
+  std::vector<double> heat(now_.size(), 0.0), store(now_.size(), 0.0);
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    const std::int32_t by = joined_[i] = root(std::int32_t(i));
+    double c = steady ? 1 : capacity_[i];
+    if (!steady && mass_[i] > 0 && std::isfinite(mass_[i]) && material_[i] >= 0)
+      c += mass_[i] * materials[material_[i]].enthalpy_slope(now_[i]);
+    heat[by] += c * now_[i];
+    store[by] += c;
+  }
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    const std::int32_t by = joined_[i];
+    if (held_[by])
+      now_[i] = now_[by];
+    else if (store[by] > 0)
+      now_[i] = heat[by] / store[by];
+  }
+  return possible;
+}
+
+// Through perfect conductors flows what their ends are short of.
+void Network::share_perfectly(double h) {
+  if (joined_.empty()) return;
+  slopes(h);
+  x_.assign(source_.size(), 0.0);
+  lack_.swap(source_);
+  solve(x_.data());
+  lack_.swap(source_);
+  perfect_ = through_;
 }
 
 // Derivatives of the residual: leaks and branches.
@@ -165,6 +227,7 @@ void Network::advance_temperature(Simulation& s, double h, const Network* electr
   Field<double>& temperature = s.scene.bodies.temperature;
   source_.assign(temperature.values.size(), 0.0);
   begin_heat(s);
+  joined_.clear();
   lay_branches(s);
   contact_heat(s, h, electrical);
   conduct(s, begin_.data(), clean_);
@@ -176,10 +239,13 @@ void Network::advance_temperature(Simulation& s, double h, const Network* electr
     now_.swap(begin_);
     out_begin_ = out_now_;
   }
+  const bool possible = join_perfectly();
   for (std::size_t i = 0; i < now_.size(); ++i) rise_[i] = now_[i] - begin_[i];
   report.status = "converged";
   step_heat(s, h);
+  share_perfectly(h);
   if (report.solve.open > 0) report.status = "open";
+  if (!possible) report.status = "not_finite";
   std::copy(now_.begin(), now_.end(), temperature.values.begin());
   settle_heat(s, h);
   report.coupling = coupling(s);
@@ -197,8 +263,13 @@ void Network::step_heat(const Simulation& s, double h) {
   const auto move = [&](double factor) {
     for (std::size_t i = 0; i < n; ++i)
       if (std::isfinite(x_[i])) {
-        rise_[i] += factor * x_[i];
-        now_[i] = begin_[i] + rise_[i];
+        // what sums lose, differences along branches need where conductances are far apart (Knuth 1969)
+        const double d = factor * x_[i], r = rise_[i], rise = r + d, back = rise - r;
+        rise_low_[i] += (r - (rise - back)) + (d - back);
+        const double t = begin_[i] + rise, part = t - begin_[i];
+        rise_[i] = rise;
+        now_[i] = t;
+        now_low_[i] = ((begin_[i] - (t - part)) + (rise - part)) + rise_low_[i];
       }
   };
   double before = std::numeric_limits<double>::infinity();
@@ -210,7 +281,8 @@ void Network::step_heat(const Simulation& s, double h) {
       late_ = value_;
     }
     report.residual = heat_residual(h);
-    if (report.rounds > 0 && (linear || report.residual <= options.tolerance)) break;
+    if (report.rounds > 0 && report.residual <= options.tolerance) break;
+    if (report.rounds > 0 && linear && (report.rounds > 3 || !(report.residual < before / 2))) break;
     if (!std::isfinite(report.residual) || report.rounds > most_rounds) {
       report.status = std::isfinite(report.residual) ? "iteration_limit" : "not_finite";
       break;
@@ -277,9 +349,14 @@ void Network::settle_heat(Simulation& s, double h) {
   report.flow = (step.given + step.held) / h;
   std::copy_n(clean_.begin(), c.count, conductance.begin());
   std::fill_n(flow.begin(), c.count, 0.0);
-  for (std::int64_t e = 0; e < contact_branches_; ++e)
-    flow[of_contact_[e]] +=
-        late * late_[e] * (now_[a_[e]] - now_[b_[e]]) + early * early_[e] * (begin_[a_[e]] - begin_[b_[e]]);
+  for (std::int64_t e = 0; e < contact_branches_; ++e) {
+    double& through = flow[of_contact_[e]];
+    if (std::isinf(late_[e]) || std::isinf(early_[e])) {
+      through += std::isinf(late_[e]) ? perfect_[e] : late * late_[e] * (now_[a_[e]] - now_[b_[e]]);
+      continue;
+    }
+    through += late * late_[e] * (now_[a_[e]] - now_[b_[e]]) + early * early_[e] * (begin_[a_[e]] - begin_[b_[e]]);
+  }
   std::fill_n(power.begin(), c.count, 0.0);
   report.branches = std::count_if(clean_.begin(), clean_.end(), [](double g) { return g > 0; });
   report.unfit = unfit_;

@@ -150,7 +150,7 @@ def test_two_half_spaces_that_touch():
         length = 0.1 * np.sqrt(m.conductivity / m.density / m.capacity / 1e-4)
         x, high, made = bar(length, 80, m, corner=0.0 if k else -length, high=1e-3, grade=1.05 if k else 1 / 1.05)
         ids.append((x, scene.add(made(m.name))))
-    touching = [(ids[0][1][2 * 80 + j], ids[1][1][j], 1e9) for j in (0, 1)]
+    touching = [(ids[0][1][2 * 80 + j], ids[1][1][j], np.inf) for j in (0, 1)]
     scene.thermal(initial={"*": 300.0, "steel.all": 400.0}, friction="none", wires=touching, theta=1.0)
     sim = march(scene, 0.02, 200)
     t = sim.bodies.temperature[np.searchsorted(sim.bodies.id, ids[1][1][0])]
@@ -175,9 +175,28 @@ def pair(**thermal):
 START = {"below": 400.0, "above": 300.0, "far": 350.0}
 
 
-def test_contacts_that_conduct_nothing():
+def test_contacts_that_conduct_nothing_or_all():
     sim = march(pair(initial=START, conductance=N.Constant(conductance=0.0), friction="none"), 1e-3, 3)
     assert sim.bodies.temperature.tolist() == [400.0, 300.0, 350.0]
+    for conductance in (np.inf, 1e12):
+        sim = march(pair(initial=START, conductance=N.Constant(conductance=conductance), friction="none"), 1e-3, 3)
+        assert sim.info["thermal"]["status"] == "converged"
+        assert sim.bodies.temperature == pytest.approx([350.0, 350.0, 350.0], rel=1e-12)
+        balance = sim.info["thermal"]["balance"]
+        assert abs(balance["closure"]) <= 1e-12 * balance["in_play"]
+
+
+def test_ratios_of_a_million_millions():
+    """Three branches of 1e-6, 1 and 1e6 W/K between held ends: what flows is that of the weakest."""
+    wires = [(0, 1, 1e6), (1, 2, 1e-6), (2, 3, 1.0)]
+    held = [(np.array([0]), 400.0), (np.array([3]), 300.0)]
+    scene = chain(4, 1.0, np.full(4, 300.0), wires=wires, steady=True, temperature=held)
+    sim = march(scene, 1.0, 1)
+    flow = 100.0 / (1e-6 + 1e6 + 1.0)
+    t = sim.bodies.temperature
+    assert sim.info["thermal"]["status"] == "converged"
+    assert sim.info["thermal"]["balance"]["in_play"] / 2 == pytest.approx(flow, rel=1e-9)
+    assert t[2] == pytest.approx(300.0 + flow, rel=1e-15)
 
 
 def test_a_steady_grain_that_nothing_reaches_is_told():
@@ -200,3 +219,18 @@ def test_one_grain_alone_and_a_scene_without_contacts():
     sim = march(scene, 1e-3, 10)
     assert sim.bodies.temperature[0] - 300 == pytest.approx(0.01 / (MASS * 460), rel=1e-12)
     assert sim.info["thermal"]["branches"] == 0 and sim.info["thermal"]["status"] == "converged"
+
+
+def test_perfect_conductors_carry_what_their_ends_lack():
+    """A grain with a power between two that it is joined to, of which one is held: all go at that one's temperature."""
+    wires = [(0, 1, np.inf), (1, 2, np.inf), (2, 3, 1e-3)]
+    scene = chain(4, 1.0, np.array([400.0, 300.0, 350.0, 330.0]), wires=wires, temperature=[(np.array([0]), 400.0)],
+                  power=[(np.array([2]), 0.5)], theta=0.5)  # fmt: skip
+    sim = march(scene, 0.1, 5)
+    assert sim.bodies.temperature[:3].tolist() == [400.0, 400.0, 400.0] and 330 < sim.bodies.temperature[3] < 400
+    balance = sim.info["thermal"]["balance"]
+    assert abs(balance["closure"]) <= 1e-12 * balance["in_play"]
+    assert balance["held"] + balance["given"] == pytest.approx(balance["stored"], rel=1e-12)
+    both = chain(2, 1.0, np.full(2, 300.0), wires=[(0, 1, np.inf)], temperature=[(np.array([0]), 400.0), (np.array([1]), 300.0)])
+    with pytest.warns(N.NetworkWarning, match="no finite numbers"):
+        march(both, 0.1, 1)
