@@ -34,6 +34,10 @@ class OfTemperature:
     def __call__(self, temperature):
         return float(np.interp(temperature, self.temperatures, self.values))
 
+    def to_dict(self):
+        """What a file holds of it."""
+        return {"kind": "of_temperature", "temperatures": np.array(self.temperatures), "values": np.array(self.values)}
+
 
 @dataclass(frozen=True)
 class Material:
@@ -77,6 +81,11 @@ class Material:
             if not (heat >= 0 and end > begin):
                 raise ValueError(f"latent is {self.latent}: give the heat [J/kg], and two rising temperatures [K]")
             object.__setattr__(self, "latent", (float(heat), float(begin), float(end)))
+
+    def beside_density(self):
+        """{field: value} of what networks ask for, None where it says nothing of that."""
+        told = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("name", "density")}
+        return {name: value for name, value in told.items() if value is not None} or None
 
     def with_(self, other):
         """This material with what another of its name says besides; None where they say different things."""

@@ -1,4 +1,4 @@
-"""Deformable bodies in scene files: what `deformable` and the body it was given were called with, not what follows from it."""
+"""Deformable bodies and networks in scene files: what they were called with, not what follows from it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import importlib
 
 import numpy as np
 
+from ..networks.conductances import CONDUCTANCES, Conductance
 from ..run import time_functions
 from . import bulk
 from .elastic import ElasticBody
@@ -14,6 +15,16 @@ from .meshes import LinearBody, deformable
 from .solid import SolidBody
 
 BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody, SolidBody)}
+
+
+def encoded(given):
+    """What a file holds of arguments by name."""
+    return {name: _encoded(name, value) for name, value in given.items()}
+
+
+def decoded(content):
+    """The inverse of encoded."""
+    return {name: _decoded(value) for name, value in content.items()}
 
 
 def to_dict(d):
@@ -48,13 +59,23 @@ def _encoded(name, value):
     if callable(value):
         return {"kind": "function", "of": time_functions.to_dict(name, value)}
     if isinstance(value, (list, tuple)):
-        if not any(isinstance(part, (str, np.ndarray)) for part in value):
+        if _of_numbers(value):
             return np.asarray(value)
         return {"kind": "list", **{f"{k:06d}": _encoded(name, part) for k, part in enumerate(value)}}
     if hasattr(value, "tocsc"):
         a = value.tocsc()
         return {"kind": "sparse", "shape": np.array(a.shape), "data": a.data, "indices": a.indices, "indptr": a.indptr}
+    if isinstance(value, Conductance):
+        if value.row is None:
+            raise ValueError(f"{name} is a plugged conductance, which a file cannot hold: add the network to the loaded scene")
+        return {"kind": "conductance", "class": type(value).__name__, "values": np.array(value.values, float)}
     raise ValueError(f"{name} is a {type(value).__name__}, which a file cannot hold: give numbers, arrays or matrices")
+
+
+def _of_numbers(value):
+    if isinstance(value, (list, tuple)):
+        return all(_of_numbers(part) for part in value)
+    return isinstance(value, (bool, int, float, np.generic))
 
 
 def _decoded(value):
@@ -73,7 +94,9 @@ def _decoded(value):
         from scipy import sparse
 
         return sparse.csc_array((value["data"], value["indices"], value["indptr"]), shape=tuple(value["shape"]))
-    if value["kind"] == "record" and value["module"].startswith("cairn.build."):
+    if value["kind"] == "conductance":
+        return CONDUCTANCES[value["class"]].from_values(value["values"])
+    if value["kind"] == "record" and value["module"].startswith(("cairn.build.", "cairn.networks.")):
         found = getattr(importlib.import_module(value["module"]), value["class"])
         if dataclasses.is_dataclass(found):
             return found(**{name: _decoded(part) for name, part in value["fields"].items()})

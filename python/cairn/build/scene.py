@@ -188,8 +188,6 @@ class Scene(Spelt):
         from ..post.checkpoint import save
 
         sets, meshes = {}, set()
-        if self.networks:
-            raise ValueError("a scene file holds no networks yet: write the scene without them, and add them when it is loaded")
         for k, s in enumerate(self.sets):
             if s.mesh is not None:
                 if id(s.mesh) not in meshes:  # its other sets come with it
@@ -217,6 +215,10 @@ class Scene(Spelt):
                 if c.hulls is not None:
                     entry["hulls"] = dict(c.hulls._asdict())
                 entry |= {"material": c.material.name, "density": c.material.density or np.nan}
+                if (more := c.material.beside_density()) is not None:
+                    from .mesh_files import encoded
+
+                    entry["properties"] = encoded(more)
                 d["contactors"][f"{j:06d}"] = entry
             sets[f"{k:06d}"] = d
         content = {
@@ -236,6 +238,10 @@ class Scene(Spelt):
                 "shear_rate": p.shear_rate,
                 "corner": np.asarray(p.corner if p.corner is not None else np.zeros(self.dim), float),
             }
+        if self.networks:
+            from .mesh_files import encoded
+
+            content["networks"] = {kind: encoded(settings.given) for kind, settings in self.networks.items()}
         save(path, content, "a scene")
 
     @classmethod
@@ -280,6 +286,10 @@ class Scene(Spelt):
             else:
                 scene.add(_set_from(scene.dim, d))
         scene.rules = rules_from_dict(content["rules"])
+        for kind, given in content.get("networks", {}).items():
+            from .mesh_files import decoded
+
+            {"electrical": scene.electrical, "thermal": scene.thermal}[kind](**decoded(given))
         return scene
 
 
@@ -304,7 +314,12 @@ def _set_from(dim, d):
     contactors = []
     for _, c in sorted(d["contactors"].items()):
         density = float(c["density"])
-        material = Material(c["material"], None if np.isnan(density) else density)
+        more = {}
+        if "properties" in c:
+            from .mesh_files import decoded
+
+            more = decoded(c["properties"])
+        material = Material(c["material"], None if np.isnan(density) else density, **more)
         contactors.append(
             bodies.ContactorSet(
                 c["shape"],

@@ -22,6 +22,13 @@ class Conductance:
     def __init__(self, values):
         self.values = tuple(values)
 
+    @classmethod
+    def from_values(cls, values):
+        """One with the parameters that `values` of another has; for files."""
+        made = cls.__new__(cls)
+        Conductance.__init__(made, map(float, values))
+        return made
+
     def __repr__(self):
         words = ", ".join(f"{n}={v:g}" for n, v in zip(self.parameter_names, self.values))
         return f"{type(self).__name__}({words})"
@@ -91,14 +98,21 @@ def _classes():
 CONDUCTANCES = _classes()
 
 
+READABLE = ("conductivity", "modulus", "hardness", "radius", "area", "intact")
+
+
 def plug(library, name, params=(), reads=()):
     """A conductance from a user's shared library, a routine as `cairn_conductance` in cairn/core.h (Fortran: bind(c)).
 
-    library: path. name: of its symbol. params: (p,) what it gets. reads: words of what it needs of materials, such as
-    "conductivity", "modulus", "hardness". Raises ValueError when library or symbol are missing.
+    library: path. name: of its symbol. params: (p,) what it gets. reads: what it asks for of materials and contacts, words of
+    "conductivity", "modulus", "hardness", "radius", "area", "intact": what is not there then is told, and what it does not read
+    need not be. Raises ValueError when library or symbol are missing, or reads holds another word.
     """
     import ctypes
 
+    for word in reads:
+        if word not in READABLE:
+            raise ValueError(f"reads names {word!r}: give words of {listed(READABLE, word)}")
     path = os.path.abspath(os.fspath(library))
     if not os.path.exists(path):
         raise ValueError(f"{path}: there is no such file; build the library first")

@@ -124,8 +124,16 @@ class Running:
     def _areas(self, what, ids, area):
         if area is not None:
             return np.broadcast_to(np.asarray(area, float), ids.shape)
-        scene, present = self._simulation.scene, self._core.scene.body("id")
-        radius = self._simulation.radii()[np.searchsorted(present, ids)]
+        scene, radius = self._simulation.scene, np.zeros(len(ids))
+        # as they came in, whatever they have grown to since: a network that is set again, as after a restart, has the same
+        for s in self._simulation._sets:
+            for c in s.contactors:
+                if c.shape in ("disk", "sphere") and s.mesh is None:
+                    size = np.zeros(len(s.ids))
+                    size[c.body] = c.radius
+                    at = np.searchsorted(s.ids, ids)
+                    mine = (at < len(s.ids)) & (s.ids[np.minimum(at, len(s.ids) - 1)] == ids)
+                    radius[mine] = size[at[mine]]
         if np.any(radius <= 0):
             raise ValueError(f"area of {what} is not given, and body {ids[np.argmin(radius)]} is no ball: give its area [m2]")
         return 4 * np.pi * radius**2 if scene.dim == 3 else 2 * np.pi * radius * scene.depth

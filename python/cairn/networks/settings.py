@@ -62,6 +62,7 @@ class Electrical:
 
     def __init__(self, *, conductance=None, film=None, current=None, potential=None, wires=None, method="auto", tol=1e-12,
                  switched=0.0):  # fmt: skip
+        self.given = {name: value for name, value in locals().items() if name != "self"}  # for files
         self.kernels = _kernels(CONDUCTANCES["Holm"]() if conductance is None else conductance)
         if film is not None and not isinstance(film, OxideFilm):
             raise ValueError(f"film is {film!r}: give cairn.networks.OxideFilm(...)")
@@ -92,6 +93,7 @@ class Thermal:
     def __init__(self, *, conductance=None, initial=293.15, temperature=None, power=None, convection=None, radiation=None,
                  friction="halves", joule="halves", wires=None, steady=False, theta=1.0, lumped=True, reference=293.15,
                  method="auto", tol=1e-12):  # fmt: skip
+        self.given = {name: value for name, value in locals().items() if name != "self"}  # for files
         self.kernels = _kernels(CONDUCTANCES["Holm"]() if conductance is None else conductance)
         self.initial = initial if isinstance(initial, (dict, list, tuple)) else {"*": checks.number("initial", initial)}
         self.initial = _pairs("initial", self.initial)

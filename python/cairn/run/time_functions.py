@@ -128,6 +128,10 @@ def from_dict(d):
         return Table(d["times"], d["values"])
     if d["kind"] == "harmonic":
         return Harmonic(d["amplitude"], float(d["frequency"]), d["mean"], float(d["phase"]))
+    if d["kind"] == "of_temperature":
+        from ..build.materials import OfTemperature
+
+        return OfTemperature(tuple(d["temperatures"]), tuple(d["values"]))
     if d["kind"] == "ramp":
         return Ramp(_part(d["value"]), float(d["begin"]), float(d["slope"]))
     if d["kind"] == "components":
@@ -139,7 +143,7 @@ def from_dict(d):
         stress = from_dict(d["stress"])
         return Servo(stress if callable(stress) else float(stress), d["normal"], area)
     if d["kind"] != "constant":
-        raise ValueError(f"kind is {d['kind']!r}: table, harmonic, ramp, components, servo and constant are known")
+        raise ValueError(f"kind is {d['kind']!r}: table, harmonic, ramp, components, servo, of_temperature or constant is due")
     value = np.asarray(d["value"], float)
     if not np.all(np.isfinite(value)):
         raise ValueError(f"value is {value}: give finite numbers")
