@@ -133,8 +133,10 @@ def read_foreign(path, read):
         unknown = error
     with tempfile.TemporaryDirectory() as folder:
         plain = os.path.join(folder, "plain.hdf5")
-        command = [sys.executable, "-E", os.path.join(os.path.dirname(__file__), "plain_hdf5.py"), os.path.abspath(path), plain]
         limit = SECONDS + os.path.getsize(path) / BYTES_A_SECOND
+        program = os.path.join(os.path.dirname(__file__), "plain_hdf5.py")
+        # the second limit is for the case that nobody waits any more
+        command = [sys.executable, "-E", program, os.path.abspath(path), plain, str(2 * abs(limit))]
         try:
             ended = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=limit)
         except subprocess.TimeoutExpired:

@@ -1,12 +1,13 @@
 """Run as a program: the groups and arrays of an HDF5 file, written again without compression and in the oldest layout.
 
-    python plain_hdf5.py FROM TO
+    python plain_hdf5.py FROM TO SECONDS
 
-It runs in a process of its own: the HDF5 library may loop without end or stop its process on a damaged file. It ends with 1
+It runs in a process of its own: the HDF5 library may loop without end or stop its process on a damaged file. It ends after SECONDS, whoever waits for it, and with 1
 and a line on the standard error where h5py refuses the file.
 """
 
 import os
+import signal
 import sys
 
 import h5py
@@ -31,7 +32,8 @@ def copy(source, target, most, within=()):
 
 def main():
     """The program."""
-    path, target = sys.argv[1:]
+    path, target, seconds = sys.argv[1:]
+    signal.setitimer(signal.ITIMER_REAL, float(seconds))
     try:
         with h5py.File(path, "r") as file, h5py.File(target, "w", libver="earliest") as plain:
             copy(file, plain, MOST_BYTES_OF_ONE * os.path.getsize(path))
