@@ -2,8 +2,8 @@
 
     python plain_hdf5.py FROM TO SECONDS
 
-It runs in a process of its own: the HDF5 library may loop without end or stop its process on a damaged file. It ends after SECONDS, whoever waits for it, and with 1
-and a line on the standard error where h5py refuses the file.
+It runs in a process of its own: the HDF5 library may loop without end or stop its process on a damaged file. It ends after
+SECONDS, whoever waits for it, and with 1 and a line on the standard error where h5py refuses the file.
 """
 
 import os
