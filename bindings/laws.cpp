@@ -42,8 +42,15 @@ void bind_laws(py::module_& m) {
   py::class_<cairn::LawTable>(m, "LawTable")
       .def(py::init<std::vector<std::string>, const std::vector<std::string>&>(), py::arg("materials"),
            py::arg("groups"))
-      .def("rule", [](cairn::LawTable& t, const std::string& a, const std::string& b, int law,
-                      const std::vector<double>& params) { t.rule(a, b, cairn::Law(law), params); })
+      .def("rule",
+           [](cairn::LawTable& t, const std::string& a, const std::string& b, int law,
+              const std::vector<double>& params,
+              const std::vector<std::tuple<int, std::vector<double>, std::vector<double>>>& of_temperature) {
+             std::vector<cairn::LawTable::Curve> curves;
+             for (const auto& [parameter, temperature, value] : of_temperature)
+               curves.push_back({parameter, temperature, value});
+             t.rule(a, b, cairn::Law(law), params, curves);
+           })
       .def("pass_through", &cairn::LawTable::pass_through)
       .def("keep_apart",
            [](cairn::LawTable& t, const std::vector<std::int32_t>& materials) { t.keep_apart(materials); })

@@ -117,8 +117,10 @@ cairn::NetworkSource source_of(const py::handle& given) {
   out.kind = kind == "held"         ? Source::held
              : kind == "convection" ? Source::convection
              : kind == "radiation"  ? Source::radiation
+             : kind == "gradient"   ? Source::gradient
                                     : Source::flow;
   out.electrode = py::cast<bool>(d["electrode"]);
+  if (d.contains("axis")) out.axis = py::cast<int>(d["axis"]);
   out.ids = vector_of<std::int64_t>(d["ids"]);
   out.coefficient = vector_of<double>(d["coefficient"]);
   out.value = vector_of<double>(d["value"]);
@@ -143,7 +145,9 @@ void set_network(Simulation& s, const std::string& kind, const py::dict& d) {
     n.kernels.push_back({info.kernel, params});
   }
   for (const py::handle k : d["plugged"]) {
-    const auto [address, params] = py::cast<std::pair<std::uintptr_t, std::vector<double>>>(k);
+    const auto [address, params, reads] = py::cast<std::tuple<std::uintptr_t, std::vector<double>, std::string>>(k);
+    n.needs_radius |= reads.find("radius") != std::string::npos;
+    n.needs_bond |= reads.find("intact") != std::string::npos || reads.find("area") != std::string::npos;
     n.kernels.push_back({reinterpret_cast<cairn_conductance*>(address), params});
   }
   if (d.contains("film")) {
@@ -164,18 +168,28 @@ void set_network(Simulation& s, const std::string& kind, const py::dict& d) {
   n.reference = py::cast<double>(d["reference"]);
   for (const py::handle given : d["stresses"]) {
     const py::dict of = py::cast<py::dict>(given);
-    n.stresses.push_back({py::cast<std::size_t>(of["mesh"]), vector_of<std::int64_t>(of["start"]),
-                          vector_of<std::int32_t>(of["node"]), vector_of<double>(of["value"])});
+    n.stresses.push_back({py::cast<std::size_t>(of["mesh"]), py::cast<double>(of["expansion"]),
+                          vector_of<std::int64_t>(of["start"]), vector_of<std::int32_t>(of["node"]),
+                          vector_of<double>(of["value"])});
   }
   n.steady = py::cast<bool>(d["steady"]);
   n.friction = split_of(py::cast<std::string>(d["friction"]));
   n.joule = split_of(py::cast<std::string>(d["joule"]));
   n.switched_share = py::cast<double>(d["switched_share"]);
+  n.coupling_tolerance = py::cast<double>(d["coupling"]);
   std::optional<Network>& at = slot(s, kind);
   s.scene.activate(kind == "electrical" ? cairn::Need::electrical : cairn::Need::thermal);
   if (at) {
     n.balance = at->balance;
     n.broken_keys = at->broken_keys;
+  }
+  const bool bends = std::any_of(n.sources.begin(), n.sources.end(),
+                                 [](const auto& from) { return from.kind == cairn::NetworkSource::gradient; });
+  if (bends) {
+    s.scene.activate(cairn::Need::growing);
+    s.scene.activate(cairn::Need::bending);
+    n.separate_hulls(s.scene);
+    n.remember_shapes(s.scene, at ? &*at : nullptr);
   }
   at = std::move(n);
   if (py::cast<bool>(d["growing"])) {
@@ -210,7 +224,8 @@ py::dict report_of(const Network& n) {
   out["residual"] = r.residual;
   out["closure"] = r.closure;
   out["power"] = r.power;
-  if (!n.stresses.empty()) out["coupling"] = r.coupling;
+  if (!electrical) out["coupling"] = r.coupling;
+  if (!electrical) out["passes"] = r.passes;
   out[electrical ? "current" : "heat_flow"] = r.flow;
   if (n.film) out["broken"] = r.broken;
   static const char* const of_heat[] = {"stored", "held", "given", "convection", "radiation", "friction"};

@@ -1,6 +1,7 @@
 set(CAIRN_CORE_SOURCES
   bulk_materials/radial_return.f90
   bulk_materials/strain_measures.f90
+  bulk_materials/swelling.f90
   bulk_materials/tensor_functions.f90
   contact_laws/block_cones.f90
   contact_laws/cohesive_zone.f90

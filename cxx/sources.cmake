@@ -56,6 +56,7 @@ set(CAIRN_CXX_SOURCES
   laws/plug.cpp
   laws/plugged_laws.cpp
   networks/conduction.cpp
+  networks/coupling.cpp
   networks/electrical.cpp
   networks/growth.cpp
   networks/multigrid.cpp

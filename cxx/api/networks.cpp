@@ -45,7 +45,10 @@ double report_of(const Network& n, const std::string& name) {
   const cairn::NetworkBalance& b = n.balance;
   if (name == "status") {
     const std::string status = r.status;
-    return status == "converged" ? 0 : status == "iteration_limit" ? 1 : status == "open" ? 3 : 2;
+    return status == "converged"                                       ? 0
+           : status == "iteration_limit" || status == "coupling_limit" ? 1
+           : status == "open"                                          ? 3
+                                                                       : 2;
   }
   const std::pair<const char*, double> known[] = {{"branches", double(r.branches)},
                                                   {"floating", double(r.solve.floating)},

@@ -47,6 +47,7 @@ enum class Need {
   crackle,
   thermal,
   growing,
+  bending,
   electrical,
   offset,
   direction,

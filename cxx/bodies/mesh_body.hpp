@@ -55,6 +55,7 @@ struct NewtonError {
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
   double material = 0;                                              // dissipated at the points of the material
+  double warmed = 0;                                                // given by what swelled at the begin of the step
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
@@ -162,8 +163,11 @@ private:
   // Of Newton's method: velocities of the pass, forces of stresses at both ends and of damping, derivative, rest of the
   // balance, and where the step ended.
   std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_;
-  std::unique_ptr<Factors> own_;          // of the pass
-  BulkResult found_;                      // at the end
+  std::unique_ptr<Factors> own_; // of the pass
+  BulkResult found_;             // at the end
+  void find_swelling_force();
+  std::vector<double> swelling_force_; // see find_swelling_force; empty: nothing swells
+  double warmed_ = 0;
   double stored_begin_ = 0, checked_ = 0; // checked_: step that is known to be stable under central differences
   bool begun_ = false;                    // stored_begin_ and force_begin_ are known
   double h_ = 0, theta_ = 0;              // the step at hand, of a body that is not linear

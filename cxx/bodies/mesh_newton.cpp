@@ -74,15 +74,19 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
 void MeshBody::start_newton() {
   const auto n = std::size_t(model.dofs());
   for (std::vector<double>* v : {&iterate_, &force_end_, &residual_, &trial_, &start_, &c_}) v->resize(n);
-  norms_.resize(6 * n);
+  norms_.resize(8 * n);
   for (std::size_t i = 0; i < n && begun_ && !way_end_.empty(); ++i) // nodes may have been set elsewhere
     begun_ = std::abs(q_[i] - way_end_[i]) <= 1e-6 * size_;
-  if (!begun_) {
+  warmed_ = 0;
+  if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
+    find_swelling_force();
     found_ = model.bulk->evaluate(q_.data(), h_, theta_, force_end_.data(), nullptr);
     if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
     force_begin_ = force_end_;
-    stored_begin_ = found_.energy;
+    const double stored = found_.energy + found_.dissipated;
+    if (begun_) warmed_ = stored - stored_begin_;
+    stored_begin_ = stored;
     begun_ = true;
   }
   iterate_ = v_;
@@ -95,6 +99,21 @@ void MeshBody::start_newton() {
     }
   }
   find_free_velocity();
+}
+
+// What free strains make of the forces, at the begin of the step: a body that swelled as it liked has none left, and
+// its balance is still one of terms as large as these.
+void MeshBody::find_swelling_force() {
+  swelling_force_.clear();
+  if (model.bulk->swelling.empty()) return;
+  std::vector<double> swelling;
+  swelling.swap(model.bulk->swelling);
+  swelling_force_.resize(std::size_t(model.dofs()));
+  const BulkResult plain = model.bulk->evaluate(q_.data(), h_, theta_, swelling_force_.data(), nullptr);
+  swelling.swap(model.bulk->swelling);
+  if (plain.ok()) model.bulk->evaluate(q_.data(), h_, theta_, force_end_.data(), nullptr);
+  for (std::size_t i = 0; i < swelling_force_.size(); ++i)
+    swelling_force_[i] = plain.ok() ? swelling_force_[i] - force_end_[i] : 0;
 }
 
 void MeshBody::find_free_velocity() {
@@ -152,6 +171,8 @@ NewtonError MeshBody::judge() {
   start = iterate_;
   bool moved = false; // a held dof, whose change is no part of the balance
   for (std::size_t i = 0; i < n; ++i) moved = moved || (model.held[i] && (change[i] < 0 || change[i] > 0));
+  const bool swells = !swelling_force_.empty();
+  const std::size_t terms = swells ? 4 : 3;
   constexpr int halvings = 10;
   double share = 1;
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
@@ -164,16 +185,18 @@ NewtonError MeshBody::judge() {
       norms_[i] = held ? 0 : residual_[i] + impulse[i];
       norms_[n + i] = held ? 0 : b_[i];
       norms_[2 * n + i] = held ? 0 : h_ * (c_[i] + force_of(i));
+      if (swells) norms_[3 * n + i] = held ? 0 : h_ * swelling_force_[i];
     }
-    std::copy_n(norms_.begin(), 3 * n, norms_.begin() + std::ptrdiff_t(3 * n));
-    const double* right = &norms_[3 * n];
-    solve(norms_.data(), 3);
-    double size[3] = {0, 0, 0}, worst = 0;
-    for (int k = 0; k < 3; ++k)
+    std::copy_n(norms_.begin(), terms * n, norms_.begin() + std::ptrdiff_t(terms * n));
+    const double* right = &norms_[terms * n];
+    solve(norms_.data(), int(terms));
+    double size[4] = {0, 0, 0, 0}, worst = 0;
+    for (std::size_t k = 0; k < terms; ++k)
       for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * right[k * n + i];
     for (std::size_t i = 0; i < n; ++i)
       if (norms_[i] * right[i] > worst) worst = norms_[i] * right[i], out.node = std::int64_t(i) / model.dim;
-    const double scale = std::sqrt(std::max(size[1], 0.0)) + std::sqrt(std::max(size[2], 0.0));
+    const double scale =
+        std::sqrt(std::max(size[1], 0.0)) + std::sqrt(std::max(size[2], 0.0)) + std::sqrt(std::max(size[3], 0.0));
     const double left = std::sqrt(std::max(size[0], 0.0));
     out.error = left > 0 ? (scale > 0 ? left / scale : 1) : 0;
     found_ = out.fault;
@@ -223,6 +246,7 @@ void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
   work.stored = found_.energy;
   work.stored_change = found_.energy - stored_begin_;
   work.material = found_.dissipated;
+  work.warmed = warmed_;
 }
 
 void MeshBody::commit() {

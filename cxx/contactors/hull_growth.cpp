@@ -1,6 +1,10 @@
 // Hulls of bodies that grow: each its own, all of its lengths by one factor.
 #include "hulls.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 namespace cairn {
 
 std::int32_t Hulls::copy(std::int32_t h) {
@@ -39,6 +43,40 @@ void Hulls::scale(std::int32_t h, double factor) {
   for (std::int32_t f = 0; f < lengths; ++f) offset[std::size_t(first_face[h] + f)] *= factor;
   inner[std::size_t(h)] *= factor;
   radius[std::size_t(h)] *= factor;
+}
+
+// A face whose corners left their plane keeps the mean of their normals (Newell), and holds all of them.
+void Hulls::follow_vertices(std::int32_t h) {
+  const double* v = &vertex[std::size_t(dim) * first_vertex[h]];
+  const std::int32_t corners = vertices(h);
+  for (std::int32_t f = first_face[h]; f < first_face[h + 1]; ++f) {
+    double n[3] = {0, 0, 0}, size = 0, reach = -std::numeric_limits<double>::infinity();
+    const std::int32_t begin = dim == 3 ? first_corner[f] : f - first_face[h],
+                       many = dim == 3 ? first_corner[f + 1] - begin : 2;
+    const auto corner = [&](std::int32_t k) {
+      return v + dim * (dim == 3 ? corner_vertex[begin + k % many] - 1 : (begin + k) % corners);
+    };
+    if (dim == 2) {
+      n[0] = corner(1)[1] - corner(0)[1];
+      n[1] = corner(0)[0] - corner(1)[0];
+    }
+    for (std::int32_t k = 0; dim == 3 && k < many; ++k) {
+      const double *a = corner(k), *b = corner(k + 1);
+      for (int d = 0; d < 3; ++d) n[d] += (a[(d + 1) % 3] - b[(d + 1) % 3]) * (a[(d + 2) % 3] + b[(d + 2) % 3]);
+    }
+    for (int d = 0; d < dim; ++d) size += n[d] * n[d];
+    size = std::sqrt(size);
+    for (int d = 0; d < dim; ++d) normal[std::size_t(dim) * f + d] = n[d] / size;
+    for (std::int32_t k = 0; k < many; ++k) {
+      double along = 0;
+      for (int d = 0; d < dim; ++d) along += n[d] / size * corner(k)[d];
+      reach = std::max(reach, along);
+    }
+    offset[std::size_t(f)] = reach;
+  }
+  radius[std::size_t(h)] = measure(h, false);
+  const double least = *std::min_element(offset.begin() + first_face[h], offset.begin() + first_face[h + 1]);
+  inner[std::size_t(h)] = least > 0 ? least : -radius[std::size_t(h)];
 }
 
 } // namespace cairn

@@ -51,6 +51,7 @@ struct Hulls {
   void move_facet(std::int32_t hull, std::span<const double> x);
   std::int32_t copy(std::int32_t hull); // returns its number
   void scale(std::int32_t hull, double factor);
+  void follow_vertices(std::int32_t hull); // planes and balls of a polygon or polyhedron whose vertices moved a little
   std::size_t bytes() const;
 
 private:

@@ -76,11 +76,16 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
   fill(geometry + n, effective_radius(i));
   fill(geometry + 2 * n, 0);
   for (std::size_t p = 0; p < law.parameters.size(); ++p) fill(params + p * n, e.params[p]);
+  double fields[4 * n] = {};
+  for (int lane = 0; lane < n; ++lane) {
+    if (temperature) vary(i, n, params + lane);
+    if (has_fields()) fields_of(i, n, fields + lane);
+  }
   int column = 0;
   for (std::size_t k = 0; k < law.state.size(); ++k)
     for (int v = law.state[k].back() == '*' ? dim() - 1 : 1; v > 0; --v) fill(state + n * column++, law.state_begin[k]);
   fill(state, 1);
-  const cairn_law_context context{with_h, with_theta, geometry, nullptr};
+  const cairn_law_context context{with_h, with_theta, geometry, has_fields() ? fields : nullptr};
   law.prepare(n, c, &context, gap, u, params, state, bias, compliance, mu);
   memory.keys.push_back(key(i));
   memory.impulses.insert(memory.impulses.end(), std::size_t(memory.impulse_components), 0.0);

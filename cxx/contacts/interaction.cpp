@@ -402,6 +402,11 @@ Scratch& Interactions::scratch() {
   return s_->scratch;
 }
 
+void Interactions::act_at(const double* temperature, const double* potential) {
+  s_->temperature = temperature;
+  s_->potential = potential;
+}
+
 void Interactions::forget_impulses() { std::fill(s_->memory.impulses.begin(), s_->memory.impulses.end(), 0.0); }
 
 const ContactMemory& Interactions::memory() const { return s_->memory; }

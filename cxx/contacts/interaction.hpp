@@ -89,6 +89,13 @@ public:
     Law law;
     std::int16_t place = 0; // of the law among those of the table
     double params[max_parameters];
+    std::int32_t first_curve = 0, curves = 0; // parameters that depend on temperature
+  };
+  // A parameter by the mean temperature of both sides [K]: piecewise linear, constant beyond its ends.
+  struct Curve {
+    int parameter = 0;
+    std::vector<double> temperature, value;
+    double at(double t) const;
   };
   LawTable() = default;
   explicit LawTable(std::vector<std::string> material_names); // numbered as contactors.material
@@ -100,7 +107,8 @@ public:
   void set_default(Law law, std::span<const double> params); // for pairs that have none of their own
   // Rules by the names of materials and groups or "*"; one that names nothing of the scene has no effect. After the
   // last of them: settle.
-  void rule(const std::string& a, const std::string& b, Law law, std::span<const double> params);
+  void rule(const std::string& a, const std::string& b, Law law, std::span<const double> params,
+            std::span<const Curve> curves = {});
   void pass_through(const std::string& a, const std::string& b);
   void keep_apart(std::span<const std::int32_t> materials) { rules_.keep_apart(materials); }
   // Numbers the laws that pairs of materials have by the first pair that has each, and forgets those that none has.
@@ -115,14 +123,16 @@ public:
   const std::vector<Law>& laws() const { return laws_; } // that the table has, each once
   const std::string& name(int material) const { return names_[material]; }
   const LawRules& rules() const { return rules_; }
+  const std::vector<Curve>& curves() const { return curves_; }
 
 private:
-  int add(Law law, std::span<const double> params);
+  int add(Law law, std::span<const double> params, std::span<const Curve> curves = {});
   void take(const Entry& entry);
   std::vector<std::string> names_;
   LawRules rules_;
   std::vector<std::int32_t> entry_of_; // of the rules; -1: a rule by which they pass through each other
   std::vector<Entry> entries_;
+  std::vector<Curve> curves_;
   std::map<std::vector<double>, std::int32_t> known_; // law and parameters of the entries
   std::vector<Law> laws_;
 };
@@ -223,6 +233,8 @@ public:
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
   void pose(const ContactPose& pose);
+  // What bodies have for laws that ask, until it is said again; null: the scene has none. [K], [V]
+  void act_at(const double* temperature, const double* potential);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);
   // Impulses (dim, count), local, that someone else solved for, instead of solve.

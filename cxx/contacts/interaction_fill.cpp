@@ -126,6 +126,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     b.rho[lane] = 1 / (system.record[A].x[mass] + system.record[B].x[mass]);
     const double* given = laws->entry(entry[i]).params;
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = given[k];
+    if (temperature) vary(i, n, params + lane);
     if (!flying) continue;
     for (int k = 0; k < d; ++k) speed[k][lane] = system.record[A].x[k] - system.record[B].x[k];
     apart[lane] = ra + rb + std::min(gap[lane], 0.0);
@@ -147,7 +148,9 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
       own.geometry[lane] = area_of(who[lane]);
       own.geometry[n + lane] = effective_radius(who[lane]);
       own.geometry[2 * n + lane] = b.rho[lane];
+      if (own.fields) fields_of(who[lane], n, own.fields + lane);
     }
+    if (own.fields) repeat_last(b, own.fields, 4);
     repeat_last(b, own.flight, d);
     repeat_last(b, own.geometry, 3);
   }
@@ -372,7 +375,7 @@ void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double 
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 4) * 128];
-  alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128], flight[6 * 128];
+  alignas(64) double compliance[6 * 128], mu[128], geometry[3 * 128], flight[6 * 128], fields[4 * 128];
   LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
   const bool asks = own.geometry || law_infos()[b.law].plugged();
   cairn_delassus(&schedule, 0, thread, w, w_true, u);
@@ -388,6 +391,8 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     // an infinite friction times no impulse shall be none
     for (int k = 0; k < parameters; ++k)
       params[k * n + lane] = std::min(e.params[k], std::numeric_limits<double>::max());
+    if (temperature) vary(i, n, params + lane);
+    if (has_fields()) fields_of(i, n, fields + lane);
     geometry[lane] = asks ? area_of(i) : 0;
     geometry[n + lane] = effective_radius(i);
     geometry[2 * n + lane] = 1 / w[lane];
@@ -396,7 +401,9 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   repeat_last(b, params, parameters);
   repeat_last(b, geometry, 3);
   repeat_last(b, u, c);
-  const cairn_law_context context{h, theta, geometry, nullptr};
+  if (has_fields()) repeat_last(b, fields, 4);
+  const cairn_law_context context{h, theta, geometry, has_fields() ? fields : nullptr};
+  if (own.fields) std::copy_n(fields, 4 * n, own.fields);
   if (own.geometry) {
     std::copy_n(geometry, 3 * n, own.geometry);
     std::copy_n(flight, flying ? n * c : 0, own.flight);

@@ -393,7 +393,8 @@ void Interactions::State::lay_out() {
     own.geometry = asks ? scratch.take<double>(3 * std::int64_t(b.count)) : nullptr;
     own.flight = asks ? scratch.take<double>(b.components * std::int64_t(b.count)) : nullptr;
     own.energy = law.energy ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;
-    own.context = {h, theta, own.geometry, nullptr};
+    own.fields = asks && has_fields() ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;
+    own.context = {h, theta, own.geometry, own.fields};
     b.context = &own.context;
     const auto take = [&](int components) {
       double* here = next;

@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../base/scratch.hpp"
 #include "../bodies/mesh_set.hpp"
@@ -109,6 +110,7 @@ struct Interactions::State {
   struct LawColumns {
     cairn_law_context context;
     double* geometry; // (n, 3) of the context
+    double* fields;   // (n, 4) of the context, null: the scene has none
     double* flight;   // (n, c) that the bias holds besides the law's own [m/s]
     double* energy;   // (n, 4) as cairn_law_energy gives it
   };
@@ -118,7 +120,8 @@ struct Interactions::State {
   };
   Array<Commits> commits;
 
-  MeshSet* meshes = nullptr; // null: none in the scene
+  const double *temperature = nullptr, *potential = nullptr; // of bodies; null: the scene has none
+  MeshSet* meshes = nullptr;                                 // null: none in the scene
   ContactPose pose;
   double* given = nullptr;      // (dim) of each place: impulses that the pose adds to the solution; null: none
   Field<double> velocity_given; // free velocity with these
@@ -149,6 +152,33 @@ struct Interactions::State {
     return carrier < 0 ? std::int32_t(system.bodies) + meshes->mesh_of(contactor) : carrier;
   }
   std::int64_t units() const { return system.bodies + (meshes ? std::int64_t(meshes->meshes.size()) : 0); }
+  bool has_fields() const { return temperature || potential; }
+  // Of a body, or of the nodes in whose middle a mapped contactor is.
+  double value_at(const double* value, std::int32_t contactor) const {
+    if (const std::int32_t carrier = body(contactor); carrier >= 0) return value[carrier];
+    const MeshSet::Middle& middle = meshes->middle(contactor);
+    double sum = 0;
+    for (int j = 0; j < 4 && middle.node[j] >= 0; ++j) sum += middle.weight[j] * value[middle.node[j]];
+    return sum;
+  }
+  // Temperatures and potentials of both sides of a contact, columns n apart.
+  void fields_of(std::int64_t contact, std::int64_t n, double* out) const {
+    const std::int32_t a = candidates->contactor_a[contact], b = candidates->contactor_b[contact];
+    out[0] = temperature ? value_at(temperature, a) : 0;
+    out[n] = temperature ? value_at(temperature, b) : 0;
+    out[2 * n] = potential ? value_at(potential, a) : 0;
+    out[3 * n] = potential ? value_at(potential, b) : 0;
+  }
+  // Parameters of a contact, n apart, that depend on temperature.
+  void vary(std::int64_t contact, std::int64_t n, double* params) const {
+    const LawTable::Entry& e = laws->entry(entry[contact]);
+    for (int k = e.first_curve; k < e.first_curve + e.curves; ++k) {
+      const LawTable::Curve& curve = laws->curves()[std::size_t(k)];
+      const double t = 0.5 * (value_at(temperature, candidates->contactor_a[contact]) +
+                              value_at(temperature, candidates->contactor_b[contact]));
+      params[n * curve.parameter] = std::min(curve.at(t), std::numeric_limits<double>::max());
+    }
+  }
   bool is_hub(std::int32_t contactor) const {
     return (kind[contactor] & moving) &&
            degree[unit_of(contactor)] > (kind[contactor] & mapped ? mesh_hub_degree : hub_degree);

@@ -70,6 +70,7 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
     if (sheared) add_image_jump(b, lane, 1, u);
     gap[lane] = candidates->gap[i];
     for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
+    if (temperature) vary(i, n, params + lane);
     for (int k = 0; k < c; ++k) r[k * n + lane] = at(b, b.r, lane, k);
   }
   // as prepare and solve saw it: in the middle of the flight

@@ -37,7 +37,7 @@ bool is_linear(const BulkCells& c) {
 
 struct BulkModel::Work {
   Array<double> x, u, d, hoop, h, h_bar, volume, piola, tangent, strain, stress, moduli, energy, dissipated, length,
-      state;
+      state, swelling;
   Array<double> share;                                // of a linear dilatation
   Array<double> begin, end, energy_begin, energy_end; // of stresses by energy: F - 1 at both ends of the step
   Array<std::int32_t> status;
@@ -53,7 +53,7 @@ struct BulkModel::Work {
     most(strain, 6 * points);
     most(stress, 6 * points);
     most(moduli, 36 * points);
-    for (Array<double>* a : {&volume, &energy, &dissipated, &length}) most(*a, points);
+    for (Array<double>* a : {&volume, &energy, &dissipated, &length, &swelling}) most(*a, points);
     most(state, std::max<std::size_t>(1, std::size_t(states)) * points);
     status.resize(std::max(status.size(), points));
     most(share, linear ? points * std::size_t(e.bulk_points) : 1);
@@ -136,7 +136,19 @@ void BulkModel::fit_once(const SparseMatrix& lower) {
   row_ = lower.row;
 }
 
+// Of gradients in h_bar; where nodes swell the material sees what is beyond that.
 void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
+                                   bool want, Work& w) {
+  if (swelling.empty()) return material_at_points(block, first, n, h, theta, want, w);
+  const bool large = cells_[block].kinematics != Kinematics::small;
+  const std::int64_t points = n * cells_[block].element->bulk_points;
+  cairn_without_swelling(large, points, w.swelling.data(), w.h_bar.data());
+  material_at_points(block, first, n, h, theta, want, w);
+  cairn_with_swelling(large, points, w.swelling.data(), w.h_bar.data(), w.piola.data(), want, w.tangent.data(),
+                      w.energy.data(), w.dissipated.data());
+}
+
+void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
                                    bool want, Work& w) {
   const BulkCells& c = cells_[block];
   const Block& b = blocks_[block];
@@ -173,6 +185,23 @@ void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::i
   }
   for (std::int64_t p = 0; p < points; ++p)
     if (w.status[p] == 0) w.status[p] = 2;
+}
+
+// At the points of cells. Those of first order have one for all of their points, as a strain without stress asks of
+// them: theirs does not vary as that of a field of temperatures that does.
+void BulkModel::find_swelling(std::size_t block, std::int64_t first, std::int64_t n, Work& w) const {
+  const BulkCells& c = cells_[block];
+  const Block& b = blocks_[block];
+  const ElementInfo& e = *c.element;
+  for (std::int64_t cell = 0; cell < n; ++cell) {
+    const std::int32_t* node = &c.node[std::size_t((first + cell) * e.nodes)];
+    for (int p = 0; p < e.bulk_points; ++p) {
+      double sum = 0;
+      for (int a = 0; a < e.nodes; ++a)
+        sum += (e.order > 1 ? b.value[std::size_t(p * e.nodes + a)] : 1.0 / e.nodes) * swelling[std::size_t(node[a])];
+      w.swelling[std::size_t(cell * e.bulk_points + p)] = sum;
+    }
+  }
 }
 
 void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& w) {
@@ -262,11 +291,13 @@ void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_
   const BulkCells& c = cells_[block];
   const ElementInfo& e = *c.element;
   const std::int64_t points = n * e.bulk_points;
-  if (!step.begin && is_linear(c)) return evaluate_linear(block, first, n, step, w, force, stiffness, result);
+  if (!step.begin && is_linear(c) && swelling.empty())
+    return evaluate_linear(block, first, n, step, w, force, stiffness, result);
   std::fill_n(w.status.data(), points, 0);
   gather(block, first, n, step.u, w);
   bool good = find_gradients(block, n, w);
   if (good) {
+    if (!swelling.empty()) find_swelling(block, first, n, w);
     if (step.begin)
       stresses_by_energy(block, first, n, step, w);
     else
@@ -410,7 +441,8 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
         }
         if (tangent) {
           const std::int64_t of = omp_get_num_threads(), me = omp_get_thread_num();
-          const auto add = !begin && is_linear(c) ? &BulkModel::add_halves : &BulkModel::add_columns;
+          const auto add =
+              !begin && is_linear(c) && swelling.empty() ? &BulkModel::add_halves : &BulkModel::add_columns;
           (this->*add)(k, first, n, stiffness_.data(), nodes * me / of, nodes * (me + 1) / of, tangent);
         }
       }

@@ -50,6 +50,8 @@ public:
   // begin of the step; forces are then those whose work over it is the change of energy, the derivative twice theirs.
   BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent,
                       const double* begin = nullptr);
+  // Free strain of each node, by which its surroundings would be longer without a stress, all ways alike; empty: none.
+  std::vector<double> swelling;
   void commit(); // the end of the step is the begin of the next
   // "quad 12 with nodes 1 2 3 4: its volume is not positive"
   std::string describe(const BulkResult& result) const;
@@ -85,6 +87,9 @@ private:
   void stresses_by_energy(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work);
   void stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
                           Work& work);
+  void material_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
+                          Work& work);
+  void find_swelling(std::size_t block, std::int64_t first, std::int64_t n, Work& work) const;
   void call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& work);
   void add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force, double* to) const;
   void add_columns(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness, std::int64_t low,

@@ -147,7 +147,15 @@ LawTable::LawTable(std::vector<std::string> material_names, const std::vector<st
     if (!groups[i].empty()) names_[i] += " (" + groups[i] + ")";
 }
 
-int LawTable::add(Law law, std::span<const double> params) {
+double LawTable::Curve::at(double t) const {
+  if (!(t > temperature.front())) return value.front();
+  if (!(t < temperature.back())) return value.back();
+  const auto k = std::size_t(std::upper_bound(temperature.begin(), temperature.end(), t) - temperature.begin());
+  const double share = (t - temperature[k - 1]) / (temperature[k] - temperature[k - 1]);
+  return value[k - 1] + share * (value[k] - value[k - 1]);
+}
+
+int LawTable::add(Law law, std::span<const double> params, std::span<const Curve> curves) {
   if (int(law) < 0 || std::size_t(law) >= law_infos().size())
     throw std::invalid_argument("law: " + std::to_string(int(law)) + " is no row of laws.def");
   const LawInfo& info = law_infos()[std::size_t(law)];
@@ -155,21 +163,33 @@ int LawTable::add(Law law, std::span<const double> params) {
     throw std::invalid_argument(info.python_name + " takes " + std::to_string(info.parameters.size()) +
                                 " parameters, " + std::to_string(params.size()) + " were given");
   Entry entry{law, 0, {}};
-  for (std::size_t k = 0; k < params.size(); ++k) {
+  const auto check = [&](std::size_t k, double value) {
     const LawParameter& p = info.parameters[k];
-    if (!(params[k] >= p.smallest && params[k] <= p.largest)) {
-      std::ostringstream message;
-      message << info.python_name << ": " << p.name << " = " << params[k] << ", must lie between " << p.smallest
-              << " and " << p.largest;
-      throw std::invalid_argument(message.str());
-    }
+    if (value >= p.smallest && value <= p.largest) return;
+    std::ostringstream message;
+    message << info.python_name << ": " << p.name << " = " << value << ", must lie between " << p.smallest << " and "
+            << p.largest;
+    throw std::invalid_argument(message.str());
+  };
+  for (std::size_t k = 0; k < params.size(); ++k) {
+    check(k, params[k]);
     // an infinite friction stays a number, so that its product with no impulse is none
     entry.params[k] = std::min(params[k], std::numeric_limits<double>::max());
   }
   std::vector<double> key(entry.params, entry.params + params.size());
   key.push_back(double(law));
+  for (const Curve& c : curves) {
+    for (const double value : c.value) check(std::size_t(c.parameter), value);
+    key.push_back(c.parameter);
+    key.insert(key.end(), c.temperature.begin(), c.temperature.end());
+    key.insert(key.end(), c.value.begin(), c.value.end());
+  }
   const auto [at, is_new] = known_.try_emplace(std::move(key), std::int32_t(entries_.size()));
-  if (is_new) take(entry);
+  if (!is_new) return at->second;
+  entry.first_curve = std::int32_t(curves_.size());
+  entry.curves = std::int32_t(curves.size());
+  curves_.insert(curves_.end(), curves.begin(), curves.end());
+  take(entry);
   return at->second;
 }
 
@@ -195,9 +215,10 @@ void LawTable::set_default(Law law, std::span<const double> params) {
   rules_.add(LawRules::anything, LawRules::anything, true);
 }
 
-void LawTable::rule(const std::string& a, const std::string& b, Law law, std::span<const double> params) {
+void LawTable::rule(const std::string& a, const std::string& b, Law law, std::span<const double> params,
+                    std::span<const Curve> curves) {
   const std::int32_t first = rules_.word(a), second = rules_.word(b);
-  const int entry = add(law, params);
+  const int entry = add(law, params, curves);
   if (first < LawRules::anything || second < LawRules::anything) return;
   entry_of_.push_back(entry);
   rules_.add(first, second, true);

@@ -8,7 +8,7 @@
 
 namespace cairn {
 
-void Network::advance_potential(Simulation& s, double h) {
+void Network::advance_potential(Simulation& s, double h, const Network* thermal) {
   place(s);
   gather(s, h);
   report = {};
@@ -32,7 +32,7 @@ void Network::advance_potential(Simulation& s, double h) {
       first = false;
     }
   }
-  conduct(s, temperatures(s), clean_);
+  conduct(s, thermal ? thermal->seen(s) : temperatures(s), clean_);
   recall_films(s);
   lay_branches(s);
   electrodes();

@@ -1,7 +1,9 @@
 // Rigid bodies that grow with their temperature: all lengths of their contactors by one factor.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "../fe/bulk_model.hpp"
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
 
@@ -25,7 +27,9 @@ void Network::separate_hulls(Scene& scene) {
 bool Network::grows(const Scene& scene, std::int64_t contactor) const {
   const Contactors& k = scene.contactors;
   const double expansion = materials[*k.material[contactor]].expansion;
-  return (expansion < 0 || expansion > 0) && info(Shape(*k.shape[contactor])).bounded && *k.radius[contactor] > 0;
+  // a plane has no length; a tube has none along its axis
+  const bool sized = info(Shape(*k.shape[contactor])).bounded || *k.radius[contactor] > 0;
+  return (expansion < 0 || expansion > 0) && sized;
 }
 
 // From begin_ to now_.
@@ -34,45 +38,175 @@ void Network::grow(Simulation& s) {
   Contactors& k = s.scene.contactors;
   const int dim = s.scene.dim;
   std::fill(s.scene.bodies.stretch.values.begin(), s.scene.bodies.stretch.values.end(), 0.0);
+  const bool bends = s.scene.bodies.gradient.active;
+  if (bends) bend(s);
   for (std::int64_t c = 0; c < k.count; ++c) {
     if (!grows(s.scene, c)) continue;
     const std::int32_t body = *k.body[c];
     const double expansion = materials[*k.material[c]].expansion;
     const double now = value_at(s, now_.data(), std::int32_t(c)), begin = value_at(s, begin_.data(), std::int32_t(c));
     const double factor = (1 + expansion * (now - reference)) / (1 + expansion * (begin - reference));
+    if ((factor < 1 || factor > 1) && body >= 0) *s.scene.bodies.stretch[body] = factor - 1;
+    if (bends && body >= 0) {
+      const double *from = s.scene.bodies.gradient[body], *to = &gradient_[std::size_t(dim * body)];
+      const bool flat = std::all_of(from, from + dim, [](double g) { return !(g < 0 || g > 0); }) &&
+                        std::all_of(to, to + dim, [](double g) { return !(g < 0 || g > 0); });
+      if (!flat) {
+        bend_hull(k, c, factor, expansion, from, to);
+        continue;
+      }
+    }
     if (!(factor < 1 || factor > 1)) continue;
-    if (body >= 0) *s.scene.bodies.stretch[body] = factor - 1;
     *k.radius[c] *= factor;
     if (k.offset.active)
       for (int d = 0; d < dim; ++d) k.offset[c][d] *= factor;
     if (k.direction.active) k.direction[c][dim] *= factor;
     if (k.hull.active && *k.hull[c] >= 0) k.hulls.scale(*k.hull[c], factor);
   }
+  if (bends) std::copy(gradient_.begin(), gradient_.end(), s.scene.bodies.gradient.values.begin());
 }
 
+// Shapes as they came in: what a gradient adds to them is always counted from there, so that it leaves when it goes.
+void Network::remember_shapes(const Scene& scene, const Network* before) {
+  const Contactors& k = scene.contactors;
+  if (before) {
+    vertex_ = before->vertex_;
+    offset_ = before->offset_;
+  }
+  for (std::size_t i = vertex_.size(); i < k.hulls.vertex.size(); ++i) vertex_.push_back(k.hulls.vertex[i]);
+  if (!k.offset.active) return;
+  // by the number of a contactor, which stays
+  const auto dim = std::size_t(scene.dim);
+  offset_.resize(dim * std::size_t(scene.next_contactor_id), std::numeric_limits<double>::quiet_NaN());
+  for (std::int64_t c = 0; c < k.count; ++c)
+    for (std::size_t d = 0; d < dim; ++d)
+      if (double& at = offset_[dim * std::size_t(*k.id[c]) + d]; std::isnan(at)) at = k.offset[c][d];
+}
+
+// Gradients at the end of the step, and by how much they bend bodies in it, in space axes.
+void Network::bend(Simulation& s) {
+  Bodies& b = s.scene.bodies;
+  const Contactors& k = s.scene.contactors;
+  const int dim = s.scene.dim;
+  gradient_.assign(b.gradient.values.begin(), b.gradient.values.end());
+  for (std::size_t j = 0; j < sources.size(); ++j)
+    for (std::size_t i = 0; i < sources[j].ids.size() && sources[j].kind == NetworkSource::gradient; ++i)
+      if (const std::int32_t body = source_body_[j][i]; body >= 0)
+        gradient_[std::size_t(dim * body + sources[j].axis)] = sources[j].value[i];
+  std::fill(b.bend.values.begin(), b.bend.values.end(), 0.0);
+  for (std::int64_t c = 0; c < k.count; ++c) {
+    if (!grows(s.scene, c)) continue;
+    const std::int32_t body = *k.body[c];
+    if (body < 0) continue; // of a mesh
+    double rise[3] = {0, 0, 0};
+    for (int d = 0; d < dim; ++d)
+      rise[d] = materials[*k.material[c]].expansion * (gradient_[std::size_t(dim * body + d)] - b.gradient[body][d]);
+    double* out = b.bend[body];
+    if (dim == 2) {
+      const double angle = *b.rotation[body];
+      out[0] = std::cos(angle) * rise[0] - std::sin(angle) * rise[1];
+      out[1] = std::sin(angle) * rise[0] + std::cos(angle) * rise[1];
+      continue;
+    }
+    const double *q = b.rotation[body], w = q[0];
+    for (int d = 0; d < 3; ++d) { // v + 2 w (u x v) + 2 u x (u x v)
+      const int e = (d + 1) % 3, f = (d + 2) % 3;
+      const double cross_e = q[1 + f] * rise[d] - q[1 + d] * rise[f], cross_f = q[1 + d] * rise[e] - q[1 + e] * rise[d];
+      const double cross_d = q[1 + e] * rise[f] - q[1 + f] * rise[e];
+      out[d] = rise[d] + 2 * w * cross_d + 2 * (q[1 + e] * cross_f - q[1 + f] * cross_e);
+    }
+  }
+}
+
+// A temperature T + g.x frees the displacement a ((T - T0) x + (g.x) x - g x.x/2), which has no stress.
+void Network::bend_hull(Contactors& k, std::int64_t contactor, double factor, double expansion, const double* from,
+                        const double* to) const {
+  Hulls& hulls = k.hulls;
+  const std::int32_t hull = *k.hull[contactor];
+  const int dim = hulls.dim == 2 ? 2 : 3;
+  const double* place = k.offset.active ? &offset_[std::size_t(dim * *k.id[contactor])] : nullptr;
+  // x: now; shape: before any gradient, from the middle of the body
+  const auto move = [&](double* x, const double* shape) {
+    double along_from = 0, along_to = 0, square = 0;
+    for (int d = 0; d < dim; ++d) {
+      along_from += from[d] * shape[d];
+      along_to += to[d] * shape[d];
+      square += shape[d] * shape[d];
+    }
+    for (int d = 0; d < dim; ++d) {
+      const double had = expansion * (along_from * shape[d] - from[d] * square / 2);
+      x[d] = (x[d] - had) * factor + expansion * (along_to * shape[d] - to[d] * square / 2);
+    }
+  };
+  double before[3] = {0, 0, 0}, after[3] = {0, 0, 0}, zero[3] = {0, 0, 0}, shape[3] = {0, 0, 0}, x[3] = {0, 0, 0};
+  if (place) {
+    std::copy_n(k.offset[contactor], dim, before);
+    std::copy_n(before, 3, after);
+    move(after, place);
+    std::copy_n(after, dim, k.offset[contactor]);
+  } else {
+    place = zero;
+  }
+  for (std::int32_t v = hulls.first_vertex[hull]; v < hulls.first_vertex[hull + 1]; ++v) {
+    for (int d = 0; d < dim; ++d) {
+      x[d] = before[d] + hulls.vertex[std::size_t(dim * v + d)];
+      shape[d] = place[d] + vertex_[std::size_t(dim * v + d)];
+    }
+    move(x, shape);
+    for (int d = 0; d < dim; ++d) hulls.vertex[std::size_t(dim * v + d)] = x[d] - after[d];
+  }
+  hulls.follow_vertices(hull);
+  *k.radius[contactor] = hulls.radius[std::size_t(hull)];
+}
+
+// Against the temperatures that mechanics saw; of several meshes the worst.
 double Network::coupling(const Simulation& s) const {
-  double come = 0, all = 0;
+  const double* saw = expected_.empty() ? begin_.data() : expected_.data();
+  double worst = 0;
+  const auto share = [&worst](double unseen, double all) {
+    if (unseen > 0)
+      worst = std::max(worst, all > 0 ? std::sqrt(unseen / all) : std::numeric_limits<double>::infinity());
+  };
   for (const ThermalStress& from : stresses) {
     const MeshBody& mesh = s.meshes.meshes[from.mesh];
+    double unseen = 0, all = 0;
     for (std::size_t dof = 0; dof + 1 < from.start.size(); ++dof) {
       double change = 0, load = 0;
       for (std::int64_t e = from.start[dof]; e < from.start[dof + 1]; ++e) {
         const std::int32_t node = mesh.nodes[from.node[e]];
-        change += from.value[e] * (now_[node] - begin_[node]);
+        change += from.value[e] * (now_[node] - saw[node]);
         load += from.value[e] * (now_[node] - reference);
       }
-      come += change * change;
+      unseen += change * change;
       all += load * load;
     }
+    for (std::size_t n = 0; n < mesh.nodes.size() && !mesh.linear(); ++n) {
+      const double change = now_[mesh.nodes[n]] - saw[mesh.nodes[n]], load = now_[mesh.nodes[n]] - reference;
+      unseen += change * change;
+      all += load * load;
+    }
+    share(unseen, all);
   }
-  return all > 0 ? std::sqrt(come / all) : 0;
+  double unseen = 0, all = 0;
+  for (std::size_t i = 0; i < now_.size() && stresses.empty(); ++i) {
+    unseen += (now_[i] - saw[i]) * (now_[i] - saw[i]);
+    all += (now_[i] - reference) * (now_[i] - reference);
+  }
+  share(unseen, all);
+  return worst;
 }
 
-// Forces of thermal stress on the nodes of meshes, from temperatures as they are.
+// What thermal stress does to meshes: forces on their nodes, or free strains that their materials see.
 void Network::load_meshes(Simulation& s) const {
-  const double* t = s.scene.bodies.temperature.values.data();
+  const double* t = seen(s);
   for (const ThermalStress& from : stresses) {
     MeshBody& mesh = s.meshes.meshes[from.mesh];
+    if (!mesh.linear()) {
+      mesh.model.bulk->swelling.resize(mesh.nodes.size());
+      for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+        mesh.model.bulk->swelling[n] = from.expansion * (t[mesh.nodes[n]] - reference);
+      continue;
+    }
     mesh.thermal_load.assign(std::size_t(mesh.model.dofs()), 0.0);
     for (std::size_t dof = 0; dof + 1 < from.start.size(); ++dof)
       for (std::int64_t e = from.start[dof]; e < from.start[dof + 1]; ++e)

@@ -312,7 +312,7 @@ std::int64_t Network::bytes() const {
 
 void Networks::advance(Simulation& s, double h) {
   s.strategy().view(s);
-  if (electrical) electrical->advance_potential(s, h);
+  if (electrical) electrical->advance_potential(s, h, thermal ? &*thermal : nullptr);
   if (thermal) thermal->advance_temperature(s, h, electrical ? &*electrical : nullptr);
 }
 

@@ -2,6 +2,7 @@
 // contact, whose conductance is what the kernels of networks.def give together; further branches are given.
 #pragma once
 #include <array>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@ namespace cairn {
 
 class Scene;
 class Simulation;
+struct StepReport;
+struct Contactors;
 
 // What a row of networks.def declares.
 struct ConductanceInfo {
@@ -42,12 +45,13 @@ struct NetworkMaterial {
 
 // Values of one source for its bodies at the end of the step, and for powers their mean over it.
 struct NetworkSource {
-  enum Kind { held, flow, convection, radiation };
+  enum Kind { held, flow, convection, radiation, gradient };
   Kind kind = flow;
+  int axis = 0;                    // of the body that a gradient is along
   bool electrode = false;          // its bodies are one conductor; `value` is shared by all of them
   std::vector<std::int64_t> ids;   // of bodies
   std::vector<double> coefficient; // of convection h A [W/K] and of radiation epsilon A [m2]
-  std::vector<double> value;       // [V | K], [A | W], of what is outside [K]
+  std::vector<double> value;       // [V | K], [A | W], of what is outside [K], [K/m]
 };
 
 struct OxideFilm {
@@ -64,9 +68,11 @@ struct NetworkBalance {
   double closure = 0, in_play = 0;
 };
 
-// Forces of a mesh's thermal stress: rows of its dofs, of the temperatures of its nodes above the reference [N/K].
+// Forces of a mesh's thermal stress: rows of its dofs, of the temperatures of its nodes above the reference [N/K]. Of a
+// mesh whose stresses are a material's: none of these, but its expansion [1/K].
 struct ThermalStress {
   std::size_t mesh = 0;
+  double expansion = 0;
   std::vector<std::int64_t> start;
   std::vector<std::int32_t> node;
   std::vector<double> value;
@@ -79,8 +85,11 @@ struct NetworkReport {
   double residual = 0; // of the last round, against the largest flow
   double closure = 0;  // of the step: of charge, or of heat, against what is in play
   double power = 0;    // dissipated [W]
-  double coupling = 0; // share of the thermal load of meshes that came in the step, which mechanics see in the next
-  double flow = 0;     // what comes in at given values and sources [A | W]
+  // How far the temperatures that mechanics saw in the step are from those at its end: of the loads of meshes that
+  // expand, or else of the temperatures, above the reference, the share that was not seen.
+  double coupling = 0;
+  int passes = 1;  // of the whole step, where it is repeated
+  double flow = 0; // what comes in at given values and sources [A | W]
   const char* status = "none";
 };
 
@@ -107,7 +116,8 @@ public:
   double theta = 1, depth = 1, reference = 293.15; // [-], [m], temperature at which expansion counts from [K]
   std::vector<ThermalStress> stresses;
   bool steady = false;
-  int most_rounds = 60;
+  double coupling_tolerance = std::numeric_limits<double>::infinity(); // beyond which a step is made once more
+  int most_rounds = 60, most_passes = 30;
   Split friction = Split::none, joule = Split::none;
   double switched_share = 0; // of the films that may break in the last round
 
@@ -118,16 +128,23 @@ public:
   // Films that are gone, by the keys of their contacts, for the next step and for a checkpoint.
   std::vector<ContactKey> broken_keys;
 
-  void advance_potential(Simulation& s, double h);
+  void advance_potential(Simulation& s, double h, const Network* thermal);
   void advance_temperature(Simulation& s, double h, const Network* electrical);
   void load_meshes(Simulation& s) const;
   void separate_hulls(Scene& scene);
+  void remember_shapes(const Scene& scene, const Network* before); // before bodies bend
+  // Temperatures that mechanics see in the step: those at its begin, or what the last pass found at its end.
+  const double* seen(const Simulation& s) const { return expected_.empty() ? temperatures(s) : expected_.data(); }
+  void expect(std::vector<double> end) { expected_ = std::move(end); }
   void changed() { order_ = -1; } // sources or branches
   std::int64_t bytes() const;
 
 private:
   bool grows(const Scene& scene, std::int64_t contactor) const;
   void grow(Simulation& s);
+  void bend(Simulation& s);
+  void bend_hull(Contactors& k, std::int64_t contactor, double factor, double expansion, const double* from,
+                 const double* to) const;
   double coupling(const Simulation& s) const;
   void place(const Simulation& s);
   void gather(Simulation& s, double h);
@@ -168,10 +185,12 @@ private:
   std::vector<double> x_, source_, leak_;
   std::vector<std::uint8_t> held_;
   // of heat
+  std::vector<double> rise_low_, now_low_; // what the sums beside lost
   std::vector<double> begin_, now_, rise_, given_, out_begin_, out_now_, late_, early_, contact_heat_;
-  std::vector<double> rise_low_, now_low_; // what sums of temperatures lost
   std::vector<std::int32_t> joined_;   // who stands for a body among those that perfect conductors join; empty: none
-  std::vector<double> lack_, perfect_; // of each body before that [W]; through each branch [W]
+  std::vector<double> lack_, perfect_; // of each body before its joined ones answer for it [W]; through each branch [W]
+  std::vector<double> expected_;       // temperatures at the end of the step by its last pass
+  std::vector<double> vertex_, offset_, gradient_; // of hulls and contactors before they bend; (dim, bodies) at the end
   Conduction conduction_;
   Scratch scratch_;
 };
@@ -183,7 +202,12 @@ double value_at(const Simulation& s, const double* value, std::int32_t contactor
 struct Networks {
   std::optional<Network> electrical, thermal;
   void advance(Simulation& s, double h);
+  bool repeats() const { return thermal && thermal->coupling_tolerance < std::numeric_limits<double>::infinity(); }
   std::int64_t bytes() const;
 };
+
+// A step that is made again from its begin, mechanics and conductances each time at the temperatures that the last pass
+// found at its end, until these stay. It keeps the whole state of the begin, as a checkpoint does.
+const StepReport& step_coupled(Simulation& s, double h);
 
 } // namespace cairn

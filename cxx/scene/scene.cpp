@@ -76,6 +76,7 @@ bool Scene::has(Need need) const {
   case Need::crackle: return bodies.crackle.active;
   case Need::thermal: return bodies.temperature.active;
   case Need::growing: return bodies.stretch.active;
+  case Need::bending: return bodies.bend.active;
   case Need::electrical: return bodies.potential.active;
   case Need::offset: return contactors.offset.active;
   case Need::direction: return contactors.direction.active;

@@ -65,7 +65,7 @@ void Simulation::account_for_meshes() {
     mesh.commit();
     energy.stored += w.stored;
     energy.kinetic += w.kinetic;
-    energy.work_external += w.elastic + w.damping + w.inertia;
+    energy.work_external += w.elastic + w.damping + w.inertia + w.warmed;
     energy.dissipated_bulk += w.damping;
     energy.dissipated_material += w.material;
     energy.dissipated_integrator += w.elastic - w.stored_change - w.material + w.inertia - w.kinetic_change;

@@ -27,6 +27,10 @@ void Simulation::use(std::unique_ptr<Strategy> next) {
   forget_contacts();
 }
 
+const StepReport& Simulation::step(double h) {
+  return networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
+}
+
 void Simulation::advance_networks(double h) {
   if (networks) timed("advance_networks", [&] { networks->advance(*this, h); });
 }

@@ -116,7 +116,7 @@ public:
   void use(std::unique_ptr<Strategy> strategy);
 
   // One step of length h, as the strategy makes it.
-  const StepReport& step(double h) { return strategy_->step(*this, h); }
+  const StepReport& step(double h);
 
   // Of potential and temperature; null: none. Advanced by the step of a strategy once what contacts do is known.
   std::unique_ptr<Networks> networks;

@@ -57,6 +57,8 @@ void SmoothDem::check_scene(const Simulation& s) const {
 }
 
 void SmoothDem::check_laws(const Simulation& s) const {
+  if (!s.laws.curves().empty())
+    throw Error("SmoothDEM knows no parameters of laws that depend on temperature: give numbers, or keep NSCD");
   for (int e = 0; e < s.laws.entries(); ++e)
     if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
       throw Error(

@@ -80,7 +80,7 @@ def build(options, current=None, film=True):
             film=cn.networks.OxideFilm(conductance=FILM, power=options.power) if film else None,
             current={"lower plate": current, "upper plate": lambda t: -current(t)},
         )
-    strategy = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=200), threads=options.threads)
+    strategy = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=500), threads=options.threads)
     return cn.Simulation(scene, 1e-4, strategy, overlap="ignore"), FULL_CURRENT * options.spheres / FULL
 
 

@@ -14,6 +14,7 @@ WITHOUT = 46  # kernels that have no twin yet: make it less
 # Kernels that are called by what stands above them, in a test that compares with a plain loop, a closed form or another
 # code: names, file, test.
 THROUGH = [
+    (r"with(out)?_swelling", "python/test_expansion.py", "test_solids_that_are_held_are_pressed"),
     (r"bulk_\w+", "python/test_bulk_materials.py", "test_tangents_are_the_differences_of_the_stress"),
     (r"strain_measure|stress_of_measure", "python/test_bulk_materials.py", "test_measures_of_large_strain"),
     (r"small_\w+", "cxx/test_soe.cpp", "SolvesAsATextbookLoop"),

@@ -1,4 +1,4 @@
-/* What conductances of contacts read and give, and oxide films: a part of core.h. */
+/* What conductances of contacts read and give, oxide films, solids that swell: a part of core.h. */
 #ifndef CAIRN_NETWORKS_H
 #define CAIRN_NETWORKS_H
 #include <stdint.h>
@@ -26,6 +26,10 @@ typedef void cairn_conductance(int32_t n, const double* contact, int32_t paramet
 void cairn_film_conductance(int64_t n, double film, const double* clean, const int8_t* broken, double* conductance);
 void cairn_film_break(int64_t n, double power, double ratio, const double* radius, const double* force,
                       const double* conductance, const double* current, int8_t* broken, int64_t* switched);
+/* What free strains do to gradients and stresses of solids, see swelling.f90. */
+void cairn_without_swelling(int32_t large, int64_t n, const double* free, double* gradient);
+void cairn_with_swelling(int32_t large, int64_t n, const double* free, double* gradient, double* piola, int32_t want,
+                         double* by_gradient, double* energy, double* dissipated);
 
 #ifdef __cplusplus
 }

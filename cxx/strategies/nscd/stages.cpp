@@ -22,6 +22,8 @@ void Nscd::begin_step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   check_scene(s);
   check_laws(s);
+  if (!s.laws.curves().empty() && !s.scene.bodies.temperature.active)
+    throw Error("a parameter of a law depends on temperature, and the scene has none: call scene.thermal(...)");
   h_ = h;
   scheme_ = settings.integrator.scheme(h);
   // Order is state, and changes with the number of the step alone.
@@ -30,6 +32,10 @@ void Nscd::begin_step(Simulation& s, double h) {
   s.place_meshes();
   start_histories(s);
   save_begin(s);
+  const Field<double>&warm = s.scene.bodies.temperature, &potential = s.scene.bodies.potential;
+  const double* temperature = warm.active ? warm.values.data() : nullptr;
+  if (s.networks && s.networks->thermal) temperature = s.networks->thermal->seen(s);
+  s.interactions.act_at(temperature, potential.active ? potential.values.data() : nullptr);
   make_bonds(s);
   begun_ = true;
 }

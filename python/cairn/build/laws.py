@@ -12,38 +12,47 @@ import numpy as np
 from .. import _core
 from ..names import by_name, listed
 from ..pre import checks
+from .materials import OfTemperature
 
 
 class Law:
-    """Parameters of a contact law. `name` is the kernel's, `row` its place in the list of laws."""
+    """Parameters of a contact law. `name` is the kernel's, `row` its place in the list of laws.
+
+    A parameter may be a cairn.networks.OfTemperature, of the mean temperature of both sides at the begin of the step: `values`
+    has its largest value then, `of_temperature` its place and itself.
+    """
 
     name: str
     row: int
     parameter_names: tuple[str, ...] = ()
 
-    def __init__(self, values):
+    def __init__(self, values, of_temperature=()):
         object.__setattr__(self, "values", tuple(values))
+        object.__setattr__(self, "of_temperature", tuple(of_temperature))
 
     def __setattr__(self, name, value):
         own = type(self).__name__
         if name in self.parameter_names:
-            raise AttributeError(f"{name} of {own} is {getattr(self, name):g}, and stays so: make another, {own}({name}=...)")
+            raise AttributeError(f"{name} of {own} is {getattr(self, name)}, and stays so: make another, {own}({name}=...)")
         raise AttributeError(f"{own} has no parameter {name!r}; it has {listed(self.parameter_names, name)}")
 
     def __getattr__(self, name):
         if name not in self.parameter_names:
             raise AttributeError(f"{type(self).__name__} has no parameter {name!r}; it has {listed(self.parameter_names, name)}")
-        return self.values[self.parameter_names.index(name)]
+        place = self.parameter_names.index(name)
+        return dict(self.of_temperature).get(place, self.values[place])
 
     def __repr__(self):
-        words = ", ".join(f"{n}={v:g}" for n, v in zip(self.parameter_names, self.values))
+        curves = dict(self.of_temperature)
+        words = ", ".join(f"{n}={curves[k] if k in curves else format(v, 'g')}"
+                          for k, (n, v) in enumerate(zip(self.parameter_names, self.values)))  # fmt: skip
         return f"{type(self).__name__}({words})"
 
     def __eq__(self, other):
-        return type(self) is type(other) and self.values == other.values
+        return type(self) is type(other) and self.values == other.values and self.of_temperature == other.of_temperature
 
     def __hash__(self):
-        return hash((type(self).__name__, self.values))
+        return hash((type(self).__name__, self.values, self.of_temperature))
 
 
 def _law_class(row, description):
@@ -58,9 +67,16 @@ def _law_class(row, description):
         unknown = sorted(set(given) - set(names))
         if unknown:
             raise TypeError(f"{own} has no parameter {unknown[0]!r}; it has {listed(names, unknown[0])}")
-        values = []
+        values, curves = [], []
         for name, default, smallest, largest in parameters:
             value = given.get(name, default)
+            if isinstance(value, OfTemperature):
+                for v in value.values:
+                    if not smallest <= v <= largest:
+                        raise ValueError(f"{name} of {own} is {v:g} at some temperature: give values from {smallest:g} to "
+                                         f"{largest:g}")  # fmt: skip
+                curves.append((len(values), value))
+                value = max(value.values)
             if value is None:
                 raise TypeError(f"{own} needs {name}, from {smallest:g} to {largest:g}")
             if isinstance(value, (float, np.floating)) and math.isnan(value):
@@ -69,7 +85,7 @@ def _law_class(row, description):
             if not smallest <= value <= largest:
                 raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} to {largest:g}")
             values.append(value)
-        Law.__init__(self, values)
+        Law.__init__(self, values, curves)
 
     ranges = "\n".join(
         f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")
@@ -94,12 +110,15 @@ globals().update(LAWS)
 __all__ = ["Law", *LAWS]
 
 
-def law_from(name, values):
-    """The law of the kernel's `name` with parameters in their order; for files."""
+def law_from(name, values, of_temperature=None):
+    """The law of the kernel's `name` with parameters in their order, some of temperature {place: curve}; for files."""
     if name not in BY_NAME:
         raise ValueError(
             f"there is no contact law {name!r}; there are {listed(BY_NAME, name)}; "
             "a law of your own is known after cairn.plug(library, law=...)"
         )
     law = BY_NAME[name]
-    return law(**dict(zip(law.parameter_names, values)))
+    given = list(values)
+    for place, curve in (of_temperature or {}).items():
+        given[place] = curve
+    return law(**dict(zip(law.parameter_names, given)))

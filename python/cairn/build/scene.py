@@ -167,7 +167,8 @@ class Scene(Spelt):
             if law is None:
                 table.pass_through(a, b)
             else:
-                table.rule(a, b, law.row, list(law.values))
+                curves = [(k, list(of.temperatures), list(of.values)) for k, of in law.of_temperature]
+                table.rule(a, b, law.row, list(law.values), curves)
         table.settle()
         return table
 
@@ -295,10 +296,14 @@ class Scene(Spelt):
 
 def rules_to_dict(rules):
     """Rules as a file holds them."""
-    return {
+    out = {
         f"{k:06d}": {"a": a, "b": b, "law": law.name if law else "", "values": np.array(law.values if law else (), float)}
         for k, (a, b, law) in enumerate(rules)
     }
+    for k, (_, _, law) in enumerate(rules):
+        if law and law.of_temperature:
+            out[f"{k:06d}"]["of_temperature"] = {f"{place:02d}": curve.to_dict() for place, curve in law.of_temperature}
+    return out
 
 
 def rules_from_dict(d):
@@ -307,7 +312,11 @@ def rules_from_dict(d):
         wrong = next((name for name in ("a", "b", "law") if not isinstance(r[name], str)), None)
         if wrong is not None:
             raise ValueError(f"{wrong} of rule {number} is {r[wrong]!r}: a name is due")
-    return [(r["a"], r["b"], law_from(r["law"], r["values"]) if r["law"] else None) for _, r in sorted(d.items())]
+    rules = []
+    for _, r in sorted(d.items()):
+        curves = {int(place): time_functions.from_dict(c) for place, c in r.get("of_temperature", {}).items()}
+        rules.append((r["a"], r["b"], law_from(r["law"], r["values"], curves) if r["law"] else None))
+    return rules
 
 
 def _set_from(dim, d):

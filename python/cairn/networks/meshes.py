@@ -77,6 +77,9 @@ def thermal_stress(mesh, which, expansion):
     """Forces of restrained expansion on the dofs by the temperatures of the nodes [N/K], rows by dofs: of each cell those of the
     free expansion by the mean of its nodes, which its stiffness makes."""
     body, dim = mesh.body, mesh.dim
+    if hasattr(body, "materials"):  # its material sees the free strain itself
+        none = {"start": np.zeros(0, np.int64), "node": np.zeros(0, np.int32), "value": np.zeros(0)}
+        return {"mesh": which, "expansion": expansion, **none}
     dofs, nodes_of, values = [], [], []
     for kind, nodes in _cells(mesh).items():
         x = np.ascontiguousarray(body.points[nodes])
@@ -92,7 +95,7 @@ def thermal_stress(mesh, which, expansion):
     known, place = np.unique(np.concatenate(dofs) * n + np.concatenate(nodes_of), return_inverse=True)
     total = np.bincount(place, np.concatenate(values), len(known))
     start = np.searchsorted(known, np.arange(dim * n + 1, dtype=np.int64) * n)
-    return {"mesh": which, "start": start, "node": (known % n).astype(np.int32), "value": total}
+    return {"mesh": which, "expansion": expansion, "start": start, "node": (known % n).astype(np.int32), "value": total}
 
 
 def stress(mesh, found, temperature, expansion, reference):

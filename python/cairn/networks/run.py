@@ -47,6 +47,12 @@ class Running:
                 coefficient = checks.number(what, factor) * self._areas(what, ids, area)
                 sources.append(_source(what, ids, coefficient, False))
                 kept.append(("outside", outside, len(ids)))
+        for bodies, value in settings.gradient:
+            ids = self.bodies("gradient", bodies)
+            self._check_bending(ids)
+            for axis in range(scene.dim):
+                sources.append({**_source("gradient", ids, np.zeros(0), False), "axis": axis})
+            kept.append(("gradient", value, len(ids)))
         self._sources[kind] = kept
         known = [(k.row, list(k.values)) for k in settings.kernels if k.row is not None]
         branches = self._branches(kind, settings)
@@ -54,7 +60,7 @@ class Running:
         given = {
             "materials": materials,
             "kernels": known,
-            "plugged": [(k.address, list(k.values)) for k in settings.kernels if k.row is None],
+            "plugged": [(k.address, list(k.values), " ".join(k.reads)) for k in settings.kernels if k.row is None],
             "sources": sources,
             "method": settings.method,
             "tol": settings.tol,
@@ -65,6 +71,7 @@ class Running:
             "joule": settings.joule,
             "switched_share": settings.switched,
             "reference": settings.reference,
+            "coupling": settings.coupling,
             "stresses": stresses,
             "growing": kind == "thermal" and self._grows(),
             **branches,
@@ -183,6 +190,18 @@ class Running:
         return [meshes.thermal_stress(mesh, k, mesh.d.material.expansion)
                 for k, mesh in enumerate(self._moving_meshes()) if mesh.d.material.expansion]  # fmt: skip
 
+    def _check_bending(self, ids):
+        """Refuses what has no corners, or does not expand."""
+        for s in self._simulation._sets:
+            for c in s.contactors:
+                if not np.isin(np.atleast_1d(s.ids[np.unique(c.body)]), ids).any():
+                    continue
+                if c.shape not in ("polygon", "polyhedron"):
+                    raise ValueError(f"gradient names bodies of the shape {c.shape}: polygons and polyhedra bend")
+                if not self._simulation._materials[c.material.name].expansion:
+                    raise ValueError(f"gradient names bodies of {c.material.name!r}, which has no expansion: give "
+                                     f"cairn.Material({c.material.name!r}, expansion=...)")  # fmt: skip
+
     def _grows(self):
         """Whether a rigid body grows; walls without end do not."""
         sets, found = self._simulation._sets, False
@@ -220,14 +239,21 @@ class Running:
 
     def load(self, h):
         """Values of sources: given ones at the end of the step from the core's time on, powers their mean over it."""
-        t = self._core.time
+        t, dim = self._core.time, self._simulation.scene.dim
         for kind, kept in self._sources.items():
-            theta = self._simulation.scene.networks[kind].theta
-            for k, (what, value, n) in enumerate(kept):
-                now = _rows(what, time_functions.value_at(value, t + h), n)
+            theta, k = self._simulation.scene.networks[kind].theta, 0
+            for what, value, n in kept:
+                now = time_functions.value_at(value, t + h)
+                if what == "gradient":
+                    for row in _gradients(now, n, dim).T:
+                        self._core.set_source(kind, k, np.ascontiguousarray(row))
+                        k += 1
+                    continue
+                now = _rows(what, now, n)
                 if what == "flow" and theta < 1 and callable(value):
                     now = theta * now + (1 - theta) * _rows(what, value(t), n)
                 self._core.set_source(kind, k, now)
+                k += 1
 
     def look(self, report):
         """Warns of what was not solved, once of each kind."""
@@ -237,6 +263,8 @@ class Running:
             text = {
                 "open": f"the {kind} network has {told.get('open')} bodies whose sources have nowhere to go: nothing flows there",
                 "iteration_limit": f"the {kind} network was not solved to its tolerance: {told.get('residual'):.3g} is left over",
+                "coupling_limit": f"mechanics and heat did not agree: {told.get('coupling')} of the thermal load came "
+                "unseen; give a smaller dt, or a larger coupling",
                 "not_finite": f"the {kind} network has conductances or sources that are no finite numbers",
             }.get(status)
             if told.get("unfit"):
@@ -251,6 +279,13 @@ class Running:
 
 def _source(kind, ids, coefficient, electrode):
     return {"kind": kind, "ids": ids, "coefficient": coefficient, "electrode": electrode, "value": np.zeros(len(ids))}
+
+
+def _gradients(value, n, dim):
+    rows = np.asarray(value, float)
+    if rows.shape not in ((dim,), (n, dim)) or not np.all(np.isfinite(rows)):
+        raise ValueError(f"gradient is {value} for {n} bodies: give {dim} finite numbers, or as many for each [K/m]")
+    return np.broadcast_to(rows, (n, dim))
 
 
 def _rows(what, value, n):

@@ -72,6 +72,7 @@ class Electrical:
         self.switched = checks.number("switched", switched)
         self.theta, self.steady, self.friction, self.joule = 1.0, True, "none", "none"
         self.convection, self.radiation, self.reference = [], [], 0.0
+        self.gradient, self.coupling = [], np.inf
 
 
 class Thermal:
@@ -87,14 +88,22 @@ class Thermal:
     which keeps temperatures between those around them; False: it is consistent with its elements; "one point": of triangles, by
     their middle, as LMGC90 has it. reference: temperature at which
     materials with an expansion have no thermal stress; rigid bodies have the size that the scene gives them when they come in,
-    and grow from there by 1 + expansion (T - reference).
+    and grow from there by 1 + expansion (T - reference). gradient: {group: (dim,) [K/m]} of the temperature within rigid polygons
+    or polyhedra, in the axes of the body, values or a function of time: they bend, as what is free does by
+    a ((T - T0) x + (g.x) x - g x.x/2), about their centre of mass. coupling: "staggered", mechanics sees the temperatures of
+    the begin of a step; or which share of the thermal load may come unseen in a step: beyond it the step is made again with what
+    the last pass found at its end.
     """
 
     def __init__(self, *, conductance=None, initial=293.15, temperature=None, power=None, convection=None, radiation=None,
                  friction="halves", joule="halves", wires=None, steady=False, theta=1.0, lumped=True, reference=293.15,
-                 method="auto", tol=1e-12):  # fmt: skip
+                 gradient=None, coupling="staggered", method="auto", tol=1e-12):  # fmt: skip
         self.given = {name: value for name, value in locals().items() if name != "self"}  # for files
         self.kernels = _kernels(CONDUCTANCES["Holm"]() if conductance is None else conductance)
+        self.gradient = _pairs("gradient", gradient)
+        self.coupling = np.inf if isinstance(coupling, str) else checks.positive("coupling", coupling)
+        if isinstance(coupling, str):
+            one_of("coupling", coupling, ("staggered",))
         self.initial = initial if isinstance(initial, (dict, list, tuple)) else {"*": checks.number("initial", initial)}
         self.initial = _pairs("initial", self.initial)
         self.held, self.flow = _pairs("temperature", temperature), _pairs("power", power)
