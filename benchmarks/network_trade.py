@@ -49,8 +49,8 @@ def brake_rows():
     for s in settings:
         figures, unseen, passes, spent = braked(**s)
         for name, value in figures.items():
-            yield ("brake", s["dt"], s["tol"], s["coupling"] or "staggered", name, value, value / finest[0][name] - 1, unseen, passes,
-                   spent)  # fmt: skip
+            error, coupling = value / finest[0][name] - 1, s["coupling"] or "staggered"
+            yield ("brake", s["dt"], s["tol"], coupling, name, value, error, unseen, passes, spent)
 
 
 def powder_rows():

@@ -23,8 +23,21 @@ NAME = "disc_brake"
 RADIUS, WIDE, HIGH = 0.15, 0.04, 0.01  # of the disc, along the rim and away from it [m]
 PRESSURE, SPIN = 1e6, 10.0 / RADIUS  # [Pa], [rad/s]
 REFERENCE = 293.15
-PAD = cn.Material("pad", density=2000.0, conductivity=2.0, capacity=1000.0, young=1e9, poisson=0.25, expansion=1e-5)
-DISC = cn.Material("disc", density=7850.0, conductivity=50.0, capacity=460.0, young=210e9, poisson=0.3, expansion=1.2e-5)
+DENSE = {"pad": 2000.0, "disc": 7850.0}  # [kg/m3]
+CONDUCTS = {"pad": 2.0, "disc": 50.0}  # [W/(m K)]
+HOLDS = {"pad": 1000.0, "disc": 460.0}  # [J/(kg K)]
+PAD = cn.Material(
+    "pad", density=DENSE["pad"], conductivity=CONDUCTS["pad"], capacity=HOLDS["pad"], young=1e9, poisson=0.25, expansion=1e-5
+)
+DISC = cn.Material(
+    "disc",
+    density=DENSE["disc"],
+    conductivity=CONDUCTS["disc"],
+    capacity=HOLDS["disc"],
+    young=210e9,
+    poisson=0.3,
+    expansion=1.2e-5,
+)
 FRICTION = 0.4
 
 
@@ -50,9 +63,9 @@ def mesh(options):
     while heights[-1] < HIGH:
         heights.append(heights[-1] + layer)
         layer *= 1.25
-    heights = np.array(heights) * HIGH / heights[-1]
+    depths = np.array(heights) * HIGH / heights[-1]
     along = np.linspace(-WIDE / 2, WIDE / 2, options.along + 1)
-    x, y = np.meshgrid(along, heights, indexing="ij")
+    x, y = np.meshgrid(along, depths, indexing="ij")
     angle = x / RADIUS  # lengths along the rim are those of the rim
     points = np.stack([(RADIUS + y) * np.sin(angle), (RADIUS + y) * np.cos(angle)], -1).reshape(-1, 2)
     k = np.arange(len(points)).reshape(x.shape)
@@ -79,8 +92,8 @@ def build(options, **heat):
 
 def halfspace(t, flux, stop):
     """Rise of the surface of a half space under a flux that falls to nothing at `stop` [K]."""
-    diffusivity = PAD.conductivity / PAD.density / PAD.capacity
-    return 2 * flux / PAD.conductivity * np.sqrt(diffusivity * t / np.pi) * (1 - 2 * t / (3 * stop))
+    diffusivity = CONDUCTS["pad"] / DENSE["pad"] / HOLDS["pad"]
+    return 2 * flux / CONDUCTS["pad"] * np.sqrt(diffusivity * t / np.pi) * (1 - 2 * t / (3 * stop))
 
 
 def run(options):
@@ -135,7 +148,7 @@ def main(arguments=None):
     options.output.mkdir(parents=True, exist_ok=True)
     start = time.perf_counter()
     sim, body, rows = run(options)
-    effusivity = [np.sqrt(m.conductivity * m.density * m.capacity) for m in (PAD, DISC)]
+    effusivity = [np.sqrt(CONDUCTS[name] * DENSE[name] * HOLDS[name]) for name in DENSE]
     share = effusivity[0] / sum(effusivity)
     inertia = float(sim.bodies.inertia[-1].ravel()[0])
     stop = inertia * SPIN / (FRICTION * PRESSURE * WIDE * RADIUS)

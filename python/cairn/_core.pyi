@@ -56,6 +56,7 @@ __all__: list[str] = [
     "strategy_options",
     "suitesparse",
     "unplug_pair",
+    "write_whole",
 ]
 
 class Error(ValueError):
@@ -197,10 +198,19 @@ class LawTable:
         arg1: str,
         arg2: typing.SupportsInt | typing.SupportsIndex,
         arg3: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+        arg4: collections.abc.Sequence[
+            tuple[
+                typing.SupportsInt | typing.SupportsIndex,
+                collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+                collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],
+            ]
+        ],
     ) -> None: ...
     def settle(self) -> None: ...
 
 class FrictionProblem:
+    @staticmethod
+    def read(arg0: str) -> FrictionProblem: ...
     def __init__(
         self,
         dim: typing.SupportsInt | typing.SupportsIndex,
@@ -551,5 +561,6 @@ def shapes(*args) -> list[str]: ...
 def strategies() -> list: ...
 def strategy_options(arg0: str) -> list: ...
 def unplug_pair(arg0: str) -> None: ...
+def write_whole(path: typing.Any, data: bytes, beside: bool) -> None: ...
 
 suitesparse: str
