@@ -128,7 +128,8 @@ class ElasticBody:
         from . import mesh_sources
 
         points, cells, groups = mesh_sources.read(path)
-        return cls(points, cells, groups=groups, **options)
+        with mesh_sources.told_of_contents(path, points, cells):
+            return cls(points, cells, groups=groups, **options)
 
     def _checked(self, kind, nodes):
         known = ELEMENTS

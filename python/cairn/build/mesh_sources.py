@@ -6,6 +6,7 @@ Names become groups of nodes: physical groups of gmsh, families of MED, sets of 
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 from pathlib import Path
 
@@ -50,6 +51,21 @@ def read(mesh):
         raise MissingFile(path)
     with told_of(path):
         return parts(by_library(path, library("meshio", f"to read {path.suffix} files").read))
+
+
+@contextlib.contextmanager
+def told_of_contents(source, points, cells):
+    """Where a body cannot be made of what a file holds, whatever its material, that is a FileError of the file."""
+    try:
+        yield
+    except (ValueError, TypeError, ArithmeticError):
+        if isinstance(source, (str, Path)):
+            from ..pre.importing import told_of
+            from .elastic import ElasticBody
+
+            with told_of(Path(source)):
+                ElasticBody(points, cells, young=1.0, poisson=0.0, density=1.0)
+        raise
 
 
 def parts(mesh):

@@ -183,11 +183,12 @@ def _made(body, material, bulk, options):
     points, cells, groups = mesh_sources.read(body)
     options = {"density": material.density, "groups": groups} | options
     linear = getattr(bulk, "name", "") == "isotropic_elastic" and options.get("plane") != "axisymmetric"
-    if linear and options.get("kinematics") in (None, "small") and not options.get("mean_dilatation"):
-        young, poisson = bulk.values  # its matrices are factorised once
-        options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
-        return ElasticBody(points, cells, young=young, poisson=poisson, **options)
-    return SolidBody(points, cells, bulk, **options)
+    with mesh_sources.told_of_contents(body, points, cells):
+        if linear and options.get("kinematics") in (None, "small") and not options.get("mean_dilatation"):
+            young, poisson = bulk.values  # its matrices are factorised once
+            options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
+            return ElasticBody(points, cells, young=young, poisson=poisson, **options)
+        return SolidBody(points, cells, bulk, **options)
 
 
 def _listed(groups):

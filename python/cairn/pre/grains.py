@@ -102,11 +102,13 @@ def from_curve(n, curve, *, rng, dim=2, scale="linear", stratified=False) -> np.
 
 def read_curve(path) -> np.ndarray:
     """(m, 2) diameter [m] and fraction passing [-] from a CSV file; empty lines and lines from # on are skipped."""
-    from ..post.errors import as_file_error
+    from ..post.errors import MissingFile, as_file_error
 
     rows = []
     try:
         file = open(path, newline="", encoding="utf-8-sig")  # noqa: SIM115
+    except FileNotFoundError as error:
+        raise MissingFile(path) from error
     except OSError as error:
         raise as_file_error(path, error) from error
     with file:

@@ -38,7 +38,7 @@ def restore(sim, path):
 def _is_older(sim, content):
     """Whether the file is of this scene, when points, edges and faces of meshes were bodies: their masses were in the mark."""
     try:
-        return sim._core.is_older_state(content["state"])
+        return sim._is_older_state(content["state"])
     except DAMAGE:
         return False
 

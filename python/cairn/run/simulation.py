@@ -433,6 +433,12 @@ class Simulation(Spelt):
         self._core.set_state(state)
         self._constant_force_set = False  # a state from before the first step has none
 
+    def _nodes_of_contactors(self):
+        return self._core.nodes_of_contactors()
+
+    def _is_older_state(self, state):
+        return self._core.is_older_state(state)
+
     def _fingerprint(self):
         """Tells scenes apart: bodies and contactors that it was made of."""
         digest = hashlib.blake2b(digest_size=16)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 
+from .integrators import Integrator
 from .strategies import NSCD
 
 
@@ -44,7 +45,7 @@ class StepWarnings:
                 "give a smaller dt, softer laws or heavier bodies",
             )
         integrator = getattr(simulation.strategy, "integrator", None)
-        if integrator is not None and info["contacts"] and integrator.sinks > 0:
+        if isinstance(integrator, Integrator) and info["contacts"] and integrator.sinks > 0:
             self._tell(
                 SinkingWarning,
                 f"{integrator!r} moves bodies by accelerations that know no contact: what rests sinks by "
