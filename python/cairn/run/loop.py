@@ -77,7 +77,7 @@ def scene_info(simulation):
         "radius": known.radius.copy(),
     }
     if simulation.meshes:
-        contactors["nodes"] = simulation._nodes_of_contactors()
+        contactors["nodes"] = simulation.contactors.nodes()
     for name in ("offset", "direction"):
         values = getattr(known, name).copy()
         if len(values):

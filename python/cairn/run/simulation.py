@@ -52,7 +52,7 @@ class Simulation(Spelt):
         table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
-        self._core_scene = self._core.fingerprint()
+        self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
         self._warnings, self._shadows = StepWarnings(), []
         self.check_state = self._core.check_state  # what no simulation can have written is a ValueError
@@ -432,12 +432,6 @@ class Simulation(Spelt):
             raise ValueError("the state is of other bodies than those that there are now: see checkpoint and restore")
         self._core.set_state(state)
         self._constant_force_set = False  # a state from before the first step has none
-
-    def _nodes_of_contactors(self):
-        return self._core.nodes_of_contactors()
-
-    def _is_older_state(self, state):
-        return self._core.is_older_state(state)
 
     def _fingerprint(self):
         """Tells scenes apart: bodies and contactors that it was made of."""

@@ -224,6 +224,10 @@ class ContactorView(_View):
             raise AttributeError(f"contactors have no array {name!r}; they have {listed(known, name)}") from None
         return shown(values, self._remedy(name))
 
+    def nodes(self):
+        """Rows of the nodes of meshes that each one is mapped from, as a run keeps them."""
+        return self._core.nodes_of_contactors()
+
     @property
     def shape(self):
         """Name of each one's shape, (m,)."""
