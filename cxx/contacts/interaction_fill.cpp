@@ -441,7 +441,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     std::copy_n(mu, n, b.params);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
-  else if (packable(b) && !acts_along_tangents(b, compliance))
+  else if (packable(b) && !given && !acts_along_tangents(b, compliance)) // what a pose gives stands in columns
     dim() == 2 ? pack_columns<2>(b) : pack_columns<3>(b);
 }
 
