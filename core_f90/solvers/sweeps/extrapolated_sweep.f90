@@ -40,15 +40,17 @@ contains
       !$omp do schedule(dynamic, 1)
       do task = s%first_task(stage) + 1, s%first_task(stage + 1)
         do b = s%first_batch(task) + 1, s%first_batch(task + 1)
-          call one_batch(b)
+          call one_batch(b, me)
         end do
       end do
       !$omp end do
     end do
     !$omp end parallel
   contains
-    subroutine one_batch(b)
-      integer, intent(in) :: b
+    ! the thread is an argument: what a contained procedure sees of its host is not the copy of its thread
+    subroutine one_batch(b, me)
+      integer, intent(in) :: b  !< batch
+      integer, intent(in) :: me !< thread, from 1
       real(c_double) :: start(max_batch*max_components)
       associate (batch => s%batch(b))
         call lean(batch, factor, r_before(1, batch%first + 1), start)
