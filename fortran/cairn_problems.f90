@@ -187,8 +187,11 @@ contains
   pure type(problem_report) function plain(found)
     type(c_report), intent(in) :: found
 
+    character(:), allocatable :: solver, hint ! gfortran frees what a function made only where it is assigned
+
+    solver = from_c(found%solver)
+    hint = from_c(found%hint)
     plain = problem_report(int(found%status), found%iterations, found%worst_contact, found%error, found%worst_error, &
-      found%penetration_rate, found%cone_distance, found%energy_created, found%cpu_seconds, from_c(found%solver), &
-      from_c(found%hint))
+      found%penetration_rate, found%cone_distance, found%energy_created, found%cpu_seconds, solver, hint)
   end function plain
 end module cairn_problems
