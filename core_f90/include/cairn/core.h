@@ -5,9 +5,9 @@
 #define CAIRN_CORE_H
 #include "cairn/error.h"
 #include "cairn/integrators.h"
-#include "cairn/solids.h"
 #include "cairn/networks.h"
 #include "cairn/smooth.h"
+#include "cairn/solids.h"
 #include <stdint.h>
 
 #ifdef __cplusplus
