@@ -1,5 +1,8 @@
 """Solids of CAD and of building models, in metres; what the exact cut gives up; surfaces that run through each other."""
 
+import signal
+from pathlib import Path
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -160,3 +163,17 @@ def test_joining_needs_its_library(monkeypatch):
     both = np.concatenate([BOX, 0.5 * BOX + [0.75, 0.25, 0.25]])
     with pytest.raises(mesh.MeshError, match="crosses itself.*pip install manifold3d"):
         mesh.repair(both, SIDES + [[8 + i for i in f] for f in SIDES])
+
+
+def test_a_broken_pipe_stays_an_error(tmp_path):
+    """Reading a STEP file leaves the signal of broken pipes as Python has it: ignored."""
+    reader_of_step()
+    status = Path("/proc/self/status")
+    if not status.exists():
+        pytest.skip("signals are read from /proc")
+    path = tmp_path / "none.step"
+    path.write_text("no such drawing")
+    with pytest.raises(ValueError):
+        importing.read(path)
+    ignored = int(next(line.split()[1] for line in status.read_text().splitlines() if line.startswith("SigIgn")), 16)
+    assert ignored & 1 << (signal.SIGPIPE - 1)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+
 import numpy as np
 
 from . import mesh
@@ -16,6 +19,9 @@ def read_step(path):
     ones by 24 facets around."""
     gmsh = mesh.library("gmsh", "to read STEP files")
     gmsh.initialize([], readConfigFiles=False, interruptible=False)
+    # gmsh lets a broken pipe end the program; in Python it is an error like others
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGPIPE, signal.getsignal(signal.SIGPIPE) or signal.SIG_IGN)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         # in millimetres, the program's own unit: another would stay behind in it and change what it writes from then on
