@@ -104,7 +104,7 @@ MISTAKES = [
     (lambda s, r: cn.Simulation(heap(), 1e-3, cn.SmoothDEM(), overlap="ignore"), "law Coulomb has no force .* LinearSpring"),
     (lambda s, r: cn.pre.deposit_disks([0.1, 0.2], 0.1), r"width is 0.1, less than the diameter of radii\[1\] = 0.2: give at"),
     (lambda s, r: cn.pre.grains.uniform(9, 0.1, 0.2), "uniform: missing a required argument: 'rng'; the call is uniform"),
-    (lambda s, r: cn.pre.grains.read_curve("none.csv"), "none.csv: no such file or folder; check the path"),
+    (lambda s, r: cn.pre.grains.read_curve("none.csv"), "none.csv does not exist; check the path"),
     (lambda s, r: cn.pre.masonry.arch(kind="gothik", radius=9.0, thickness=1.0, voussoirs=9), "kind is 'gothik': give"),
     (lambda s, r: cn.deformable(3, ROCK), "body is 3: give .*a cairn.ElasticBody, LinearBody or SolidBody"),
     (lambda s, r: cn.ElasticBody(XY, [[0, 1, 2]], young=1e6, poisson=0.3), r"cells is list: give \{kind: nodes \(m, k\)\}"),
