@@ -72,3 +72,23 @@ def test_a_conductance_of_ones_own_is_as_one_of_the_list(language, tmp_path):
         assert sim.info["electrical"]["status"] == "converged"
         ohms.append(np.diff(sim.bodies.potential)[0] / 0.1)
     assert ohms == pytest.approx([ohms[0], ohms[0], ohms[0] / 2, ohms[0] / 2], rel=1e-13)
+
+
+def test_what_a_plugged_conductance_needs_is_asked_for(tmp_path):
+    library = built(tmp_path, "c")
+    with pytest.raises(ValueError, match="no such file"):
+        N.plug(tmp_path / "none.so", "own_holm")
+    with pytest.raises(ValueError, match="exports nothing"):
+        N.plug(library, "nothing")
+    with pytest.raises(ValueError, match="reads names 'colour'"):
+        N.plug(library, "own_holm", [1.0], ["colour"])
+    # a contact of two planes' worth has no radius, which is told for kernels of one's own too
+    scene = cn.Scene(3)
+    cube = cn.boxes([[0, 0, 0.5]], [1.0, 1.0, 1.0], STEEL, group="cube", force=(0, 0, -1.0))
+    scene.add(cube, cn.wall((0, 0, 0), (0, 0, 1), STEEL, group="floor"))
+    scene.interact("*", "*", cn.Coulomb(mu=0.0))
+    scene.electrical(current={"cube": 0.1, "floor": -0.1}, conductance=N.plug(library, "own_holm", [1.0], ["radius"]))
+    with pytest.warns(N.NetworkWarning):
+        sim = cn.Simulation(scene, 1e-3)
+        sim.step()
+    assert sim.info["electrical"]["unfit"] > 0
