@@ -99,6 +99,16 @@ void add_mesh(Simulation& s, const py::dict& d) {
   m.face_nodes = vector_of<std::int32_t>(d, "face_nodes");
   m.around = vector_of<std::int32_t>(d, "around");
   m.around_start = vector_of<std::int32_t>(d, "around_start");
+  if (d.contains("ties")) {
+    const auto t = py::cast<py::dict>(d["ties"]);
+    m.ties.dof = vector_of<std::int32_t>(t, "dof");
+    m.ties.first = vector_of<std::int64_t>(t, "first");
+    m.ties.master = vector_of<std::int32_t>(t, "master");
+    m.ties.weight = vector_of<double>(t, "weight");
+    m.ties.rigid_node = vector_of<std::int32_t>(t, "rigid_node");
+    m.ties.rigid_first = vector_of<std::int64_t>(t, "rigid_first");
+    m.ties.turns = py::cast<bool>(t["turns"]);
+  }
   s.add_mesh(std::move(m));
 }
 

@@ -14,6 +14,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_newton.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
+  bodies/mesh_ties.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp

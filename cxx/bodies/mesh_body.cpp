@@ -43,6 +43,7 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
   size_ = extent / std::pow(double(model.nodes()), 1.0 / dim);
   model.options.held = model.held;
   mark_contact_nodes();
+  if (!model.ties.empty()) model.ties.start(dim, model.reference, model.mass, model.options);
 }
 
 // Nodes that contacts may rest on, now or later.
@@ -120,7 +121,9 @@ bool MeshBody::lost_mass(std::int64_t row) const {
 
 void MeshBody::refuse(const SoeStatus& status) const {
   std::string where;
-  if (status.row >= 0)
+  if (status.row >= model.dofs())
+    where = " at a rigid part";
+  else if (status.row >= 0)
     where =
         " at node " + std::to_string(status.row / model.dim) + ", dof " + std::string(1, "xyz"[status.row % model.dim]);
   if (status.kind == SoeStatus::not_finite)
@@ -128,7 +131,7 @@ void MeshBody::refuse(const SoeStatus& status) const {
                 ": check stiffness, mass and step");
   if (status.kind == SoeStatus::too_large)
     throw Error("the matrix of the mesh '" + model.name + "' is too large for this build of its solver");
-  if (status.row >= 0 && lost_mass(status.row)) {
+  if (status.row >= 0 && status.row < model.dofs() && lost_mass(status.row)) {
     char step[32];
     std::snprintf(step, sizeof step, "%g", scheme_.h);
     throw Error(
@@ -171,17 +174,27 @@ void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
     for (std::size_t e = 0; e < made->value.size() && !bare; ++e)
       made->value[e] =
           model.mass.value[e] + scheme.damping * model.damping.value[e] + scheme.stiffness * model.stiffness.value[e];
-    made->soe = Soe::make(model.mass, model.options);
-    if (const SoeStatus status = made->soe->factor(made->value.data()); !status) refuse(status);
+    made->soe = make_soe();
+    if (const SoeStatus status = factor(*made->soe, made->value.data()); !status) refuse(status);
   }
   factors_.push_back(std::move(made));
   now_ = factors_.back().get();
 }
 
+std::unique_ptr<Soe> MeshBody::make_soe() const {
+  return model.ties.empty() ? Soe::make(model.mass, model.options) : model.ties.make_soe();
+}
+
+SoeStatus MeshBody::factor(Soe& soe, const double* value) {
+  return soe.factor(model.ties.empty() ? value : model.ties.reduced(value));
+}
+
 void MeshBody::solve(double* b, std::int64_t columns) {
   constexpr std::int64_t together = 8; // that the factors are gone through for at once
   solves += (columns + together - 1) / together;
-  if (now_->soe) return now_->soe->solve(b, columns);
+  if (now_->soe && model.ties.empty()) return now_->soe->solve(b, columns);
+  for (std::int64_t c = 0; c < columns && now_->soe; ++c) model.ties.solve(*now_->soe, b + c * model.dofs());
+  if (now_->soe) return;
   for (std::int64_t c = 0; c < columns; ++c) now_->solver(b + c * model.dofs());
 }
 
@@ -216,6 +229,7 @@ void MeshBody::free_velocity(Bodies& bodies, const double* gravity, const cairn_
   else
     take_scheme(scheme, check);
   gather(bodies.velocity, v_.data());
+  if (!model.ties.empty()) model.ties.follow(v_.data());
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
   weigh(gravity);
@@ -277,8 +291,9 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     f.compliance.swap(made);
     f.leading = std::int64_t(room);
   }
-  if (known == 0 && f.soe && room == size) return f.soe->solve_units(dofs, f.compliance.data());
-  if (f.soe) {
+  const bool units = f.soe && model.ties.empty();
+  if (known == 0 && units && room == size) return f.soe->solve_units(dofs, f.compliance.data());
+  if (units) {
     solves += (std::int64_t(size - old) + 7) / 8;
     return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room));
   }
@@ -349,7 +364,8 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
     const double extra = (inertia - momentum_known_[i] - lumped) / s.impulse, weight = lumped_[i] * gravity[i % dim];
     work.inertia += way[i] * extra;
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia - lumped_[i] * change);
-    const double force = model.held[i] ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
+    const bool given = model.held[i] || model.ties.bound(i);
+    const double force = given ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
     bodies.force[nodes[i / dim]][i % dim] = force;
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
@@ -367,15 +383,16 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
 }
 
 void MeshBody::solve_mass(double* b) {
-  if (!lumped_mass_ && !mass_) {
-    mass_ = Soe::make(model.mass, model.options);
-    if (const SoeStatus status = mass_->factor(model.mass.value.data()); !status) refuse(status);
+  const bool own = lumped_mass_ && model.ties.empty(); // each dof for itself
+  if (!own && !mass_) {
+    mass_ = make_soe();
+    if (const SoeStatus status = factor(*mass_, model.mass.value.data()); !status) refuse(status);
   }
   for (std::int64_t i = 0; i < model.dofs(); ++i) {
     if (model.held[i]) b[i] = 0;
-    if (lumped_mass_) b[i] /= lumped_[i];
+    if (own) b[i] /= lumped_[i];
   }
-  if (!lumped_mass_) mass_->solve(b);
+  if (!own) model.ties.empty() ? mass_->solve(b) : model.ties.solve(*mass_, b);
 }
 
 // M a = F - C v - K q, and the derivatives of that under constant loads.

@@ -12,6 +12,7 @@
 #include "../fe/bulk_result.hpp"
 #include "../soe/soe.hpp"
 #include "cairn/core.h"
+#include "mesh_ties.hpp"
 
 namespace cairn {
 
@@ -34,6 +35,7 @@ struct MeshModel {
   std::vector<std::int32_t> point_nodes, side_nodes, face_nodes; // (4, n), -1 where fewer; faces: whose part a facet is
   std::vector<double> point_weights;                             // (4, points)
   std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
+  MeshTies ties;                                  // dofs that follow others
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
   std::function<void(const double*x, double*out)> times_stiffness, times_damping;
   std::function<std::function<void(double* b)>(double h, double theta)> make_solver;
@@ -139,6 +141,9 @@ private:
   void solve_mass(double* b);                      // of held dofs: zero
   double stable_step() const;                      // of central differences [s]
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
+  std::unique_ptr<Soe> make_soe() const;
+  SoeStatus factor(Soe& soe, const double* value);
+  void turn_iterate();
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
   void damping_times(const double* x, double* out) const;

@@ -43,6 +43,22 @@ void MeshBody::residual_of(const std::vector<double>& v) {
   }
 }
 
+// Rigid parts turn as a whole over the step, from velocities of the pass that are linear in their spins.
+void MeshBody::turn_iterate() {
+  if (!model.ties.rigid_parts_turn()) return;
+  std::vector<double>&way = a_, &place = b_;
+  for (std::size_t i = 0; i < iterate_.size(); ++i) {
+    way[i] = theta_ * iterate_[i] + (1 - theta_) * v_[i];
+    place[i] = model.reference[i] + q_[i];
+  }
+  model.ties.turn(way.data(), place.data(), h_);
+  for (const std::int32_t node : model.ties.rigid_node)
+    for (int k = 0; k < model.dim; ++k) {
+      const auto i = std::size_t(model.dim * node + k);
+      iterate_[i] = (way[i] - (1 - theta_) * v_[i]) / theta_;
+    }
+}
+
 // Stresses of a material are known at the ends of a step: of the integrators these take what balances there.
 void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   const bool theta = scheme.damping == scheme.h * scheme.share && scheme.stiffness > 0;
@@ -55,6 +71,9 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   theta_ = scheme.share;
   explicit_ = bare;
   by_energy_ = scheme.by_energy != 0;
+  if (explicit_ && model.ties.rigid_parts_turn())
+    throw Error("rigid parts of the mesh '" + model.name +
+                "' turn over a step, which central differences do not know: give Theta(), or hold these nodes");
   if (const std::int64_t block = by_energy_ ? model.bulk->not_by_energy() : -1; block >= 0) {
     const BulkCells& c = model.bulk->cells()[std::size_t(block)];
     throw Error("the " + std::string(c.element->cell) + " cells of the mesh '" + model.name + "' are of " +
@@ -90,10 +109,12 @@ void MeshBody::start_newton() {
     begun_ = true;
   }
   iterate_ = v_;
+  turn_iterate();
   if (!explicit_) {
     found_ = stresses_of(iterate_, true);
     if (!found_.ok()) { // as it stands at the begin of the step every cell is in order
       for (std::size_t i = 0; i < n; ++i) iterate_[i] = -(1 - theta_) / theta_ * v_[i];
+      turn_iterate();
       found_ = stresses_of(iterate_, true);
       if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
     }
@@ -136,7 +157,7 @@ void MeshBody::linearise(Bodies& bodies) {
 void MeshBody::factorise_tangent() {
   if (!own_) {
     own_ = std::make_unique<Factors>();
-    own_->soe = Soe::make(model.mass, model.options);
+    own_->soe = make_soe();
     own_->value.resize(model.mass.value.size());
   }
   now_ = own_.get();
@@ -149,7 +170,7 @@ void MeshBody::factorise_tangent() {
                                  : model.mass.value[e] + h_ * theta_ * model.damping.value[e] +
                                        h_ * theta_ * (h_ * theta_) * stiffness[e];
     ++factorisations;
-    return now_->soe->factor(now_->value.data());
+    return factor(*now_->soe, now_->value.data());
   };
   SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
   // where the material softens, the stiffness at the start is a direction that goes down
@@ -177,6 +198,7 @@ NewtonError MeshBody::judge() {
   double share = 1;
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
     for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
+    turn_iterate();
     out.fault = stresses_of(iterate_, false);
     if (!out.fault.ok()) continue;
     residual_of(iterate_);
@@ -206,6 +228,7 @@ NewtonError MeshBody::judge() {
   }
   if (!out.fault.ok()) {
     iterate_ = start;
+    turn_iterate();
     out.error = 1;
     out.whole = false;
   }
@@ -238,8 +261,8 @@ void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
     reaction[i] = (inertia[i] - impulse[i]) / h_ + elastic + c_[i] - f_[i];
     work.inertia += way * extra;
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia[i] - lumped_[i] * a_[i]);
-    const double force =
-        model.held[i] ? (lumped_[i] * a_[i] - impulse[i]) / h_ - weight : f_[i] - elastic - c_[i] - weight - extra;
+    const double force = model.held[i] || model.ties.bound(i) ? (lumped_[i] * a_[i] - impulse[i]) / h_ - weight
+                                                              : f_[i] - elastic - c_[i] - weight - extra;
     bodies.force[nodes[i / dim]][i % dim] = force;
     work.kinetic += 0.5 * end[i] * (b_[i] - lumped_[i] * end[i]);
   }

@@ -38,6 +38,7 @@ _LATER = {
     "bars": "build.frames",
     "beams": "build.frames",
     "deformable": "build.meshes",
+    "tied": "build.ties",
     "find_equilibrium": "run.equilibrium",
     "surface": "build.surfaces",
 }
@@ -114,6 +115,7 @@ __all__ = [
     "strategy",
     "superquadrics",
     "surface",
+    "tied",
     "tube",
     "wall",
     "with_corners",

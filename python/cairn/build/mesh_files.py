@@ -13,8 +13,9 @@ from . import bulk
 from .elastic import ElasticBody
 from .meshes import LinearBody, deformable
 from .solid import SolidBody
+from .ties import TiedBody
 
-BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody, SolidBody)}
+BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody, SolidBody, TiedBody)}
 
 
 def encoded(given):
@@ -56,6 +57,9 @@ def _encoded(name, value):
     if dataclasses.is_dataclass(value) and not callable(value):
         fields = {f.name: _encoded(f"{name}.{f.name}", getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
         return {"kind": "record", "module": type(value).__module__, "class": type(value).__name__, "fields": fields}
+    if BODIES.get(type(value).__name__) is type(value):
+        given = {part: _encoded(f"{part} of {name}", of) for part, of in value.given.items()}
+        return {"kind": "body", "class": type(value).__name__, "given": given}
     if callable(value):
         return {"kind": "function", "of": time_functions.to_dict(name, value)}
     if isinstance(value, (list, tuple)):
@@ -90,6 +94,8 @@ def _decoded(value):
         return time_functions.from_dict(value["of"])
     if value["kind"] == "bulk" and value["class"] in bulk.BULK_MATERIALS:
         return bulk.BULK_MATERIALS[value["class"]](**{name: float(x) for name, x in value["values"].items()})
+    if value["kind"] == "body" and value["class"] in BODIES:
+        return BODIES[value["class"]](**{name: _decoded(part) for name, part in value["given"].items()})
     if value["kind"] == "sparse":
         from scipy import sparse
 

@@ -80,9 +80,11 @@ class Deformable:
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
         self.pressed = []  # sides, and the pressure on them
+        self.displace, self.rigid = {}, []
 
 
-def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, force=None, velocity=None,
+def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
+               force=None, velocity=None,
                displacement=None, storage=None, name="mesh", edge_material=None, face_material=None, bulk=None,
                pressure=None, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
@@ -98,8 +100,9 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
     outside: they meet spheres, and points of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
-    time. force: {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. pressure:
-    {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their normals where
+    time. displace: {group: {"x": u}} their displacement [m], a function of time: the step ends where it says. rigid: names of
+    groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
+    {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their normals where
     these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement: (dim,) or
     (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of contact may
     name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small; the body does not
@@ -126,10 +129,12 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         if beyond.size:
             raise ValueError(f"{field} names node {beyond.flat[0]}: the mesh has {n} nodes, from 0")
     fixed, drive = dict(fixed or {}), dict(drive or {})
-    for group, by_axis in drive.items():
+    displace = checked_displacements(body, displace, drive)
+    for group, by_axis in [*drive.items(), *displace.items()]:
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
+    d.displace, d.rigid = displace, _listed(rigid)
     if pressure:
         from .pressure import pressed_sides
 
@@ -189,6 +194,23 @@ def _made(body, material, bulk, options):
             options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
             return ElasticBody(points, cells, young=young, poisson=poisson, **options)
         return SolidBody(points, cells, bulk, **options)
+
+
+def checked_displacements(body, displace, drive):
+    """{group: {axis: function of time}}; of no dof that is driven, too."""
+    out, taken = dict(displace or {}), set()
+    for what, of in (("drive", drive), ("displace", out)):
+        for group, by_axis in of.items():
+            for axis, value in by_axis.items():
+                if what == "displace" and not callable(value):
+                    remedy = "give a function of time, such as cn.Table; `fixed` holds a group where it is"
+                    raise ValueError(f"displace of {group!r} along {axis} is {value!r}: {remedy}")
+                for dof in (body.dim * _group(body, group) + "xyz".index(axis)).tolist():
+                    if what == "displace" and dof in taken:
+                        named = f"node {dof // body.dim} along {axis}"
+                        raise ValueError(f"displace of {group!r} moves {named}, which is moved already: leave it out of one")
+                    taken.add(dof)
+    return out
 
 
 def _listed(groups):
@@ -271,6 +293,15 @@ class MovingMesh:
         return np.concatenate([self.node_ids, self.point_ids, self.side_ids])
 
     @cached_property
+    def ties(self):
+        """Dofs that follow others, as the core takes them; None where there are none."""
+        if not self.d.rigid and getattr(self.body, "ties", None) is None:
+            return None
+        from .ties import rigid_parts, rows_of_ties
+
+        return rows_of_ties(self.body, rigid_parts(self.body, self.d.rigid), self.held)
+
+    @cached_property
     def free(self):
         """Dofs that are not held."""
         return np.setdiff1d(np.arange(self.size), self.held)
@@ -302,3 +333,13 @@ class MovingMesh:
             for axis, v in by_axis.items():
                 out[self.dim * _group(self.body, group) + "xyz".index(axis)] = v(t) if callable(v) else v
         return out
+
+    def displaced_velocity(self, t, h, share, u, v, out):
+        """Into velocities (n dofs) at the end of a step of h from t those of displaced dofs, of which u, v (n dofs) are at its
+        begin: with (1 - share) v + share of it the displacement is the given one after two steps at most, whatever it was."""
+        for group, by_axis in self.d.displace.items():
+            for axis, given in by_axis.items():
+                dofs = self.dim * _group(self.body, group) + "xyz".index(axis)
+                begin, half, end = (checks.number("displace", given(at)) for at in (t, t + h / 2, t + h))
+                rate = (3 * end - 4 * half + begin) / h
+                out[dofs] = (end - u[dofs]) / h + (1 - share) * (rate - v[dofs])

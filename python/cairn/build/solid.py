@@ -19,7 +19,8 @@ KINEMATICS = ("small", "corotational", "total_lagrangian", "logarithmic")
 class SolidBody(ElasticBody):
     """A body whose stresses are those of a material of solids at the Gauss points of its cells.
 
-    points (n, dim) [m]; cells as of ElasticBody; material: NeoHookean(...) and the like, or {kind of cells: material}; density
+    points (n, dim) [m]; cells as of ElasticBody; material: NeoHookean(...) and the like, or {kind of cells: material}, or where
+    cells of a kind are of several {kind: ([materials], number (m,) of that of each cell)}; density
     [kg/m3]; groups: {name: nodes}. kinematics: "small", or the strain that the law sees where it turns with the material:
     "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that take the gradient of
     deformation are for "total_lagrangian" alone, which is what they get when none is given. plane: "strain", "stress" or
@@ -34,15 +35,9 @@ class SolidBody(ElasticBody):
     ):  # fmt: skip
         made_of = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         _checked_cells(cells)
-        given = material if isinstance(material, dict) else dict.fromkeys(cells, material)
-        for kind in cells:
-            if not isinstance(given.get(kind), BulkMaterial):
-                raise TypeError(
-                    f"material of {kind} cells is {given.get(kind)!r}: give a material of solids, such as NeoHookean(...)"
-                )
-        self.materials = {kind: given[kind] for kind in cells}
+        self._layout = _layout(cells, material)
         if kinematics is None:
-            kinematics = "total_lagrangian" if any(m.takes_gradient for m in self.materials.values()) else "small"
+            kinematics = "total_lagrangian" if any(m.takes_gradient for _, _, m in self._layout) else "small"
         if kinematics not in KINEMATICS:
             raise ValueError(f"kinematics is {kinematics!r}: give one of {', '.join(KINEMATICS)}")
         self.kinematics, self.mean_dilatation = kinematics, bool(mean_dilatation)
@@ -82,12 +77,16 @@ class SolidBody(ElasticBody):
         """What the core keeps of the cells, a dict each."""
         return [
             {
-                "cell": kind, "nodes": nodes.astype(np.int32), "material": self.materials[kind].name,
-                "params": list(self.materials[kind].values), "kinematics": self.kinematics, "plane": self.plane,
+                "cell": kind, "nodes": self.cells[kind][rows].astype(np.int32), "material": material.name,
+                "params": list(material.values), "kinematics": self.kinematics, "plane": self.plane,
                 "mean_dilatation": self.mean_dilatation, "thickness": self.thickness,
             }
-            for kind, nodes in self.cells.items()
+            for kind, rows, material in self._layout
         ]  # fmt: skip
+
+    def layout(self):
+        """Of each block its kind of cells, their rows among those of the kind, and its material."""
+        return self._layout
 
     def model(self):
         """Stresses and states of the cells, of their own: see _core.BulkModel."""
@@ -177,4 +176,31 @@ class SolidBody(ElasticBody):
         *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), 1.0, 1.0)
         if wrong is not None:
             raise ValueError(wrong)
-        return dict(zip(self.cells, model.stress()))
+        return by_kinds(self, model.stress())
+
+
+def _layout(cells, material):
+    """(kind, rows, material) of each material of each kind of cells."""
+    given, out = material if isinstance(material, dict) else dict.fromkeys(cells, material), []
+    for kind, nodes in cells.items():
+        of = given.get(kind)
+        several, which = of if isinstance(of, tuple) and len(of) == 2 else ([of], np.zeros(len(nodes), int))
+        which = np.asarray(which)
+        for m in several:
+            if not isinstance(m, BulkMaterial):
+                raise TypeError(f"material of {kind} cells is {m!r}: give a material of solids, such as NeoHookean(...)")
+        if which.shape != (len(nodes),) or which.dtype.kind not in "iu" or np.any((which < 0) | (which >= len(several))):
+            text = f"material of {kind} cells tells {which.shape} of {len(several)} materials"
+            raise ValueError(f"{text}: give (materials, number (m,) of that of each of the {len(nodes)} cells)")
+        rows = [np.flatnonzero(which == k) for k in range(len(several))]
+        out += [(kind, of, m) for of, m in zip(rows, several) if len(of) or len(several) == 1]
+    return out
+
+
+def by_kinds(body, of_blocks):
+    """Of what each block of a body has, (m, k), what its kinds of cells have, {kind: (m, k)}."""
+    of_blocks = list(of_blocks)
+    out = {kind: np.zeros((len(nodes), *of_blocks[0].shape[1:])) for kind, nodes in body.cells.items()}
+    for (kind, rows, _), found in zip(body.layout(), of_blocks):
+        out[kind][rows] = found
+    return out

@@ -54,6 +54,8 @@ def _of_nodes(rows, chosen, meshes, shape):
 
 def step_matrix(simulation, mesh, h):
     """A of a mesh in a step of h [s], scipy.sparse (n dofs, n dofs): M + damping C + stiffness K, as its integrator has it."""
+    if mesh.ties:
+        raise ValueError(f"{mesh.name!r} has ties or rigid parts: contact problems are made of bodies without")
     body, step = mesh.body, simulation.strategy.moved_by().scheme(h)
     if getattr(body, "solver", None) is not None:
         raise ValueError(f"{mesh.name!r} has a solver of its own: contact problems are made of bodies that give their matrices")

@@ -14,6 +14,7 @@ class Meshes:
         self._core, self.meshes, self._loaded = core, [], set()
         kept = {id(m.d): core.mesh_memory(k) for k, m in enumerate(before.meshes)} if before else {}
         self._core.forget_meshes()
+        self._share = lambda: simulation.strategy.moved_by().scheme(1.0)["share"]
         self._origin = origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         for d, ids in sets_of_meshes(simulation):
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
@@ -48,18 +49,21 @@ class Meshes:
         for k, mesh in enumerate(self.meshes):
             if k in self._loaded:
                 continue
-            if mesh.d.force is None and not mesh.d.drive and not mesh.d.pressed:
+            if mesh.d.force is None and not mesh.d.drive and not mesh.d.pressed and not mesh.d.displace:
                 self._loaded.add(k)
                 continue
             begin, end = mesh.load(t), mesh.load(t + h)
-            if mesh.d.pressed:
+            held = mesh.held_velocity(t + h)
+            if mesh.d.pressed or mesh.d.displace:
                 scene = self._core.scene
                 rows = np.searchsorted(scene.body("id"), mesh.node_ids)
                 x, v = scene.body("position")[rows] + self._origin, scene.body("velocity")[rows][:, : mesh.dim]
-                begin, end = begin + mesh.pressure_load(t, x), end + mesh.pressure_load(t + h, x + h * v)
-                self._core.load_mesh(k, begin, end, mesh.held_velocity(t + h))
+                if mesh.d.pressed:
+                    begin, end = begin + mesh.pressure_load(t, x), end + mesh.pressure_load(t + h, x + h * v)
+                mesh.displaced_velocity(t, h, self._share(), (x - mesh.body.points).ravel(), v.ravel(), held)
+                self._core.load_mesh(k, begin, end, held)
                 continue
-            self._core.load_mesh(k, begin, end, mesh.held_velocity(t + h))
+            self._core.load_mesh(k, begin, end, held)
             functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
             if not any(callable(f) for f in functions):
                 self._loaded.add(k)
@@ -114,6 +118,10 @@ def _model(mesh, origin):
     if hasattr(body, "blocks"):
         ring = getattr(body, "plane", None) == "axisymmetric"
         out["bulk"], out["bulk_place"] = body.blocks(), (body.points if ring else body.points - origin).ravel()
+    if mesh.ties and own:
+        raise ValueError(f"{d.name!r} has a solver of its own, which knows no rigid parts: leave `rigid` out")
+    if mesh.ties:
+        out["ties"] = mesh.ties
     if not own:
         return {**out, "stiffness": values[1], "damping": values[2]}
     calls = {"times_stiffness": lambda x: body.K @ x, "times_damping": lambda x: body.C @ x}

@@ -274,8 +274,8 @@ SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # that a run file holds
 
 class MeshView(_View):
     """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id; all_ids
-    with the numbers of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, contact_nodes (m,) of
-    nodes that may touch."""
+    with the numbers of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, ties of those that
+    follow others or None, contact_nodes (m,) of nodes that may touch."""
 
     def __init__(self, simulation, core, mesh):
         self._simulation, self._core, self._mesh = simulation, core, mesh
@@ -284,6 +284,7 @@ class MeshView(_View):
     body = property(lambda self: self._mesh.body)
     ids = property(lambda self: self._mesh.node_ids)
     held = property(lambda self: self._mesh.held)
+    ties = property(lambda self: self._mesh.ties)
     contact_nodes = property(lambda self: self._mesh.d.contact_nodes)
 
     @property
@@ -326,7 +327,9 @@ class MeshView(_View):
         """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]; of a SolidBody the
         mean of the true stresses that the last step found, (m, 6)."""
         if hasattr(self.body, "blocks"):
-            return {kind: stress for kind, (stress, _) in zip(self.body.cells, self._bulk())}
+            from ..build.solid import by_kinds
+
+            return by_kinds(self.body, (stress for stress, _ in self._bulk()))
         found, thermal = self.body.stress(self.displacement), self._simulation.scene.networks.get("thermal")
         expansion = self._mesh.d.material.expansion
         if thermal is None or not expansion:
@@ -337,11 +340,14 @@ class MeshView(_View):
 
     @property
     def material_state(self):
-        """Means over the cells of the states of a SolidBody's materials, {kind: {name: (m,)}}."""
+        """Means over the cells of the states of a SolidBody's materials, {kind: {name: (m,)}}; zero in those without."""
         if not hasattr(self.body, "blocks"):
             return {}
-        names = (self.body.materials[kind].state for kind in self.body.cells)
-        return {kind: dict(zip(own, state.T)) for kind, own, (_, state) in zip(self.body.cells, names, self._bulk())}
+        out = {kind: {} for kind in self.body.cells}
+        for (kind, rows, material), (_, state) in zip(self.body.layout(), self._bulk()):
+            for name, values in zip(material.state if material else (), state.T):
+                out[kind].setdefault(name, np.zeros(len(self.body.cells[kind])))[rows] = values
+        return out
 
     def _bulk(self):
         return self._core.mesh_bulk(self._mesh.number)

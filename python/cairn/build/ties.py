@@ -1,0 +1,320 @@
+"""Meshes that are tied to one another, and parts of a mesh that move as rigid bodies: dofs that follow others.
+
+both = cn.tied({"hub": steel, "tread": rubber}, [("tread.inside", "hub.outside")])
+scene.add(cn.deformable(both, material, rigid="hub.all", contact="tread.outside"))
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .elastic import ElasticBody
+from .meshes import _group
+from .solid import SolidBody
+
+GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 18
+
+
+class TiedBody(ElasticBody):
+    """Bodies by finite elements (ElasticBody, SolidBody) as one, whose sides are tied where they meet; see `tied`.
+
+    Nodes are those of the parts one after the other, groups are "part.group" and "part.all"; cells of a kind stand one after the
+    other as the parts do. first: {part: number of its first node}.
+    """
+
+    def __init__(self, parts, ties, within=1e-6):
+        #: what it was made of, as scene files hold it
+        self.given = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
+        if not isinstance(parts, dict) or len(parts) < 2:
+            raise ValueError("parts is no dict of two bodies or more: give {name: body}")
+        for name, part in parts.items():
+            if not isinstance(part, ElasticBody) or isinstance(part, TiedBody):
+                raise ValueError(f"part {name!r} is a {type(part).__name__}: give an ElasticBody or a SolidBody")
+        bodies = list(parts.values())
+        for what in ("dim", "plane", "thickness"):
+            found = {name: getattr(part, what) for name, part in parts.items()}
+            if len(set(found.values())) > 1:
+                raise ValueError(f"parts differ in {what}, {found}: make them of one")
+        self.parts, self.dim, self.plane, self.thickness = (
+            dict(parts),
+            *(getattr(bodies[0], a) for a in ("dim", "plane", "thickness")),
+        )
+        count = np.cumsum([0, *(len(part.points) for part in bodies)])
+        self.first = dict(zip(parts, count[:-1].tolist()))
+        self.points = np.concatenate([part.points for part in bodies])
+        self.groups = {
+            f"{name}.{group}": nodes + self.first[name]
+            for name, part in parts.items()
+            for group, nodes in {**part.groups, "all": np.arange(len(part.points))}.items()
+        }
+        self.cells, self._rows = {}, []  # rows of each part among the cells of a kind
+        for part, start in zip(bodies, count):
+            rows = {}
+            for kind, nodes in part.cells.items():
+                known = self.cells.get(kind, np.zeros((0, nodes.shape[1]), int))
+                rows[kind] = np.arange(len(known), len(known) + len(nodes))
+                self.cells[kind] = np.concatenate([known, nodes + start])
+            self._rows.append(rows)
+        self._mass = np.concatenate([part._mass for part in bodies])
+        self.second_order = any(part.second_order for part in bodies)
+        starts = [part.lower[0] for part in bodies]
+        entries = np.cumsum([0, *(s[-1] for s in starts)])
+        start = np.concatenate([np.zeros(1, int), *(s[1:] + e for s, e in zip(starts, entries))])
+        row = np.concatenate([part.lower[1] + self.dim * n for part, n in zip(bodies, count)])
+        self.lower = start, row, *(np.concatenate([part.lower[k] for part in bodies]) for k in (2, 3, 4))
+        if any(isinstance(part, SolidBody) for part in bodies):
+            self.blocks, self.layout, self.kinematics = self._blocks, self._layout, _kinematics(bodies)
+        self.ties = node_ties(self, ties, within)
+
+    def _blocks(self):
+        return [
+            {**block, "nodes": (block["nodes"] + start).astype(np.int32)}
+            for part, start in zip(self.parts.values(), self.first.values())
+            for block in (part.blocks() if isinstance(part, SolidBody) else _linear_blocks(part))
+        ]
+
+    def _layout(self):
+        """Of each block its kind of cells, their rows among those of the kind, and its material."""
+        out = []
+        for part, rows in zip(self.parts.values(), self._rows):
+            own = part.layout() if isinstance(part, SolidBody) else [(kind, np.arange(len(rows[kind])), None) for kind in rows]
+            out += [(kind, rows[kind][of], material) for kind, of, material in own]
+        return out
+
+    def stress(self, displacement):
+        """Stress in the middle of each cell, as ElasticBody.stress and SolidBody.stress have it, by kinds of cells."""
+        u = np.asarray(displacement, float).reshape(self.points.shape)
+        wide = hasattr(self, "blocks")
+        out = {kind: np.zeros((len(nodes), 6 if wide else 3 * self.dim - 3)) for kind, nodes in self.cells.items()}
+        for part, start, rows in zip(self.parts.values(), self.first.values(), self._rows):
+            for kind, found in part.stress(u[start : start + len(part.points)]).items():
+                columns = [0, 1, 3] if found.shape[1] < out[kind].shape[1] else range(out[kind].shape[1])
+                out[kind][np.ix_(rows[kind], columns)] = found
+        return out
+
+    def free_motion(self):
+        """Displacements (n dofs, free ones) that ties allow, and the numbers of the dofs that follow nothing."""
+        from scipy import sparse
+
+        nodes, start, leaders, weight = self.ties
+        n, dim = len(self.points), self.dim
+        free = np.setdiff1d(np.arange(n), nodes)
+        place = np.full(n, -1)
+        place[free] = np.arange(len(free))
+        row = np.concatenate([free, np.repeat(nodes, np.diff(start))])
+        column = np.concatenate([place[free], place[leaders]])
+        t = sparse.coo_array((np.concatenate([np.ones(len(free)), weight]), (row, column)), (n, len(free)))
+        return sparse.kron(t, sparse.eye_array(dim)).tocsc(), (dim * free[:, None] + np.arange(dim)).ravel()
+
+    def solve(self, fixed, force=None, displacement=None):
+        """Displacement at rest (n, dim) [m], as ElasticBody.solve; of linear parts."""
+        from scipy.sparse.linalg import spsolve
+
+        if hasattr(self, "blocks"):
+            raise ValueError("a tied body with a part of a material of solids has no solve: put it in a scene")
+        t, own = self.free_motion()
+        held = np.isin(own, self.dofs(fixed))
+        u = np.zeros(len(own))
+        if displacement is not None:
+            u[held] = np.asarray(displacement, float).ravel()[own[held]]
+        f = (
+            np.zeros(self.points.size)
+            if force is None
+            else self.load(force)
+            if isinstance(force, dict)
+            else np.asarray(force, float)
+        )
+        k = (t.T @ self.K @ t).tocsc()
+        u[~held] = spsolve(k[~held][:, ~held], (t.T @ f.ravel() - k @ u)[~held])
+        return (t @ u).reshape(-1, self.dim)
+
+
+def tied(parts, ties, *, within=1e-6):
+    """One body of several whose sides are tied: {name: ElasticBody or SolidBody}, ties a list of (group that follows, group that
+    leads), named "part.group".
+
+    In 2D the velocity of the side that follows is that of the one that leads on average over each of its nodes, by dual
+    multipliers on the common segments (Wohlmuth 2000): a uniform stress goes through cells of first order of any sizes to
+    rounding. Give the finer side as the one that follows. In 3D nodes follow the faces that they lie on.
+    within: distance that a side which follows may have from the other, over the length of its edge. Raises ValueError naming
+    node or edge where there is nothing to follow.
+    """
+    return TiedBody(parts, ties, within)
+
+
+def _kinematics(bodies):
+    """ "small" if no part turns."""
+    large = [part.kinematics for part in bodies if getattr(part, "kinematics", "small") != "small"]
+    return large[0] if large else "small"
+
+
+def _linear_blocks(part):
+    if part.plane == "stress" and part.dim == 3:
+        raise ValueError("plane stress is for two dimensions")
+    return [
+        {
+            "cell": kind, "nodes": nodes.astype(np.int32), "material": "isotropic_elastic",
+            "params": [float(part.given["young"]), float(part.given["poisson"])], "kinematics": "small", "plane": part.plane,
+            "mean_dilatation": False, "thickness": part.thickness,
+        }
+        for kind, nodes in part.cells.items()
+    ]  # fmt: skip
+
+
+def node_ties(body, ties, within):
+    """Nodes that follow (m,), starts (m + 1), nodes that lead, their weights, whose sum is 1 for each."""
+    nodes, leaders, weights, counts = [], [], [], []
+    for follower, leader in ties:
+        made = (_on_edges if body.dim == 2 else _on_faces)(body, follower, leader, within)
+        for node, (of, weight) in made.items():
+            kept = np.abs(weight) > 1e-14
+            nodes.append(node)
+            leaders.append(np.asarray(of)[kept])
+            weights.append(weight[kept])
+            counts.append(int(kept.sum()))
+    nodes = np.array(nodes, int)
+    leaders, weights = (np.concatenate(part) if part else np.zeros(0, kind) for part, kind in ((leaders, int), (weights, float)))
+    if len(np.unique(nodes)) < len(nodes):
+        twice = np.sort(nodes)[np.flatnonzero(np.diff(np.sort(nodes)) == 0)[0]]
+        raise ValueError(f"ties: node {twice} follows in two of them: leave it out of one of the groups")
+    both = np.intersect1d(nodes, leaders)
+    if len(both):
+        raise ValueError(f"ties: node {both[0]} follows and is followed: let one side lead everywhere")
+    return nodes, np.concatenate([[0], np.cumsum(counts)]).astype(int), leaders, weights
+
+
+def _sides(body, group, what):
+    nodes = body.nodes(group)
+    sides = body.boundary_edges() if body.dim == 2 else body.boundary_faces()
+    kept = sides[(np.isin(sides, nodes) | (sides < 0)).all(axis=1)]
+    if not len(kept):
+        raise ValueError(f"ties: no side of the boundary has all its nodes in {group!r}, which is to {what}")
+    return kept
+
+
+def _on_edges(body, follower, leader, within):
+    """{node: (nodes that lead, weights)} by the integrals of dual shape functions over the common segments."""
+    x, own, other = body.points, _sides(body, follower, "follow"), _sides(body, leader, "lead")
+    from_, to = x[other[:, 0]], x[other[:, 1]]
+    diagonal, rows = {}, {}
+    for a, b in own:
+        along = x[b] - x[a]
+        length = np.linalg.norm(along)
+        along /= length
+        normal = np.array([along[1], -along[0]])
+        ends = np.stack([(from_ - x[a]) @ along, (to - x[a]) @ along], 1) / length  # of the edges that lead, on this one
+        gap = np.stack([(from_ - x[a]) @ normal, (to - x[a]) @ normal], 1) / length
+        low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
+        covered = 0.0
+        for k in np.flatnonzero(high - low > 1e-14):
+            at = low[k] + (high[k] - low[k]) * (GAUSS[0] + 1) / 2
+            eta = (at - ends[k, 0]) / (ends[k, 1] - ends[k, 0])
+            if np.abs(gap[k, 0] + (gap[k, 1] - gap[k, 0]) * eta).max() > within:
+                continue
+            covered += high[k] - low[k]
+            wide = GAUSS[1] * (high[k] - low[k]) * length
+            lead = wide * np.stack([1 - eta, eta])
+            for node, shape, dual in ((a, 1 - at, 2 - 3 * at), (b, at, 3 * at - 1)):
+                diagonal[node] = diagonal.get(node, 0.0) + wide @ shape
+                row = rows.setdefault(node, {})
+                for end, part in zip(other[k], lead @ dual):
+                    row[end] = row.get(end, 0.0) + part
+        if abs(covered - 1) > 1e-9:
+            raise ValueError(
+                f"ties: {covered:.6g} of the edge of nodes {a}, {b} of {follower!r} lies on {leader!r}, within {within:g} of its "
+                "length: let the shorter side follow, or give a larger within"
+            )
+    return {n: (list(row), np.array(list(row.values())) / diagonal[n]) for n, row in rows.items()}
+
+
+def _on_faces(body, follower, leader, within):
+    """{node: (nodes that lead, weights)} by the shape functions of the faces that the nodes lie on."""
+    x, faces = body.points, _sides(body, leader, "lead")
+    faces = faces if faces.shape[1] == 4 else np.pad(faces, ((0, 0), (0, 1)), constant_values=-1)
+    out = {}
+    for node in np.unique(_sides(body, follower, "follow")):
+        if node < 0:
+            continue
+        best, found = np.inf, None
+        for face in faces:
+            corners = face[face >= 0]
+            weight, off = _foot(x[corners], x[node])
+            if off < best:
+                best, found = off, (corners, weight)
+        if best > within:
+            raise ValueError(
+                f"ties: node {node} of {follower!r} is {best:.3g} of the size of a face away from {leader!r}: move it there, or "
+                "give a larger within"
+            )
+        out[node] = found
+    return out
+
+
+def _foot(corners, point):
+    """Shape functions of a face nearest to a point, and how far it is over the size of the face."""
+    size = np.linalg.norm(corners - corners.mean(axis=0), axis=1).max()
+    r = np.zeros(2)
+    for _ in range(20):  # Newton's method on the way along the face
+        if len(corners) == 3:
+            n, d = np.array([1 - r[0] - r[1], r[0], r[1]]), np.array([[-1.0, 1, 0], [-1, 0, 1]])
+        else:
+            s = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+            n = (1 + s[:, 0] * r[0]) * (1 + s[:, 1] * r[1]) / 4
+            d = np.array([s[:, 0] * (1 + s[:, 1] * r[1]), s[:, 1] * (1 + s[:, 0] * r[0])]) / 4
+        step = np.linalg.lstsq((d @ corners).T, point - n @ corners, rcond=None)[0]
+        r = r + step
+        if np.abs(step).max() < 1e-14:
+            break
+    beyond = max(0.0, -r.min(), r.sum() - 1) if len(corners) == 3 else max(0.0, np.abs(r).max() - 1)
+    return n, max(np.linalg.norm(point - n @ corners) / size, beyond)
+
+
+def rows_of_ties(body, rigid, held):
+    """What the core keeps of the dofs of a body that follow others, a dict; None if none does. rigid: nodes of each part."""
+    nodes, start, leaders, weight = getattr(body, "ties", None) or (
+        np.zeros(0, int),
+        np.zeros(1, int),
+        np.zeros(0, int),
+        np.zeros(0),
+    )
+    if not len(nodes) and not rigid:
+        return None
+    dim = body.dim
+    dof = (dim * nodes[:, None] + np.arange(dim)).ravel()
+    counts = np.repeat(np.diff(start), dim)
+    master = [dim * leaders[start[k] : start[k + 1]] + axis for k in range(len(nodes)) for axis in range(dim)]
+    of = [weight[start[k] : start[k + 1]] for k in range(len(nodes)) for _ in range(dim)]
+    for what, dofs in (("tied", dof), *(("of a rigid part", dim * part[:, None] + np.arange(dim)) for part in rigid)):
+        wrong = np.intersect1d(held, dofs)
+        if len(wrong):
+            raise ValueError(
+                f"node {wrong[0] // dim} is {what} and held: hold what it follows, or leave it out of one of the groups"
+            )
+    return {
+        "dof": dof,
+        "first": np.concatenate([[0], np.cumsum(counts)]),
+        "master": np.concatenate(master) if master else np.zeros(0, int),
+        "weight": np.concatenate(of) if of else np.zeros(0),
+        "rigid_node": np.concatenate(rigid) if rigid else np.zeros(0, int),
+        "rigid_first": np.cumsum([0, *(len(part) for part in rigid)]),
+        "turns": getattr(body, "kinematics", "small") != "small",
+    }
+
+
+def rigid_parts(body, groups):
+    """Nodes of each group that is to be rigid. Raises ValueError for fewer than a rigid body needs, or for nodes in two."""
+    out = []
+    for group in groups:
+        nodes = np.unique(_group(body, group))
+        arms = body.points[nodes] - body.points[nodes].mean(axis=0)
+        size = np.linalg.norm(arms)
+        if np.linalg.matrix_rank(arms, tol=1e-9 * size) < body.dim - 1:
+            raise ValueError(
+                f"rigid: the {len(nodes)} nodes of {group!r} leave a spin free: give two apart, in 3D three off a line"
+            )
+        out.append(nodes)
+    named = np.concatenate(out) if out else np.zeros(0, int)
+    found, count = np.unique(named, return_counts=True)
+    if np.any(count > 1):
+        raise ValueError(f"rigid: node {found[np.argmax(count > 1)]} is in two rigid parts: make one of them")
+    return out

@@ -1,0 +1,292 @@
+"""Displacements given as functions of time, rigid parts of a mesh, meshes tied to one another: what moves, what is kept."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=1000.0)
+
+
+def grid(cells, size, corner=(0.0, 0.0)):
+    """Points, quadrilaterals and groups of a rectangle."""
+    x, y = (np.linspace(c, c + s, n + 1) for c, s, n in zip(corner, size, cells))
+    points = np.stack(np.meshgrid(x, y, indexing="ij"), -1).reshape(-1, 2)
+    number = np.arange(len(points)).reshape(cells[0] + 1, cells[1] + 1)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
+    return points, {"quad": quads}, {"top": number[:, -1], "bottom": number[:, 0], "left": number[0], "right": number[-1]}
+
+
+def elastic(cells=(2, 4), size=(1.0, 2.0), corner=(0.0, 0.0), **more):
+    points, quads, groups = grid(cells, size, corner)
+    given = {"young": 1e6, "poisson": 0.0, "density": 1000.0, "plane": "stress"} | more
+    return cn.ElasticBody(points, quads, groups=groups, **given)
+
+
+def simulation(body, h=1e-3, theta=0.5, gravity=(0.0, 0.0), newton_tol=1e-8, **more):
+    scene = cn.Scene(dim=2, gravity=gravity)
+    scene.add(cn.deformable(body, ROCK, **more))
+    return cn.Simulation(scene, h, cn.NSCD(theta, cn.Default(tol=1e-12), newton_tol=newton_tol))
+
+
+# ---------------------------------------------------------------------- displacements
+
+
+@pytest.mark.parametrize("theta", [0.5, 0.6, 1.0])
+def test_a_group_is_where_its_displacement_says(theta):
+    """A ramp that a body at rest takes by surprise: two steps on it is there, whatever theta, and does not ring."""
+    body = elastic()
+    sim = simulation(body, theta=theta, fixed={"bottom": "xy"}, displace={"top": {"y": lambda t: -0.3 * t}})
+    for step in range(1, 21):
+        sim.step()
+        if step >= 2:
+            top = sim.meshes[0].displacement[body.groups["top"], 1]
+            assert np.abs(top + 0.3 * sim.time).max() < 1e-14
+            assert np.abs(sim.meshes[0].velocity[body.groups["top"], 1] + 0.3).max() < 1e-11
+
+
+def test_a_displacement_that_bends_is_met_to_the_cube_of_the_step():
+    errors = []
+    for h in (2e-3, 1e-3):
+        body = elastic()
+        sim = simulation(body, h, displace={"top": {"y": lambda t: 0.01 * np.sin(20 * t)}}, fixed={"bottom": "xy"})
+        worst = 0.0
+        while sim.time < 0.1:
+            sim.step()
+            top = sim.meshes[0].displacement[body.groups["top"], 1]
+            if sim.steps > 2:  # it came from rest
+                worst = max(worst, np.abs(top - 0.01 * np.sin(20 * sim.time)).max())
+        errors.append(worst)
+    assert errors[0] / errors[1] > 6 and errors[1] < 1e-8
+
+
+def test_reactions_of_what_is_displaced():
+    """A bar pulled out and held: F = E A u / L at both ends, told by the reactions of the groups."""
+    ramp = cn.Table([0.0, 0.5], [0.0, 1e-3])
+    body = elastic(rayleigh=(20.0, 0.0))
+    sim = simulation(body, 1e-2, 1.0, fixed={"bottom": "xy"}, displace={"top": {"y": ramp}})
+    sim.run(steps=400, progress=False)
+    pull = 1e6 * 1.0 * 1e-3 / 2.0
+    assert sim.meshes[0].reaction("top")[1] == pytest.approx(pull, rel=1e-9)
+    assert sim.meshes[0].reaction("bottom")[1] == pytest.approx(-pull, rel=1e-9)
+    assert sim.info["energy"]["closure"] < 1e-10 * sim.info["energy"]["in_play"]
+
+
+def test_displacements_that_are_none_are_told():
+    with pytest.raises(ValueError, match="function of time"):
+        cn.deformable(elastic(), ROCK, displace={"top": {"y": 0.1}})
+    with pytest.raises(ValueError, match="moved already"):
+        cn.deformable(elastic(), ROCK, drive={"top": {"y": 1.0}}, displace={"top": {"y": lambda t: t}})
+
+
+# ---------------------------------------------------------------------- rigid parts
+
+
+def angular_momentum(sim):
+    mesh = sim.meshes[0]
+    x, v = mesh.displacement + mesh.body.points, mesh.velocity
+    p = (mesh.body.M @ v.ravel()).reshape(-1, 2)
+    return np.sum(x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0]), p.sum(axis=0)
+
+
+def test_a_rigid_part_turns_whole_and_keeps_energy_and_angular_momentum():
+    """Half of a rubber block that spins and shears is rigid: its distances stay over half a turn."""
+    points, quads, groups = grid((4, 2), (2.0, 1.0))
+    groups["hub"] = np.flatnonzero(points[:, 0] < 1.1)
+    rubber = cn.SaintVenantKirchhoff(young=1e6, poisson=0.3)
+    body = cn.SolidBody(points, quads, rubber, density=1000.0, groups=groups)
+    start = np.array([[0, -8.0], [8.0, 0]]) @ (points - points.mean(axis=0)).T
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, ROCK, velocity=start.T, rigid="hub"))
+    sim = cn.Simulation(scene, 4e-3, cn.NSCD(integrator=cn.DiscreteGradient(), newton_tol=1e-10))
+
+    def apart():
+        x = (sim.meshes[0].displacement + points)[groups["hub"]]
+        return np.linalg.norm(x[:, None] - x[None], axis=2)
+
+    first, (spin, push), at_start = apart(), angular_momentum(sim), 0.5 * np.sum(start.T.ravel() * (body.M @ start.T.ravel()))
+    for _ in range(110):
+        sim.step()
+        assert sim.info["status"] == "converged"
+    assert np.abs(apart() - first).max() < 1e-11
+    later, pushed = angular_momentum(sim)
+    assert later == pytest.approx(spin, rel=1e-9) and np.abs(pushed - push).max() < 1e-9 * spin
+    energy = sim.info["energy"]
+    kept = energy["kinetic"] + energy["stored"]
+    assert abs(energy["closure"]) < 1e-12 * energy["in_play"] and kept == pytest.approx(at_start, rel=1e-8)
+    turned = (sim.meshes[0].displacement + points)[groups["hub"]] - points[groups["hub"]]
+    assert np.abs(turned).max() > 0.5
+
+
+def test_a_rigid_end_of_a_linear_body_stays_straight():
+    """A cantilever with a rigid head: sections beyond the load turn by one angle, small as linear bodies turn."""
+    points, quads, groups = grid((8, 2), (4.0, 1.0))
+    groups["head"] = np.flatnonzero(points[:, 0] > 2.9)
+    body = cn.ElasticBody(points, quads, young=1e6, poisson=0.2, density=100.0, groups=groups, rayleigh=(0.0, 0.01))
+    sim = simulation(body, 1.0, 1.0, fixed={"left": "xy"}, rigid="head", force={"right": (0.0, -10.0)})
+    sim.run(steps=60, progress=False)
+    u = sim.meshes[0].displacement
+    head, r = u[groups["head"]], points[groups["head"]]
+    angle = (head[-1, 1] - head[0, 1]) / (r[-1, 0] - r[0, 0])
+    expected = head[0] + angle * np.stack([-(r[:, 1] - r[0, 1]), r[:, 0] - r[0, 0]], 1)
+    assert angle < -1e-5 and np.abs(head - expected).max() < 1e-14
+    assert sim.meshes[0].reaction("left")[1] == pytest.approx(10.0, rel=1e-6)
+
+
+def test_rigid_parts_in_space_keep_their_distances():
+    n = np.arange(3 * 3 * 5).reshape(3, 3, 5)
+    points = np.stack(np.meshgrid(np.arange(3.0), np.arange(3.0), np.arange(5.0), indexing="ij"), -1).reshape(-1, 3) / 4
+    low = n[:-1, :-1, :-1], n[1:, :-1, :-1], n[1:, 1:, :-1], n[:-1, 1:, :-1]
+    high = n[:-1, :-1, 1:], n[1:, :-1, 1:], n[1:, 1:, 1:], n[:-1, 1:, 1:]
+    cells = {"hexahedron": np.stack([*low, *high], -1).reshape(-1, 8)}
+    groups = {"foot": np.flatnonzero(points[:, 2] < 0.3)}
+    body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e5, poisson=0.3), density=1000.0, groups=groups)
+    spin = np.array([3.0, -5.0, 8.0])
+    scene = cn.Scene(dim=3)
+    scene.add(cn.deformable(body, ROCK, velocity=np.cross(spin, points - points.mean(axis=0)), rigid=["foot"]))
+    sim = cn.Simulation(scene, 2e-3, cn.NSCD(0.5, newton_tol=1e-10))
+
+    def apart():
+        x = (sim.meshes[0].displacement + points)[groups["foot"]]
+        return np.linalg.norm(x[:, None] - x[None], axis=2)
+
+    first = apart()
+    for _ in range(40):
+        sim.step()
+    assert np.abs(apart() - first).max() < 1e-12
+    assert abs(sim.info["energy"]["closure"]) < 1e-10 * sim.info["energy"]["in_play"]
+
+
+def test_what_cannot_be_rigid_is_told():
+    with pytest.raises(ValueError, match="leave a spin free"):
+        simulation(elastic(), rigid=[[3]])
+    with pytest.raises(ValueError, match="rigid part and held"):
+        simulation(elastic(), rigid="top", fixed={"right": "x"})
+    with pytest.raises(ValueError, match="two rigid parts"):
+        simulation(elastic(), rigid=["top", "right"])
+
+
+# ---------------------------------------------------------------------- tied meshes
+
+
+def halves(below=3, above=2, **more):
+    """A square cut along its middle, with other numbers of cells on the two sides."""
+    under = elastic((below, 2), (1.0, 0.5), **more)
+    over = elastic((above, 3), (1.0, 0.5), (0.0, 0.5), **more)
+    return cn.tied({"under": under, "over": over}, [("over.bottom", "under.top")])
+
+
+@pytest.mark.parametrize("cells", [(3, 2), (2, 3), (4, 7), (5, 5)])
+def test_a_uniform_stress_goes_through_a_tie_of_any_cells(cells):
+    body = halves(*cells, poisson=0.3)
+    load = np.zeros_like(body.points)
+    top = np.sort(body.groups["over.top"])
+    share = np.full(len(top), 1.0 / (len(top) - 1))
+    share[[0, -1]] /= 2
+    load[top, 1] = -1e3 * share
+    corner = body.groups["under.bottom"][:1]
+    body.groups["corner"] = corner
+    u = body.solve({"under.bottom": "y", "corner": "x"}, load.ravel())
+    stress = np.concatenate([s for s in body.stress(u).values()])
+    assert np.abs(stress - [0.0, -1e3, 0.0]).max() < 1e-8
+
+
+def test_tied_bodies_in_the_step_rest_as_at_rest():
+    """The same load in a scene, damped to rest: the displacement of `solve`; momentum through the tie, and the energy closes."""
+    body = halves(rayleigh=(0.0, 2e-3), poisson=0.3)
+    sim = simulation(body, 0.5, 1.0, fixed={"under.bottom": "xy"}, force={"over.top": (50.0, -100.0)})
+    sim.run(steps=60, progress=False)
+    rest = body.solve({"under.bottom": "xy"}, {"over.top": (50.0, -100.0)})
+    assert np.abs(sim.meshes[0].displacement - rest).max() < 1e-9 * np.abs(rest).max()
+    assert np.allclose(sim.meshes[0].reaction("under.bottom"), (-50.0, 100.0), rtol=1e-8)
+    energy = sim.info["energy"]
+    assert abs(energy["closure"]) < 1e-11 * energy["in_play"]
+
+
+def test_tied_bodies_in_flight_keep_their_momentum_and_meet_what_they_fall_on():
+    body = halves()
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, ROCK, velocity=(0.5, -1.0), contact="under.bottom"))
+    scene.add(cn.wall((0, -0.01), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(0.5, cn.Default(tol=1e-12)))
+    mesh = sim.meshes[0]
+    p = (body.M @ mesh.velocity.ravel()).reshape(-1, 2).sum(axis=0)
+    for _ in range(120):
+        sim.step()
+        impulse = mesh.contact_force.sum(axis=0) * sim.dt
+        now = (body.M @ mesh.velocity.ravel()).reshape(-1, 2).sum(axis=0)
+        assert np.abs(now - p - impulse).max() < 1e-10 * np.abs(p).max()
+        p = now
+    assert p[1] > 0
+    t, _ = body.free_motion()
+    assert np.abs(t @ mesh.displacement[np.setdiff1d(np.arange(len(body.points)), body.ties[0])].ravel()
+                  - mesh.displacement.ravel()).max() < 1e-13  # fmt: skip
+    assert abs(sim.info["energy"]["closure"]) < 1e-11 * sim.info["energy"]["in_play"]
+
+
+def test_faces_that_are_tied_in_space():
+    def block(n, z, parts):
+        x = np.linspace(0, 1, n + 1)
+        points = np.stack(np.meshgrid(x, x, np.linspace(z, z + 1, parts + 1), indexing="ij"), -1).reshape(-1, 3)
+        k = np.arange(len(points)).reshape(n + 1, n + 1, parts + 1)
+        low = k[:-1, :-1, :-1], k[1:, :-1, :-1], k[1:, 1:, :-1], k[:-1, 1:, :-1]
+        high = k[:-1, :-1, 1:], k[1:, :-1, 1:], k[1:, 1:, 1:], k[:-1, 1:, 1:]
+        cells = {"hexahedron": np.stack([*low, *high], -1).reshape(-1, 8)}
+        groups = {"top": k[:, :, -1].ravel(), "bottom": k[:, :, 0].ravel()}
+        return cn.ElasticBody(points, cells, young=1e6, poisson=0.0, density=1e3, groups=groups)
+
+    body = cn.tied({"a": block(2, 0.0, 1), "b": block(4, 1.0, 2)}, [("b.bottom", "a.top")])
+    u = body.solve({"a.bottom": "xyz"}, {"b.top": (0.0, 0.0, 0.0)}, None)
+    assert not u.any()
+    given = np.zeros_like(body.points)
+    given[body.groups["b.top"], 2] = -0.02
+    u = body.solve({"a.bottom": "xyz", "b.top": "xyz"}, None, given)
+    assert np.abs(u[:, 2] + 0.01 * body.points[:, 2]).max() < 1e-14
+
+
+def test_a_rubber_part_on_an_elastic_one_and_several_materials_of_one_kind(tmp_path):
+    """Cells of two materials, and a stiff body tied under a soft one: states by kinds of cells, and a restart."""
+    points, quads, groups = grid((4, 4), (1.0, 1.0), (0.0, 0.5))
+    which = (np.arange(16) >= 8).astype(int)
+    soft, steel = cn.NeoHookean(young=1e4, poisson=0.4), cn.FiniteJ2(young=1e5, poisson=0.3, yield_stress=1e2)
+    over = cn.SolidBody(points, quads, {"quad": ([soft, steel], which)}, density=1000.0, groups=groups)
+    both = cn.tied(
+        {"under": elastic((3, 2), (1.0, 0.5), young=1e5, plane="strain"), "over": over}, [("over.bottom", "under.top")]
+    )
+    sim = simulation(both, 5e-3, 1.0, gravity=(0.0, -9.81), fixed={"under.bottom": "xy"})
+    sim.run(steps=20, progress=False)
+    mesh = sim.meshes[0]
+    assert mesh.stress["quad"].shape == (22, 6)
+    plastic = mesh.material_state["quad"]["accumulated_plastic_strain"]
+    assert not plastic[:14].any() and plastic[14:].max() > 0
+    before = simulation(both, 5e-3, 1.0, gravity=(0.0, -9.81), fixed={"under.bottom": "xy"})
+    before.run(steps=10, progress=False)
+    again = simulation(both, 5e-3, 1.0, gravity=(0.0, -9.81), fixed={"under.bottom": "xy"})
+    before.checkpoint(tmp_path / "half")
+    again.restore(tmp_path / "half")
+    again.run(steps=10, progress=False)
+    assert np.array_equal(again.meshes[0].displacement, mesh.displacement)
+
+
+def test_scene_files_hold_ties_and_rigid_parts(tmp_path):
+    body = halves()
+    more = {"rigid": "over.top", "displace": {"under.bottom": {"y": cn.Table([0.0, 1.0], [0.0, 0.1])}}}
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, ROCK, fixed={"under.left": "x"}, **more))
+    path = str(tmp_path / "tied.scene")
+    scene.save(path)
+    found = []
+    for one in (scene, cn.Scene.load(path)):
+        sim = cn.Simulation(one, 1e-3)
+        sim.run(steps=5, progress=False)
+        found.append(sim.meshes[0].displacement)
+    assert np.array_equal(*found) and np.abs(found[0]).max() > 0
+
+
+def test_ties_that_do_not_meet_are_told():
+    under, over = elastic((3, 2), (1.0, 0.5)), elastic((2, 3), (1.2, 0.5), (0.0, 0.5))
+    with pytest.raises(ValueError, match=r"0\.666667 of the edge of nodes"):
+        cn.tied({"under": under, "over": over}, [("over.bottom", "under.top")])
+    with pytest.raises(ValueError, match="follows and is followed"):
+        cn.tied({"under": under, "over": elastic((2, 3), (1.0, 0.5), (0.0, 0.5))},
+                [("over.bottom", "under.top"), ("under.top", "over.bottom")])  # fmt: skip
