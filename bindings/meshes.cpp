@@ -92,6 +92,7 @@ void add_mesh(Simulation& s, const py::dict& d) {
   m.node_ids = vector_of<std::int64_t>(d, "node_ids");
   m.point_ids = vector_of<std::int64_t>(d, "point_ids");
   m.side_ids = vector_of<std::int64_t>(d, "side_ids");
+  m.self_contact = d.contains("self_contact") && py::cast<bool>(d["self_contact"]);
   m.contact_nodes = vector_of<std::int32_t>(d, "contact_nodes");
   m.point_nodes = vector_of<std::int32_t>(d, "point_nodes");
   m.point_weights = vector_of<double>(d, "point_weights");
@@ -185,6 +186,7 @@ void bind_meshes(py::module_& m) {
              const std::vector<std::int64_t> ids = cairn::nodes_of_contactors(s);
              return py::array_t<std::int64_t>({py::ssize_t(ids.size()) / 4, py::ssize_t(4)}, ids.data());
            })
+      .def("account_for_reshaping", &Simulation::account_for_reshaping)
       .def("follow_meshes", &Simulation::follow_meshes)
       .def("forget_meshes", [](Simulation& s) { s.meshes = cairn::MeshSet(); });
 }

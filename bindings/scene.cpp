@@ -181,6 +181,7 @@ void bind_scene(py::module_& m) {
            [](Scene& s, const Input<std::int64_t>& ids) {
              s.remove_bodies({ids.data(), std::size_t(ids.size())});
            })
+      .def("give_id", &Scene::give_id)
       .def("drive",
            [](Scene& s, const Input<std::int64_t>& ids, int mask, const Doubles& velocity) {
              s.drive({ids.data(), std::size_t(ids.size())}, std::uint8_t(mask), span_of(velocity));

@@ -3,7 +3,7 @@ module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
     record_size, max_batch, batch_workspace, mapping_nodes, mapping_dofs
-  use condensed_bodies, only: load_mapped, add_mapped, add_responses, delassus_mapped
+  use condensed_bodies, only: load_mapped, add_mapped, add_responses, delassus_mapped, delassus_shared
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
@@ -257,6 +257,10 @@ contains
         view%lever_b, view%condensed, w)
     else if (batch%moves_b /= 0) then
       call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
+    end if
+    if (view%mapped_a .and. view%mapped_b) then
+      call delassus_shared(view%n, view%contacts, view%c, view%dim, view%frame, view%body_a, view%body_b, view%node_a, &
+        view%node_b, view%lever_a, view%lever_b, view%condensed, w)
     end if
     if (view%mapped_a .or. view%mapped_b) then
       w(:, view%dim + 1:, :) = 0

@@ -6,7 +6,7 @@ module condensed_bodies
   use contact_batch, only: cairn_batch, cairn_condensed, mapping_nodes, mapping_dofs
   implicit none
   private
-  public :: load_mapped, add_mapped, add_responses, delassus_mapped, cairn_mapped_responses
+  public :: load_mapped, add_mapped, add_responses, delassus_mapped, delassus_shared, cairn_mapped_responses
 contains
 
   !> Velocity of the point of the body that each contact rests on: the mean of its nodes, by weight.
@@ -232,6 +232,43 @@ contains
         + matmul(transpose(axes(1:dim, 1:dim)), matmul(of_point(1:dim, 1:dim), axes(1:dim, 1:dim)))
     end do
   end subroutine delassus_mapped
+
+  !> w = w - H_a' S H_b - H_b' S H_a of contacts whose sides rest on one body.
+  subroutine delassus_shared(n, contacts, c, dim, frame, body_a, body_b, node_a, node_b, weight_a, weight_b, condensed, w)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: c            !< components of a contact
+    integer, value                    :: dim          !< 2 or 3
+    real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
+    integer(c_int32_t), intent(in)    :: body_a(n), body_b(n) !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node_a(n, mapping_nodes), node_b(n, mapping_nodes) !< places among its contact nodes
+    real(c_double), intent(in)        :: weight_a(n, mapping_nodes), weight_b(n, mapping_nodes) !< of the nodes [-]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), intent(inout)     :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), pointer, contiguous :: compliance(:, :)
+    real(c_double) :: axes(3, 3), across(3, 3), both
+    integer :: i, j, l, row, column
+    do i = 1, contacts
+      if (body_a(i) /= body_b(i)) cycle
+      call axes_of(n, dim, i, frame, axes)
+      across = 0
+      associate (of => condensed(body_a(i)))
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+        do j = 1, mapping_nodes
+          do l = 1, mapping_nodes
+            both = weight_a(i, j)*weight_b(i, l)
+            if (.not. abs(both) > 0) cycle
+            row = dim*node_a(i, j)
+            column = dim*node_b(i, l)
+            across(1:dim, 1:dim) = across(1:dim, 1:dim) + both*compliance(row + 1:row + dim, column + 1:column + dim)
+          end do
+        end do
+      end associate
+      across = across + transpose(across)
+      w(i, 1:dim, 1:dim) = w(i, 1:dim, 1:dim) &
+        - matmul(transpose(axes(1:dim, 1:dim)), matmul(across(1:dim, 1:dim), axes(1:dim, 1:dim)))
+    end do
+  end subroutine delassus_shared
 
   !> Columns n, t and, in 3D, s = n x t.
   pure subroutine axes_of(n, dim, i, frame, axes)

@@ -34,6 +34,7 @@ struct MeshModel {
   std::vector<std::int32_t> contact_nodes;                       // that are points of contact themselves
   std::vector<std::int32_t> point_nodes, side_nodes, face_nodes; // (4, n), -1 where fewer; faces: whose part a facet is
   std::vector<double> point_weights;                             // (4, points)
+  bool self_contact = false;                                     // its points meet its own sides
   std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
   MeshTies ties;                                  // dofs that follow others
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../base/call.hpp"
 #include "body.hpp"
@@ -57,6 +58,66 @@ void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& inser
   mapped_.centre.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
   mapped_.direction.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
   facet_vertices_.reserve(3 * vertices);
+  part_from_themselves(contactors);
+}
+
+// Points of bodies that touch themselves meet their own sides, but those next to them: that have a node in common, or
+// a node of a side that has.
+void MeshSet::part_from_themselves(const Contactors& contactors) {
+  std::int32_t next = mapped_.bodies;
+  std::vector<std::int32_t> carrier(meshes.size(), -1);
+  for (std::size_t m = 0; m < meshes.size(); ++m)
+    if (meshes[m].model.self_contact) carrier[m] = next++;
+  if (next == mapped_.bodies) return;
+  mapped_.place = of_contactor_;
+  mapped_.apart_depth.assign(seats_.size(), 0.0);
+  std::vector<std::vector<std::vector<std::int32_t>>> sides(meshes.size()); // contactors of the sides at each node
+  const auto node_of = [&](const Seat& s, int j) {
+    const MeshModel& m = meshes[std::size_t(s.mesh)].model;
+    if (s.role == Role::node) return j == 0 ? s.index : -1;
+    if (s.role == Role::facet) return m.face_nodes[4 * std::size_t(s.index) + std::size_t(j)];
+    return (s.role == Role::point ? m.point_nodes : m.side_nodes)[4 * std::size_t(s.index) + std::size_t(j)];
+  };
+  for (std::size_t i = 0; i < seats_.size(); ++i) {
+    const Seat& s = seats_[i];
+    if (carrier[std::size_t(s.mesh)] < 0 || s.role == Role::node || s.role == Role::point) continue;
+    const MeshModel& m = meshes[std::size_t(s.mesh)].model;
+    mapped_.apart.push_back(mapped_.contactor[i]);
+    mapped_.apart_carrier.push_back(carrier[std::size_t(s.mesh)]);
+    std::vector<std::vector<std::int32_t>>& at = sides[std::size_t(s.mesh)];
+    at.resize(std::size_t(m.nodes()));
+    double shortest = std::numeric_limits<double>::infinity();
+    for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j) {
+      at[std::size_t(node_of(s, j))].push_back(mapped_.contactor[i]);
+      const std::int32_t after = j + 1 < 4 && node_of(s, j + 1) >= 0 ? node_of(s, j + 1) : node_of(s, 0);
+      double square = 0;
+      for (int k = 0; k < m.dim; ++k) {
+        const double x =
+            m.reference[std::size_t(m.dim * after + k)] - m.reference[std::size_t(m.dim * node_of(s, j) + k)];
+        square += x * x;
+      }
+      shortest = std::min(shortest, std::sqrt(square));
+    }
+    constexpr double share = 0.05; // as thick as edges are
+    mapped_.apart_depth[i] = std::max(*contactors.radius[mapped_.contactor[i]], share * shortest);
+  }
+  mapped_.near_start.assign(1, 0);
+  for (const Seat& s : seats_) {
+    const auto first = std::ptrdiff_t(mapped_.near.size());
+    const std::vector<std::vector<std::int32_t>>& at = sides[std::size_t(s.mesh)];
+    if (!at.empty() && (s.role == Role::node || s.role == Role::point))
+      for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j)
+        for (const std::int32_t side : at[std::size_t(node_of(s, j))]) {
+          const Seat& beside = seat(side);
+          for (int k = 0; k < 4 && node_of(beside, k) >= 0; ++k) {
+            const std::vector<std::int32_t>& more = at[std::size_t(node_of(beside, k))];
+            mapped_.near.insert(mapped_.near.end(), more.begin(), more.end());
+          }
+        }
+    std::sort(mapped_.near.begin() + first, mapped_.near.end());
+    mapped_.near.erase(std::unique(mapped_.near.begin() + first, mapped_.near.end()), mapped_.near.end());
+    mapped_.near_start.push_back(std::int64_t(mapped_.near.size()));
+  }
 }
 
 // What part of a mesh a number is of, and the nodes of its middle.

@@ -72,6 +72,7 @@ private:
   };
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
+  void part_from_themselves(const Contactors& contactors);
 
   std::int64_t rigid_ = 0;
   MappedContactors mapped_;

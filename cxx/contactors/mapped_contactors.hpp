@@ -1,5 +1,6 @@
 // Contactors that no rigid body carries: they are mapped from nodes of deformable bodies, and stand where these are.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -13,6 +14,21 @@ struct MappedContactors {
   std::vector<double> centre;          // (dim, n) [m]
   std::vector<double> direction;       // (dim, n) of edges, unit, in space; zero of others
   std::int32_t bodies = 0;             // contactors.body goes down to -bodies
+  // Of bodies that touch themselves: their sides are carried by bodies of their own, as far as pairs are sought, with
+  // numbers from `bodies` on; how far behind a side a point of the same body is no longer in contact with it [m]. Sides
+  // that each contactor is next to, rising, by its place in `contactor`, which `place` tells of all contactors.
+  std::vector<std::int32_t> apart, apart_carrier, place, near;
+  std::vector<std::int64_t> near_start;
+  std::vector<double> apart_depth; // of each of `contactor`, 0 of those that are not apart
+  std::int32_t carriers() const { return bodies + (apart_carrier.empty() ? 0 : apart_carrier.back() + 1 - bodies); }
+  bool are_near(std::int32_t a, std::int32_t b) const {
+    const auto of = [&](std::int32_t point, std::int32_t side) {
+      const std::int32_t k = place[std::size_t(point)];
+      return k >= 0 && std::binary_search(near.begin() + near_start[std::size_t(k)],
+                                          near.begin() + near_start[std::size_t(k) + 1], side);
+    };
+    return of(a, b) || of(b, a);
+  }
 };
 
 // Number by which users know what carries a contactor: a rigid body, or a part of a deformable one.

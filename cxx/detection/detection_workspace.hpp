@@ -140,6 +140,10 @@ struct InteractionHandler::Workspace {
   double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
   void check() const;
   void check_cell() const;
+  bool same_mesh(std::int32_t a, std::int32_t b) const {
+    return contactors->body.values[a] < 0 && contactors->body.values[a] == contactors->body.values[b];
+  }
+  void drop_own_insides(Candidates& out);
   void name_carriers();
   void place_contactors();
   void place_mapped();

@@ -112,6 +112,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.add_declared();
   w.order_pairs(out);
   w.narrow(out);
+  w.drop_own_insides(out);
   w.drop_what_does_not_count(out);
 }
 
@@ -160,6 +161,8 @@ void InteractionHandler::Workspace::name_carriers() {
       placed_on_of[i] = std::max(body, 0);
     }
   });
+  for (std::size_t k = 0; k < mapped->apart.size(); ++k)
+    carrier_of[mapped->apart[k]] = std::int32_t(bodies->count) + mapped->apart_carrier[k];
   carrier = carrier_of.begin();
   placed_on = placed_on_of.begin();
 }
@@ -202,11 +205,12 @@ void InteractionHandler::Workspace::place_contactors() {
       if (at_reach >= 0) bad_reach = std::min(bad_reach, at_reach);
     }
   });
-  movable.make_room(*scratch, bodies->count + (mapped ? mapped->bodies : 0));
+  const std::int32_t carriers = mapped ? mapped->carriers() : 0;
+  movable.make_room(*scratch, bodies->count + carriers);
   in_slices(bodies->count, [&](std::int64_t first, std::int64_t last) {
     cairn_pair_movable(bodies->dofs(), first, last, bodies->inverse_mass.values.data(), movable.data());
   });
-  if (mapped) std::fill_n(movable.begin() + bodies->count, mapped->bodies, std::int8_t(1));
+  if (mapped) std::fill_n(movable.begin() + bodies->count, carriers, std::int8_t(1));
   if (mapped) place_mapped();
   if (contactors->hull.active) place_hulls();
   if (bad_centre < n) {
@@ -310,6 +314,17 @@ void InteractionHandler::Workspace::admit(PairList& list, std::int64_t added) co
                    rules && !rules->all_meet(), contactors->material.values.data(), filter.meet, filter.word,
                    filter.apart, filter.alone, filter.any, filter.places, filter.key, filter.rule, list.kind + at,
                    &kept);
+  if (mapped && !mapped->apart.empty()) { // sides next to a point of the same body are none that it may meet
+    std::int64_t to = at;
+    for (std::int64_t i = at; i < at + kept; ++i) {
+      if (same_mesh(list.a[i], list.b[i]) && mapped->are_near(list.a[i], list.b[i])) continue;
+      list.a[to] = list.a[i];
+      list.b[to] = list.b[i];
+      list.image[to] = list.image[i];
+      list.kind[to++] = list.kind[i];
+    }
+    kept = to - at;
+  }
   list.count += kept;
 }
 

@@ -157,6 +157,25 @@ std::int64_t InteractionHandler::Workspace::narrow_hulls(int kind, std::int64_t 
   return kept;
 }
 
+// Points of a body that touches itself which are behind one of its sides, through the body, are not in contact with it.
+void InteractionHandler::Workspace::drop_own_insides(Candidates& out) {
+  if (!mapped || mapped->apart.empty()) return;
+  for (std::int64_t i = 0; i < std::int64_t(out.gap.size()); ++i) {
+    const std::int32_t first = out.contactor_a[i], second = out.contactor_b[i];
+    if (!keep[i] || !same_mesh(first, second)) continue;
+    const double deep = std::max(mapped->apart_depth[std::size_t(mapped->place[std::size_t(first)])],
+                                 mapped->apart_depth[std::size_t(mapped->place[std::size_t(second)])]);
+    bool behind = out.gap[i] < -deep;
+    if (dim == 2) { // an edge is a bar with two sides, the body on its left
+      const double *along = &direction[std::int64_t(second) * 3], *normal = &out.normal[2 * i];
+      behind = behind || !(normal[0] * along[1] - normal[1] * along[0] > 0);
+    }
+    if (!behind) continue;
+    keep[i] = 0;
+    --out.count;
+  }
+}
+
 // Closes the ranks.
 void InteractionHandler::Workspace::drop_what_does_not_count(Candidates& out) {
   const std::int64_t slots = std::int64_t(out.gap.size());

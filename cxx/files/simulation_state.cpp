@@ -191,7 +191,8 @@ void take_meshes(Simulation& s, const StoredValue* from) {
 // What the integrator dissipates was called after the theta-method, when there was no other; files of before laws and
 // materials told what they spend have no such terms.
 double energy_term(const StoredValue& energy, const std::string& term) {
-  if ((term == "released" || term == "dissipated_material") && !energy.find(term)) return 0;
+  const bool later = term == "released" || term == "dissipated_material" || term == "dissipated_reshaping";
+  if (later && !energy.find(term)) return 0;
   return energy.real(term == "dissipated_integrator" && !energy.find(term) ? "dissipated_theta" : term);
 }
 

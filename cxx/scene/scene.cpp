@@ -245,6 +245,17 @@ const MeshParts* part_with(std::span<const MeshParts> parts, std::int64_t id) {
   return &*std::prev(after);
 }
 
+void Scene::give_id(std::int64_t id, std::int64_t wanted) {
+  const std::int32_t body = internal(id);
+  const bool taken = std::any_of(insertion_order_.begin(), insertion_order_.end(),
+                                 [&](std::int32_t b) { return *bodies.id[b] == wanted; });
+  if (taken || part(wanted) || part(id) || wanted < 0 || wanted >= next_body_id)
+    throw Error("body " + std::to_string(id) + " cannot be number " + std::to_string(wanted) +
+                ": give the id of a body that was removed");
+  *bodies.id[body] = wanted;
+  refresh_orders();
+}
+
 void Scene::remove_bodies(std::span<const std::int64_t> ids) {
   std::vector<std::int64_t> going(ids.begin(), ids.end());
   std::sort(going.begin(), going.end());

@@ -65,6 +65,8 @@ public:
   const std::vector<MeshParts>& parts() const { return parts_; } // by rising number
   const MeshParts* part(std::int64_t id) const { return part_with(parts_, id); }
   // Bodies and numbers of parts.
+  // A body takes the id of one that is gone. Throws Error for one that nobody had, or that somebody has.
+  void give_id(std::int64_t id, std::int64_t wanted);
   void remove_bodies(std::span<const std::int64_t> ids);
   // Vertices of facets that are mapped from nodes, one facet after the other, from their centres in space axes.
   // contactor: internal numbers.

@@ -1,5 +1,6 @@
 // Deformable bodies in the step: where they stand among the bodies of the scene, and their part of the balance.
 #include <algorithm>
+#include <cmath>
 
 #include "../base/call.hpp"
 #include "simulation.hpp"
@@ -39,8 +40,18 @@ void Simulation::remove_bodies(std::span<const std::int64_t> ids) {
   }
   scene.remove_bodies(ids);
   for (std::size_t k = gone.size(); k-- > 0;) meshes.meshes.erase(meshes.meshes.begin() + std::ptrdiff_t(gone[k]));
+  if (meshes.empty()) meshes = {}; // nothing is mapped from them
   meshes_placed_ = -1;
   forget_contacts();
+}
+
+void Simulation::account_for_reshaping(double kinetic, double stored) {
+  energy.kinetic += kinetic;
+  energy.stored += stored;
+  energy.dissipated_reshaping -= kinetic + stored;
+  energy.turned_over += std::abs(kinetic) + std::abs(stored);
+  energy.in_play = energy.largest_kinetic + energy.turned_over;
+  report.energy = energy;
 }
 
 void Simulation::place_meshes() {

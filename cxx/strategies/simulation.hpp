@@ -47,14 +47,15 @@ struct SmoothDemOptions {
 struct Networks;
 
 // Terms of d(T + U + stored) = W_driven + W_external - D_friction - D_normal - D_bulk - D_material - D_integrator
-// - released + closure [J], since the start.
+// - D_reshaping - released + closure [J], since the start.
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
   double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_integrator = 0;
-  double stored = 0;              // in the springs of contacts and in bodies that deform, now
-  double released = 0;            // by contact laws: damage, viscosity, wear
-  double dissipated_material = 0; // at the points of materials of deformable bodies
-  double work_projection = 0;     // potential energy that project_positions gave
+  double stored = 0;               // in the springs of contacts and in bodies that deform, now
+  double released = 0;             // by contact laws: damage, viscosity, wear
+  double dissipated_material = 0;  // at the points of materials of deformable bodies
+  double dissipated_reshaping = 0; // by bodies that were made rigid or deformable between steps
+  double work_projection = 0;      // potential energy that project_positions gave
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
   double in_play = 0; // their sum: the scale of closure
@@ -130,6 +131,9 @@ public:
   void forget_contacts();
   // All or nothing; a mesh goes with all of its bodies.
   void remove_bodies(std::span<const std::int64_t> ids);
+  // Between steps bodies took the place of others: what came to the kinetic energy and to what is stored [J]. What is
+  // lost of it is a term of the balance.
+  void account_for_reshaping(double kinetic, double stored);
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
   void place_meshes(); // among the bodies, when their order changed

@@ -102,7 +102,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
     time. displace: {group: {"x": u}} their displacement [m], a function of time: the step ends where it says. rigid: names of
     groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
-    {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict. pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their normals where
+    {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict.
+    pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their normals where
     these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement: (dim,) or
     (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of contact may
     name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small; the body does not

@@ -9,14 +9,13 @@ import numpy as np
 
 from .. import _core
 from ..build import missing_laws
-from ..build.extents import Placed
 from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
-from . import restored, views
+from . import first_overlaps, restored, views
 from .sets import found, later_to_dict, living
 from .stages import Place, Stages
-from .step_warnings import OverlapWarning, StepWarnings
+from .step_warnings import StepWarnings
 from .strategies import NSCD, checked_strategy
 
 
@@ -54,7 +53,7 @@ class Simulation(Spelt):
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
-        self._warnings, self._shadows = StepWarnings(), []
+        self._warnings, self._shadows, self._watches = StepWarnings(), [], []
         self.check_state = self._core.check_state  # what no simulation can have written is a ValueError
         self.contactors, self._stage = views.ContactorView(self._core), Place()
         self._start_functions()
@@ -64,7 +63,7 @@ class Simulation(Spelt):
         self._warn_of_unmet()
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap != "ignore" and len(self.bodies):
-            self._check_overlap(overlap, checks.number("overlap_share", overlap_share))
+            first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share))
         self._made = True
 
     def _elsewhere(self, name):
@@ -230,6 +229,7 @@ class Simulation(Spelt):
         self._warnings.look(self, report, h)
         if self._networks:
             self._networks.look(report)
+        _ = [watch.look(self) for watch in self._watches]
         return report
 
     def between_steps(self, what):
@@ -383,6 +383,36 @@ class Simulation(Spelt):
         if self._meshes:
             self._meshes.removed(ids)
         self._start_functions()
+
+    def deform(self, id, body, *, material=None, **options):
+        """Makes a rigid body deformable between steps: `body`, an ElasticBody or SolidBody of its shape as it stood when it came
+        in, takes its place, mass, momentum and angular momentum, its mesh is returned. material: of its contacts, that of the rigid
+        body; options: as of cairn.deformable; contact and edges or faces are the whole surface. What contacts remember passes to
+        those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"].
+        """
+        from .reshape import deform
+
+        self.between_steps("deform")
+        return deform(self, id, body, material=material, **options)
+
+    def rigidify(self, mesh, shape=None):
+        """Makes a mesh (of `meshes`, or its number there) rigid between steps, with its momentum and angular momentum; returns
+        the id, which is that of the rigid body that it was. shape: a set of one body that stands where the mesh is, for one that was
+        none, or that keeps another shape. What it stored, and the energy of its deformation, is "dissipated_reshaping".
+        """
+        from .reshape import rigidify
+
+        self.between_steps("rigidify")
+        return rigidify(self, mesh, shape)
+
+    def reshape_when(self, ids, body, *, force=None, stress=None, back=None, **options):
+        """From now on rigid bodies are made deformable (`deform`) after a step in which one of their contacts bore more than the
+        `force` [N], or a principal value of their mean stress was above `stress` [Pa]; and rigid again once none bears `back` [N].
+        body: of all, or {id: body}.
+        """
+        from .reshape import Watch
+
+        self._watches.append(Watch(self._ids(ids), body, force, stress, back, options))
 
     def drive(self, ids, dofs, velocity):
         """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
@@ -551,45 +581,6 @@ class Simulation(Spelt):
         return np.ascontiguousarray(
             _spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive]
         )
-
-    # ------------------------------------------------------------------ overlaps at the start
-
-    def _first_gaps(self):
-        core = self._core
-        if not self.strategy.stages:
-            return core.contact("gap"), core.contact("bodies")
-        core.begin_step(self._dt)
-        try:
-            core.compute_free_velocity()
-            core.detect_contacts()
-            return core.contact("gap"), core.contact("bodies")
-        finally:
-            core.undo_step()
-
-    def _check_overlap(self, action, share):
-        """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
-        core = self._core
-        gap, pairs = self._first_gaps()
-        deep = np.flatnonzero(gap < 0)
-        if not len(deep):
-            return
-        rows = np.searchsorted(core.scene.body("id"), pairs[deep])
-        radius = np.maximum(self.radii(), Placed(core.scene).sizes(np.unique(rows)))
-        size = np.min(np.where(radius > 0, radius, np.inf)[rows], axis=1)
-        relative = -gap[deep] / size
-        bad = np.flatnonzero(relative > share)
-        if not len(bad):
-            return
-        worst = bad[np.argsort(-relative[bad])][:3]
-        pair = "bodies {} and {} by {:.3g} of a radius"
-        listed = "; ".join(pair.format(*pairs[deep[k]], relative[k]) for k in worst)
-        text = (
-            f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
-            "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"
-        )
-        if action == "error":
-            raise ValueError(text)
-        warnings.warn(text, OverlapWarning, stacklevel=4)
 
 
 def _three(values):

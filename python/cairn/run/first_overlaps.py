@@ -1,0 +1,47 @@
+"""Overlaps that a scene begins with: told before the first step."""
+
+import warnings
+
+import numpy as np
+
+from ..build.extents import Placed
+from .step_warnings import OverlapWarning
+
+
+def _first_gaps(simulation):
+    core = simulation._core
+    if not simulation.strategy.stages:
+        return core.contact("gap"), core.contact("bodies")
+    core.begin_step(simulation._dt)
+    try:
+        core.compute_free_velocity()
+        core.detect_contacts()
+        return core.contact("gap"), core.contact("bodies")
+    finally:
+        core.undo_step()
+
+
+def check(simulation, action, share):
+    """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
+    core = simulation._core
+    gap, pairs = _first_gaps(simulation)
+    deep = np.flatnonzero(gap < 0)
+    if not len(deep):
+        return
+    rows = np.searchsorted(core.scene.body("id"), pairs[deep])
+    radius = np.maximum(simulation.radii(), Placed(core.scene).sizes(np.unique(rows)))
+    size = np.min(np.where(radius > 0, radius, np.inf)[rows], axis=1)
+    relative = -gap[deep] / size
+    bad = np.flatnonzero(relative > share)
+    if not len(bad):
+        return
+    worst = bad[np.argsort(-relative[bad])][:3]
+    pair = "bodies {} and {} by {:.3g} of a radius"
+    listed = "; ".join(pair.format(*pairs[deep[k]], relative[k]) for k in worst)
+    text = (
+        f"{len(bad)} pairs overlap by more than {share:g} of the smaller radius, the worst are {listed}: move them apart, "
+        "or shrink the radii, or set overlap='ignore' (overlap is not pushed back, project_positions removes it)"
+    )
+    if action == "error":
+        raise ValueError(text)
+    warnings.warn(text, OverlapWarning, stacklevel=4)

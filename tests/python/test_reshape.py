@@ -1,0 +1,206 @@
+"""Rigid bodies made deformable in a run, and back: what passes over, and what is told."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=1000.0)
+SQUARE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+
+
+def grid(n=4, corner=(-0.5, -0.5)):
+    x = np.linspace(0.0, 1.0, n + 1)
+    points = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2) + corner
+    k = np.arange(len(points)).reshape(n + 1, n + 1)
+    return points, {"quad": np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)}
+
+
+def mesh(material=None, corner=(-0.5, -0.5), **more):
+    points, cells = grid(corner=corner)
+    if material is None:
+        return cn.ElasticBody(points, cells, young=1e7, poisson=0.3, density=900.0, **more)
+    return cn.SolidBody(points, cells, material, density=900.0, **more)
+
+
+def rubber():
+    return cn.NeoHookean(young=1e7, poisson=0.3)
+
+
+def flying(turn=0.7, velocity=(1.0, -2.0, 3.0)):
+    scene = cn.Scene(dim=2)
+    scene.add(cn.polygons([SQUARE], ROCK, position=[[2.0, 1.0]], rotation=[turn], velocity=velocity))
+    return cn.Simulation(scene, 1e-3)
+
+
+def momentum(sim):
+    """Of rigid bodies and meshes: along x, y, and about the origin."""
+    out, b, rows = np.zeros(3), sim.bodies, np.ones(len(sim.bodies), bool)
+    for m in sim.meshes:
+        rows &= ~np.isin(b.id, m.ids)
+        x, p = m.displacement + m.body.points, (m.body.M @ m.velocity.ravel()).reshape(-1, 2)
+        out += [*p.sum(axis=0), np.sum(x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0])]
+    for x, v, m, j in zip(b.position[rows], b.velocity[rows], b.mass[rows], np.ravel(b.inertia)[rows]):
+        if np.isfinite(m):
+            out += [m * v[0], m * v[1], m * (x[0] * v[1] - x[1] * v[0]) + j * v[2]]
+    return out
+
+
+@pytest.mark.parametrize("kind", ["linear", "rubber"])
+def test_momentum_and_angular_momentum_pass_over_and_back(kind):
+    sim = flying()
+    for _ in range(20):
+        sim.step()
+    before, energy = momentum(sim), sim.info["energy"]["kinetic"]
+    shown = sim.deform(0, mesh(None if kind == "linear" else rubber()))
+    assert np.abs(momentum(sim) - before).max() < 1e-12 * np.abs(before).max()
+    assert sim.info["energy"]["dissipated_reshaping"] == pytest.approx(energy - sim.info["energy"]["kinetic"], abs=1e-9)
+    assert np.abs(np.hypot(*(shown.displacement + shown.body.points - [2.02, 0.96]).T)).max() == pytest.approx(np.sqrt(0.5))
+    assert not np.isin(0, sim.bodies.id)
+    for _ in range(10):
+        sim.step()
+    later = momentum(sim)
+    assert np.abs(later[:2] - before[:2]).max() < 1e-11 * np.abs(before).max()
+    assert sim.rigidify(sim.meshes[0]) == 0 and not sim.meshes and sim.bodies.id.tolist() == [0]
+    assert np.abs(momentum(sim) - later).max() < 1e-12 * np.abs(before).max()
+    assert sim.bodies.mass[0] == pytest.approx(1000.0, rel=1e-13) and np.ravel(sim.bodies.inertia)[0] == pytest.approx(
+        1e3 / 6, rel=1e-12
+    )
+    sim.step()
+    told = sim.info["energy"]
+    assert abs(told["closure"]) < 1e-12 * told["in_play"]
+    kept = told["kinetic"] + told["dissipated_reshaping"] + told["dissipated_integrator"]
+    assert kept == pytest.approx(energy, rel=1e-12)
+
+
+def test_at_once_there_and_back_a_body_is_as_it_was():
+    sim = flying()
+    sim.step()
+    x, v, a = sim.bodies.position.copy(), sim.bodies.velocity.copy(), sim.bodies.rotation.copy()
+    sim.deform(0, mesh(rubber()))
+    sim.rigidify(0)
+    assert np.abs(sim.bodies.position - x).max() < 1e-13 and np.abs(sim.bodies.velocity - v).max() < 1e-12
+    assert np.abs(sim.bodies.rotation - a).max() < 1e-13
+    assert abs(sim.info["energy"]["dissipated_reshaping"]) < 1e-9
+
+
+def test_in_space_momentum_and_pose_pass_over():
+    n = np.arange(27).reshape(3, 3, 3)
+    points = np.stack(np.meshgrid(*(np.linspace(0, s, 3) for s in (1.0, 2.0, 0.5)), indexing="ij"), -1).reshape(-1, 3)
+    low = n[:-1, :-1, :-1], n[1:, :-1, :-1], n[1:, 1:, :-1], n[:-1, 1:, :-1]
+    high = n[:-1, :-1, 1:], n[1:, :-1, 1:], n[1:, 1:, 1:], n[:-1, 1:, 1:]
+    cells = {"hexahedron": np.stack([*low, *high], -1).reshape(-1, 8)}
+    body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e7, poisson=0.3), density=7.0)
+    scene = cn.Scene(dim=3)
+    scene.add(cn.boxes([[0.5, 1.0, 0.25]], (1.0, 2.0, 0.5), ROCK, velocity=(1.0, 2.0, 3.0, 0.4, -1.2, 2.0)))
+    sim = cn.Simulation(scene, 1e-2)
+    for _ in range(30):
+        sim.step()
+    j, r0 = sim.raw.angular_momentum[0].copy(), sim.bodies.rotation.copy()
+    x, v = sim.bodies.position[0].copy(), sim.bodies.velocity[0].copy()
+    shown = sim.deform(0, body)
+    place = shown.displacement + shown.body.points
+    p = (shown.body.M @ shown.velocity.ravel()).reshape(-1, 3)
+    assert np.abs(p.sum(axis=0) - 1000.0 * v[:3]).max() < 1e-9
+    assert np.abs(np.cross(place - x, p).sum(axis=0) - j).max() < 1e-11 * np.abs(j).max()
+    assert sim.rigidify(shown) == 0
+    assert np.abs(sim.bodies.velocity[0] - v).max() < 1e-12
+    assert min(np.abs(sim.bodies.rotation - r0).max(), np.abs(sim.bodies.rotation + r0).max()) < 1e-12
+
+
+def resting(**more):
+    """A square on the ground, a disk on it."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK))
+    scene.add(cn.polygons([SQUARE + (0.0, 0.5)], ROCK))
+    scene.add(cn.disks([[0.1, 1.2]], 0.2, ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    return cn.Simulation(scene, 1e-3, cn.NSCD(0.5, cn.Default(tol=1e-12)), **more)
+
+
+def remembered(sim):
+    """Sum of the impulses along y, and of their moments about z, that act on the block."""
+    memory = sim.get_state()["memory"]
+    return memory["impulses"].reshape(-1, 2)[:, 0].sum(), len(memory["keys"])
+
+
+def test_impulses_of_contacts_pass_over():
+    sim = resting()
+    for _ in range(20):
+        sim.step()
+    before, _ = remembered(sim)
+    shown = sim.deform(1, mesh(corner=(-0.5, 0.0)))
+    after, contacts = remembered(sim)
+    assert after == pytest.approx(before, rel=1e-12) and contacts >= 3
+    report = sim.step()
+    assert report["status"] == "converged" and report["contacts"] >= 3
+    for _ in range(50):
+        sim.step()
+    before, _ = remembered(sim)
+    assert sim.rigidify(shown) == 1
+    after, contacts = remembered(sim)
+    assert after == pytest.approx(before, rel=1e-12) and contacts == 3
+    for _ in range(20):
+        report = sim.step()
+    assert report["status"] == "converged"
+    assert abs(sim.info["energy"]["closure"]) < 1e-11 * sim.info["energy"]["in_play"]
+    assert np.abs(sim.bodies.velocity).max() < 1e-2
+
+
+def test_a_criterion_makes_bodies_deformable_where_they_are_struck():
+    """Of two squares that fall, the one that a threshold of force watches deforms as it strikes the ground, and is rigid again as
+    it flies; the other stays as it is."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK))
+    scene.add(cn.polygons([SQUARE + (0.0, 0.52), SQUARE + (3.0, 0.52)], ROCK, velocity=(0.0, -2.0, 0.0)))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 5e-4, cn.NSCD(0.5, cn.Default(tol=1e-10)))
+    sim.reshape_when([1], mesh(corner=(-0.5, 0.02)), force=1e5, back=1e2)
+    kinds = []
+    for _ in range(120):
+        sim.step()
+        kinds.append(len(sim.meshes))
+        assert 2 in sim.bodies.id
+    assert kinds[0] == 0 and max(kinds) == 1 and kinds[-1] == 0
+    assert 1 in sim.bodies.id and sim.info["energy"]["dissipated_reshaping"] > 0
+    assert abs(sim.info["energy"]["closure"]) < 1e-11 * sim.info["energy"]["in_play"]
+
+
+def test_stress_as_a_criterion():
+    """A square under a load of 10 kN on its top: mean stress 10 kPa."""
+    for threshold, deforms in ((0.8e4, True), (3e4, False)):
+        scene = cn.Scene(dim=2)
+        scene.add(cn.wall((0, 0), (0, 1), ROCK))
+        scene.add(cn.polygons([SQUARE + (0.0, 0.5)], ROCK))
+        scene.add(cn.polygons([SQUARE + (0.0, 1.5)], ROCK, force=(0.0, -1e4, 0.0)))
+        scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(0.5, cn.Default(tol=1e-10)))
+        sim.reshape_when([1], {1: mesh(corner=(-0.5, 0.0))}, stress=threshold)
+        sim.run(steps=5, progress=False)
+        assert bool(sim.meshes) == deforms
+
+
+def test_a_mesh_that_was_no_rigid_body_takes_the_shape_that_is_given():
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(mesh(), ROCK, contact=[0], velocity=(1.0, 0.0)))
+    sim = cn.Simulation(scene, 1e-3)
+    sim.step()
+    with pytest.raises(ValueError, match="give shape"):
+        sim.rigidify(0)
+    new = sim.rigidify(0, cn.polygons([SQUARE], ROCK))
+    assert sim.bodies.id.tolist() == [new]
+    assert sim.bodies.velocity[0, 0] == pytest.approx(1.0, rel=1e-12) and sim.bodies.mass[0] == pytest.approx(900.0)
+
+
+def test_what_cannot_be_reshaped_is_told():
+    sim = resting()
+    with pytest.raises(ValueError, match="no rigid body 7"):
+        sim.deform(7, mesh())
+    with pytest.raises(ValueError, match="held or driven"):
+        sim.deform(0, mesh())
+    with pytest.raises(ValueError, match="no threshold"):
+        sim.reshape_when([1], mesh())
+    held = cn.ElasticBody(*grid(), young=1.0, poisson=0.0, density=1.0, groups={"a": [0]})
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(held, ROCK, fixed={"a": "x"}))
+    with pytest.raises(ValueError, match="held dofs"):
+        cn.Simulation(scene, 1e-3).rigidify(0)
