@@ -19,6 +19,7 @@ set(CAIRN_CXX_SOURCES
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp
   contactors/hulls.cpp
+  contacts/anchors.cpp
   contacts/bonds.cpp
   contacts/contact_area.cpp
   contacts/contact_flight.cpp

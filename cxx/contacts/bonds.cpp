@@ -46,6 +46,7 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
     widen(m.impulses, m.impulse_components, info.components(s.dim()), m.keys.size(), 0);
     widen(m.states, m.state_components, info.state_kept(s.dim()), m.keys.size(), none);
   }
+  const std::size_t first = m.keys.size();
   for (std::int64_t i = 0; i < candidates.count; ++i) {
     s.entry[i] =
         laws.find(*contactors.material[candidates.contactor_a[i]], *contactors.material[candidates.contactor_b[i]]);
@@ -53,6 +54,7 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
       continue;
     s.begin_kept(i, h, theta);
   }
+  s.space_anchors(first);
 }
 
 // One contact, as eight that are the same.
@@ -87,7 +89,17 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
   fill(state, 1);
   const cairn_law_context context{with_h, with_theta, geometry, has_fields() ? fields : nullptr};
   law.prepare(n, c, &context, gap, u, params, state, bias, compliance, mu);
+  if (law.spans && !(state[0] > 0)) {
+    const auto name = [&](std::int32_t contactor) {
+      return body(contactor) < 0 ? std::string("a mesh") : "body " + std::to_string(*bodies->id[body(contactor)]);
+    };
+    throw std::invalid_argument("law " + law.python_name + " joins " + name(candidates->contactor_a[i]) + " and " +
+                                name(candidates->contactor_b[i]) + " at a gap of " + std::to_string(gap[0]) +
+                                " m, and has no length to strain: leave a gap between them, or give Bonded or a law "
+                                "of a cohesive zone to what touches");
+  }
   memory.keys.push_back(key(i));
+  if (law.anchored) anchor(i, law.spans);
   memory.impulses.insert(memory.impulses.end(), std::size_t(memory.impulse_components), 0.0);
   const std::size_t end = memory.states.size() + std::size_t(memory.state_components);
   column = 0;
@@ -116,6 +128,16 @@ void read_gaps_of_bonds(const Simulation& s, ContactMemory& m) {
     state[0] = gap < none ? 2 : 0;
     state[1] = gap < none ? gap : 0;
   }
+}
+
+void Nscd::measure_anchored(Simulation& s) {
+  const ContactMemory& m = s.interactions.memory();
+  fit(anchored_, 2 * m.anchors.size());
+  for (std::size_t k = 0; k < m.anchors.size(); ++k) {
+    anchored_[2 * k] = s.contactor(m.keys[k].contactor_a);
+    anchored_[2 * k + 1] = s.contactor(m.keys[k].contactor_b);
+  }
+  s.interactions.measure_anchored(s.scene.bodies, s.scene.contactors, s.laws, s.scene.cell, anchored_, s.candidates);
 }
 
 void Nscd::make_bonds(Simulation& s) {

@@ -114,6 +114,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
   const auto shape_a = Shape(*contactors->shape[ca]), shape_b = Shape(*contactors->shape[cb]);
   Curved how = curved(shape_a, shape_b);
+  if (is_anchored(i)) return flight_of_anchored(b, lane, out);
   std::fill_n(out, 3, 0.0);
   if (how == Curved::unknown || replaced(shape_a, shape_b)) return;
   // Bodies that lie on each other in several points, of one face or of several triangles of a surface, neither roll nor
@@ -217,6 +218,29 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   if (b.side_a == radial2 || b.side_a == radial3)
     return; // batches of two such that move hold a bias along the normal alone
   for (int k = 1; k < d; ++k) out[k] = h / 2 * dot(rate, axes[k]);
+}
+
+// Of two points that their bodies carry; what spans them turns as they pass each other.
+void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  const int d = dim();
+  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
+  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
+  double axes[3][3] = {};
+  axes_of(b, d, lane, axes);
+  Vector lever_a{}, lever_b{}, va, vb, aa, ab, v{};
+  const double gap = candidates->gap[i];
+  for (int k = 0; k < d; ++k) lever_a[k] = b.lever_a[k * b.count + lane] + gap / 2 * axes[0][k];
+  for (int k = 0; k < d; ++k) lever_b[k] = b.lever_b[k * b.count + lane] - gap / 2 * axes[0][k];
+  A.carry(lever_a, va, aa);
+  B.carry(lever_b, vb, ab);
+  if (sheared) image_velocity(*cell, candidates->image[i], v);
+  for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k] - v[k];
+  for (int k = 0; k < 3; ++k) out[k] = 0;
+  for (int c = 0; c < d; ++c)
+    for (int k = 0; k < 3; ++k) out[c] += h / 2 * (aa[k] - ab[k]) * axes[c][k];
+  const LawInfo& law = law_infos()[b.law];
+  if (law.spans) out[0] += flight_of_round(v, axes[0], 3, gap, h);
 }
 
 // Of all contacts of a batch that is not packed, component by component; false if there is none.

@@ -420,6 +420,7 @@ void Interactions::restore(ContactMemory m) {
     wrong("impulses", m.impulses.size(), m.keys.size() * m.impulse_components);
   if (m.states.size() != m.keys.size() * m.state_components)
     wrong("states", m.states.size(), m.keys.size() * m.state_components);
+  if (!m.anchors.empty() && m.anchors.size() != m.keys.size()) wrong("anchors", m.anchors.size(), m.keys.size());
   s_->memory = std::move(m);
 }
 
@@ -429,9 +430,11 @@ std::int64_t Interactions::bytes() const {
   const ContactSystem& c = s.system;
   return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) + of(c.candidate) + of(c.sums) +
          of(c.change) + of(c.before) + of(c.r_before) + of(c.along) + of(c.chosen) + of(c.kept_r) + of(c.kept_u) +
-         of(c.best) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.work_sums) +
-         of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) + of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) +
-         of(s.key_of_order) + of(s.order_count) + of(s.sorted) + s.scratch.bytes();
+         of(c.best) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.memory.anchors) +
+         of(s.held) + of(s.anchor_of) + of(s.anchored_places) + of(s.measured.point) + of(s.measured.normal) +
+         of(s.measured.gap) + of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) +
+         of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) + of(s.key_of_order) + of(s.order_count) + of(s.sorted) +
+         s.scratch.bytes();
 }
 
 std::int64_t Interactions::body_bytes() const {

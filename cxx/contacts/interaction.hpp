@@ -49,6 +49,9 @@ struct LawInfo {
   // A pair stays a contact while its first state variable is above 0, which is 1 where bodies came in together and
   // touched; holds: it is then held fast, and under Coulomb's cone, with the first parameter, where it is 0.
   bool keeps = false, holds = false;
+  // Where bodies with sides are kept, it is at points that they carry: along the normal there, or along the line
+  // between.
+  bool anchored = false, spans = false;
   int reach = -1;  // the parameter "reach": a gap up to which the law acts; -1: none
   int within = -1; // the parameter "within": a gap up to which bodies that come in together touch; -1: none
   cairn_law_prepare* prepare = nullptr;
@@ -185,6 +188,14 @@ struct ContactPose {
   double params[2] = {0, 0};
 };
 
+// Where a bond of bodies with sides holds on to them: points that they carry, from their centres of mass.
+struct Anchor {
+  double a[3] = {}, shape_a[3] = {}; // of A in its axes, now and as its shape came in [m]
+  double b[3] = {}, shape_b[3] = {}; // of B in its axes
+  double normal[3] = {};             // in the axes of B
+  double reach = -1; // what detection finds nearer than this is the anchored contact itself [m]; below 0: no anchor
+};
+
 // What a restart needs to go on to the same bits.
 struct ContactMemory {
   double h = 0;                     // step that the impulses belong to [s]; 0 before the first
@@ -194,8 +205,9 @@ struct ContactMemory {
   std::vector<ContactKey> keys; // contacts with an impulse or a state
   std::vector<double>
       impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
-  std::vector<double> states; // (state_components, keys), vectors in space axes
-  std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
+  std::vector<double> states;  // (state_components, keys), vectors in space axes, of anchored ones in those of B
+  std::vector<Anchor> anchors; // (keys), empty where no contact is anchored
+  std::vector<double> forces;  // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
 
 // The assembled contacts as plain arrays, in the order of the candidates, for whoever wants to solve them elsewhere.
@@ -227,6 +239,10 @@ public:
   void bond(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h, double theta,
             MeshSet* meshes);
   void see_contactors(std::int64_t below); // those with a smaller id no longer come in
+  // Contacts whose memory has an anchor are measured there, in place of what detection found near it. `numbers`: of
+  // contactors A and B of each key of the memory, -1 if they are gone.
+  void measure_anchored(const Bodies&, const Contactors&, const LawTable&, const Cell&,
+                        std::span<const std::int32_t> numbers, Candidates&);
   // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
   void act_on_surfaces(bool surfaces);
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
@@ -274,6 +290,7 @@ public:
   std::int64_t body_bytes() const;     // held for bodies: velocity records
   Scratch& scratch();                  // where contacts stand, to be used until assemble: they are gone
   ContactSystem& system();             // as solvers see it: batches, schedule, velocity records
+  std::span<Anchor> anchors();         // of the memory, in the order of its keys; empty: none
 
 private:
   struct State;

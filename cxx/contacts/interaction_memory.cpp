@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "../base/key_search.hpp"
+#include "body_axes.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -15,6 +16,7 @@ void Interactions::State::find_places(int threads) {
   };
   find_keys(memory.keys, n, key_of, threads, scratch, place);
   if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) follow_across_facets();
+  if (!anchor_of.empty()) hand_on_broken();
 }
 
 // A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about
@@ -80,6 +82,7 @@ void Interactions::State::remember() {
   }
   for (std::int64_t c = 0; c < contactors->count; ++c)
     m.contactors_seen = std::max(m.contactors_seen, *contactors->id[c] + 1);
+  keep_anchors();
 }
 
 template <int d>
@@ -113,7 +116,7 @@ std::int64_t Interactions::State::remember_packed(const cairn_batch& b, std::int
   return to;
 }
 
-// States of a contact, vectors in space axes; huge where it has none.
+// States of a contact, vectors in space axes, of an anchored one in those of B; huge where it has none.
 void Interactions::State::keep_states(const cairn_batch& b, int lane, double* to) const {
   const LawInfo& law = law_infos()[b.law];
   const double *from = law.state.empty() ? nullptr : b.state + lane, *end = to + state_components;
@@ -125,7 +128,10 @@ void Interactions::State::keep_states(const cairn_batch& b, int lane, double* to
     }
     double axes[3][3];
     axes_of(b, 3, lane, axes);
-    for (int k = 0; k < 3; ++k) *to++ = axes[1][k] * from[0] + axes[2][k] * from[b.count];
+    double x[3];
+    for (int k = 0; k < 3; ++k) x[k] = axes[1][k] * from[0] + axes[2][k] * from[b.count];
+    if (is_anchored(system.candidate[b.first + lane])) to_body_axes(*bodies, 3, b.body_b[lane], x, x);
+    to = std::copy_n(x, 3, to);
     from += 2 * b.count;
   }
   while (to < end) *to++ = std::numeric_limits<double>::max();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "../base/scratch.hpp"
 #include "../bodies/mesh_set.hpp"
@@ -91,6 +92,17 @@ struct Interactions::State {
   ContactMemory memory;
   std::vector<ContactKey> kept_keys;
   std::int32_t* place = nullptr; // per batched contact: where it stands in the memory, -1 if it was not there
+  // Per candidate: its place among the anchors held in this step; -1 none; -2 - k: it goes on with what the memory's
+  // key k left when it broke. Empty where no contact is anchored.
+  std::vector<std::int32_t> anchor_of;
+  std::vector<Anchor> held;
+  struct AnchoredPlace {
+    std::int32_t a, b, image, feature, key;
+    bool sound, spans;
+  };
+  std::vector<AnchoredPlace> anchored_places;
+  std::vector<std::uint8_t> anchored_seen;
+  Candidates measured;
   ContactEnergy energy;
   // of the step being assembled, the caller's
   const Bodies* bodies = nullptr;
@@ -145,6 +157,7 @@ struct Interactions::State {
   std::vector<std::int32_t> order_count, sorted;
 
   int dim() const { return system.dim; }
+  bool is_anchored(std::int64_t i) const { return !anchor_of.empty() && anchor_of[std::size_t(i)] >= 0; }
   std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; } // below 0: mapped
   // What may not be moved by two contacts at once: bodies, then meshes.
   std::int32_t unit_of(std::int32_t contactor) const {
@@ -209,6 +222,12 @@ struct Interactions::State {
   void find_mesh_areas();
   void begin_kept(std::int64_t i, double with_h, double with_theta); // a contact of bodies that came in, in bonds.cpp
   bool came_in_touching(std::int64_t i) const;                       // its bodies came in together, and touch
+  void anchor(std::int64_t i, bool spans);                           // the last key of the memory, in anchors.cpp
+  void space_anchors(std::size_t first);                             // reaches of those from a key on
+  void keep_anchors();
+  void hand_on_broken();
+  void measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,
+                    const Candidates& found);
   void add_given(const Bodies& bodies);
   void measure_speeds(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
@@ -252,6 +271,7 @@ private:
   template <int d>
   void inherit_packed(cairn_batch& b) const;
   void flight_of(const cairn_batch& b, int lane, double out[3]) const;
+  void flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const;
   bool fill_flight(const cairn_batch& b, double* flight) const;
   bool flies_as_round() const;
   static bool acts_along_tangents(const cairn_batch& b, const double* compliance);

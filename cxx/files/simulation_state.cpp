@@ -80,6 +80,8 @@ void add_vector(StoredValue& out, const char* name, const Vector& values) {
   out.add_array(name, values.data(), {std::int64_t(values.size())});
 }
 
+constexpr std::int64_t numbers_of_anchor = sizeof(Anchor) / sizeof(double);
+
 StoredValue memory_of(const ContactMemory& m) {
   std::vector<std::int64_t> keys;
   for (const ContactKey& k : m.keys) keys.insert(keys.end(), {k.contactor_a, k.contactor_b, k.feature, k.image});
@@ -93,6 +95,10 @@ StoredValue memory_of(const ContactMemory& m) {
   add_vector(out, "states", m.states);
   out.add_whole("first_state_holds", 1);
   if (!m.forces.empty()) add_vector(out, "forces", m.forces);
+  if (!m.anchors.empty()) {
+    const auto* first = reinterpret_cast<const double*>(m.anchors.data());
+    out.add_array("anchors", first, {std::int64_t(m.anchors.size()), numbers_of_anchor});
+  }
   return out;
 }
 
@@ -109,6 +115,11 @@ ContactMemory memory_from(const StoredValue& tree) {
   m.states = numbers_of<double>(tree.at("states").array, "states");
   m.gaps_of_bonds = !tree.find("first_state_holds");
   if (const StoredValue* forces = tree.find("forces")) m.forces = numbers_of<double>(forces->array, "forces");
+  if (const StoredValue* anchors = tree.find("anchors")) {
+    const auto values = numbers_of<double>(anchors->array, "anchors");
+    m.anchors.resize(values.size() / numbers_of_anchor);
+    std::copy(values.begin(), values.end(), reinterpret_cast<double*>(m.anchors.data()));
+  }
   return m;
 }
 

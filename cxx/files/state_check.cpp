@@ -273,6 +273,14 @@ void check_memory(const std::string& place, const StoredValue& memory) {
             " contacts need " + std::to_string(contacts * components));
     if (name == std::string("impulses")) finite(place + "/" + name, values);
   }
+  if (memory.find("anchors")) {
+    const auto anchors = reals(memory, "anchors", place);
+    constexpr auto each = std::int64_t(sizeof(Anchor) / sizeof(double));
+    if (std::int64_t(anchors.size()) != each * contacts)
+      wrong(place + "/anchors holds " + std::to_string(anchors.size()) + " numbers: " + std::to_string(contacts) +
+            " contacts need " + std::to_string(each * contacts));
+    finite(place + "/anchors", anchors);
+  }
   if (memory.find("forces"))
     if (const auto forces = reals(memory, "forces", place); contacts > 0 && std::int64_t(forces.size()) % contacts != 0)
       wrong(place + "/forces holds " + std::to_string(forces.size()) + " numbers, no multiple of " +

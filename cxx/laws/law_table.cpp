@@ -49,7 +49,7 @@ constexpr std::size_t most_laws = 1024;
 std::vector<LawInfo> built_in_laws() {
   constexpr bool YES = true, NO = false;
   enum Giving { ALL, NORMAL, YIELDS };
-  enum Keeping { lets_go, KEEPS, HOLDS };
+  enum Keeping { lets_go, KEEPS, BONDS, SPANS, HOLDS };
   std::vector<LawInfo> all;
   all.reserve(most_laws);
   const auto add = [&](const char* parameters, const char* state, LawInfo law) {
@@ -73,6 +73,8 @@ std::vector<LawInfo> built_in_laws() {
        .yields = gives == YIELDS,                                                                                      \
        .keeps = keeping != 0,                                                                                          \
        .holds = int(keeping) == HOLDS,                                                                                 \
+       .anchored = int(keeping) >= BONDS,                                                                              \
+       .spans = int(keeping) == SPANS,                                                                                 \
        .prepare = CAIRN_SLOT_##prepares(cairn_law_##row##_prepare),                                                    \
        .solve = CAIRN_SLOT_##solves(cairn_law_##row##_solve),                                                          \
        .commit = CAIRN_SLOT_##commits(cairn_law_##row##_commit),                                                       \
@@ -155,6 +157,35 @@ double LawTable::Curve::at(double t) const {
   return value[k - 1] + share * (value[k] - value[k - 1]);
 }
 
+namespace {
+
+// What a joint spends must be what it has stored at its strength or more: less would be a strength that it never
+// reaches.
+void check_works(const LawInfo& info, const double* values) {
+  const auto of = [&](const std::string& name) {
+    for (std::size_t k = 0; k < info.parameters.size(); ++k)
+      if (info.parameters[k].name == name) return values + k;
+    return static_cast<const double*>(nullptr);
+  };
+  const double *normal = of("normal_stiffness"), *tangential = of("tangential_stiffness");
+  if (!normal || !tangential) return;
+  for (const std::string mode : {"", "normal_", "tangential_"}) {
+    const double *strength = of(mode + "strength"), *work = of(mode + "work");
+    if (!strength || !work || !(*work < std::numeric_limits<double>::max())) continue;
+    const double softness =
+        mode.empty() ? 0.5 / *normal + 0.5 / *tangential : 1 / (mode == "normal_" ? *normal : *tangential);
+    const double stored = *strength * (*strength * softness) / 2;
+    if (stored * (1 + 8 * std::numeric_limits<double>::epsilon()) < *work) continue;
+    std::ostringstream message;
+    message << info.python_name << ": " << mode << "work = " << *work << " J/m2 is no more than the " << stored
+            << " J/m2 that are stored at " << mode << "strength = " << *strength
+            << " Pa, strength^2/(2 stiffness): give more work, a larger stiffness or a smaller strength";
+    throw std::invalid_argument(message.str());
+  }
+}
+
+} // namespace
+
 int LawTable::add(Law law, std::span<const double> params, std::span<const Curve> curves) {
   if (int(law) < 0 || std::size_t(law) >= law_infos().size())
     throw std::invalid_argument("law: " + std::to_string(int(law)) + " is no row of laws.def");
@@ -176,10 +207,17 @@ int LawTable::add(Law law, std::span<const double> params, std::span<const Curve
     // an infinite friction stays a number, so that its product with no impulse is none
     entry.params[k] = std::min(params[k], std::numeric_limits<double>::max());
   }
+  if (curves.empty()) check_works(info, entry.params);
   std::vector<double> key(entry.params, entry.params + params.size());
   key.push_back(double(law));
   for (const Curve& c : curves) {
     for (const double value : c.value) check(std::size_t(c.parameter), value);
+    for (const double t : c.temperature) {
+      double there[max_parameters];
+      std::copy_n(entry.params, params.size(), there);
+      for (const Curve& other : curves) there[other.parameter] = other.at(t);
+      check_works(info, there);
+    }
     key.push_back(c.parameter);
     key.insert(key.end(), c.temperature.begin(), c.temperature.end());
     key.insert(key.end(), c.value.begin(), c.value.end());

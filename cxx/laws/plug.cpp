@@ -97,7 +97,7 @@ LawInfo declared(const std::string& library, const std::string& name, const cair
   law.library = library;
   law.components2 = d.components2;
   law.components3 = d.components3;
-  law.keeps = d.keeps != 0;
+  law.keeps = law.anchored = d.keeps != 0;
   const std::string parameters = text_of(library, "parameters", d.parameters, sizeof d.parameters);
   const std::string state = text_of(library, "state", d.state, sizeof d.state);
   try {

@@ -63,6 +63,7 @@ void Network::grow(Simulation& s) {
     if (k.direction.active) k.direction[c][dim] *= factor;
     if (k.hull.active && *k.hull[c] >= 0) k.hulls.scale(*k.hull[c], factor);
   }
+  move_anchors(s);
   if (bends) std::copy(gradient_.begin(), gradient_.end(), s.scene.bodies.gradient.values.begin());
 }
 
@@ -118,6 +119,49 @@ void Network::bend(Simulation& s) {
   }
 }
 
+namespace {
+
+// x: now; shape: before any gradient, from the middle of the body
+void move_point(int dim, double factor, double expansion, const double* from, const double* to, const double* shape,
+                double* x) {
+  double along_from = 0, along_to = 0, square = 0;
+  for (int d = 0; d < dim; ++d) {
+    along_from += from[d] * shape[d];
+    along_to += to[d] * shape[d];
+    square += shape[d] * shape[d];
+  }
+  for (int d = 0; d < dim; ++d) {
+    const double had = expansion * (along_from * shape[d] - from[d] * square / 2);
+    x[d] = (x[d] - had) * factor + expansion * (along_to * shape[d] - to[d] * square / 2);
+  }
+}
+
+} // namespace
+
+// Points where bonds hold move with the bodies that carry them.
+void Network::move_anchors(Simulation& s) const {
+  const Contactors& k = s.scene.contactors;
+  const std::span<Anchor> anchors = s.interactions.anchors();
+  const std::vector<ContactKey>& keys = s.interactions.memory().keys;
+  const double none[3] = {0, 0, 0};
+  const bool bends = s.scene.bodies.gradient.active;
+  const auto move = [&](std::int64_t id, const double* shape, double* x) {
+    const std::int32_t c = s.contactor(id);
+    if (c < 0 || *k.body[c] < 0 || !grows(s.scene, c)) return;
+    const double expansion = materials[*k.material[c]].expansion;
+    const double now = value_at(s, now_.data(), c), begin = value_at(s, begin_.data(), c);
+    const double factor = (1 + expansion * (now - reference)) / (1 + expansion * (begin - reference));
+    const double *from = bends ? s.scene.bodies.gradient[*k.body[c]] : none,
+                 *to = bends ? &gradient_[std::size_t(s.scene.dim * *k.body[c])] : none;
+    move_point(s.scene.dim, factor, expansion, from, to, shape, x);
+  };
+  for (std::size_t i = 0; i < anchors.size(); ++i) {
+    if (anchors[i].reach < 0) continue;
+    move(keys[i].contactor_a, anchors[i].shape_a, anchors[i].a);
+    move(keys[i].contactor_b, anchors[i].shape_b, anchors[i].b);
+  }
+}
+
 // A temperature T + g.x frees the displacement a ((T - T0) x + (g.x) x - g x.x/2), which has no stress.
 void Network::bend_hull(Contactors& k, std::int64_t contactor, double factor, double expansion, const double* from,
                         const double* to) const {
@@ -125,19 +169,7 @@ void Network::bend_hull(Contactors& k, std::int64_t contactor, double factor, do
   const std::int32_t hull = *k.hull[contactor];
   const int dim = hulls.dim == 2 ? 2 : 3;
   const double* place = k.offset.active ? &offset_[std::size_t(dim * *k.id[contactor])] : nullptr;
-  // x: now; shape: before any gradient, from the middle of the body
-  const auto move = [&](double* x, const double* shape) {
-    double along_from = 0, along_to = 0, square = 0;
-    for (int d = 0; d < dim; ++d) {
-      along_from += from[d] * shape[d];
-      along_to += to[d] * shape[d];
-      square += shape[d] * shape[d];
-    }
-    for (int d = 0; d < dim; ++d) {
-      const double had = expansion * (along_from * shape[d] - from[d] * square / 2);
-      x[d] = (x[d] - had) * factor + expansion * (along_to * shape[d] - to[d] * square / 2);
-    }
-  };
+  const auto move = [&](double* x, const double* shape) { move_point(dim, factor, expansion, from, to, shape, x); };
   double before[3] = {0, 0, 0}, after[3] = {0, 0, 0}, zero[3] = {0, 0, 0}, shape[3] = {0, 0, 0}, x[3] = {0, 0, 0};
   if (place) {
     std::copy_n(k.offset[contactor], dim, before);

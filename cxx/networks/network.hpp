@@ -143,6 +143,7 @@ private:
   bool grows(const Scene& scene, std::int64_t contactor) const;
   void grow(Simulation& s);
   void bend(Simulation& s);
+  void move_anchors(Simulation& s) const;
   void bend_hull(Contactors& k, std::int64_t contactor, double factor, double expansion, const double* from,
                  const double* to) const;
   double coupling(const Simulation& s) const;

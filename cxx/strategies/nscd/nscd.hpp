@@ -64,6 +64,7 @@ private:
   double law_share() const { return scheme_.share > 0 ? scheme_.share : 1; }
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
+  void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   void measure_margins(Simulation& s);
   double margin_of_mapped(const Simulation& s, std::int32_t contactor) const;
   void check_free_velocity(const Simulation& s) const;
@@ -78,6 +79,7 @@ private:
   bool begun_ = false, started_ = false; // a step, histories in it
   Cell cell_begin_;
   Array<double> margins_, force_given_;
+  std::vector<std::int32_t> anchored_;    // contactors of the keys of the memory, two each
   std::optional<Interactions> projector_; // of project_positions, with a memory of its own
   Candidates projection_candidates_;
   std::optional<LawTable> projection_laws_;

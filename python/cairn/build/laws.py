@@ -86,6 +86,9 @@ def _law_class(row, description):
                 raise ValueError(f"{name} of {own} is {value:g}: give a value from {smallest:g} to {largest:g}")
             values.append(value)
         Law.__init__(self, values, curves)
+        # what parameters must be to each other
+        of_temperature = [(k, list(of.temperatures), list(of.values)) for k, of in curves]
+        _core.LawTable([], []).rule("*", "*", row, list(self.values), of_temperature)
 
     ranges = "\n".join(
         f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")

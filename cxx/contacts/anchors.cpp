@@ -1,0 +1,212 @@
+// Bonds of bodies with sides hold at points that both bodies carry. What detection calls the points of a face changes
+// when bodies slide, turn or bend a little, and a bond that went by these names would be lost; and gaps between the
+// points themselves tell openings and slips of a joint, gaps of faces do not. What is broken is detection's again.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "body_axes.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+// Of candidate i, for the key that the memory got last. Shapes are taken as they are: a body that is bent already
+// carries the point as one of the shape it has.
+void Interactions::State::anchor(std::int64_t i, bool spans) {
+  const Candidates& c = *candidates;
+  const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
+  if ((kind[ca] | kind[cb]) & mapped || !info(Shape(*contactors->shape[ca])).is_hull()) return;
+  const int d = dim();
+  double shift[3] = {0, 0, 0}, from_a[3] = {}, from_b[3] = {};
+  if (cell->any()) image_shift(*cell, c.image[i], shift);
+  const double *point = &c.point[d * i], *normal = &c.normal[d * i];
+  const double *xa = bodies->position[body(ca)], *xb = bodies->position[body(cb)];
+  for (int k = 0; k < d; ++k) {
+    from_a[k] = point[k] + c.gap[i] / 2 * normal[k] - xa[k];
+    from_b[k] = point[k] - c.gap[i] / 2 * normal[k] - (xb[k] + shift[k]);
+  }
+  Anchor made;
+  to_body_axes(*bodies, d, body(ca), from_a, made.a);
+  to_body_axes(*bodies, d, body(cb), from_b, made.b);
+  to_body_axes(*bodies, d, body(cb), normal, made.normal);
+  std::copy_n(made.a, 3, made.shape_a);
+  std::copy_n(made.b, 3, made.shape_b);
+  made.reach = spans ? 0 : std::numeric_limits<double>::max();
+  memory.keys.back().feature = ~memory.keys.back().feature; // none of those that detection gives
+  memory.anchors.resize(memory.keys.size());
+  memory.anchors.back() = made;
+}
+
+// Half the way to the next anchored point of the pair. A rod stands for no point where bodies touch.
+void Interactions::State::space_anchors(std::size_t first) {
+  if (memory.anchors.empty()) return;
+  memory.anchors.resize(memory.keys.size());
+  const auto same_pair = [&](std::size_t i, std::size_t j) {
+    const ContactKey &a = memory.keys[i], &b = memory.keys[j];
+    return std::tie(a.contactor_a, a.contactor_b, a.image) == std::tie(b.contactor_a, b.contactor_b, b.image);
+  };
+  for (std::size_t i = first; i < memory.keys.size(); ++i)
+    for (std::size_t j = i + 1; j < memory.keys.size() && same_pair(i, j); ++j) { // points of a pair stand together
+      Anchor &one = memory.anchors[i], &other = memory.anchors[j];
+      if (!(one.reach > 0) || !(other.reach > 0)) continue;
+      double square = 0;
+      for (int k = 0; k < dim(); ++k) square += (one.a[k] - other.a[k]) * (one.a[k] - other.a[k]);
+      one.reach = std::min(one.reach, std::sqrt(square) / 2);
+      other.reach = std::min(other.reach, std::sqrt(square) / 2);
+    }
+}
+
+std::span<Anchor> Interactions::anchors() { return s_->memory.anchors; }
+
+void Interactions::measure_anchored(const Bodies& bodies, const Contactors& contactors, const LawTable& laws,
+                                    const Cell& cell, std::span<const std::int32_t> numbers, Candidates& found) {
+  State& s = *s_;
+  const ContactMemory& m = s.memory;
+  s.anchor_of.clear();
+  s.held.clear();
+  s.anchored_places.clear();
+  for (std::size_t k = 0; k < m.anchors.size(); ++k) {
+    const std::int32_t a = numbers[2 * k], b = numbers[2 * k + 1];
+    if (m.anchors[k].reach < 0 || a < 0 || b < 0) continue;
+    const int entry = laws.find(*contactors.material[a], *contactors.material[b]);
+    if (entry < 0) continue;
+    const LawInfo& law = law_infos()[std::size_t(laws.entry(entry).law)];
+    if (!law.anchored) continue;
+    const bool sound = m.states[k * std::size_t(m.state_components)] > 0;
+    s.anchored_places.push_back({a, b, m.keys[k].image, m.keys[k].feature, std::int32_t(k), sound, law.spans});
+  }
+  if (s.anchored_places.empty()) return;
+  s.bodies = &bodies;
+  s.contactors = &contactors;
+  s.cell = &cell;
+  const auto pair_of = [](const auto& p) { return std::tuple(p.a, p.b, p.image); };
+  std::sort(s.anchored_places.begin(), s.anchored_places.end(), [&](const auto& p, const auto& q) {
+    return pair_of(p) != pair_of(q) ? pair_of(p) < pair_of(q) : ~p.feature < ~q.feature;
+  });
+  Candidates& to = s.measured;
+  const std::size_t most = std::size_t(found.count) + s.anchored_places.size();
+  for (auto* column : {&to.contactor_a, &to.contactor_b, &to.image, &to.feature}) fit(*column, most);
+  fit(to.gap, most);
+  fit(to.normal, most * std::size_t(s.dim()));
+  fit(to.point, most * std::size_t(s.dim()));
+  to.count = 0;
+  const std::span<const State::AnchoredPlace> all = s.anchored_places;
+  // pairs in the order of detection, behind them those that it did not find
+  std::vector<std::uint8_t>& seen = s.anchored_seen;
+  fit(seen, all.size());
+  std::fill(seen.begin(), seen.end(), 0);
+  for (std::int64_t i = 0, end = 0; i < found.count; i = end) {
+    const std::tuple pair(found.contactor_a[i], found.contactor_b[i], found.image[i]);
+    for (end = i + 1;
+         end < found.count && std::tuple(found.contactor_a[end], found.contactor_b[end], found.image[end]) == pair;)
+      ++end;
+    const auto first = std::lower_bound(all.begin(), all.end(), pair,
+                                        [&](const auto& p, const auto& wanted) { return pair_of(p) < wanted; });
+    auto last = first;
+    while (last != all.end() && pair_of(*last) == pair) seen[std::size_t(last++ - all.begin())] = 1;
+    s.measure_pair({first, last}, i, end, found);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!seen[i]) s.measure_pair(all.subspan(i, 1), 0, 0, found);
+  for (auto* column : {&to.contactor_a, &to.contactor_b, &to.image, &to.feature}) column->resize(std::size_t(to.count));
+  to.gap.resize(std::size_t(to.count));
+  to.normal.resize(std::size_t(to.count) * std::size_t(s.dim()));
+  to.point.resize(std::size_t(to.count) * std::size_t(s.dim()));
+  std::swap(found, to);
+}
+
+// The contacts of one pair: those that hold, then what detection found besides, of which the nearest goes on with what
+// a broken one left.
+void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,
+                                       const Candidates& found) {
+  const int d = dim();
+  Candidates& to = measured;
+  const std::int64_t begin = to.count;
+  for (const AnchoredPlace& p : places) {
+    if (!p.sound) continue;
+    const Anchor& anchor = memory.anchors[std::size_t(p.key)];
+    const std::int64_t i = to.count++;
+    to.contactor_a[i] = p.a;
+    to.contactor_b[i] = p.b;
+    to.image[i] = p.image;
+    to.feature[i] = p.feature;
+    double shift[3] = {0, 0, 0}, a[3] = {}, b[3] = {}, normal[3] = {}, square = 0, along = 0;
+    if (cell->any()) image_shift(*cell, p.image, shift);
+    to_space_axes(*bodies, d, body(p.a), anchor.a, a);
+    to_space_axes(*bodies, d, body(p.b), anchor.b, b);
+    to_space_axes(*bodies, d, body(p.b), anchor.normal, normal);
+    const double *xa = bodies->position[body(p.a)], *xb = bodies->position[body(p.b)];
+    double between[3] = {};
+    for (int k = 0; k < d; ++k) {
+      between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - b[k]);
+      square += between[k] * between[k];
+      to.point[d * i + k] = xa[k] + a[k] - between[k] / 2;
+    }
+    if (p.spans && square > 0)
+      for (int k = 0; k < d; ++k) normal[k] = between[k] / std::sqrt(square);
+    for (int k = 0; k < d; ++k) along += between[k] * normal[k];
+    to.gap[i] = along;
+    std::copy_n(normal, d, &to.normal[d * i]);
+    anchor_of.push_back(std::int32_t(held.size()));
+    held.push_back(anchor);
+  }
+  const auto distance = [&](std::int64_t i, std::int64_t j) {
+    double square = 0;
+    for (int k = 0; k < d; ++k)
+      square += (found.point[d * i + k] - to.point[d * j + k]) * (found.point[d * i + k] - to.point[d * j + k]);
+    return std::sqrt(square);
+  };
+  const std::int64_t others = to.count;
+  for (std::int64_t i = first; i < last; ++i) {
+    bool stands = false;
+    for (std::int64_t j = begin; j < others && !stands; ++j)
+      stands = distance(i, j) <= held[std::size_t(anchor_of[std::size_t(j)])].reach &&
+               held[std::size_t(anchor_of[std::size_t(j)])].reach > 0;
+    if (stands) continue;
+    const std::int64_t j = to.count++;
+    to.contactor_a[j] = found.contactor_a[i];
+    to.contactor_b[j] = found.contactor_b[i];
+    to.image[j] = found.image[i];
+    to.feature[j] = found.feature[i];
+    to.gap[j] = found.gap[i];
+    std::copy_n(&found.normal[d * i], d, &to.normal[d * j]);
+    std::copy_n(&found.point[d * i], d, &to.point[d * j]);
+    anchor_of.push_back(-1);
+  }
+  for (const AnchoredPlace& p : places) {
+    if (p.sound) continue;
+    double x[3] = {}, least = std::numeric_limits<double>::max();
+    to_space_axes(*bodies, d, body(p.a), memory.anchors[std::size_t(p.key)].a, x);
+    std::int64_t heir = -1;
+    for (std::int64_t j = others; j < to.count; ++j) {
+      if (anchor_of[std::size_t(j)] != -1) continue;
+      double square = 0;
+      for (int k = 0; k < d; ++k) {
+        const double apart = to.point[d * j + k] - (bodies->position[body(p.a)][k] + x[k]);
+        square += apart * apart;
+      }
+      if (square < least) least = square, heir = j;
+    }
+    if (heir >= 0) anchor_of[std::size_t(heir)] = -2 - p.key;
+  }
+}
+
+void Interactions::State::hand_on_broken() {
+  for (std::size_t c = 0; c < system.candidate.size(); ++c)
+    if (const std::int32_t i = system.candidate[c]; i >= 0 && place[c] < 0 && anchor_of[std::size_t(i)] <= -2)
+      place[c] = -2 - anchor_of[std::size_t(i)];
+}
+
+void Interactions::State::keep_anchors() {
+  if (held.empty()) return memory.anchors.clear();
+  fit(memory.anchors, memory.keys.size());
+  std::size_t to = 0;
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const std::int32_t which = anchor_of[std::size_t(system.candidate[b.first + lane])];
+      memory.anchors[to++] = which >= 0 ? held[std::size_t(which)] : Anchor{};
+    }
+}
+
+} // namespace cairn
