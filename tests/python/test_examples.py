@@ -92,6 +92,9 @@ def test_rubber_ring(tmp_path):
     assert figures["way of the plate"] == pytest.approx(20.0, rel=0.02)
     assert figures["closure of the balance"] < 1e-9
     assert 100 < figures["largest force"] < 5000
+    flat = ran("rubber_ring", tmp_path, "--round", "24", "--across", "1", "--steps", "200", endings=(".png",))
+    assert flat["contacts of the ring with itself"] >= 8 and flat["deepest overlap of these"] < 0.01
+    assert flat["closure of the balance"] < 1e-8 and flat["error, worst"] <= 1e-6
 
 
 def test_hopper(tmp_path):
@@ -200,6 +203,6 @@ def test_examples_end_in_the_bits_of_the_list():
         made = example_bits.listed()["made_by"]
         pytest.skip(f"the bits are listed for another machine: {made}, not {example_bits.made_by()}")
     assert differing == [], (
-        "these examples end in other bits than before. If that was meant, script/update_bits \"why\" makes the list anew, and "
+        'these examples end in other bits than before. If that was meant, script/update_bits "why" makes the list anew, and '
         "the list of changes says so; if not, what was changed reaches scenes that it should not"
     )

@@ -80,13 +80,13 @@ class Deformable:
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
         self.pressed = []  # sides, and the pressure on them
-        self.displace, self.rigid = {}, []
+        self.displace, self.rigid, self.self_contact = {}, [], False
 
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
                force=None, velocity=None,
                displacement=None, storage=None, name="mesh", edge_material=None, face_material=None, bulk=None,
-               pressure=None, **options):  # fmt: skip
+               pressure=None, self_contact=False, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -103,11 +103,12 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     time. displace: {group: {"x": u}} their displacement [m], a function of time: the step ends where it says. rigid: names of
     groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
     {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict.
-    pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their normals where
-    these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement: (dim,) or
-    (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of contact may
-    name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small; the body does not
-    touch itself.
+    pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their
+    normals where these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement:
+    (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
+    contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small.
+    self_contact: its points meet its own edges or faces, too, but for those next to them; else the body does not touch
+    itself.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options")}
     body = _made(body, material, bulk, options)
@@ -136,6 +137,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
     d.displace, d.rigid = displace, _listed(rigid)
+    d.self_contact = checked_self_contact(self_contact, nodes, points[0], pairs, patches)
     if pressure:
         from .pressure import pressed_sides
 
@@ -195,6 +197,13 @@ def _made(body, material, bulk, options):
             options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
             return ElasticBody(points, cells, young=young, poisson=poisson, **options)
         return SolidBody(points, cells, bulk, **options)
+
+
+def checked_self_contact(wanted, nodes, between, pairs, patches):
+    """Whether points of a mesh meet its own sides; refused where it has none of either."""
+    if wanted and not ((len(nodes) or len(between)) and (len(pairs) or patches)):
+        raise ValueError("self_contact is of points and sides of one mesh: give contact (or points), and edges or faces")
+    return bool(wanted)
 
 
 def checked_displacements(body, displace, drive):

@@ -106,6 +106,7 @@ def _model(mesh, origin):
         "point_ids": mesh.point_ids,
         "side_ids": mesh.side_ids,
         "contact_nodes": d.contact_nodes,
+        "self_contact": d.self_contact,
         "point_nodes": _wide(followed, -1),
         "point_weights": _wide(weights, 0.0),
         "side_nodes": _wide(sides, -1),

@@ -1,4 +1,5 @@
-"""Rigid bodies made deformable in a run, and back: momentum, angular momentum, ids, contacts and impulses pass over; what the kinetic and the stored energy lose is a term of the balance, "dissipated_reshaping"."""
+"""Rigid bodies made deformable in a run, and back: momentum, angular momentum, ids, contacts and impulses pass over; what the
+kinetic and the stored energy lose is a term of the balance, "dissipated_reshaping"."""
 
 from __future__ import annotations
 

@@ -386,9 +386,9 @@ class Simulation(Spelt):
 
     def deform(self, id, body, *, material=None, **options):
         """Makes a rigid body deformable between steps: `body`, an ElasticBody or SolidBody of its shape as it stood when it came
-        in, takes its place, mass, momentum and angular momentum, its mesh is returned. material: of its contacts, that of the rigid
-        body; options: as of cairn.deformable; contact and edges or faces are the whole surface. What contacts remember passes to
-        those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"].
+        in, takes its place, mass, momentum and angular momentum, its mesh is returned. material: of its contacts, that of the
+        rigid body; options: as of cairn.deformable; contact and edges or faces are the whole surface. What contacts remember
+        passes to those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"].
         """
         from .reshape import deform
 
@@ -397,8 +397,9 @@ class Simulation(Spelt):
 
     def rigidify(self, mesh, shape=None):
         """Makes a mesh (of `meshes`, or its number there) rigid between steps, with its momentum and angular momentum; returns
-        the id, which is that of the rigid body that it was. shape: a set of one body that stands where the mesh is, for one that was
-        none, or that keeps another shape. What it stored, and the energy of its deformation, is "dissipated_reshaping".
+        the id, which is that of the rigid body that it was. shape: a set of one body that stands where the mesh is, for one
+        that was none, or that keeps another shape. What it stored, and the energy of its deformation, is
+        "dissipated_reshaping".
         """
         from .reshape import rigidify
 
@@ -407,8 +408,8 @@ class Simulation(Spelt):
 
     def reshape_when(self, ids, body, *, force=None, stress=None, back=None, **options):
         """From now on rigid bodies are made deformable (`deform`) after a step in which one of their contacts bore more than the
-        `force` [N], or a principal value of their mean stress was above `stress` [Pa]; and rigid again once none bears `back` [N].
-        body: of all, or {id: body}.
+        `force` [N], or a principal value of their mean stress was above `stress` [Pa]; and rigid again once none bears `back`
+        [N]. body: of all, or {id: body}.
         """
         from .reshape import Watch
 
