@@ -93,6 +93,7 @@ void add_mesh(Simulation& s, const py::dict& d) {
   m.point_ids = vector_of<std::int64_t>(d, "point_ids");
   m.side_ids = vector_of<std::int64_t>(d, "side_ids");
   m.self_contact = d.contains("self_contact") && py::cast<bool>(d["self_contact"]);
+  m.mortar = d.contains("mortar") && py::cast<bool>(d["mortar"]);
   m.contact_nodes = vector_of<std::int32_t>(d, "contact_nodes");
   m.point_nodes = vector_of<std::int32_t>(d, "point_nodes");
   m.point_weights = vector_of<double>(d, "point_weights");

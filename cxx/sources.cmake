@@ -11,6 +11,7 @@ set(CAIRN_CXX_SOURCES
   bodies/body.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
+  bodies/mesh_mortar.cpp
   bodies/mesh_newton.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp

@@ -41,6 +41,12 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
     extent = std::min(extent, high - low);
   }
   size_ = extent / std::pow(double(model.nodes()), 1.0 / dim);
+  model.side_from.assign(std::size_t(dim == 2 ? model.nodes() : 0), -1);
+  model.side_to = model.side_from;
+  for (std::size_t s = 0; dim == 2 && s < model.side_nodes.size() / 4; ++s) {
+    model.side_from[std::size_t(model.side_nodes[4 * s])] = std::int32_t(s);
+    model.side_to[std::size_t(model.side_nodes[4 * s + 1])] = std::int32_t(s);
+  }
   model.options.held = model.held;
   mark_contact_nodes();
   if (!model.ties.empty()) model.ties.start(dim, model.reference, model.mass, model.options);

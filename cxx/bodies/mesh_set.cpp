@@ -250,7 +250,9 @@ void in_quadrilateral(const Point corner[4], const double* point, const double* 
 
 } // namespace
 
-Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t contactor, const double* point) const {
+Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t contactor, const double* point, std::int32_t other) const {
+  if (!mortar_.empty() && other >= 0)
+    if (const Mapping* mortar = mortar_of(other, contactor)) return *mortar;
   const Seat& place = seat(contactor);
   const MeshBody& mesh = meshes[place.mesh];
   Mapping m;

@@ -1,6 +1,7 @@
 // The deformable bodies of a scene, and what a contact on one of them rests on.
 #pragma once
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,9 @@
 #include "mesh_body.hpp"
 
 namespace cairn {
+
+struct Candidates;
+struct MortarWork;
 
 // Nodes of a mesh that carry a point of its surface, with weights whose sum is 1.
 struct Mapping {
@@ -51,7 +55,10 @@ public:
   };
   const Middle& middle(std::int32_t contactor) const { return seat(contactor).middle; }
   // The nodes that a point (dim) [m] on a mapped contactor moves with.
-  Mapping mapping(const Bodies& bodies, std::int32_t contactor, const double* point) const;
+  // other: the contactor that it touches, whose mortar with this one counts in the place of the point.
+  Mapping mapping(const Bodies& bodies, std::int32_t contactor, const double* point, std::int32_t other = -1) const;
+  // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp.
+  void weigh_mortar(const Bodies& bodies, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
@@ -72,6 +79,15 @@ private:
   };
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
+  struct MortarContact { // of a node and an edge of another mesh, by their contactors
+    std::int32_t node, edge;
+    Mapping there;
+  };
+  struct KeptMortar {
+    std::int32_t node, edge, feature, image;
+    double gap, normal[2], point[2];
+  };
+  const Mapping* mortar_of(std::int32_t node, std::int32_t edge) const;
   void part_from_themselves(const Contactors& contactors);
 
   std::int64_t rigid_ = 0;
@@ -82,6 +98,9 @@ private:
   std::vector<double> facet_vertices_;
   std::vector<double> area_;                      // of each of mapped_
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
+  std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
+  std::vector<KeptMortar> kept_mortar_;
+  std::shared_ptr<MortarWork> mortar_work_;
 };
 
 } // namespace cairn

@@ -56,8 +56,9 @@ void Interactions::State::load_meshes() {
   if (!meshes) return;
   const Candidates& c = *candidates;
   for (std::int64_t i = 0; i < c.count; ++i)
-    for (const std::int32_t contactor : {c.contactor_a[i], c.contactor_b[i]})
-      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, contactor, &c.point[dim() * i]));
+    for (const auto& [contactor, other] :
+         {std::pair{c.contactor_a[i], c.contactor_b[i]}, std::pair{c.contactor_b[i], c.contactor_a[i]}})
+      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, contactor, &c.point[dim() * i], other));
   meshes->condense(system.condensed, system.condensed_velocity);
   system.condensed_dofs.clear();
   for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);

@@ -42,7 +42,8 @@ std::int64_t body_of(const Simulation& s, std::int64_t contact, std::int32_t con
   if (s.scene.cell.any() && other) image_shift(s.scene.cell, s.candidates.image[contact], shift);
   const int dim = s.scene.dim;
   for (int d = 0; d < dim; ++d) point[d] = s.candidates.point[dim * contact + d] - shift[d];
-  const Mapping m = s.meshes.mapping(bodies, contactor, point);
+  const std::int32_t beside = other ? s.candidates.contactor_a[contact] : s.candidates.contactor_b[contact];
+  const Mapping m = s.meshes.mapping(bodies, contactor, point, beside);
   const auto most = std::max_element(std::begin(m.weight), std::end(m.weight)) - std::begin(m.weight);
   return *bodies.id[s.meshes.meshes[std::size_t(m.mesh)].nodes[std::size_t(m.node[most])]];
 }

@@ -51,6 +51,7 @@ void Nscd::project_positions(Simulation& s) {
     margin = {settings.margin, nullptr};
   s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {.mapped = &s.meshes.mapped()},
                    &projector_->scratch(), &s.laws.rules());
+  s.meshes.weigh_mortar(b, projection_candidates_);
   projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_, law_share(),
                        &s.meshes);
   SolverOptions options = settings.solver;

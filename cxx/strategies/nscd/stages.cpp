@@ -222,6 +222,7 @@ void Nscd::detect_contacts(Simulation& s) {
   s.contacts_known = false;
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
                    {.mapped = &s.meshes.mapped()}, &s.interactions.scratch(), &s.laws.rules());
+  s.meshes.weigh_mortar(s.scene.bodies, s.candidates);
   measure_anchored(s);
 }
 

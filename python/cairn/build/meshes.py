@@ -80,13 +80,13 @@ class Deformable:
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
         self.pressed = []  # sides, and the pressure on them
-        self.displace, self.rigid, self.self_contact = {}, [], False
+        self.displace, self.rigid, self.self_contact, self.mortar = {}, [], False, False
 
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
                force=None, velocity=None,
                displacement=None, storage=None, name="mesh", edge_material=None, face_material=None, bulk=None,
-               pressure=None, self_contact=False, **options):  # fmt: skip
+               pressure=None, self_contact=False, mortar=False, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -108,7 +108,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
     contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small.
     self_contact: its points meet its own edges or faces, too, but for those next to them; else the body does not touch
-    itself.
+    itself. mortar: in 2D its contact nodes meet edges of other meshes on average over its own edges, by dual multipliers; for the
+    side of the finer cells.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options")}
     body = _made(body, material, bulk, options)
@@ -137,6 +138,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
     d.displace, d.rigid = displace, _listed(rigid)
+    d.mortar = checked_mortar(mortar, dim, nodes, pairs)
     d.self_contact = checked_self_contact(self_contact, nodes, points[0], pairs, patches)
     if pressure:
         from .pressure import pressed_sides
@@ -197,6 +199,13 @@ def _made(body, material, bulk, options):
             options = {key: value for key, value in options.items() if key not in ("kinematics", "mean_dilatation")}
             return ElasticBody(points, cells, young=young, poisson=poisson, **options)
         return SolidBody(points, cells, bulk, **options)
+
+
+def checked_mortar(wanted, dim, nodes, pairs):
+    """Whether contact nodes of a mesh meet other meshes on average; refused where their sides are not known."""
+    if wanted and (dim != 2 or not len(nodes) or not len(pairs)):
+        raise ValueError("mortar is of contact nodes and the edges between them in 2D: give contact and edges of that side")
+    return bool(wanted)
 
 
 def checked_self_contact(wanted, nodes, between, pairs, patches):

@@ -107,6 +107,7 @@ def _model(mesh, origin):
         "side_ids": mesh.side_ids,
         "contact_nodes": d.contact_nodes,
         "self_contact": d.self_contact,
+        "mortar": d.mortar,
         "point_nodes": _wide(followed, -1),
         "point_weights": _wide(weights, 0.0),
         "side_nodes": _wide(sides, -1),
