@@ -101,7 +101,7 @@ def test_a_block_slides_over_sides_by_coulombs_law():
     assert abs(energy["closure"]) < 1e-11 * energy["in_play"] and energy["dissipated_friction"] > 0
     held, _ = sliding(1.5, 2500.0)
     bottom = held.meshes[0].displacement[held.meshes[0].body.groups["bottom"], 0]
-    assert np.abs(bottom).max() < 0.05 * np.abs(over.displacement[over.body.groups["bottom"], 0]).min()
+    assert np.abs(bottom).max() < 0.1 * np.abs(over.displacement[over.body.groups["bottom"], 0]).min()
 
 
 def graded(half, fine, n):
