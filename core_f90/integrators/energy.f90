@@ -14,7 +14,8 @@ contains
 
    !> Sums over the bodies. reaction: in, impulse of the contacts on each dof; out, impulse of the drive on driven dofs.
    subroutine cairn_energy_terms(dim, nd, nb, h, theta, gravity, mass, inertia, velocity_begin, velocity, terms, &
-                                 force, damping, driven, reaction, momentum_begin, angular_momentum, scheme, a2, a3, a4, a5) bind(c)
+                                 force, damping, driven, reaction, momentum_begin, angular_momentum, scheme, way, a2, a3, a4, &
+                                 a5) bind(c)
       integer(c_int32_t), value :: dim !< 2 or 3
       integer(c_int32_t), value :: nd !< 3 or 6
       integer(c_int64_t), value :: nb !< bodies
@@ -34,6 +35,7 @@ contains
       real(c_double), intent(in), optional :: momentum_begin(3, 0:nb - 1) !< angular momentum before the kick [N m s]
       real(c_double), intent(in), optional :: angular_momentum(3, 0:nb - 1) !< and after it [N m s]
       type(cairn_scheme), intent(in), optional :: scheme !< of the step, when it is not the theta-method
+      real(c_double), intent(in), optional :: way(nd, 0:nb - 1) !< of cairn_history_way, if the scheme has a history [m, rad]
       real(c_double), intent(in), optional, dimension(nd, 0:nb - 1) :: a2, a3, a4, a5 !< its history at the start [m/s2, ...]
       integer(c_int64_t) :: first, i
       real(c_double) :: part(8), fallen
@@ -160,7 +162,7 @@ contains
          if (present(a4)) known(3) = a4(j, i)
          if (present(a5)) known(4) = a5(j, i)
          gain = velocity(j, i) - velocity_begin(j, i)
-         moved = moved + dot_product(scheme%position, known)
+         if (present(way)) moved = moved + way(j, i)
          given = scheme%impulse*forces + inertial*dot_product(scheme%velocity, known)
          if (present(damping)) drag = damping(i)*inertial &
             *(scheme%impulse*(velocity_begin(j, i) + dot_product(scheme%damping_history, known)) + scheme%damping*gain)

@@ -3,15 +3,18 @@
 !>   M (v1 - v - sum velocity_k a_k) = impulse (F - C v_f - K q_f) - damping C (v1 - v) - stiffness K (v1 - v) + H p,
 !>   q_f = q + elastic_velocity v + sum elastic_k a_k,   v_f = v + sum damping_history_k a_k,
 !>   F = end_share F1 + (1 - end_share) F0,
-!>   q1 = q + h (1 - share) v + sum position_k a_k + h share v1.
+!>   q1 = q + h (1 - share) v + sum position_k a_k + h share v1 + position_1/h M^-1 H p.
 !> An impulse of contacts is a jump of velocity: it is no part of the history, so that accelerations do not ring at a rate of 1/h
-!> (Chen, Acary, Virlez & Bruls 2013). With s = v1 - v - sum velocity_k a_k - M^-1 H p,
+!> (Chen, Acary, Virlez & Bruls 2013). The last term of q1 is that of theirs which gives a jump half of the step: what rests has
+!> M^-1 H p = -h a_2 and stays where it is to rounding, and the sum over steps of what is left where loads change has a bound.
+!> With s = v1 - v - sum velocity_k a_k - M^-1 H p,
 !>   a_j at the end = sum update(j, k) a_k + gain_j s.
 module linear_scheme
   use, intrinsic :: iso_c_binding, only: c_int8_t, c_int32_t, c_int64_t, c_double
   implicit none
   private
-  public :: cairn_scheme, cairn_history_velocity, cairn_smooth_change, cairn_history_update, cairn_history_start
+  public :: cairn_scheme, cairn_history_velocity, cairn_smooth_change, cairn_history_way, cairn_history_update, &
+            cairn_history_start
   public :: no_history, alpha_scheme
 
   integer, parameter, public :: most_history = 4
@@ -151,6 +154,33 @@ contains
       end do
     end do
   end subroutine cairn_smooth_change
+
+  !> Displacement of the step beside that of the velocities at its ends: of the history, and of the impulses of contacts, which
+  !> are what is left of the change of velocity.
+  pure subroutine cairn_history_way(nd, nb, scheme, velocity_begin, velocity, change, way, a2, a3, a4, a5) bind(c)
+    integer(c_int32_t), value      :: nd                             !< dofs of a body
+    integer(c_int64_t), value      :: nb                             !< bodies
+    type(cairn_scheme), intent(in) :: scheme                         !< of the step
+    real(c_double), intent(in)     :: velocity_begin(nd, 0:nb - 1)   !< [m/s, rad/s]
+    real(c_double), intent(in)     :: velocity(nd, 0:nb - 1)         !< at the end [m/s, rad/s]
+    real(c_double), intent(in)     :: change(nd, 0:nb - 1)           !< s [m/s, rad/s]
+    real(c_double), intent(out)    :: way(nd, 0:nb - 1)              !< [m, rad]
+    real(c_double), intent(in), optional, dimension(nd, 0:nb - 1) :: a2, a3, a4, a5 !< history at the start [m/s2, ...]
+    real(c_double) :: known(most_history), jump
+    integer(c_int64_t) :: i
+    integer :: j
+    known = 0
+    do i = 0, nb - 1
+      do j = 1, nd
+        if (present(a2)) known(1) = a2(j, i)
+        if (present(a3)) known(2) = a3(j, i)
+        if (present(a4)) known(3) = a4(j, i)
+        if (present(a5)) known(4) = a5(j, i)
+        jump = velocity(j, i) - velocity_begin(j, i) - dot_product(scheme%velocity, known) - change(j, i)
+        way(j, i) = dot_product(scheme%position, known) + scheme%position(1)/scheme%h*jump
+      end do
+    end do
+  end subroutine cairn_history_way
 
   !> The history at the end of the step. Spins of bodies that store angular momentum have none: the midpoint rule moves them.
   pure subroutine cairn_history_update(dim, nd, nb, scheme, change, inertia, a2, a3, a4, a5) bind(c)

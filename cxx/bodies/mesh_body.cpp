@@ -353,6 +353,7 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
   times_velocity(end.data());
   history_sum(bodies, s.position, way.data());
   for (std::int64_t i = 0; i < n; ++i) way[i] += way_end * end[i] + way_begin * v_[i];
+  for (std::int64_t i = 0; i < n && s.histories > 0; ++i) way[i] += s.position[0] / s.h * jump_[i];
   work = {};
   for (std::int64_t i = 0; i < n; ++i) {
     const double elastic =
@@ -426,15 +427,15 @@ void MeshBody::start_history(Bodies& bodies, const double* gravity) {
 void MeshBody::smooth_change(Bodies& bodies, double* change) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
-  a_.assign(std::size_t(n), 0.0);
+  jump_.assign(std::size_t(n), 0.0);
   if (std::any_of(impulse.begin(), impulse.end(), [](double p) { return p < 0 || p > 0; })) {
-    std::copy(impulse.begin(), impulse.end(), a_.begin());
-    solve_mass(a_.data());
+    std::copy(impulse.begin(), impulse.end(), jump_.begin());
+    solve_mass(jump_.data());
   }
   gather(bodies.velocity, b_.data());
   history_sum(bodies, scheme_.velocity, known_.data());
   for (std::int64_t i = 0; i < n; ++i)
-    change[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = b_[i] - v_[i] - known_[i] - a_[i];
+    change[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = b_[i] - v_[i] - known_[i] - jump_[i];
 }
 
 std::int64_t MeshBody::bytes() const {

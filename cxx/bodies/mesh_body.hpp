@@ -181,7 +181,8 @@ private:
   double h_ = 0, theta_ = 0;              // the step at hand, of a body that is not linear
   bool explicit_ = false, by_energy_ = false;
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
-  std::unique_ptr<Soe> mass_;                                               // factors of M, for histories alone
+  std::vector<double> jump_;  // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]
+  std::unique_ptr<Soe> mass_; // factors of M, for histories alone
   double size_ = 0;
   cairn_scheme scheme_{}; // of the step at hand
 };

@@ -27,7 +27,7 @@ from .post.load import load
 from .run import integrators, strategies
 from .run.servo import Servo
 from .run.simulation import ShapesWarning, Simulation
-from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, SinkingWarning, StableStepWarning
+from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
 from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .run.time_functions import Harmonic, Table
 
@@ -93,7 +93,6 @@ __all__ = [
     "ShapesWarning",
     "Simulation",
     "SmoothDEM",
-    "SinkingWarning",
     "StableStepWarning",
     "Table",
     "box",

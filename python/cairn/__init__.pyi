@@ -59,7 +59,6 @@ from .run.simulation import ShapesWarning as ShapesWarning
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import OverlapWarning as OverlapWarning
-from .run.step_warnings import SinkingWarning as SinkingWarning
 from .run.step_warnings import StableStepWarning as StableStepWarning
 from .run.strategies import NSCD as NSCD
 from .run.strategies import Carpenter as Carpenter

@@ -179,13 +179,17 @@ def test_histories(dim, values):
     a = [RNG.standard_normal((n, nd)) if k < kept else None for k in range(MOST)]
     known = np.array([np.zeros((n, nd)) if x is None else x for x in a])
     weighted = {name: np.einsum("k,kij->ij", s[name], known) for name in ("velocity", "damping_history")}
-    change = np.empty((n, nd))
+    change, way = np.empty((n, nd)), np.empty((n, nd))
     kernel("cairn_smooth_change")(dim, nd, n, raw, g, mass, inertia, v0, v1, change, *a, force, damping, driven)
     drag = s["impulse"] * (v0 + weighted["damping_history"]) + s["damping"] * (v1 - v0)
     expected = s["impulse"] * (np.concatenate([g, np.zeros(nd - dim)]) + force / m) - damping[:, None] * drag
     expected[1] = 0
     expected = np.where(held, v1 - v0 - weighted["velocity"], expected)
     np.testing.assert_allclose(change, expected, rtol=1e-12, atol=1e-13)
+    kernel("cairn_history_way")(nd, n, raw, v0, v1, change, way, *a)
+    jump = v1 - v0 - weighted["velocity"] - expected  # by contacts: half a step of it, less the share of the end velocity
+    moved = np.einsum("k,kij->ij", s["position"], known) + (h / 2 - h * s["share"]) * jump
+    np.testing.assert_allclose(way, moved, rtol=1e-10, atol=1e-13)
     free, inverse = RNG.standard_normal((n, nd)), np.where(held, 0, 1 / m)
     before = free.copy()
     kernel("cairn_history_velocity")(nd, n, raw, 2, a[1], inverse, free, damping)

@@ -411,7 +411,7 @@ def test_energy_terms(dim, plain):
     given, terms = reaction.copy(), np.empty(8)
     kernel("cairn_energy_terms")(
         dim, nd, n, h, theta, g, mass, inertia, begin, end, terms, None if plain else force, None if plain else damping, driven,
-        reaction, None, None, None, None, None, None, None,
+        reaction, None, None, None, None, None, None, None, None,
     )  # fmt: skip
     m = np.concatenate([np.repeat(mass[:, None], dim, 1), np.repeat(inertia[:, :1], nd - dim, 1)], axis=1)
     held = (driven[:, None].astype(int) >> np.arange(nd)) & 1 == 1

@@ -76,8 +76,8 @@ void cairn_energy_terms(int32_t dim, int32_t nd, int64_t nb, double h, double th
                         const double* mass, const double* inertia, const double* velocity_begin, const double* velocity,
                         double* terms, const double* force, const double* damping, const int8_t* driven,
                         double* reaction, const double* momentum_begin, const double* angular_momentum,
-                        const cairn_scheme* scheme, const double* a2, const double* a3, const double* a4,
-                        const double* a5);
+                        const cairn_scheme* scheme, const double* way, const double* a2, const double* a3,
+                        const double* a4, const double* a5);
 void cairn_theta_advance(int32_t dim, int32_t nd, int64_t nb, double time, const double* velocity, double* position,
                          double* angle);
 void cairn_rotate(int64_t nb, double time, const double* inertia, const double* velocity, double* rotation,

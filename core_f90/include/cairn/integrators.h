@@ -25,6 +25,9 @@ void cairn_smooth_change(int32_t dim, int32_t nd, int64_t nb, const cairn_scheme
                          const double* mass, const double* inertia, const double* velocity_begin,
                          const double* velocity, double* change, const double* a2, const double* a3, const double* a4,
                          const double* a5, const double* force, const double* damping, const int8_t* driven);
+void cairn_history_way(int32_t nd, int64_t nb, const cairn_scheme* scheme, const double* velocity_begin,
+                       const double* velocity, const double* change, double* way, const double* a2, const double* a3,
+                       const double* a4, const double* a5);
 void cairn_history_update(int32_t dim, int32_t nd, int64_t nb, const cairn_scheme* scheme, const double* change,
                           const double* inertia, double* a2, double* a3, double* a4, double* a5);
 void cairn_history_start(int32_t dim, int32_t nd, int64_t nb, const int8_t* known, const double* gravity,

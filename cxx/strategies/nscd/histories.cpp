@@ -33,17 +33,19 @@ void Nscd::start_histories(Simulation& s) {
   started_ = true;
 }
 
-void Nscd::update_histories(Simulation& s) {
+// What forces changed in the step, without contacts, and how far the step goes beside the velocities at its ends.
+void Nscd::measure_histories(Simulation& s) {
   if (scheme_.histories == 0) return;
   Bodies& b = s.scene.bodies;
   change_.resize(b.velocity.values.size());
+  way_.resize(b.velocity.values.size());
   cairn_smooth_change(s.scene.dim, b.dofs(), b.count, &scheme_, s.scene.gravity.data(), b.mass.values.data(),
                       b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), change_.data(),
                       b.history(0), b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping),
                       bits(b.driven));
   for (MeshBody& mesh : s.meshes.meshes) mesh.smooth_change(b, change_.data());
-  cairn_history_update(s.scene.dim, b.dofs(), b.count, &scheme_, change_.data(), b.inertia.values.data(), b.history(0),
-                       b.history(1), b.history(2), b.history(3));
+  cairn_history_way(b.dofs(), b.count, &scheme_, b.velocity_begin.values.data(), b.velocity.values.data(),
+                    change_.data(), way_.data(), b.history(0), b.history(1), b.history(2), b.history(3));
 }
 
 // Places, velocities or the integrator are others: what is kept does not belong to them.

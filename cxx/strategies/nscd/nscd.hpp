@@ -54,12 +54,12 @@ public:
   void status(Simulation& s, std::int32_t* out) override;
   void changed(Simulation& s, bool places) override;
   std::int64_t body_bytes() const override {
-    return std::int64_t((margins_.capacity() + change_.capacity()) * sizeof(double));
+    return std::int64_t((margins_.capacity() + change_.capacity() + way_.capacity()) * sizeof(double));
   }
 
 private:
   void start_histories(Simulation& s);
-  void update_histories(Simulation& s);
+  void measure_histories(Simulation& s);
   // Where the laws take the way of a step from: the end velocity of this one, or that of the next.
   double law_share() const { return scheme_.share > 0 ? scheme_.share : 1; }
   void save_begin(Simulation& s);
@@ -75,7 +75,7 @@ private:
 
   double h_ = 0;
   cairn_scheme scheme_{};                // of the step at hand
-  Array<double> change_;                 // that forces made, without contacts: what histories follow from
+  Array<double> change_, way_;           // of velocities by forces, without contacts; displacement of the history
   bool begun_ = false, started_ = false; // a step, histories in it
   Cell cell_begin_;
   Array<double> margins_, force_given_;

@@ -68,15 +68,13 @@ void Nscd::undo_step(Simulation& s) {
   s.forget_contacts();
 }
 
-// q_m: the displacement of the step without what the velocity at its end adds.
+// q_m: the displacement of the step without what the velocity at its end adds, nor what an integrator keeps: that is
+// undone by the impulses of contacts on what rests.
 void Nscd::predict_configuration(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const double ahead = h_ * (1 - scheme_.share);
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
-  for (int k = 0; k < scheme_.histories; ++k)
-    cairn_theta_advance(s.scene.dim, b.dofs(), b.count, scheme_.position[k], b.history(k), b.position.values.data(),
-                        s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
     cairn_rotate(s.rigid_bodies(), ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
@@ -250,6 +248,7 @@ void Nscd::update_velocity(Simulation& s) {
 
 // Energy is measured here, where the inertia of turning bodies is still that of the contacts.
 void Nscd::commit_contacts(Simulation& s) {
+  measure_histories(s);
   if (!s.meshes.empty())
     for (MeshBody& mesh : s.meshes.meshes) mesh.account(s.scene.bodies, s.scene.gravity.data());
   const ContactEnergy contacts = s.interactions.commit();
@@ -265,7 +264,8 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
       s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.scene.gravity.data(), b.mass.values.data(),
       b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms, pointer(b.force),
       pointer(b.damping), bits(b.driven), pointer(b.reaction), pointer(b.momentum_begin), pointer(b.angular_momentum),
-      settings.integrator.name == "theta" ? nullptr : &scheme_, b.history(0), b.history(1), b.history(2), b.history(3));
+      settings.integrator.name == "theta" ? nullptr : &scheme_, scheme_.histories > 0 ? way_.data() : nullptr,
+      b.history(0), b.history(1), b.history(2), b.history(3));
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   s.energy.kinetic = kinetic;
   s.energy.potential += d_potential;
@@ -291,8 +291,13 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
 // The rest of the displacement, and what the integrator keeps of the step.
 void Nscd::update_configuration(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  update_histories(s);
   leave_plugged_forces(s);
+  if (scheme_.histories > 0) {
+    cairn_theta_advance(s.scene.dim, b.dofs(), b.count, 1, way_.data(), b.position.values.data(),
+                        s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+    cairn_history_update(s.scene.dim, b.dofs(), b.count, &scheme_, change_.data(), b.inertia.values.data(),
+                         b.history(0), b.history(1), b.history(2), b.history(3));
+  }
   const double ahead = h_ * scheme_.share;
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);

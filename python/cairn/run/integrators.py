@@ -43,13 +43,6 @@ class Integrator:
         """Of the end of the step in forces that change with time; the rest is of its start."""
         return self.scheme(1.0)["end_share"]
 
-    @property
-    def sinks(self):
-        """By how much what rests on a contact sinks in a step, over the acceleration of its load times dt^2: the history of some
-        methods (VelocityVerlet 1/2, Gear, Newmark with beta below gamma/2) moves bodies and knows no contact."""
-        scheme = self.scheme(1.0)
-        return max(scheme["position"][0], 0.0) if scheme["histories"] else 0.0
-
     def scheme(self, dt):
         """The step of dt [s] as a linear map, by the names of core_f90/integrators/linear_scheme.f90, a dict."""
         return _core.integrator_scheme(self.row, list(self.values.values()), checks.positive("dt", dt))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 
-from .integrators import Integrator
 from .strategies import NSCD
 
 
@@ -14,10 +13,6 @@ class OverlapWarning(UserWarning):
 
 class StableStepWarning(UserWarning):
     """The step is longer than the contacts of a smooth scene keep stable."""
-
-
-class SinkingWarning(UserWarning):
-    """What rests on contacts sinks, by the method that moves it."""
 
 
 class EnergyCreatedWarning(UserWarning):
@@ -43,14 +38,6 @@ class StepWarnings:
                 StableStepWarning,
                 f"dt is {h:g} s and the stable step of the contacts {info['stable_step']:.3g} s at time {simulation.time:g} s: "
                 "give a smaller dt, softer laws or heavier bodies",
-            )
-        integrator = getattr(simulation.strategy, "integrator", None)
-        if isinstance(integrator, Integrator) and info["contacts"] and integrator.sinks > 0:
-            self._tell(
-                SinkingWarning,
-                f"{integrator!r} moves bodies by accelerations that know no contact: what rests sinks by "
-                f"{integrator.sinks:.3g} a dt a second, a the acceleration of its load: give Newmark(), CentralDifference() or "
-                "the theta-method, or a small dt",
             )
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
         # converged are told of, too
