@@ -46,3 +46,21 @@ def test_missing_packages_come_with_a_remedy(monkeypatch):
     monkeypatch.setattr(doctor.importlib.metadata, "version", missing)
     monkeypatch.setattr(doctor, "self_test", dict)
     assert doctor.examine()["packages"]["pyvista"] == "missing: for pictures in space; pip install pyvista"
+
+
+def test_doctor_tells_which_blas_is_in_use(tmp_path):
+    """By what the process has loaded: the reference library of Debian, OpenBLAS under its own name and in its place."""
+    assert doctor.blas(tmp_path / "none").startswith("unknown")
+    line, maps = "7f00-7f01 r-xp 00000000 fe:00 {}                    {}\n", tmp_path / "maps"
+    for path, name in (
+        ("/usr/lib/x86_64-linux-gnu/blas/libblas.so.3.11.0", "reference"),
+        ("/usr/lib/x86_64-linux-gnu/openblas-serial/libblas.so.3", "OpenBLAS"),
+        ("/opt/conda/lib/libopenblasp-r0.3.21.so", "OpenBLAS"),
+        ("/opt/intel/libmkl_core.so.2", "MKL"),
+    ):
+        maps.write_text(line.format(1, "/usr/lib/libc.so.6") + "7f02-7f03 rw-p 00000000 00:00 0\n" + line.format(2, path))
+        assert doctor.blas(maps).startswith(f"{name} at {path}") and ("docs/install.md" in doctor.blas(maps)) == (
+            name == "reference"
+        )
+    maps.write_text(line.format(1, "/venv/site-packages/numpy.libs/libscipy_openblas64_-32a4b2a6.so"))  # numpy's own
+    assert doctor.blas(maps).startswith("none")
