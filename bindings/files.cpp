@@ -130,13 +130,29 @@ void bind_runs(py::module_& m) {
       .def_static("go_on", &RunWriter::go_on)
       .def_property_readonly("own", &RunWriter::own, py::return_value_policy::reference_internal)
       .def("begin", &RunWriter::begin)
-      .def("write_step",
-           [](RunWriter& w, double time, double detected, std::int64_t step, const py::dict& bodies,
-              const py::dict& contacts) {
-             Kept kept;
-             const auto body_fields = fields_of(bodies, kept), contact_fields = fields_of(contacts, kept);
-             w.write_step(time, detected, step, body_fields, contact_fields);
-           })
+      .def(
+          "write_step",
+          [](RunWriter& w, double time, double detected, std::int64_t step, const py::dict& bodies,
+             const py::dict& contacts, const py::object& given) {
+            Kept kept;
+            const auto body_fields = fields_of(bodies, kept), contact_fields = fields_of(contacts, kept);
+            if (given.is_none()) return w.write_step(time, detected, step, body_fields, contact_fields);
+            const auto of = py::cast<py::dict>(given);
+            cairn::RunCells cells;
+            const auto take = [&](auto& to, const char* name) {
+              using T = typename std::decay_t<decltype(to)>::value_type;
+              const auto a = py::cast<Input<T>>(of[name]);
+              to.assign(a.data(), a.data() + a.size());
+            };
+            take(cells.points, "points");
+            take(cells.connectivity, "connectivity");
+            take(cells.offsets, "offsets");
+            take(cells.types, "types");
+            cells.fields = fields_of(of["fields"], kept);
+            w.write_step(time, detected, step, body_fields, contact_fields, &cells);
+          },
+          py::arg("time"), py::arg("time_detection"), py::arg("step"), py::arg("bodies"), py::arg("contacts"),
+          py::arg("cells") = py::none())
       .def("write_history", &RunWriter::write_history)
       .def("flush", &RunWriter::flush, py::arg("sync") = py::none(), py::arg("pace") = 0.0)
       .def("close", &RunWriter::close)

@@ -102,8 +102,8 @@ void RunWriter::begin() {
 
 // ---------------------------------------------------------------- outputs
 
-void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts,
-                            std::int64_t n) {
+void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n,
+                            const RunCells* cells) {
   Group& root = file_->root().group("VTKHDF");
   set_type(root, "MultiBlockDataSet");
   // VTK forgets the steps of the blocks when it is asked twice, unless the root has steps too; 9.4 wants every
@@ -113,9 +113,14 @@ void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vect
   times_ = &root_steps_->series("Values", {'f', 8}, {}, few, unit_of("time"));
   blocks_.push_back(make_block(root.group("bodies"), bodies, n));
   blocks_.push_back(make_block(root.group("contacts"), contacts, 2 * n));
+  std::vector<const char*> names{"bodies", "contacts"};
+  if (cells) {
+    names.push_back("meshes");
+    blocks_.push_back(make_block(root.group("meshes"), cells->fields, std::int64_t(cells->types.size()), true));
+  }
   Group& assembly = root.group("Assembly");
   std::int64_t index = 0;
-  for (const char* name : {"bodies", "contacts"}) {
+  for (const char* name : names) {
     root.group(name).set_attribute("Index", StoredArray::number(index++));
     const std::string path = std::string("/VTKHDF/") + name;
     assembly.soft_link(name, path);
@@ -124,7 +129,8 @@ void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vect
 }
 
 // A block of /VTKHDF: a set of points over time, with one vertex each.
-RunWriter::Block RunWriter::make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected) {
+RunWriter::Block RunWriter::make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected,
+                                       bool of_cells) {
   // some outputs to a chunk, so that not every flush adds to the index, and not more than some 200 kB
   const int bits = std::max<int>(6, int(std::bit_width(std::uint64_t(4 * expected))));
   const std::int64_t rows = std::int64_t(1) << std::min(bits, 13);
@@ -135,17 +141,17 @@ RunWriter::Block RunWriter::make_block(Group& group, const std::vector<RunField>
   group.series("Connectivity", whole, {}, rows);
   group.series("Offsets", whole, {}, rows);
   group.series("Types", {'u', 1}, {}, rows);
-  Group &data = group.group("PointData"), &steps = group.group("Steps");
+  Group &data = group.group(of_cells ? "CellData" : "PointData"), &steps = group.group("Steps");
   for (const RunField& f : fields) data.series(f.name, f.type, f.row_shape, rows, unit_of(f.name));
   for (const auto& [name, row_shape] : block_steps) steps.series(name, whole, row_shape, few);
   steps.series("Values", {'f', 8}, {}, few, unit_of("time"));
-  Group& offsets = steps.group("PointDataOffsets");
+  Group& offsets = steps.group(of_cells ? "CellDataOffsets" : "PointDataOffsets");
   for (const RunField& f : fields) offsets.series(f.name, whole, {}, few);
-  return known_block(group);
+  return known_block(group, of_cells);
 }
 
 // A block as it stands in the file; its steady fields are written once more, its list of points begins a new part.
-RunWriter::Block RunWriter::known_block(Group& group) {
+RunWriter::Block RunWriter::known_block(Group& group, bool of_cells) {
   Block b;
   b.group = &group;
   b.points = &group.series_at("Points");
@@ -153,10 +159,10 @@ RunWriter::Block RunWriter::known_block(Group& group) {
   b.offsets = &group.series_at("Offsets");
   b.types = &group.series_at("Types");
   for (const char* name : part_names) b.parts.push_back(&group.series_at(name));
-  Group &data = group.group_at("PointData"), &steps = group.group_at("Steps");
+  Group &data = group.group_at(of_cells ? "CellData" : "PointData"), &steps = group.group_at("Steps");
   for (const auto& [name, row_shape] : block_steps) b.steps.push_back(&steps.series_at(name));
   b.values = &steps.series_at("Values");
-  Group& offsets = steps.group_at("PointDataOffsets");
+  Group& offsets = steps.group_at(of_cells ? "CellDataOffsets" : "PointDataOffsets");
   for (const std::string& name : data.names()) {
     b.data.emplace_back(name, &data.series_at(name));
     b.data_offsets.emplace_back(name, &offsets.series_at(name));
@@ -287,17 +293,48 @@ std::int64_t RunWriter::append(Block& b, double time, const RunField& points, co
   return first;
 }
 
+// Cells that are as they were stand in the part of the outputs before.
+void RunWriter::append_cells(Block& b, double time, const RunCells& c) {
+  const auto cells = std::int64_t(c.types.size()), corners = std::int64_t(c.connectivity.size());
+  const std::int64_t nodes = std::int64_t(c.points.size()) / 3;
+  Blake2b digest(16);
+  digest.update(std::to_string(nodes) + "|" + std::to_string(cells) + "|");
+  digest.update(c.connectivity.data(), sizeof(std::int64_t) * c.connectivity.size());
+  digest.update(c.types.data(), c.types.size());
+  if (std::string now = digest.hexdigest(); now != b.shape) {
+    b.shape = std::move(now);
+    b.first_corner = b.connectivity->append(c.connectivity.data(), corners);
+    b.cells = b.types->append(c.types.data(), cells);
+    b.offsets->append(c.offsets.data(), cells + 1);
+    const std::int64_t sizes[] = {nodes, cells, corners};
+    for (std::size_t k = 0; k < b.parts.size(); ++k) b.parts[k]->append_one(sizes[k]);
+    ++b.part;
+  }
+  const std::int64_t row[] = {b.part, 1, b.points->append(c.points.data(), nodes), b.cells, b.first_corner};
+  for (std::size_t k = 0; k < b.steps.size(); ++k) b.steps[k]->append_one(row[k]);
+  b.values->append_one(time);
+  for (std::size_t k = 0; k < b.data.size(); ++k) {
+    const auto f = std::find_if(c.fields.begin(), c.fields.end(),
+                                [&, &wanted = b.data[k].first](const RunField& g) { return g.name == wanted; });
+    const void* values = f == c.fields.end() ? nullptr : f->values; // no cell, no value
+    b.data_offsets[k].second->append_one(b.data[k].second->append(values, cells));
+  }
+}
+
 void RunWriter::write_step(double time, double time_detection, std::int64_t step, const std::vector<RunField>& bodies,
-                           const std::vector<RunField>& contacts) {
+                           const std::vector<RunField>& contacts, const RunCells* cells) {
   std::vector<Own> made;
   made.reserve(bodies.size() + contacts.size() + 2); // what they hold does not move
   const auto [points, fields] = in_space("position", bodies, made);
   const auto [contact_points, contact_fields] = in_space("point", contacts, made);
-  if (blocks_.empty()) make_blocks(fields, contact_fields, points.rows);
+  if (blocks_.empty()) make_blocks(fields, contact_fields, points.rows, cells);
+  const RunCells none{{}, {}, {0}, {}, {}};
+  if (blocks_.size() > 2 && cells) check(blocks_[2], "cells", cells->fields, std::int64_t(cells->types.size()));
   check(blocks_[0], "bodies", fields, points.rows);
   check(blocks_[1], "contacts", contact_fields, contact_points.rows);
   const std::int64_t first_body = append(blocks_[0], time, points, fields);
   const std::int64_t first_contact = append(blocks_[1], time, contact_points, contact_fields);
+  if (blocks_.size() > 2) append_cells(blocks_[2], time, cells ? *cells : none);
   times_->append_one(time);
   steps_[0]->append_one(time);
   steps_[1]->append_one(time_detection);
@@ -444,8 +481,9 @@ std::unique_ptr<RunWriter> RunWriter::take_up(const std::string& path, std::int6
     cut.push_back(w->times_);
     const StoredArray count = StoredArray::number(outputs);
     w->root_steps_->set_attribute("NSteps", count);
-    for (const char* name : {"bodies", "contacts"}) {
-      w->blocks_.push_back(w->known_block(vtk.group_at(name)));
+    for (const char* name : {"bodies", "contacts", "meshes"}) {
+      if (!vtk.contains(name)) continue; // of scenes without bodies that deform
+      w->blocks_.push_back(w->known_block(vtk.group_at(name), std::string(name) == "meshes"));
       const Block& b = w->blocks_.back();
       cut.insert(cut.end(), b.steps.begin(), b.steps.end());
       cut.push_back(b.values);

@@ -4,13 +4,13 @@
 //
 //   /VTKHDF                MultiBlockDataSet, with Steps for the times
 //     bodies, contacts     UnstructuredGrid over time: a vertex per body and per contact, PointData its fields
-//     Steps                time of each output
-//     Assembly             soft links to both blocks
+//     meshes               UnstructuredGrid over time: cells of bodies that deform, CellData their fields; if there are
+//     any Steps                time of each output Assembly             soft links to both blocks
 //   /cairn                 attributes format, version, dim
 //     scene, provenance    what was simulated, and by what: nested groups, text and arrays
 //     steps                a row per output: number of the step, both times, first row and number of bodies and
 //     contacts history              a row per step taken: time, step, contacts, iterations, error, energies ... bodies,
-//     contacts     soft links into /VTKHDF
+//     contacts, meshes     soft links into /VTKHDF
 //
 // A field that did not change since the output before it (radius, material ...) is not written again: its offset is
 // repeated. In 2D z is 0. Texts have a fixed length, arrays the attribute crc32. VTK 9.4 and later (ParaView 5.13) read
@@ -30,6 +30,13 @@ struct RunField {
   std::int64_t rows;
   const void* values;
 };
+// Cells of bodies that deform at an output, as VTK has them.
+struct RunCells {
+  std::vector<double> points; // (3, nodes) [m]
+  std::vector<std::int64_t> connectivity, offsets;
+  std::vector<std::uint8_t> types;
+  std::vector<RunField> fields; // of the cells
+};
 // A number or a word of one step.
 using RunNumber = std::pair<std::string, std::variant<double, std::string>>;
 
@@ -48,7 +55,7 @@ public:
   // spin; contacts: "point" (dim) [m] is needed. The fields of the first output are those of all: throws
   // std::invalid_argument where they differ.
   void write_step(double time, double time_detection, std::int64_t step, const std::vector<RunField>& bodies,
-                  const std::vector<RunField>& contacts);
+                  const std::vector<RunField>& contacts, const RunCells* cells = nullptr);
   // The numbers of one step taken; cheap, stored at the next flush.
   void write_history(double time, std::int64_t step, const std::vector<RunNumber>& numbers);
   std::int64_t last_history() const { return last_history_; } // step; -1: none
@@ -71,7 +78,8 @@ private:
     std::vector<Series*> parts, steps;                                // of the names in run_writer.cpp
     std::vector<std::pair<std::string, Series*>> data, data_offsets;  // in the order of the fields
     std::map<std::string, std::pair<std::string, std::int64_t>> seen; // digest and first row of steady fields
-    std::int64_t count = -1, part = -1, cells = 0;
+    std::int64_t count = -1, part = -1, cells = 0, first_corner = 0;
+    std::string shape; // digest of cells that have one
   };
   struct Column {
     Series* series;
@@ -80,9 +88,11 @@ private:
   };
   RunWriter() = default;
   static std::unique_ptr<RunWriter> take_up(const std::string& path, std::int64_t step);
-  void make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n);
-  Block make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected);
-  Block known_block(Group& group);
+  void make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n,
+                   const RunCells* cells);
+  Block make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected, bool of_cells = false);
+  Block known_block(Group& group, bool of_cells = false);
+  void append_cells(Block& block, double time, const RunCells& cells);
   void check(const Block& block, const char* what, const std::vector<RunField>& fields, std::int64_t rows) const;
   std::int64_t append(Block& block, double time, const RunField& points, const std::vector<RunField>& fields);
   std::pair<RunField, std::vector<RunField>> in_space(const char* point, const std::vector<RunField>& given,

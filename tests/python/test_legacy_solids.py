@@ -4,7 +4,7 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import legacy
-from small_datbox import BAR, BULK, LAW, SEE, body, held, write
+from small_datbox import BAR, BULK, LAW, SEE, body, held, row, write
 from test_verify_meshes import block
 
 ELASTIC = ("elas: standard", "ani_: isotropic", "EYng= 1.0000000e+05  EPss= 3.0000000e-01")
@@ -64,3 +64,83 @@ def test_a_folder_of_each_material_is_read_and_run(kinematics, law, name, rows, 
 def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
     with pytest.raises(legacy.LegacyError, match=told):
         legacy.read_datbox(folder_of(tmp_path, kinematics, law, name, rows))
+
+
+def meshed(folder, cells, points, models, gummies, below):
+    """A MAILx of [(element, nodes, model, material)] above a held bar, candidates on a side below (two nodes)."""
+    text = "$bdyty\n MAILx      1\n$blmty\n"
+    for k, (element, nodes, model, name) in enumerate(cells, 1):
+        text += f" {element}{k:7d}  nodes" + "".join(f"{n + 1:7d}" for n in nodes) + "\n"
+        text += f"               model  {model}  behav  {name}\n"
+    text += "$nodty\n"
+    for k, x in enumerate(points, 1):
+        text += f" NO2xx{k:7d}" + " " * 16 + row(*x).lstrip()
+    text += "$tacty\n"
+    for k, share in enumerate((0.25, 0.75)):
+        text += f"{' +'[k]}CLxxx      1  color  BLUEx  noda={below[0] + 1:5d}  nodb={below[1] + 1:5d}  apab={share:14.7E}\n"
+    bodies = body("RBDY2", BAR, at=(0.5, -0.05, 0), number=1) + text + "$$$$$$\n"
+    see = SEE.format("RBDY2", "xxxxx", "JONCx", "DOWNx").replace(" RBDY2  xxxxx  BLEUx", " MAILx  CLxxx  BLUEx")
+    write(folder / "DATBOX", bodies, see, LAW.replace("IQS_CLB    ", "GAP_SGR_CLB"), held("RBDY2", 1), bulk=BULK + gummies)
+    (folder / "DATBOX" / "MODELS.DAT").write_text("$model  mdlty  finel  eleop  value\n" + models)
+    return folder
+
+
+def gummy(name, density, rows, law="ELAS"):
+    head = f"$behav  lawty\n {name}  {law:30s}  Umas= {density:13.7E}\n"
+    return head + "".join(" " * 40 + line + "\n" for line in rows)
+
+
+def model(name, element, law="elas_", kinematics="small", mass="lump_"):
+    text = f" {name}\n        MECAx  {element}  kine_  {kinematics}\n"
+    return text + "".join(f"                      {o}\n" for o in (f"mater  {law}", f"mstrg  {mass}"))
+
+
+CORNERS = [(0.0, 0.05), (1.0, 0.05), (1.0, 1.05), (0.0, 1.05)]
+MIDDLES = [(0.5, 0.05), (1.0, 0.55), (0.5, 1.05), (0.0, 0.55)]
+
+
+@pytest.mark.parametrize("element, kind", [("T6xxx", "triangle6"), ("Q8xxx", "quad8")])
+def test_cells_of_second_order_are_read_and_run(element, kind, tmp_path):
+    points = CORNERS + MIDDLES + [(0.5, 0.55)]
+    nodes = [list(range(8))] if element == "Q8xxx" else [[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]]
+    cells = [(element, of, "M2D_L", "GUMMY") for of in nodes]
+    points = points[:8] if element == "Q8xxx" else points
+    folder = meshed(tmp_path, cells, points, model("M2D_L", element), gummy("GUMMY", 1e3, ELASTIC), (0, 1))
+    scene = legacy.read_datbox(folder)
+    assert not scene.legacy.unmapped
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=0.5, margin=scene.legacy.alert, solver=cn.NLGS(tol=1e-10)), overlap="ignore")
+    mesh = sim.meshes[0]
+    assert list(mesh.body.cells) == [kind] and mesh.body.nodal_mass().sum() == pytest.approx(1e3, rel=1e-12)
+    struck = 0.0
+    for _ in range(130):
+        assert sim.step()["status"] == "converged"
+        struck = max(struck, abs(sim.contacts.impulse).max(initial=0.0))
+    assert struck > 0 and abs(sim.info["energy"]["closure"]) < 1e-8 * sim.info["energy"]["in_play"]
+
+
+@pytest.mark.parametrize("second, kinematics", [("elas_", "small"), ("J2iso", "small"), ("neoh_", "large")])
+def test_a_body_of_several_materials_has_those_of_its_cells(second, kinematics, tmp_path):
+    points = [*CORNERS, (2.0, 0.05), (2.0, 1.05)]
+    cells = [("Q4xxx", [0, 1, 2, 3], "FIRST", "GUMMY"), ("Q4xxx", [1, 4, 5, 2], "OTHER", "STEEL")]
+    rows = PLASTIC if second == "J2iso" else ELASTIC
+    laws = gummy("GUMMY", 1e3, ELASTIC) + gummy("STEEL", 3e3, rows, "ELAS_PLAS" if second == "J2iso" else "ELAS")
+    models = model("FIRST", "Q4xxx", kinematics=kinematics) + model("OTHER", "Q4xxx", second, kinematics)
+    scene = legacy.read_datbox(meshed(tmp_path, cells, points, models, laws, (0, 1)))
+    assert not scene.legacy.unmapped
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=0.5, margin=scene.legacy.alert, solver=cn.NLGS(tol=1e-10)), overlap="ignore")
+    made = sim.meshes[0].body
+    first = "SaintVenantKirchhoff" if kinematics == "large" else "IsotropicElastic"
+    other = {"elas_": "IsotropicElastic", "J2iso": "J2Plasticity", "neoh_": "NeoHookean"}[second]
+    assert [type(m).__name__ for m in made.materials["quad"]] == [first, other]
+    assert made.nodal_mass() == pytest.approx([250, 1000, 1000, 250, 750, 750], rel=1e-12)
+    for _ in range(130):
+        assert sim.step()["status"] == "converged"
+    assert abs(sim.info["energy"]["closure"]) < 1e-7 * sim.info["energy"]["in_play"]
+
+
+def test_models_that_differ_in_kinematics_within_a_body_are_told(tmp_path):
+    points = [*CORNERS, (2.0, 0.05), (2.0, 1.05)]
+    cells = [("Q4xxx", [0, 1, 2, 3], "FIRST", "GUMMY"), ("Q4xxx", [1, 4, 5, 2], "OTHER", "GUMMY")]
+    models = model("FIRST", "Q4xxx") + model("OTHER", "Q4xxx", "neoh_", "large")
+    with pytest.raises(legacy.LegacyError, match="several physics, kinematics or masses in one body"):
+        legacy.read_datbox(meshed(tmp_path, cells, points, models, gummy("GUMMY", 1e3, ELASTIC), (0, 1)))

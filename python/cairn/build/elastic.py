@@ -30,8 +30,8 @@ class ElasticBody:
 
     points (n, dim) [m]; cells: {"triangle" | "quad" | "triangle6" | "quad8" | "quad9" | "tetra" | "hexahedron" | "tetra10" |
     "hexahedron20" | "hexahedron27": (m, nodes) whole numbers, in the order of meshio}; groups: {name: nodes};
-    young, poisson, density; plane: "strain" or "stress" in 2D, thickness [m]; rayleigh: (a, b) of C = a M + b K [1/s, s].
-    Raises ValueError naming what is wrong, the cell and the remedy.
+    young, poisson; density [kg/m3], or {kind: (m,)} of each cell; plane: "strain" or "stress" in 2D, thickness [m]; rayleigh:
+    (a, b) of C = a M + b K [1/s, s]. Raises ValueError naming what is wrong, the cell and the remedy.
     """
 
     def __init__(
@@ -47,7 +47,10 @@ class ElasticBody:
         if not np.all(np.isfinite(self.points)):
             at = int(np.argmin(np.isfinite(self.points).all(axis=1)))
             raise ValueError(f"points[{at}] is {self.points[at].tolist()}: give finite places [m]")
-        if checks.number("density", density) < 0:
+        whole = {kind: density for kind in cells} if not isinstance(density, dict) else density
+        if set(whole) != set(cells):
+            raise ValueError(f"density is of {sorted(whole)}: give one for each kind of cells, {sorted(cells)}")
+        if not isinstance(density, dict) and checks.number("density", density) < 0:
             raise ValueError(f"density is {density}: give a number >= 0 [kg/m3]")
         if not sum(len(nodes) for nodes in cells.values()):
             raise ValueError(f"cells holds no cell: give one at least, of {', '.join(ELEMENTS)}")
@@ -61,7 +64,14 @@ class ElasticBody:
         for kind, nodes in cells.items():
             nodes = self._checked(kind, np.ascontiguousarray(nodes))
             x = np.ascontiguousarray(self.points[nodes])
-            k, m, wrong = _core.element_matrices(kind, x, float(density) * self.thickness, self.elasticity * self.thickness)
+            each = np.ndim(whole[kind]) > 0  # a density for each cell
+            one = 1.0 if each else float(whole[kind])
+            k, m, wrong = _core.element_matrices(kind, x, one * self.thickness, self.elasticity * self.thickness)
+            if each:
+                own = checks.real_array(f"density of {kind} cells", whole[kind], (len(nodes),))
+                if np.any(own < 0):
+                    raise ValueError(f"density of {kind} cell {int(np.argmin(own))} is {own.min():g}: give a number >= 0 [kg/m3]")
+                m = m * own[:, None, None]
             if np.any(wrong):
                 at = int(np.argmax(wrong))
                 named = f"{kind} {at} with nodes {nodes[at].tolist()}"

@@ -21,11 +21,12 @@ class SolidBody(ElasticBody):
 
     points (n, dim) [m]; cells as of ElasticBody; material: NeoHookean(...) and the like, or {kind of cells: material}, or where
     cells of a kind are of several {kind: ([materials], number (m,) of that of each cell)}; density
-    [kg/m3]; groups: {name: nodes}. kinematics: "small", or the strain that the law sees where it turns with the material:
-    "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that take the gradient of
-    deformation are for "total_lagrangian" alone, which is what they get when none is given. plane: "strain", "stress" or
-    "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order change their volume as a
-    whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the stiffness at the start.
+    [kg/m3], or {kind: (m,)} of each cell; groups: {name: nodes}. kinematics: "small", or the strain that the law sees where it
+    turns with the material: "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that
+    take the gradient of deformation are for "total_lagrangian" alone, which is what they get when none is given. plane:
+    "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order
+    change their volume as a whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the
+    stiffness at the start.
     Raises ValueError naming what is wrong, the cell and the remedy.
     """
 
@@ -45,9 +46,12 @@ class SolidBody(ElasticBody):
             raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
         points = np.ascontiguousarray(points, float)
         # mass alone is taken from the elements as they are; of a ring that of its way round
+        if plane == "axisymmetric" and isinstance(density, dict):
+            raise ValueError("density of cells round an axis is one number: tie bodies of others (cairn.tied)")
         around = 2 * np.pi if plane == "axisymmetric" and points.ndim == 2 and points.shape[1] == 2 else 1.0
+        heavy = density if isinstance(density, dict) else density * around
         super().__init__(
-            points, cells, young=1.0, poisson=0.0, density=density * around, groups=groups,
+            points, cells, young=1.0, poisson=0.0, density=heavy, groups=groups,
             thickness=1.0 if plane == "axisymmetric" else thickness, lumped=lumped,
         )  # fmt: skip
         self.given = made_of  # as scene files hold it
@@ -87,6 +91,14 @@ class SolidBody(ElasticBody):
     def layout(self):
         """Of each block its kind of cells, their rows among those of the kind, and its material."""
         return self._layout
+
+    @property
+    def materials(self):
+        """{kind of cells: material}, a list of them where cells of a kind are of several."""
+        out = {}
+        for kind, _, material in self._layout:
+            out.setdefault(kind, []).append(material)
+        return {kind: found if len(found) > 1 else found[0] for kind, found in out.items()}
 
     def model(self):
         """Stresses and states of the cells, of their own: see _core.BulkModel."""

@@ -36,6 +36,7 @@ def add_parser(add, commands):
     sweep.add_argument("--tolerances", nargs="+", type=float, default=(1e-1, 1e-2, 1e-3, 1e-4), help="default: 1e-1 to 1e-4")
     sweep.add_argument("--dt-factors", nargs="+", type=float, default=(1.0,), help="of the time step (default: 1)")
     sweep.add_argument("--warm-start", choices=("on", "off", "both"), default="both", help="default: both")
+    sweep.add_argument("--integrators", nargs="+", default=("",), metavar="CALL", help="'HHT(alpha=-0.1)' (default: the scene's)")
     sweep.add_argument("--min-iter", nargs="+", type=int, default=(1,), help="fewest iterations of a step (default: 1)")
     sweep.add_argument("--max-iter", type=int, default=10_000, help="most iterations of a step (default: 10000)")
     how = parser.add_argument_group("how it is measured")
@@ -96,6 +97,7 @@ def _call(options):
         {
             "solvers": options.solvers, "tolerances": tuple(options.tolerances), "dt_factors": tuple(options.dt_factors),
             "warm_start": warm, "min_iter": tuple(options.min_iter), "max_iter": options.max_iter,
+            "integrators": tuple(options.integrators),
         },
     )
     for name in ("prepare", "states", "duration", "runs", "perturbation", "samples", "reference_tol", "max_seconds"):

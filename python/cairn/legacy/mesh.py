@@ -10,7 +10,9 @@ from ..build.materials import Material
 from . import solids
 from .text import LegacyError, Reader
 
-CELLS = {"T3xxx": "triangle", "Q4xxx": "quad", "TE4xx": "tetra", "H8xxx": "hexahedron"}
+CELLS = {
+    "T3xxx": "triangle", "Q4xxx": "quad", "T6xxx": "triangle6", "Q8xxx": "quad8", "TE4xx": "tetra", "H8xxx": "hexahedron",
+}  # fmt: skip
 
 # Shape functions of a quadrilateral at its two by two Gauss points: the candidate points of CSpx1.
 GAUSS = [
@@ -179,8 +181,10 @@ def _why_not(box, mesh, models, drives):
         why = solids.why_not(model, options, box.materials[material])
         if why:
             return why
-    if len({(model, material) for _, _, model, material in mesh.cells}) > 1:
-        return "several models or materials in one body"
+    several = {model for _, _, model, _ in mesh.cells}
+    alike = {tuple(models[m].get(o, "") for o in ("physics", "kine_", "mstrg")) for m in several}
+    if len(alike) > 1 or (len({(model, name) for _, _, model, name in mesh.cells}) > 1 and heat):
+        return "models of several physics, kinematics or masses in one body"
     for kind, *_ in mesh.contactors:
         if kind not in ("CLxxx", "ALpxx", "CSpx1", "ASpxx"):
             return f"contactor {kind}"
@@ -233,7 +237,6 @@ def _body(box, mesh, models):
 
     _, _, model, name = mesh.cells[0]
     material = box.materials[name]
-    young, poisson = solids.elastic(box, material)
     cells = {}
     for element, nodes, *_ in mesh.cells:
         cells.setdefault(CELLS[element], []).append(nodes)
@@ -242,10 +245,34 @@ def _body(box, mesh, models):
         "density": material.density, "lumped": models[model].get("mstrg") == "lump_",
         "groups": {f"node {k}": [k] for k in range(len(mesh.points))},
     }  # fmt: skip
+    if len({(model, name) for _, _, model, name in mesh.cells}) > 1:
+        return _of_several(box, mesh, models, points, cells, given)
+    young, poisson = solids.elastic(box, material)
     bulk = None if models[model].get("physics") == "THERM" else solids.solid_material(box, models[model], material)
     if bulk is not None:
         return SolidBody(points, cells, bulk, **given)
     return ElasticBody(points, cells, young=young, poisson=poisson, **given)
+
+
+def _of_several(box, mesh, models, points, cells, given):
+    """A body of several materials: each cell has its own, and their density."""
+    from ..build.bulk import BULK_MATERIALS
+    from ..build.solid import SolidBody
+
+    made, which, density = {}, {}, {}
+    for element, _, model, name in mesh.cells:
+        kind, key = CELLS[element], (model, name)
+        if key not in made:
+            law = solids.solid_material(box, models[model], box.materials[name])
+            if law is None:
+                young, poisson = solids.elastic(box, box.materials[name])
+                law = BULK_MATERIALS["IsotropicElastic"](young=young, poisson=poisson)
+            made[key] = law
+        which.setdefault(kind, []).append(list(made).index(key))
+        density.setdefault(kind, []).append(box.materials[name].density)
+    laws = list(made.values())
+    material = {kind: (laws, np.array(of)) for kind, of in which.items()}
+    return SolidBody(points, cells, material, **{**given, "density": {kind: np.array(of) for kind, of in density.items()}})
 
 
 def _deformable(box, mesh, models, drives, state, materials, origin):

@@ -188,6 +188,21 @@ class Step:
                 for what, point, first in (("bodies", "position", "first_body"), ("contacts", "point", "first_contact"))
             )
 
+    @property
+    def cells(self):
+        """Of the cells of bodies that deform, one mesh after the other as they came in, {name: (m, ...)}: mesh (its number),
+        stress, strain, ...; {} where a file holds none."""
+        with told_as_damage(self.run.path):
+            if "cairn/meshes" not in self.run._file:
+                return {}
+            block = self.run._file["cairn/meshes"]
+            count = int(block["NumberOfCells"][int(block["Steps/PartOffsets"][self.index])])
+            out = {}
+            for name in block["CellData"]:
+                first = int(block["Steps/CellDataOffsets"][name][self.index])
+                out[name] = block["CellData"][name][first : first + count]
+            return out
+
     def rows_of(self, ids):
         """Rows of the bodies with these ids in the arrays of this step."""
         ids, own = np.asarray(ids, np.int64), self.bodies["id"] if "id" in self.bodies else np.arange(len(self.bodies))

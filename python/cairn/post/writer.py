@@ -73,7 +73,7 @@ class RunWriter:
         writer._core = _core.RunWriter.go_on(os.fspath(path), step)
         return writer
 
-    def write_step(self, time, time_detection, step, bodies, contacts=None, info=None):
+    def write_step(self, time, time_detection, step, bodies, contacts=None, info=None, cells=None):
         """Write one output.
 
         time, time_detection: end of the step, to which the bodies belong, and the time of the detection configuration, to which
@@ -82,6 +82,8 @@ class RunWriter:
         or (n, 4), "radius" (n,) [m], "material", "id" and any other field are welcome.
         contacts: arrays over the contacts: "point" (m, dim) [m], "normal" (m, dim), "gap" (m,) [m], "impulse" (m, dim) [N s]
         on A in the axes of space, "status" (m,), "body_a", "body_b" (m,) ids; None for none.
+        cells: of bodies that deform, as VTK has them: "points" (n, 3) [m], "connectivity", "offsets", "types", and "fields",
+            arrays over the cells by name; None for none.
         info: numbers of this step; goes to the history unless `write_history` had it.
 
         The fields of the first output are the fields of all. Raises ValueError if they differ, FileError.
@@ -89,7 +91,7 @@ class RunWriter:
         if contacts is None:
             contacts = {name: np.empty((0, self._core.dim)) for name in ("point", "normal", "impulse")}
             contacts |= {name: np.empty(0, kind) for name, kind in EMPTY_CONTACTS.items()}
-        self._core.write_step(time, time_detection, int(step), bodies, contacts)
+        self._core.write_step(time, time_detection, int(step), bodies, contacts, cells)
         if info is not None and self._core.last_history != step:
             self.write_history(time, step, info)
 

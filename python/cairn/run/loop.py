@@ -46,7 +46,6 @@ class Command:
         self._written.add(own)
         return self.overwrite and new
 
-
     @property
     def status(self):
         """Exit status of the program."""
@@ -173,6 +172,38 @@ def _of_meshes(simulation):
     return out
 
 
+VTK_CELLS = {
+    "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25,
+    "quad9": 28, "hexahedron27": 29,
+}  # fmt: skip
+
+
+def cells_of_meshes(simulation):
+    """Cells of bodies that deform where they are, as RunWriter.write_step takes them; None if there is none. Of the cells: the
+    number of their mesh, stress [Pa], strain, and what of their materials' states is shown."""
+    shown = [m for m in simulation.meshes if hasattr(m.body, "nodal_stress") and set(m.body.cells) <= set(VTK_CELLS)]
+    if not shown:
+        return None
+    points, corners, sizes, types, fields, first = [], [], [], [], {}, 0
+    counts = [sum(len(cells) for cells in m.body.cells.values()) for m in shown]
+    begins = np.cumsum([0, *counts])
+    for k, mesh in enumerate(shown):
+        x = mesh.displacement + mesh.body.points
+        points.append(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))))
+        for kind, cells in mesh.body.cells.items():
+            corners.append((np.asarray(cells, np.int64) + first).ravel())
+            sizes.append(np.full(len(cells), cells.shape[1], np.int64))
+            types.append(np.full(len(cells), VTK_CELLS[kind], np.uint8))
+        for name, values in {**mesh.cell_fields(), "mesh": np.full(counts[k], k)}.items():
+            whole = fields.setdefault(name, np.zeros((begins[-1], *values.shape[1:]), values.dtype))
+            whole[begins[k] : begins[k + 1]] = values
+        first += len(x)
+    return {
+        "points": np.concatenate(points), "connectivity": np.concatenate(corners),
+        "offsets": np.cumsum([0, *np.concatenate(sizes)]), "types": np.concatenate(types), "fields": fields,
+    }  # fmt: skip
+
+
 def _meshes(simulation):
     """Nodes (ids of bodies), cells and groups of each body that deforms and has cells."""
     out = {}
@@ -201,7 +232,7 @@ class _Recorder:
 
     def __init__(self, simulation, output, every, checkpoint_every, overwrite, append, probes):
         self.simulation, self.every, self.checkpoint_every, self.writer = simulation, every, checkpoint_every, None
-        self.checkpoint_path = None
+        self.checkpoint_path, self.fields = None, {}
         if output is not None:
             from ..post.writer import RunWriter
 
@@ -228,9 +259,23 @@ class _Recorder:
         self.written = sim.steps
         bodies, contacts = snapshot(sim)
         info = sim.report
-        self.writer.write_step(sim.time, info.get("time_detection", sim.time), sim.steps, bodies, contacts)
+        cells = cells_of_meshes(sim)
+        self._keep_fields("bodies", bodies, len(sim.bodies))
+        if cells is not None:
+            self._keep_fields("cells", cells["fields"], len(cells["types"]))
+        at = info.get("time_detection", sim.time)
+        self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells)
         self.writer.flush()
         log.debug("output at step %d, t = %g s: %d bodies, %d contacts", sim.steps, sim.time, len(sim.bodies), len(sim.contacts))
+
+    def _keep_fields(self, what, fields, n):
+        """Fields of the first output are those of all: what came in later is left out, what went is zero."""
+        first = self.fields.setdefault(what, {name: (values.dtype, values.shape[1:]) for name, values in fields.items()})
+        for name in set(fields) - set(first):
+            del fields[name]
+        for name in set(first) - set(fields):
+            dtype, shape = first[name]
+            fields[name] = np.zeros((n, *shape), dtype)
 
     def record(self, probes):
         sim = self.simulation

@@ -30,7 +30,7 @@ def deform(sim, id, body, *, material=None, **options):
     turned = own @ base.T
     reference = at["position"] + (own if large else turned)
     factor = at["mass"] / mass
-    made = type(body)(**{**body.given, "points": reference, "density": body.given["density"] * factor})
+    made = type(body)(**{**body.given, "points": reference, "density": _times(body.given["density"], factor)})
     x = at["position"] + turned
     rates = _rates(turned)
     velocity = _with_momentum(made, rates, np.concatenate([at["mass"] * at["velocity"], at["spin"]]))
@@ -327,6 +327,10 @@ def _stored_rotation(matrix, dim):
 
 def _skew(m):
     return m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+
+
+def _times(density, factor):
+    return {kind: of * factor for kind, of in density.items()} if isinstance(density, dict) else density * factor
 
 
 def _nearest_turn(own, x, weight):

@@ -407,6 +407,21 @@ class MeshView(_View):
                 out[name] = self.body.nodal_mean(of_cells)[:, 0]
         return out | {"contact_pressure": self.contact_pressure}
 
+    def cell_fields(self):
+        """What a run file holds of the cells, by name, (m,) or (m, 3 | 6) for all kinds of cells one after the other: stress and
+        strain in the order xx yy [zz] xy [yz zx], accumulated_plastic_strain and damage of materials that keep them."""
+
+        def joined(of_kinds):
+            return np.concatenate([of_kinds[kind] for kind in self.body.cells])
+
+        stress = joined(self.stress)
+        narrow = self._mesh.dim == 2 and stress.shape[1] == 6
+        out, states = {"stress": stress[:, [0, 1, 3]] if narrow else stress, "strain": joined(self.strain)}, self.material_state
+        for name in SHOWN_STATES:
+            if any(name in of_kind for of_kind in states.values()):
+                out[name] = joined({k: of.get(name, np.zeros(len(self.body.cells[k]))) for k, of in states.items()})
+        return out
+
     def nodal_stress(self):
         """Mean of the stresses of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
         if not hasattr(self.body, "blocks"):

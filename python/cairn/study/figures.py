@@ -26,12 +26,15 @@ def boundary_parts(sim):
     """Boundaries and free bodies: ({name: ids of the bodies}, (n,) of bool).
 
     A boundary is a set of bodies that are held, driven in some dof or of infinite mass; its name is its group's or its number.
+    Nodes of a mesh are free where none of their displacements is held.
     """
     ids = sim.bodies.id
     free = np.isfinite(sim.bodies.mass)
     for s in sim._sets:
-        if s.driven:
+        if s.driven and s.mesh is None:
             free &= ~np.isin(ids, s.ids)
+    for mesh in sim.meshes:
+        free &= ~np.isin(ids, mesh.ids[np.unique(mesh.held // sim.scene.dim)])
     parts = {}
     for k, s in enumerate(sim._sets):
         rows = np.isin(ids, s.ids)

@@ -123,7 +123,7 @@ def _beside_tolerance(settings, kind):
 
 
 def _family(s):
-    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"])
+    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""))
 
 
 def _named(s):

@@ -46,7 +46,8 @@ class Protocol:
 class Plan:
     """Stages of tasks for the targets: what later ones need is in earlier ones.
 
-    sweep: solvers, tolerances, dt_factors, warm_start, min_iter, max_iter. folder: where states and references are kept.
+    sweep: solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators. folder: where states and
+    references are kept.
     """
 
     def __init__(self, targets, sweep, protocol, folder):
@@ -68,7 +69,7 @@ class Plan:
         asked = {"path": str(target.path), "options": target.options, "dt": target.dt}
         row = {
             "target": target.name, "fingerprint": target.fingerprint, "protocol": digest(protocol), "kind": label, "role": role,
-            "state": more.pop("number", None), "seed": more.get("seed"), "setting": setting.key(), **dataclasses.asdict(setting),
+            "state": more.pop("number", None), "seed": more.get("seed"), "setting": setting.key(), **setting.as_row(),
             "dt": None if target.dt is None else target.dt * setting.dt_factor,
         }
         row["key"] = digest({**row, "target": None})
@@ -110,7 +111,7 @@ class Plan:
                 more = {"number": k, "state": state, "file": file}
                 self.stages[1].append(self._task(target, "step_reference", "reference", reference, protocol, **more))
                 for setting in settings.values():
-                    if setting.dt_factor == factor:
+                    if setting.dt_factor == factor and not setting.integrator:  # steps of other methods are other ones
                         self.stages[2].append(self._task(target, "step", "trial", setting, protocol, **more))
 
     def _statistics(self, target, settings, state, start, tight):

@@ -19,7 +19,7 @@ def work_precision(table, of, accuracy=None):
         known = ", ".join(dict.fromkeys(row["figure"] for row in table))
         raise ValueError(f"the study has no figure {of!r}: it has {known}")
     targets = list(dict.fromkeys(row["target"] for row in rows))
-    solvers = list(dict.fromkeys(row["solver"] for row in rows))
+    solvers = list(dict.fromkeys(_curve(row) for row in rows))
     columns = 2 if len(targets) in (2, 4) else min(len(targets), 3)
     lines = -(-len(targets) // columns)
     figure = Figure(figsize=(5.2 * columns, 4.2 * lines), layout="constrained")
@@ -41,6 +41,11 @@ def work_precision(table, of, accuracy=None):
     return figure
 
 
+def _curve(row):
+    """A solver, with its integrator where one was swept."""
+    return f"{row['solver']} {row.get('integrator') or ''}".strip()
+
+
 def _cost(kind):
     return {"statistics": "CPU seconds of a run", "step": "CPU seconds of a step"}.get(kind, "CPU seconds of a solve")
 
@@ -49,7 +54,7 @@ def _one_target(ax, rows, solvers):
     factors = sorted({row["dt_factor"] for row in rows})
     ax.set(xscale="log", yscale="log")
     for k, solver in enumerate(solvers):
-        mine = [row for row in rows if row["solver"] == solver and row["error"] > 0]
+        mine = [row for row in rows if _curve(row) == solver and row["error"] > 0]
         colour = f"C{k % 10}"
         for row in mine:
             marker = MARKERS[factors.index(row["dt_factor"]) % len(MARKERS)]

@@ -98,7 +98,7 @@ def _over_targets(rows, targets, here, floor):
         uppers = [row["upper"] for row in each.values()]
         bound = max(uppers) if here else max([*uppers, upper_bound(uppers, floor)])
         out.append({
-            **{f.name: _typed(f.name, first[f.name]) for f in dataclasses.fields(Setting)},
+            **{f.name: _typed(f.name, first.get(f.name, "")) for f in dataclasses.fields(Setting)},
             "error": max(row["error"] for row in each.values()), "upper": bound, "measured_upper": max(uppers),
             "runs": min(row["runs"] for row in each.values()),
             "cpu_seconds": float(np.exp(np.mean([math.log(row["cpu_seconds"]) for row in each.values()]))),
@@ -115,7 +115,7 @@ def _typed(name, value):
 
 
 def _family(s):
-    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"])
+    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""))
 
 
 def _tighter_too(s, settings, accuracy):

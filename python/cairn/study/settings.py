@@ -1,4 +1,4 @@
-"""What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations."""
+"""What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations, an integrator."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ class Setting:
     """One point of the sweep. solver: name in Python of a solver of simulations, or in small letters one of problems.
 
     tol: on the true error. dt_factor: time step over the scene's own. max_iter: iterations of a step at most. min_iter is 0
-    for solvers that know no such number; problems use solver and tol alone.
+    for solvers that know no such number; problems use solver and tol alone. integrator: as it is called, "HHT(alpha=-0.1)"; "":
+    that of the scene.
     """
 
     solver: str
@@ -26,15 +27,20 @@ class Setting:
     warm_start: bool = True
     min_iter: int = 1
     max_iter: int = 10_000
+    integrator: str = ""
+
+    def as_row(self):
+        """What it holds, by name, without what is not asked for: rows of earlier studies stay what they were."""
+        return {name: value for name, value in dataclasses.asdict(self).items() if name != "integrator" or value}
 
     def key(self):
         """Hash of the setting, the same in every run."""
-        return digest(dataclasses.asdict(self))
+        return digest(self.as_row())
 
     @property
     def family(self):
         """All but the tolerance: settings of one family are one curve of error against cost."""
-        return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter)
+        return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter, self.integrator)
 
     def strategy(self, base=None):
         """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
@@ -43,14 +49,16 @@ class Setting:
         if base is not None and not isinstance(base, NSCD):
             raise ValueError(f"strategy of the scene is {base!r}: a study sweeps the settings of cairn.NSCD")
         solver = make_solver(self.solver, tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
-        return dataclasses.replace(base or NSCD(), solver=solver, warm_start=self.warm_start, threads=1)
+        more = {"integrator": make_integrator(self.integrator)} if self.integrator else {}
+        return dataclasses.replace(base or NSCD(), solver=solver, warm_start=self.warm_start, threads=1, **more)
 
     def line(self):
         """What a script says to have it."""
         given = {"tol": f"{self.tol:g}", "min_iter": self.min_iter, "max_iter": self.max_iter}
         known = solver_options(self.solver) if self.solver in scene_solvers() else given
         words = ", ".join(f"{name}={value}" for name, value in given.items() if name in known)
-        return f"cn.NSCD(solver=cn.{self.solver}({words}), warm_start={self.warm_start})"
+        more = f", integrator=cn.{self.integrator}" if self.integrator else ""
+        return f"cn.NSCD(solver=cn.{self.solver}({words}), warm_start={self.warm_start}{more})"
 
 
 def digest(content):
@@ -86,16 +94,39 @@ def make_solver(name, **wanted):
     return getattr(cairn, name)(**{option: value for option, value in wanted.items() if option in known})
 
 
+def make_integrator(text):
+    """The integrator that is called so: "Theta(theta=0.5)", "CentralDifference()"."""
+    import ast
+
+    from ..run.integrators import INTEGRATORS
+
+    name, _, options = str(text).strip().partition("(")
+    if name not in INTEGRATORS:
+        raise ValueError(f"integrator {text!r} is none: give one as it is called, of {listed(INTEGRATORS, name)}")
+    try:
+        call = ast.parse(f"f({options.rstrip().removesuffix(')')})", mode="eval").body
+        given = {word.arg: ast.literal_eval(word.value) for word in call.keywords}
+        if call.args:
+            raise ValueError("numbers without a name")
+    except (SyntaxError, ValueError) as error:
+        raise ValueError(f"integrator {text!r} cannot be read ({error}): give {name}(NAME=VALUE, ...)") from error
+    return INTEGRATORS[name](**given)
+
+
 def scene_settings(
-    solvers=None, tolerances=TOLERANCES, dt_factors=(1.0,), warm_start=(True, False), min_iter=(1,), max_iter=10_000
-):
+    solvers=None, tolerances=TOLERANCES, dt_factors=(1.0,), warm_start=(True, False), min_iter=(1,), max_iter=10_000,
+    integrators=("",),
+):  # fmt: skip
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
     out = {}
-    for name, tol, factor, warm, least in itertools.product(names, tolerances, dt_factors, warm_start, min_iter):
+    every = itertools.product(names, tolerances, dt_factors, warm_start, min_iter, integrators or ("",))
+    for name, tol, factor, warm, least, integrator in every:
         _check(tol, factor)
+        if integrator:
+            make_integrator(integrator)
         least = int(least) if "min_iter" in solver_options(name) else 0
-        setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter))
+        setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter), integrator)
         out.setdefault(setting.key(), setting)
     return out
 

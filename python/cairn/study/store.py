@@ -16,7 +16,10 @@ COLUMNS = (
     "warm_start", "min_iter", "max_iter", "cpu_seconds", "steps", "contacts", "iterations", "not_converged", "stopped", "error",
     "version",
 )
-TEXTS = {"key", "target", "fingerprint", "protocol", "kind", "role", "setting", "solver", "version", "figure", "unit", "note"}
+TEXTS = {
+    "key", "target", "fingerprint", "protocol", "kind", "role", "setting", "solver", "integrator", "version", "figure", "unit",
+    "note",
+}  # fmt: skip
 NAME = "rows.csv"
 
 

@@ -25,7 +25,8 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
     folder: for rows and tables (default: <first name>.study beside the first).
     figures: names of figures.SUMMARY or of functions figure_<name>(sim) in the .py file. options: of build. dt: time step of
     the scenes [s]; a .py may set DT, or return a Simulation, which has one.
-    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter. workers: processes (default: cores).
+    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators. workers: processes
+    (default: cores).
     say: function that gets words on what is done (default: print). progress: as Progress.
 
     Of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states: how

@@ -252,13 +252,19 @@ def step(task):
 
 
 def perturb(sim, amount, seed):
-    """Moves each free body at random by at most `amount` of its radius (of the mean radius where it has none) per axis."""
+    """Moves each free body at random by at most `amount` of its radius (of the mean radius where it has none) per axis; a mesh as
+    a whole, unless it is held somewhere."""
     position, free = sim.bodies.position.copy(), boundary_parts(sim)[1]
     radii = sim.radii()[free]
     known = radii[radii > 0]
     size = np.where(radii > 0, radii, known.mean() if len(known) else _spacing(position[free]))
     shift = np.random.default_rng(seed).uniform(-1, 1, (int(free.sum()), sim.scene.dim))
-    position[free] += amount * size[:, None] * shift
+    move = np.zeros_like(position)
+    move[free] = amount * size[:, None] * shift
+    for mesh in sim.meshes:
+        rows = np.searchsorted(sim.bodies.id, mesh.ids)
+        move[rows] = 0.0 if len(mesh.held) else move[rows].mean(axis=0) * np.sqrt(len(rows))
+    position += move
     sim.bodies.set(position=position)
 
 
