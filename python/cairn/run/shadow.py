@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import _core
 from ..names import listed
-from . import contact_problem
+from . import contact_problem, shadow_cells
 from .stages import ORDER
 
 # What a stage makes, by which it is compared with its shadow: fields of bodies, all (n, components) in internal order.
@@ -53,8 +53,11 @@ class Shadow:
 
 def add(simulation, stage, kernel, tol, folder, name):
     """Checks what was asked for; see Simulation.shadow."""
-    if stage not in OUTPUTS:
-        raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(OUTPUTS, stage)}")
+    known = [*OUTPUTS, *shadow_cells.STAGES]
+    if stage not in known:
+        raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(known, stage)}")
+    if stage in shadow_cells.STAGES and not any(isinstance(getattr(m.body, "cells", None), dict) for m in simulation.meshes):
+        raise ValueError(f"{stage} are of bodies that deform, by cells: this simulation has none")
     if not simulation.strategy.stages:
         raise ValueError("shadows need the stages of NSCD; this simulation has another strategy")
     if not (isinstance(tol, (int, float)) and tol >= 0 and math.isfinite(tol)):
@@ -68,7 +71,7 @@ def add(simulation, stage, kernel, tol, folder, name):
 
 def _named(stage, name):
     if name == "reference":
-        return {
+        return shadow_cells.REFERENCES.get(stage) or {
             "solve_contacts": plain_solution,
             "compute_free_velocity": plain_free_velocity,
             "predict_configuration": lambda s: plain_configuration(s, 1 - s["theta"], "velocity"),
@@ -102,6 +105,11 @@ def step(simulation, dt, shadows):
             stages.undo_step()
         raise
     report = stages.end_step()
+    for s in (s for s in shadows if s.stage in shadow_cells.STAGES):
+        for view in simulation.meshes:
+            if isinstance(getattr(view.body, "cells", None), dict):
+                given = shadow_cells.given_of(simulation, view, report["dt"])
+                found.append((s, given, shadow_cells.difference(simulation, s, view, given)))
     for s, given, (difference, body, other) in found:
         record = (simulation.steps, simulation.time, difference, body)
         s.records.append(record)
@@ -173,6 +181,10 @@ def _dump(shadow, given, other, steps):
         problems.write(path, given["problem"])
         return path
     path = stem.with_suffix(".npz")
+    if isinstance(other, dict):
+        np.savez(path, **{f"given_by_shadow_{k}": v for k, v in other.items()},
+                 **{k: v for k, v in given.items() if isinstance(v, (int, float, np.ndarray))})  # fmt: skip
+        return path
     np.savez(path, given_by_shadow=other, **{k: v for k, v in given.items() if isinstance(v, (int, float, np.ndarray))})
     return path
 

@@ -283,12 +283,13 @@ class Simulation(Spelt):
     def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None):
         """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
 
-        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration. kernel: "reference", the
-        plain loop; for solve_contacts also the name of a solver of cairn.problems; or a function of the stage's input, a dict of
-        arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`: it gives the stage's output
-        (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by the velocities they make.
-        tol: relative to the largest value. The first step beyond it is written into folder, under name: a problem file (FCLIB)
-        for solve_contacts, arrays (.npz) else. The simulation itself goes on as without shadows, to the same bits.
+        stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration; of meshes stresses or
+        element_forces, see docs/shadow.md. kernel: "reference", the plain loop; for solve_contacts also the name of a solver
+        of cairn.problems; or a function of the stage's input, a dict of arrays in internal order with h, theta, gravity [SI]
+        and, for solve_contacts, the `problem`: it gives the stage's output (n, components), for solve_contacts the impulses
+        (contacts, dim) [N s], which are compared by the velocities they make. tol: relative to the largest value. The first
+        step beyond it is written into folder, under name: a problem file (FCLIB) for solve_contacts, arrays (.npz) else. The
+        simulation itself goes on as without shadows, to the same bits.
         """
         if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")

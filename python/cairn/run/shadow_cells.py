@@ -1,0 +1,162 @@
+"""Shadows of materials and elements: stresses of cells and forces of nodes that a second code makes of the same displacements."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+STAGES = {"stresses": "true stresses of the cells", "element_forces": "forces of the nodes by the stresses of the cells"}
+
+_A = 3**-0.5
+_QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
+_HEXA = np.array([(*p, z) for z in (-1, 1) for p in _QUAD], float)
+
+
+def given_of(simulation, view, h):
+    """What a kernel is told of a mesh after a step: places (n, dim) at the start [m], cells by kinds, displacements at both ends
+    of the step, materials by kinds (a class of cairn and its numbers), kinematics, plane, thickness, states of the cells."""
+    body = view.body
+    solid = hasattr(body, "blocks")
+    share = simulation.strategy.moved_by().scheme(1.0)["share"]
+    v0 = np.array(simulation._core.scene.raw_body("velocity_begin"))[view.rows][:, : body.dim]
+    u1 = view.displacement.copy()
+    u0 = u1 - h * (share * view.velocity + (1 - share) * v0)
+    return {
+        "name": view.name, "h": h, "points": body.points.copy(), "cells": {kind: np.array(c) for kind, c in body.cells.items()},
+        "displacement": u1, "displacement_begin": u0, "kinematics": getattr(body, "kinematics", "small"), "plane": body.plane,
+        "thickness": body.thickness, "mean_dilatation": getattr(body, "mean_dilatation", False),
+        "materials": _materials(body, solid), "state": view.material_state,
+    }  # fmt: skip
+
+
+def _materials(body, solid):
+    """{kind: [(class of cairn, {name: value}, rows of cells)]}."""
+    out = {}
+    if not solid:
+        values = {"young": float(body.given["young"]), "poisson": float(body.given["poisson"])}
+        return {kind: [("IsotropicElastic", values, np.arange(len(cells)))] for kind, cells in body.cells.items()}
+    for kind, rows, m in body.layout():
+        words = (type(m).__name__, dict(zip(m.parameter_names, m.values)), rows) if m else ("IsotropicElastic", {}, rows)
+        out.setdefault(kind, []).append(words)
+    return out
+
+
+def found(simulation, view, stage):
+    """What Cairn found in the step: {kind: (m, 6 | 3)}, or (n, dim)."""
+    if stage == "stresses":
+        return {kind: np.array(stress) for kind, stress in view.stress.items()}
+    if hasattr(view.body, "blocks"):
+        return simulation._core.mesh_memory(view._mesh.number)[1][:-1].reshape(view.displacement.shape)
+    return (view.body.K @ view.displacement.ravel()).reshape(view.displacement.shape)
+
+
+def difference(simulation, shadow, view, given):
+    """(largest difference / largest value, id of the body of a node near it, what the kernel gave)."""
+    mine, other = found(simulation, view, shadow.stage), shadow.kernel(given)
+    if shadow.stage == "element_forces":
+        pairs = [(mine, np.asarray(other, float), None)]
+    elif isinstance(other, dict) and set(other) == set(mine):
+        pairs = [(mine[kind], np.asarray(other[kind], float), kind) for kind in mine]
+    else:
+        raise ValueError(f"the shadow of stresses gave {type(other).__name__}: give a dict of arrays, {sorted(mine)}")
+    worst, at, scale = 0.0, -1, max((np.abs(one).max(initial=0.0) for one, _, _ in pairs), default=0.0)
+    for one, two, kind in pairs:
+        if one.shape != two.shape:
+            raise ValueError(f"the shadow of {shadow.stage} gave an array of shape {two.shape}: {one.shape} was expected")
+        apart = np.abs(one - two).reshape(len(one), -1).max(axis=1, initial=0.0)
+        apart = np.where(np.isfinite(two).reshape(len(one), -1).all(axis=1), apart, np.inf)
+        if len(apart) and apart.max() > worst:
+            worst, row = float(apart.max()), int(np.argmax(apart))
+            at = int(view.ids[view.body.cells[kind][row, 0] if kind else row])
+    return (0.0 if worst <= 0 else worst / scale if scale > 0 else math.inf), at, other
+
+
+# ---------------------------------------------------------------------- the plain reference
+
+
+def plain_stresses(given):
+    """Means over the points of the cells, {kind: (m, 6)}."""
+    out = {}
+    for kind, cells in given["cells"].items():
+        rows = []
+        for cell, law in zip(cells, _law_of_each(given, kind)):
+            points = list(_points(given, kind, cell, law))
+            rows.append(np.mean([cauchy for _, cauchy, _, _ in points], axis=0))
+        out[kind] = np.array(rows)
+    return out
+
+
+def plain_forces(given):
+    """Sum over the points of P grad N dV, cell by cell."""
+    out = np.zeros_like(given["points"])
+    for kind, cells in given["cells"].items():
+        for cell, law in zip(cells, _law_of_each(given, kind)):
+            for first, _, grad, volume in _points(given, kind, cell, law):
+                for a, node in enumerate(cell):
+                    out[node] += volume * (first[: len(out[0]), : len(out[0])] @ grad[a])
+    return out
+
+
+def _law_of_each(given, kind):
+    out = [None] * len(given["cells"][kind])
+    for name, values, rows in given["materials"][kind]:
+        for row in rows:
+            out[row] = name, values
+    return out
+
+
+def _points(given, kind, cell, law):
+    """Of each point of a cell: first Piola stress, true stress (6,), gradients of the shape functions, volume."""
+    dim = given["points"].shape[1]
+    if (dim == 2 and given["plane"] != "strain") or given["mean_dilatation"]:
+        raise ValueError("the plain reference knows plane strain and 3D without mean dilatation: give a function")
+    x, u = given["points"][cell], given["displacement"][cell]
+    for by, weight in _rule(kind):
+        jacobian = by.T @ x
+        grad = by @ np.linalg.inv(jacobian).T
+        f = np.eye(3)
+        f[:dim, :dim] += u.T @ grad
+        first, true = _stress(*law, given["kinematics"], f)
+        volume = weight * np.linalg.det(jacobian) * (given["thickness"] if dim == 2 else 1.0)
+        yield first, true[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]], grad, volume
+
+
+def _rule(kind):
+    """Derivatives of the shape functions (nodes, dim) at each Gauss point, and its weight."""
+    if kind == "triangle":
+        return [(np.array([(-1.0, -1), (1, 0), (0, 1)]), 0.5)]
+    if kind == "tetra":
+        return [(np.array([(-1.0, -1, -1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]), 1 / 6)]
+    if kind not in ("quad", "hexahedron"):
+        raise ValueError(f"the plain reference knows cells of first order, not {kind}: give a function")
+    corner = _QUAD if kind == "quad" else _HEXA
+    out = []
+    for point in corner * _A:
+        one = 1 + corner * point
+        others = [np.prod(np.delete(one, k, axis=1), axis=1) for k in range(corner.shape[1])]
+        out.append((corner * np.stack(others, axis=1) / 2 ** corner.shape[1], 1.0))
+    return out
+
+
+def _stress(name, values, kinematics, f):
+    """First Piola and true stress (3, 3) of a law at a gradient of deformation."""
+    young, poisson = values.get("young", 0.0), values.get("poisson", 0.0)
+    mu, lame = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    if name == "IsotropicElastic" and kinematics == "small":
+        e = (f + f.T) / 2 - np.eye(3)
+        s = 2 * mu * e + lame * np.trace(e) * np.eye(3)
+        return s, s
+    if name == "SaintVenantKirchhoff" or (name == "IsotropicElastic" and kinematics == "total_lagrangian"):
+        e = (f.T @ f - np.eye(3)) / 2
+        first = f @ (2 * mu * e + lame * np.trace(e) * np.eye(3))
+    elif name == "NeoHookean":
+        back = np.linalg.inv(f).T
+        first = mu * (f - back) + lame * np.log(np.linalg.det(f)) * back
+    else:
+        known = "IsotropicElastic, SaintVenantKirchhoff and NeoHookean"
+        raise ValueError(f"the plain reference knows {known}, not {name}: give a function")
+    return first, first @ f.T / np.linalg.det(f)
+
+
+REFERENCES = {"stresses": plain_stresses, "element_forces": plain_forces}
