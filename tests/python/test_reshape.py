@@ -204,3 +204,26 @@ def test_what_cannot_be_reshaped_is_told():
     scene.add(cn.deformable(held, ROCK, fixed={"a": "x"}))
     with pytest.raises(ValueError, match="held dofs"):
         cn.Simulation(scene, 1e-3).rigidify(0)
+
+
+def test_a_checkpoint_of_what_was_reshaped_goes_on_to_the_same_bits(tmp_path):
+    """The same body is made deformable at the same step before the checkpoint is restored; else the file says what is missing."""
+    first = resting()
+    for k in range(60):
+        if k == 10:
+            first.deform(1, mesh(rubber(), corner=(-0.5, 0.0)))
+        if k == 30:
+            first.checkpoint(tmp_path / "half")
+        first.step()
+    again = resting()
+    with pytest.raises(cn.FileError, match="the mesh 'body 1' came in later"):
+        again.restore(tmp_path / "half")
+    for _ in range(10):
+        again.step()
+    again.deform(1, mesh(rubber(), corner=(-0.5, 0.0)))
+    again.restore(tmp_path / "half")
+    for _ in range(30):
+        again.step()
+    assert np.array_equal(again.meshes[0].displacement, first.meshes[0].displacement)
+    assert again.rigidify(0) == 1 and first.rigidify(0) == 1
+    assert np.allclose(again.bodies.velocity, first.bodies.velocity, rtol=0, atol=1e-12)

@@ -82,6 +82,11 @@ def _text(value):
 
 def _later_from_dict(path, dim, d, known):
     """The set again; `known` is the one at the same place in the simulation that reads, for its Python functions."""
+    if "mesh" in d:
+        if known is None or known.mesh is None or known.mesh.name != d["mesh"]:
+            told = f"the mesh {d['mesh']!r} came in later, and a checkpoint holds no mesh"
+            raise FileError(path, told, "add, or deform, the same bodies before restore")
+        return known
     n, values = len(d["ids"]), {}
     for name in ("drive", "force", "damping"):
         if name not in d:

@@ -8,6 +8,8 @@ from . import time_functions
 def later_to_dict(s):
     """What a checkpoint says of bodies that came in, or were driven, after the start."""
     out = {"ids": s.ids, "driven": ",".join(s.driven), "carrier": s.mass is None}
+    if s.mesh is not None:
+        out["mesh"] = s.mesh.name
     for name in ("drive", "force", "damping"):
         value = getattr(s, name)
         if value is not None:
