@@ -29,6 +29,7 @@ set(CAIRN_CXX_SOURCES
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp
   contacts/interaction_plan.cpp
+  contacts/joints.cpp
   contacts/law_commit.cpp
   contacts/singular_blocks.cpp
   detection/detection_grid.cpp

@@ -13,10 +13,10 @@ namespace cairn {
 
 // Of candidate i, for the key that the memory got last. Shapes are taken as they are: a body that is bent already
 // carries the point as one of the shape it has.
-void Interactions::State::anchor(std::int64_t i, bool spans) {
+void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
-  if ((kind[ca] | kind[cb]) & mapped || !info(Shape(*contactors->shape[ca])).is_hull()) return;
+  if ((kind[ca] | kind[cb]) & mapped || !(law.joins || info(Shape(*contactors->shape[ca])).is_hull())) return;
   const int d = dim();
   double shift[3] = {0, 0, 0}, from_a[3] = {}, from_b[3] = {};
   if (cell->any()) image_shift(*cell, c.image[i], shift);
@@ -32,7 +32,9 @@ void Interactions::State::anchor(std::int64_t i, bool spans) {
   to_body_axes(*bodies, d, body(cb), normal, made.normal);
   std::copy_n(made.a, 3, made.shape_a);
   std::copy_n(made.b, 3, made.shape_b);
-  made.reach = spans ? 0 : std::numeric_limits<double>::max();
+  made.reach = law.spans ? 0 : std::numeric_limits<double>::max();
+  made.siblings = 1;
+  if (law.joins) anchor_joint(i, made);
   memory.keys.back().feature = ~memory.keys.back().feature; // none of those that detection gives
   memory.anchors.resize(memory.keys.size());
   memory.anchors.back() = made;
@@ -49,6 +51,8 @@ void Interactions::State::space_anchors(std::size_t first) {
   for (std::size_t i = first; i < memory.keys.size(); ++i)
     for (std::size_t j = i + 1; j < memory.keys.size() && same_pair(i, j); ++j) { // points of a pair stand together
       Anchor &one = memory.anchors[i], &other = memory.anchors[j];
+      ++one.siblings;
+      ++other.siblings;
       if (!(one.reach > 0) || !(other.reach > 0)) continue;
       double square = 0;
       for (int k = 0; k < dim(); ++k) square += (one.a[k] - other.a[k]) * (one.a[k] - other.a[k]);
@@ -74,7 +78,8 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
     const LawInfo& law = law_infos()[std::size_t(laws.entry(entry).law)];
     if (!law.anchored) continue;
     const bool sound = m.states[k * std::size_t(m.state_components)] > 0;
-    s.anchored_places.push_back({a, b, m.keys[k].image, m.keys[k].feature, std::int32_t(k), sound, law.spans});
+    const bool spans = law.spans || (law.joins && laws.entry(entry).params[joint_spans] > 0);
+    s.anchored_places.push_back({a, b, m.keys[k].image, m.keys[k].feature, std::int32_t(k), sound, spans, law.joins});
   }
   if (s.anchored_places.empty()) return;
   s.bodies = &bodies;
@@ -146,7 +151,7 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
     if (p.spans && square > 0)
       for (int k = 0; k < d; ++k) normal[k] = between[k] / std::sqrt(square);
     for (int k = 0; k < d; ++k) along += between[k] * normal[k];
-    to.gap[i] = along;
+    to.gap[i] = p.joins ? 0 : along;
     std::copy_n(normal, d, &to.normal[d * i]);
     anchor_of.push_back(std::int32_t(held.size()));
     held.push_back(anchor);
@@ -158,8 +163,13 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
     return std::sqrt(square);
   };
   const std::int64_t others = to.count;
+  // between flat faces that hold at all their points nothing else can touch
+  bool whole = others > begin;
+  for (std::int64_t j = begin; j < others; ++j)
+    whole = whole && held[std::size_t(anchor_of[std::size_t(j)])].reach > 0 &&
+            held[std::size_t(anchor_of[std::size_t(j)])].siblings <= double(others - begin);
   for (std::int64_t i = first; i < last; ++i) {
-    bool stands = false;
+    bool stands = whole;
     for (std::int64_t j = begin; j < others && !stands; ++j)
       stands = distance(i, j) <= held[std::size_t(anchor_of[std::size_t(j)])].reach &&
                held[std::size_t(anchor_of[std::size_t(j)])].reach > 0;

@@ -99,7 +99,7 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
                                 "of a cohesive zone to what touches");
   }
   memory.keys.push_back(key(i));
-  if (law.anchored) anchor(i, law.spans);
+  if (law.anchored) anchor(i, law);
   memory.impulses.insert(memory.impulses.end(), std::size_t(memory.impulse_components), 0.0);
   const std::size_t end = memory.states.size() + std::size_t(memory.state_components);
   column = 0;
@@ -140,6 +140,22 @@ void Nscd::measure_anchored(Simulation& s) {
   s.interactions.measure_anchored(s.scene.bodies, s.scene.contactors, s.laws, s.scene.cell, anchored_, s.candidates);
 }
 
+// The two ends of each joint that came in have a material of their own.
+void Nscd::declare_joints(Simulation& s) {
+  const Contactors& c = s.scene.contactors;
+  std::vector<DeclaredPair>& declared = s.handler.declared();
+  declared.clear();
+  std::vector<std::int64_t> other(std::size_t(s.laws.materials()), -1);
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const int m = *c.material[k], entry = s.laws.find(m, m);
+    if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].joins) continue;
+    if (other[std::size_t(m)] < 0)
+      other[std::size_t(m)] = *c.id[k];
+    else if (std::max(*c.id[k], other[std::size_t(m)]) >= s.interactions.memory().contactors_seen)
+      declared.push_back({other[std::size_t(m)], *c.id[k]});
+  }
+}
+
 void Nscd::make_bonds(Simulation& s) {
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
   double within = 0;
@@ -161,7 +177,7 @@ void Nscd::make_bonds(Simulation& s) {
     s.contacts_known = false;
     compute_free_velocity(s); // detection leaves out pairs that nothing moves
     s.scene.bodies.velocity.values = s.scene.bodies.velocity_begin.values;
-    s.handler.declared().clear();
+    declare_joints(s);
     s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {.mapped = &s.meshes.mapped()},
                      &s.interactions.scratch(), &s.laws.rules());
     s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "../detection/detection_workspace.hpp"
+#include "body_axes.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -229,9 +230,10 @@ void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, dou
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);
   Vector lever_a{}, lever_b{}, va, vb, aa, ab, v{};
-  const double gap = candidates->gap[i];
-  for (int k = 0; k < d; ++k) lever_a[k] = b.lever_a[k * b.count + lane] + gap / 2 * axes[0][k];
-  for (int k = 0; k < d; ++k) lever_b[k] = b.lever_b[k * b.count + lane] - gap / 2 * axes[0][k];
+  const LawInfo& law = law_infos()[b.law];
+  const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+  to_space_axes(*bodies, d, b.body_a[lane], anchor.a, lever_a);
+  to_space_axes(*bodies, d, b.body_b[lane], anchor.b, lever_b);
   A.carry(lever_a, va, aa);
   B.carry(lever_b, vb, ab);
   if (sheared) image_velocity(*cell, candidates->image[i], v);
@@ -239,8 +241,16 @@ void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, dou
   for (int k = 0; k < 3; ++k) out[k] = 0;
   for (int c = 0; c < d; ++c)
     for (int k = 0; k < 3; ++k) out[c] += h / 2 * (aa[k] - ab[k]) * axes[c][k];
-  const LawInfo& law = law_infos()[b.law];
-  if (law.spans) out[0] += flight_of_round(v, axes[0], 3, gap, h);
+  const bool joint_that_spans = law.joins && laws->entry(entry[i]).params[joint_spans] > 0;
+  if (!law.spans && !joint_that_spans) return;
+  double between[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, square = 0;
+  if (cell->any()) image_shift(*cell, candidates->image[i], shift);
+  const double *xa = bodies->position[b.body_a[lane]], *xb = bodies->position[b.body_b[lane]];
+  for (int k = 0; k < d; ++k) {
+    between[k] = xa[k] + lever_a[k] - (xb[k] + shift[k] + lever_b[k]);
+    square += between[k] * between[k];
+  }
+  out[0] += flight_of_round(v, axes[0], 3, std::sqrt(square), h);
 }
 
 // Of all contacts of a batch that is not packed, component by component; false if there is none.

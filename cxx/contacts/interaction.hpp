@@ -51,7 +51,7 @@ struct LawInfo {
   bool keeps = false, holds = false;
   // Where bodies with sides are kept, it is at points that they carry: along the normal there, or along the line
   // between.
-  bool anchored = false, spans = false;
+  bool anchored = false, joins = false, spans = false;
   int reach = -1;  // the parameter "reach": a gap up to which the law acts; -1: none
   int within = -1; // the parameter "within": a gap up to which bodies that come in together touch; -1: none
   cairn_law_prepare* prepare = nullptr;
@@ -178,6 +178,7 @@ struct ContactEnergy {
   double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
   double turned_over = 0;            // sum of what each contact took or gave
+  double driven = 0;                 // that motors of joints gave
   // By laws that tell; normal and tangential are what is left besides.
   double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
 };
@@ -188,11 +189,14 @@ struct ContactPose {
   double params[2] = {0, 0};
 };
 
-// Where a bond of bodies with sides holds on to them: points that they carry, from their centres of mass.
+// Where a bond of bodies with sides, or a joint, holds on to them: points that they carry, from their centres of mass.
 struct Anchor {
   double a[3] = {}, shape_a[3] = {}; // of A in its axes, now and as its shape came in [m]
   double b[3] = {}, shape_b[3] = {}; // of B in its axes
   double normal[3] = {};             // in the axes of B
+  double turn[4] = {};               // of A against B when a joint was made: a quaternion, in 2D an angle
+  double length = 0;                 // between the points of a joint then [m]
+  double siblings = 0;               // anchors that the pair began with
   double reach = -1; // what detection finds nearer than this is the anchored contact itself [m]; below 0: no anchor
 };
 

@@ -240,7 +240,7 @@ void Interactions::State::fill_geometry(cairn_batch& b, double& deepest) {
     }
     b.mapped_a ? fill_mapping(b, 0, lane, i) : lever(b.lever_a, radial_a, i, ca, -1, lane);
     b.mapped_b ? fill_mapping(b, 1, lane, i) : lever(b.lever_b, radial_b, i, cb, 1, lane);
-    if (c.gap[i] < 0) {
+    if (c.gap[i] < 0 && !law_infos()[b.law].joins) {
       const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
       const double size = ra > 0 && rb > 0 ? std::min(ra, rb) : std::max(ra, rb);
       if (size > 0) deepest = std::max(deepest, -c.gap[i] / size);
@@ -407,6 +407,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   repeat_last(b, geometry, 3);
   repeat_last(b, u, c);
   if (has_fields()) repeat_last(b, fields, 4);
+  if (law_infos()[b.law].joins) measure_joints(b);
   const cairn_law_context context{h, theta, geometry, has_fields() ? fields : nullptr};
   if (own.fields) std::copy_n(fields, 4 * n, own.fields);
   if (own.geometry) {

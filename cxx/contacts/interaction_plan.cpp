@@ -36,10 +36,12 @@ void Interactions::State::load_bodies() {
     }
     degree[i] = (isotropic ? 1 : 0) + (moves ? 2 : 0);
   }
+  find_joints();
   kind = scratch.take<std::uint8_t>(contactors->count);
   bool wide = false; // only round bodies centred on their contactor do without their further inertia
   for (std::int64_t c = 0; c < contactors->count; ++c) {
     bool centred = info(Shape(*contactors->shape[c])).ball();
+    if (!joint_material.empty()) centred = centred && !joint_material[std::size_t(*contactors->material[c])];
     if (centred && contactors->offset.active)
       for (int k = 0; k < dim(); ++k) centred = centred && !(contactors->offset[c][k] != 0);
     const std::int32_t carrier = body(std::int32_t(c));

@@ -83,6 +83,10 @@ struct PluggedFault {
   void note(std::int32_t at_batch, int at_lane, int at_component, const char* name, double found);
 };
 
+// Parameters of joints that whoever measures their frames asks for: see joint.f90.
+inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_speed = 7, joint_effort = 8,
+                     joint_spans = 10;
+
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
 
@@ -98,10 +102,10 @@ struct Interactions::State {
   std::vector<Anchor> held;
   struct AnchoredPlace {
     std::int32_t a, b, image, feature, key;
-    bool sound, spans;
+    bool sound, spans, joins;
   };
   std::vector<AnchoredPlace> anchored_places;
-  std::vector<std::uint8_t> anchored_seen;
+  std::vector<std::uint8_t> anchored_seen, joint_material;
   Candidates measured;
   ContactEnergy energy;
   // of the step being assembled, the caller's
@@ -128,7 +132,7 @@ struct Interactions::State {
   };
   Array<LawColumns> of_law;
   struct Commits { // per batch
-    double stored, taken_normal, taken_tangential, released, created, turned_over;
+    double stored, taken_normal, taken_tangential, released, created, turned_over, driven;
   };
   Array<Commits> commits;
 
@@ -222,8 +226,11 @@ struct Interactions::State {
   void find_mesh_areas();
   void begin_kept(std::int64_t i, double with_h, double with_theta); // a contact of bodies that came in, in bonds.cpp
   bool came_in_touching(std::int64_t i) const;                       // its bodies came in together, and touch
-  void anchor(std::int64_t i, bool spans);                           // the last key of the memory, in anchors.cpp
-  void space_anchors(std::size_t first);                             // reaches of those from a key on
+  void anchor(std::int64_t i, const LawInfo& law);                   // the last key of the memory, in anchors.cpp
+  void anchor_joint(std::int64_t i, Anchor& made) const;
+  void measure_joints(const cairn_batch& b) const; // errors of their frames, before the law prepares; in joints.cpp
+  void find_joints();                              // materials of the ends of joints
+  void space_anchors(std::size_t first);           // reaches of those from a key on
   void keep_anchors();
   void hand_on_broken();
   void measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,

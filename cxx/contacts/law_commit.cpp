@@ -52,6 +52,8 @@ void Interactions::State::commit_laws() {
     energy.released += c.released;
     energy.created += c.created;
     energy.turned_over += c.turned_over;
+    energy.tangential += c.driven;
+    energy.driven += c.driven;
   }
 }
 
@@ -86,6 +88,15 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
     for (int lane = 0; lane < b.contacts; ++lane)
       if (!std::isfinite(b.state[s * n + lane]))
         fault.note(std::int32_t(which), lane, s, "state", b.state[s * n + lane]);
+  for (int lane = 0; lane < b.contacts && law.joins; ++lane) {
+    const double effort = own.context.h * params[joint_effort * n + lane], given = 0.5 * b.scale[lane];
+    const int coordinate = int(params[joint_coordinate * n + lane]) - 1;
+    if (coordinate < 0 || !(effort > 0)) continue;
+    // nothing but the coordinate does work; what is beyond the motor's effort is a limit's
+    const double all = std::abs(r[coordinate * n + lane]), driven = all > effort ? given * (effort / all) : given;
+    commits[which].driven += driven;
+    commits[which].created += std::max(0.0, given - driven) - std::max(0.0, given);
+  }
   if (!law.energy) return;
   law.energy(n, c, &own.context, gap, u, r, params, before, b.state, own.energy);
   for (int lane = 0; lane < b.contacts; ++lane) {

@@ -49,7 +49,7 @@ constexpr std::size_t most_laws = 1024;
 std::vector<LawInfo> built_in_laws() {
   constexpr bool YES = true, NO = false;
   enum Giving { ALL, NORMAL, YIELDS };
-  enum Keeping { lets_go, KEEPS, BONDS, SPANS, HOLDS };
+  enum Keeping { lets_go, KEEPS, BONDS, SPANS, JOINS, HOLDS };
   std::vector<LawInfo> all;
   all.reserve(most_laws);
   const auto add = [&](const char* parameters, const char* state, LawInfo law) {
@@ -74,6 +74,7 @@ std::vector<LawInfo> built_in_laws() {
        .keeps = keeping != 0,                                                                                          \
        .holds = int(keeping) == HOLDS,                                                                                 \
        .anchored = int(keeping) >= BONDS,                                                                              \
+       .joins = int(keeping) == JOINS,                                                                                 \
        .spans = int(keeping) == SPANS,                                                                                 \
        .prepare = CAIRN_SLOT_##prepares(cairn_law_##row##_prepare),                                                    \
        .solve = CAIRN_SLOT_##solves(cairn_law_##row##_solve),                                                          \

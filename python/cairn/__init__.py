@@ -15,6 +15,7 @@ from . import _core, names, pre
 from ._core import Error
 from .build import laws
 from .build.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
+from .build.joints import Ball, Distance, Fixed, Hinge, Motor, Pivot, Slider
 from .build.laws import Law
 from .build.materials import Material
 from .build.missing_laws import MissingLawWarning
@@ -73,26 +74,33 @@ globals().update(strategies.STRATEGIES)  # one class for each row of the core's 
 __version__ = _core.build_info()["version"]
 __all__ = [
     "NSCD",
+    "Ball",
     "BodySet",
     "Carpenter",
     "ContactorSet",
+    "Distance",
     "ElasticBody",
     "EnergyCreatedWarning",
     "Error",
     "FileError",
+    "Fixed",
     "GranularElement",
     "Harmonic",
+    "Hinge",
     "Law",
     "LinearBody",
     "Material",
     "MissingLawWarning",
+    "Motor",
     "OverlapWarning",
     "Periodic",
+    "Pivot",
     "Scene",
     "Servo",
     "ShapesWarning",
     "Simulation",
     "SmoothDEM",
+    "Slider",
     "StableStepWarning",
     "Table",
     "box",

@@ -30,6 +30,13 @@ from .build.bulk import BulkMaterial
 from .build.elastic import ElasticBody as ElasticBody
 from .build.frames import bars as bars
 from .build.frames import beams as beams
+from .build.joints import Ball as Ball
+from .build.joints import Distance as Distance
+from .build.joints import Fixed as Fixed
+from .build.joints import Hinge as Hinge
+from .build.joints import Motor as Motor
+from .build.joints import Pivot as Pivot
+from .build.joints import Slider as Slider
 from .build.laws import Law as Law
 from .build.materials import Material as Material
 from .build.meshes import LinearBody as LinearBody
@@ -46,6 +53,7 @@ from .build.shapes import polyhedra as polyhedra
 from .build.shapes import with_corners as with_corners
 from .build.solid import SolidBody as SolidBody
 from .build.surfaces import surface as surface
+from .build.ties import tied as tied
 from .plugs.plug import plug as plug
 from .post.errors import FileError as FileError
 from .post.load import load as load
@@ -259,6 +267,23 @@ class Rolling(Law):
 
 class Wear(Law):
     def __init__(self, *, mu: float, wear: float, recovers: float = 0.0) -> None: ...
+
+class Joint(Law):
+    def __init__(
+        self,
+        *,
+        blocked: float,
+        coordinate: float = 0.0,
+        axis_x: float = 1.0,
+        axis_y: float = 0.0,
+        axis_z: float = 0.0,
+        lowest: float = ...,
+        highest: float = ...,
+        speed: float = 0.0,
+        effort: float = 0.0,
+        strength: float = ...,
+        spans: float = 0.0,
+    ) -> None: ...
 
 class IsotropicElastic(BulkMaterial):
     def __init__(self, *, young: float, poisson: float = 0.0) -> None: ...

@@ -173,6 +173,61 @@ def test_bonds(c):
     assert np.all(np.abs(f[0, ~held]) > 0)
 
 
+# ---------------------------------------------------------------------- joints
+
+
+@pytest.mark.parametrize("c", [3, 6])
+def test_joints(c):
+    """What is blocked comes to rest, what is free gets nothing; motor, limits and residual by the condition that they state."""
+    n, h = 16, 0.01
+    blocked, free = (0b011, 3) if c == 3 else (0b110111, 4)
+    root = some(n, c, c)
+    w = np.ascontiguousarray((root @ root.transpose(0, 2, 1) + np.eye(c)).transpose(2, 1, 0))
+    u, gap, u_begin = some(c, n), np.zeros(n), np.zeros((c, n))
+    state = np.zeros((8, n))
+    state[0], state[1:7], state[7] = np.arange(n) < 14, 1e-3 * some(6, n), 0.1 * some(n)
+    params = np.zeros((15, n))
+    params[0], params[1], params[2] = blocked, free, 1
+    params[5], params[6] = np.where(np.arange(n) % 4 == 0, state[7] + 1e-3, -np.inf), np.inf
+    params[6] = np.where(np.arange(n) % 4 == 1, state[7] - 1e-3, params[6])
+    params[7], params[8], params[9] = some(n), np.where(np.arange(n) % 4 > 1, 10.0 ** RNG.integers(-3, 4, n), 0.0), 2.0
+    params[11] = h
+    bias, compliance, mu = np.empty((c, n)), np.empty((c, n)), np.empty(n)
+    context = Context(h, 0.5, positive(3, n).ctypes.data, None)
+    own = np.ascontiguousarray(params[:11])
+    kernel("cairn_law_joint_prepare", "cairn_law_prepare")(n, c, context, gap, u_begin, own, state, bias, compliance, mu)
+    where = [1, 2, 4] if c == 3 else [1, 2, 3, 4, 5, 6]
+    held, bits = state[0] > 0, np.array([blocked >> k & 1 for k in range(c)], bool)
+    np.testing.assert_allclose(bias, np.where(bits[:, None] & held, state[where] / h, 0.0), **CLOSE)
+    assert not compliance.any() and not mu.any()
+    r, status = some(c, n), np.empty(n, np.int32)
+    kernel("cairn_law_joint_solve", "cairn_law_solve")(n, c, w, u, bias, params, state, r, status)
+    assert np.array_equal(status == 3, held) and not r[:, ~held].any()
+    after = u + np.einsum("kln,kn->ln", w, r)
+    f, weight = np.empty((c, n)), np.empty((c, n))
+    residual = kernel("cairn_law_joint_residual", "cairn_law_residual")
+    residual(n, c, context, 1 / w[0, 0], w, after, bias, r, params, state, f, weight, status)
+    np.testing.assert_allclose(f, 0, atol=1e-10)
+    np.testing.assert_allclose(weight, [w[k, k] for k in range(c)], **CLOSE)
+    residual(n, c, context, 1 / w[0, 0], w, after + 0.1, bias, r, params, state, f, weight, status)
+    np.testing.assert_allclose((f * weight)[bits][:, held], 0.1, rtol=1e-8)
+    for i in np.flatnonzero(held):
+        assert np.abs(after[bits, i]).max() < 1e-10
+        x, push = state[7, i] + h * after[free - 1, i], r[free - 1, i]
+        low, high, speed, effort = params[5, i], params[6, i], params[7, i], h * params[8, i]
+        if i % 4 == 0:  # pushed up to its lower limit
+            assert x >= low - 1e-12 and push >= -1e-12 and min(x - low, push) < 1e-10
+        elif i % 4 == 1:
+            assert x <= high + 1e-12 and push <= 1e-12 and min(high - x, -push) < 1e-10
+        else:
+            slip = after[free - 1, i] - speed
+            assert abs(push) <= effort * (1 + 1e-12)
+            assert abs(slip) < 1e-9 or push == pytest.approx(-np.sign(slip) * effort)
+    kernel("cairn_law_joint_commit", "cairn_law_commit")(n, c, context, gap, after, r, own, state)
+    d = 2 if c == 3 else 3
+    assert np.array_equal(state[0] > 0, held & (np.linalg.norm(r[:d], axis=0) < h * 2.0))
+
+
 # ---------------------------------------------------------------------- sides
 
 

@@ -81,7 +81,7 @@ def steps(name, dim, scale, count=40):
     """Positions and velocities of grains in touch, some of which are pulled away, in the units that scale says."""
     mass, length, time = scale
     places = np.stack(np.meshgrid(*[np.arange(3)] * (dim - 1), np.arange(4), indexing="ij"), -1).reshape(-1, dim)
-    centers = (places + 0.5) * 0.998
+    centers = (places + 0.5) * (1.002 if name in ("Rod", "Wire") else 0.998)  # a rod needs a length
     rng = np.random.default_rng(3)
     velocity = 0.2 * rng.standard_normal((len(centers), 3 * dim - 3))
     velocity[places[:, -1] == 3, dim - 1] += 1.5

@@ -64,6 +64,7 @@ private:
   double law_share() const { return scheme_.share > 0 ? scheme_.share : 1; }
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
+  void declare_joints(Simulation& s);   // those that came in since the last step
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   void measure_margins(Simulation& s);
   double margin_of_mapped(const Simulation& s, std::int32_t contactor) const;

@@ -270,15 +270,16 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.kinetic = kinetic;
   s.energy.potential += d_potential;
   s.energy.work_external += external;
-  s.energy.work_driven += driven + contacts.cell_work;
+  s.energy.work_driven += driven + contacts.cell_work + contacts.driven;
   s.energy.dissipated_normal += contacts.normal;
   s.energy.dissipated_friction += contacts.tangential;
   s.energy.dissipated_bulk += bulk;
   s.energy.stored = contacts.stored;
   s.energy.released += contacts.released;
   s.energy.dissipated_integrator += by_theta;
-  s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work + contacts.normal +
-                      contacts.tangential + bulk + by_theta + (contacts.stored_change + contacts.released);
+  s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
+                      contacts.normal + contacts.tangential + bulk + by_theta +
+                      (contacts.stored_change + contacts.released);
   s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
                           std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released);

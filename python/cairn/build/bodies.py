@@ -33,10 +33,15 @@ class ContactorSet:
     direction: np.ndarray | None = None
     hull: np.ndarray | None = None
     hulls: object = None
+    joint: bool = False  # ends of a joint, of its own material
 
     def __post_init__(self):
         if not isinstance(self.material, Material):
             raise ValueError(f"material is {self.material!r}: give a cairn.Material")
+
+    def species(self, group):
+        """(material, group) by which rules know it: ends of joints are no part of the group of their body."""
+        return self.material.name, self.material.name if self.joint else group or ""
 
 
 @dataclass

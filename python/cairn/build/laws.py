@@ -109,6 +109,7 @@ def plugged_class(row, description):
 
 LAWS = {d["python_name"]: _law_class(row, d) for row, d in enumerate(_core.laws())}
 BY_NAME = {law.name: law for law in LAWS.values()}
+del LAWS["Joint"]  # made by Scene.join
 globals().update(LAWS)
 __all__ = ["Law", *LAWS]
 

@@ -117,6 +117,13 @@ class Scene(Spelt):
         """
         self.rules.append(rule(a, b, law))
 
+    def join(self, a, b, joint):
+        """Joins two bodies, by their numbers, or a body and the world (b None), as they stand: cairn.Ball, Hinge, Pivot, Fixed,
+        Slider or Distance. Its name, for rules and pictures. What is joined still touches unless interact says otherwise."""
+        from .joints import joined
+
+        return joined(self, a, b, joint)
+
     def electrical(self, **settings):
         """An electrical network over the contacts, from the next Simulation on; see cairn.networks.Electrical for settings."""
         from ..networks import Electrical
@@ -144,7 +151,7 @@ class Scene(Spelt):
         found = {}
         for s in self.sets:
             for c in s.contactors:
-                found.setdefault((c.material.name, s.group or ""), len(found))
+                found.setdefault(c.species(s.group), len(found))
         return found
 
     def check_names(self, species=None, rules=None):
@@ -163,7 +170,7 @@ class Scene(Spelt):
         table = _core.LawTable([material for material, _ in species], [group for _, group in species])
         nodes = mesh_groups(self.sets if sets is None else sets)
         table.keep_apart([k for k, (_, group) in enumerate(species) if group in nodes])
-        for a, b, law in self.rules if rules is None else rules:
+        for a, b, law in in_order(self.rules if rules is None else rules):
             if law is None:
                 table.pass_through(a, b)
             else:
@@ -175,7 +182,7 @@ class Scene(Spelt):
     def law_between(self, a, b):
         """The law between two species (material, group) as species() has them, or None if they have none."""
         apart = [(a[1], b[1], None)] if {a[1], b[1]} <= mesh_groups(self.sets) else []
-        return chosen_rule(a, b, [*apart, *self.rules])[1]
+        return chosen_rule(a, b, [*apart, *in_order(self.rules)])[1]
 
     # ------------------------------------------------------------------ files
 
@@ -216,6 +223,8 @@ class Scene(Spelt):
                 if c.hulls is not None:
                     entry["hulls"] = dict(c.hulls._asdict())
                 entry |= {"material": c.material.name, "density": c.material.density or np.nan}
+                if c.joint:
+                    entry["joint"] = 1
                 if (more := c.material.beside_density()) is not None:
                     from .mesh_files import encoded
 
@@ -294,6 +303,12 @@ class Scene(Spelt):
         return scene
 
 
+def in_order(rules):
+    """Rules about ends of joints after all others, so that those count."""
+    joints = {a for a, _, law in rules if law is not None and law.name == "joint"}
+    return [*(r for r in rules if r[0] not in joints), *(r for r in rules if r[0] in joints)]
+
+
 def rules_to_dict(rules):
     """Rules as a file holds them."""
     out = {
@@ -339,6 +354,7 @@ def _set_from(dim, d):
                 c.get("direction"),
                 c.get("hull"),
                 shapes.Hulls(**c["hulls"]) if "hulls" in c else None,
+                "joint" in c,
             )
         )
     options = {n: d[n] for n in ("velocity", "rotation", "damping") if n in d}
@@ -488,7 +504,7 @@ def insert(core, s, species, time=0.0, meshes=None):
         _within("body", c.body, len(ids), "bodies")
         if c.hulls is not None:
             _within("hull", c.hull, len(c.hulls.first_vertex) - 1, "hulls")
-        number = species.setdefault((c.material.name, s.group or ""), len(species))
+        number = species.setdefault(c.species(s.group), len(species))
         hull = None
         if c.hulls is not None:
             h = c.hulls

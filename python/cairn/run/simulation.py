@@ -351,7 +351,7 @@ class Simulation(Spelt):
         species = dict(self._species)
         for s in sets:
             for c in s.contactors:
-                species.setdefault((c.material.name, s.group or ""), len(species))
+                species.setdefault(c.species(s.group), len(species))
         if len(species) > len(self._species):
             self._use_laws(species, self._rules, sets)
         ids = []

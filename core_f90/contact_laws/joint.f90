@@ -1,0 +1,182 @@
+!> Joints: two frames that their bodies carry, some components of whose relative velocity vanish. Errors of the frames that are
+!> blocked are undone within the step. One component more, the coordinate of the joint, may be between limits, and driven by a
+!> motor whose force is bounded:
+!>   u + error/h = 0 of what is blocked,   lowest <= along + h u <= highest,   |r| <= h effort until u = speed.
+!> It breaks at the end of a step whose force reaches its strength.
+!> Components: 2D n, t, rotation; 3D n, t, s, rotations about them. n is the axis of the joint.
+module joint
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
+  use law_context, only: cairn_law_context
+  implicit none
+  private
+  public :: cairn_law_joint_prepare, cairn_law_joint_solve, cairn_law_joint_commit, cairn_law_joint_residual
+  integer, parameter :: own = 11 !< parameters: see below; of the axis and the span those who measure the frames know
+  integer, parameter :: p_blocked = 1, p_free = 2, p_lowest = 6, p_highest = 7, p_speed = 8, p_effort = 9, p_strength = 10
+  integer, parameter :: s_held = 1, s_error = 2, s_along = 8
+contains
+
+  subroutine cairn_law_joint_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
+    integer(c_int32_t), value           :: n                !< contacts
+    integer(c_int32_t), value           :: c                !< components: 3 in 2D, 6 in 3D
+    type(cairn_law_context), intent(in) :: context          !< step
+    real(c_double), intent(in)          :: gap(n)           !< not asked for [m]
+    real(c_double), intent(in)          :: u_begin(n, c)    !< not asked for [m/s]
+    real(c_double), intent(in)          :: params(n, own)   !< blocked components as bits, coordinate or 0, axis, limits [m, rad],
+    !< speed [m/s, rad/s], effort [N, N m], strength [N], 1 if n is the line between the points
+    real(c_double), intent(inout)       :: state(n, 8)      !< above 0: whole; errors of n, t, s [m], about them [rad]; coordinate
+    real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
+    real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
+    real(c_double), intent(out)         :: mu(n)            !< none [-]
+    integer :: i, k
+    bias = 0
+    compliance = 0
+    mu = 0
+    do k = 1, c
+      do i = 1, n
+        if (state(i, s_held) > 0 .and. blocks(params(i, p_blocked), k)) bias(i, k) = state(i, place(c, k))/context%h
+      end do
+    end do
+  end subroutine cairn_law_joint_prepare
+
+  !> Of what is blocked the impulses follow from that along the coordinate, so that one equation is left.
+  subroutine cairn_law_joint_solve(n, c, w, u_free, bias, params, state, r, status) bind(c)
+    integer(c_int32_t), value     :: n                  !< contacts
+    integer(c_int32_t), value     :: c                  !< components
+    real(c_double), intent(in)    :: w(n, c, c)         !< Delassus blocks [1/kg]
+    real(c_double), intent(in)    :: u_free(n, c)       !< relative velocity with r = 0 here, bias included [m/s]
+    real(c_double), intent(in)    :: bias(n, c)         !< in u_free [m/s]
+    real(c_double), intent(in)    :: params(n, own + 4) !< see prepare; step, geometry
+    real(c_double), intent(in)    :: state(n, 8)        !< see prepare
+    real(c_double), intent(inout) :: r(n, c)            !< impulse [N s], then moment [N m s]
+    integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
+    real(c_double) :: block(c, c), of_free(c), of_unit(c), q, s
+    integer :: i, f
+    do i = 1, n
+      r(i, :) = 0
+      if (present(status)) status(i) = merge(3, 0, state(i, s_held) > 0)
+      if (.not. state(i, s_held) > 0) cycle
+      block = w(i, :, :)
+      call hold(c, params(i, p_blocked), block, -u_free(i, :), of_free)
+      f = nint(params(i, p_free))
+      if (f > 0) then
+        call hold(c, params(i, p_blocked), block, -w(i, :, f), of_unit)
+        q = u_free(i, f) + dot_product(w(i, f, :), of_free)
+        s = w(i, f, f) + dot_product(w(i, f, :), of_unit)
+        if (s > 16*epsilon(s)*w(i, f, f)) then
+          s = along_coordinate(q, s, params(i, :), params(i, own + 1), state(i, s_along))
+          of_free = of_free + s*of_unit
+          of_free(f) = s
+        end if
+      end if
+      r(i, :) = of_free
+    end do
+  end subroutine cairn_law_joint_solve
+
+  !> Impulse along the coordinate: the motor's, and what keeps it between its limits.
+  pure real(c_double) function along_coordinate(q, s, p, h, x) result(r)
+    real(c_double), intent(in) :: q    !< velocity without it [m/s]
+    real(c_double), intent(in) :: s    !< what a unit of it adds [1/kg]
+    real(c_double), intent(in) :: p(*) !< parameters
+    real(c_double), intent(in) :: h    !< step [s]
+    real(c_double), intent(in) :: x    !< coordinate at the begin [m]
+    real(c_double) :: u
+    r = 0
+    if (p(p_effort) > 0) r = min(max((p(p_speed) - q)/s, -h*p(p_effort)), h*p(p_effort))
+    u = q + s*r
+    if (x + h*u > p(p_highest)) r = ((p(p_highest) - x)/h - q)/s
+    u = q + s*r
+    if (x + h*u < p(p_lowest)) r = ((p(p_lowest) - x)/h - q)/s
+  end function along_coordinate
+
+  !> F of what is blocked: each component by its own part of W. Of the coordinate: what its own equation gives beside it.
+  subroutine cairn_law_joint_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
+    integer(c_int32_t), value           :: n                  !< contacts
+    integer(c_int32_t), value           :: c                  !< components
+    type(cairn_law_context), intent(in) :: context            !< step
+    real(c_double), intent(in)          :: rho(n)             !< 1/W_NN [kg]
+    real(c_double), intent(in)          :: w(n, c, c)         !< Delassus blocks [1/kg]
+    real(c_double), intent(in)          :: u(n, c)            !< relative velocity, bias included [m/s]
+    real(c_double), intent(in)          :: bias(n, c)         !< in u [m/s]
+    real(c_double), intent(in)          :: r(n, c)            !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own + 4) !< see prepare; step, geometry
+    real(c_double), intent(in)          :: state(n, 8)        !< see prepare
+    real(c_double), intent(out)         :: f(n, c)            !< [N s]
+    real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
+    integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
+    integer :: i, k
+    do i = 1, n
+      status(i) = merge(3, 0, state(i, s_held) > 0)
+      do k = 1, c
+        weight(i, k) = w(i, k, k)
+        f(i, k) = r(i, k)
+        if (.not. state(i, s_held) > 0 .or. .not. w(i, k, k) > 0) cycle
+        if (blocks(params(i, p_blocked), k)) then
+          f(i, k) = u(i, k)/w(i, k, k)
+        else if (k == nint(params(i, p_free))) then
+          f(i, k) = r(i, k) - along_coordinate(u(i, k) - w(i, k, k)*r(i, k), w(i, k, k), params(i, :), params(i, own + 1), &
+                                               state(i, s_along))
+        end if
+      end do
+    end do
+  end subroutine cairn_law_joint_residual
+
+  subroutine cairn_law_joint_commit(n, c, context, gap, u, r, params, state) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components
+    type(cairn_law_context), intent(in) :: context        !< step
+    real(c_double), intent(in)          :: gap(n)         !< not asked for [m]
+    real(c_double), intent(in)          :: u(n, c)        !< not asked for [m/s]
+    real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
+    real(c_double), intent(in)          :: params(n, own) !< see prepare
+    real(c_double), intent(inout)       :: state(n, 8)    !< see prepare
+    integer :: i, d
+    d = merge(2, 3, c == 3)
+    do i = 1, n
+      if (norm2(r(i, :d)) >= context%h*params(i, p_strength)) state(i, s_held) = 0
+    end do
+  end subroutine cairn_law_joint_commit
+
+  pure logical function blocks(mask, k)
+    real(c_double), intent(in) :: mask
+    integer, intent(in)        :: k !< component
+    blocks = btest(nint(mask), k - 1)
+  end function blocks
+
+  !> Where the state has the error of a component.
+  pure integer function place(c, k)
+    integer(c_int32_t), intent(in) :: c !< components
+    integer, intent(in)            :: k !< component
+    place = s_error + k - 1
+    if (c == 3 .and. k == 3) place = s_error + 3
+  end function place
+
+  !> w r = q in the components that are blocked, the others of r none; by elimination without pivots: W is symmetric and at least
+  !> semidefinite, and a component that nothing moves carries nothing.
+  pure subroutine hold(c, mask, w, q, r)
+    integer(c_int32_t), intent(in) :: c       !< components
+    real(c_double), intent(in)     :: mask    !< which are blocked
+    real(c_double), intent(in)     :: w(c, c) !< [1/kg]
+    real(c_double), intent(in)     :: q(c)    !< [m/s]
+    real(c_double), intent(out)    :: r(c)    !< [N s]
+    real(c_double) :: a(c, c)
+    integer :: k, l
+    a = w
+    r = q
+    do k = 1, c
+      if (.not. blocks(mask, k) .or. .not. a(k, k) > 16*epsilon(w)*w(k, k)) then
+        a(k, :) = 0
+        a(:, k) = 0
+        r(k) = 0
+        cycle
+      end if
+      do l = k + 1, c
+        r(l) = r(l) - a(l, k)/a(k, k)*r(k)
+        a(l, k + 1:) = a(l, k + 1:) - a(l, k)/a(k, k)*a(k, k + 1:)
+      end do
+    end do
+    do k = c, 1, -1
+      if (.not. a(k, k) > 0) cycle
+      r(k) = (r(k) - dot_product(a(k, k + 1:), r(k + 1:)))/a(k, k)
+    end do
+  end subroutine hold
+end module joint

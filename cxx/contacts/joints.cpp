@@ -1,0 +1,119 @@
+// Frames of joints: how they are made, and how far those of their bodies are apart.
+#include <algorithm>
+#include <cmath>
+
+#include "body_axes.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+namespace {
+
+// a b of quaternions (w, x, y, z); conjugate: of a.
+void product(const double* a, bool conjugate, const double* b, double* out) {
+  const double w = a[0], sign = conjugate ? -1 : 1, x = sign * a[1], y = sign * a[2], z = sign * a[3];
+  const double made[4] = {w * b[0] - x * b[1] - y * b[2] - z * b[3], w * b[1] + x * b[0] + y * b[3] - z * b[2],
+                          w * b[2] - x * b[3] + y * b[0] + z * b[1], w * b[3] + x * b[2] - y * b[1] + z * b[0]};
+  std::copy_n(made, 4, out);
+}
+
+constexpr double one[4] = {1, 0, 0, 0};
+
+} // namespace
+
+void Interactions::State::find_joints() {
+  joint_material.clear();
+  const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
+  if (std::none_of(laws->laws().begin(), laws->laws().end(), joins)) return;
+  fit(joint_material, std::size_t(laws->materials()));
+  for (int m = 0; m < laws->materials(); ++m) {
+    const int found = laws->find(m, m);
+    joint_material[std::size_t(m)] = found >= 0 && joins(laws->entry(found).law);
+  }
+}
+
+// Its points are the middles of its ends, its axis is given as bodies stand when they come in.
+void Interactions::State::anchor_joint(std::int64_t i, Anchor& made) const {
+  const Candidates& c = *candidates;
+  const int d = dim();
+  const double* params = laws->entry(entry[i]).params;
+  const std::int32_t A = body(c.contactor_a[i]), B = body(c.contactor_b[i]);
+  double a[3] = {}, b[3] = {}, axis[3] = {}, shift[3] = {0, 0, 0}, square = 0;
+  for (const auto& [contactor, to] : {std::pair{c.contactor_a[i], made.a}, std::pair{c.contactor_b[i], made.b}}) {
+    std::fill_n(to, 3, 0.0);
+    if (contactors->offset.active) std::copy_n(contactors->offset[contactor], d, to);
+  }
+  if (cell->any()) image_shift(*cell, c.image[i], shift);
+  to_space_axes(*bodies, d, A, made.a, a);
+  to_space_axes(*bodies, d, B, made.b, b);
+  std::copy_n(params + joint_axis, d, axis);
+  for (int k = 0; k < d; ++k) {
+    const double between = bodies->position[A][k] + a[k] - (bodies->position[B][k] + shift[k] + b[k]);
+    square += between * between;
+    if (params[joint_spans] > 0) axis[k] = between;
+  }
+  made.length = std::sqrt(square);
+  if (params[joint_spans] > 0)
+    for (int k = 0; k < d; ++k) axis[k] /= made.length;
+  to_body_axes(*bodies, d, B, axis, made.normal);
+  std::copy_n(made.a, 3, made.shape_a);
+  std::copy_n(made.b, 3, made.shape_b);
+  if (!bodies->rotation.active) {
+    made.turn[0] = d == 2 ? 0 : 1;
+  } else if (d == 2) {
+    made.turn[0] = *bodies->rotation[A] - *bodies->rotation[B];
+  } else {
+    product(bodies->rotation[B], true, bodies->rotation[A], made.turn);
+  }
+}
+
+void Interactions::State::measure_joints(const cairn_batch& b) const {
+  const int d = dim(), n = b.count;
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int64_t i = system.candidate[b.first + lane];
+    if (!is_anchored(i)) continue; // broken
+    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+    const double* params = laws->entry(entry[i]).params;
+    const int blocked = int(params[joint_blocked]), coordinate = int(params[joint_coordinate]);
+    const std::int32_t A = b.body_a[lane], B = b.body_b[lane];
+    double axes[3][3] = {}, a[3] = {}, to_b[3] = {}, between[3] = {}, shift[3] = {0, 0, 0}, error[6] = {}, along = 0;
+    axes_of(b, d, lane, axes);
+    if (cell->any()) image_shift(*cell, candidates->image[i], shift);
+    to_space_axes(*bodies, d, A, anchor.a, a);
+    to_space_axes(*bodies, d, B, anchor.b, to_b);
+    for (int k = 0; k < d; ++k)
+      between[k] = (bodies->position[A][k] - (bodies->position[B][k] + shift[k])) + (a[k] - to_b[k]);
+    for (int c = 0; c < d; ++c)
+      for (int k = 0; k < d; ++k) error[c] += between[k] * axes[c][k];
+    if (coordinate == 1) along = error[0];
+    if (params[joint_spans] > 0) error[0] -= anchor.length;
+    if (d == 2) {
+      error[3] = (bodies->rotation.active ? *bodies->rotation[A] - *bodies->rotation[B] : 0) - anchor.turn[0];
+      if (coordinate == 3) along = error[3];
+    } else {
+      double turned[4], found[4];
+      const bool turns = bodies->rotation.active;
+      product(turns ? bodies->rotation[B] : one, false, anchor.turn, turned); // where A would be
+      const double back[4] = {turned[0], -turned[1], -turned[2], -turned[3]};
+      product(turns ? bodies->rotation[A] : one, false, back, found);
+      const double sign = found[0] < 0 ? -1 : 1, *v = found + 1;
+      const double size = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+      const double angle = size > 0 ? 2 * std::atan2(size, sign * found[0]) / size : 2;
+      if (coordinate == 4)
+        along = 2 * std::atan2(sign * (v[0] * axes[0][0] + v[1] * axes[0][1] + v[2] * axes[0][2]), sign * found[0]);
+      double turn[3] = {sign * angle * v[0], sign * angle * v[1], sign * angle * v[2]};
+      if (!(blocked & 8)) { // about its axis it is free: how far the axes of both are from each other
+        double other[3];
+        turn_about(found, 1, axes[0], other);
+        for (int k = 0; k < 3; ++k)
+          turn[k] = axes[0][(k + 1) % 3] * other[(k + 2) % 3] - axes[0][(k + 2) % 3] * other[(k + 1) % 3];
+      }
+      for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < 3; ++k) error[3 + c] += turn[k] * axes[c][k];
+    }
+    for (int c = 0; c < 6; ++c) b.state[(1 + c) * n + lane] = error[c];
+    b.state[7 * n + lane] = along;
+  }
+  repeat_last(b, b.state, 8);
+}
+
+} // namespace cairn

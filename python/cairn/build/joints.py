@@ -1,0 +1,237 @@
+"""Joints between two bodies, or a body and the world: `scene.join(a, b, cn.Hinge(point=(0, 0, 1), axis=(0, 1, 0)))`.
+
+Points and axes are where bodies stand when the joint is made, in space. The coordinate of a joint is that of the first body
+against the second: an angle about the axis by the right hand [rad], a way along it [m], a length [m]; 0 where it begins, but of a
+length. Limits keep it between two values, a motor drives it with a bounded torque or force; beyond its strength [N] a joint is
+gone from the next step on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pre import checks
+from . import bodies
+from .laws import BY_NAME
+from .materials import Material
+
+END = 0.1  # radius of the mark of an end, of its body's size
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Drives the coordinate of a joint at a speed [rad/s, m/s], with at most an effort [N m, N]."""
+
+    speed: float
+    effort: float
+
+    def __post_init__(self):
+        checks.number("speed of Motor", self.speed)
+        checks.positive("effort of Motor", self.effort)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointKind:
+    """What all joints take. strength [N]: the force at which it breaks."""
+
+    strength: float = np.inf
+
+    def bits(self, dim):
+        """Which components are blocked, as bits n, t [, s], rotations; which is the coordinate, from 1, 0 none."""
+        raise NotImplementedError
+
+    def ends(self, dim):
+        """Points of both ends (2, dim) [m]."""
+        point = checks.real_array(f"point of {type(self).__name__}", self.point, (dim,))
+        return np.array([point, point])
+
+    def axis_of(self, dim):
+        """Of unit length."""
+        if not hasattr(self, "axis"):
+            return np.eye(dim)[-1 if dim == 3 else 0]
+        axis = checks.real_array(f"axis of {type(self).__name__}", self.axis, (dim,))
+        size = np.linalg.norm(axis)
+        if not size > 0:
+            raise ValueError(f"axis of {type(self).__name__} is {self.axis}: give a direction")
+        return axis / size
+
+    def law(self, dim, swapped):
+        """The law between its ends; swapped: the core sees the second body as the first."""
+        own = type(self).__name__
+        blocked, coordinate = self.bits(dim)
+        low, high = -np.inf, np.inf
+        if (limits := getattr(self, "limits", None)) is not None:
+            low, high = (checks.number(f"limits[{k}] of {own}", x, finite=False) for k, x in enumerate(limits))
+            if not low <= high:
+                raise ValueError(f"limits of {own} are {low:g} and {high:g}: give the lower one first")
+        motor = getattr(self, "motor", None)
+        if motor is not None and not isinstance(motor, Motor):
+            raise ValueError(f"motor of {own} is {motor!r}: give cairn.Motor(speed=..., effort=...)")
+        speed, effort = (motor.speed, motor.effort) if motor is not None else (0.0, 0.0)
+        axis = np.zeros(3)
+        axis[:dim] = self.axis_of(dim) * (-1 if swapped else 1)
+        if swapped and dim == 2 and coordinate == 3:
+            low, high, speed = -high, -low, -speed
+        strength = checks.number(f"strength of {own}", self.strength, finite=False)
+        if not strength > 0:
+            raise ValueError(f"strength of {own} is {strength:g}: give a force above 0 [N]")
+        return BY_NAME["joint"](blocked=blocked, coordinate=coordinate, axis_x=axis[0], axis_y=axis[1], axis_z=axis[2],
+                                lowest=low, highest=high, speed=speed, effort=effort, strength=strength,
+                                spans=float(isinstance(self, Distance)))  # fmt: skip
+
+
+def _only(kind, dim, wanted, instead):
+    if dim != wanted:
+        raise ValueError(f"{kind} is a joint of {wanted}D: in {dim}D give {instead}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ball(JointKind):
+    """Two points stay together, 3D."""
+
+    point: object
+
+    def bits(self, dim):
+        _only("Ball", dim, 3, "Pivot")
+        return 7, 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hinge(JointKind):
+    """Two points and an axis through them stay together, 3D. limits: angles from -pi to pi."""
+
+    point: object
+    axis: object
+    limits: object = None
+    motor: Motor | None = None
+
+    def bits(self, dim):
+        _only("Hinge", dim, 3, "Pivot")
+        return 55, 4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pivot(JointKind):
+    """Two points stay together, 2D. limits: angles, whole turns counted."""
+
+    point: object
+    limits: object = None
+    motor: Motor | None = None
+
+    def bits(self, dim):
+        _only("Pivot", dim, 2, "Ball or Hinge")
+        return 3, 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fixed(JointKind):
+    """Bodies move as one; point: where force and strength are taken."""
+
+    point: object
+
+    def bits(self, dim):
+        return (7, 0) if dim == 2 else (63, 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slider(JointKind):
+    """The first body slides along an axis of the second and does not turn against it. limits: ways from where it begins."""
+
+    point: object
+    axis: object
+    limits: object = None
+    motor: Motor | None = None
+
+    def bits(self, dim):
+        return (6, 1) if dim == 2 else (62, 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distance(JointKind):
+    """Two points, of the first body and of the second, keep their distance; with limits it stays between two lengths."""
+
+    points: object
+    limits: object = None
+
+    def bits(self, dim):
+        return (1, 0) if self.limits is None else (0, 1)
+
+    def ends(self, dim):
+        points = checks.real_array("points of Distance", self.points, (2, dim))
+        if not np.any(points[0] != points[1]):
+            raise ValueError(f"points of Distance are both {points[0]}: give two that differ, or a Pivot or Ball")
+        if self.limits is not None and not min(self.limits) > 0:
+            raise ValueError(f"limits of Distance are {self.limits}: give lengths above 0 [m]")
+        return points
+
+
+KINDS = (Ball, Hinge, Pivot, Fixed, Slider, Distance)
+
+
+def joined(scene, a, b, kind):
+    """Puts the ends of a joint on two bodies of a scene, b None: the world. Its name."""
+    if not isinstance(kind, JointKind):
+        raise ValueError(f"joint is {kind!r}: give one of {', '.join('cairn.' + k.__name__ for k in KINDS)}")
+    dim = scene.dim
+    ends = kind.ends(dim)
+    places = [_place(scene, "a", a), None if b is None else _place(scene, "b", b)]
+    if places[0] == places[1]:
+        raise ValueError(f"a and b of a joint are both body {a}: give two bodies, or b=None for the world")
+    law = kind.law(dim, places[1] is not None and places[0][0] > places[1][0])
+    name = f"joint {sum(law is not None and law.name == 'joint' for _, _, law in scene.rules)}"
+    mark = Material(name)
+    for place, point in zip(places, ends):
+        if place is not None:
+            size = _put(scene, place, point, mark)
+            continue
+        end = bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([0]), np.array([size]), joint=True)
+        scene.add(bodies.checked(bodies.BodySet(dim, point[None], np.ones(1), np.ones((1, 1 if dim == 2 else 3)), [end],
+                                                driven=bodies.DOFS[dim])))  # fmt: skip
+    scene.interact(name, "*", None)
+    scene.interact(name, name, law)
+    return name
+
+
+def _place(scene, side, number):
+    """Set and row of a body."""
+    if isinstance(number, (int, np.integer)) and not isinstance(number, bool):
+        for k, s in enumerate(scene.sets):
+            row = np.flatnonzero(s.own_ids == number)
+            if len(row) and s.mesh is None:
+                return k, int(row[0])
+            if len(row):
+                raise ValueError(f"{side} of a joint is {number}, a node of a mesh: joints take rigid bodies")
+    raise ValueError(f"{side} of a joint is {number!r}: give the number of a body that Scene.add returned")
+
+
+def _put(scene, place, point, mark):
+    """Adds an end to a body; the radius of its mark."""
+    k, row = place
+    s = scene.sets[k]
+    size = 0.0
+    for c in s.contactors:
+        for m in np.flatnonzero(c.body == row):
+            if c.hulls is not None:
+                first = c.hulls.first_vertex[c.hull[m] : c.hull[m] + 2]
+                size = max(size, float(np.linalg.norm(c.hulls.vertex[first[0] : first[1]], axis=1).max()))
+            elif c.radius is not None:
+                size = max(size, float(c.radius[m]))
+    lever = point - s.position[row]
+    if s.rotation is not None:
+        lever = _turned_back(s.rotation[row], lever)
+    radius = END * size if size > 0 else END
+    end = bodies.ContactorSet("disk" if scene.dim == 2 else "sphere", mark, np.array([row]), np.array([radius]),
+                              offset=lever[None], joint=True)  # fmt: skip
+    scene.sets[k] = bodies.replace(s, contactors=[*s.contactors, end])
+    return radius
+
+
+def _turned_back(rotation, x):
+    if np.ndim(rotation) == 0:
+        c, s = np.cos(rotation), np.sin(rotation)
+        return np.array([c * x[0] + s * x[1], c * x[1] - s * x[0]])
+    q = rotation / np.linalg.norm(rotation)
+    once = np.cross(-q[1:], x)
+    return x + 2 * (q[0] * once + np.cross(-q[1:], once))

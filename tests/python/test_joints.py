@@ -1,0 +1,256 @@
+"""Joints: what they hold, limits, motors, strength, energy, restart."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+STEEL = cn.Material("steel", density=1000.0)
+SHARP = cn.NLGS(tol=1e-11, max_iter=50000)
+G = 9.81
+
+
+def simulate(scene, dt, tol=1e-11):
+    return cn.Simulation(scene, dt, cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=50000)), overlap="ignore")
+
+
+def bodies(dim, centres, **options):
+    centres = np.asarray(centres, float)
+    if dim == 2:
+        corners = np.array([[-0.1, -0.02], [0.1, -0.02], [0.1, 0.02], [-0.1, 0.02]])
+        return cn.polygons([c + corners for c in centres], STEEL, **options)
+    corners = np.array([[x, y, z] for z in (-0.02, 0.02) for x, y in ((-0.1, -0.03), (0.1, -0.03), (0.1, 0.03), (-0.1, 0.03))])
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    return cn.polyhedra([(c + corners, faces) for c in centres], STEEL, **options)
+
+
+def scene_of(dim, centres, gravity=True, **options):
+    down = np.zeros(dim)
+    down[-1] = -G if gravity else 0.0
+    scene = cn.Scene(dim, gravity=down)
+    ids = scene.add(bodies(dim, centres, group="bars", **options))
+    scene.interact("*", "*", None)
+    return scene, ids
+
+
+def turned(sim, body, x):
+    """A vector of a body, in space."""
+    r = sim.bodies.rotation[body]
+    if np.ndim(r) == 0:
+        return np.array([np.cos(r) * x[0] - np.sin(r) * x[1], np.sin(r) * x[0] + np.cos(r) * x[1]])
+    once = np.cross(r[1:], x)
+    return x + 2 * (r[0] * once + np.cross(r[1:], once))
+
+
+def energy(sim):
+    e = sim.info["energy"]
+    return e["kinetic"] + e["potential"]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_pendulum_keeps_its_length_and_its_period(dim):
+    """A bar hung at its end, let go from 0.1 rad: period of a physical pendulum, point held to 1e-6 of its size."""
+    lean = 0.1
+    middle = [0.1 * np.cos(lean), -0.1 * np.sin(lean)] if dim == 2 else [0.1 * np.cos(lean), 0.0, -0.1 * np.sin(lean)]
+    scene = cn.Scene(dim, gravity=(G, 0.0) if dim == 2 else (G, 0.0, 0.0))
+    turn = -lean if dim == 2 else (np.cos(lean / 2), 0.0, np.sin(lean / 2), 0.0)
+    scene.add(bodies(dim, np.zeros((1, dim)), position=[middle], rotation=[turn]))
+    scene.interact("*", "*", None)
+    point = np.zeros(dim)
+    joint = cn.Pivot(point=point) if dim == 2 else cn.Hinge(point=point, axis=(0, 1, 0))
+    scene.join(0, None, joint)
+    sim = simulate(scene, 1e-3)
+    first, crossings, before, drift = None, [], None, 0.0
+    for _ in range(3000):
+        assert sim.step()["status"] == "converged"
+        swing = sim.bodies.position[0, -1]
+        if before is not None and before < 0 <= swing:
+            crossings.append(sim.time - sim.dt * swing / (swing - before))
+        before = swing
+        drift = max(drift, abs(np.linalg.norm(sim.bodies.position[0]) - 0.1))
+        first = first if first is not None else energy(sim)
+    mass, inertia = sim.bodies.mass[0], np.ravel(sim.bodies.inertia[0])[0 if dim == 2 else 1]
+    about = inertia + mass * 0.01
+    period = 2 * np.pi * np.sqrt(about / (mass * G * 0.1)) * (1 + lean**2 / 16)
+    assert np.diff(crossings).mean() == pytest.approx(period, rel=2e-4)
+    assert drift < 1e-6 * 0.2
+    assert energy(sim) == pytest.approx(first, abs=1e-4 * mass * G * 0.1 * lean**2)
+
+
+JOINTS = {
+    2: {
+        "pivot": (cn.Pivot(point=(0.1, 0.0)), ("x", "y"), "turn"),
+        "fixed": (cn.Fixed(point=(0.1, 0.0)), ("x", "y", "turn"), None),
+        "slider": (cn.Slider(point=(0.1, 0.0), axis=(1.0, 1.0)), ("across", "turn"), "length"),
+        "distance": (cn.Distance(points=[(0.1, 0.02), (0.15, -0.02)]), ("length",), "turn"),
+    },
+    3: {
+        "ball": (cn.Ball(point=(0.1, 0.0, 0.0)), ("x", "y", "z"), "turn"),
+        "hinge": (cn.Hinge(point=(0.1, 0.0, 0.0), axis=(0.0, 1.0, 1.0)), ("x", "y", "z", "axis"), "turn"),
+        "fixed": (cn.Fixed(point=(0.1, 0.0, 0.0)), ("x", "y", "z", "turn"), None),
+        "slider": (cn.Slider(point=(0.1, 0.0, 0.0), axis=(1.0, 1.0, 0.0)), ("across", "turn"), "length"),
+        "distance": (cn.Distance(points=[(0.1, 0.0, 0.02), (0.15, 0.0, -0.02)]), ("length",), "turn"),
+    },
+}
+
+
+def errors(sim, dim, kind, ends, axis):
+    """How far the second body's end is from where the first one has it, as each joint would have it [m, rad]."""
+    x, start = sim.bodies.position, np.array([[0.0] * dim, [0.25] + [0.0] * (dim - 1)])
+    a = x[0] + turned(sim, 0, ends[0] - start[0])
+    b = x[1] + turned(sim, 1, ends[1] - start[1])
+    found = {name: abs(v) for name, v in zip("xyz", a - b)}
+    one, other = (np.array([turned(sim, k, e) for e in np.eye(dim)]) for k in (0, 1))
+    found["turn"] = np.abs(one - other).max()
+    found["length"] = abs(np.linalg.norm(a - b) - np.linalg.norm(ends[0] - ends[1]))
+    if axis is not None:
+        found["axis"] = np.abs(turned(sim, 0, axis) - turned(sim, 1, axis)).max()
+        along = turned(sim, 1, axis)
+        found["across"] = np.linalg.norm((a - b) - (a - b) @ along * along)
+    return found
+
+
+@pytest.mark.parametrize(("dim", "name"), [(d, n) for d in JOINTS for n in JOINTS[d]])
+def test_joints_hold_what_they_say_and_nothing_else(dim, name):
+    """Two bars that spin apart: blocked components stay to 1e-5 of the size, momenta and energy are kept."""
+    kind, blocked, free = JOINTS[dim][name]
+    spin = np.array([[0.3, -0.2, 2.0], [-0.3, 0.4, -3.0]]) if dim == 2 else np.array(
+        [[0.3, -0.2, 0.1, 2.0, -1.0, 1.5], [-0.3, 0.4, 0.2, 1.0, 2.0, -3.0]])  # fmt: skip
+    scene, _ = scene_of(dim, [[0.0] * dim, [0.25] + [0.0] * (dim - 1)], gravity=False, velocity=spin)
+    scene.join(0, 1, kind)
+    sim = simulate(scene, 5e-4)
+    ends = kind.ends(dim)
+    axis = kind.axis_of(dim) if hasattr(kind, "axis") else None
+    for _ in range(3):  # velocities that the joint does not allow are an impact
+        sim.step()
+    first, momentum, worst = energy(sim), sim.bodies.mass @ sim.bodies.velocity[:, :dim], {}
+    for _ in range(1500):
+        assert sim.step()["status"] == "converged"
+        for key, value in errors(sim, dim, name, ends, axis).items():
+            worst[key] = max(worst.get(key, 0.0), value)
+    for key, value in worst.items():
+        if key in blocked:
+            assert value < 1e-5 * 0.2, key
+    assert free is None or worst[free] > 1e-2
+    assert energy(sim) == pytest.approx(first, rel=1e-5)
+    assert sim.bodies.mass @ sim.bodies.velocity[:, :dim] == pytest.approx(momentum, abs=1e-9)
+    assert abs(sim.info["energy"]["closure"]) < 1e-10 * sim.info["energy"]["in_play"]
+
+
+def test_the_energy_of_a_chain_is_kept_to_the_square_of_the_step():
+    """A chain of 10 bars hung at one end and let go: what it loses falls by four when the step is halved."""
+    lost = []
+    for dt in (4e-4, 2e-4):
+        scene, ids = scene_of(2, [[0.1 + 0.2 * k, 0.0] for k in range(10)])
+        scene.join(0, None, cn.Pivot(point=(0.0, 0.0)))
+        for k in range(9):
+            scene.join(k, k + 1, cn.Pivot(point=(0.2 * (k + 1), 0.0)))
+        sim = simulate(scene, dt, 1e-10)
+        sim.step()
+        begin = energy(sim)
+        seen = []
+        for _ in range(round(0.4 / dt)):
+            assert sim.step()["status"] == "converged"
+            seen.append(abs(energy(sim) - begin))
+        assert ids.size == 10
+        lost.append(max(seen) / sim.info["energy"]["kinetic"])
+    assert lost[0] < 1e-3 and lost[1] < 0.4 * lost[0]
+
+
+def test_limits_stop_and_a_motor_drives():
+    """A door on a hinge: a motor of 0.5 N m turns it at its speed once it can, a limit stops it, the balance closes."""
+    scene, _ = scene_of(3, [[0.1, 0.0, 0.0]], gravity=False)
+    motor = cn.Motor(speed=3.0, effort=0.5)
+    scene.join(0, None, cn.Hinge(point=(0.0, 0.0, 0.0), axis=(0.0, 0.0, 1.0), limits=(-0.2, 0.5), motor=motor))
+    sim = simulate(scene, 1e-3)
+    inertia = np.ravel(sim.bodies.inertia[0])[2] + sim.bodies.mass[0] * 0.01
+    for _ in range(20):
+        sim.step()
+    assert sim.bodies.velocity[0, 5] == pytest.approx(0.5 / inertia * 0.02, rel=1e-2)
+    top = 0.0
+    for _ in range(600):
+        sim.step()
+        top = max(top, sim.bodies.velocity[0, 5])
+    assert top == pytest.approx(3.0, rel=1e-6)
+    q = sim.bodies.rotation[0]
+    assert 2 * np.arctan2(q[3], q[0]) == pytest.approx(0.5, abs=1e-6)
+    e = sim.info["energy"]
+    assert abs(e["closure"]) < 1e-10 * e["in_play"] and e["work_driven"] > 0
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_coordinate_is_that_of_the_first_body_against_the_second(first):
+    """Driven at 2 rad/s and 0.3 m/s, whichever of the two came in first, in 2D and in 3D."""
+    for dim, kind, dof in (
+        (2, cn.Pivot(point=(0.0, 0.0), motor=cn.Motor(speed=2.0, effort=1e9)), 2),
+        (2, cn.Slider(point=(0.0, 0.0), axis=(1.0, 0.0), motor=cn.Motor(speed=0.3, effort=1e9)), 0),
+        (3, cn.Hinge(point=(0.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0), motor=cn.Motor(speed=2.0, effort=1e9)), 4),
+        (3, cn.Slider(point=(0.0,) * 3, axis=(1.0, 0.0, 0.0), motor=cn.Motor(speed=0.3, effort=1e9)), 0),
+    ):
+        scene = cn.Scene(dim)
+        for k in range(2):
+            scene.add(bodies(dim, [[0.0] * dim]) if k == first else bodies(dim, [[0.0] * dim], fixed=True))
+        scene.interact("*", "*", None)
+        scene.join(first, 1 - first, kind)
+        sim = simulate(scene, 1e-3)
+        sim.step()
+        assert sim.bodies.velocity[first, dof] == pytest.approx(kind.motor.speed, rel=1e-9)
+
+
+def test_a_joint_breaks_at_its_strength():
+    scene, _ = scene_of(2, [[0.1, 0.0]])
+    weight = 1000.0 * 0.2 * 0.04 * G
+    scene.join(0, None, cn.Fixed(point=(0.0, 0.0), strength=1.05 * weight))
+    held = simulate(scene, 1e-3)
+    for _ in range(50):
+        held.step()
+    assert np.abs(held.bodies.position[0] - [0.1, 0.0]).max() < 1e-9 and held.contacts.beta.max() == 1
+    scene, _ = scene_of(2, [[0.1, 0.0]])
+    scene.join(0, None, cn.Fixed(point=(0.0, 0.0), strength=0.95 * weight))
+    gone = simulate(scene, 1e-3)
+    for _ in range(50):
+        gone.step()
+    assert gone.bodies.position[0, 1] < -0.5 * G * 0.045**2 and gone.contacts.beta.max(initial=0.0) == 0
+
+
+def test_restart_and_scene_file_go_on_to_the_same_bits(tmp_path):
+    def scene():
+        made, _ = scene_of(3, [[0.0, 0.0, 0.0], [0.25, 0.0, 0.0]], velocity=[[0.3, 0, 0, 1, 2, 3], [0, 0, 0, -1, 0, 2]])
+        made.join(0, None, cn.Ball(point=(-0.1, 0.0, 0.0)))
+        made.join(0, 1, cn.Hinge(point=(0.12, 0.0, 0.0), axis=(0, 1, 0), limits=(-0.1, 0.1)))
+        return made
+
+    once = simulate(scene(), 1e-3)
+    for _ in range(80):
+        once.step()
+    half = simulate(scene(), 1e-3)
+    for _ in range(30):
+        half.step()
+    half.checkpoint(tmp_path / "half.h5")
+    scene().save(tmp_path / "joined.scene.h5")
+    again = simulate(cn.Scene.load(tmp_path / "joined.scene.h5"), 1e-3)
+    again.restore(tmp_path / "half.h5")
+    for _ in range(50):
+        again.step()
+    assert np.array_equal(again.bodies.position, once.bodies.position)
+    assert np.array_equal(again.bodies.rotation, once.bodies.rotation)
+
+
+@pytest.mark.parametrize(
+    ("make", "told"),
+    [
+        (lambda s: s.join(0, 0, cn.Pivot(point=(0, 0))), "both body 0"),
+        (lambda s: s.join(0, 7, cn.Pivot(point=(0, 0))), "b of a joint is 7"),
+        (lambda s: s.join(0, None, cn.Ball(point=(0, 0))), "in 2D give Pivot"),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0, 0))), "point of Pivot"),
+        (lambda s: s.join(0, None, cn.Slider(point=(0, 0), axis=(0, 0))), "axis of Slider"),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), limits=(1, 0))), "limits of Pivot are 1 and 0"),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), strength=-1)), "strength of Pivot is -1"),
+        (lambda s: s.join(0, None, cn.Distance(points=[(0, 0), (0, 0)])), "points of Distance are both"),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), motor=3)), "motor of Pivot is 3"),
+        (lambda s: s.join(0, None, "hinge"), "joint is 'hinge'"),
+    ],
+)
+def test_wrong_joints_are_told(make, told):
+    scene, _ = scene_of(2, [[0.1, 0.0]])
+    with pytest.raises(ValueError, match=told):
+        make(scene)
