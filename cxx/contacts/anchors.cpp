@@ -63,6 +63,11 @@ void Interactions::State::space_anchors(std::size_t first) {
 
 std::span<Anchor> Interactions::anchors() { return s_->memory.anchors; }
 
+std::span<double> Interactions::states(std::size_t key) {
+  const auto each = std::size_t(s_->memory.state_components);
+  return std::span<double>(s_->memory.states).subspan(key * each, each);
+}
+
 void Interactions::measure_anchored(const Bodies& bodies, const Contactors& contactors, const LawTable& laws,
                                     const Cell& cell, std::span<const std::int32_t> numbers, Candidates& found) {
   State& s = *s_;

@@ -288,13 +288,14 @@ public:
   const std::vector<ContactKey>& kept(); // contacts whose first state is above 0, for laws that keep them
   void forget_impulses();                // the next step begins from none
 
-  const ContactMemory& memory() const; // after commit: what the next assemble will inherit
-  void restore(ContactMemory);         // throws std::invalid_argument if sizes do not agree
-  std::int64_t bytes() const;          // held for contacts
-  std::int64_t body_bytes() const;     // held for bodies: velocity records
-  Scratch& scratch();                  // where contacts stand, to be used until assemble: they are gone
-  ContactSystem& system();             // as solvers see it: batches, schedule, velocity records
-  std::span<Anchor> anchors();         // of the memory, in the order of its keys; empty: none
+  const ContactMemory& memory() const;       // after commit: what the next assemble will inherit
+  void restore(ContactMemory);               // throws std::invalid_argument if sizes do not agree
+  std::int64_t bytes() const;                // held for contacts
+  std::int64_t body_bytes() const;           // held for bodies: velocity records
+  Scratch& scratch();                        // where contacts stand, to be used until assemble: they are gone
+  ContactSystem& system();                   // as solvers see it: batches, schedule, velocity records
+  std::span<Anchor> anchors();               // of the memory, in the order of its keys; empty: none
+  std::span<double> states(std::size_t key); // of the memory
 
 private:
   struct State;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../contacts/body_axes.hpp"
 #include "../fe/bulk_model.hpp"
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
@@ -136,29 +137,61 @@ void move_point(int dim, double factor, double expansion, const double* from, co
   }
 }
 
+// Where the law of two contactors keeps its slip, -1 if it has none.
+int place_of_slip(const Simulation& s, std::int32_t a, std::int32_t b) {
+  const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
+  if (entry < 0) return -1;
+  int place = 0;
+  for (const std::string& name : law_infos()[std::size_t(s.laws.entry(entry).law)].state) {
+    if (name == "slip*") return place;
+    place += name.back() == '*' && s.scene.dim == 3 ? 3 : 1;
+  }
+  return -1;
+}
+
 } // namespace
 
-// Points where bonds hold move with the bodies that carry them.
+// Points where bonds hold move with the bodies that carry them, and so does their slip, which laws know by velocities.
 void Network::move_anchors(Simulation& s) const {
   const Contactors& k = s.scene.contactors;
+  const Bodies& bodies = s.scene.bodies;
+  const int dim = s.scene.dim;
   const std::span<Anchor> anchors = s.interactions.anchors();
   const std::vector<ContactKey>& keys = s.interactions.memory().keys;
   const double none[3] = {0, 0, 0};
-  const bool bends = s.scene.bodies.gradient.active;
-  const auto move = [&](std::int64_t id, const double* shape, double* x) {
-    const std::int32_t c = s.contactor(id);
-    if (c < 0 || *k.body[c] < 0 || !grows(s.scene, c)) return;
+  const bool bends = bodies.gradient.active;
+  const auto move = [&](std::int32_t c, const double* shape, double* x, double* moved) {
+    if (*k.body[c] < 0 || !grows(s.scene, c)) return;
     const double expansion = materials[*k.material[c]].expansion;
     const double now = value_at(s, now_.data(), c), begin = value_at(s, begin_.data(), c);
     const double factor = (1 + expansion * (now - reference)) / (1 + expansion * (begin - reference));
-    const double *from = bends ? s.scene.bodies.gradient[*k.body[c]] : none,
-                 *to = bends ? &gradient_[std::size_t(s.scene.dim * *k.body[c])] : none;
-    move_point(s.scene.dim, factor, expansion, from, to, shape, x);
+    const double *from = bends ? bodies.gradient[*k.body[c]] : none,
+                 *to = bends ? &gradient_[std::size_t(dim * *k.body[c])] : none;
+    double before[3];
+    std::copy_n(x, 3, before);
+    move_point(dim, factor, expansion, from, to, shape, x);
+    for (int d = 0; d < dim; ++d) moved[d] = x[d] - before[d];
+    to_space_axes(bodies, dim, *k.body[c], moved, moved);
   };
   for (std::size_t i = 0; i < anchors.size(); ++i) {
-    if (anchors[i].reach < 0) continue;
-    move(keys[i].contactor_a, anchors[i].shape_a, anchors[i].a);
-    move(keys[i].contactor_b, anchors[i].shape_b, anchors[i].b);
+    Anchor& anchor = anchors[i];
+    const std::int32_t a = s.contactor(keys[i].contactor_a), b = s.contactor(keys[i].contactor_b);
+    if (anchor.reach < 0 || a < 0 || b < 0) continue;
+    double of_a[3] = {}, of_b[3] = {}, slip[3] = {}, normal[3] = {}, along = 0;
+    move(a, anchor.shape_a, anchor.a, of_a);
+    move(b, anchor.shape_b, anchor.b, of_b);
+    const int place = place_of_slip(s, a, b);
+    const std::span<double> state = s.interactions.states(i);
+    if (place < 0 || !(state[0] > 0)) continue;
+    for (int d = 0; d < dim; ++d) slip[d] = of_a[d] - of_b[d];
+    to_body_axes(bodies, dim, *k.body[b], slip, slip);
+    std::copy_n(anchor.normal, 3, normal);
+    if (dim == 2) {
+      state[std::size_t(place)] += normal[0] * slip[1] - normal[1] * slip[0];
+      continue;
+    }
+    for (int d = 0; d < 3; ++d) along += slip[d] * normal[d];
+    for (int d = 0; d < 3; ++d) state[std::size_t(place + d)] += slip[d] - along * normal[d];
   }
 }
 

@@ -201,3 +201,19 @@ def test_a_work_of_little_more_than_what_is_stored_is_spent_at_once():
         sim.step()
     assert sim.contacts.beta.max(initial=0.0) == 0
     assert sim.info["energy"]["released"] == pytest.approx(4.51 * 0.1, rel=1e-3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_brick_that_grows_on_another_shears_their_joint(dim):
+    """Ends slip by a dT L/2 against each other, and across by a dT W/2: what the springs of the corners store."""
+    law = mortar(normal_stiffness=2e8, tangential_stiffness=2e8, normal_strength=1e6, tangential_strength=1e6, normal_work=1e5,
+                 tangential_work=1e5)  # fmt: skip
+    scene = pair(dim, law, material=CLAY, shift=-0.1)
+    warm = [((1,), lambda t: 300.0 + 100.0 * min(1.0, t / 0.05))]
+    scene.thermal(conductance=cn.networks.Constant(conductance=0.0), initial=300.0, reference=300.0, temperature=warm)
+    sim = cn.Simulation(scene, 5e-4, cn.NSCD(theta=1.0, solver=SHARP), overlap="ignore")
+    for _ in range(150):
+        assert sim.step()["status"] == "converged"
+    slip = np.array([1e-3 * 0.1] if dim == 2 else [1e-3 * 0.1, 1e-3 * 0.05])
+    area = 0.2 if dim == 2 else 0.2 * 0.1
+    assert sim.info["energy"]["stored"] == pytest.approx(0.5 * 2e8 * area * slip @ slip, rel=0.02)
