@@ -216,9 +216,7 @@ contains
     call allowed(c, own, damage, p, u, old, slip, f_high)
     f_high = f_high - old
     if (.not. f_high < 0) return
-    low = 0
-    call with_beta(c, own, square, p, w, q, low, area, slip, r, u)
-    call allowed(c, own, damage, p, u, old, slip, f_low)
+    call find_below(c, own, damage, square, p, w, q, old, area, slip, high, f_high, low, f_low, r, u)
     if (.not. f_low > 0) return
     side = 0
     do k = 1, 200
@@ -242,6 +240,47 @@ contains
       if (abs(f) <= 4*epsilon(f)*beta .or. high - low <= 2*epsilon(f)*high) exit
     end do
   end subroutine solve_contact
+
+  !> What an opening allows grows with the adhesion, so that following it down from the begin of the step passes no beta that holds:
+  !> to a beta that allows more than itself, or to one that is its own (0 too), whose impulse and velocity are then there. Under a
+  !> large free velocity beta = 0 allows itself, and a contact that holds would break if the search began there.
+  subroutine find_below(c, own, damage, square, p, w, q, old, area, slip, above, f_above, below, f_below, r, u)
+    integer(c_int32_t), intent(in) :: c           !< components
+    integer, intent(in)            :: own         !< parameters
+    procedure(cohesive_damage)     :: damage
+    logical, intent(in)            :: square
+    real(c_double), intent(in)     :: p(own + 1), w(c, c), q(c), old, area, slip(c - 1) !< as solve_contact has them
+    real(c_double), intent(inout)  :: above, f_above !< beta that allows less than itself, and by how much: less than 0
+    real(c_double), intent(out)    :: below, f_below !< beta that allows more, and by how much; 0: it is found
+    real(c_double), intent(out)    :: r(c), u(c)     !< [N s], [m/s]
+    integer, parameter :: most = 200
+    real(c_double) :: beta, f, allows
+    logical :: ahead
+    integer :: i
+    below = above
+    f_below = f_above
+    ahead = .false.
+    do i = 1, most
+      beta = max(0.0_c_double, below + f_below)
+      if (ahead) beta = below + 2*f_below*(above - below)/(f_below - f_above) ! twice as far as a line through both has it
+      if (i == most) ahead = .false.
+      if (i == most .or. .not. beta > 0) beta = 0
+      call with_beta(c, own, square, p, w, q, beta, area, slip, r, u)
+      call allowed(c, own, damage, p, u, old, slip, allows)
+      f = allows - beta
+      if (.not. ahead .or. f > 0) then
+        above = below
+        f_above = f_below
+        below = beta
+        f_below = f
+        if (f > 0) return
+        f_below = merge(0.0_c_double, f, .not. beta > 0 .or. -f <= 4*epsilon(f)*beta)
+        if (.not. f_below < 0) return
+      end if
+      ahead = .not. ahead .and. f_below > f_above
+    end do
+    f_below = 0
+  end subroutine find_below
 
   !> The intensity that a velocity leaves.
   pure subroutine allowed(c, own, damage, p, u, old, slip, beta)

@@ -68,6 +68,30 @@ TEST(Mac, ViscosityRaisesPeakAndWork) {
   }
 }
 
+// A line of the machine's stress that meets the curve three times: twice where the contact holds, and once where it is
+// broken. What holds most is taken, by sweeps too, whose blocks are those of one small body.
+TEST(Mal, HoldsWhereBreakingIsAnAnswerToo) {
+  for (const int dim : {2, 3})
+    for (const double direction : {0.0, 1.0}) { // mode I, mode II of the same numbers
+      Contact one("MAL",
+                  {{"normal_stiffness", 1e12},
+                   {"tangential_stiffness", 1e12},
+                   {"normal_strength", 2e6},
+                   {"tangential_strength", 2e6},
+                   {"normal_work", 10},
+                   {"tangential_work", 10}},
+                  dim);
+      const double machine = 2.05e6 / 7e-6, far = 9e-6; // Pa/m; beyond 8e-6, where the curve ends
+      std::fill_n(one.w, one.c, 1 / (machine * one.area * one.h * one.h));
+      std::vector<double> free = {(1 - direction) * far / one.h, direction * far / one.h, 0};
+      one.advance(free);
+      const double stress = -one.r[direction > 0 ? 1 : 0] / (one.area * one.h), opening = far - stress / machine;
+      EXPECT_GT(one.beta(), 0.5);
+      EXPECT_NEAR(stress, 2e6 * (1 - std::pow((opening - 2e-6) / 6e-6, 2)), 1e-9 * 2e6);
+      EXPECT_LE(one.residual, 1e-12 * 2e6 * one.area * one.h);
+    }
+}
+
 struct Curve {
   const char* law;
   std::map<std::string, double> params;
