@@ -114,6 +114,33 @@ void add_mesh(Simulation& s, const py::dict& d) {
   s.add_mesh(std::move(m));
 }
 
+// Sides of mesh `which` that pressures press, before its first step: dicts of node (nodes, sides), ring, thickness,
+// axis.
+void press_mesh(Simulation& s, std::size_t which, const py::list& sets) {
+  cairn::MeshBody& mesh = s.meshes.meshes.at(which);
+  mesh.pressed.clear();
+  for (const auto& item : sets) {
+    const auto d = py::cast<py::dict>(item);
+    cairn::PressedSides sides;
+    sides.nodes = py::cast<int>(d["nodes"]);
+    sides.node = vector_of<std::int32_t>(d, "node");
+    sides.ring = py::cast<bool>(d["ring"]);
+    sides.thickness = py::cast<double>(d["thickness"]);
+    sides.axis = py::cast<double>(d["axis"]);
+    mesh.pressed.push_back(std::move(sides));
+  }
+}
+
+// Pressures of these at both ends of the coming steps [Pa], (sets, 2).
+void set_pressures(Simulation& s, std::size_t which, const Input<double>& values) {
+  cairn::MeshBody& mesh = s.meshes.meshes.at(which);
+  if (std::size_t(values.size()) != 2 * mesh.pressed.size())
+    throw cairn::Error("the mesh '" + mesh.model.name + "' has " + std::to_string(mesh.pressed.size()) +
+                       " sets of pressed sides, and " + std::to_string(values.size()) + " pressures are given");
+  for (std::size_t k = 0; k < mesh.pressed.size(); ++k)
+    mesh.pressed[k].begin = values.data()[2 * k], mesh.pressed[k].end = values.data()[2 * k + 1];
+}
+
 // Forces on the dofs of mesh `which` at both ends of the coming steps [N], and velocities of its held dofs [m/s].
 void load_mesh(Simulation& s, std::size_t which, const Input<double>& begin, const Input<double>& end,
                const Input<double>& held) {
@@ -133,6 +160,8 @@ void bind_meshes(py::module_& m) {
   auto simulation = py::reinterpret_borrow<py::class_<Simulation>>(m.attr("Simulation"));
   simulation.def("add_mesh", &add_mesh)
       .def("load_mesh", &load_mesh)
+      .def("press_mesh", &press_mesh)
+      .def("set_pressures", &set_pressures)
       .def("mesh_work",
            [](const Simulation& s) {
              py::dict out;

@@ -13,6 +13,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_body.cpp
   bodies/mesh_mortar.cpp
   bodies/mesh_newton.cpp
+  bodies/mesh_pressure.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp

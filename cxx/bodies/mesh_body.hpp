@@ -12,6 +12,7 @@
 #include "../fe/bulk_result.hpp"
 #include "../soe/soe.hpp"
 #include "cairn/core.h"
+#include "mesh_pressure.hpp"
 #include "mesh_ties.hpp"
 
 namespace cairn {
@@ -73,7 +74,8 @@ public:
   std::vector<double> load_begin, load_end; // (dofs) forces at both ends of the step [N]; empty: none
   std::vector<double> thermal_load;         // (dofs) of restrained expansion [N]; empty: none
   std::vector<double> held_velocity;        // (dofs) of held dofs at the end of the step [m/s]; empty: zero
-  MeshWork work;                            // of the last step
+  std::vector<PressedSides> pressed; // of bodies that are not linear: at the end of the step where these are then
+  MeshWork work;                     // of the last step
 
   std::int64_t solves = 0, factorisations = 0; // forward and back, and of A, since the start
 
@@ -147,6 +149,7 @@ private:
   std::unique_ptr<Soe> make_soe() const;
   SoeStatus factor(Soe& soe, const double* value);
   void turn_iterate();
+  void press(double* tangent);
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
   void damping_times(const double* x, double* out) const;
@@ -176,9 +179,11 @@ private:
   void find_swelling_force();
   std::vector<double> swelling_force_; // see find_swelling_force; empty: nothing swells
   double warmed_ = 0;
-  double stored_begin_ = 0, checked_ = 0; // checked_: step that is known to be stable under central differences
-  bool begun_ = false;                    // stored_begin_ and force_begin_ are known
-  double h_ = 0, theta_ = 0;              // the step at hand, of a body that is not linear
+  std::vector<double> press_begin_, press_; // of pressures: at the begin of the step, over the step [N]
+  double end_share_ = 0.5;                  // of the end of the step in loads
+  double stored_begin_ = 0, checked_ = 0;   // checked_: step that is known to be stable under central differences
+  bool begun_ = false;                      // stored_begin_ and force_begin_ are known
+  double h_ = 0, theta_ = 0;                // the step at hand, of a body that is not linear
   bool explicit_ = false, by_energy_ = false;
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> jump_;  // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]

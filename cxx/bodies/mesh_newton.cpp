@@ -22,8 +22,21 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
     std::fill(tangent_.begin(), tangent_.end(), 0.0);
   }
   for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (theta_ * v[i] + (1 - theta_) * v_[i]);
-  return model.bulk->evaluate(b_.data(), h_, theta_, force_end_.data(), tangent ? tangent_.data() : nullptr,
-                              by_energy_ ? q_.data() : nullptr);
+  const BulkResult found = model.bulk->evaluate(b_.data(), h_, theta_, force_end_.data(),
+                                                tangent ? tangent_.data() : nullptr, by_energy_ ? q_.data() : nullptr);
+  if (found.ok() && !pressed.empty()) press(tangent ? tangent_.data() : nullptr);
+  return found;
+}
+
+// Pressures on the sides where displacements b_ bring them, into press_: with the tangent of stresses what it lacks by
+// them, by its symmetric part, which is all of it where the surface is closed or its rim is held.
+void MeshBody::press(double* tangent) {
+  const auto n = std::size_t(model.dofs());
+  for (std::size_t i = 0; i < n; ++i) b_[i] += model.reference[i];
+  press_ = press_begin_;
+  for (PressedSides& sides : pressed)
+    sides.press(model.dim, b_.data(), end_share_ * sides.end, press_.data(), model.mass,
+                -end_share_ / theta_ * sides.end, tangent);
 }
 
 double MeshBody::force_of(std::size_t i) const {
@@ -39,7 +52,8 @@ void MeshBody::residual_of(const std::vector<double>& v) {
   for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? v_[i] : theta_ * v[i] + (1 - theta_) * v_[i];
   if (damps_) damping_times(a_.data(), c_.data());
   for (std::int64_t i = 0; i < n; ++i) {
-    residual_[i] = model.held[i] ? 0 : h_ * (f_[i] - c_[i] - force_of(std::size_t(i))) - b_[i];
+    const double load = pressed.empty() ? f_[i] : f_[i] + press_[i];
+    residual_[i] = model.held[i] ? 0 : h_ * (load - c_[i] - force_of(std::size_t(i))) - b_[i];
   }
 }
 
@@ -107,6 +121,14 @@ void MeshBody::start_newton() {
     if (begun_) warmed_ = stored - stored_begin_;
     stored_begin_ = stored;
     begun_ = true;
+  }
+  if (!pressed.empty()) {
+    press_begin_.assign(n, 0.0);
+    for (std::size_t i = 0; i < n; ++i) a_[i] = model.reference[i] + q_[i];
+    end_share_ = explicit_ ? 0 : scheme_.end_share;
+    for (PressedSides& sides : pressed)
+      sides.press(model.dim, a_.data(), (1 - end_share_) * sides.begin, press_begin_.data(), model.mass, 0, nullptr);
+    press_ = press_begin_;
   }
   iterate_ = v_;
   turn_iterate();
@@ -240,6 +262,7 @@ void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
   std::vector<double>&end = trial_, &inertia = norms_;
+  for (std::int64_t i = 0; i < n && !pressed.empty(); ++i) f_[i] += press_[i];
   gather(bodies.velocity, end.data());
   if (explicit_) {
     iterate_ = end;

@@ -72,10 +72,11 @@ def area_of(points):
     return (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
 
 
-def test_the_work_is_pressure_times_volume_of_second_order():
-    """A free ring under a constant pressure inside: it does not move as a whole, and its energy is p dV to the step squared."""
+def test_the_work_is_pressure_times_volume():
+    """A free ring under a constant pressure inside: it does not move as a whole, and its energy is p dV, whose trapezoid is exact
+    of an area."""
     wrong = []
-    for n in (1, 2, 4):
+    for n in (1, 2):
         points, kinds, groups = tube("quad", 16, 1, turn=2 * np.pi)
         merged = {}
         number = np.array([merged.setdefault(tuple(np.round(p, 9) + 0.0), len(merged)) for p in points])
@@ -101,8 +102,49 @@ def test_the_work_is_pressure_times_volume_of_second_order():
         wrong.append(abs(terms["kinetic"] + terms["stored"] - 1e4 * grown))
         mean = body.M @ sim.meshes[0].velocity.ravel()
         assert np.abs(mean.reshape(-1, 2).sum(axis=0)).max() < 1e-9 * np.abs(mean).sum()
-    assert terms["kinetic"] > 1e3 * wrong[-1]
-    assert np.all(np.abs(np.log2(np.array(wrong[:-1]) / wrong[1:]) - 2) < 0.5), wrong
+    assert max(wrong) < 1e-9 * 1e4 * grown and terms["kinetic"] > 0.01 * 1e4 * grown
+
+
+def soft_ring(dt, pressure, steps, theta=1.0, cells=(32, 1), inner=1.0, outer=1.02):
+    """A thin ring of rubber under a pressure inside that stands at once; its mean radius inside after so many steps."""
+    points, kinds, groups = tube("quad", *cells, inner, outer)
+    body = cn.SolidBody(points, kinds, cn.NeoHookean(young=1e5, poisson=0.3), density=1000.0, groups=groups)
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, cn.Material("skin", density=1.0), pressure={"inside": pressure}, fixed={"x": "x", "y": "y"}))
+    sim = cn.Simulation(scene, dt=dt, strategy=cn.NSCD(theta=theta, newton_tol=1e-10))
+    passes = [sim.step()["newton_passes"] for _ in range(steps)]
+    assert sim.info["status"] == "converged"
+    x = points + sim.meshes[0].displacement
+    return np.hypot(*x[groups["inside"]].T).mean(), max(passes), sim
+
+
+def test_pressure_is_part_of_newtons_method():
+    """A soft ring in steps of a hundred times what its waves take round it comes to rest where short steps bring it, in few
+    passes: the tangent knows what the pressure changes."""
+    short, _, _ = soft_ring(0.5, 300.0, 60)
+    long_, passes, sim = soft_ring(20.0, 300.0, 6)
+    assert long_ == pytest.approx(short, rel=1e-5) and short > 1.1
+    assert passes <= 7
+    assert abs(sim.info["energy"]["closure"]) < 1e-8 * sim.info["energy"]["in_play"]
+
+
+@pytest.mark.parametrize("kind", ["triangle", "quad9", "tetra", "hexahedron"])
+def test_a_closed_surface_under_pressure_is_at_rest_as_a_whole(kind):
+    """Any body under one pressure all round, in one long step: it shrinks evenly by p (1 - 2 nu) / E, in three passes."""
+    dim = 3 if kind in ("tetra", "hexahedron") else 2
+    points, cells = box(kind, (2,) * dim, (1.0,) * dim)
+    law = cn.SaintVenantKirchhoff(young=1e5, poisson=0.3)
+    body = cn.SolidBody(points, cells, law, density=1.0, groups={"all": np.arange(len(points))})
+    scene = cn.Scene(dim=dim)
+    scene.add(cn.deformable(body, cn.Material("skin", density=1.0), pressure={"all": 10.0}))
+    sim = cn.Simulation(scene, dt=1.0, strategy=cn.NSCD(theta=1.0, newton_tol=1e-9))
+    for _ in range(5):
+        report = sim.step()
+    assert report["status"] == "converged" and report["newton_passes"] <= 4
+    shrunk = (np.ptp(points + sim.meshes[0].displacement, axis=0) - 1) * -1
+    lateral = (1 - 2 * 0.3) if dim == 3 else (1 + 0.3) * (1 - 2 * 0.3)
+    assert shrunk == pytest.approx(10.0 / 1e5 * lateral, rel=1e-3)
+    assert np.abs((body.M @ sim.meshes[0].velocity.ravel()).reshape(-1, dim).sum(axis=0)).max() < 1e-9
 
 
 def test_what_cannot_be_pressed_is_told():

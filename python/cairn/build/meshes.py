@@ -345,6 +345,31 @@ class MovingMesh:
             out += forces(self.body, sides, x) * checks.number("pressure", p(t) if callable(p) else p)
         return out.ravel()
 
+    @property
+    def follows_pressure(self):
+        """Whether pressures are in the balance of Newton's method, at the end of the step: of bodies that are not linear."""
+        return bool(self.d.pressed) and hasattr(self.body, "blocks")
+
+    def pressed_parts(self, origin):
+        """Pressed sides as the core takes them, those of one form together, in the order of `pressures`."""
+        ring = getattr(self.body, "plane", "") == "axisymmetric"
+        common = {"ring": ring, "thickness": float(getattr(self.body, "thickness", 1.0)), "axis": -float(origin[0])}
+        return [{"nodes": part.shape[1], "node": part.astype(np.int32).ravel(), **common} for part, _ in self._pressed()]
+
+    def pressures(self, begin, end):
+        """Of each of these at two times, (sets, 2) [Pa]."""
+        return np.array(
+            [[checks.number("pressure", p(t) if callable(p) else p) for t in (begin, end)] for _, p in self._pressed()]
+        )
+
+    def _pressed(self):
+        for sides, p in self.d.pressed:
+            for part in sides:
+                wide = part[:, -1] >= 0
+                for some in (part[wide], part[~wide][:, :-1]):
+                    if len(some):
+                        yield some, p
+
     def held_velocity(self, t):
         """Velocity of all dofs that are driven, zero elsewhere, (n dofs) [m/s]."""
         out = np.zeros(self.size)

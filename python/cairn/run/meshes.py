@@ -21,6 +21,8 @@ class Meshes:
             mesh.number = len(self.meshes)
             self.meshes.append(mesh)
             self._core.add_mesh(_model(mesh, origin))
+            if mesh.follows_pressure:
+                self._core.press_mesh(mesh.number, mesh.pressed_parts(origin))
             if id(d) in kept:
                 self._core.restore_mesh(mesh.number, *kept[id(d)])
         self._core.check_scene()
@@ -58,10 +60,12 @@ class Meshes:
                 scene = self._core.scene
                 rows = np.searchsorted(scene.body("id"), mesh.node_ids)
                 x, v = scene.body("position")[rows] + self._origin, scene.body("velocity")[rows][:, : mesh.dim]
-                if mesh.d.pressed:
+                if mesh.d.pressed and not mesh.follows_pressure:
                     begin, end = begin + mesh.pressure_load(t, x), end + mesh.pressure_load(t + h, x + h * v)
                 mesh.displaced_velocity(t, h, self._share(), (x - mesh.body.points).ravel(), v.ravel(), held)
                 self._core.load_mesh(k, begin, end, held)
+                if mesh.follows_pressure:
+                    self._core.set_pressures(k, mesh.pressures(t, t + h))
                 continue
             self._core.load_mesh(k, begin, end, held)
             functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
