@@ -123,6 +123,7 @@ set(CAIRN_CXX_SOURCES
   strategies/simulation.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp
+  strategies/smooth/histories.cpp
   strategies/smooth/neighbours.cpp
   strategies/smooth/stability.cpp
   strategies/strategy.cpp

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "../base/call.hpp"
 #include "cairn/core.h"
@@ -30,7 +31,7 @@ const std::vector<IntegratorInfo>& integrator_infos() {
   return rows;
 }
 
-Integrator::Integrator() {
+Integrator::Integrator(std::string chosen) : name(std::move(chosen)) {
   for (const IntegratorInfo& info : integrator_infos())
     for (std::size_t k = 0; k < most_parameters; ++k)
       parameters_.push_back(k < info.parameters.size() ? info.parameters[k].standard : 0);

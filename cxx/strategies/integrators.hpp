@@ -19,8 +19,8 @@ const std::vector<IntegratorInfo>& integrator_infos();
 // Which one moves the bodies, and the parameters of each.
 class Integrator {
 public:
-  Integrator();
-  std::string name = "theta";
+  explicit Integrator(std::string chosen = "theta");
+  std::string name;
 
   const IntegratorInfo& info() const { return integrator_infos()[row()]; } // throws Error with the names that there are
   cairn_scheme scheme(double h) const; // throws Error where a parameter is not whole

@@ -42,6 +42,7 @@ struct SmoothDemOptions {
   bool energy = true; // keep the balance of energy
   int threads = 0;
   int renumber_every = 1000;
+  Integrator integrator{"velocity_verlet"}; // that, or gear
 };
 
 struct Networks;

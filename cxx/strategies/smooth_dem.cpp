@@ -1,5 +1,5 @@
 // The step of smooth DEM on one page (Cundall & Strack 1979): velocity Verlet around the forces of the new
-// configuration.
+// configuration, or Gear's prediction before them and its correction after.
 #include <algorithm>
 #include <cmath>
 
@@ -38,15 +38,22 @@ std::unique_ptr<Strategy> make_smooth_dem() {
   return std::make_unique<SmoothDem>(standard_options<SmoothDemOptions>());
 }
 
-std::vector<Option> SmoothDem::options() { return rows_of(settings); }
+std::vector<Option> SmoothDem::options() {
+  std::vector<Option> rows;
+  settings.integrator.add_options(rows);
+  for (const Option& row : rows_of(settings)) rows.push_back(row);
+  return rows;
+}
 
 std::unique_ptr<Strategy> SmoothDem::fresh() const { return std::make_unique<SmoothDem>(settings); }
 
 bool SmoothDem::take_settings(Simulation& s, const Strategy& other) {
   const auto* same = dynamic_cast<const SmoothDem*>(&other);
   if (!same) return false;
+  const bool other_history = settings.integrator != same->settings.integrator;
   settings = same->settings;
   changed(s, false);
+  if (other_history) forget_histories(s);
   return true;
 }
 
@@ -96,6 +103,7 @@ void SmoothDem::begin_step(Simulation& s, double h) {
     s.report.stable_step = contact_limit(s);
   }
   h_ = h;
+  take_scheme(s, h);
 }
 
 void SmoothDem::kick_and_drift(Simulation& s) {
@@ -105,8 +113,10 @@ void SmoothDem::kick_and_drift(Simulation& s) {
 #pragma omp parallel for schedule(static)
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
-    const bool plain = plain_tile(s, first, last);
-    if (plain)
+    const bool plain = !predicts() && plain_tile(s, first, last);
+    if (predicts())
+      predict(s, first, last, &sums_[sums_of_tile * t]);
+    else if (plain)
       cairn_verlet_begin_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
                                  b.contact_force.values.data(), body_radius_.data(), b.velocity.values.data(),
                                  b.position.values.data(), record_.data(), &sums_[sums_of_tile * t]);
@@ -162,7 +172,9 @@ void SmoothDem::kick(Simulation& s) {
   for (std::int64_t t = 0; t < n; ++t) {
     const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
     double* terms = settings.energy ? &sums_[sums_of_tile * t + 4] : nullptr;
-    if (plain_tile(s, first, last))
+    if (predicts())
+      correct(s, first, last, wrong, &sums_[sums_of_tile * t]);
+    else if (plain_tile(s, first, last))
       cairn_verlet_end_spheres(first, last, h_, s.scene.gravity.data(), b.inverse_mass.values.data(),
                                b.contact_force.values.data(), b.velocity.values.data(), &wrong, terms);
     else
@@ -170,6 +182,9 @@ void SmoothDem::kick(Simulation& s) {
                        b.contact_force.values.data(), b.velocity.values.data(), &wrong, pointer(b.force),
                        pointer(b.damping), bits(b.driven), pointer(b.driven_velocity), pointer(b.reaction), terms);
   }
+  double corrected = 0;
+  for (std::int64_t t = 0; t < n && predicts(); ++t) corrected = std::max(corrected, sums_[sums_of_tile * t + 12]);
+  moved_ += std::sqrt(corrected);
   account(s, n);
   s.candidates.count = 0;
   s.contacts_known = false;

@@ -224,3 +224,60 @@ def test_histories_begin_with_the_forces_at_hand(dim):
 
 def test_the_record_is_as_long_as_c_has_it():
     assert ctypes.sizeof(ctypes.c_double) * sum(size for _, size in FIELDS) == 45 * 8
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("values", [4.0, 5.0, 6.0])
+def test_prediction_and_correction(dim, values):
+    """A step of smooth DEM under forces that are known: Gear's own, each dof for itself, but for those that are driven."""
+    h, kept = 0.02, int(values) - 2
+    raw, _ = scheme("gear", [values], h)
+    n, nd, _, _, driven, m, held = rigid(dim)
+    g, contact, force, damping = RNG.standard_normal(dim), *RNG.standard_normal((2, n, nd)), RNG.uniform(0, 1, n)
+    v, x, drive = RNG.standard_normal((n, nd)), RNG.standard_normal((n, dim)), RNG.standard_normal((n, nd))
+    a = [RNG.standard_normal((n, nd)) if k < kept else None for k in range(MOST)]
+    for known in a[:kept]:
+        known[np.isinf(m) | held] = 0
+    angle, reaction, inverse = RNG.standard_normal(n), np.zeros((n, nd)), np.where(np.isinf(m), 0, 1 / m)
+    now = v.copy(), x.copy(), angle.copy(), [None if k is None else k.copy() for k in a]
+    fastest, farthest, wrong, terms = np.empty(2), np.empty(1), np.array([-1]), np.zeros(5)
+    turns = now[2] if dim == 2 else None
+    kernel("cairn_gear_predict")(dim, nd, 0, n, raw, now[0], now[1], fastest, *now[3], turns, driven, drive)
+    half = v + sum((h / 2) ** (k + 1) / math.factorial(k + 1) * a[k] for k in range(kept))
+    np.testing.assert_allclose(now[0], np.where(held, (v + drive) / 2, half), rtol=1e-13, atol=1e-14)
+    predicted = now[1].copy()
+    np.testing.assert_allclose(fastest[0], np.sum(((predicted - x) / h) ** 2, axis=1).max(), rtol=1e-12)
+    kernel("cairn_gear_correct")(
+        dim, nd, 0, n, raw, g, inverse, contact, now[0], now[1], wrong, farthest, *now[3], turns, force, damping, driven, drive,
+        reaction, terms,
+    )  # fmt: skip
+    way, q = np.zeros((n, nd)), np.concatenate([x, angle[:, None] if dim == 2 else np.zeros((n, 3))], axis=1)
+    for i in range(n):
+        for j in range(nd):
+            load = inverse[i, j] * (contact + force)[i, j] + (g[j] if j < dim and inverse[i, 0] > 0 else 0)
+            c = damping[i] if inverse[i, j] > 0 else 0.0
+            state = [known[i, j] for known in a[:kept]]
+            q1, v1, a1 = gear(h, q[i, j], v[i, j], state, 0.0, load * M, c * M, 0.0, values)
+            if held[i, j]:
+                q1, v1, a1 = q[i, j] + h * (v + drive)[i, j] / 2, drive[i, j], [0.0] * kept
+            got = [now[0][i, j], *[known[i, j] for known in now[3][:kept]]]
+            np.testing.assert_allclose(got, [v1, *a1], rtol=1e-10, atol=1e-11)
+            way[i, j] = q1 - q[i, j]
+    np.testing.assert_allclose(now[1], x + way[:, :dim], rtol=1e-12, atol=1e-13)
+    if dim == 2:
+        np.testing.assert_allclose(now[2], angle + way[:, 2], rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(farthest, np.sum((now[1] - predicted) ** 2, axis=1).max(), rtol=1e-6)
+    mass = np.where(np.isinf(m), 0, m)
+    weight = mass * np.concatenate([g, np.zeros(nd - dim)])
+    given = np.where(held, np.where(mass > 0, mass * (drive - v) - h * weight, 0) - h * (contact + force), 0)
+    np.testing.assert_allclose(reaction, given, rtol=1e-11, atol=1e-12)
+    expected = [
+        np.sum(mass * now[0] ** 2) / 2,
+        -np.sum(weight * way),
+        np.sum(force * way * (mass > 0)),
+        np.sum(given * (v + drive) / 2),
+    ]
+    middle = np.where(held, (v + drive) / 2, half)
+    expected.append(np.sum(mass * damping[:, None] * middle * way))
+    np.testing.assert_allclose(terms, expected, rtol=1e-10, atol=1e-12)
+    assert wrong[0] == -1

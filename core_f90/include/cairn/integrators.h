@@ -19,6 +19,15 @@ typedef struct cairn_scheme {
 } cairn_scheme;
 typedef void cairn_integrator(double h, const double* params, cairn_scheme* scheme);
 /* a2 to a5: history, NULL beyond what the scheme keeps. */
+void cairn_gear_predict(int32_t dim, int32_t nd, int64_t first, int64_t last, const cairn_scheme* scheme,
+                        double* velocity, double* position, double* fastest, const double* a2, const double* a3,
+                        const double* a4, const double* a5, double* angle, const int8_t* driven,
+                        const double* driven_velocity);
+void cairn_gear_correct(int32_t dim, int32_t nd, int64_t first, int64_t last, const cairn_scheme* scheme,
+                        const double* gravity, const double* inverse_mass, const double* contact_force,
+                        double* velocity, double* position, int64_t* wrong, double* farthest, double* a2, double* a3,
+                        double* a4, double* a5, double* angle, const double* force, const double* damping,
+                        const int8_t* driven, const double* driven_velocity, double* reaction, double* terms);
 void cairn_history_velocity(int32_t nd, int64_t nb, const cairn_scheme* scheme, int32_t k, const double* derivative,
                             const double* inverse_mass, double* velocity_free, const double* damping);
 void cairn_smooth_change(int32_t dim, int32_t nd, int64_t nb, const cairn_scheme* scheme, const double* gravity,

@@ -25,9 +25,11 @@ SmoothDem::SmoothDem(const SmoothDemOptions& o) : settings(o) { name = "smooth_d
 SmoothDem::~SmoothDem() = default;
 
 // The list is made anew, and so are the forces where places changed.
-void SmoothDem::changed(Simulation&, bool places) {
+void SmoothDem::changed(Simulation& s, bool places) {
   list_.valid = false;
-  if (places) forces_known_ = balanced_ = false;
+  if (!places) return;
+  forces_known_ = balanced_ = false;
+  forget_histories(s);
 }
 
 std::int64_t SmoothDem::tiles(const Simulation& s) const {

@@ -63,6 +63,8 @@ public:
   void check_laws(const Simulation& s) const override;
   bool serves(const LawInfo& law) const override { return law.force != nullptr; }
   void changed(Simulation& s, bool places) override;
+  void check_options() const override;
+  std::vector<std::string> texts_of(std::string_view option) const override;
   double stable_step(Simulation& s) override;
   std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override;
 
@@ -112,11 +114,21 @@ private:
   void to_local(const double* n, const double* v, double* out) const;
   bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
   void account(Simulation& s, std::int64_t n);
+  // Of an integrator that predicts by a history and corrects it: see histories.cpp.
+  bool predicts() const { return scheme_.histories > 0; }
+  void take_scheme(Simulation& s, double h);
+  void start_histories(Simulation& s);
+  void forget_histories(Simulation& s);
+  void predict(Simulation& s, std::int64_t first, std::int64_t last, double* sums);
+  void correct(Simulation& s, std::int64_t first, std::int64_t last, std::int64_t& wrong, double* sums);
+  double limit_share() const;
   void check_bodies(const Simulation& s) const;
   [[noreturn]] void refuse_step(double h) const;
   std::int64_t tiles(const Simulation& s) const;
 
   int dim_ = 0;
+  cairn_scheme scheme_{};    // of the step at hand, where it keeps a history; velocity Verlet has kernels of its own
+  Array<double> push_;       // of contacts and forces, as histories start
   double h_ = 0, moved_ = 0; // way that bodies may have gone since the list was made [m]
   bool forces_known_ = false, balanced_ = false;
   std::int64_t lists_made_ = 0;

@@ -37,8 +37,11 @@ double SmoothDem::pair_limit(const Simulation& s) const {
     const double rate = 2 * stiffness_over_mass(k, inverse_mass, inverse_inertia, 2 * radius);
     limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
   }
-  return limit;
+  return limit * limit_share();
 }
+
+// Of the limit of velocity Verlet, 2/omega.
+double SmoothDem::limit_share() const { return settings.integrator.scheme(1).largest / 2; }
 
 // Gershgorin's bound on the contacts as they are, each at least at the overlap of the settings.
 double SmoothDem::contact_limit(Simulation& s) {
@@ -68,7 +71,7 @@ double SmoothDem::contact_limit(Simulation& s) {
   for (const double r : rate) greatest = std::max(greatest, r);
   const double limit =
       greatest > 0 ? std::sqrt(2 / greatest) * damped_share(damping) : std::numeric_limits<double>::infinity();
-  return std::min(limit, pair_limit_);
+  return std::min(limit * limit_share(), pair_limit_);
 }
 
 void SmoothDem::refuse_step(double h) const {

@@ -335,13 +335,14 @@ class GranularElement(NSCD):
 
 @dataclass(frozen=True)
 class SmoothDEM(Strategy):
-    """Explicit dynamics with smooth contacts (Cundall & Strack 1979): velocity Verlet, time-centred, unconstrained.
+    """Explicit dynamics with smooth contacts (Cundall & Strack 1979), unconstrained.
 
     Laws: LinearSpring, HertzMindlin, JKR. skin: gap beyond the reach of a law up to which pairs are listed [m]; None: a tenth
     of the largest radius; results do not depend on it. overlap: share of the effective radius at which stiffness is taken for
     the stable step. unstable: what to do with a dt beyond the stable step of two equal bodies, "error", "warn" or "ignore"; a
     dt beyond the bound for the contacts as they are is warned of. energy: keep the balance of energy. threads: 0 as OpenMP
-    decides; results do not depend on it. renumber_every: steps between renumberings along a space-filling curve.
+    decides; results do not depend on it. renumber_every: steps between renumberings along a space-filling curve. integrator:
+    None or VelocityVerlet(), time-centred; Gear(values=5), a prediction before the forces and a correction after.
     """
 
     skin: float | None = None
@@ -350,6 +351,7 @@ class SmoothDEM(Strategy):
     energy: bool = True
     threads: int = 0
     renumber_every: int = 1000
+    integrator: Integrator | None = None
 
     row = "smooth_dem"
 
@@ -362,10 +364,18 @@ class SmoothDEM(Strategy):
         checks.flag("energy", self.energy)
         checks.count("threads", self.threads, 0, MOST_THREADS)
         checks.count("renumber_every", self.renumber_every, 1, checks.INT32)
+        if self.integrator is not None and getattr(self.integrator, "row", None) not in ("velocity_verlet", "gear"):
+            raise ValueError(f"integrator is {self.integrator!r}: give cairn.VelocityVerlet() or cairn.Gear()")
+
+    @property
+    def end_share(self):
+        """Of the end of the step in forces that change with time; the rest is of its start."""
+        return 0.5 if self.integrator is None or self.integrator.row == "velocity_verlet" else self.integrator.end_share
 
     def settings(self):
         """What the core reads."""
         return {
+            **({"integrator": "velocity_verlet"} if self.integrator is None else self.integrator.settings()),
             "strategy": self.row,
             "skin": math.nan if self.skin is None else float(self.skin),
             "overlap": float(self.overlap),
