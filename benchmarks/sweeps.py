@@ -3,6 +3,7 @@
     python benchmarks/sweeps.py families [--seeds 3]    kinds of contacts, frictions, mass ratios, at rest and in motion
     python benchmarks/sweeps.py dense [--count 20000]   deposits at rest, from nothing and from the last step's impulses
     python benchmarks/sweeps.py accuracy                NSCD(accuracy=...) against the same step solved at least 100 times tighter
+    python benchmarks/sweeps.py motion [--count 20000]  a hopper and a drum that move: how many steps come to 1e-4 and 1e-6
 
 Writes benchmarks/results/sweeps_PART.csv. CPU seconds are those of the whole step, on one thread.
 """
@@ -117,23 +118,30 @@ def rows_of_dense(folder, options):
                     yield {"scene": case, "bodies": len(sim.bodies), **one_step(sim, path, acceleration, tol, warm, 12000)}
 
 
+def hopper_and_drum(count):
+    """(name, simulation, steps that move it): 1,000 grains in 0.4 m and in a drum of 1 m, more in larger ones."""
+    size = np.sqrt(count / 1000)
+    for name, dt, steps in (("hopper", 5e-4, 300), ("drum", 1e-3, 400)):
+        scene = cn.Scene(2, gravity=(0, -9.81))
+        radii = np.random.default_rng(1).uniform(0.005, 0.01, count)
+        if name == "hopper":
+            x = cn.pre.deposit_disks(radii, 0.4 * size) + (0, 0.25 * size)
+            ends = size * np.array([[(-0.1, 0.25), (0.17, 0.1)], [(0.5, 0.25), (0.23, 0.1)]])
+            sides = [cn.segment(*pair, ROCK, radius=0.005) for pair in ends]
+            scene.add(*sides, cn.wall((0, 0), (1, 0), ROCK), cn.wall((0.4 * size, 0), (-1, 0), ROCK))
+        else:
+            x = cn.pre.deposit_disks(radii, 0.5 * size) - size * np.array([0.25, 0.42])
+            scene.add(cn.ring((0, 0), 0.5 * size, ROCK, velocity=(0, 0, 2.0)))
+        scene.add(cn.disks(x, radii, ROCK))
+        scene.interact("*", "*", cn.Coulomb(mu=0.4))
+        yield name, cn.Simulation(scene, dt, cn.NSCD(threads=1), overlap="ignore"), steps
+
+
 def scenes_to_judge():
     """(name, simulation, steps that move it)."""
     for name in ("disks2d_5000", "spheres3d_5000"):
         yield name, reference_scenes.build(name, 1e-4)[0], 30
-    for name, dt, steps in (("hopper", 5e-4, 300), ("drum", 1e-3, 400)):
-        scene = cn.Scene(2, gravity=(0, -9.81))
-        radii = np.random.default_rng(1).uniform(0.005, 0.01, 1000)
-        if name == "hopper":
-            x = cn.pre.deposit_disks(radii, 0.4) + (0, 0.25)
-            sides = [cn.segment(*ends, ROCK, radius=0.005) for ends in (((-0.1, 0.25), (0.17, 0.1)), ((0.5, 0.25), (0.23, 0.1)))]
-            scene.add(*sides, cn.wall((0, 0), (1, 0), ROCK), cn.wall((0.4, 0), (-1, 0), ROCK))
-        else:
-            x = cn.pre.deposit_disks(radii, 0.5) + (-0.25, -0.42)
-            scene.add(cn.ring((0, 0), 0.5, ROCK, velocity=(0, 0, 2.0)))
-        scene.add(cn.disks(x, radii, ROCK))
-        scene.interact("*", "*", cn.Coulomb(mu=0.4))
-        yield name, cn.Simulation(scene, dt, cn.NSCD(threads=1), overlap="ignore"), steps
+    yield from hopper_and_drum(1000)
     yield "wall", cn.Simulation(wall.build(), wall.DT, cn.NSCD(threads=1)), 330
     yield "two elastic blocks", blocks("Q4 on another", 64), 30
 
@@ -168,13 +176,39 @@ def rows_of_accuracy(folder, options):
             }  # fmt: skip
 
 
+def rows_of_motion(folder, options):
+    for name, sim, _ in hopper_and_drum(options.count):
+        sim.strategy = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=500), threads=1)
+        for _ in range(options.ahead):
+            sim.step()
+        for tol in (1e-4, 1e-6):
+            sim.checkpoint(folder / "state.h5")
+            sim.strategy = cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=20000), threads=1)
+            before, infos = time.process_time(), []
+            while len(infos) < options.steps and time.process_time() - before < options.seconds:
+                infos.append(sim.step())
+            yield {
+                "scene": name, "bodies": len(sim.bodies), "contacts": infos[-1]["contacts"], "steps_before": options.ahead,
+                "tol": tol, "steps": len(infos), "converged": sum(i["status"] == "converged" for i in infos),
+                "sweeps_a_step": round(np.mean([i["iterations"] for i in infos])),
+                "largest_error": f"{max(i['error'] for i in infos):.3g}",
+                "cpu_seconds_a_step": f"{(time.process_time() - before) / len(infos):.4g}",
+            }  # fmt: skip
+            sim.restore(folder / "state.h5")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("part", choices=("families", "dense", "accuracy"))
+    parser.add_argument("part", choices=("families", "dense", "accuracy", "motion"))
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--count", type=int, default=20000)
+    parser.add_argument("--steps", type=int, default=20, help="of motion, at each tolerance")
+    parser.add_argument("--ahead", type=int, default=200, help="steps before these")
+    parser.add_argument("--seconds", type=float, default=120.0, help="no further steps of a row of motion after so many")
     options = parser.parse_args()
-    parts = {"families": rows_of_families, "dense": rows_of_dense, "accuracy": rows_of_accuracy}
+    parts = {
+        "families": rows_of_families, "dense": rows_of_dense, "accuracy": rows_of_accuracy, "motion": rows_of_motion,
+    }  # fmt: skip
     with (
         tempfile.TemporaryDirectory() as folder,
         open(HERE / "results" / f"sweeps_{options.part}.csv", "w", newline="", encoding="utf-8") as file,

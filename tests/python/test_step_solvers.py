@@ -52,6 +52,22 @@ def test_the_heaviest_on_top(shape, count, ratio):
     assert fall < off * 9.81e-3 * 10  # they stand
 
 
+def test_a_wall_from_nothing_has_small_impulses_and_keeps_them():
+    """As Newton's method alone has them: those of some ten sweeps are a quarter larger, and every later step sweeps on."""
+    size, later = [], []
+    for solver in (cn.Auto(tol=1e-5), cn.PPANewton(tol=1e-5)):
+        scene = cn.Scene(dim=2, gravity=(1.0, -9.81))
+        masonry.panel(8, 12, brick=(0.4, 0.2)).add_to(scene, ROCK)
+        scene.interact("*", "*", cn.Coulomb(mu=0.65))
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=1.0, solver=solver, threads=1))
+        infos = [sim.step() for _ in range(10)]
+        assert all(i["status"] == "converged" for i in infos)
+        later.append([i["iterations"] for i in infos[1:]])
+        size.append(np.linalg.norm(sim.contacts.impulse))
+    assert size[0] < 1.01 * size[1]
+    assert not np.any(later)
+
+
 def test_sweeps_alone_do_not_carry_it():
     """What the test above sees: NLGS reports the same error for a tower that sinks."""
     sim, weights = tower("spheres", 100, 1e6, cn.NLGS(tol=1e-6, max_iter=5000))

@@ -25,9 +25,10 @@ bool solve_by_newton(const FrictionProblem& p, const ProblemOptions& options, do
 } // namespace
 
 ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options, double* r) {
-  // an iteration of Newton's method costs 10 sweeps where contacts have few neighbours, 170 where they have many
+  // Newton's method takes as long as so many sweeps for each neighbour of a contact (measured)
   constexpr std::int64_t least_sweeps = 16;
-  const double far = 10 * double(p.column.size()) / double(p.contacts);
+  constexpr int first_turn = 200; // iterations: with fewer piles of cubes were begun twice
+  const double far = (p.dim == 2 ? 40 : 10) * double(p.column.size()) / double(p.contacts);
   ProblemOptions inner = options;
   bool stopped = false;
   if (options.interrupted) inner.interrupted = [&] { return stopped = stopped || options.interrupted(); };
@@ -35,7 +36,7 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
   monitor.start_error();
   std::string last = "nlgs_anderson";
   std::int64_t iterations = 0, patience = least_sweeps;
-  int newton_iterations = 60;
+  int newton_iterations = first_turn;
   bool has_newton = has_factorisations();
   Array<double> start(p.unknowns());
   while (!monitor.ended(iterations)) {
@@ -50,9 +51,11 @@ ProblemReport solve_auto(const FrictionProblem& p, const ProblemOptions& options
     if (monitor.ended(iterations) || !has_newton) break;
     patience *= 8;
     ProblemOptions newton = inner;
-    newton.warm_start = true;
     newton.max_iterations = int(std::min<std::int64_t>(newton_iterations, options.max_iterations - iterations));
     newton.max_seconds = options.max_seconds - monitor.seconds();
+    // what sweeps found is worth a start from it where they came half the way, in digits
+    newton.warm_start =
+        options.warm_start || newton_iterations > first_turn || monitor.best_error() < std::sqrt(options.tolerance);
     newton_iterations *= 4;
     start.assign(r, r + p.unknowns());
     ProblemReport report;

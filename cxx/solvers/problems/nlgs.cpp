@@ -57,11 +57,12 @@ bool near_rest(const ContactSystem& system, const cairn_schedule& schedule, doub
   return moving <= tolerances * tolerances * tolerance * tolerance * energy;
 }
 
+constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
+
 // What stands still is solved to rounding, where it is little.
 void settle(ActiveSet& newton, const ContactSystem& system, const cairn_schedule& schedule, std::int64_t contacts,
             double error_square, double energy, const SolverOptions& options) {
-  constexpr int settled_unknowns = 80; // as many take as long as some dozen sweeps
-  constexpr double settled = 0x1p-80;  // the square of an error that only rounding is left of
+  constexpr double settled = 0x1p-80; // the square of an error that only rounding is left of
   if (contacts <= settled_unknowns && error_square > settled && near_rest(system, schedule, energy, options.tolerance))
     newton.improve(error_square, settled, settled_unknowns);
 }
@@ -108,12 +109,15 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     if (uneven) note(measure_light(system, schedule, velocity_free), report);
     return report.light_error;
   };
-  while (report.iterations < options.max_iterations) {
+  // Where faces meet a sweep shifts impulses among the points of a face, and what rests comes to tremble, step by step:
+  // impulses of the last step that meet the tolerance stay as they are.
+  const bool stays = help && !help->given_up() && !uneven && !extrapolation.allowed() &&
+                     !std::isfinite(options.accuracy) && options.min_iterations <= 1 &&
+                     report.contacts > settled_unknowns && square() <= wanted;
+  while (!stays && report.iterations < options.max_iterations) {
     const int sweeps = std::min(options.max_iterations - report.iterations,
                                 std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
-    // beside Newton's method plain ones: where several answers are right, as in a wall, they stay with what is near
-    const bool extrapolates =
-        extrapolation.allowed() && report.iterations >= plain_sweeps && (!help || help->given_up());
+    const bool extrapolates = extrapolation.allowed() && report.iterations >= plain_sweeps;
     report.iterations += std::min(sweep_on(system, schedule, sweeps, extrapolates ? &extrapolation : nullptr),
                                   options.max_iterations - report.iterations);
     const double change = total(system.change, system.batches.size(), 1, 0);
@@ -122,7 +126,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     if (std::isfinite(change) && !promising && !last && report.iterations < next_check) continue;
     StepError error = measure(system, schedule, free, false, report);
     if (error.finite && error.square > wanted && report.iterations >= next_newton) {
-      newton.improve(error.square, wanted);
+      newton.improve(error.square, wanted, help && !help->given_up() ? help->few_unknowns() : ActiveSet::most_unknowns);
       extrapolation.restart();
       error = measure(system, schedule, free, false, report);
       next_newton = 4 * report.iterations;
@@ -163,7 +167,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free
     }
     best.offer(error.square);
     velocity.follow(std::sqrt(error.square));
-    if (!extrapolation.allowed() || help) relaxation.follow(report.iterations, error.square);
+    if (!extrapolation.allowed()) relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;
     next_check = report.iterations + std::max(8, report.iterations / (extrapolates ? 8 : 2));
   }

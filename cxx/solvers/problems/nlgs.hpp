@@ -24,6 +24,8 @@ public:
   // It is asked no more: sweeps have to do alone.
   virtual bool given_up() const = 0;
   virtual const char* name() const = 0;
+  // Up to so many unknowns an active set costs less than its first iterations.
+  virtual int few_unknowns() const = 0;
 };
 
 SolveReport solve_nlgs(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&,

@@ -38,15 +38,18 @@ class NewtonHelp : public SweepHelp {
 public:
   NewtonHelp(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
-        ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()) {}
+        ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()),
+        from_nothing_(nothing()), given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()) {}
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
+    // Of what it is expected to cost: what sweeps leave just below the tolerance the next steps have to sweep again.
+    constexpr double price = 0.15;
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     const bool last = iterations >= options_.max_iterations; // rather than fail
     sweeps_ = iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
-    const auto far = [&] { return last || to_come * sweep_operations(system_) >= 0.5 * cost_; };
+    const auto far = [&] { return last || to_come * sweep_operations(system_) >= price * cost_; };
     if (!far()) return false;
     if (!asked_) ask();
     return !given_up_ && far();
@@ -71,10 +74,15 @@ public:
     Array<double> start(step.problem().unknowns());
     step.read(start.data());
     ProblemOptions options = problem_options(options_);
-    // as much work as was done before, so that neither way is long gone in vain
+    // as much work as was done before, so that neither way is long gone in vain; measured: what is larger takes more
     const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations(system_) + newton_operations_;
-    options.max_iterations = std::max(least_iterations, int(std::min(before / operations, 1e6)));
+    const int least = std::max(least_iterations, int(std::sqrt(system_.dim * contacts())));
+    options.max_iterations = std::max(least, int(std::min(before / operations, 1e6)));
     Array<double> r(start);
+    // From nothing it finds the impulses that are smallest, far inside their cones. From those of a few sweeps it ends
+    // at the edges of cones, so that many contacts change in the next step, and the step takes hundreds of sweeps.
+    if (from_nothing_) std::fill(r.begin(), r.end(), 0.0);
+    from_nothing_ = false;
     ProximalNewton newton(step.problem(), options, r.data());
     if (!heavy_on_light()) newton.settle_failures(1);
     const ProblemReport report = newton.solve();
@@ -100,15 +108,15 @@ public:
   }
   bool given_up() const override { return given_up_; }
   const char* name() const override { return "ppa_newton"; }
+  int few_unknowns() const override { return 96; }
 
 private:
   bool heavy_on_light() const { return masses_differ(ratio_, true); }
 
   // Of few contacts 64 sweeps make the active set, which is exact where masses are alike.
   std::int64_t first_patience() const {
-    constexpr double few_unknowns = 256;
     if (heavy_on_light()) return 32;
-    return system_.dim * contacts() > few_unknowns ? 16 : 64;
+    return system_.dim * contacts() > few_unknowns() ? 16 : 64;
   }
 
   double contacts() const {
@@ -117,10 +125,17 @@ private:
     return sum;
   }
 
+  bool nothing() const {
+    for (const cairn_batch& b : system_.batches)
+      for (int lane = 0; lane < b.contacts; ++lane)
+        for (int c = 0; c < b.components; ++c)
+          if (at(b, b.r, lane, c) != 0) return false;
+    return true;
+  }
+
   // What Newton's method would cost here; before that, what it costs at least.
   void ask() {
     asked_ = given_up_ = true;
-    if (!StepProblem::obstacle(system_).empty() || !has_factorisations()) return;
     const cairn_schedule schedule = system_.schedule(1);
     StepProblem step(system_, schedule, velocity_free_);
     const bool fits = !system_.needs_blocks() || step.bytes() <= options_.max_bytes;
@@ -147,10 +162,11 @@ private:
   ErrorForecast forecast_;
   double ratio_;          // of masses
   std::int64_t patience_; // sweeps
-  static constexpr int least_iterations = 60, most_refinements = 64;
+  static constexpr int least_iterations = 24, most_refinements = 64;
   int sweeps_ = 0, refinements_ = 0;
   double cost_, newton_operations_ = 0; // expected, done
-  bool asked_ = false, given_up_ = false;
+  bool from_nothing_;                   // the step begins without impulses
+  bool given_up_, asked_ = false;
 };
 
 SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options,
