@@ -136,6 +136,20 @@ def test_powder_under_current(tmp_path):
     assert figures["solutions"] <= 1.5 * figures["currents"] + 10
 
 
+def test_flue_wall(tmp_path):
+    size = ["--courses", "5", "--cycles", "2", "--steps", "60"]
+    figures = ran("flue_wall", tmp_path, *size, endings=(".vtkhdf", ".png"))
+    hot, left = figures["elastic mortar: hot"], figures["elastic mortar: last"]
+    assert 0 < left < 0.1 * hot  # what stays elastic comes back
+    assert figures["elastic mortar: sound"] == 1 and figures["no mortar: sound"] == 0
+    assert 0 < figures["mortar that damages: sound"] <= 1
+    assert figures["no mortar: hot"] > hot
+    for name in ("mortar that damages", "elastic mortar", "no mortar"):
+        assert figures[f"{name}: solved"] > 0.9 and figures[f"{name}: balance"] < 1e-10
+    with pytest.raises(SystemExit):
+        example("flue_wall").main(["--output", str(tmp_path), "--cycles", "1"])
+
+
 def test_clump_collapse(tmp_path):
     figures = ran("clump_collapse", tmp_path, "--grains", "80", "--steps", "900", "--frames", "3")
     assert figures["run-out, disks"] > 0.1
