@@ -189,7 +189,7 @@ private:
 // of the mortar.
 void MeshSet::weigh_mortar(const Bodies& bodies, Candidates& c) {
   mortar_.clear();
-  if (std::none_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; })) return;
+  if (!any_mortar_) return;
   if (!mortar_work_) mortar_work_ = std::make_shared<MortarWork>();
   MortarWork& work = *mortar_work_;
   // The pair of sides is met once: by the nodes that ask, or of two meshes that do by those of the first.

@@ -59,6 +59,7 @@ void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& inser
   mapped_.direction.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
   facet_vertices_.reserve(3 * vertices);
   part_from_themselves(contactors);
+  any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
 }
 
 // Points of bodies that touch themselves meet their own sides, but those next to them: that have a node in common, or

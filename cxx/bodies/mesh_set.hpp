@@ -100,6 +100,7 @@ private:
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
   std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
   std::vector<KeptMortar> kept_mortar_;
+  bool any_mortar_ = false; // a mesh asks for it
   std::shared_ptr<MortarWork> mortar_work_;
 };
 
