@@ -1,6 +1,7 @@
 """Every frictional contact problem by every solver, at 1e-4 and 1e-8, beside Siconos where its answers are given.
 
-python benchmarks/problems.py [--peers FOLDER] [--cap SECONDS]. Problems are those of $CAIRN_REFERENCE_DATA/problems.
+python benchmarks/problems.py [--peers FOLDER] [--cap SECONDS] [--solvers auto --output CSV].
+Problems are those of $CAIRN_REFERENCE_DATA/problems.
 --write FOLDER writes them as text for problems_siconos.py, whose answers --peers reads. One core, the solve call alone, least
 of some repeats; an answer counts only if it meets both errors, the true one and |natural map, rho = 1| / max(|q|, |r|, |u|):
 a run that meets one alone is asked again for a tenth and a hundredth. Writes benchmarks/results/problems.csv,
@@ -52,12 +53,14 @@ def peer(problem, stem, solver, tol):
     return least, error, "converged" if least else "failed", solver
 
 
-def measure(peers, cap):
+def measure(peers, cap, solvers=None):
     rows = []
     for path in sorted(DATA.glob("*.hdf5")):
+        if solvers and peers and not list(Path(peers).glob(f"{path.stem}.*.npy")):
+            continue
         problem = problems.read(path)
         for tol in TOLERANCES:
-            for solver in problems.solvers():
+            for solver in solvers or problems.solvers():
                 if solver == "enumeration" and problem.contacts > 8 or solver == "lemke" and problem.contacts > 100:
                     continue
                 allowed = 10 * cap if solver == "auto" else cap
@@ -140,16 +143,21 @@ def main():
     parser.add_argument("--peers", help="folder of the answers of problems_siconos.py")
     parser.add_argument("--write", metavar="FOLDER", help="write the problems as text, and end")
     parser.add_argument("--cap", type=float, default=0.3, help="CPU seconds at most for a solver; auto has ten times as many")
+    parser.add_argument("--solvers", nargs="+", help="of ours; problems without a peer's answers are left out then")
+    parser.add_argument("--output", type=Path, help="CSV to write instead of the table and the profiles")
     options = parser.parse_args()
     if options.write:
         for path in DATA.glob("*.hdf5"):
             problems.text.write(Path(options.write) / f"{path.stem}.dat", problems.read(path))
         return
-    rows = measure(options.peers, options.cap)
-    with open(HERE / "results" / "problems.csv", "w", newline="", encoding="utf-8") as file:
+    rows = measure(options.peers, options.cap, options.solvers)
+    with open(options.output or HERE / "results" / "problems.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
+    if options.output:
+        print(table(rows))
+        return
     (HERE.parent / "docs" / "problems_table.md").write_text("# Solvers side by side\n\n" + table(rows), encoding="utf-8")
     draw(rows, HERE.parent / "docs" / "images" / "problems_profiles.png")
 
