@@ -33,9 +33,9 @@ def braked(dt, tol, coupling):
     for _ in range(round(options.seconds / dt)):
         passes += sim.step()["thermal"]["passes"]
     spent = time.process_time() - start
-    rim = np.searchsorted(sim.bodies.id, sim.meshes[0].ids[body.groups["rim"]])
+    rim = body.groups["rim"]
     back = sim.meshes[0].displacement[body.groups["back"], 1].mean()
-    figures = {"surface [K]": sim.bodies.temperature[rim].mean() - brake.REFERENCE, "back [m]": back}
+    figures = {"surface [K]": sim.nodes.temperature[sim.meshes[0].place][rim].mean() - brake.REFERENCE, "back [m]": back}
     return figures, sim.info["thermal"]["coupling"], passes / sim.steps, spent
 
 

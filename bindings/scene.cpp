@@ -93,15 +93,23 @@ py::dict get_hulls(Scene& s) {
   return out;
 }
 
-void assign_body(Scene& s, const std::string& name, const py::array& values) {
+template <class Holder>
+void assign_field(Scene& s, Holder& holder, const std::string& name, const py::array& values,
+                  const std::vector<std::int32_t>& order) {
   bool found = false;
-  s.bodies.for_each_field([&](auto& field) {
+  holder.for_each_field([&](auto& field) {
     if (field.name != name) return;
     found = true;
     s.activate(field.need);
-    assign(field, values, s.insertion_order());
+    assign(field, values, order);
   });
-  if (!found) throw py::key_error("there is no body field " + name);
+  if (!found) throw py::key_error("there is no field " + name);
+}
+
+std::int64_t add_nodes(Scene& s, std::int32_t mesh, const Input<double>& position, const Doubles& velocity,
+                       const Input<double>& mass) {
+  const auto span = [](const Input<double>& a) { return std::span(a.data(), std::size_t(a.size())); };
+  return s.add_nodes(mesh, span(position), span_of(velocity), span(mass));
 }
 
 void set_cell(Scene& s, const std::array<bool, 3>& periodic, const Input<double>& vectors, const Input<double>& corner,
@@ -135,20 +143,6 @@ py::dict get_cell(const Scene& s) {
   return out;
 }
 
-// Internal numbers of the bodies with these ids, which are in the time of their own number, not of the scene's.
-py::array_t<std::int64_t> rows_of(Scene& s, const Input<std::int64_t>& ids) {
-  const std::vector<std::int32_t>& order = s.insertion_order();
-  py::array_t<std::int64_t> out(ids.size());
-  for (py::ssize_t k = 0; k < ids.size(); ++k) {
-    const std::int64_t id = ids.data()[k];
-    const auto at = std::lower_bound(order.begin(), order.end(), id,
-                                     [&](std::int32_t row, std::int64_t of) { return *s.bodies.id[row] < of; });
-    if (at == order.end() || *s.bodies.id[*at] != id) throw cairn::Error("no body has the id " + std::to_string(id));
-    out.mutable_data()[k] = *at;
-  }
-  return out;
-}
-
 } // namespace
 
 void bind_scene(py::module_& m) {
@@ -168,7 +162,7 @@ void bind_scene(py::module_& m) {
       .def_readwrite("origin", &Scene::origin)
       .def("add_bodies", &add_bodies)
       .def("new_mesh", &Scene::new_mesh)
-      .def("own_nodes", &Scene::own_nodes) // mesh, first, count
+      .def("add_nodes", &add_nodes)        // mesh, position, velocity, mass
       .def("add_parts", &Scene::add_parts) // mesh, count
       .def("add_hulls", &add_hulls, py::arg("vertex"), py::arg("first_vertex"), py::arg("first_face"),
            py::arg("first_corner"), py::arg("corner"), py::arg("facets") = false, py::arg("plane") = Input<double>(0),
@@ -190,8 +184,12 @@ void bind_scene(py::module_& m) {
       .def("get_cell", &get_cell)
       .def("renumber", &Scene::renumber)
       .def_property_readonly("body_count", [](const Scene& s) { return s.bodies.count; })
+      .def_property_readonly("node_count", [](const Scene& s) { return s.nodes.count; })
       .def_property_readonly("contactor_count", [](const Scene& s) { return s.contactors.count; })
       .def("internal", &Scene::internal)
+      .def("node_row", &Scene::node)
+      .def("node",
+           [](Scene& s, const std::string& name) { return get_ordered(s.nodes, name, s.node_insertion_order()); })
       .def("body", [](Scene& s, const std::string& name) { return get_ordered(s.bodies, name, s.insertion_order()); })
       .def("contactor",
            [](Scene& s, const std::string& name) {
@@ -204,10 +202,17 @@ void bind_scene(py::module_& m) {
              for (const std::int32_t i : s.contactor_insertion_order()) *to++ = carrier_id(s.bodies, s.contactors, i);
              return out;
            })
-      .def("assign_body", &assign_body)
-      .def("rows_of", &rows_of)
+      .def("assign_body", [](Scene& s, const std::string& name,
+                             const py::array& values) { assign_field(s, s.bodies, name, values, s.insertion_order()); })
+      .def("assign_node",
+           [](Scene& s, const std::string& name, const py::array& values) {
+             assign_field(s, s.nodes, name, values, s.node_insertion_order());
+           })
+      .def("raw_node",
+           [](py::object self, const std::string& name) { return get_live(self.cast<Scene&>().nodes, name, self); })
       .def("raw_body",
            [](py::object self, const std::string& name) { return get_live(self.cast<Scene&>().bodies, name, self); })
       .def("body_fields", [](Scene& s) { return describe(s.bodies); })
+      .def("node_fields", [](Scene& s) { return describe(s.nodes); })
       .def("contactor_fields", [](Scene& s) { return describe(s.contactors); });
 }

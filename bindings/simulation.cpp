@@ -274,6 +274,12 @@ void bind_simulation(py::module_& m) {
              s.scene.state_assigned();
              s.strategy().changed(s, true);
            })
+      .def("assign_node",
+           [](py::object self, const std::string& name, const py::array& values) {
+             self.attr("scene").attr("assign_node")(name, values);
+             Simulation& s = self.cast<Simulation&>();
+             s.strategy().changed(s, true);
+           })
       .def_property_readonly("order_version", [](Simulation& s) { return s.scene.order_version(); })
       .def("set_laws",
            [](Simulation& s, const cairn::LawTable& laws) {

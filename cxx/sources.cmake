@@ -17,6 +17,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
+  bodies/nodes.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp

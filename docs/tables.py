@@ -26,6 +26,8 @@ LISTS = [
      ("file", "in Python", "given", "parameters name:default:smallest:largest", "state", "symmetric")),
     ("Arrays of bodies", "cxx/bodies/fields.def", "CAIRN_BODY_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
+    ("Arrays of nodes of meshes", "cxx/bodies/fields.def", "CAIRN_NODE_FIELD",
+     ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
     ("Arrays of contactors", "cxx/bodies/fields.def", "CAIRN_CONTACTOR_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
 ]

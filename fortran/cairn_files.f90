@@ -8,7 +8,7 @@ module cairn_files
   public :: cairn_run_writer, cairn_run, cairn_new_file, cairn_replace, cairn_go_on
   public :: write_checkpoint, restart_simulation
   public :: create_run_writer, write_output, write_step, close_run_writer
-  public :: open_run, close_run, output_count, run_times, run_body_field, run_contact_field, run_history
+  public :: open_run, close_run, output_count, run_times, run_body_field, run_node_field, run_contact_field, run_history
 
   enum, bind(c)
     enumerator :: cairn_new_file = 0, cairn_replace = 1, cairn_go_on = 2
@@ -81,6 +81,16 @@ module cairn_files
     end function
     integer(c_int32_t) function c_run_body_field(run, output, name, capacity, values, count, error) &
         bind(c, name="cairn_run_body_field")
+      import
+      type(c_ptr), value :: run
+      integer(c_int64_t), value :: output, capacity
+      character(c_char), intent(in) :: name(*)
+      real(c_double), intent(inout) :: values(*)
+      integer(c_int64_t), intent(out) :: count
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_run_node_field(run, output, name, capacity, values, count, error) &
+        bind(c, name="cairn_run_node_field")
       import
       type(c_ptr), value :: run
       integer(c_int64_t), value :: output, capacity
@@ -232,6 +242,29 @@ contains
     end if
     call report_back(code, what, error)
   end subroutine run_body_field
+
+  !> A field of the nodes of meshes of an output, as above.
+  subroutine run_node_field(run, output, name, values, error)
+    type(cairn_run), intent(in) :: run
+    integer, intent(in) :: output
+    character(*), intent(in) :: name
+    real(dp), allocatable, intent(out) :: values(:)
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+    integer(c_int64_t) :: count, room, at
+    integer(c_int32_t) :: code
+
+    at = output - 1
+    allocate (values(0))
+    code = c_run_node_field(run%handle, at, c_text(name), 0_c_int64_t, values, count, what)
+    if (code == 0) then
+      deallocate (values)
+      room = count
+      allocate (values(room))
+      code = c_run_node_field(run%handle, at, c_text(name), room, values, count, what)
+    end if
+    call report_back(code, what, error)
+  end subroutine run_node_field
 
   !> A field of the contacts of an output, as above.
   subroutine run_contact_field(run, output, name, values, error)

@@ -11,6 +11,7 @@ module cairn_simulations
   public :: create_simulation, destroy_simulation, step_simulation, drive_simulation
   public :: set_option, set_number, option_text, option_number
   public :: change_gravity, change_body_field, insert_bodies, insert_contactors, remove_bodies
+  public :: node_count, node_field, change_node_field
   public :: body_count, contact_count, body_field, contact_field, contact_arrays, energy_term, report_number, report_text
 
   enum, bind(c)
@@ -54,9 +55,12 @@ module cairn_simulations
   procedure(bodies_adder), bind(c, name="cairn_simulation_add_bodies") :: c_simulation_add_bodies
   procedure(driver), bind(c, name="cairn_simulation_drive") :: c_simulation_drive
   procedure(field_setter), bind(c, name="cairn_simulation_set_body_field") :: c_simulation_set_body_field
+  procedure(field_setter), bind(c, name="cairn_simulation_set_node_field") :: c_simulation_set_node_field
   procedure(counter), bind(c, name="cairn_simulation_bodies") :: c_simulation_bodies
+  procedure(counter), bind(c, name="cairn_simulation_nodes") :: c_simulation_nodes
   procedure(counter), bind(c, name="cairn_simulation_contacts") :: c_simulation_contacts
   procedure(field_reader), bind(c, name="cairn_simulation_body_field") :: c_body_field
+  procedure(field_reader), bind(c, name="cairn_simulation_node_field") :: c_node_field
   procedure(field_reader), bind(c, name="cairn_simulation_contact_field") :: c_contact_field
   procedure(number_reader), bind(c, name="cairn_simulation_get_number") :: c_get_number
   procedure(number_reader), bind(c, name="cairn_simulation_energy") :: c_energy
@@ -184,6 +188,13 @@ contains
     contact_count = c_simulation_contacts(simulation%handle)
   end function contact_count
 
+  !> Of all meshes.
+  integer(c_int64_t) function node_count(simulation) result(n)
+    type(cairn_simulation), intent(in) :: simulation
+
+    n = c_simulation_nodes(simulation%handle)
+  end function node_count
+
   !> A field of bodies by its name ("position", "velocity", "rotation", ...), in the order of insertion: (components, n). A field
   !> that nothing in the scene needs has no components.
   subroutine body_field(simulation, name, values, error)
@@ -194,6 +205,33 @@ contains
 
     call read_field(c_body_field, simulation%handle, name, body_count(simulation), values, error)
   end subroutine body_field
+
+  !> The same of the nodes of meshes ("id", "position", "velocity", "mass", ...).
+  subroutine node_field(simulation, name, values, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    real(dp), allocatable, intent(out) :: values(:, :)
+    type(cairn_error), intent(out), optional :: error
+
+    call read_field(c_node_field, simulation%handle, name, node_count(simulation), values, error)
+  end subroutine node_field
+
+  !> "position" or "velocity" of nodes of meshes.
+  subroutine change_node_field(simulation, name, values, node, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: name
+    real(dp), intent(in), contiguous :: values(:, :)             !< (dim, n)
+    integer(c_int64_t), intent(in), contiguous, optional :: node(:) !< (n) numbers; all in the order of insertion without
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. has_size("values", size(values, 1), simulation%dim, error)) return
+    if (present(node)) then
+      if (.not. has_size("node", size(node), size(values, 2), error)) return
+    end if
+    call report_back(c_simulation_set_node_field(simulation%handle, c_text(name), size(values, 2, c_int64_t), node, values, &
+                                                 what), what, error)
+  end subroutine change_node_field
 
   !> Contacts of the last step: n candidates, the antagonist body second; impulses act on the candidate, in space axes.
   subroutine contact_arrays(simulation, bodies, gap, normal, point, impulse, error)

@@ -17,13 +17,13 @@ contains
                                  force, damping, driven, reaction, momentum_begin, angular_momentum, scheme, way, a2, a3, a4, &
                                  a5) bind(c)
       integer(c_int32_t), value :: dim !< 2 or 3
-      integer(c_int32_t), value :: nd !< 3 or 6
+      integer(c_int32_t), value :: nd !< 3 or 6; dim of points, which do not turn
       integer(c_int64_t), value :: nb !< bodies
       real(c_double), value :: h !< step [s]
       real(c_double), value :: theta !< in [1/2, 1]
       real(c_double), intent(in) :: gravity(dim) !< [m/s2]
       real(c_double), intent(in) :: mass(0:nb - 1) !< [kg]
-      real(c_double), intent(in) :: inertia(2*dim - 3, 0:nb - 1) !< principal moments [kg m2]
+      real(c_double), intent(in) :: inertia(2*dim - 3, 0:nb - 1) !< principal moments; not read of points with a force [kg m2]
       real(c_double), intent(in) :: velocity_begin(nd, 0:nb - 1) !< [m/s, rad/s]
       real(c_double), intent(in) :: velocity(nd, 0:nb - 1) !< at the end, as the contacts see it [m/s, rad/s]
       real(c_double), intent(out) :: terms(8) !< T at the end, dT, dU, W_external, W_driven, D_bulk, D_theta; what the

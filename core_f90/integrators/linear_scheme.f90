@@ -189,14 +189,16 @@ contains
     integer(c_int64_t), value      :: nb                             !< bodies
     type(cairn_scheme), intent(in) :: scheme                         !< of the step
     real(c_double), intent(in)     :: change(nd, 0:nb - 1)           !< s [m/s, rad/s]
-    real(c_double), intent(in)     :: inertia(2*dim - 3, 0:nb - 1)   !< principal moments [kg m2]
+    real(c_double), intent(in)     :: inertia(2*dim - 3, 0:nb - 1)   !< principal moments; not read of points, nd = dim [kg m2]
     real(c_double), intent(inout), optional, dimension(nd, 0:nb - 1) :: a2, a3, a4, a5 !< [m/s2, ...]
     real(c_double) :: known(most_history), next(most_history)
     integer(c_int64_t) :: i
     integer :: j, last
     do i = 0, nb - 1
       last = nd
-      if (minval(inertia(:, i)) < maxval(inertia(:, i))) last = dim
+      if (nd > dim) then
+        if (minval(inertia(:, i)) < maxval(inertia(:, i))) last = dim
+      end if
       do j = 1, nd
         known = 0
         if (present(a2)) known(1) = a2(j, i)

@@ -87,7 +87,7 @@ contains
    !> Positions, and in 2D angles, after a time at constant velocity.
    pure subroutine cairn_theta_advance(dim, nd, nb, time, velocity, position, angle) bind(c)
       integer(c_int32_t), value :: dim !< 2 or 3
-      integer(c_int32_t), value :: nd !< dofs of a body: 3 or 6
+      integer(c_int32_t), value :: nd !< dofs of a body: 3 or 6; dim of points
       integer(c_int64_t), value :: nb !< bodies
       real(c_double), value :: time !< [s]
       real(c_double), intent(in) :: velocity(nd, 0:nb - 1) !< [m/s, rad/s]

@@ -90,7 +90,8 @@ int32_t cairn_run_writer_output(cairn_run_writer* writer, cairn_simulation* simu
     cairn::Simulation& s = simulation->simulation;
     const cairn::RunSnapshot now(s);
     const bool stepped = s.report.step == s.steps && s.steps > 0; // else it is restarted, or at its start
-    writer->writer->write_step(s.time, stepped ? s.report.time_detection : s.time, s.steps, now.bodies, now.contacts);
+    writer->writer->write_step(s.time, stepped ? s.report.time_detection : s.time, s.steps, now.bodies, now.contacts,
+                               nullptr, now.nodes);
     writer->writer->flush();
   });
 }
@@ -133,6 +134,11 @@ int32_t cairn_run_times(const cairn_run* run, int64_t capacity, double* times, i
 int32_t cairn_run_body_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity, double* values,
                              int64_t* count, cairn_error* error) {
   return field_out(run, output, "bodies", name, capacity, values, count, error);
+}
+
+int32_t cairn_run_node_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity, double* values,
+                             int64_t* count, cairn_error* error) {
+  return field_out(run, output, "nodes", name, capacity, values, count, error);
 }
 
 int32_t cairn_run_contact_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity,

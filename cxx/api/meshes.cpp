@@ -9,12 +9,6 @@ using namespace cairn::api;
 
 namespace {
 
-void check_finite(const char* name, const double* values, std::int64_t n) {
-  for (std::int64_t i = 0; i < n; ++i)
-    if (!std::isfinite(values[i]))
-      throw Error(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
-}
-
 // The pattern of a lower triangle: every column begins with its diagonal, rows rise.
 void check_pattern(std::int64_t n, const std::int64_t* start, const std::int32_t* row) {
   if (start[0] != 0) throw Error("start[0] is " + std::to_string(start[0]) + "; columns count from 0");
@@ -286,11 +280,10 @@ int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, 
     const int dim = m.model.dim;
     s.place_meshes();
     for (std::int64_t i = 0; i < n; ++i) {
-      const std::int32_t body = m.nodes[std::size_t(i / dim)];
-      const int k = int(i % dim);
-      values[i] = field == "velocity"   ? s.scene.bodies.velocity[body][k]
-                  : field == "position" ? s.scene.bodies.position[body][k] + s.scene.origin[k]
-                                        : s.scene.bodies.position[body][k] - m.model.reference[std::size_t(i)];
+      const double x = s.scene.nodes.position[m.first_node][i], v = s.scene.nodes.velocity[m.first_node][i];
+      values[i] = field == "velocity"   ? v
+                  : field == "position" ? x + s.scene.origin[std::size_t(i % dim)]
+                                        : x - m.model.reference[std::size_t(i)];
     }
   });
 }

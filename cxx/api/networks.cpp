@@ -37,7 +37,8 @@ double positive(const char* name, double value) {
 }
 
 void check_body(const cairn_simulation* simulation, std::int64_t id) {
-  (void)simulation->simulation.scene.internal(id);
+  const cairn::Scene& scene = simulation->simulation.scene;
+  if (scene.find_node(id) < 0) (void)scene.internal(id);
 }
 
 double report_of(const Network& n, const std::string& name) {
@@ -93,7 +94,8 @@ int32_t cairn_simulation_add_network(cairn_simulation* simulation, const char* k
     n.materials.resize(std::size_t(simulation->materials));
     s.scene.activate(electrical ? cairn::Need::electrical : cairn::Need::thermal);
     if (!electrical)
-      std::fill(s.scene.bodies.temperature.values.begin(), s.scene.bodies.temperature.values.end(), 293.15);
+      for (auto* field : {&s.scene.bodies.temperature, &s.scene.nodes.temperature})
+        std::fill(field->values.begin(), field->values.end(), 293.15);
     found = std::move(n);
   });
 }
@@ -272,16 +274,24 @@ int32_t cairn_simulation_set_temperature(cairn_simulation* simulation, int64_t n
     (void)network(simulation, "thermal");
     if (counted(n) > 0) require(temperature, "temperature");
     cairn::Scene& scene = simulation->simulation.scene;
-    if (!bodies && n != scene.bodies.count)
-      throw cairn::Error("temperature has " + std::to_string(n) + " numbers for " + std::to_string(scene.bodies.count) +
-                         " bodies");
+    const std::int64_t of_bodies = scene.bodies.count, all = of_bodies + scene.nodes.count;
+    if (!bodies && n != all)
+      throw cairn::Error("temperature has " + std::to_string(n) + " numbers for " + std::to_string(of_bodies) +
+                         " bodies" + (all > of_bodies ? " and " + std::to_string(all - of_bodies) + " nodes" : ""));
     for (std::int64_t i = 0; i < n; ++i)
       if (!(temperature[i] > 0) || !std::isfinite(temperature[i]))
         throw cairn::Error("temperature[" + std::to_string(i) + "] is " + std::to_string(temperature[i]) +
                            "; give temperatures above 0 [K]");
+    std::vector<double*> to;
     for (std::int64_t i = 0; i < n; ++i)
-      *scene.bodies.temperature[bodies ? scene.internal(bodies[i]) : scene.insertion_order()[std::size_t(i)]] =
-          temperature[i];
+      if (const std::int32_t node = bodies ? scene.find_node(bodies[i]) : -1; node >= 0)
+        to.push_back(scene.nodes.temperature[node]);
+      else if (bodies || i < of_bodies)
+        to.push_back(
+            scene.bodies.temperature[bodies ? scene.internal(bodies[i]) : scene.insertion_order()[std::size_t(i)]]);
+      else
+        to.push_back(scene.nodes.temperature[scene.node_insertion_order()[std::size_t(i - of_bodies)]]);
+    for (std::int64_t i = 0; i < n; ++i) *to[std::size_t(i)] = temperature[i];
   });
 }
 

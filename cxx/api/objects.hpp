@@ -1,5 +1,6 @@
 // What the files of the C API share: the objects behind the handles, and how what is thrown becomes a code.
 #pragma once
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <new>
@@ -84,6 +85,12 @@ inline std::int64_t counted(std::int64_t n) {
 template <class T>
 std::span<const T> span_of(const T* values, std::int64_t n) {
   return values ? std::span<const T>(values, std::size_t(n)) : std::span<const T>();
+}
+
+inline void check_finite(const char* name, const double* values, std::int64_t n) {
+  for (std::int64_t i = 0; i < n; ++i)
+    if (!std::isfinite(values[i]))
+      throw cairn::Error(std::string(name) + "[" + std::to_string(i) + "] is not a finite number");
 }
 
 // A text into room for `capacity` characters with the nought behind it; what does not fit is left out.

@@ -80,12 +80,28 @@ void choose_strategy(cairn_simulation& s, const std::string& name) {
 
 // Internal order to the order of insertion, positions from relative to absolute.
 template <class FieldOfNumbers>
-void copy_field(const cairn::Scene& scene, const FieldOfNumbers& field, double* values) {
+void copy_field(const cairn::Scene& scene, const FieldOfNumbers& field, const std::vector<std::int32_t>& order,
+                double* values) {
   const bool place = field.name == "position";
-  const auto& order = scene.insertion_order();
   for (std::size_t i = 0; i < order.size(); ++i)
     for (int c = 0; c < field.components; ++c)
       values[i * field.components + c] = double(field[order[i]][c]) + (place ? scene.origin[c] : 0.0);
+}
+
+template <class Holder>
+void read_field(const cairn::Scene& scene, Holder& holder, const std::vector<std::int32_t>& order, const char* what,
+                const char* name, std::int64_t capacity, double* values, std::int64_t* count) {
+  bool found = false;
+  holder.for_each_field([&](auto& field) {
+    if (field.name != name) return;
+    found = true;
+    const std::int64_t numbers = field.active ? holder.count * field.components : 0;
+    if (count) *count = numbers;
+    if (numbers == 0 || numbers > capacity) return;
+    require(values, "values");
+    copy_field(scene, field, order, values);
+  });
+  if (!found) throw Error(std::string(what) + " have no field '" + name + "'; see fields.def");
 }
 
 } // namespace
@@ -205,6 +221,33 @@ int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char
   });
 }
 
+int32_t cairn_simulation_set_node_field(cairn_simulation* simulation, const char* name, int64_t n, const int64_t* nodes,
+                                        const double* values, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    require(values, "values");
+    cairn::Simulation& s = simulation->simulation;
+    const std::string field = name;
+    if (field != "position" && field != "velocity")
+      throw Error("the field '" + field + "' of nodes cannot be given; give position or velocity");
+    if (!nodes && n != s.scene.nodes.count)
+      throw Error("n is " + std::to_string(n) + " without numbers of nodes; there are " +
+                  std::to_string(s.scene.nodes.count));
+    const int dim = s.scene.dim;
+    check_finite(name, values, counted(n) * dim);
+    std::vector<std::int32_t> items = s.scene.node_insertion_order();
+    if (nodes) items.clear();
+    for (std::int64_t i = 0; nodes && i < n; ++i) items.push_back(s.scene.node(nodes[i]));
+    for (std::int64_t i = 0; i < n * dim; ++i) {
+      auto& to = field == "position" ? s.scene.nodes.position : s.scene.nodes.velocity;
+      to[items[std::size_t(i / dim)]][i % dim] =
+          values[i] - (field == "position" ? s.scene.origin[std::size_t(i % dim)] : 0.0);
+    }
+    s.strategy().changed(s, true);
+  });
+}
+
 int32_t cairn_simulation_add_bodies(cairn_simulation* simulation, int64_t n, const double* position,
                                     const double* rotation, const double* velocity, const double* mass,
                                     const double* inertia, int64_t* first, cairn_error* error) {
@@ -250,17 +293,21 @@ int32_t cairn_simulation_body_field(cairn_simulation* simulation, const char* na
     require(simulation, "simulation");
     require(name, "name");
     cairn::Scene& scene = simulation->simulation.scene;
-    bool found = false;
-    scene.bodies.for_each_field([&](auto& field) {
-      if (field.name != name) return;
-      found = true;
-      const std::int64_t numbers = field.active ? scene.bodies.count * field.components : 0;
-      if (count) *count = numbers;
-      if (numbers == 0 || numbers > capacity) return;
-      require(values, "values");
-      copy_field(scene, field, values);
-    });
-    if (!found) throw Error(std::string("bodies have no field '") + name + "'; see fields.def");
+    read_field(scene, scene.bodies, scene.insertion_order(), "bodies", name, capacity, values, count);
+  });
+}
+
+int64_t cairn_simulation_nodes(const cairn_simulation* simulation) {
+  return simulation ? simulation->simulation.scene.nodes.count : 0;
+}
+
+int32_t cairn_simulation_node_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
+                                    int64_t* count, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    require(name, "name");
+    cairn::Scene& scene = simulation->simulation.scene;
+    read_field(scene, scene.nodes, scene.node_insertion_order(), "nodes", name, capacity, values, count);
   });
 }
 

@@ -39,7 +39,6 @@ enum class Need {
   anisotropic,
   driven,
   damping,
-  whole,
   smooth,
   acceleration,
   jerk,

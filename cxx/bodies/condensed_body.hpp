@@ -14,7 +14,7 @@ inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs +
 
 struct CondensedBody {
   cairn_condensed dofs{};
-  std::vector<std::int32_t> node; // of each contact node the internal number of the body that shows it
+  std::vector<std::int32_t> node; // of each contact node its place among the nodes of the scene
 };
 
 } // namespace cairn

@@ -7,7 +7,7 @@
 
 #include "../base/call.hpp"
 #include "../fe/bulk_model.hpp"
-#include "body.hpp"
+#include "nodes.hpp"
 
 namespace cairn {
 
@@ -107,14 +107,10 @@ void MeshBody::damping_times(const double* x, double* out) const {
 }
 
 void MeshBody::gather(const Field<double>& field, double* out) const {
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (int k = 0; k < model.dim; ++k) out[model.dim * i + k] = field[nodes[i]][k];
+  std::copy_n(field[first_node], model.dofs(), out);
 }
 
-void MeshBody::scatter(const double* v, Field<double>& field) const {
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (int k = 0; k < model.dim; ++k) field[nodes[i]][k] = v[model.dim * i + k];
-}
+void MeshBody::scatter(const double* v, Field<double>& field) const { std::copy_n(v, model.dofs(), field[first_node]); }
 
 // Whether what holds a mesh that nothing else holds is below the rounding of what is added to it.
 bool MeshBody::lost_mass(std::int64_t row) const {
@@ -205,50 +201,46 @@ void MeshBody::solve(double* b, std::int64_t columns) {
 }
 
 // The derivatives that an integrator keeps, each with its factor.
-void MeshBody::history_sum(Bodies& bodies, const double* factors, double* out) const {
+void MeshBody::history_sum(Nodes& nodes, const double* factors, double* out) const {
   std::fill_n(out, model.dofs(), 0.0);
   for (int k = 0; k < scheme_.histories; ++k) {
-    const double* derivative = bodies.history(k);
-    for (std::size_t i = 0; i < nodes.size(); ++i)
-      for (int d = 0; d < model.dim; ++d)
-        out[model.dim * i + d] += factors[k] * derivative[std::int64_t(bodies.dofs()) * nodes[i] + d];
+    const double* derivative = nodes.history(k) + model.dim * first_node;
+    for (std::int64_t i = 0; i < model.dofs(); ++i) out[i] += factors[k] * derivative[i];
   }
 }
 
-void MeshBody::times_history(Bodies& bodies) {
+void MeshBody::times_history(Nodes& nodes) {
   for (std::vector<double>* v : {&stiff_known_, &damped_known_, &momentum_known_}) v->assign(v->size(), 0.0);
   if (scheme_.histories == 0) return;
-  history_sum(bodies, scheme_.elastic, known_.data());
+  history_sum(nodes, scheme_.elastic, known_.data());
   stiffness_times(known_.data(), stiff_known_.data());
-  history_sum(bodies, scheme_.damping_history, known_.data());
+  history_sum(nodes, scheme_.damping_history, known_.data());
   if (damps_) damping_times(known_.data(), damped_known_.data());
-  history_sum(bodies, scheme_.velocity, known_.data());
+  history_sum(nodes, scheme_.velocity, known_.data());
   multiply_mass(known_.data(), momentum_known_.data());
 }
 
-void MeshBody::free_velocity(Bodies& bodies, const double* gravity, const cairn_scheme& scheme, bool check) {
-  const int dim = model.dim;
+void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check) {
   const std::int64_t n = model.dofs();
   scheme_ = scheme;
   if (linear())
     factorise(scheme, check);
   else
     take_scheme(scheme, check);
-  gather(bodies.velocity, v_.data());
+  gather(nodes.velocity, v_.data());
   if (!model.ties.empty()) model.ties.follow(v_.data());
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (int k = 0; k < dim; ++k) q_[dim * i + k] = bodies.position_begin[nodes[i]][k] - model.reference[dim * i + k];
+  for (std::int64_t i = 0; i < n; ++i) q_[i] = nodes.position_begin[first_node][i] - model.reference[i];
   weigh(gravity);
   if (!linear()) {
     f_ = weight_;
     for (std::int64_t i = 0; i < n && !load_end.empty(); ++i)
       f_[i] += scheme.end_share * load_end[i] + (1 - scheme.end_share) * load_begin[i];
     start_newton();
-    return scatter(free_.data(), bodies.velocity_free);
+    return scatter(free_.data(), nodes.velocity_free);
   }
   stiffness_times(q_.data(), stiff_q_.data());
   times_velocity(v_.data());
-  times_history(bodies);
+  times_history(nodes);
   stiff_begin_ = stiff_;
   damped_begin_ = damped_;
   momentum_begin_ = momentum_;
@@ -270,7 +262,7 @@ void MeshBody::free_velocity(Bodies& bodies, const double* gravity, const cairn_
                 "' change their velocity, which its own solver is not told of");
   solve(free_.data());
   for (std::int64_t i = 0; i < n; ++i) free_[i] += v_[i];
-  scatter(free_.data(), bodies.velocity_free);
+  scatter(free_.data(), nodes.velocity_free);
 }
 
 void MeshBody::touch(const std::vector<std::int32_t>& more) {
@@ -319,8 +311,8 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
   }
 }
 
-double MeshBody::stored(const Bodies& bodies) {
-  gather(bodies.position, a_.data());
+double MeshBody::stored(const Nodes& nodes) {
+  gather(nodes.position, a_.data());
   for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] -= model.reference[i];
   stiffness_times(a_.data(), b_.data());
   double twice = 0;
@@ -328,7 +320,7 @@ double MeshBody::stored(const Bodies& bodies) {
   return twice / 2;
 }
 
-void MeshBody::push(Bodies& bodies) {
+void MeshBody::push(Nodes& nodes) {
   bool any = false;
   for (std::int64_t i = 0; i < model.dofs(); ++i) {
     a_[i] = model.held[i] ? 0 : impulse[i];
@@ -336,22 +328,22 @@ void MeshBody::push(Bodies& bodies) {
   }
   if (any) solve(a_.data());
   for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] += free_[i];
-  scatter(a_.data(), bodies.velocity);
+  scatter(a_.data(), nodes.velocity);
 }
 
-// The nodes are bodies of the scene with lumped masses, whose balance the scene keeps: what else acts on them is a
-// force on them here, and its work is taken apart again.
-void MeshBody::account(Bodies& bodies, const double* gravity) {
-  if (!linear()) return account_bulk(bodies, gravity);
+// The scene keeps the balance of the nodes as points of mass: what else acts on them is a force on them here, and its
+// work is taken apart again.
+void MeshBody::account(Nodes& nodes, const double* gravity) {
+  if (!linear()) return account_bulk(nodes, gravity);
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
   const cairn_scheme& s = scheme_;
   const double way_end = s.h * s.share, way_begin = s.h * (1 - s.share), ahead = s.elastic_velocity;
   const double stiff_more = s.stiffness / s.impulse, damped_more = s.damping / s.impulse;
   std::vector<double>&end = a_, &x = b_, &way = known_;
-  gather(bodies.velocity, end.data());
+  gather(nodes.velocity, end.data());
   times_velocity(end.data());
-  history_sum(bodies, s.position, way.data());
+  history_sum(nodes, s.position, way.data());
   for (std::int64_t i = 0; i < n; ++i) way[i] += way_end * end[i] + way_begin * v_[i];
   for (std::int64_t i = 0; i < n && s.histories > 0; ++i) way[i] += s.position[0] / s.h * jump_[i];
   work = {};
@@ -363,7 +355,7 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
     work.damping += way[i] * damping;
     f_[i] -= elastic + damping;
   }
-  history_sum(bodies, s.velocity, x.data());
+  history_sum(nodes, s.velocity, x.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double change = end[i] - v_[i], inertia = momentum_[i] - momentum_begin_[i];
     const double lumped = lumped_[i] * (change - x[i]); // what the points of mass take of the forces
@@ -373,7 +365,7 @@ void MeshBody::account(Bodies& bodies, const double* gravity) {
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia - lumped_[i] * change);
     const bool given = model.held[i] || model.ties.bound(i);
     const double force = given ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
-    bodies.force[nodes[i / dim]][i % dim] = force;
+    nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
   for (std::int64_t i = 0; i < n; ++i) work.stored_change -= 0.5 * q_[i] * stiff_q_[i];
@@ -403,39 +395,35 @@ void MeshBody::solve_mass(double* b) {
 }
 
 // M a = F - C v - K q, and the derivatives of that under constant loads.
-void MeshBody::start_history(Bodies& bodies, const double* gravity) {
-  const int dim = model.dim;
+void MeshBody::start_history(Nodes& nodes, const double* gravity) {
   const std::int64_t n = model.dofs();
   weigh(gravity);
-  gather(bodies.velocity, v_.data());
-  for (std::int64_t i = 0; i < n; ++i) q_[i] = bodies.position[nodes[i / dim]][i % dim] - model.reference[i];
+  gather(nodes.velocity, v_.data());
+  for (std::int64_t i = 0; i < n; ++i) q_[i] = nodes.position[first_node][i] - model.reference[i];
   f_ = weight_;
   for (std::int64_t i = 0; i < n && !load_begin.empty(); ++i) f_[i] += load_begin[i];
   std::vector<double>&place = q_, &speed = v_, &next = a_, &stiff = b_, &damped = known_;
-  for (int k = 0; k < cairn_most_history && bodies.history(k); ++k) {
+  for (int k = 0; k < cairn_most_history && nodes.history(k); ++k) {
     stiffness_times(place.data(), stiff.data());
     damping_times(speed.data(), damped.data());
     for (std::int64_t i = 0; i < n; ++i) next[i] = (k == 0 ? f_[i] : 0) - stiff[i] - damped[i];
     solve_mass(next.data());
-    for (std::int64_t i = 0; i < n; ++i)
-      bodies.history(k)[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = next[i];
+    std::copy_n(next.begin(), n, nodes.history(k) + model.dim * first_node);
     place.swap(speed);
     speed = next;
   }
 }
 
-void MeshBody::smooth_change(Bodies& bodies, double* change) {
-  const int dim = model.dim;
+void MeshBody::smooth_change(Nodes& nodes, double* change) {
   const std::int64_t n = model.dofs();
   jump_.assign(std::size_t(n), 0.0);
   if (std::any_of(impulse.begin(), impulse.end(), [](double p) { return p < 0 || p > 0; })) {
     std::copy(impulse.begin(), impulse.end(), jump_.begin());
     solve_mass(jump_.data());
   }
-  gather(bodies.velocity, b_.data());
-  history_sum(bodies, scheme_.velocity, known_.data());
-  for (std::int64_t i = 0; i < n; ++i)
-    change[std::int64_t(bodies.dofs()) * nodes[i / dim] + i % dim] = b_[i] - v_[i] - known_[i] - jump_[i];
+  gather(nodes.velocity, b_.data());
+  history_sum(nodes, scheme_.velocity, known_.data());
+  for (std::int64_t i = 0; i < n; ++i) change[model.dim * first_node + i] = b_[i] - v_[i] - known_[i] - jump_[i];
 }
 
 std::int64_t MeshBody::bytes() const {

@@ -17,8 +17,8 @@
 
 namespace cairn {
 
-struct Bodies;
 class BulkModel;
+struct Nodes;
 
 // What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
 struct MeshModel {
@@ -70,24 +70,26 @@ public:
   explicit MeshBody(MeshModel model);
 
   MeshModel model;
-  std::vector<std::int32_t> nodes;          // internal numbers of the bodies that show them
+  std::int64_t first_node = 0;              // where its nodes begin among those of the scene
   std::vector<double> load_begin, load_end; // (dofs) forces at both ends of the step [N]; empty: none
   std::vector<double> thermal_load;         // (dofs) of restrained expansion [N]; empty: none
   std::vector<double> held_velocity;        // (dofs) of held dofs at the end of the step [m/s]; empty: zero
   std::vector<PressedSides> pressed; // of bodies that are not linear: at the end of the step where these are then
   MeshWork work;                     // of the last step
+  // Its place among the nodes of the scene.
+  std::int32_t node(std::int64_t i) const { return std::int32_t(first_node + i); }
 
   std::int64_t solves = 0, factorisations = 0; // forward and back, and of A, since the start
 
   double size() const { return size_; } // of a cell, about [m]
 
-  // Velocities of nodes at the end of the step without contacts, from those in `bodies`; of a step's begin.
+  // Velocities of nodes at the end of the step without contacts, from those in `nodes`; of a step's begin.
   // Of a body whose stresses are a material's: Newton's method round the solution of contacts. free_velocity is its
   // first pass; after a solution, with `impulse` gathered, `judge` moves on, with a part of the change where the
   // whole one leaves more of the balance; `linearise` makes the free velocity of the next pass.
   bool linear() const { return !model.bulk; }
   NewtonError judge();
-  void linearise(Bodies& bodies);
+  void linearise(Nodes& nodes);
   // The end of the step becomes the begin of the next.
   void commit();
   // For a checkpoint: forces of the stresses at the begin of the next step [N], then the energy that they store [J];
@@ -96,11 +98,11 @@ public:
   void restore(std::span<const double> state, std::span<const double> memory);
   std::string describe(const BulkResult& fault) const;
   // check: throws Error beyond the limit of an explicit scheme.
-  void free_velocity(Bodies& bodies, const double* gravity, const cairn_scheme& scheme, bool check);
+  void free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check);
   // What integrators keep, of the nodes: from the forces at hand; and what forces changed in the step, without
   // contacts.
-  void start_history(Bodies& bodies, const double* gravity);
-  void smooth_change(Bodies& bodies, double* change);
+  void start_history(Nodes& nodes, const double* gravity);
+  void smooth_change(Nodes& nodes, double* change);
   // Contact nodes from now on, in this order after those that are: compliance between them.
   void touch(const std::vector<std::int32_t>& more);
   std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
@@ -113,11 +115,11 @@ public:
 
   // The velocities that `push` adds to are none: it then gives displacements, over the step, that impulses make.
   void rest() { std::fill(free_.begin(), free_.end(), 0.0); }
-  double stored(const Bodies& bodies); // energy of the displacements at hand [J]
+  double stored(const Nodes& nodes); // energy of the displacements at hand [J]
   // Velocities of nodes at the end of the step with `impulse`.
-  void push(Bodies& bodies);
+  void push(Nodes& nodes);
   // Force on each node that its points of mass need besides gravity and contacts [N], and the works of the step.
-  void account(Bodies& bodies, const double* gravity);
+  void account(Nodes& nodes, const double* gravity);
   std::int64_t bytes() const;
 
 private:
@@ -138,11 +140,11 @@ private:
   void find_free_velocity();
   void residual_of(const std::vector<double>& v);
   BulkResult stresses_of(const std::vector<double>& v, bool tangent);
-  void account_bulk(Bodies& bodies, const double* gravity);
+  void account_bulk(Nodes& nodes, const double* gravity);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme) const;
-  void times_history(Bodies& bodies); // what the history adds to K q, C v and M v of the step
-  void history_sum(Bodies& bodies, const double* factors, double* out) const;
+  void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step
+  void history_sum(Nodes& nodes, const double* factors, double* out) const;
   void solve_mass(double* b);                      // of held dofs: zero
   double stable_step() const;                      // of central differences [s]
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x

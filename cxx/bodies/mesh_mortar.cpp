@@ -37,8 +37,8 @@ namespace {
 
 class MortarNode {
 public:
-  MortarNode(const Bodies& bodies, const MeshBody& own, const MeshBody& other, MortarWork& work)
-      : bodies_(bodies), own_(own), other_(other), work_(work) {
+  MortarNode(const Nodes& nodes, const MeshBody& own, const MeshBody& other, MortarWork& work)
+      : nodes_(nodes), own_(own), other_(other), work_(work) {
     work.nodes.clear();
     work.weights.clear();
   }
@@ -109,9 +109,7 @@ public:
   }
 
 private:
-  const double* place(const MeshBody& mesh, std::int32_t node) const {
-    return bodies_.position[mesh.nodes[std::size_t(node)]];
-  }
+  const double* place(const MeshBody& mesh, std::int32_t node) const { return nodes_.position[mesh.node(node)]; }
 
   void add(std::int32_t node, double weight) {
     const auto at = std::find(work_.nodes.begin(), work_.nodes.end(), node);
@@ -177,7 +175,7 @@ private:
     return true;
   }
 
-  const Bodies& bodies_;
+  const Nodes& nodes_;
   const MeshBody &own_, &other_;
   MortarWork& work_;
   double diagonal_ = 0, normal_[2] = {0, 0};
@@ -187,7 +185,7 @@ private:
 
 // Candidates of nodes that ask for it: one of each for each mesh that it faces, with the gap, the normal and the nodes
 // of the mortar.
-void MeshSet::weigh_mortar(const Bodies& bodies, Candidates& c) {
+void MeshSet::weigh_mortar(const Nodes& nodes, Candidates& c) {
   mortar_.clear();
   if (!any_mortar_) return;
   if (!mortar_work_) mortar_work_ = std::make_shared<MortarWork>();
@@ -215,9 +213,9 @@ void MeshSet::weigh_mortar(const Bodies& bodies, Candidates& c) {
     c.feature[to] = c.feature[i];
     c.image[to] = c.image[i];
     c.gap[to] = c.gap[i];
-    for (int k = 0; k < bodies.dim; ++k) {
-      c.normal[bodies.dim * to + k] = c.normal[bodies.dim * i + k];
-      c.point[bodies.dim * to + k] = c.point[bodies.dim * i + k];
+    for (int k = 0; k < nodes.dim; ++k) {
+      c.normal[nodes.dim * to + k] = c.normal[nodes.dim * i + k];
+      c.point[nodes.dim * to + k] = c.point[nodes.dim * i + k];
     }
     ++to;
   };
@@ -243,7 +241,7 @@ void MeshSet::weigh_mortar(const Bodies& bodies, Candidates& c) {
         if (std::abs(c.gap[j]) < std::abs(c.gap[nearest])) nearest = j;
       }
       const MeshBody& own = meshes[std::size_t(of.mesh)];
-      MortarNode mortar(bodies, own, meshes[std::size_t(which)], work);
+      MortarNode mortar(nodes, own, meshes[std::size_t(which)], work);
       if (const std::int32_t side = own.model.side_to[std::size_t(of.index)]; side >= 0) mortar.add_side(side, true);
       if (const std::int32_t side = own.model.side_from[std::size_t(of.index)]; side >= 0) mortar.add_side(side, false);
       Mapping there;
@@ -251,7 +249,7 @@ void MeshSet::weigh_mortar(const Bodies& bodies, Candidates& c) {
       double gap = 0, normal[2];
       if (!mortar.finish(of.index, gap, normal, there)) continue;
       const std::int32_t edge = c.contactor_b[nearest];
-      const double* x = bodies.position[of.middle.node[0]];
+      const double* x = nodes.position[of.middle.node[0]];
       mortar_.push_back({node, edge, there});
       // places up to here were read already: what is kept stands before them
       const std::int32_t image = c.image[nearest], feature = c.feature[nearest];
@@ -277,8 +275,8 @@ void MeshSet::weigh_mortar(const Bodies& bodies, Candidates& c) {
   c.count = to;
   for (auto* array : {&c.contactor_a, &c.contactor_b, &c.image, &c.feature}) array->resize(std::size_t(to));
   c.gap.resize(std::size_t(to));
-  c.normal.resize(std::size_t(bodies.dim * to));
-  c.point.resize(std::size_t(bodies.dim * to));
+  c.normal.resize(std::size_t(nodes.dim * to));
+  c.point.resize(std::size_t(nodes.dim * to));
 }
 
 const Mapping* MeshSet::mortar_of(std::int32_t node, std::int32_t edge) const {

@@ -6,8 +6,8 @@
 
 #include "../base/call.hpp"
 #include "../fe/bulk_model.hpp"
-#include "body.hpp"
 #include "mesh_body.hpp"
+#include "nodes.hpp"
 
 namespace cairn {
 
@@ -169,11 +169,11 @@ void MeshBody::find_free_velocity() {
   for (std::size_t i = 0; i < n; ++i) free_[i] += iterate_[i];
 }
 
-void MeshBody::linearise(Bodies& bodies) {
+void MeshBody::linearise(Nodes& nodes) {
   found_ = stresses_of(iterate_, true);
   if (!found_.ok()) throw Error(describe(found_));
   find_free_velocity();
-  scatter(free_.data(), bodies.velocity_free);
+  scatter(free_.data(), nodes.velocity_free);
 }
 
 void MeshBody::factorise_tangent() {
@@ -258,12 +258,12 @@ NewtonError MeshBody::judge() {
 }
 
 // As `account`, with the forces of the stresses at both ends.
-void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
+void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
   std::vector<double>&end = trial_, &inertia = norms_;
   for (std::int64_t i = 0; i < n && !pressed.empty(); ++i) f_[i] += press_[i];
-  gather(bodies.velocity, end.data());
+  gather(nodes.velocity, end.data());
   if (explicit_) {
     iterate_ = end;
     found_ = stresses_of(iterate_, false);
@@ -286,7 +286,7 @@ void MeshBody::account_bulk(Bodies& bodies, const double* gravity) {
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia[i] - lumped_[i] * a_[i]);
     const double force = model.held[i] || model.ties.bound(i) ? (lumped_[i] * a_[i] - impulse[i]) / h_ - weight
                                                               : f_[i] - elastic - c_[i] - weight - extra;
-    bodies.force[nodes[i / dim]][i % dim] = force;
+    nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (b_[i] - lumped_[i] * end[i]);
   }
   work.stored = found_.energy;

@@ -5,35 +5,26 @@
 #include <limits>
 
 #include "../base/call.hpp"
-#include "body.hpp"
 
 namespace cairn {
 
-void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order,
-                    const Contactors& contactors) {
+void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   area_.clear();
   wanted_.resize(meshes.size());
-  const auto find = [&](std::int64_t id) {
-    const auto at = std::lower_bound(insertion_order.begin(), insertion_order.end(), id,
-                                     [&](std::int32_t b, std::int64_t wanted) { return *bodies.id[b] < wanted; });
-    if (at == insertion_order.end() || *bodies.id[*at] != id)
-      throw Error("body " + std::to_string(id) + " of a mesh is not in the scene");
-    return *at;
-  };
-  std::vector<std::int32_t> of_number; // meshes
-  rigid_ = bodies.count;
+  std::vector<std::int64_t> first; // node of each number
+  for (std::int64_t i = nodes.count - 1; i >= 0; --i) {
+    first.resize(std::max(first.size(), std::size_t(*nodes.mesh[i])), -1);
+    first[std::size_t(*nodes.mesh[i]) - 1] = i;
+  }
+  std::vector<std::int32_t> of_number(first.size(), -1); // meshes
   for (std::size_t m = 0; m < meshes.size(); ++m) {
     MeshBody& mesh = meshes[m];
-    mesh.nodes.resize(mesh.model.node_ids.size());
-    for (std::size_t i = 0; i < mesh.nodes.size(); ++i) mesh.nodes[i] = find(mesh.model.node_ids[i]);
-    rigid_ -= std::int64_t(mesh.nodes.size());
-    of_number.resize(std::max(of_number.size(), std::size_t(mesh.model.number)), -1);
-    of_number[std::size_t(mesh.model.number) - 1] = std::int32_t(m);
+    const std::size_t number = std::size_t(mesh.model.number) - 1;
+    if (number >= first.size() || first[number] < 0)
+      throw Error("the nodes of the mesh '" + mesh.model.name + "' are not in the scene");
+    mesh.first_node = first[number];
+    of_number[number] = std::int32_t(m);
   }
-  for (const MeshBody& mesh : meshes)
-    for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
-      if (mesh.nodes[i] < rigid_)
-        throw Error("node " + std::to_string(i) + " of the mesh '" + mesh.model.name + "' stands among rigid bodies");
   mapped_ = {};
   seats_.clear();
   facets_.clear();
@@ -55,8 +46,8 @@ void MeshSet::place(const Bodies& bodies, const std::vector<std::int32_t>& inser
     vertices += std::size_t(model.around_start[s.index + 1] - model.around_start[s.index]);
   }
   mapped_.bodies = std::int32_t(of_number.size());
-  mapped_.centre.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
-  mapped_.direction.assign(seats_.size() * std::size_t(bodies.dim), 0.0);
+  mapped_.centre.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
+  mapped_.direction.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
   facet_vertices_.reserve(3 * vertices);
   part_from_themselves(contactors);
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
@@ -135,7 +126,7 @@ MeshSet::Seat MeshSet::find_seat(std::int32_t which, std::int64_t part) const {
     return true;
   };
   if (among(m.node_ids, Role::node)) {
-    s.middle.node[0] = mesh.nodes[std::size_t(s.index)];
+    s.middle.node[0] = mesh.node(s.index);
     s.middle.weight[0] = 1;
     return s;
   }
@@ -144,21 +135,21 @@ MeshSet::Seat MeshSet::find_seat(std::int32_t which, std::int64_t part) const {
     throw Error("the mesh '" + m.name + "' has no part " + std::to_string(part));
   const std::int32_t* node = &(between ? m.point_nodes : m.side_nodes)[4 * std::size_t(s.index)];
   for (int j = 0; j < 4 && node[j] >= 0; ++j) {
-    s.middle.node[j] = mesh.nodes[std::size_t(node[j])];
+    s.middle.node[j] = mesh.node(node[j]);
     s.middle.weight[j] = between ? m.point_weights[4 * std::size_t(s.index) + std::size_t(j)] : 1.0 / m.dim;
   }
   return s;
 }
 
-void MeshSet::follow(const Bodies& bodies, const Contactors& contactors) {
-  const int dim = bodies.dim;
+void MeshSet::follow(const Nodes& nodes, const Contactors& contactors) {
+  const int dim = nodes.dim;
   facet_vertices_.clear();
   for (std::size_t i = 0; i < seats_.size(); ++i) {
     const Seat& s = seats_[i];
     double* centre = &mapped_.centre[std::size_t(dim) * i];
-    for (int k = 0; k < dim; ++k) centre[k] = s.middle.of(bodies.position, k);
+    for (int k = 0; k < dim; ++k) centre[k] = s.middle.of(nodes.position, k);
     if (s.role == Role::edge) { // inside the body by its thickness, which is its radius
-      const double *one = bodies.position[s.middle.node[0]], *two = bodies.position[s.middle.node[1]];
+      const double *one = nodes.position[s.middle.node[0]], *two = nodes.position[s.middle.node[1]];
       const double x = two[0] - one[0], y = two[1] - one[1], length = std::sqrt(x * x + y * y);
       const double thickness = *contactors.radius[mapped_.contactor[i]];
       double* along = &mapped_.direction[std::size_t(dim) * i];
@@ -170,7 +161,7 @@ void MeshSet::follow(const Bodies& bodies, const Contactors& contactors) {
       const MeshBody& mesh = meshes[std::size_t(s.mesh)];
       for (std::int32_t e = mesh.model.around_start[s.index]; e < mesh.model.around_start[s.index + 1]; ++e)
         for (int k = 0; k < 3; ++k)
-          facet_vertices_.push_back(bodies.position[mesh.nodes[mesh.model.around[e]]][k] - centre[k]);
+          facet_vertices_.push_back(nodes.position[mesh.node(mesh.model.around[e])][k] - centre[k]);
     }
   }
 }
@@ -251,7 +242,7 @@ void in_quadrilateral(const Point corner[4], const double* point, const double* 
 
 } // namespace
 
-Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t contactor, const double* point, std::int32_t other) const {
+Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other) const {
   if (!mortar_.empty() && other >= 0)
     if (const Mapping* mortar = mortar_of(other, contactor)) return *mortar;
   const Seat& place = seat(contactor);
@@ -272,7 +263,7 @@ Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t contactor, const dou
   }
   const std::int32_t* node = &mesh.model.side_nodes[4 * place.index];
   if (place.role == Role::edge) {
-    const double *one = bodies.position[mesh.nodes[node[0]]], *two = bodies.position[mesh.nodes[node[1]]];
+    const double *one = nodes.position[mesh.node(node[0])], *two = nodes.position[mesh.node(node[1])];
     const double x = two[0] - one[0], y = two[1] - one[1];
     // beyond an end it is the end that touches
     const double t = std::clamp(((point[0] - one[0]) * x + (point[1] - one[1]) * y) / (x * x + y * y), 0.0, 1.0);
@@ -285,7 +276,7 @@ Mapping MeshSet::mapping(const Bodies& bodies, std::int32_t contactor, const dou
   const std::int32_t* face = &mesh.model.face_nodes[4 * place.index];
   Point corner[4];
   const auto corners = [&](const std::int32_t* of, int n) {
-    for (int i = 0; i < n; ++i) std::copy_n(bodies.position[mesh.nodes[of[i]]], 3, corner[i]);
+    for (int i = 0; i < n; ++i) std::copy_n(nodes.position[mesh.node(of[i])], 3, corner[i]);
   };
   double normal[3];
   corners(node, 3);
@@ -320,7 +311,7 @@ void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity)
     CondensedBody& body = out[i];
     body.dofs = {mesh.model.dim * n, mesh.leading(), nullptr, mesh.compliance()};
     body.node.resize(std::size_t(n));
-    for (std::int64_t k = 0; k < n; ++k) body.node[k] = mesh.nodes[mesh.contact_node(k)];
+    for (std::int64_t k = 0; k < n; ++k) body.node[k] = mesh.node(mesh.contact_node(k));
     room += condensed_rows(body.dofs.dofs);
   }
   fit(velocity, room);

@@ -8,6 +8,7 @@
 #include "../contactors/mapped_contactors.hpp"
 #include "condensed_body.hpp"
 #include "mesh_body.hpp"
+#include "nodes.hpp"
 
 namespace cairn {
 
@@ -29,20 +30,18 @@ public:
   bool linear() const {
     return std::all_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.linear(); });
   }
-  // Finds the nodes among the bodies of the scene, and which contactors are mapped from them; to be called when
-  // internal numbers change.
-  void place(const Bodies& bodies, const std::vector<std::int32_t>& insertion_order, const Contactors& contactors);
+  // Finds where the nodes of each begin, and which contactors are mapped from them; to be called when internal numbers
+  // change.
+  void place(const Nodes& nodes, const Contactors& contactors);
   // Mapped contactors to where the nodes are.
-  void follow(const Bodies& bodies, const Contactors& contactors);
+  void follow(const Nodes& nodes, const Contactors& contactors);
   const MappedContactors& mapped() const { return mapped_; }
-  // Bodies that are no nodes, which stand before all nodes.
-  std::int64_t rigid() const { return rigid_; }
   // Contactors that are facets, and their vertices as Scene::move_facets takes them, after `follow`.
   std::span<const std::int32_t> facets() const { return facets_; }
   std::span<const double> facet_vertices() const { return facet_vertices_; }
   bool carries(std::int32_t contactor) const { return of_contactor_[std::size_t(contactor)] >= 0; }
   std::int32_t mesh_of(std::int32_t contactor) const { return seat(contactor).mesh; }
-  // Internal numbers of the bodies of the nodes of a mapped contactor, -1 where there are fewer, and their weights in
+  // Places of the nodes of a mapped contactor among those of the scene, -1 where there are fewer, and their weights in
   // its middle.
   struct Middle {
     std::int32_t node[4] = {-1, -1, -1, -1};
@@ -56,9 +55,9 @@ public:
   const Middle& middle(std::int32_t contactor) const { return seat(contactor).middle; }
   // The nodes that a point (dim) [m] on a mapped contactor moves with.
   // other: the contactor that it touches, whose mortar with this one counts in the place of the point.
-  Mapping mapping(const Bodies& bodies, std::int32_t contactor, const double* point, std::int32_t other = -1) const;
+  Mapping mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other = -1) const;
   // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp.
-  void weigh_mortar(const Bodies& bodies, Candidates& candidates);
+  void weigh_mortar(const Nodes& nodes, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
@@ -90,7 +89,6 @@ private:
   const Mapping* mortar_of(std::int32_t node, std::int32_t edge) const;
   void part_from_themselves(const Contactors& contactors);
 
-  std::int64_t rigid_ = 0;
   MappedContactors mapped_;
   std::vector<Seat> seats_;                // of each of mapped_
   std::vector<std::int32_t> of_contactor_; // its place among these, -1: a rigid body carries it

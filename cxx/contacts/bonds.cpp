@@ -27,7 +27,7 @@ void widen(std::vector<double>& values, int& has, int wants, std::size_t keys, d
 // Contacts of bodies that came in since the last step and touch where they stand, whose law keeps them: what its
 // prepare makes of them is their first memory.
 void Interactions::bond(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
-                        const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes) {
+                        const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes, Nodes* nodes) {
   State& s = *s_;
   s.bodies = &bodies;
   s.contactors = &contactors;
@@ -35,6 +35,7 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
   s.laws = &laws;
   s.cell = &cell;
   s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
+  s.nodes = nodes;
   s.kind = s.scratch.take<std::uint8_t>(contactors.count);
   for (std::int64_t c = 0; c < contactors.count; ++c) s.kind[c] = s.body(std::int32_t(c)) < 0 ? State::mapped : 0;
   s.find_mesh_areas();
@@ -180,7 +181,8 @@ void Nscd::make_bonds(Simulation& s) {
     declare_joints(s);
     s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {.mapped = &s.meshes.mapped()},
                      &s.interactions.scratch(), &s.laws.rules());
-    s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes);
+    s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes,
+                        &s.scene.nodes);
     s.candidates.count = 0;
   }
   s.interactions.see_contactors(s.scene.next_contactor_id);

@@ -20,7 +20,8 @@ Interactions::Interactions(Interactions&&) noexcept = default;
 Interactions& Interactions::operator=(Interactions&&) noexcept = default;
 
 void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
-                            const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes) {
+                            const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes,
+                            Nodes* nodes) {
   State& s = *s_;
   scratch();
   if (!(h > 0) || !std::isfinite(h))
@@ -31,6 +32,7 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
   s.laws = &laws;
   s.cell = &cell;
   s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
+  s.nodes = nodes;
   s.h = h;
   s.theta = theta;
   s.sheared = cell.any() && std::any_of(std::begin(cell.velocity_gradient), std::end(cell.velocity_gradient),
@@ -52,6 +54,7 @@ void Interactions::pose(const ContactPose& pose) {
 // Impulses besides those that are sought: they change the free velocity, and come on top of the solution.
 void Interactions::State::add_given(const Bodies& bodies) {
   velocity_given = bodies.velocity_free;
+  if (meshes) nodes_given = nodes->velocity_free;
   if (system.batches.empty()) return;
   const auto swap_in = [&] {
     for (const cairn_batch& b : system.batches)
@@ -59,10 +62,10 @@ void Interactions::State::add_given(const Bodies& bodies) {
         std::swap(b.r[i], given[std::size_t(dim()) * b.first + i]);
   };
   swap_in();
-  system.load(bodies.velocity_free);
+  system.load(free(bodies));
   const cairn_schedule schedule = system.schedule(1);
   cairn_add_impulses(&schedule);
-  system.unload(velocity_given);
+  system.unload(velocity_given, meshes ? &nodes_given : nullptr);
   swap_in();
 }
 
@@ -71,14 +74,18 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
   double by_loads = 0, of_meshes = 0;
   for (std::int64_t b = 0; b < bodies.count; ++b) {
     const double mass = *bodies.mass[b];
-    const bool shows = b >= system.bodies; // a node of a mesh
-    if (!(mass > 0) || !std::isfinite(mass) || (!shows && !(bodies.inverse_mass[b][0] > 0))) continue;
+    if (!(mass > 0) || !std::isfinite(mass) || !(bodies.inverse_mass[b][0] > 0)) continue;
     for (int k = 0; k < dim(); ++k) {
-      const double v = bodies.velocity_free[b][k], change = v - bodies.velocity_begin[b][k];
+      const double change = bodies.velocity_free[b][k] - bodies.velocity_begin[b][k];
       by_loads += mass * change * change;
-      if (shows) of_meshes += mass * v * v;
     }
   }
+  for (std::int64_t i = 0; meshes && i < nodes->count; ++i)
+    for (int k = 0; k < dim(); ++k) {
+      const double v = nodes->velocity_free[i][k], change = v - nodes->velocity_begin[i][k], mass = *nodes->mass[i];
+      by_loads += mass * change * change;
+      of_meshes += mass * v * v;
+    }
   system.weight_speed_square = by_loads;
   system.mesh_speed_square = of_meshes;
 }
@@ -87,7 +94,8 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& optio
   State& s = *s_;
   if (std::isfinite(options.accuracy)) s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
-  SolveReport report = solve_step(s.system, s.given ? s.velocity_given : bodies.velocity_free, options);
+  const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
+  SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);
   for (const cairn_batch& b : s.system.batches)
     for (std::size_t i = 0; i < std::size_t(b.count) * s.dim() && s.given; ++i)
       b.r[i] += s.given[std::size_t(s.dim()) * b.first + i];
@@ -113,17 +121,19 @@ void Interactions::update_velocity(Bodies& bodies) {
     // from the free velocity anew, so that what bodies get is the sum of impulses to rounding; but light bodies between
     // heavy ones would feel that rounding
     if (!system.keeps_velocity || s.meshes) {
-      system.load(bodies.velocity_free);
+      system.load(s.free(bodies));
       cairn_add_impulses(&schedule);
     }
+    const Velocities now{bodies.velocity, s.meshes ? &s.nodes->velocity : nullptr};
+    const Velocities begin{bodies.velocity_begin, s.meshes ? &s.nodes->velocity_begin : nullptr};
     if (s.meshes) {
       system.unload(bodies.velocity);
-      s.push_meshes(bodies);
-      system.load(bodies.velocity);
+      s.push_meshes();
+      system.load(now);
     }
-    system.unload_and_add(bodies.velocity, bodies.velocity_begin);
+    system.unload_and_add(bodies.velocity, begin);
     cairn_contact_work(&schedule, s.work_sums.data());
-    system.load(bodies.velocity);
+    system.load(now);
     if (s.sheared) s.count_cell_work();
     for (std::size_t b = 0; b < system.batches.size(); ++b) {
       const double* sums = &s.work_sums[4 * b];
@@ -134,7 +144,7 @@ void Interactions::update_velocity(Bodies& bodies) {
     }
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
-    if (s.meshes) s.push_meshes(bodies);
+    if (s.meshes) s.push_meshes();
   }
   if (bodies.reaction.active) s.add_reactions(bodies);
 }
@@ -144,7 +154,7 @@ void Interactions::refresh_meshes(const Bodies& bodies) {
   ContactSystem& system = s_->system;
   s_->meshes->condense(system.condensed, system.condensed_velocity);
   for (std::size_t i = 0; i < system.condensed.size(); ++i) system.condensed_dofs[i] = system.condensed[i].dofs;
-  system.load(bodies.velocity);
+  system.load({bodies.velocity, &s_->nodes->velocity});
 }
 
 // Impulses of contacts to the nodes of meshes.
@@ -167,9 +177,9 @@ void Interactions::State::give_meshes() const {
 }
 
 // Their velocities follow from one solution each.
-void Interactions::State::push_meshes(Bodies& bodies) const {
+void Interactions::State::push_meshes() const {
   give_meshes();
-  for (MeshBody& mesh : meshes->meshes) mesh.push(bodies);
+  for (MeshBody& mesh : meshes->meshes) mesh.push(*nodes);
 }
 
 void Interactions::give_meshes() const { s_->give_meshes(); }

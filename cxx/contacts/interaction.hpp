@@ -227,6 +227,8 @@ struct ContactRows {
   std::vector<double> weight;
 };
 
+struct Nodes;
+
 class Interactions {
 public:
   explicit Interactions(int dim);
@@ -234,14 +236,14 @@ public:
   Interactions(Interactions&&) noexcept;
   Interactions& operator=(Interactions&&) noexcept;
 
-  // The candidates stay the caller's and must not change until commit. bodies.velocity is that at the start of the
-  // step, positions are those of detection. Throws std::invalid_argument if a pair of materials has no law (names
-  // both).
+  // The candidates stay the caller's and must not change until commit. velocities are those at the start of the
+  // step, positions those of detection. nodes: of the meshes. Throws std::invalid_argument if a pair of materials has
+  // no law (names both).
   void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
-                double theta, MeshSet* meshes = nullptr);
+                double theta, MeshSet* meshes = nullptr, Nodes* nodes = nullptr);
   // Begins the memory of contacts that laws keep, of bodies that came in since the last step and touch.
   void bond(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h, double theta,
-            MeshSet* meshes);
+            MeshSet* meshes, Nodes* nodes);
   void see_contactors(std::int64_t below); // those with a smaller id no longer come in
   // Contacts whose memory has an anchor are measured there, in place of what detection found near it. `numbers`: of
   // contactors A and B of each key of the memory, -1 if they are gone.
@@ -253,7 +255,7 @@ public:
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
   void pose(const ContactPose& pose);
-  // What bodies have for laws that ask, until it is said again; null: the scene has none. [K], [V]
+  // What bodies, then nodes, have for laws that ask, until it is said again; null: the scene has none. [K], [V]
   void act_at(const double* temperature, const double* potential);
   // Reads bodies.velocity_free; leaves bodies unchanged.
   SolveReport solve(const Bodies&, const SolverOptions&);

@@ -266,7 +266,7 @@ void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::
   const int d = dim() == 2 ? 2 : 3;
   for (int k = 0; k < d; ++k) point[k] = c.point[d * i + k] - shift[k];
   const std::int32_t one = c.contactor_a[i], two = c.contactor_b[i];
-  const Mapping m = meshes->mapping(*bodies, side ? two : one, point, side ? one : two);
+  const Mapping m = meshes->mapping(*nodes, side ? two : one, point, side ? one : two);
   const cairn_condensed& of = system.condensed_dofs[m.mesh];
   const auto first = std::int32_t(of.velocity - system.condensed_velocity.data());
   std::int32_t *const node = side ? b.node_b : b.node_a, *const dof = side ? b.dof_b : b.dof_a;

@@ -11,7 +11,7 @@ namespace cairn {
 
 void Interactions::State::load_bodies() {
   const Bodies& b = *bodies;
-  const std::int64_t n = meshes ? meshes->rigid() : b.count; // nodes of meshes have no record
+  const std::int64_t n = b.count; // nodes of meshes have no record
   system.bodies = n;
   fit(system.record, n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
@@ -55,18 +55,18 @@ void Interactions::State::load_bodies() {
 
 // All contacts of a mesh move it whole.
 void Interactions::State::load_meshes() {
-  if (!meshes) return;
+  system.condensed_dofs.clear();
+  if (!meshes) return system.condensed.clear(); // the last one may have gone
   const Candidates& c = *candidates;
   for (std::int64_t i = 0; i < c.count; ++i)
     for (const auto& [contactor, other] :
          {std::pair{c.contactor_a[i], c.contactor_b[i]}, std::pair{c.contactor_b[i], c.contactor_a[i]}})
-      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*bodies, contactor, &c.point[dim() * i], other));
+      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*nodes, contactor, &c.point[dim() * i], other));
   meshes->condense(system.condensed, system.condensed_velocity);
-  system.condensed_dofs.clear();
   for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
   for (const CondensedBody& body : system.condensed)
     for (std::size_t k = 0; k < body.node.size(); ++k)
-      std::copy_n(bodies->velocity[body.node[k]], dim(), body.dofs.velocity + dim() * k);
+      std::copy_n(nodes->velocity[body.node[k]], dim(), body.dofs.velocity + dim() * k);
 }
 
 // For sides that read it; -1: none does.
@@ -300,7 +300,6 @@ void Interactions::State::plan_hubs() {
   }
   std::sort(by_hub.begin(), by_hub.end());
   const auto largest_inverse = [&](std::int32_t b) {
-    if (b >= system.bodies) return 1 / *bodies->mass[b]; // a node
     const double* m = bodies->inverse_mass[b];
     return *std::max_element(m, m + dim());
   };
@@ -312,9 +311,11 @@ void Interactions::State::plan_hubs() {
     for (; k < by_hub.size() && by_hub[k].first == hub; ++k) {
       const std::int32_t i = by_hub[k].second;
       const std::int32_t other = hub % 2 ? c.contactor_a[i] : c.contactor_b[i];
-      const std::int32_t* carriers = kind[other] & mapped ? meshes->middle(other).node : contactors->body[other];
-      for (int j = 0; j < (kind[other] & mapped ? 4 : 1) && carriers[j] >= 0; ++j)
-        lightest = std::max(lightest, largest_inverse(carriers[j]));
+      if (const std::int32_t carrier = body(other); carrier >= 0)
+        lightest = std::max(lightest, largest_inverse(carrier));
+      else
+        for (const std::int32_t node : meshes->middle(other).node)
+          if (node >= 0) lightest = std::max(lightest, 1 / *nodes->mass[node]);
       mine.push_back(i);
     }
     const double mine_inverse = largest_inverse(std::int32_t(hub / 2));

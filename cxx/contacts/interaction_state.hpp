@@ -136,11 +136,12 @@ struct Interactions::State {
   };
   Array<Commits> commits;
 
-  const double *temperature = nullptr, *potential = nullptr; // of bodies; null: the scene has none
+  const double *temperature = nullptr, *potential = nullptr; // of bodies, then of nodes; null: the scene has none
   MeshSet* meshes = nullptr;                                 // null: none in the scene
+  Nodes* nodes = nullptr;                                    // of these
   ContactPose pose;
-  double* given = nullptr;      // (dim) of each place: impulses that the pose adds to the solution; null: none
-  Field<double> velocity_given; // free velocity with these
+  double* given = nullptr; // (dim) of each place: impulses that the pose adds to the solution; null: none
+  Field<double> velocity_given, nodes_given; // free velocities with these
 
   // per contactor: its kind of side (radial, mapped) and whether its body moves
   static constexpr int radial = 1, moving = 2, mapped = 4;
@@ -163,6 +164,8 @@ struct Interactions::State {
   int dim() const { return system.dim; }
   bool is_anchored(std::int64_t i) const { return !anchor_of.empty() && anchor_of[std::size_t(i)] >= 0; }
   std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; } // below 0: mapped
+  // Free velocities, or another field of them.
+  Velocities free(const Bodies& from) const { return {from.velocity_free, meshes ? &nodes->velocity_free : nullptr}; }
   // What may not be moved by two contacts at once: bodies, then meshes.
   std::int32_t unit_of(std::int32_t contactor) const {
     const std::int32_t carrier = body(contactor);
@@ -175,7 +178,7 @@ struct Interactions::State {
     if (const std::int32_t carrier = body(contactor); carrier >= 0) return value[carrier];
     const MeshSet::Middle& middle = meshes->middle(contactor);
     double sum = 0;
-    for (int j = 0; j < 4 && middle.node[j] >= 0; ++j) sum += middle.weight[j] * value[middle.node[j]];
+    for (int j = 0; j < 4 && middle.node[j] >= 0; ++j) sum += middle.weight[j] * value[bodies->count + middle.node[j]];
     return sum;
   }
   // Temperatures and potentials of both sides of a contact, columns n apart.
@@ -239,7 +242,7 @@ struct Interactions::State {
   void measure_speeds(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
   void give_meshes() const;
-  void push_meshes(Bodies& bodies) const;
+  void push_meshes() const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
   // f(batch, lane, candidate) for every contact that is batched
   template <class F>

@@ -101,6 +101,11 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.rotation = configuration.rotation   ? configuration.rotation
                : bodies.rotation.active ? bodies.rotation.values.data()
                                         : nullptr;
+  static constexpr double at_origin[4] = {0, 0, 0, 0}, unturned[4] = {1, 0, 0, 0};
+  if (bodies.count == 0) { // what is mapped from nodes is placed at a body first
+    w.position = at_origin;
+    if (w.rotation) w.rotation = w.dim == 2 ? at_origin : unturned;
+  }
   w.mapped = configuration.mapped && !configuration.mapped->contactor.empty() ? configuration.mapped : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];

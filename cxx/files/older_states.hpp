@@ -1,4 +1,4 @@
-// States of files in which points, edges and faces of meshes were bodies of the scene.
+// States of files in which nodes, and before that points, edges and faces of meshes, were bodies of the scene.
 #pragma once
 #include <optional>
 
@@ -12,7 +12,7 @@ StoredValue stored_parts(const Scene& scene);
 std::vector<MeshParts> parts_of(const StoredValue& scene); // of the tree "scene" of a state
 
 // The state as it is written now, for a scene with meshes; none: it is.
-std::optional<StoredValue> without_bodies_of_parts(const StoredValue& state, const Scene& scene);
+std::optional<StoredValue> state_as_now(const StoredValue& state, const Scene& scene);
 
 // Whether such a state is of this scene: bodies that both have are as heavy, and carry the same contactors.
 bool is_older_state_of(const StoredValue& state, const Scene& scene);

@@ -41,14 +41,21 @@ RunReader::RunReader(const std::string& path) : root_(Hdf5Node::open(path)) {
   first_[1] = column<std::int64_t>(root_, "cairn/steps/first_contact");
   count_[0] = column<std::int64_t>(root_, "cairn/steps/bodies");
   count_[1] = column<std::int64_t>(root_, "cairn/steps/contacts");
+  if (root_.at("cairn/steps").contains("nodes")) { // of a run with meshes
+    first_[2] = column<std::int64_t>(root_, "cairn/steps/first_node");
+    count_[2] = column<std::int64_t>(root_, "cairn/steps/nodes");
+  } else {
+    first_[2].assign(times_.size(), 0);
+    count_[2].assign(times_.size(), 0);
+  }
   for (const auto* columns : {first_, count_})
-    for (int k : {0, 1})
+    for (int k : {0, 1, 2})
       if (columns[k].size() != times_.size()) damaged(root_, "the outputs are not told by columns of one length");
 }
 
 std::vector<std::string> RunReader::fields(const std::string& what) const {
-  std::vector<std::string> names = {what == "bodies" ? "position" : "point"};
-  if (outputs() > 0)
+  std::vector<std::string> names = {what == "contacts" ? "point" : "position"};
+  if (outputs() > 0 && root_.at("VTKHDF").contains(what))
     for (const std::string& name : root_.at("VTKHDF/" + what + "/PointData").names())
       if (name != "spin") names.push_back(name);
   return names;
@@ -66,7 +73,8 @@ std::vector<double> RunReader::field(std::int64_t output, const std::string& wha
     throw FileError(root_.path(), what + " have no field '" + name + "'", "it has " + list);
   }
   const auto at = std::size_t(output);
-  const int which = what == "bodies" ? 0 : 1;
+  const int which = what == "bodies" ? 0 : what == "contacts" ? 1 : 2;
+  if (!root_.at("VTKHDF").contains(what)) return {};
   const Hdf5Node block = root_.at("VTKHDF/" + what);
   const auto rows = [&](const std::string& field) { // (components, n)
     const bool points = field == known[0];
@@ -90,7 +98,7 @@ std::vector<double> RunReader::field(std::int64_t output, const std::string& wha
       for (int c = 0; c < 2; ++c) values[std::size_t(2 * i + c)] = values[std::size_t(3 * i + c)];
     values.resize(std::size_t(2 * n));
   }
-  if (name != "velocity") return values;
+  if (name != "velocity" || what == "nodes") return values;
   if (!vector) damaged(root_, "velocity has " + std::to_string(stored) + " components: 3 are due");
   const auto [spin, components] = rows("spin");
   std::vector<double> out;

@@ -10,8 +10,9 @@ public:
   int dim() const { return dim_; }
   std::int64_t outputs() const { return std::int64_t(times_.size()); }
   const std::vector<double>& times() const { return times_; }
-  // Names and values of a field of an output, what: "bodies" or "contacts"; vectors have the components of the scene,
-  // "velocity" has the spin behind. FileError for names and outputs that there are not.
+  // Names and values of a field of an output, what: "bodies", "nodes" or "contacts"; vectors have the components of the
+  // scene, "velocity" of bodies has the spin behind. A run without meshes, and one of before version 1.2, has no nodes.
+  // FileError for names and outputs that there are not.
   std::vector<std::string> fields(const std::string& what) const;
   std::vector<double> field(std::int64_t output, const std::string& what, const std::string& name) const;
   // A column of the history; words by the places in their list.
@@ -21,7 +22,7 @@ private:
   Hdf5Node root_;
   int dim_ = 2;
   std::vector<double> times_;
-  std::vector<std::int64_t> first_[2], count_[2];
+  std::vector<std::int64_t> first_[3], count_[3];
 };
 
 } // namespace cairn

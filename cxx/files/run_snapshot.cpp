@@ -21,10 +21,9 @@ StoredArray ordered(const Field<T>& field, const std::vector<std::int32_t>& orde
   return StoredArray::of(out.data(), std::move(shape));
 }
 
-// Internal numbers of bodies to their place in the order of insertion.
-std::vector<std::int32_t> places(const Scene& scene) {
-  std::vector<std::int32_t> out(std::size_t(scene.bodies.count));
-  const auto& order = scene.insertion_order();
+// Internal numbers to their place in the order of insertion.
+std::vector<std::int32_t> places(const std::vector<std::int32_t>& order) {
+  std::vector<std::int32_t> out(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) out[std::size_t(order[k])] = std::int32_t(k);
   return out;
 }
@@ -33,7 +32,7 @@ std::vector<std::int32_t> places(const Scene& scene) {
 StoredArray radii(const Scene& scene) {
   const Contactors& c = scene.contactors;
   std::vector<double> out(std::size_t(scene.bodies.count), 0.0);
-  const std::vector<std::int32_t> place = places(scene);
+  const std::vector<std::int32_t> place = places(scene.insertion_order());
   for (std::int64_t i = 0; i < c.count; ++i) {
     if (*c.body[i] < 0 || !info(Shape(*c.shape[i])).ball()) continue;
     double square = 0;
@@ -45,22 +44,24 @@ StoredArray radii(const Scene& scene) {
   return StoredArray::of(out.data(), {scene.bodies.count});
 }
 
-// Of the first contactor of each body; -1: none.
-StoredArray materials(const Scene& scene) {
+// Of the first contactor of each body, or of each node; -1: none.
+StoredArray materials(const Scene& scene, bool of_nodes) {
   const Contactors& c = scene.contactors;
-  std::vector<std::int32_t> out(std::size_t(scene.bodies.count), -1);
-  const std::vector<std::int32_t> place = places(scene);
+  const std::int64_t n = of_nodes ? scene.nodes.count : scene.bodies.count;
+  std::vector<std::int32_t> out(std::size_t(n), -1);
+  const std::vector<std::int32_t> place = places(of_nodes ? scene.node_insertion_order() : scene.insertion_order());
   for (const std::int32_t i : scene.contactor_insertion_order()) {
-    std::int32_t body = *c.body[i];
-    if (body < 0) { // of nodes what touches there
+    std::int32_t at = *c.body[i];
+    if ((at < 0) != of_nodes) continue;
+    if (of_nodes) { // what touches there
       const MeshParts* of = scene.part(*c.part[i]);
       if (!of || !of->nodes) continue;
-      body = scene.internal(*c.part[i]);
+      at = scene.node(*c.part[i]);
     }
-    std::int32_t& m = out[std::size_t(place[std::size_t(body)])];
+    std::int32_t& m = out[std::size_t(place[std::size_t(at)])];
     if (m < 0) m = *c.material[i];
   }
-  return StoredArray::of(out.data(), {scene.bodies.count});
+  return StoredArray::of(out.data(), {n});
 }
 
 template <class T>
@@ -82,7 +83,7 @@ std::vector<std::int64_t> nodes_of_contactors(Simulation& s) {
   for (const std::int32_t i : s.scene.contactor_insertion_order())
     for (int j = 0; j < 4; ++j) {
       const std::int32_t node = *s.scene.contactors.body[i] < 0 ? s.meshes.middle(i).node[j] : -1;
-      out.push_back(node < 0 ? -1 : *s.scene.bodies.id[node]);
+      out.push_back(node < 0 ? -1 : *s.scene.nodes.id[node]);
     }
   return out;
 }
@@ -101,10 +102,20 @@ RunSnapshot::RunSnapshot(Simulation& s) {
   keep(bodies, "radius", radii(s.scene));
   keep(bodies, "id", ordered(b.id, order));
   keep(bodies, "mass", ordered(b.mass, order));
-  keep(bodies, "material", materials(s.scene));
+  keep(bodies, "material", materials(s.scene, false));
   if (b.rotation.active) keep(bodies, "rotation", ordered(b.rotation, order));
   if (b.temperature.active) keep(bodies, "temperature", ordered(b.temperature, order));
   if (b.potential.active) keep(bodies, "potential", ordered(b.potential, order));
+  if (const Nodes& n = s.scene.nodes; n.count > 0) {
+    const auto& own = s.scene.node_insertion_order();
+    keep(nodes, "position", ordered(n.position, own, s.scene.origin.data()));
+    keep(nodes, "velocity", ordered(n.velocity, own));
+    keep(nodes, "id", ordered(n.id, own));
+    keep(nodes, "mass", ordered(n.mass, own));
+    keep(nodes, "material", materials(s.scene, true));
+    if (n.temperature.active) keep(nodes, "temperature", ordered(n.temperature, own));
+    if (n.potential.active) keep(nodes, "potential", ordered(n.potential, own));
+  }
   contacts_to_read(s); // places those of a smooth strategy
   for (const char* name : {"point", "normal", "gap", "impulse"}) keep(contacts, name, cairn::contacts<double>(s, name));
   for (const char* name : {"electrical_conductance", "current", "joule_heat", "thermal_conductance", "heat_flux"})
@@ -193,7 +204,7 @@ std::vector<RunNumber> numbers_of_step(const Simulation& s) {
 
 void keep_rotations(Scene& scene) {
   auto& rotation = scene.bodies.rotation;
-  if (scene.bodies.count == 0 || rotation.active) return;
+  if (scene.bodies.count + scene.nodes.count == 0 || rotation.active) return;
   scene.activate(rotation.need);
   for (std::int64_t i = 0; i < scene.bodies.count; ++i)
     for (int c = 0; c < rotation.components; ++c) rotation[i][c] = scene.dim == 3 && c == 0 ? 1.0 : 0.0;

@@ -8,7 +8,7 @@
 namespace cairn {
 
 struct RunSnapshot {
-  std::vector<RunField> bodies, contacts;
+  std::vector<RunField> bodies, contacts, nodes;
   std::deque<StoredArray> values; // that fields point into
 
   explicit RunSnapshot(Simulation& s);

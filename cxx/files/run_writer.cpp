@@ -13,7 +13,7 @@ namespace cairn {
 
 namespace {
 
-constexpr std::int64_t format_version[2] = {1, 1}; // the first changes when older programs can no longer read the file
+constexpr std::int64_t format_version[2] = {1, 2}; // the first changes when older programs can no longer read the file
 constexpr std::int64_t vtk_version[2] = {2, 1};
 constexpr std::int64_t few = 256; // rows to a chunk of what has one row an output
 
@@ -26,6 +26,7 @@ const char* const vectors[] = {"position", "point", "normal", "impulse"};
 const std::pair<const char*, StoredType> step_names[] = {
     {"time", {'f', 8}},   {"time_detection", {'f', 8}}, {"step", {'i', 8}},    {"first_body", {'i', 8}},
     {"bodies", {'i', 8}}, {"first_contact", {'i', 8}},  {"contacts", {'i', 8}}};
+const char* const node_step_names[] = {"first_node", "nodes"}; // of runs with meshes
 const char* const part_names[] = {"NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"};
 // of a block's Steps, with the shape of their rows
 const std::pair<const char*, std::vector<std::int64_t>> block_steps[] = {{"PartOffsets", {}},
@@ -103,7 +104,7 @@ void RunWriter::begin() {
 // ---------------------------------------------------------------- outputs
 
 void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n,
-                            const RunCells* cells) {
+                            const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes) {
   Group& root = file_->root().group("VTKHDF");
   set_type(root, "MultiBlockDataSet");
   // VTK forgets the steps of the blocks when it is asked twice, unless the root has steps too; 9.4 wants every
@@ -116,7 +117,15 @@ void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vect
   std::vector<const char*> names{"bodies", "contacts"};
   if (cells) {
     names.push_back("meshes");
+    of_cells_ = blocks_.size();
     blocks_.push_back(make_block(root.group("meshes"), cells->fields, std::int64_t(cells->types.size()), true));
+  }
+  if (many_nodes > 0) {
+    names.push_back("nodes");
+    of_nodes_ = blocks_.size();
+    blocks_.push_back(make_block(root.group("nodes"), nodes, many_nodes));
+    for (const char* name : node_step_names)
+      node_steps_.push_back(&own().group("steps").series(name, {'i', 8}, {}, few));
   }
   Group& assembly = root.group("Assembly");
   std::int64_t index = 0;
@@ -184,7 +193,7 @@ RunField RunWriter::wide(const RunField& f, std::int64_t take, std::int64_t due,
 }
 
 std::pair<RunField, std::vector<RunField>> RunWriter::in_space(const char* point, const std::vector<RunField>& given,
-                                                               std::vector<Own>& made) const {
+                                                               std::vector<Own>& made, bool turning) const {
   std::pair<RunField, std::vector<RunField>> out;
   const RunField* velocity = nullptr;
   bool found = false;
@@ -194,10 +203,10 @@ std::pair<RunField, std::vector<RunField>> RunWriter::in_space(const char* point
                                   std::to_string(components) + ")");
     };
     const bool real = f.type == StoredType{'f', 8};
-    if (f.name == "velocity" && std::string(point) == "position") {
+    if (f.name == "velocity" && turning) {
       if (!real || f.row_shape != std::vector<std::int64_t>{3 * dim_ - 3}) refuse(3 * dim_ - 3);
       velocity = &f;
-    } else if (among(vectors, f.name)) {
+    } else if (among(vectors, f.name) || (f.name == "velocity" && std::string(point) == "position")) {
       if (!real || f.row_shape != std::vector<std::int64_t>{dim_}) refuse(dim_);
       const RunField in_3d = wide(f, dim_, 3, made);
       if (f.name == point) {
@@ -210,7 +219,8 @@ std::pair<RunField, std::vector<RunField>> RunWriter::in_space(const char* point
       out.second.push_back(f);
     }
   }
-  if (!found) throw std::invalid_argument(std::string(point) + " is missing: it says where bodies and contacts are");
+  if (!found)
+    throw std::invalid_argument(std::string(point) + " is missing: it says where bodies, nodes and contacts are");
   if (!velocity) return out;
   const auto* v = static_cast<const double*>(velocity->values);
   std::vector<double> linear(std::size_t(3 * velocity->rows)), spin;
@@ -321,20 +331,39 @@ void RunWriter::append_cells(Block& b, double time, const RunCells& c) {
   }
 }
 
+// An output in which a block has no points.
+std::pair<RunField, std::vector<RunField>> RunWriter::none_of(const Block& block) const {
+  std::pair<RunField, std::vector<RunField>> out;
+  out.first = {"position", {'f', 8}, {3}, 0, nullptr};
+  for (const auto& [name, series] : block.data)
+    out.second.push_back({name, series->type(), series->row_shape(), 0, nullptr});
+  return out;
+}
+
 void RunWriter::write_step(double time, double time_detection, std::int64_t step, const std::vector<RunField>& bodies,
-                           const std::vector<RunField>& contacts, const RunCells* cells) {
+                           const std::vector<RunField>& contacts, const RunCells* cells,
+                           const std::vector<RunField>& nodes) {
   std::vector<Own> made;
-  made.reserve(bodies.size() + contacts.size() + 2); // what they hold does not move
-  const auto [points, fields] = in_space("position", bodies, made);
-  const auto [contact_points, contact_fields] = in_space("point", contacts, made);
-  if (blocks_.empty()) make_blocks(fields, contact_fields, points.rows, cells);
+  made.reserve(bodies.size() + contacts.size() + nodes.size() + 2); // what they hold does not move
+  const auto [points, fields] = in_space("position", bodies, made, true);
+  const auto [contact_points, contact_fields] = in_space("point", contacts, made, false);
+  std::pair<RunField, std::vector<RunField>> at_nodes;
+  if (!nodes.empty()) at_nodes = in_space("position", nodes, made, false);
+  const std::int64_t many_nodes = nodes.empty() ? 0 : at_nodes.first.rows;
+  if (blocks_.empty()) make_blocks(fields, contact_fields, points.rows, cells, at_nodes.second, many_nodes);
   const RunCells none{{}, {}, {0}, {}, {}};
-  if (blocks_.size() > 2 && cells) check(blocks_[2], "cells", cells->fields, std::int64_t(cells->types.size()));
+  if (of_cells_ && cells) check(blocks_[of_cells_], "cells", cells->fields, std::int64_t(cells->types.size()));
+  if (of_nodes_ && many_nodes > 0) check(blocks_[of_nodes_], "nodes", at_nodes.second, many_nodes);
   check(blocks_[0], "bodies", fields, points.rows);
   check(blocks_[1], "contacts", contact_fields, contact_points.rows);
   const std::int64_t first_body = append(blocks_[0], time, points, fields);
   const std::int64_t first_contact = append(blocks_[1], time, contact_points, contact_fields);
-  if (blocks_.size() > 2) append_cells(blocks_[2], time, cells ? *cells : none);
+  if (of_cells_) append_cells(blocks_[of_cells_], time, cells ? *cells : none);
+  if (of_nodes_) {
+    if (many_nodes == 0) at_nodes = none_of(blocks_[of_nodes_]); // all were removed
+    node_steps_[0]->append_one(append(blocks_[of_nodes_], time, at_nodes.first, at_nodes.second));
+    node_steps_[1]->append_one(many_nodes);
+  }
   times_->append_one(time);
   steps_[0]->append_one(time);
   steps_[1]->append_one(time_detection);
@@ -481,9 +510,16 @@ std::unique_ptr<RunWriter> RunWriter::take_up(const std::string& path, std::int6
     cut.push_back(w->times_);
     const StoredArray count = StoredArray::number(outputs);
     w->root_steps_->set_attribute("NSteps", count);
-    for (const char* name : {"bodies", "contacts", "meshes"}) {
+    for (const char* name : {"bodies", "contacts", "meshes", "nodes"}) {
       if (!vtk.contains(name)) continue; // of scenes without bodies that deform
-      w->blocks_.push_back(w->known_block(vtk.group_at(name), std::string(name) == "meshes"));
+      const std::string what = name;
+      if (what == "meshes") w->of_cells_ = w->blocks_.size();
+      if (what == "nodes") {
+        w->of_nodes_ = w->blocks_.size();
+        for (const char* column : node_step_names) w->node_steps_.push_back(&own.group_at("steps").series_at(column));
+        cut.insert(cut.end(), w->node_steps_.begin(), w->node_steps_.end());
+      }
+      w->blocks_.push_back(w->known_block(vtk.group_at(name), what == "meshes"));
       const Block& b = w->blocks_.back();
       cut.insert(cut.end(), b.steps.begin(), b.steps.end());
       cut.push_back(b.values);

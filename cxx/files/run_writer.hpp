@@ -52,10 +52,11 @@ public:
 
   // time, time_detection: end of the step, to which the bodies belong, and the time of the detection configuration, to
   // which the contacts belong [s]. bodies: "position" (dim) [m] is needed, "velocity" (3 | 6) is stored as velocity and
-  // spin; contacts: "point" (dim) [m] is needed. The fields of the first output are those of all: throws
-  // std::invalid_argument where they differ.
+  // spin; contacts: "point" (dim) [m] is needed; nodes of meshes, none: "position" (dim) [m] is needed. The fields of
+  // the first output are those of all: throws std::invalid_argument where they differ, and where nodes come later.
   void write_step(double time, double time_detection, std::int64_t step, const std::vector<RunField>& bodies,
-                  const std::vector<RunField>& contacts, const RunCells* cells = nullptr);
+                  const std::vector<RunField>& contacts, const RunCells* cells = nullptr,
+                  const std::vector<RunField>& nodes = {});
   // The numbers of one step taken; cheap, stored at the next flush.
   void write_history(double time, std::int64_t step, const std::vector<RunNumber>& numbers);
   std::int64_t last_history() const { return last_history_; } // step; -1: none
@@ -89,14 +90,15 @@ private:
   RunWriter() = default;
   static std::unique_ptr<RunWriter> take_up(const std::string& path, std::int64_t step);
   void make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n,
-                   const RunCells* cells);
+                   const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes);
   Block make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected, bool of_cells = false);
   Block known_block(Group& group, bool of_cells = false);
   void append_cells(Block& block, double time, const RunCells& cells);
   void check(const Block& block, const char* what, const std::vector<RunField>& fields, std::int64_t rows) const;
   std::int64_t append(Block& block, double time, const RunField& points, const std::vector<RunField>& fields);
   std::pair<RunField, std::vector<RunField>> in_space(const char* point, const std::vector<RunField>& given,
-                                                      std::vector<Own>& made) const;
+                                                      std::vector<Own>& made, bool turning) const;
+  std::pair<RunField, std::vector<RunField>> none_of(const Block& block) const;
   RunField wide(const RunField& field, std::int64_t take, std::int64_t due, std::vector<Own>& made) const;
   void store_history();
   Column& column(const std::string& name, bool words);
@@ -104,10 +106,11 @@ private:
 
   int dim_ = 2;
   std::unique_ptr<GrowingFile> file_;
-  std::vector<Series*> steps_;
+  std::vector<Series*> steps_, node_steps_;
   Group* root_steps_ = nullptr;
   Series* times_ = nullptr;
   std::vector<Block> blocks_;
+  std::size_t of_cells_ = 0, of_nodes_ = 0; // their blocks; 0: none
   std::map<std::string, Column> columns_;
   std::int64_t rows_ = 0, last_history_ = -1;
   std::vector<std::vector<RunNumber>> pending_;

@@ -210,6 +210,7 @@ double energy_term(const StoredValue& energy, const std::string& term) {
 StoredValue state_of(Simulation& s) {
   StoredValue scene, energy, out;
   scene.add("bodies", fields_of(s.scene.bodies));
+  if (s.scene.nodes.count > 0) scene.add("nodes", fields_of(s.scene.nodes));
   scene.add("contactors", fields_of(s.scene.contactors));
   scene.add("parts", stored_parts(s.scene));
   scene.add_whole("next_body_id", s.scene.next_body_id);
@@ -234,9 +235,16 @@ StoredValue state_of(Simulation& s) {
 }
 
 void take_state(Simulation& s, const StoredValue& state) {
-  if (const auto as_now = without_bodies_of_parts(state, s.scene)) return take_state(s, *as_now);
+  if (const auto as_now = state_as_now(state, s.scene)) return take_state(s, *as_now);
   const StoredValue &scene = state.tree("scene"), &energy = state.tree("energy");
   take_fields(s.scene.bodies, scene.tree("bodies"));
+  if (const StoredValue* nodes = scene.find("nodes"))
+    take_fields(s.scene.nodes, *nodes);
+  else
+    s.scene.nodes.for_each_field([&](auto& f) {
+      f.active = s.scene.has(f.need);
+      f.values.clear();
+    });
   take_fields(s.scene.contactors, scene.tree("contactors"));
   if (const StoredValue* hulls = scene.find("hulls"))
     each_hull_array(s.scene.contactors.hulls, [&](const char* name, auto& v) {
@@ -265,11 +273,13 @@ std::string fingerprint(const Scene& scene) {
     for (const std::int32_t i : order) digest.update(field[i], std::size_t(field.components) * sizeof *field[i]);
   };
   const Bodies& b = scene.bodies;
+  const Nodes& nodes = scene.nodes;
   const Contactors& c = scene.contactors;
   const auto &bodies = scene.insertion_order(), &contactors = scene.contactor_insertion_order();
   digest.update(std::to_string(scene.dim) + "|" + std::to_string(b.count) + "|" + std::to_string(c.count) + "|");
   take(b.mass, bodies);
   take(b.inertia, bodies);
+  if (nodes.count > 0) take(nodes.mass, scene.node_insertion_order());
   take(c.radius, contactors);
   take(c.shape, contactors);
   for (const std::int32_t i : contactors) {

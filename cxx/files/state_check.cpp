@@ -103,6 +103,33 @@ void check_bodies(int dim, const StoredValue& bodies, std::int64_t end, const Bo
     wrong("bodies/rotation is missing");
 }
 
+// Those of a mesh stand one after the other.
+void check_nodes(const StoredValue& scene, const std::vector<MeshParts>& parts, Nodes& known) {
+  std::int64_t due = 0;
+  for (const MeshParts& p : parts) due += p.nodes ? p.count : 0;
+  const StoredValue* nodes = scene.find("nodes");
+  if (!nodes && due == 0) return;
+  if (!nodes || !nodes->is_tree()) wrong("nodes are missing");
+  check_fields("nodes", *nodes, known);
+  const std::vector<std::int64_t> id = wholes(*nodes, "id", "nodes"), mesh = wholes(*nodes, "mesh", "nodes");
+  if (std::int64_t(id.size()) != due)
+    wrong("nodes/id holds " + std::to_string(id.size()) + " numbers: parts name " + std::to_string(due));
+  for (const char* name : {"position", "velocity", "force"})
+    finite(std::string("nodes/") + name, reals(*nodes, name, "nodes"));
+  all(
+      "nodes/mass", reals(*nodes, "mass", "nodes"), [](double m) { return m > 0 && std::isfinite(m); },
+      "a finite number above 0 is due");
+  for (std::size_t i = 0; i < id.size();) {
+    const MeshParts* of = part_with(parts, id[i]);
+    if (!of || !of->nodes || of->first != id[i] || std::int64_t(id.size() - i) < of->count)
+      wrong("nodes/id[" + std::to_string(i) + "] is " + std::to_string(id[i]) + ", which begins no mesh");
+    for (std::int64_t k = 0; k < of->count; ++k, ++i)
+      if (id[i] != of->first + k || mesh[i] != of->mesh)
+        wrong("nodes/id[" + std::to_string(i) + "] is " + std::to_string(id[i]) + ": nodes of mesh " +
+              std::to_string(of->mesh) + " do not follow each other");
+  }
+}
+
 // Numbers of parts that contactors are mapped from, each of the mesh that is named.
 void check_parts(const StoredValue& contactors, const std::vector<std::int64_t>& body,
                  const std::vector<MeshParts>& parts) {
@@ -290,7 +317,7 @@ void check_memory(const std::string& place, const StoredValue& memory) {
 } // namespace
 
 void check_state(const StoredValue& state, std::int64_t species, const Simulation& now) {
-  if (const auto as_now = without_bodies_of_parts(state, now.scene)) return check_state(*as_now, species, now);
+  if (const auto as_now = state_as_now(state, now.scene)) return check_state(*as_now, species, now);
   const StoredValue& scene = state.tree("scene");
   const int dim = now.scene.dim;
   Scene empty(dim);
@@ -300,13 +327,9 @@ void check_state(const StoredValue& state, std::int64_t species, const Simulatio
   check_bodies(dim, bodies, scene.whole("next_body_id"), now.scene.bodies);
   const std::vector<MeshParts> parts = parts_of(scene);
   if (!parts.empty()) {
-    std::vector<std::int64_t> known = wholes(bodies, "id", "bodies");
-    std::sort(known.begin(), known.end());
     if (parts.back().first + parts.back().count > scene.whole("next_body_id"))
       wrong("parts name a number that no body or part has yet");
-    for (const MeshParts& p : parts)
-      if (p.nodes && !std::binary_search(known.begin(), known.end(), p.first))
-        wrong("parts name node " + std::to_string(p.first) + ", which is no body");
+    check_nodes(scene, parts, empty.nodes);
   }
   std::int64_t hulls = 0;
   if (const StoredValue* given = scene.find("hulls")) {

@@ -4,6 +4,7 @@
 #include "../files/simulation_state.hpp"
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
+#include "unknowns.hpp"
 
 namespace cairn {
 
@@ -26,8 +27,8 @@ const StepReport& step_coupled(Simulation& s, double h) {
       heat.expect({});
       return *report;
     }
-    const Field<double>& t = s.scene.bodies.temperature;
-    std::vector<double> end(t.values.begin(), t.values.end());
+    std::vector<double> end;
+    copy_to(end, s.scene.bodies.temperature, s.scene.nodes.temperature);
     take_state(s, begin);
     heat.expect(std::move(end));
   }

@@ -5,6 +5,7 @@
 
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
+#include "unknowns.hpp"
 
 namespace cairn {
 
@@ -12,11 +13,13 @@ void Network::advance_potential(Simulation& s, double h, const Network* thermal)
   place(s);
   gather(s, h);
   report = {};
-  const auto n = std::size_t(s.scene.bodies.count);
+  const auto n = std::size_t(unknowns(s.scene));
   source_.assign(n, 0.0);
   leak_.assign(n, 0.0);
   held_.assign(n, 0);
-  double* const x = s.scene.bodies.potential.values.data();
+  Scene& scene = s.scene;
+  copy_to(potential_, scene.bodies.potential, scene.nodes.potential);
+  double* const x = potential_.data();
   for (std::size_t j = 0; j < sources.size(); ++j) {
     const NetworkSource& from = sources[j];
     bool first = true;
@@ -32,7 +35,8 @@ void Network::advance_potential(Simulation& s, double h, const Network* thermal)
       first = false;
     }
   }
-  conduct(s, thermal ? thermal->seen(s) : temperatures(s), clean_);
+  const double* warm = values_of(scene.bodies.temperature, scene.nodes.temperature, warm_);
+  conduct(s, thermal ? thermal->seen(warm) : warm, clean_);
   recall_films(s);
   lay_branches(s);
   electrodes();
@@ -54,14 +58,14 @@ void Network::advance_potential(Simulation& s, double h, const Network* thermal)
     if (double(switched) <= switched_share * double(count)) break;
   }
   remember_films(s);
-  settle_current(s, h);
+  give_back(potential_, scene.bodies.potential, scene.nodes.potential);
+  settle_current(s, h, potential_);
 }
 
 // What comes in, goes out and is dissipated.
-void Network::settle_current(const Simulation& s, double h) {
+void Network::settle_current(const Simulation& s, double h, const std::vector<double>& x) {
   const Candidates& c = s.candidates;
-  const double* x = s.scene.bodies.potential.values.data();
-  const auto n = std::size_t(s.scene.bodies.count);
+  const std::size_t n = x.size();
   x_.assign(n, 0.0); // what each body sends out
   double dissipated = 0;
   for (std::size_t e = 0; e < a_.size(); ++e) {

@@ -7,6 +7,7 @@
 #include "../fe/bulk_model.hpp"
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
+#include "unknowns.hpp"
 
 namespace cairn {
 
@@ -234,19 +235,20 @@ double Network::coupling(const Simulation& s) const {
   };
   for (const ThermalStress& from : stresses) {
     const MeshBody& mesh = s.meshes.meshes[from.mesh];
+    const std::int64_t first = unknown_of_node(s.scene, mesh.first_node), nodes = mesh.model.nodes();
     double unseen = 0, all = 0;
     for (std::size_t dof = 0; dof + 1 < from.start.size(); ++dof) {
       double change = 0, load = 0;
       for (std::int64_t e = from.start[dof]; e < from.start[dof + 1]; ++e) {
-        const std::int32_t node = mesh.nodes[from.node[e]];
+        const std::int64_t node = first + from.node[e];
         change += from.value[e] * (now_[node] - saw[node]);
         load += from.value[e] * (now_[node] - reference);
       }
       unseen += change * change;
       all += load * load;
     }
-    for (std::size_t n = 0; n < mesh.nodes.size() && !mesh.linear(); ++n) {
-      const double change = now_[mesh.nodes[n]] - saw[mesh.nodes[n]], load = now_[mesh.nodes[n]] - reference;
+    for (std::int64_t n = first; n < first + nodes && !mesh.linear(); ++n) {
+      const double change = now_[n] - saw[n], load = now_[n] - reference;
       unseen += change * change;
       all += load * load;
     }
@@ -262,20 +264,21 @@ double Network::coupling(const Simulation& s) const {
 }
 
 // What thermal stress does to meshes: forces on their nodes, or free strains that their materials see.
-void Network::load_meshes(Simulation& s) const {
-  const double* t = seen(s);
+void Network::load_meshes(Simulation& s) {
+  const double* all = seen(values_of(s.scene.bodies.temperature, s.scene.nodes.temperature, warm_));
   for (const ThermalStress& from : stresses) {
     MeshBody& mesh = s.meshes.meshes[from.mesh];
+    const double* t = all + unknown_of_node(s.scene, mesh.first_node);
     if (!mesh.linear()) {
-      mesh.model.bulk->swelling.resize(mesh.nodes.size());
-      for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
-        mesh.model.bulk->swelling[n] = from.expansion * (t[mesh.nodes[n]] - reference);
+      std::vector<double>& swelling = mesh.model.bulk->swelling;
+      swelling.resize(std::size_t(mesh.model.nodes()));
+      for (std::size_t n = 0; n < swelling.size(); ++n) swelling[n] = from.expansion * (t[n] - reference);
       continue;
     }
     mesh.thermal_load.assign(std::size_t(mesh.model.dofs()), 0.0);
     for (std::size_t dof = 0; dof + 1 < from.start.size(); ++dof)
       for (std::int64_t e = from.start[dof]; e < from.start[dof + 1]; ++e)
-        mesh.thermal_load[dof] += from.value[e] * (t[mesh.nodes[from.node[e]]] - reference);
+        mesh.thermal_load[dof] += from.value[e] * (t[from.node[e]] - reference);
   }
 }
 

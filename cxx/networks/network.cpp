@@ -8,6 +8,7 @@
 #include "../base/key_search.hpp"
 #include "../strategies/contact_fields.hpp"
 #include "../strategies/simulation.hpp"
+#include "unknowns.hpp"
 
 namespace cairn {
 namespace {
@@ -62,20 +63,14 @@ void Network::place(const Simulation& s) {
   const Contactors& k = s.scene.contactors;
   if (order_ == s.scene.order_version()) return;
   order_ = s.scene.order_version();
-  const auto n = std::size_t(b.count);
+  const auto n = std::size_t(unknowns(s.scene));
   material_.assign(n, -1);
   for (std::int64_t c = k.count - 1; c >= 0; --c)
     if (*k.body[c] >= 0) material_[*k.body[c]] = *k.material[c];
   capacity_.assign(n, 0.0);
   mass_.assign(b.mass.values.begin(), b.mass.values.end());
-  for (const MeshBody& mesh : s.meshes.meshes) // nodes have the heat of their elements
-    for (const std::int32_t i : mesh.nodes) mass_[i] = 0;
-  const auto row = [&](std::int64_t id) -> std::int32_t {
-    const auto& order = s.scene.insertion_order();
-    const auto at = std::lower_bound(order.begin(), order.end(), id,
-                                     [&](std::int32_t i, std::int64_t wanted) { return *b.id[i] < wanted; });
-    return at == order.end() || *b.id[*at] != id ? -1 : *at; // it was removed
-  };
+  mass_.resize(n, 0.0); // nodes have the heat of their elements
+  const auto row = [&](std::int64_t id) { return unknown_of_id(s.scene, id); };
   for (std::size_t i = 0; i < node.size(); ++i)
     if (const std::int32_t at = row(node[i]); at >= 0) capacity_[at] += node_capacity[i];
   fixed_a_.resize(branch_a.size());
@@ -89,10 +84,6 @@ void Network::place(const Simulation& s) {
     source_body_[j].resize(sources[j].ids.size());
     std::transform(sources[j].ids.begin(), sources[j].ids.end(), source_body_[j].begin(), row);
   }
-}
-
-const double* Network::temperatures(const Simulation& s) const {
-  return s.scene.bodies.temperature.active ? s.scene.bodies.temperature.values.data() : nullptr;
 }
 
 // Forces, radii, moduli and speeds of sliding of all contacts.
@@ -173,13 +164,14 @@ void Network::conduct(const Simulation& s, const double* temperature, std::vecto
     if (!(out[i] >= 0)) out[i] = 0; // of a user's kernel, or of a contact without size
 }
 
-// Of a value per body that of what carries a contactor; in the middle of one that is mapped from nodes.
+// Of a value per unknown that of what carries a contactor; in the middle of one that is mapped from nodes.
 double value_at(const Simulation& s, const double* value, std::int32_t contactor) {
   const std::int32_t body = *s.scene.contactors.body[contactor];
   if (body >= 0) return value[body];
   const MeshSet::Middle& middle = s.meshes.middle(contactor);
   double sum = 0;
-  for (int j = 0; j < 4 && middle.node[j] >= 0; ++j) sum += middle.weight[j] * value[middle.node[j]];
+  for (int j = 0; j < 4 && middle.node[j] >= 0; ++j)
+    sum += middle.weight[j] * value[unknown_of_node(s.scene, middle.node[j])];
   return sum;
 }
 
@@ -232,10 +224,10 @@ void Network::lay_branches(const Simulation& s) {
     double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0}, sum = 0;
     if (s.scene.cell.any() && other) image_shift(s.scene.cell, c.image[i], shift);
     for (int d = 0; d < s.scene.dim; ++d) point[d] = c.point[s.scene.dim * i + d] - shift[d];
-    const Mapping m = s.meshes.mapping(s.scene.bodies, contactor, point, other ? c.contactor_a[i] : c.contactor_b[i]);
+    const Mapping m = s.meshes.mapping(s.scene.nodes, contactor, point, other ? c.contactor_a[i] : c.contactor_b[i]);
     for (int j = 0; j < 4; ++j) {
       if (m.node[j] < 0 || !(m.weight[j] > 0)) continue;
-      out.body[out.count] = s.meshes.meshes[m.mesh].nodes[m.node[j]];
+      out.body[out.count] = std::int32_t(unknown_of_node(s.scene, s.meshes.meshes[m.mesh].node(m.node[j])));
       sum += out.weight[out.count++] = m.weight[j];
     }
     for (int j = 0; j < out.count; ++j) out.weight[j] /= sum;
@@ -300,10 +292,10 @@ ConductionReport Network::solve(double* x) {
 
 std::int64_t Network::bytes() const {
   std::int64_t sum = conduction_.bytes() + scratch_.bytes();
-  for (const auto* v :
-       {&conductance, &flow,    &power,      &columns_, &lane_out_, &force_,  &radius_,       &clean_,    &local_,
-        &sliding_,    &weight_, &value_,     &through_, &x_,        &source_, &leak_,         &begin_,    &now_,
-        &rise_,       &given_,  &out_begin_, &out_now_, &late_,     &early_,  &contact_heat_, &capacity_, &mass_})
+  for (const auto* v : {&conductance,   &flow,      &power,   &columns_,   &lane_out_,  &force_,   &radius_, &clean_,
+                        &local_,        &sliding_,  &weight_, &value_,     &through_,   &x_,       &source_, &leak_,
+                        &begin_,        &now_,      &rise_,   &given_,     &out_begin_, &out_now_, &late_,   &early_,
+                        &contact_heat_, &capacity_, &mass_,   &potential_, &warm_})
     sum += std::int64_t(8 * v->capacity());
   for (const auto* v : {&a_, &b_, &of_contact_, &material_, &fixed_a_, &fixed_b_})
     sum += std::int64_t(4 * v->capacity());

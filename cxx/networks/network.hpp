@@ -130,11 +130,11 @@ public:
 
   void advance_potential(Simulation& s, double h, const Network* thermal);
   void advance_temperature(Simulation& s, double h, const Network* electrical);
-  void load_meshes(Simulation& s) const;
+  void load_meshes(Simulation& s);
   void separate_hulls(Scene& scene);
   void remember_shapes(const Scene& scene, const Network* before); // before bodies bend
   // Temperatures that mechanics see in the step: those at its begin, or what the last pass found at its end.
-  const double* seen(const Simulation& s) const { return expected_.empty() ? temperatures(s) : expected_.data(); }
+  const double* seen(const double* at_begin) const { return expected_.empty() ? at_begin : expected_.data(); }
   void expect(std::vector<double> end) { expected_ = std::move(end); }
   void changed() { order_ = -1; } // sources or branches
   std::int64_t bytes() const;
@@ -156,7 +156,7 @@ private:
   void weigh_branches(const std::vector<double>& of_contact);
   ConductionReport solve(double* x);
   void electrodes();
-  void settle_current(const Simulation& s, double h);
+  void settle_current(const Simulation& s, double h, const std::vector<double>& potential);
   // of a step of heat
   void contact_heat(Simulation& s, double h, const Network* electrical);
   void begin_heat(const Simulation& s);
@@ -167,12 +167,11 @@ private:
   void share_perfectly(double h);
   void settle_heat(Simulation& s, double h);
   double stored(std::size_t i) const; // by a body in the step [J]
-  const double* temperatures(const Simulation& s) const;
 
   std::int64_t order_ = -1, unfit_ = 0;
-  std::vector<std::int32_t> material_;  // of each body, internal order; -1: none
+  std::vector<std::int32_t> material_;  // of each unknown; -1: none, as of nodes
   std::vector<double> capacity_, mass_; // lumped capacity of nodes, mass of rigid bodies; infinite: a reservoir
-  std::vector<std::vector<std::int32_t>> source_body_;
+  std::vector<std::vector<std::int32_t>> source_body_; // unknowns
   std::vector<std::int32_t> fixed_a_, fixed_b_;
   // per contact
   std::vector<double> columns_, intact_, area_, lane_out_, force_, radius_, clean_, local_, sliding_;
@@ -183,7 +182,7 @@ private:
   std::vector<double> weight_, value_, through_;
   std::int64_t contact_branches_ = 0;
   // per unknown
-  std::vector<double> x_, source_, leak_;
+  std::vector<double> x_, source_, leak_, potential_, warm_;
   std::vector<std::uint8_t> held_;
   // of heat
   std::vector<double> rise_low_, now_low_; // what the sums beside lost
@@ -196,7 +195,7 @@ private:
   Scratch scratch_;
 };
 
-// Of a value per body that of what carries a contactor.
+// Of a value per unknown that of what carries a contactor.
 double value_at(const Simulation& s, const double* value, std::int32_t contactor);
 
 // Of a simulation.

@@ -8,6 +8,7 @@
 #include "../strategies/contact_fields.hpp"
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
+#include "unknowns.hpp"
 
 namespace cairn {
 namespace {
@@ -33,7 +34,7 @@ void Network::contact_heat(Simulation& s, double h, const Network* electrical) {
   const Candidates& c = s.candidates;
   const Contactors& k = s.scene.contactors;
   const auto n = std::size_t(c.count);
-  contact_heat_.assign(std::size_t(s.scene.bodies.count), 0.0);
+  contact_heat_.assign(std::size_t(unknowns(s.scene)), 0.0);
   const auto effusivity = [&](std::int32_t contactor) {
     const NetworkMaterial& m = materials[*k.material[contactor]];
     const double t = value_at(s, now_.data(), contactor);
@@ -77,9 +78,8 @@ static void add_branches(const std::vector<std::int32_t>& a, const std::vector<s
 
 // Temperatures given, reservoirs, powers, and flows at the start.
 void Network::begin_heat(const Simulation& s) {
-  const Bodies& bodies = s.scene.bodies;
-  const auto n = std::size_t(bodies.count);
-  begin_.assign(bodies.temperature.values.begin(), bodies.temperature.values.end());
+  const auto n = std::size_t(unknowns(s.scene));
+  copy_to(begin_, s.scene.bodies.temperature, s.scene.nodes.temperature);
   now_ = begin_;
   given_.assign(n, 0.0);
   for (auto* v : {&rise_, &rise_low_, &now_low_}) v->assign(n, 0.0);
@@ -224,8 +224,7 @@ void Network::advance_temperature(Simulation& s, double h, const Network* electr
   place(s);
   gather(s, h);
   report = {};
-  Field<double>& temperature = s.scene.bodies.temperature;
-  source_.assign(temperature.values.size(), 0.0);
+  source_.assign(std::size_t(unknowns(s.scene)), 0.0);
   begin_heat(s);
   joined_.clear();
   lay_branches(s);
@@ -246,7 +245,7 @@ void Network::advance_temperature(Simulation& s, double h, const Network* electr
   share_perfectly(h);
   if (report.solve.open > 0) report.status = "open";
   if (!possible) report.status = "not_finite";
-  std::copy(now_.begin(), now_.end(), temperature.values.begin());
+  give_back(now_, s.scene.bodies.temperature, s.scene.nodes.temperature);
   settle_heat(s, h);
   report.coupling = coupling(s);
   grow(s);

@@ -40,28 +40,13 @@ std::vector<std::int64_t> add_numbers(Scene& scene, const MeshModel& m, std::int
   return numbers(scene.add_parts(m.number, n), n);
 }
 
-// Bodies of nodes at their places (dim, nodes), and contactors on them and on points between them.
+// Nodes at their places (dim, nodes), and contactors on them and on points between them.
 void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector<double>& place,
                const std::vector<double>& mass, std::int32_t material) {
-  const int dim = m.dim, dofs = scene.bodies.dofs();
-  const std::int64_t n = m.nodes();
-  double size = 0;
-  for (int k = 0; k < dim; ++k) {
-    double low = d.reference[k], high = low;
-    for (std::int64_t i = 0; i < n; ++i)
-      low = std::min(low, d.reference[dim * i + k]), high = std::max(high, d.reference[dim * i + k]);
-    size = std::max(size, high - low);
-  }
-  std::vector<double> inertia, velocity(std::size_t(n * dofs), 0.0);
-  for (std::int64_t i = 0; i < n; ++i) {
-    inertia.insert(inertia.end(), std::size_t(2 * dim - 3), mass[i] * size * size);
-    if (!d.velocity.empty()) std::copy_n(&d.velocity[dim * i], dim, &velocity[dofs * i]);
-  }
-  const std::int64_t first = scene.add_bodies({n, place, {}, velocity, mass, inertia});
-  scene.own_nodes(m.number, first, n);
-  m.node_ids = numbers(first, n);
+  const int dim = m.dim;
+  const std::int64_t first = scene.add_nodes(m.number, place, d.velocity, mass);
+  m.node_ids = numbers(first, m.nodes());
   m.point_ids = add_numbers(scene, m, std::int64_t(d.point_nodes.size()) / 4);
-  scene.drive(m.node_ids, std::uint8_t(dim == 2 ? 4 : 56), {}); // they do not turn
   std::vector<std::int64_t> touching;
   std::vector<std::int32_t> nodes = d.contact_nodes;
   std::sort(nodes.begin(), nodes.end());

@@ -14,7 +14,7 @@ ContactMemory Simulation::after_move(ContactMemory memory, const std::vector<std
     if (a < 0 || b < 0) continue;
     const auto way = [&](std::int32_t c) { // nodes of a mesh move together
       const std::int32_t body = *scene.contactors.body[c];
-      return moved[std::size_t(body < 0 ? meshes.middle(c).node[0] : body)].data();
+      return moved[std::size_t(body < 0 ? scene.bodies.count + meshes.middle(c).node[0] : body)].data();
     };
     key.image = image_after_move(key.image, way(a), way(b));
   }
@@ -40,13 +40,10 @@ std::int32_t Simulation::contactor(std::int64_t id) const {
 // the kinetic energy that this gives is work of the cell.
 void Simulation::wrap_into_cell() {
   reduce_lean();
-  Bodies& b = scene.bodies;
   const Cell& cell = scene.cell;
   double work = 0;
-  std::vector<std::array<int, 3>> all_moved; // stays empty while nothing moves
-  for (std::int64_t i = 0; i < b.count; ++i) {
-    double* x = b.position[i];
-    double* v = b.velocity[i];
+  std::vector<std::array<int, 3>> all_moved; // of bodies, then of nodes; stays empty while nothing moves
+  const auto wrap = [&](std::int64_t place, double* x, double* v, double mass) {
     double before = 0, after = 0;
     bool moved = false;
     for (int k = scene.dim - 1; k >= 0; --k) {
@@ -56,8 +53,8 @@ void Simulation::wrap_into_cell() {
       if (!moved)
         for (int d = 0; d < scene.dim; ++d) before += v[d] * v[d];
       moved = true;
-      if (all_moved.empty()) all_moved.resize(b.count, {0, 0, 0});
-      all_moved[i][k] = -int(turns);
+      if (all_moved.empty()) all_moved.resize(scene.bodies.count + scene.nodes.count, {0, 0, 0});
+      all_moved[place][k] = -int(turns);
       for (int d = 0; d <= k; ++d) x[d] -= turns * cell.vectors[d + 3 * k];
       for (int d = 0; d < scene.dim; ++d) {
         double jump = 0;
@@ -65,10 +62,15 @@ void Simulation::wrap_into_cell() {
         v[d] -= turns * jump;
       }
     }
-    if (!moved) continue;
+    if (!moved) return;
     for (int d = 0; d < scene.dim; ++d) after += v[d] * v[d];
-    if (std::isfinite(*b.mass[i])) work += *b.mass[i] * (after - before) / 2;
-  }
+    if (std::isfinite(mass)) work += mass * (after - before) / 2;
+  };
+  Bodies& b = scene.bodies;
+  Nodes& nodes = scene.nodes;
+  for (std::int64_t i = 0; i < b.count; ++i) wrap(i, b.position[i], b.velocity[i], *b.mass[i]);
+  for (std::int64_t i = 0; i < nodes.count; ++i)
+    wrap(b.count + i, nodes.position[i], nodes.velocity[i], *nodes.mass[i]);
   if (all_moved.empty()) return;
   interactions.restore(after_move(interactions.memory(), all_moved));
   strategy_->move_images(*this, all_moved);

@@ -57,7 +57,7 @@ void append(Field<T>& field, std::int64_t old_count, std::int64_t count, std::sp
 
 } // namespace
 
-Scene::Scene(int dimension) : dim(dimension), bodies(dimension), contactors(dimension) {
+Scene::Scene(int dimension) : dim(dimension), bodies(dimension), nodes(dimension), contactors(dimension) {
   if (dim != 2 && dim != 3) throw Error("dim is " + std::to_string(dim) + "; give 2 or 3");
 }
 
@@ -68,7 +68,6 @@ bool Scene::has(Need need) const {
   case Need::anisotropic: return bodies.angular_momentum.active;
   case Need::driven: return bodies.driven.active;
   case Need::damping: return bodies.damping.active;
-  case Need::whole: return bodies.whole.active;
   case Need::smooth: return bodies.contact_force.active;
   case Need::acceleration: return bodies.acceleration.active;
   case Need::jerk: return bodies.jerk.active;
@@ -92,6 +91,7 @@ void Scene::activate(Need need) {
     if (field.need == need) field.activate(count);
   };
   bodies.for_each_field([&](auto& field) { open(field, bodies.count); });
+  nodes.for_each_field([&](auto& field) { open(field, nodes.count); });
   contactors.for_each_field([&](auto& field) { open(field, contactors.count); });
   if (need == Need::rotation && dim == 3)
     for (std::int64_t i = 0; i < bodies.count; ++i) bodies.rotation[i][0] = 1;
@@ -101,7 +101,7 @@ void Scene::activate(Need need) {
 
 std::int64_t Scene::add_bodies(const BodyBatch& b) {
   const int nd = bodies.dofs(), ni = bodies.inertia.components, nr = bodies.rotation.components;
-  if (b.count < 0 || bodies.count + b.count > most_items) throw Error("too many bodies for one process");
+  if (b.count < 0 || bodies.count + nodes.count + b.count > most_items) throw Error("too many bodies for one process");
   check_size("position", b.position.size(), b.count, dim, false);
   check_size("rotation", b.rotation.size(), b.count, nr, true);
   check_size("velocity", b.velocity.size(), b.count, nd, true);
@@ -146,7 +146,7 @@ std::int64_t Scene::add_bodies(const BodyBatch& b) {
   if (bodies.angular_momentum.active)
     cairn_momentum_update(b.count, 2, bodies.inertia[old], bodies.rotation[old], bodies.velocity[old],
                           bodies.velocity[old], bodies.angular_momentum[old], nullptr);
-  append_to_orders(old, contactors.count);
+  append_to_orders(old, nodes.count, contactors.count);
   return first;
 }
 
@@ -221,13 +221,34 @@ std::int64_t Scene::add_contactors(const ContactorBatch& b) {
     *contactors.material[old + i] = b.material[b.material.size() == 1 ? 0 : i];
   }
   contactors.count = old + b.count;
-  append_to_orders(bodies.count, old);
+  append_to_orders(bodies.count, nodes.count, old);
   return first;
 }
 
-void Scene::own_nodes(std::int32_t mesh, std::int64_t first, std::int64_t count) {
-  if (count > 0) parts_.push_back({first, count, mesh, true});
+std::int64_t Scene::add_nodes(std::int32_t mesh, std::span<const double> position, std::span<const double> velocity,
+                              std::span<const double> mass) {
+  const auto n = std::int64_t(mass.size());
+  if (bodies.count + nodes.count + n > most_items) throw Error("too many nodes for one process");
+  check_size("position", position.size(), n, dim, false);
+  check_size("velocity", velocity.size(), n, dim, true);
+  check_finite("position", position, dim);
+  check_finite("velocity", velocity, dim);
+  check_positive("mass", mass, 1, false, false);
+  const std::int64_t first = next_body_id, old = nodes.count;
+  nodes.for_each_field([&](auto& field) { field.resize(old + n); });
+  append(nodes.position, old, n, position, 0);
+  for (std::int64_t i = 0; i < n * dim; ++i) nodes.position[old][i] -= origin[i % dim];
+  append(nodes.velocity, old, n, velocity, 0);
+  append(nodes.mass, old, n, mass, 0);
+  for (std::int64_t i = old; i < old + n; ++i) {
+    *nodes.id[i] = next_body_id++;
+    *nodes.mesh[i] = mesh;
+  }
+  nodes.count = old + n;
+  if (n > 0) parts_.push_back({first, n, mesh, true});
   meshes_ = std::max(meshes_, mesh);
+  append_to_orders(bodies.count, old, contactors.count);
+  return first;
 }
 
 std::int64_t Scene::add_parts(std::int32_t mesh, std::int64_t count) {
@@ -261,13 +282,19 @@ void Scene::remove_bodies(std::span<const std::int64_t> ids) {
   std::sort(going.begin(), going.end());
   if (const auto twice = std::adjacent_find(going.begin(), going.end()); twice != going.end())
     throw Error("body " + std::to_string(*twice) + " is named twice among those to remove");
-  std::vector<char> gone(bodies.count, 0);
+  std::vector<char> gone(bodies.count, 0), node_gone(nodes.count, 0);
   for (const std::int64_t id : ids)
-    if (const MeshParts* of = part(id); !of || of->nodes) gone[internal(id)] = 1;
-  std::vector<std::int32_t> kept;
-  for (std::int64_t i = 0; i < bodies.count; ++i)
-    if (!gone[i]) kept.push_back(std::int32_t(i));
-  reorder(kept, going);
+    if (const MeshParts* of = part(id); !of)
+      gone[internal(id)] = 1;
+    else if (of->nodes)
+      node_gone[node(id)] = 1;
+  const auto kept = [](const std::vector<char>& going) {
+    std::vector<std::int32_t> out;
+    for (std::size_t i = 0; i < going.size(); ++i)
+      if (!going[i]) out.push_back(std::int32_t(i));
+    return out;
+  };
+  reorder(kept(gone), kept(node_gone), going);
   std::erase_if(parts_, [&](const MeshParts& p) { return std::binary_search(going.begin(), going.end(), p.first); });
 }
 
@@ -286,51 +313,60 @@ void Scene::drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::spa
 }
 
 void Scene::renumber() {
-  if (bodies.count > 1) reorder(space_filling_order(dim, bodies.count, bodies.position.values.data()));
-}
-
-bool Scene::is_node(std::int64_t body) const {
-  const MeshParts* of = part(*bodies.id[body]);
-  return of && of->nodes;
-}
-
-void Scene::keep_nodes_last() {
-  bool last = true, nodes = false;
-  for (std::int64_t i = 0; i < bodies.count && last; ++i) {
-    const bool node = is_node(i);
-    last = node || !nodes;
-    nodes = nodes || node;
+  const std::int64_t n = bodies.count, all = n + nodes.count;
+  if (all < 2) return;
+  if (nodes.count == 0) return reorder(space_filling_order(dim, n, bodies.position.values.data()), {});
+  std::vector<double> place(bodies.position.values.begin(), bodies.position.values.end());
+  place.insert(place.end(), nodes.position.values.begin(), nodes.position.values.end());
+  std::vector<std::int32_t> body_order, node_order;
+  for (const std::int32_t i : space_filling_order(dim, all, place.data())) {
+    if (i < n)
+      body_order.push_back(i);
+    else if (i == n || *nodes.mesh[i - n] != *nodes.mesh[i - n - 1]) // the first of its body: all come with it
+      for (std::int64_t k = i - n; k < nodes.count && *nodes.mesh[k] == *nodes.mesh[i - n]; ++k)
+        node_order.push_back(std::int32_t(k));
   }
-  if (last) return;
-  std::vector<std::int32_t> as_it_is(std::size_t(bodies.count));
-  std::iota(as_it_is.begin(), as_it_is.end(), 0);
-  reorder(std::move(as_it_is));
+  reorder(body_order, node_order);
 }
 
-// Where each contactor stands among the bodies: at its own, and all of a deformable one at its first node; -1: its body
-// goes.
-std::vector<std::int32_t> Scene::places_of_contactors(const std::vector<std::int32_t>& now) const {
-  std::vector<std::int32_t> out(std::size_t(contactors.count), -1), of_mesh;
-  for (const MeshParts& p : parts_) {
-    of_mesh.resize(std::max(of_mesh.size(), std::size_t(p.mesh)), -1);
-    if (std::int32_t& at = of_mesh[std::size_t(p.mesh) - 1]; p.nodes && at < 0) at = now[internal(p.first)];
-  }
+namespace {
+
+std::vector<std::int32_t> as_it_is(std::int64_t count) {
+  std::vector<std::int32_t> out(static_cast<std::size_t>(count));
+  std::iota(out.begin(), out.end(), 0);
+  return out;
+}
+
+} // namespace
+
+void Scene::keep_mapped_last() {
+  const auto mapped = [](std::int32_t body) { return body < 0; };
+  const auto& body = contactors.body.values;
+  const auto first = std::find_if(body.begin(), body.end(), mapped);
+  if (std::find_if_not(first, body.end(), mapped) != body.end()) reorder(as_it_is(bodies.count), as_it_is(nodes.count));
+}
+
+// Where each contactor stands: at its body, and all of a deformable one behind rigid ones, at its first node; -1: its
+// body goes.
+std::vector<std::int32_t> Scene::places_of_contactors(const std::vector<std::int32_t>& now,
+                                                      const std::vector<std::int32_t>& node_order) const {
+  std::vector<std::int32_t> out(std::size_t(contactors.count), -1), of_mesh(std::size_t(meshes_), -1);
+  for (std::size_t k = node_order.size(); k-- > 0;)
+    of_mesh[std::size_t(*nodes.mesh[node_order[k]]) - 1] = std::int32_t(now.size() + k);
   for (std::int64_t k = 0; k < contactors.count; ++k) {
     const std::int32_t body = *contactors.body[k];
-    const auto mesh = std::size_t(-body - 1);
-    out[std::size_t(k)] = body >= 0 ? now[body] : mesh < of_mesh.size() ? of_mesh[mesh] : std::int32_t(now.size());
+    out[std::size_t(k)] = body >= 0 ? now[body] : of_mesh[std::size_t(-body - 1)];
   }
   return out;
 }
 
-// Bodies: new number i was body_order[i]; those not named go, with their contactors. gone: numbers of parts that go,
-// rising.
-void Scene::reorder(std::vector<std::int32_t> body_order, std::span<const std::int64_t> gone) {
-  if (!parts_.empty())
-    std::stable_partition(body_order.begin(), body_order.end(), [&](std::int32_t i) { return !is_node(i); });
+// Bodies: new number i was body_order[i], nodes likewise; those not named go, with their contactors. gone: numbers of
+// parts that go, rising.
+void Scene::reorder(const std::vector<std::int32_t>& body_order, const std::vector<std::int32_t>& node_order,
+                    std::span<const std::int64_t> gone) {
   std::vector<std::int32_t> now(bodies.count, -1);
   for (std::size_t i = 0; i < body_order.size(); ++i) now[body_order[i]] = std::int32_t(i);
-  const std::vector<std::int32_t> place = places_of_contactors(now);
+  const std::vector<std::int32_t> place = places_of_contactors(now, node_order);
   const auto stays = [&](std::int64_t k) {
     return place[k] >= 0 &&
            !(*contactors.body[k] < 0 && std::binary_search(gone.begin(), gone.end(), *contactors.part[k]));
@@ -342,8 +378,10 @@ void Scene::reorder(std::vector<std::int32_t> body_order, std::span<const std::i
     return place[a] != place[b] ? place[a] < place[b] : *contactors.id[a] < *contactors.id[b];
   });
   bodies.for_each_field([&](auto& field) { field.reorder(body_order); });
+  nodes.for_each_field([&](auto& field) { field.reorder(node_order); });
   contactors.for_each_field([&](auto& field) { field.reorder(contactor_order); });
   bodies.count = std::int64_t(body_order.size());
+  nodes.count = std::int64_t(node_order.size());
   contactors.count = std::int64_t(contactor_order.size());
   for (std::int32_t& body : contactors.body.values)
     if (body >= 0) body = now[body];
@@ -365,17 +403,19 @@ void Scene::refresh_orders() {
     std::sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) { return *id[a] < *id[b]; });
   };
   by_id(insertion_order_, bodies.id, bodies.count);
+  by_id(node_insertion_order_, nodes.id, nodes.count);
   by_id(contactor_insertion_order_, contactors.id, contactors.count);
 }
 
 // What came in last has the largest ids.
-void Scene::append_to_orders(std::int64_t first_body, std::int64_t first_contactor) {
+void Scene::append_to_orders(std::int64_t first_body, std::int64_t first_node, std::int64_t first_contactor) {
   ++order_version_;
   const auto append_to = [](std::vector<std::int32_t>& order, std::int64_t first, std::int64_t count) {
     order.resize(std::size_t(count));
     std::iota(order.begin() + first, order.end(), std::int32_t(first));
   };
   append_to(insertion_order_, first_body, bodies.count);
+  append_to(node_insertion_order_, first_node, nodes.count);
   append_to(contactor_insertion_order_, first_contactor, contactors.count);
 }
 
@@ -383,16 +423,36 @@ void Scene::fields_restored(std::vector<MeshParts> parts) {
   parts_ = std::move(parts);
   for (const MeshParts& p : parts_) meshes_ = std::max(meshes_, p.mesh);
   bodies.count = std::int64_t(bodies.id.values.size());
+  nodes.count = std::int64_t(nodes.id.values.size());
   contactors.count = std::int64_t(contactors.id.values.size());
   refresh_orders();
 }
 
+namespace {
+
+// Place of an id by an order of rising ids; -1: it is not there.
+std::int32_t place_of_id(const std::vector<std::int32_t>& order, const Field<std::int64_t>& ids, std::int64_t id) {
+  const auto found = std::lower_bound(order.begin(), order.end(), id,
+                                      [&](std::int32_t i, std::int64_t wanted) { return *ids[i] < wanted; });
+  return found == order.end() || *ids[*found] != id ? -1 : *found;
+}
+
+} // namespace
+
+std::int32_t Scene::find_body(std::int64_t id) const { return place_of_id(insertion_order_, bodies.id, id); }
+std::int32_t Scene::find_node(std::int64_t id) const { return place_of_id(node_insertion_order_, nodes.id, id); }
+
 std::int32_t Scene::internal(std::int64_t id) const {
-  const auto found = std::lower_bound(insertion_order_.begin(), insertion_order_.end(), id,
-                                      [&](std::int32_t i, std::int64_t wanted) { return *bodies.id[i] < wanted; });
-  if (found == insertion_order_.end() || *bodies.id[*found] != id)
-    throw Error("there is no body " + std::to_string(id) + "; it was never added, or was removed");
-  return *found;
+  if (const std::int32_t found = find_body(id); found >= 0) return found;
+  if (const MeshParts* of = part(id))
+    throw Error("number " + std::to_string(id) + " is a " + (of->nodes ? "node" : "point or side") +
+                " of a mesh, and no rigid body: give the number of a body");
+  throw Error("there is no body " + std::to_string(id) + "; it was never added, or was removed");
+}
+
+std::int32_t Scene::node(std::int64_t id) const {
+  if (const std::int32_t found = find_node(id); found >= 0) return found;
+  throw Error("there is no node " + std::to_string(id) + "; it was never added, or was removed");
 }
 
 void Scene::move_facets(std::span<const std::int32_t> contactor, std::span<const double> vertex) {

@@ -7,6 +7,7 @@
 
 #include "../base/cell.hpp"
 #include "../bodies/body.hpp"
+#include "../bodies/nodes.hpp"
 #include "../contactors/contactor.hpp"
 
 namespace cairn {
@@ -22,7 +23,7 @@ struct BodyBatch {
 };
 
 // Numbers that follow each other, of nodes, points between nodes, edges or faces of a deformable body. Nodes are rows
-// of the scene's bodies; the others have a number alone, by which contacts name them.
+// of the scene's nodes; the others have a number alone, by which contacts name them.
 struct MeshParts {
   std::int64_t first = 0, count = 0;
   std::int32_t mesh = 0; // from 1
@@ -51,22 +52,24 @@ public:
   int dim;
   std::array<double, 3> gravity{}, origin{};
   Cell cell;
-  Bodies bodies;
+  Bodies bodies; // rigid ones
+  Nodes nodes;   // of deformable ones
   Contactors contactors;
 
   // All or nothing: a wrong item throws Error and leaves the scene as it was. Returns the id of the first new body.
   std::int64_t add_bodies(const BodyBatch& batch);
   std::int64_t add_contactors(const ContactorBatch& batch);
-  // A number for a deformable body, which no other has or had, from 1. Bodies that are its nodes; numbers of other
-  // parts of it, of which the first is returned.
+  // A number for a deformable body, which no other has or had, from 1. Its nodes, position (dim, n) [m] absolute,
+  // velocity (dim, n) or empty, mass (n) [kg]; numbers of other parts of it. Both return the first number.
   std::int32_t new_mesh() { return ++meshes_; }
-  void own_nodes(std::int32_t mesh, std::int64_t first, std::int64_t count);
+  std::int64_t add_nodes(std::int32_t mesh, std::span<const double> position, std::span<const double> velocity,
+                         std::span<const double> mass);
   std::int64_t add_parts(std::int32_t mesh, std::int64_t count);
   const std::vector<MeshParts>& parts() const { return parts_; } // by rising number
   const MeshParts* part(std::int64_t id) const { return part_with(parts_, id); }
-  // Bodies and numbers of parts.
   // A body takes the id of one that is gone. Throws Error for one that nobody had, or that somebody has.
   void give_id(std::int64_t id, std::int64_t wanted);
+  // Bodies, nodes and numbers of parts.
   void remove_bodies(std::span<const std::int64_t> ids);
   // Vertices of facets that are mapped from nodes, one facet after the other, from their centres in space axes.
   // contactor: internal numbers.
@@ -75,14 +78,18 @@ public:
   // Dofs of bodies whose bit is set in mask take their velocity from velocity (3 | 6, n) or stay at zero without one.
   void drive(std::span<const std::int64_t> ids, std::uint8_t mask, std::span<const double> velocity);
 
-  // Bodies along a space-filling curve, nodes of meshes behind all others; contactors in the order of their bodies.
-  // Depends on positions and ids alone.
+  // Bodies along a space-filling curve, deformable ones by their first nodes; contactors in the order of their bodies,
+  // mapped ones behind. Depends on positions and ids alone.
   void renumber();
-  // Nodes behind all others, in an order that stays else; nothing if they are.
-  void keep_nodes_last();
+  // Mapped contactors behind all others, in an order that stays else; nothing if they are.
+  void keep_mapped_last();
 
   std::int32_t internal(std::int64_t body_id) const; // throws Error for an id that is not there
+  std::int32_t node(std::int64_t id) const;          // place among the nodes, as above
+  std::int32_t find_body(std::int64_t id) const;     // -1 for an id that is not there
+  std::int32_t find_node(std::int64_t id) const;
   const std::vector<std::int32_t>& insertion_order() const { return insertion_order_; } // internal numbers by rising id
+  const std::vector<std::int32_t>& node_insertion_order() const { return node_insertion_order_; }
   const std::vector<std::int32_t>& contactor_insertion_order() const { return contactor_insertion_order_; }
   std::int64_t order_version() const { return order_version_; } // changes when internal numbers do
   void state_assigned();                                        // after velocity or rotation was written from outside
@@ -94,16 +101,17 @@ public:
   void fields_restored(std::vector<MeshParts> parts);
 
 private:
-  bool is_node(std::int64_t body) const;
-  void reorder(std::vector<std::int32_t> body_order, std::span<const std::int64_t> gone = {});
-  std::vector<std::int32_t> places_of_contactors(const std::vector<std::int32_t>& now) const;
+  void reorder(const std::vector<std::int32_t>& body_order, const std::vector<std::int32_t>& node_order,
+               std::span<const std::int64_t> gone = {});
+  std::vector<std::int32_t> places_of_contactors(const std::vector<std::int32_t>& now,
+                                                 const std::vector<std::int32_t>& node_order) const;
   std::vector<double> check_hulls(const ContactorBatch& b) const;
   void refresh_orders();
-  void append_to_orders(std::int64_t first_body, std::int64_t first_contactor);
+  void append_to_orders(std::int64_t first_body, std::int64_t first_node, std::int64_t first_contactor);
   std::int64_t order_version_ = 0;
   std::int32_t meshes_ = 0;
   std::vector<MeshParts> parts_;
-  std::vector<std::int32_t> insertion_order_, contactor_insertion_order_;
+  std::vector<std::int32_t> insertion_order_, node_insertion_order_, contactor_insertion_order_;
 };
 
 } // namespace cairn

@@ -36,16 +36,15 @@ bool of_networks(std::string_view name) {
 
 // Id of the rigid body of a side, or of the node that bears most of a contact on a mesh.
 std::int64_t body_of(const Simulation& s, std::int64_t contact, std::int32_t contactor, bool other) {
-  const Bodies& bodies = s.scene.bodies;
-  if (const std::int32_t body = *s.scene.contactors.body[contactor]; body >= 0) return *bodies.id[body];
+  if (const std::int32_t body = *s.scene.contactors.body[contactor]; body >= 0) return *s.scene.bodies.id[body];
   double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
   if (s.scene.cell.any() && other) image_shift(s.scene.cell, s.candidates.image[contact], shift);
   const int dim = s.scene.dim;
   for (int d = 0; d < dim; ++d) point[d] = s.candidates.point[dim * contact + d] - shift[d];
   const std::int32_t beside = other ? s.candidates.contactor_a[contact] : s.candidates.contactor_b[contact];
-  const Mapping m = s.meshes.mapping(bodies, contactor, point, beside);
+  const Mapping m = s.meshes.mapping(s.scene.nodes, contactor, point, beside);
   const auto most = std::max_element(std::begin(m.weight), std::end(m.weight)) - std::begin(m.weight);
-  return *bodies.id[s.meshes.meshes[std::size_t(m.mesh)].nodes[std::size_t(m.node[most])]];
+  return *s.scene.nodes.id[s.meshes.meshes[std::size_t(m.mesh)].node(m.node[most])];
 }
 
 } // namespace

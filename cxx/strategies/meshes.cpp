@@ -1,4 +1,4 @@
-// Deformable bodies in the step: where they stand among the bodies of the scene, and their part of the balance.
+// Deformable bodies in the step: where they stand, and their part of the balance.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,6 @@ void Simulation::add_mesh(MeshModel model) {
   const MeshParts* nodes = model.node_ids.empty() ? nullptr : scene.part(model.node_ids.front());
   if (!nodes) throw Error("the nodes of the mesh '" + model.name + "' are not in the scene");
   model.number = nodes->mesh;
-  if (!scene.has(Need::force)) scene.activate(Need::force);
   meshes.meshes.emplace_back(std::move(model));
   meshes_placed_ = -1;
 }
@@ -56,15 +55,15 @@ void Simulation::account_for_reshaping(double kinetic, double stored) {
 
 void Simulation::place_meshes() {
   if (meshes.empty() || meshes_placed_ == scene.order_version()) return;
-  scene.keep_nodes_last();
-  meshes.place(scene.bodies, scene.insertion_order(), scene.contactors);
+  scene.keep_mapped_last();
+  meshes.place(scene.nodes, scene.contactors);
   meshes_placed_ = scene.order_version();
 }
 
 void Simulation::follow_meshes() {
   if (meshes.empty()) return;
   place_meshes();
-  meshes.follow(scene.bodies, scene.contactors);
+  meshes.follow(scene.nodes, scene.contactors);
   if (!meshes.facets().empty()) scene.move_facets(meshes.facets(), meshes.facet_vertices());
 }
 

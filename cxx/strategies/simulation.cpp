@@ -45,9 +45,12 @@ std::pair<std::int64_t, std::int64_t> Simulation::bytes() {
   std::int64_t bodies = 0;
   auto add = [&bodies](auto& field) { bodies += field.values.capacity() * sizeof(field.values[0]); };
   scene.bodies.for_each_field(add);
+  scene.nodes.for_each_field(add);
   scene.contactors.for_each_field(add);
   bodies += strategy_->body_bytes() + handler.bytes() + interactions.body_bytes();
-  bodies += 4 * (scene.insertion_order().capacity() + scene.contactor_insertion_order().capacity());
+  for (const auto* order :
+       {&scene.insertion_order(), &scene.node_insertion_order(), &scene.contactor_insertion_order()})
+    bodies += 4 * std::int64_t(order->capacity());
   std::int64_t contacts = interactions.bytes() + strategy_->contact_bytes();
   contacts += 4 * (candidates.contactor_a.capacity() + candidates.contactor_b.capacity() +
                    candidates.feature.capacity() + candidates.image.capacity());

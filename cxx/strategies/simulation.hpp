@@ -137,9 +137,7 @@ public:
   void account_for_reshaping(double kinetic, double stored);
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
-  void place_meshes(); // among the bodies, when their order changed
-  // Bodies that are no nodes of meshes, which stand before these from the begin of a step on.
-  std::int64_t rigid_bodies() const { return meshes.empty() ? scene.bodies.count : meshes.rigid(); }
+  void place_meshes();       // among nodes and contactors, when their order changed
   void follow_meshes();      // mapped contactors to where the nodes are
   void account_for_meshes(); // in the balance of energy, beside their nodes
 

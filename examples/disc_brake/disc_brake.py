@@ -100,17 +100,17 @@ def run(options):
     """The simulation at its end and a row a step: time, spin, mean and largest temperature of the rim's nodes, of the disc,
     status, coupling."""
     sim, body = build(options)
-    rim = np.searchsorted(sim.bodies.id, sim.meshes[0].ids[body.groups["rim"]])
+    rim = body.groups["rim"]
     disc = len(sim.bodies) - 1
     weight = np.ones(len(rim))
     weight[[0, -1]] = 0.5
     rows = []
     for _ in range(round(options.seconds / options.dt)):
         report = sim.step()
-        heat, t = report["thermal"], sim.bodies.temperature
+        heat, t = report["thermal"], sim.nodes.temperature[sim.meshes[0].place]
         met = (report["status"] == "converged") + (heat["status"] == "converged")
-        rows.append((sim.time, sim.bodies.velocity[disc, 2], np.average(t[rim], weights=weight), t[rim].max(), t[disc], met,
-                     heat["coupling"], report["error"], heat["residual"]))  # fmt: skip
+        rows.append((sim.time, sim.bodies.velocity[disc, 2], np.average(t[rim], weights=weight), t[rim].max(),
+                     sim.bodies.temperature[disc], met, heat["coupling"], report["error"], heat["residual"]))  # fmt: skip
     return sim, body, np.array(rows)
 
 
@@ -121,7 +121,7 @@ def draw(body, sim, rows, expected, folder):
 
     figure, axes = plt.subplots(1, 3, figsize=(14, 4), layout="constrained", width_ratios=(1.5, 1, 1))
     cells = body.cells["quad"]
-    t = sim.bodies.temperature[np.searchsorted(sim.bodies.id, sim.meshes[0].ids[: len(body.points)])]
+    t = sim.nodes.temperature[sim.meshes[0].place]
     places = (body.points + sim.meshes[0].displacement) * 1e3
     drawn = PolyCollection(places[cells], array=t[cells].mean(axis=1) - 273.15, cmap="inferno", edgecolor="face")
     axes[0].add_collection(drawn)

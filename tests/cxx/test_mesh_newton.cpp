@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "base/call.hpp"
-#include "bodies/body.hpp"
 #include "bodies/mesh_body.hpp"
+#include "bodies/nodes.hpp"
 #include "fe/bulk_model.hpp"
 #include "scheme.hpp"
 
 namespace {
 
-using cairn::Bodies;
 using cairn::MeshBody;
 
 constexpr int across = 3, nodes = (across + 1) * (across + 1);
@@ -61,25 +60,22 @@ cairn::MeshModel square(const char* material, std::vector<double> params, cairn:
 }
 
 struct World {
-  Bodies bodies{2};
+  cairn::Nodes points{2};
   MeshBody mesh;
   double h, theta;
   int most = 0;
   std::vector<double> given = std::vector<double>(2 * nodes, 0.0); // impulses of each step
   explicit World(cairn::MeshModel model, double step, double of_theta)
       : mesh(std::move(model)), h(step), theta(of_theta) {
-    bodies.count = nodes;
-    bodies.for_each_field([](auto& field) { field.values.assign(std::size_t(field.components) * nodes, 0); });
-    bodies.force.active = true;
-    for (int i = 0; i < nodes; ++i) {
-      mesh.nodes.push_back(i);
-      for (int k = 0; k < 2; ++k) bodies.position[i][k] = mesh.model.reference[std::size_t(2 * i + k)];
-    }
+    points.count = nodes;
+    points.for_each_field([](auto& field) { field.values.assign(std::size_t(field.components) * nodes, 0); });
+    for (int i = 0; i < nodes; ++i)
+      for (int k = 0; k < 2; ++k) points.position[i][k] = mesh.model.reference[std::size_t(2 * i + k)];
   }
   void step() {
-    bodies.position_begin.values = bodies.position.values;
-    bodies.velocity_begin.values = bodies.velocity.values;
-    mesh.free_velocity(bodies, gravity, scheme_of(h, theta), true);
+    points.position_begin.values = points.position.values;
+    points.velocity_begin.values = points.velocity.values;
+    mesh.free_velocity(points, gravity, scheme_of(h, theta), true);
     int pass = 1;
     for (;; ++pass) {
       std::copy(given.begin(), given.end(), mesh.impulse.begin());
@@ -87,21 +83,21 @@ struct World {
       ASSERT_TRUE(found.fault.ok());
       if (found.whole && found.error < 1e-10) break;
       ASSERT_LT(pass, 12) << found.error;
-      mesh.linearise(bodies);
+      mesh.linearise(points);
     }
     most = std::max(most, pass);
-    mesh.push(bodies);
-    mesh.account(bodies, gravity);
+    mesh.push(points);
+    mesh.account(points, gravity);
     mesh.commit();
     for (int i = 0; i < nodes; ++i)
       for (int k = 0; k < 2; ++k)
-        bodies.position[i][k] += h * (theta * bodies.velocity[i][k] + (1 - theta) * bodies.velocity_begin[i][k]);
+        points.position[i][k] += h * (theta * points.velocity[i][k] + (1 - theta) * points.velocity_begin[i][k]);
   }
   double momentum(int k) const {
     double sum = 0;
     for (int i = 0; i < nodes; ++i) {
       const auto& m = mesh.model.mass;
-      sum += m.value[std::size_t(m.start[2 * i])] * bodies.velocity.values[std::size_t(3 * i + k)];
+      sum += m.value[std::size_t(m.start[2 * i])] * points.velocity.values[std::size_t(2 * i + k)];
     }
     return sum;
   }
@@ -109,7 +105,7 @@ struct World {
     double sum = mesh.work.stored;
     for (int i = 0; i < nodes; ++i) {
       const double m = mesh.model.mass.value[std::size_t(mesh.model.mass.start[2 * i])];
-      const double *v = &bodies.velocity.values[std::size_t(3 * i)], *x = &bodies.position.values[std::size_t(2 * i)];
+      const double *v = &points.velocity.values[std::size_t(2 * i)], *x = &points.position.values[std::size_t(2 * i)];
       sum += m * (0.5 * (v[0] * v[0] + v[1] * v[1]) - gravity[1] * x[1]);
     }
     return sum;
@@ -118,8 +114,8 @@ struct World {
 
 void stretch(World& w, double speed) {
   for (int i = 0; i < nodes; ++i) {
-    w.bodies.velocity[i][0] = speed * (w.bodies.position[i][0] - 0.5);
-    w.bodies.velocity[i][1] = -0.5 * speed * w.bodies.position[i][0];
+    w.points.velocity[i][0] = speed * (w.points.position[i][0] - 0.5);
+    w.points.velocity[i][1] = -0.5 * speed * w.points.position[i][0];
   }
 }
 
@@ -180,21 +176,21 @@ TEST(MeshNewton, ARestartGoesOnToTheSameBits) {
   World w(made(), 5e-4, 0.5), other(made(), 5e-4, 0.5);
   stretch(w, 20.0);
   for (int k = 0; k < 20; ++k) w.step();
-  other.bodies.position.values = w.bodies.position.values;
-  other.bodies.velocity.values = w.bodies.velocity.values;
+  other.points.position.values = w.points.position.values;
+  other.points.velocity.values = w.points.velocity.values;
   other.mesh.restore(w.mesh.model.bulk->state(), w.mesh.memory());
   EXPECT_THROW(other.mesh.restore({}, {}), cairn::Error);
   for (int k = 0; k < 20; ++k) w.step(), other.step();
-  EXPECT_EQ(w.bodies.position.values, other.bodies.position.values);
-  EXPECT_EQ(w.bodies.velocity.values, other.bodies.velocity.values);
+  EXPECT_EQ(w.points.position.values, other.points.position.values);
+  EXPECT_EQ(w.points.velocity.values, other.points.velocity.values);
 }
 
 TEST(MeshNewton, ACellThatIsTurnedInsideOutIsNamed) {
   World w(square("neo_hookean", {1e2, 0.3}, cairn::Kinematics::total_lagrangian), 1e-2, 0.5);
   w.given[0] = 1e5; // the corner goes through the other side
   w.given[1] = 1e5;
-  w.bodies.position_begin.values = w.bodies.position.values;
-  w.mesh.free_velocity(w.bodies, gravity, scheme_of(w.h, w.theta), true);
+  w.points.position_begin.values = w.points.position.values;
+  w.mesh.free_velocity(w.points, gravity, scheme_of(w.h, w.theta), true);
   bool broke = false;
   for (int pass = 0; pass < 20 && !broke; ++pass) {
     std::copy(w.given.begin(), w.given.end(), w.mesh.impulse.begin());
@@ -205,7 +201,7 @@ TEST(MeshNewton, ACellThatIsTurnedInsideOutIsNamed) {
       EXPECT_NE(told.find("mesh 'square': quad cell 0"), std::string::npos) << told;
       break;
     }
-    w.mesh.linearise(w.bodies);
+    w.mesh.linearise(w.points);
   }
   EXPECT_TRUE(broke);
 }
@@ -219,16 +215,16 @@ TEST(MeshNewton, EachPassHasAComplianceOfItsOwn) {
   World w(std::move(model), 1e-3, 0.5);
   std::vector<std::int32_t> low;
   for (std::int32_t i = 0; i < nodes; ++i)
-    if (!(w.bodies.position[i][1] > 0)) low.push_back(i);
-  for (int i = 0; i < nodes; ++i) w.bodies.velocity[i][1] = -1.5;
+    if (!(w.points.position[i][1] > 0)) low.push_back(i);
+  for (int i = 0; i < nodes; ++i) w.points.velocity[i][1] = -1.5;
   const std::size_t m = low.size();
   std::vector<double> r(m, 0.0);
   double pushed = 0;
   int most = 0;
   for (int step = 0; step < 1200; ++step) {
-    w.bodies.position_begin.values = w.bodies.position.values;
-    w.bodies.velocity_begin.values = w.bodies.velocity.values;
-    w.mesh.free_velocity(w.bodies, gravity, scheme_of(w.h, w.theta), true);
+    w.points.position_begin.values = w.points.position.values;
+    w.points.velocity_begin.values = w.points.velocity.values;
+    w.mesh.free_velocity(w.points, gravity, scheme_of(w.h, w.theta), true);
     for (int pass = 1;; ++pass) {
       w.mesh.touch(low);
       const std::int64_t leading = w.mesh.leading();
@@ -239,8 +235,8 @@ TEST(MeshNewton, EachPassHasAComplianceOfItsOwn) {
       };
       for (int sweep = 0; sweep < 200; ++sweep)
         for (std::size_t a = 0; a < m; ++a) {
-          const double gap = w.bodies.position_begin[low[a]][1] + 0.5 * w.h * w.bodies.velocity_begin[low[a]][1];
-          double u = w.bodies.velocity_free[low[a]][1] + gap / w.h;
+          const double gap = w.points.position_begin[low[a]][1] + 0.5 * w.h * w.points.velocity_begin[low[a]][1];
+          double u = w.points.velocity_free[low[a]][1] + gap / w.h;
           for (std::size_t b = 0; b < m; ++b) u += compliance(a, b) * r[b];
           r[a] = std::max(0.0, r[a] - u / compliance(a, a));
         }
@@ -251,19 +247,19 @@ TEST(MeshNewton, EachPassHasAComplianceOfItsOwn) {
       most = std::max(most, pass);
       if (found.whole && found.error < 1e-8) break;
       ASSERT_LT(pass, 15) << found.error;
-      w.mesh.linearise(w.bodies);
+      w.mesh.linearise(w.points);
     }
-    w.mesh.push(w.bodies);
+    w.mesh.push(w.points);
     for (std::size_t a = 0; a < m; ++a) // the condition holds at the velocities that are taken
       if (r[a] > 0) {
-        const double gap = w.bodies.position_begin[low[a]][1] + 0.5 * w.h * w.bodies.velocity_begin[low[a]][1];
-        ASSERT_NEAR(w.bodies.velocity[low[a]][1] + gap / w.h, 0, 1e-5);
+        const double gap = w.points.position_begin[low[a]][1] + 0.5 * w.h * w.points.velocity_begin[low[a]][1];
+        ASSERT_NEAR(w.points.velocity[low[a]][1] + gap / w.h, 0, 1e-5);
       }
-    w.mesh.account(w.bodies, gravity);
+    w.mesh.account(w.points, gravity);
     w.mesh.commit();
     for (int i = 0; i < nodes; ++i)
       for (int k = 0; k < 2; ++k)
-        w.bodies.position[i][k] += 0.5 * w.h * (w.bodies.velocity[i][k] + w.bodies.velocity_begin[i][k]);
+        w.points.position[i][k] += 0.5 * w.h * (w.points.velocity[i][k] + w.points.velocity_begin[i][k]);
     pushed = 0;
     for (const double one : r) pushed += one;
   }

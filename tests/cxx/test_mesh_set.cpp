@@ -18,10 +18,9 @@ struct Face {
   const std::vector<double> corner{0, 0, 0, 2, 0.1, 0.05, 1.8, 1.5, 0, -0.2, 1, 0.05};
 
   Face() {
-    const std::vector<double> mass(4, 1.0), inertia(12, 1.0);
-    scene.add_bodies({4, corner, {}, {}, mass, inertia});
+    const std::vector<double> mass(4, 1.0);
     const std::int32_t number = scene.new_mesh();
-    scene.own_nodes(number, 0, 4);
+    scene.add_nodes(number, corner, {}, mass);
     scene.add_parts(number, 2);
     const std::vector<std::int32_t> triangle{0, 1, 2, 0, 2, 3};
     const std::vector<std::int64_t> facets{4, 5}, nodes{2};
@@ -48,7 +47,7 @@ struct Face {
     m.around = {0, 1, 2, 0, 2, 3};
     m.around_start = {0, 3, 6};
     set.meshes.emplace_back(std::move(m));
-    set.place(scene.bodies, scene.insertion_order(), scene.contactors);
+    set.place(scene.nodes, scene.contactors);
   }
   // Shares of the nodes at (a, b) of the square from -1 to 1.
   static std::vector<double> shares(double a, double b) {
@@ -78,7 +77,7 @@ TEST(MeshSet, SharesOfAQuadrilateralAreThoseOfItsShapeFunctions) {
           side == 0 ? std::vector<std::int32_t>{0, 1, 2} : std::vector<std::int32_t>{0, 2, 3};
       const auto want = Face::shares(at[0], at[1]);
       const auto point = face.point(want, facet, 0.2);
-      const cairn::Mapping m = face.set.mapping(face.scene.bodies, side, point.data());
+      const cairn::Mapping m = face.set.mapping(face.scene.nodes, side, point.data());
       double sum = 0;
       for (int i = 0; i < 4; ++i) {
         EXPECT_EQ(m.node[i], i);
@@ -92,7 +91,7 @@ TEST(MeshSet, SharesOfAQuadrilateralAreThoseOfItsShapeFunctions) {
 TEST(MeshSet, ANodeRestsOnItself) {
   const Face face;
   const double somewhere[3] = {7, 7, 7};
-  const cairn::Mapping m = face.set.mapping(face.scene.bodies, 2, somewhere);
+  const cairn::Mapping m = face.set.mapping(face.scene.nodes, 2, somewhere);
   EXPECT_EQ(m.node[0], 2);
   EXPECT_EQ(m.weight[0], 1);
   EXPECT_EQ(m.node[1], -1);
@@ -100,9 +99,10 @@ TEST(MeshSet, ANodeRestsOnItself) {
 
 TEST(MeshSet, MappedContactorsStandWhereTheirNodesAreAndNoBodyDoes) {
   Face face;
-  EXPECT_EQ(face.scene.bodies.count, 4);
-  for (int k = 0; k < 3; ++k) face.scene.bodies.position[2][k] += 3;
-  face.set.follow(face.scene.bodies, face.scene.contactors);
+  EXPECT_EQ(face.scene.bodies.count, 0);
+  EXPECT_EQ(face.scene.nodes.count, 4);
+  for (int k = 0; k < 3; ++k) face.scene.nodes.position[2][k] += 3;
+  face.set.follow(face.scene.nodes, face.scene.contactors);
   ASSERT_EQ(face.set.mapped().contactor, (std::vector<std::int32_t>{0, 1, 2}));
   for (int k = 0; k < 3; ++k) {
     const double moved = face.corner[6 + k] + 3;
@@ -111,28 +111,49 @@ TEST(MeshSet, MappedContactorsStandWhereTheirNodesAreAndNoBodyDoes) {
   }
   for (std::int64_t c = 0; c < 3; ++c) EXPECT_EQ(*face.scene.contactors.body[c], -1);
   face.scene.renumber(); // contactors find their mesh again
-  face.set.place(face.scene.bodies, face.scene.insertion_order(), face.scene.contactors);
+  face.set.place(face.scene.nodes, face.scene.contactors);
   EXPECT_EQ(face.set.mapped().contactor.size(), 3u);
 }
 
-TEST(MeshSet, NodesStandBehindBodiesThatCameLater) {
+TEST(MeshSet, NodesHaveASetOfTheirOwnAndContactorsOnThemStandLast) {
   Face face;
-  const std::vector<double> mass{1}, inertia{1, 1, 1}, position{5, 5, 5};
+  const std::vector<double> mass{1}, inertia{1, 1, 1}, position{5, 5, 5}, radius{1};
   const std::int64_t id = face.scene.add_bodies({1, position, {}, {}, mass, inertia});
-  const auto place = [&] { face.set.place(face.scene.bodies, face.scene.insertion_order(), face.scene.contactors); };
-  EXPECT_THROW(place(), std::exception); // a loop over rigid bodies would meet a node
-  face.scene.keep_nodes_last();
-  place();
-  EXPECT_EQ(face.set.rigid(), 1);
+  EXPECT_EQ(id, 6); // numbers are of bodies, nodes and other parts of meshes together
+  const std::int32_t material[] = {0};
+  face.scene.add_contactors({1, cairn::Shape::sphere, {&id, 1}, material, radius, {}, {}});
+  EXPECT_EQ(*face.scene.contactors.body[3], 0);
+  face.scene.keep_mapped_last();
+  EXPECT_EQ(*face.scene.contactors.body[0], 0);
+  face.set.place(face.scene.nodes, face.scene.contactors);
+  EXPECT_EQ(face.set.mapped().contactor, (std::vector<std::int32_t>{1, 2, 3}));
   EXPECT_EQ(face.scene.internal(id), 0);
-  for (int k = 0; k < 4; ++k) EXPECT_EQ(face.set.meshes[0].nodes[k], 1 + k);
+  EXPECT_EQ(face.scene.node(2), 2);
+  EXPECT_THROW(face.scene.internal(2), std::exception);
+}
+
+// A mesh goes along the curve as a whole: its nodes keep the order that its matrices have.
+TEST(MeshSet, NodesOfAMeshStayInItsOrderWhereverTheCurvePutsIt) {
+  cairn::Scene scene(2);
+  const std::vector<double> mass(3, 1.0), far{5, 5, -5, 5, 5, -5}, near{0, 0, 0.1, 0, 0, 0.1};
+  for (const auto* place : {&far, &near, &far}) scene.add_nodes(scene.new_mesh(), *place, {}, mass);
+  scene.renumber();
+  for (std::int64_t first = 0; first < 9; first += 3)
+    for (std::int64_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(*scene.nodes.id[first + k], *scene.nodes.id[first] + k);
+      EXPECT_EQ(*scene.nodes.mesh[first + k], *scene.nodes.mesh[first]);
+    }
+  const std::vector<std::int64_t> second{3, 4, 5};
+  scene.remove_bodies(second);
+  EXPECT_EQ(scene.nodes.count, 6);
+  EXPECT_EQ(scene.find_node(4), -1);
 }
 
 TEST(MeshSet, CompliancesOfNodesThatAreTouchedLaterAreThoseOfAllAtOnce) {
   Face one, two;
   const double gravity[3] = {0, 0, 0};
   for (Face* face : {&one, &two})
-    face->set.meshes[0].free_velocity(face->scene.bodies, gravity, scheme_of(0.5, 1), true);
+    face->set.meshes[0].free_velocity(face->scene.nodes, gravity, scheme_of(0.5, 1), true);
   cairn::MeshBody &a = one.set.meshes[0], &b = two.set.meshes[0];
   a.touch({0, 1, 2});
   b.touch({0});

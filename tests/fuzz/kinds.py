@@ -72,6 +72,7 @@ def _step(sim):
         return
     if info["status"] == "converged":
         finite("bodies", sim.bodies.position, sim.bodies.velocity)
+        finite("nodes", sim.nodes.position, sim.nodes.velocity)
 
 
 # ---------------------------------------------------------------------- HDF5 of Cairn

@@ -148,11 +148,10 @@ def test_stresses_are_in_the_file(tmp_path):
     sim = beam(cn.NSCD(solver=SHARP), lumped=True)
     sim.run(steps=10, output=tmp_path / "beam.vtkhdf", every=5, progress=False)
     with h5py.File(tmp_path / "beam.vtkhdf") as file:
-        stored = np.array(file["VTKHDF/bodies/PointData/stress"])
-    nodes = len(sim.meshes[0].body.points)
-    bodies = len(sim.bodies)
+        stored = np.array(file["VTKHDF/nodes/PointData/stress"])
+    nodes = len(sim.nodes)
     expected = sim.meshes[0].body.nodal_stress(sim.meshes[0].displacement)
-    judge("stress", stored[-bodies:][:nodes], expected, 1e-6)
+    judge("stress", stored[-nodes:], expected, 1e-6)
     assert np.abs(expected).max() > 0
 
 
@@ -168,7 +167,7 @@ def test_restart_to_the_same_bits(tmp_path):
     for sim in (one, two):
         for _ in range(20):
             sim.step()
-    assert np.array_equal(one.bodies.position, two.bodies.position)
+    assert np.array_equal(one.nodes.position, two.nodes.position)
     assert one.energy == two.energy
 
 
@@ -304,7 +303,7 @@ def test_triangles_that_share_corners():
     sim = cn.Simulation(scene, dt=5e-3, strategy=cn.NSCD(solver=cn.Auto(tol=1e-6)), overlap="ignore")
     for _ in range(8):
         assert sim.step()["status"] == "converged"
-        assert np.abs(sim.raw.velocity).max() < 2 * 9.81 * sim.time  # a corner swings beyond the fall of its triangle
+        assert np.abs(sim.raw.nodes.velocity).max() < 2 * 9.81 * sim.time  # a corner swings beyond the fall of its triangle
     assert abs(sim.energy["closure"]) < 1e-10 * sim.energy["in_play"]
 
 

@@ -126,6 +126,7 @@ def test_faces_after_a_restart(tmp_path):
     for _ in range(10):
         second.step()
     assert np.array_equal(whole.bodies.position, second.bodies.position)
+    assert np.array_equal(whole.nodes.position, second.nodes.position)
 
 
 def test_what_is_wrong_with_faces_is_named():

@@ -15,12 +15,13 @@ WHY = "CAIRN_BITS_WHY"  # set: the list is made anew, and says this
 
 
 def digest(path):
-    """Of the bodies in the last output of a run, as they are stored."""
+    """Of the bodies, and the nodes of meshes, in the last output of a run, as they are stored."""
     out = hashlib.blake2b(digest_size=12)
     with cn.load(path) as run:
         end = run[-1]
-        for name in ("position", "velocity", "rotation"):
-            values = np.ascontiguousarray(end.bodies[name])
+        of_bodies = [(name, end.bodies) for name in ("position", "velocity", "rotation")]
+        for name, of in of_bodies + [(name, end.nodes) for name in ("position", "velocity") if len(end.nodes)]:
+            values = np.ascontiguousarray(of[name])
             out.update(f"{name} {values.dtype.str} {values.shape} ".encode() + values.tobytes())
     return out.hexdigest()
 

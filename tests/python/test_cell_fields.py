@@ -70,7 +70,7 @@ def test_vtk_reads_the_cells(tmp_path):
         assert np.array_equal(vtk_to_numpy(data.GetArray("stress")), run[k].cells["stress"])
         x = vtk_to_numpy(grid.GetPoints().GetData())
         ids = np.concatenate([m.ids for m in sim.meshes])
-        assert np.abs(x[:, :2] - run[k].bodies.position[np.searchsorted(run[k].bodies.id, ids)]).max() < 1e-14
+        assert np.abs(x[:, :2] - run[k].nodes.position[np.searchsorted(run[k].nodes.id, ids)]).max() < 1e-14
         assert names["bodies"].GetNumberOfPoints() == len(run[k].bodies)
 
 
@@ -116,4 +116,4 @@ def test_a_body_that_becomes_deformable_in_a_run_with_a_file(tmp_path):
 
     sim.run(steps=8, output=tmp_path / "body.vtkhdf", every=2, progress=False, callback=deforms)
     run = cn.load(tmp_path / "body.vtkhdf")
-    assert [len(output.bodies) for output in run] in ([1, 1, 1, 12, 12], [1, 1, 12, 12, 12])
+    assert [len(output.bodies) for output in run] in ([1, 1, 1, 0, 0], [1, 1, 0, 0, 0])  # its nodes came too late for the file

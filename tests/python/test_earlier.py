@@ -50,6 +50,30 @@ def test_a_run_is_read(folder, name, dim, bodies):
         assert measure(run[-1])["contacts"] > 0
 
 
+def test_nodes_of_meshes_that_were_bodies_are_read_and_go_on(tmp_path):
+    """A disk between two meshes: their nodes stood among the bodies of scene, checkpoint and run."""
+    with tarfile.open(EARLIER / "meshes_1_1.tar.xz") as archive:
+        archive.extractall(tmp_path, filter="data")
+    solver = cn.NLGS(tol=1e-12, max_iter=20000)
+    sim = cn.Simulation(cn.Scene.load(tmp_path / "meshes.scene.h5"), 1e-3, cn.NSCD(solver=solver), overlap="ignore")
+    sim.restore(tmp_path / "meshes.checkpoint.h5")
+    assert sim.steps == 60 and len(sim.bodies) == 2 and len(sim.nodes) == sum(len(mesh.ids) for mesh in sim.meshes)
+    with cn.load(tmp_path / "meshes.vtkhdf") as run:
+        end = run[-1]
+        assert len(end.bodies) == 2 + len(sim.nodes) and len(end.nodes) == 0 and end.drawn is end.bodies
+        for of in (sim.bodies, sim.nodes):  # to the bit
+            rows = end.rows_of(of.id)
+            assert np.array_equal(of.position, end.bodies["position"][rows])
+            assert np.array_equal(of.velocity, end.bodies["velocity"][rows][:, : of.velocity.shape[1]])
+        run.plot(-1)
+        run.plot(-1, "von_mises")
+        assert measure(end)["contacts"] > 0
+    sim.run(steps=20, progress=False)
+    with np.load(tmp_path / "meshes.npz") as then:
+        for k, mesh in enumerate(sim.meshes):
+            assert mesh.displacement == pytest.approx(then[f"displacement_{k}"], rel=1e-9, abs=1e-12)
+
+
 def test_a_file_that_was_damaged_is_refused(folder):
     path = folder / "damaged.checkpoint.h5"
     place = checkpoint.load(folder / "grains.checkpoint.h5")["state"]["scene"]["bodies"]["position"]

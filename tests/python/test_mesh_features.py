@@ -293,6 +293,6 @@ def test_displacements_of_many_meshes_are_read_in_the_time_of_their_nodes():
         mesh._core = Asked(sim._core)
         np.testing.assert_allclose(mesh.displacement, [[0.0, 0.01 * k]] * 3, atol=1e-12)
         np.testing.assert_allclose(mesh.velocity, [[0.0, 1.0 * k]] * 3, atol=1e-12)
-    assert set(asked) == {"rows_of", "raw_body"}  # "body" is a copy of all
-    with pytest.raises(ValueError, match="no body has the id 999999"):
-        sim._core.scene.rows_of(np.array([0, 999999]))
+    assert set(asked) == {"node_row", "raw_node"}  # "node" is a copy of all
+    with pytest.raises(ValueError, match="there is no node 999999"):
+        sim._core.scene.node_row(999999)

@@ -113,8 +113,11 @@ def test_the_file_holds_stress_strain_plastic_strain_and_contact_pressure(dim, t
     mesh = sim.meshes[0]
     with cn.load(tmp_path / "press.vtkhdf") as run:
         step = run[-1]
-        rows = step.rows_of(mesh.ids)
-        found = {name: step.bodies[name][rows] for name in
+        rows = np.arange(len(step.nodes))[mesh.place]
+        assert np.array_equal(step.nodes["id"][rows], mesh.ids) and np.array_equal(step.nodes["position"][rows], mesh.position)
+        assert np.array_equal(step.nodes["displacement"][rows], mesh.displacement)
+        assert step.nodes["velocity"].shape == (len(rows), dim) and len(step.bodies) == len(sim.bodies)
+        found = {name: step.nodes[name][rows] for name in
                  ("stress", "strain", "accumulated_plastic_strain", "contact_pressure")}  # fmt: skip
         pull = run.history["pull"][-1]
         at = dim - 1

@@ -163,8 +163,8 @@ def test_a_repeated_step_sees_the_temperatures_of_its_end():
     for _ in range(40):
         staggered.step()
         repeated.step()
-    rise = repeated.bodies.temperature[0] - 293.15
-    assert staggered.bodies.temperature[0] - 293.15 == pytest.approx(rise, rel=1e-12)
+    rise = repeated.nodes.temperature[0] - 293.15
+    assert staggered.nodes.temperature[0] - 293.15 == pytest.approx(rise, rel=1e-12)
     assert repeated.meshes[0].stress["quad"][:, 0] == pytest.approx(-200e9 * 1.2e-5 * rise, rel=1e-5)
     assert staggered.info["thermal"]["coupling"] == pytest.approx(1 / 40, rel=1e-9)  # what came in the last of forty steps
     assert staggered.info["thermal"]["passes"] == 1

@@ -34,12 +34,11 @@ def flying(turn=0.7, velocity=(1.0, -2.0, 3.0)):
 
 def momentum(sim):
     """Of rigid bodies and meshes: along x, y, and about the origin."""
-    out, b, rows = np.zeros(3), sim.bodies, np.ones(len(sim.bodies), bool)
+    out, b = np.zeros(3), sim.bodies
     for m in sim.meshes:
-        rows &= ~np.isin(b.id, m.ids)
         x, p = m.displacement + m.body.points, (m.body.M @ m.velocity.ravel()).reshape(-1, 2)
         out += [*p.sum(axis=0), np.sum(x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0])]
-    for x, v, m, j in zip(b.position[rows], b.velocity[rows], b.mass[rows], np.ravel(b.inertia)[rows]):
+    for x, v, m, j in zip(b.position, b.velocity, b.mass, np.ravel(b.inertia)):
         if np.isfinite(m):
             out += [m * v[0], m * v[1], m * (x[0] * v[1] - x[1] * v[0]) + j * v[2]]
     return out

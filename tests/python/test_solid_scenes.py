@@ -116,10 +116,10 @@ def test_a_cell_that_turns_inside_out_is_named_and_the_step_undone():
     scene.add(cn.deformable(body, rock, drive={"bottom": {"x": 0.0, "y": 0.0}, "top": {"x": 0.0, "y": -1.0}}))
     sim = cn.Simulation(scene, dt=0.01, strategy=cn.NSCD())
     assert sim.step()["status"] == "converged"
-    before = [sim.bodies.position.copy(), sim.bodies.velocity.copy(), sim.time]
+    before = [sim.nodes.position.copy(), sim.nodes.velocity.copy(), sim.time]
     with pytest.raises(ValueError, match="mesh 'mesh'.*quad cell"):
         sim.step(3.0)
-    assert np.array_equal(sim.bodies.position, before[0]) and np.array_equal(sim.bodies.velocity, before[1])
+    assert np.array_equal(sim.nodes.position, before[0]) and np.array_equal(sim.nodes.velocity, before[1])
     assert sim.time == before[2]
     assert sim.step(1e-6)["status"] == "converged"
 

@@ -27,7 +27,7 @@ def bar(length, fine, material, *, corner=0.0, high=None, grade=1.0):
 def column(sim, x, mesh=0):
     """Temperatures along a bar."""
     ids = sim.meshes[mesh].ids[: 2 * len(x) : 2]
-    return sim.bodies.temperature[np.searchsorted(sim.bodies.id, ids)]
+    return sim.nodes.temperature[np.searchsorted(sim.nodes.id, ids)]
 
 
 def march(scene, dt, steps):
@@ -116,7 +116,7 @@ def test_spheres_that_convection_cools(biot, fourier, centre):
     scene.add(cn.deformable(body, SLAB, fixed={"all": "xyz"}, name="ball"))
     scene.thermal(initial=400.0, friction="none", convection=[("ball.outer", biot, opening**2 / 4, 300.0)], theta=0.5)
     sim = march(scene, fourier * 1000 / 400, 400)
-    t = sim.bodies.temperature[np.searchsorted(sim.bodies.id, sim.meshes[0].ids[:4])]
+    t = sim.nodes.temperature[np.searchsorted(sim.nodes.id, sim.meshes[0].ids[:4])]
     assert (t - 300) / 100 == pytest.approx(centre, abs=5e-4)
 
 
@@ -153,7 +153,7 @@ def test_two_half_spaces_that_touch():
     touching = [(ids[0][1][2 * 80 + j], ids[1][1][j], np.inf) for j in (0, 1)]
     scene.thermal(initial={"*": 300.0, "steel.all": 400.0}, friction="none", wires=touching, theta=1.0)
     sim = march(scene, 0.02, 200)
-    t = sim.bodies.temperature[np.searchsorted(sim.bodies.id, ids[1][1][0])]
+    t = sim.nodes.temperature[np.searchsorted(sim.nodes.id, ids[1][1][0])]
     assert (t - 300) / 100 == pytest.approx(effusivity[0] / sum(effusivity), abs=2e-3)
     assert effusivity[0] / sum(effusivity) == pytest.approx(0.35894, abs=1e-5)
 

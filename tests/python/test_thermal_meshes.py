@@ -46,7 +46,7 @@ def test_a_slab_whose_surface_is_quenched():
         sim.step()
         if k in (200, 500):
             left = sim.meshes[0].body.groups["left"]
-            seen[k] = sim.bodies.temperature[np.searchsorted(sim.bodies.id, sim.meshes[0].ids[left[0]])]
+            seen[k] = sim.nodes.temperature[np.searchsorted(sim.nodes.id, sim.meshes[0].ids[left[0]])]
     assert (seen[200] - 300) / 100 == pytest.approx(0.772312, abs=3e-4)
     assert (seen[500] - 300) / 100 == pytest.approx(0.370777, abs=3e-4)
     balance = sim.info["thermal"]["balance"]
@@ -62,7 +62,7 @@ def test_a_slab_that_convection_cools():
     sim = cn.Simulation(scene, 0.001 * length**2 * 7800 * 500 / 50.0)
     for _ in range(500):
         sim.step()
-    t = (sim.bodies.temperature - 300) / 100
+    t = (sim.nodes.temperature - 300) / 100
     groups = sim.meshes[0].body.groups
     assert t[groups["left"]] == pytest.approx(0.772526, abs=2e-4) and t[groups["right"]] == pytest.approx(0.504522, abs=2e-4)
     assert abs(sim.info["thermal"]["balance"]["closure"]) <= 1e-12 * sim.info["thermal"]["balance"]["in_play"]
@@ -80,7 +80,7 @@ def test_two_slabs_in_contact():
     scene.thermal(temperature={"one.left": 373.15, "other.right": 273.15}, wires=wires, steady=True)
     sim = cn.Simulation(scene, 1.0)
     sim.step()
-    t = sim.bodies.temperature - 273.15
+    t = sim.nodes.temperature - 273.15
     assert [t[one[8]], t[other[0]]] == pytest.approx([63.636364, 45.454545], abs=1e-6)
     assert sim.info["thermal"]["balance"]["in_play"] / 2 / 0.02 == pytest.approx(18181.8182, rel=1e-8)
 
@@ -97,7 +97,7 @@ def test_steady_conduction_is_linear_and_flows_what_it_must(kind):
     part = cn.deformable(b, STEEL, fixed={"all": "xy"}, name="plate")
     sim = cn.Simulation(scene_of(part, temperature={"plate.left": 400.0, "plate.right": 300.0}, steady=True), 1.0)
     sim.step()
-    assert sim.bodies.temperature == pytest.approx(400 - 250 * points[:, 0], rel=1e-12)
+    assert sim.nodes.temperature == pytest.approx(400 - 250 * points[:, 0], rel=1e-12)
     assert abs(sim.info["thermal"]["closure"]) <= 1e-12
 
 
@@ -111,7 +111,7 @@ def test_a_block_in_three_dimensions():
     scene.thermal(temperature={"block.left": 400.0, "block.right": 300.0}, steady=True)
     sim = cn.Simulation(scene, 1.0)
     sim.step()
-    assert sim.bodies.temperature == pytest.approx(400 - 100 * x[:, 0], rel=1e-12)
+    assert sim.nodes.temperature == pytest.approx(400 - 100 * x[:, 0], rel=1e-12)
     # restrained in all directions: E alpha dT / (1 - 2 nu) [Pa]
     sim = cn.Simulation(_hot(scene, "block"), 1.0)
     sim.step()

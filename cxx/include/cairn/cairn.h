@@ -217,6 +217,10 @@ int32_t cairn_simulation_get_number(const cairn_simulation* simulation, const ch
 int32_t cairn_simulation_set_gravity(cairn_simulation* simulation, const double* gravity, cairn_error* error);
 int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char* name, int64_t n,
                                         const int64_t* bodies, const double* values, cairn_error* error);
+/* "position" (absolute) or "velocity" (dim, n) of nodes of meshes; nodes (n) numbers, NULL: of all, in the order of
+ * insertion. */
+int32_t cairn_simulation_set_node_field(cairn_simulation* simulation, const char* name, int64_t n, const int64_t* nodes,
+                                        const double* values, cairn_error* error);
 int32_t cairn_simulation_add_bodies(cairn_simulation* simulation, int64_t n, const double* position,
                                     const double* rotation, const double* velocity, const double* mass,
                                     const double* inertia, int64_t* first, cairn_error* error);
@@ -233,12 +237,16 @@ int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const in
 int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,
                                    const double* held_velocity, cairn_error* error);
 
-int64_t cairn_simulation_bodies(const cairn_simulation* simulation);
+int64_t cairn_simulation_bodies(const cairn_simulation* simulation); /* rigid ones */
+int64_t cairn_simulation_nodes(const cairn_simulation* simulation);  /* of all meshes */
 int64_t cairn_simulation_contacts(const cairn_simulation* simulation); /* of the last step */
 /* A field of bodies by its name in fields.def ("position", "velocity", "rotation", "mass", "reaction", ...), in the
  * order of insertion; positions are absolute. values has room for capacity numbers; *count is how many there are, and
  * nothing is written if that is more. */
 int32_t cairn_simulation_body_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
+                                    int64_t* count, cairn_error* error);
+/* The same of the nodes of meshes ("id", "position", "velocity", "mass", "temperature", ...), (components, n). */
+int32_t cairn_simulation_node_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
                                     int64_t* count, cairn_error* error);
 /* "position" (absolute), "displacement" or "velocity" (dim, nodes) of a mesh. */
 int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,
@@ -291,7 +299,7 @@ int32_t cairn_simulation_set_network_source(cairn_simulation* simulation, const 
 /* Branches beside the contacts: bodies (2, n), conductance (n). */
 int32_t cairn_simulation_add_wires(cairn_simulation* simulation, const char* kind, int64_t n, const int64_t* bodies,
                                    const double* conductance, cairn_error* error);
-/* Temperatures of bodies (n) [K]; bodies NULL: of all, in the order of insertion. */
+/* Temperatures of bodies or nodes (n) [K]; bodies NULL: of all bodies, then of all nodes, in the order of insertion. */
 int32_t cairn_simulation_set_temperature(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
                                          const double* temperature, cairn_error* error);
 /* Of the last step: "status" (0 converged, 1 iteration limit, 2 not finite, 3 open), "branches", "floating", "open",
@@ -326,9 +334,12 @@ int64_t cairn_run_outputs(const cairn_run* run);
 /* Of the outputs [s]. values has room for capacity numbers; *count is how many there are, and nothing is written if
  * that is more: here and below. */
 int32_t cairn_run_times(const cairn_run* run, int64_t capacity, double* times, int64_t* count, cairn_error* error);
-/* A field of the bodies or the contacts of an output, from 0, (components, n): "position", "velocity", "radius", "id",
- * ...; "point", "normal", "gap", "impulse", "body_a", ... */
+/* A field of the bodies, the nodes of meshes or the contacts of an output, from 0, (components, n): "position",
+ * "velocity", "radius", "id", ...; "point", "normal", "gap", "impulse", "body_a", ... Files of before format 1.2 have
+ * nodes among their bodies. */
 int32_t cairn_run_body_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity, double* values,
+                             int64_t* count, cairn_error* error);
+int32_t cairn_run_node_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity, double* values,
                              int64_t* count, cairn_error* error);
 int32_t cairn_run_contact_field(const cairn_run* run, int64_t output, const char* name, int64_t capacity,
                                 double* values, int64_t* count, cairn_error* error);

@@ -79,7 +79,7 @@ int sweep_on(ContactSystem& system, cairn_schedule& schedule, int sweeps, Extrap
 
 } // namespace
 
-SolveReport solve_nlgs(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options,
+SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options,
                        SweepHelp* help) {
   SolveReport report;
   report.penetration = system.penetration;

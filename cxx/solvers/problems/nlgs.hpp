@@ -28,7 +28,7 @@ public:
   virtual int few_unknowns() const = 0;
 };
 
-SolveReport solve_nlgs(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&,
+SolveReport solve_nlgs(ContactSystem&, const Velocities& velocity_free, const SolverOptions&,
                        SweepHelp* help = nullptr);
 
 } // namespace cairn

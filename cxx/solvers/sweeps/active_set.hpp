@@ -28,7 +28,7 @@ struct ActiveSetMemory {
 class ActiveSet {
 public:
   // measure: square of the error of the impulses at hand, records up to date
-  ActiveSet(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
+  ActiveSet(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
             std::function<double()> measure)
       : system_(system), schedule_(schedule), velocity_free_(velocity_free), measure_(std::move(measure)),
         memory_(room(system)) {}
@@ -55,7 +55,7 @@ private:
 
   ContactSystem& system_;
   const cairn_schedule& schedule_;
-  const Field<double>& velocity_free_;
+  Velocities velocity_free_;
   std::function<double()> measure_;
   ActiveSetMemory& memory_;
   int rank_ = 0;

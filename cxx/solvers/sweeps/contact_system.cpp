@@ -47,14 +47,14 @@ void each(std::int64_t bodies, F&& f) {
 
 } // namespace
 
-void ContactSystem::load(const Field<double>& velocity) {
-  const auto copy = [&, v = velocity.values.data()](int n) {
+void ContactSystem::load(const Velocities& velocity) {
+  const auto copy = [&, v = velocity.bodies.values.data()](int n) {
     return [=, this](std::int64_t b, int k) { record[b].x[k] = v[n * b + k]; };
   };
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
   for (const CondensedBody& c : condensed)
     for (std::size_t i = 0; i < c.node.size(); ++i)
-      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] = velocity[c.node[i]][k];
+      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] = (*velocity.nodes)[c.node[i]][k];
 }
 
 void ContactSystem::clear_velocities() {
@@ -71,18 +71,18 @@ void ContactSystem::clear_touched() {
   for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
 }
 
-void ContactSystem::unload(Field<double>& velocity) const {
+void ContactSystem::unload(Field<double>& velocity, Field<double>* of_nodes) const {
   const auto copy = [&, v = velocity.values.data()](int n) {
     return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
   };
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
   for (const CondensedBody& c : condensed)
-    for (std::size_t i = 0; i < c.node.size(); ++i)
-      for (int k = 0; k < dim; ++k) velocity[c.node[i]][k] = c.dofs.velocity[dim * i + k];
+    for (std::size_t i = 0; of_nodes && i < c.node.size(); ++i)
+      for (int k = 0; k < dim; ++k) (*of_nodes)[c.node[i]][k] = c.dofs.velocity[dim * i + k];
 }
 
-void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>& more) {
-  const auto both = [&, v = velocity.values.data(), w = more.values.data()](int n) {
+void ContactSystem::unload_and_add(Field<double>& velocity, const Velocities& more) {
+  const auto both = [&, v = velocity.values.data(), w = more.bodies.values.data()](int n) {
     return [=, this](std::int64_t b, int k) {
       v[n * b + k] = record[b].x[k];
       record[b].x[k] += w[n * b + k];
@@ -91,7 +91,7 @@ void ContactSystem::unload_and_add(Field<double>& velocity, const Field<double>&
   dim == 2 ? each<3>(bodies, both(3)) : each<6>(bodies, both(6));
   for (const CondensedBody& c : condensed)
     for (std::size_t i = 0; i < c.node.size(); ++i)
-      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] += more[c.node[i]][k];
+      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] += (*more.nodes)[c.node[i]][k];
 }
 
 } // namespace cairn

@@ -11,6 +11,14 @@ namespace cairn {
 
 struct ActiveSetMemory;
 
+// A velocity of all that moves: of rigid bodies (3 | 6, n), of nodes of meshes (dim, n); null: there are none.
+struct Velocities {
+  Velocities(const Field<double>& of_bodies, const Field<double>* of_nodes = nullptr)
+      : bodies(of_bodies), nodes(of_nodes) {}
+  const Field<double>& bodies;
+  const Field<double>* nodes;
+};
+
 struct ContactSystem {
   int dim = 2;
   std::int64_t bodies = 0;
@@ -43,10 +51,10 @@ struct ContactSystem {
   void clear_velocities();
   void clear_touched(); // of bodies with contacts alone
   // velocities of bodies into the records; inverse masses stay
-  void load(const Field<double>& velocity);
-  void unload(Field<double>& velocity) const;
+  void load(const Velocities& velocity);
+  void unload(Field<double>& velocity, Field<double>* of_nodes = nullptr) const;
   // velocity = that of the records, to which `more` is then added
-  void unload_and_add(Field<double>& velocity, const Field<double>& more);
+  void unload_and_add(Field<double>& velocity, const Velocities& more);
 };
 
 // row k: side k of sides.def

@@ -111,7 +111,7 @@ void BestImpulses::offer(double error_square) {
   each(system_, [&](double& r, std::size_t place) { system_.best[place] = r; });
 }
 
-bool BestImpulses::give_back(double error_square, const Field<double>& velocity_free, const cairn_schedule& schedule) {
+bool BestImpulses::give_back(double error_square, const Velocities& velocity_free, const cairn_schedule& schedule) {
   if (!(least_ < std::numeric_limits<double>::infinity()) || error_square <= least_) return false;
   each(system_, [&](double& r, std::size_t place) { r = system_.best[place]; });
   system_.load(velocity_free);

@@ -37,7 +37,7 @@ public:
   // Told of each error; keeps the impulses at hand if it is the smallest.
   void offer(double error_square);
   // Gives them back where what is at hand is worse, records too. False: nothing changed.
-  bool give_back(double error_square, const Field<double>& velocity_free, const cairn_schedule& schedule);
+  bool give_back(double error_square, const Velocities& velocity_free, const cairn_schedule& schedule);
 
 private:
   ContactSystem& system_;

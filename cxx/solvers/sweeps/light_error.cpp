@@ -73,13 +73,13 @@ double mass_ratio(const ContactBodies& bodies) {
   return range.ratio();
 }
 
-LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free) {
+LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free) {
   const int d = system.dim, mass = d == 2 ? 3 : 6;
   LightSum sum;
   const auto change_square = [&](std::int64_t b) {
     double square = 0;
     for (int k = 0; k < d; ++k) {
-      const double change = system.record[b].x[k] - velocity_free[b][k];
+      const double change = system.record[b].x[k] - velocity_free.bodies[b][k];
       square += change * change;
     }
     return square;

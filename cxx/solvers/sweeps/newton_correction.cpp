@@ -26,7 +26,7 @@ double sweep_operations(const ContactSystem& system) {
 }
 
 NewtonCorrection::NewtonCorrection(ContactSystem& system, const cairn_schedule& schedule,
-                                   const Field<double>& velocity_free, const SolverOptions& options)
+                                   const Velocities& velocity_free, const SolverOptions& options)
     : system_(system), schedule_(schedule), velocity_free_(velocity_free), options_(options) {}
 
 void NewtonCorrection::refresh() {

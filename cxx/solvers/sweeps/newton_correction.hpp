@@ -18,7 +18,7 @@ class ScaledProblem;
 
 class NewtonCorrection {
 public:
-  NewtonCorrection(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
+  NewtonCorrection(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
                    const SolverOptions& options);
   // Largest |dv|_M of a few steps from the impulses at hand, fewer where the error falls; records up to date before and
   // after. Infinity: there is none. NaN: its factors cannot be had, or not for a few times the work of so many sweeps.
@@ -34,7 +34,7 @@ private:
   double follow(ScaledProblem& scaled, NewtonStep& newton);
   ContactSystem& system_;
   const cairn_schedule& schedule_;
-  const Field<double>& velocity_free_;
+  Velocities velocity_free_;
   const SolverOptions& options_;
   std::optional<StepProblem> problem_;
   Array<double> start_, step_; // (dim, contacts) impulses

@@ -153,7 +153,7 @@ void conclude(SolveReport& report, const StepError& last, const SolverOptions& o
     report.hint = hint;
 }
 
-void give_none(ContactSystem& system, const Field<double>& velocity_free) {
+void give_none(ContactSystem& system, const Velocities& velocity_free) {
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts; ++lane)
       for (int k = 0; k < b.components; ++k) at(b, b.r, lane, k) = 0;

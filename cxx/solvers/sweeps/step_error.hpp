@@ -27,6 +27,6 @@ double total(const Array<double>& values, std::size_t n, std::size_t stride, std
 // hint: the solver's own, or none.
 void conclude(SolveReport&, const StepError& last, const SolverOptions&, const std::string& hint = {});
 // No impulses: bodies keep velocities that are numbers.
-void give_none(ContactSystem&, const Field<double>& velocity_free);
+void give_none(ContactSystem&, const Velocities& velocity_free);
 
 } // namespace cairn

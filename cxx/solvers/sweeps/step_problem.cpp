@@ -16,7 +16,7 @@ std::string StepProblem::obstacle(const ContactSystem& system) {
   return {};
 }
 
-StepProblem::StepProblem(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free)
+StepProblem::StepProblem(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free)
     : system_(system) {
   problem_.dim = system.dim;
   problem_.bodies = std::make_shared<ContactBodies>();
@@ -291,12 +291,12 @@ void StepProblem::write(const double* r) {
   }
 }
 
-void StepProblem::write_velocities(const Field<double>& velocity_free, const Array<double>& change) {
+void StepProblem::write_velocities(const Velocities& velocity_free, const Array<double>& change) {
   const int n = system_.velocities();
   if (change.empty()) return;
   for (std::int64_t b = 0; b < system_.bodies; ++b)
     for (int k = 0; k < n && number_[b] >= 0; ++k)
-      system_.record[b].x[k] = velocity_free[b][k] + change[std::size_t(n) * number_[b] + k];
+      system_.record[b].x[k] = velocity_free.bodies[b][k] + change[std::size_t(n) * number_[b] + k];
 }
 
 } // namespace cairn

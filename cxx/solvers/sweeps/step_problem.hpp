@@ -10,7 +10,7 @@ public:
   // Empty, or what keeps these contacts from being a problem: laws with a local solution of their own.
   static std::string obstacle(const ContactSystem&);
   // records: hold the free velocity afterwards. Contacts where nothing can move are left out.
-  StepProblem(ContactSystem&, const cairn_schedule&, const Field<double>& velocity_free);
+  StepProblem(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 
   // As it is made it knows its bodies, and of W the diagonal blocks.
   FrictionProblem& problem() { return problem_; }
@@ -23,7 +23,7 @@ public:
   void read(double* r) const;
   void write(const double* r);
   // To records: free velocities and their changes (dofs, bodies) by a solver; if it gave none, they stay.
-  void write_velocities(const Field<double>& velocity_free, const Array<double>& change);
+  void write_velocities(const Velocities& velocity_free, const Array<double>& change);
 
 private:
   struct Place {

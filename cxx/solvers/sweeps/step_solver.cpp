@@ -36,7 +36,7 @@ ProblemOptions problem_options(const SolverOptions& options) {
 // Proximal point around Newton's method, as soon as the errors of the sweeps foretell a way longer than its own.
 class NewtonHelp : public SweepHelp {
 public:
-  NewtonHelp(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options)
+  NewtonHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()),
         from_nothing_(nothing()), given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()) {}
@@ -157,7 +157,7 @@ private:
 
   static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
   ContactSystem& system_;
-  const Field<double>& velocity_free_;
+  Velocities velocity_free_;
   SolverOptions options_;
   ErrorForecast forecast_;
   double ratio_;          // of masses
@@ -169,7 +169,7 @@ private:
   bool given_up_, asked_ = false;
 };
 
-SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options,
+SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options,
                              const ProblemSolverInfo& solver) {
   SolveReport report;
   report.penetration = system.penetration;
@@ -215,7 +215,7 @@ SolveReport solve_by_problem(ContactSystem& system, const Field<double>& velocit
 
 } // namespace
 
-SolveReport solve_step(ContactSystem& system, const Field<double>& velocity_free, const SolverOptions& options) {
+SolveReport solve_step(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options) {
   if (std::isfinite(options.accuracy) && options.solver != "nlgs" && options.solver != "auto")
     throw Error("accuracy is estimated between sweeps: take cairn.NLGS or cairn.Auto instead of " + options.solver +
                 ", or leave accuracy out");

@@ -6,6 +6,6 @@
 namespace cairn {
 
 // What is not converged is a status; throws Error where the solver cannot take these contacts.
-SolveReport solve_step(ContactSystem&, const Field<double>& velocity_free, const SolverOptions&);
+SolveReport solve_step(ContactSystem&, const Velocities& velocity_free, const SolverOptions&);
 
 } // namespace cairn

@@ -6,7 +6,7 @@
 
 namespace cairn {
 
-VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
+VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
                              const SolverOptions& options)
     : system_(system), schedule_(schedule), newton_(system, schedule, velocity_free, options),
       accuracy_(options.accuracy), holds_(!asked()) {

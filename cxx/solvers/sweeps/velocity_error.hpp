@@ -21,7 +21,7 @@ namespace cairn {
 class VelocityError {
 public:
   // options.accuracy: what is asked for; infinity: nothing, and nothing is measured
-  VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Field<double>& velocity_free,
+  VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
                 const SolverOptions& options);
   // Told of each error of the impulses at hand, records up to date.
   void follow(double error);

@@ -22,14 +22,18 @@ void Nscd::start_histories(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const Need needs[] = {Need::acceleration, Need::jerk, Need::snap, Need::crackle};
   for (int k = 0; k < scheme_.histories; ++k) s.scene.activate(needs[k]);
-  auto& known = b.history_known.values;
-  if (std::find(known.begin(), known.end(), 0) == known.end()) return;
+  Nodes& nodes = s.scene.nodes;
+  const auto all = [](Field<std::uint8_t>& of) {
+    return std::find(of.values.begin(), of.values.end(), 0) == of.values.end();
+  };
+  if (all(b.history_known) && all(nodes.history_known)) return;
   cairn_history_start(s.scene.dim, b.dofs(), b.count, bits(b.history_known), s.scene.gravity.data(),
                       b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(), b.history(0),
                       b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
   for (MeshBody& mesh : s.meshes.meshes)
-    if (!mesh.nodes.empty() && *b.history_known[mesh.nodes[0]] == 0) mesh.start_history(b, s.scene.gravity.data());
-  std::fill(known.begin(), known.end(), std::uint8_t(1));
+    if (*nodes.history_known[mesh.first_node] == 0) mesh.start_history(nodes, s.scene.gravity.data());
+  for (auto* known : {&b.history_known.values, &nodes.history_known.values})
+    std::fill(known->begin(), known->end(), std::uint8_t(1));
   started_ = true;
 }
 
@@ -43,14 +47,23 @@ void Nscd::measure_histories(Simulation& s) {
                       b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), change_.data(),
                       b.history(0), b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping),
                       bits(b.driven));
-  for (MeshBody& mesh : s.meshes.meshes) mesh.smooth_change(b, change_.data());
   cairn_history_way(b.dofs(), b.count, &scheme_, b.velocity_begin.values.data(), b.velocity.values.data(),
                     change_.data(), way_.data(), b.history(0), b.history(1), b.history(2), b.history(3));
+  Nodes& nodes = s.scene.nodes;
+  if (nodes.count == 0) return;
+  node_change_.resize(nodes.velocity.values.size());
+  node_way_.resize(nodes.velocity.values.size());
+  for (MeshBody& mesh : s.meshes.meshes) mesh.smooth_change(nodes, node_change_.data());
+  cairn_history_way(nodes.dim, nodes.count, &scheme_, nodes.velocity_begin.values.data(), nodes.velocity.values.data(),
+                    node_change_.data(), node_way_.data(), nodes.history(0), nodes.history(1), nodes.history(2),
+                    nodes.history(3));
 }
 
 // Places, velocities or the integrator are others: what is kept does not belong to them.
 void Nscd::changed(Simulation& s, bool places) {
-  if (places) std::fill(s.scene.bodies.history_known.values.begin(), s.scene.bodies.history_known.values.end(), 0);
+  if (!places) return;
+  for (auto* known : {&s.scene.bodies.history_known.values, &s.scene.nodes.history_known.values})
+    std::fill(known->begin(), known->end(), std::uint8_t(0));
 }
 
 } // namespace cairn

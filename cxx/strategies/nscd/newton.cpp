@@ -49,7 +49,7 @@ void Nscd::newton_passes(Simulation& s) {
         return;
       }
       for (MeshBody& mesh : s.meshes.meshes)
-        if (!mesh.linear()) mesh.linearise(s.scene.bodies);
+        if (!mesh.linear()) mesh.linearise(s.scene.nodes);
       s.interactions.keep_impulses();
       prepare_contacts(s);
       solve_contacts(s);

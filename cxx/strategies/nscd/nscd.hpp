@@ -54,7 +54,9 @@ public:
   void status(Simulation& s, std::int32_t* out) override;
   void changed(Simulation& s, bool places) override;
   std::int64_t body_bytes() const override {
-    return std::int64_t((margins_.capacity() + change_.capacity() + way_.capacity()) * sizeof(double));
+    return std::int64_t(
+        (margins_.capacity() + change_.capacity() + way_.capacity() + node_change_.capacity() + node_way_.capacity()) *
+        sizeof(double));
   }
 
 private:
@@ -77,11 +79,13 @@ private:
   double h_ = 0;
   cairn_scheme scheme_{};                // of the step at hand
   Array<double> change_, way_;           // of velocities by forces, without contacts; displacement of the history
+  Array<double> node_change_, node_way_; // of nodes
   bool begun_ = false, started_ = false; // a step, histories in it
   Cell cell_begin_;
   Array<double> margins_, force_given_;
-  std::vector<std::int32_t> anchored_;    // contactors of the keys of the memory, two each
-  std::optional<Interactions> projector_; // of project_positions, with a memory of its own
+  std::vector<std::int32_t> anchored_;          // contactors of the keys of the memory, two each
+  std::vector<double> temperature_, potential_; // of bodies and nodes, that laws see
+  std::optional<Interactions> projector_;       // of project_positions, with a memory of its own
   Candidates projection_candidates_;
   std::optional<LawTable> projection_laws_;
   Array<double> reaction_kept_;

@@ -29,13 +29,15 @@ const LawTable& Nscd::projection_laws(const Simulation& s) {
 
 void Nscd::project_positions(Simulation& s) {
   Bodies& b = s.scene.bodies;
+  Nodes& nodes = s.scene.nodes;
   const int nd = b.dofs(), dim = s.scene.dim;
   double stored = 0;
-  for (MeshBody& mesh : s.meshes.meshes) stored -= mesh.stored(b), mesh.rest();
+  for (MeshBody& mesh : s.meshes.meshes) stored -= mesh.stored(nodes), mesh.rest();
   b.velocity_begin.values.swap(b.velocity.values); // kept there; the contacts read zero
   reaction_kept_ = b.reaction.values;
-  std::fill(b.velocity.values.begin(), b.velocity.values.end(), 0.0);
-  std::fill(b.velocity_free.values.begin(), b.velocity_free.values.end(), 0.0);
+  nodes.velocity_begin.values.swap(nodes.velocity.values);
+  for (Field<double>* field : {&b.velocity, &b.velocity_free, &nodes.velocity, &nodes.velocity_free})
+    std::fill(field->values.begin(), field->values.end(), 0.0);
   const std::int8_t* driven = b.driven.active ? reinterpret_cast<const std::int8_t*>(b.driven.values.data()) : nullptr;
   if (b.angular_momentum.active)
     cairn_inverse_inertia(b.count, b.inertia.values.data(), b.rotation.values.data(), b.inverse_mass.values.data(),
@@ -51,9 +53,9 @@ void Nscd::project_positions(Simulation& s) {
     margin = {settings.margin, nullptr};
   s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {.mapped = &s.meshes.mapped()},
                    &projector_->scratch(), &s.laws.rules());
-  s.meshes.weigh_mortar(b, projection_candidates_);
+  s.meshes.weigh_mortar(nodes, projection_candidates_);
   projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_, law_share(),
-                       &s.meshes);
+                       &s.meshes, &nodes);
   SolverOptions options = settings.solver;
   options.accuracy = std::numeric_limits<double>::infinity(); // these velocities move nothing but overlaps
   const SolveReport solved = projector_->solve(b, options);
@@ -65,6 +67,9 @@ void Nscd::project_positions(Simulation& s) {
   for (std::int64_t i = 0; i < b.count; ++i)
     if (std::isfinite(*b.mass[i]))
       for (int d = 0; d < dim; ++d) potential -= *b.mass[i] * s.scene.gravity[d] * h_ * b.velocity[i][d];
+  for (std::int64_t i = 0; i < nodes.count; ++i)
+    for (int d = 0; d < dim; ++d) potential -= *nodes.mass[i] * s.scene.gravity[d] * h_ * nodes.velocity[i][d];
+  cairn_theta_advance(dim, dim, nodes.count, h_, nodes.velocity.values.data(), nodes.position.values.data(), nullptr);
   cairn_theta_advance(dim, nd, b.count, h_, b.velocity.values.data(), b.position.values.data(),
                       dim == 2 && b.rotation.active ? b.rotation.values.data() : nullptr);
   if (dim == 3 && b.rotation.active) {
@@ -73,9 +78,10 @@ void Nscd::project_positions(Simulation& s) {
                  driven, &unsolved);
   }
   b.velocity_begin.values.swap(b.velocity.values);
+  nodes.velocity_begin.values.swap(nodes.velocity.values);
   b.reaction.values.swap(reaction_kept_);
   s.scene.state_assigned(); // the spin is kept, so the angular momentum follows the new orientation
-  for (MeshBody& mesh : s.meshes.meshes) stored += mesh.stored(b);
+  for (MeshBody& mesh : s.meshes.meshes) stored += mesh.stored(nodes);
   s.follow_meshes();
   s.interactions.refresh_meshes(b);
   s.energy.potential += potential;

@@ -4,6 +4,7 @@
 
 #include "../../base/call.hpp"
 #include "../../networks/network.hpp"
+#include "../../networks/unknowns.hpp"
 #include "nscd.hpp"
 
 namespace cairn {
@@ -32,10 +33,10 @@ void Nscd::begin_step(Simulation& s, double h) {
   s.place_meshes();
   start_histories(s);
   save_begin(s);
-  const Field<double>&warm = s.scene.bodies.temperature, &potential = s.scene.bodies.potential;
-  const double* temperature = warm.active ? warm.values.data() : nullptr;
-  if (s.networks && s.networks->thermal) temperature = s.networks->thermal->seen(s);
-  s.interactions.act_at(temperature, potential.active ? potential.values.data() : nullptr);
+  Bodies& b = s.scene.bodies;
+  const double* temperature = values_of(b.temperature, s.scene.nodes.temperature, temperature_);
+  if (s.networks && s.networks->thermal) temperature = s.networks->thermal->seen(temperature);
+  s.interactions.act_at(temperature, values_of(b.potential, s.scene.nodes.potential, potential_));
   make_bonds(s);
   begun_ = true;
 }
@@ -46,6 +47,9 @@ void Nscd::save_begin(Simulation& s) {
   b.velocity_begin.values = b.velocity.values;
   if (b.rotation.active) b.rotation_begin.values = b.rotation.values;
   if (b.angular_momentum.active) b.momentum_begin.values = b.angular_momentum.values;
+  Nodes& nodes = s.scene.nodes;
+  nodes.position_begin.values = nodes.position.values;
+  nodes.velocity_begin.values = nodes.velocity.values;
   cell_begin_ = s.scene.cell;
 }
 
@@ -63,6 +67,9 @@ void Nscd::undo_step(Simulation& s) {
     cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity.values.data(),
                           b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
   }
+  Nodes& nodes = s.scene.nodes;
+  nodes.position.values = nodes.position_begin.values;
+  nodes.velocity.values = nodes.velocity_begin.values;
   s.scene.cell = cell_begin_;
   begun_ = false;
   s.forget_contacts();
@@ -75,9 +82,12 @@ void Nscd::predict_configuration(Simulation& s) {
   const double ahead = h_ * (1 - scheme_.share);
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+  Nodes& nodes = s.scene.nodes;
+  cairn_theta_advance(nodes.dim, nodes.dim, nodes.count, ahead, nodes.velocity.values.data(),
+                      nodes.position.values.data(), nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(s.rigid_bodies(), ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
                  pointer(b.angular_momentum), bits(b.driven), &unsolved);
     s.report.unresolved_rotations = unsolved;
   }
@@ -93,7 +103,7 @@ void Nscd::compute_free_velocity(Simulation& s) {
   Bodies& b = s.scene.bodies;
   s.follow_meshes();
   if (!s.forces.empty()) add_plugged_forces(s);
-  const std::int64_t n = s.rigid_bodies();
+  const std::int64_t n = s.scene.bodies.count;
   cairn_theta_free_velocity(s.scene.dim, b.dofs(), n, scheme_.impulse, scheme_.implicit, s.scene.gravity.data(),
                             b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(),
                             b.velocity_free.values.data(), b.inverse_mass.values.data(), pointer(b.force),
@@ -111,7 +121,7 @@ void Nscd::compute_free_velocity(Simulation& s) {
   if (!s.meshes.empty()) {
     if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
     for (MeshBody& mesh : s.meshes.meshes)
-      mesh.free_velocity(b, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
+      mesh.free_velocity(s.scene.nodes, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
   }
   if (!s.free_velocity) return;
   s.free_velocity->routine(s.scene.dim, b.dofs(), n, h_, scheme_.share, s.time, s.free_velocity->params.data(),
@@ -130,7 +140,7 @@ void Nscd::add_plugged_forces(Simulation& s) {
   Bodies& b = s.scene.bodies;
   if (!b.force.active) b.force.activate(b.count);
   force_given_ = b.force.values;
-  const std::int64_t n = s.rigid_bodies();
+  const std::int64_t n = s.scene.bodies.count;
   for (const PluggedForce& f : s.forces) {
     f.routine(s.scene.dim, b.dofs(), n, s.time + scheme_.end_share * h_, f.params.data(), b.id.values.data(),
               b.mass.values.data(), b.position.values.data(), b.velocity.values.data(), b.force.values.data());
@@ -148,12 +158,16 @@ void Nscd::leave_plugged_forces(Simulation& s) {
 
 // Forces and steps that are each in order may together be too much for a double.
 void Nscd::check_free_velocity(const Simulation& s) const {
-  const Bodies& b = s.scene.bodies;
-  for (std::int64_t i = 0; i < b.count; ++i)
-    for (int k = 0; k < b.dofs(); ++k)
-      if (!std::isfinite(b.velocity_free[i][k]))
-        throw Error("velocity of body " + std::to_string(*b.id[i]) + " would not be finite after a step of " +
-                    std::to_string(h_) + " s; give smaller forces, a smaller dt or a larger mass");
+  const auto check = [&](const char* what, const Field<double>& velocity, const Field<std::int64_t>& id) {
+    for (std::size_t i = 0; i < velocity.values.size(); ++i)
+      if (!std::isfinite(velocity.values[i]))
+        throw Error(std::string("velocity of ") + what + " " +
+                    std::to_string(*id[std::int64_t(i) / velocity.components]) +
+                    " would not be finite after a step of " + std::to_string(h_) +
+                    " s; give smaller forces, a smaller dt or a larger mass");
+  };
+  check("body", s.scene.bodies.velocity_free, s.scene.bodies.id);
+  check("node", s.scene.nodes.velocity_free, s.scene.nodes.id);
 }
 
 // A pair is a candidate if it could close within the step at the speeds at hand, and a little beyond: five hundredths
@@ -186,7 +200,7 @@ double Nscd::margin_of_mapped(const Simulation& s, std::int32_t contactor) const
   const MeshSet::Middle& middle = s.meshes.middle(contactor);
   double begin = 0, free = 0;
   for (int d = 0; d < s.scene.dim; ++d) {
-    const double v = middle.of(s.scene.bodies.velocity, d), v_free = middle.of(s.scene.bodies.velocity_free, d);
+    const double v = middle.of(s.scene.nodes.velocity, d), v_free = middle.of(s.scene.nodes.velocity_free, d);
     begin += v * v;
     free += v_free * v_free;
   }
@@ -220,7 +234,7 @@ void Nscd::detect_contacts(Simulation& s) {
   s.contacts_known = false;
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
                    {.mapped = &s.meshes.mapped()}, &s.interactions.scratch(), &s.laws.rules());
-  s.meshes.weigh_mortar(s.scene.bodies, s.candidates);
+  s.meshes.weigh_mortar(s.scene.nodes, s.candidates);
   measure_anchored(s);
 }
 
@@ -230,7 +244,7 @@ void Nscd::prepare_contacts(Simulation& s) {
   s.interactions.hold_at_detection(settings.act_on_surfaces || settings.pose.kernel);
   s.interactions.pose(settings.pose);
   s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
-                          &s.meshes);
+                          &s.meshes, &s.scene.nodes);
   s.contacts_known = true;
 }
 
@@ -240,6 +254,7 @@ void Nscd::update_velocity(Simulation& s) {
   Bodies& b = s.scene.bodies;
   if (b.reaction.active) std::fill(b.reaction.values.begin(), b.reaction.values.end(), 0.0);
   std::swap(b.velocity_begin.values, b.velocity.values); // with the spin that the contacts saw
+  std::swap(s.scene.nodes.velocity_begin.values, s.scene.nodes.velocity.values);
   s.interactions.update_velocity(b);
   if (b.angular_momentum.active)
     cairn_momentum_update(b.count, 1, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
@@ -250,7 +265,7 @@ void Nscd::update_velocity(Simulation& s) {
 void Nscd::commit_contacts(Simulation& s) {
   measure_histories(s);
   if (!s.meshes.empty())
-    for (MeshBody& mesh : s.meshes.meshes) mesh.account(s.scene.bodies, s.scene.gravity.data());
+    for (MeshBody& mesh : s.meshes.meshes) mesh.account(s.scene.nodes, s.scene.gravity.data());
   const ContactEnergy contacts = s.interactions.commit();
   account(s, contacts);
   s.account_for_meshes();
@@ -259,13 +274,23 @@ void Nscd::commit_contacts(Simulation& s) {
 
 void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   Bodies& b = s.scene.bodies;
-  double terms[8];
-  cairn_energy_terms(
-      s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.scene.gravity.data(), b.mass.values.data(),
-      b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms, pointer(b.force),
-      pointer(b.damping), bits(b.driven), pointer(b.reaction), pointer(b.momentum_begin), pointer(b.angular_momentum),
-      settings.integrator.name == "theta" ? nullptr : &scheme_, scheme_.histories > 0 ? way_.data() : nullptr,
-      b.history(0), b.history(1), b.history(2), b.history(3));
+  Nodes& nodes = s.scene.nodes;
+  double terms[8], of_nodes[8];
+  const cairn_scheme* scheme = settings.integrator.name == "theta" ? nullptr : &scheme_;
+  const bool keeps = scheme_.histories > 0;
+  cairn_energy_terms(s.scene.dim, b.dofs(), b.count, h_, scheme_.share, s.scene.gravity.data(), b.mass.values.data(),
+                     b.inertia.values.data(), b.velocity_begin.values.data(), b.velocity.values.data(), terms,
+                     pointer(b.force), pointer(b.damping), bits(b.driven), pointer(b.reaction),
+                     pointer(b.momentum_begin), pointer(b.angular_momentum), scheme, keeps ? way_.data() : nullptr,
+                     b.history(0), b.history(1), b.history(2), b.history(3));
+  if (nodes.count > 0) {
+    cairn_energy_terms(nodes.dim, nodes.dim, nodes.count, h_, scheme_.share, s.scene.gravity.data(),
+                       nodes.mass.values.data(), nullptr, nodes.velocity_begin.values.data(),
+                       nodes.velocity.values.data(), of_nodes, nodes.force.values.data(), nullptr, nullptr, nullptr,
+                       nullptr, nullptr, scheme, keeps ? node_way_.data() : nullptr, nodes.history(0), nodes.history(1),
+                       nodes.history(2), nodes.history(3));
+    for (int k = 0; k < 8; ++k) terms[k] += of_nodes[k];
+  }
   const auto [kinetic, d_kinetic, d_potential, external, driven, bulk, by_theta, fall] = terms;
   s.energy.kinetic = kinetic;
   s.energy.potential += d_potential;
@@ -298,13 +323,20 @@ void Nscd::update_configuration(Simulation& s) {
                         s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
     cairn_history_update(s.scene.dim, b.dofs(), b.count, &scheme_, change_.data(), b.inertia.values.data(),
                          b.history(0), b.history(1), b.history(2), b.history(3));
+    Nodes& nodes = s.scene.nodes;
+    cairn_theta_advance(nodes.dim, nodes.dim, nodes.count, 1, node_way_.data(), nodes.position.values.data(), nullptr);
+    cairn_history_update(nodes.dim, nodes.dim, nodes.count, &scheme_, node_change_.data(), nullptr, nodes.history(0),
+                         nodes.history(1), nodes.history(2), nodes.history(3));
   }
   const double ahead = h_ * scheme_.share;
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+  Nodes& nodes = s.scene.nodes;
+  cairn_theta_advance(nodes.dim, nodes.dim, nodes.count, ahead, nodes.velocity.values.data(),
+                      nodes.position.values.data(), nullptr);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(s.rigid_bodies(), ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
                  pointer(b.angular_momentum), bits(b.driven), &unsolved);
     s.report.unresolved_rotations += unsolved;
   }

@@ -74,7 +74,7 @@ class BodySet(Spelt):
 
     @property
     def own_ids(self):
-        """Ids of its bodies, (n,)."""
+        """Ids of its bodies, or of the nodes of its mesh, (n,)."""
         return self.ids[: len(self)]
 
     @property

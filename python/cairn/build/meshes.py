@@ -1,5 +1,4 @@
-"""Bodies that deform, in a scene: their nodes are bodies of the scene that move as the mesh does; points, edges and faces are
-contactors mapped from nodes.
+"""Bodies that deform, in a scene: their nodes move as the mesh does; points, edges and faces are contactors mapped from nodes.
 
 body = ElasticBody(points, cells, young=200e9, poisson=0.3, density=7800.0, groups={"top": nodes}, lumped=True)
 scene.add(cn.deformable(body, steel, contact="top", fixed={"bottom": "xy"}))
@@ -153,7 +152,6 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         raise ValueError(f"node {at} has mass {mass[at]:g} kg: give a density above 0, and leave out nodes without cells")
     start = np.zeros((n, dim)) if displacement is None else np.broadcast_to(np.asarray(displacement, float), (n, dim))
     speed = np.zeros((n, dim)) if velocity is None else np.broadcast_to(np.asarray(velocity, float), (n, dim))
-    spins = bodies.DOFS[dim][dim:]
     size = np.ptp(places, axis=0).max()
     between = len(points[0])
     touching = np.concatenate([nodes, np.arange(n, n + between)])
@@ -163,7 +161,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     sets = [
         bodies.checked(
             bodies.BodySet(
-                dim, places + start, mass, inertia, contactors, velocity=speed, driven=spins, group=name, mesh=d, parts=between
+                dim, places + start, mass, inertia, contactors, velocity=speed, group=name, mesh=d, parts=between
             )
         )
     ]

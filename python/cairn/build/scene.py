@@ -415,22 +415,6 @@ def mesh_groups(sets):
     return {s.mesh.name for s in sets if s.mesh is not None}
 
 
-def hold_together(core, sets):
-    """Tells a core scene which bodies are the nodes of one mesh."""
-    first, whole = {}, None
-    for s in sets:
-        if s.mesh is None:
-            continue
-        if whole is None:
-            ids = core.body("id")
-            whole = np.zeros(len(ids), np.int64)
-        number = first.setdefault(id(s.mesh), len(first) + 1)
-        if np.isin(s.own_ids, ids).all():  # removed ones are gone
-            whole[np.searchsorted(ids, s.own_ids)] = number
-    if whole is not None:
-        core.assign_body("whole", whole)
-
-
 def checked_sets(dim, given, materials=None, periodic=None):
     """Sets, or lists of sets, as one list, and the materials that there are then, by name; refused when one of them is wrong,
     before anything is changed. materials: those that there were."""
@@ -493,13 +477,14 @@ def _within(name, numbers, end, what):
 def insert(core, s, species, time=0.0, meshes=None):
     """Puts a set into a core scene and returns its ids. species: numbers of (material, group); meshes: the core's numbers of
     deformable bodies, by the id() of each; both filled where missing."""
-    first = core.add_bodies(len(s), s.position, s.rotation, _velocity_at(s, time), s.mass, s.inertia)
-    ids = np.arange(first, first + len(s) + s.parts)
     if s.mesh is not None:
         known = {} if meshes is None else meshes
         number = known[id(s.mesh)] = known.get(id(s.mesh)) or core.new_mesh()
-        core.own_nodes(number, first, len(s))
+        first = core.add_nodes(number, s.position, None if s.velocity is None else s.velocity[:, : s.dim], s.mass)
         core.add_parts(number, s.parts)
+    else:
+        first = core.add_bodies(len(s), s.position, s.rotation, _velocity_at(s, time), s.mass, s.inertia)
+    ids = np.arange(first, first + len(s) + s.parts)
     for c in s.contactors:
         _within("body", c.body, len(ids), "bodies")
         if c.hulls is not None:
@@ -510,6 +495,6 @@ def insert(core, s, species, time=0.0, meshes=None):
             h = c.hulls
             hull = (core.add_hulls(*h[:5], bool(h.facets), h.plane.reshape(-1), h.ball) + c.hull).astype(np.int32)
         core.add_contactors(c.shape, ids[c.body], np.array([number], np.int32), c.radius, c.offset, c.direction, hull)
-    if s.mask:
+    if s.mask and s.mesh is None:
         core.drive(ids[: len(s)], s.mask, None)
     return ids

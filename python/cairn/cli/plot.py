@@ -47,7 +47,7 @@ def main(options):
     out = options.output or f"{stem}_{options.what}.png"
     with load(options.file) as run:
         if len(run):
-            fields = [*run[-1].bodies.names, "speed", "spin", "forces", "energy", "residual", "history"]
+            fields = [*run[-1].drawn.names, "speed", "spin", "forces", "energy", "residual", "history"]
             parts = AXES[run[-1].dim]
             fields += [f"{name}_{part}" for name in ("stress", "strain") if name in fields for part in parts]
             fields += ["von_mises"] * ("stress" in fields)

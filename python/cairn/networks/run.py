@@ -87,18 +87,22 @@ class Running:
 
     def _warm(self, settings, first):
         """Temperatures of bodies that have none yet; of all at the start."""
-        present = self._core.scene.body("id")
-        values = self._core.scene.body("temperature")
+        scene = self._core.scene
+        present = np.concatenate([scene.body("id"), scene.node("id")])
+        values = np.concatenate([scene.body("temperature"), scene.node("temperature")])
+        order = np.argsort(present)
         new = np.ones(len(present), bool) if first else values <= 0
         start = np.zeros(len(present))
         for bodies, value in settings.initial:
-            rows = np.searchsorted(present, self.bodies("initial", bodies))
-            start[rows] = value
+            start[order[np.searchsorted(present, self.bodies("initial", bodies), sorter=order)]] = value
         if np.any(new & ~(start > 0)):
             at = int(np.argmax(new & ~(start > 0)))
             raise ValueError(f"initial temperature of body {present[at]} is {start[at]:g} K: give all bodies one above 0")
         values[new] = start[new]
-        self._core.assign_body("temperature", values)
+        n = scene.body_count
+        self._core.assign_body("temperature", values[:n])
+        if len(values) > n:
+            self._core.assign_node("temperature", values[n:])
 
     def _material(self, kind, settings, name):
         m = self._simulation._materials[name]
@@ -156,7 +160,7 @@ class Running:
             "node_capacity": np.zeros(0),
         }
         self._add_meshes(kind, settings, out)
-        present = self._core.scene.body("id")
+        present = self._simulation._present()
         for end in ("branch_a", "branch_b"):
             lost = out[end][~np.isin(out[end], present)]
             if len(lost):
@@ -212,8 +216,8 @@ class Running:
         return found
 
     def bodies(self, name, given):
-        """Ids (n,) of the bodies that a word or ids name: a group, a material, "*", or "MESH.GROUP" of its nodes."""
-        present = self._core.scene.body("id")
+        """Ids (n,) of the bodies and nodes that a word or ids name: a group, a material, "*", or "MESH.GROUP" of its nodes."""
+        present = self._simulation._present()
         if not isinstance(given, str):
             ids = np.asarray(given)
             if ids.dtype.kind not in "iu" or np.any(~np.isin(ids, present)):

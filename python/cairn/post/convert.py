@@ -17,7 +17,8 @@ AXES = "xyz"
 def convert(source, target, what="bodies", step=None, overwrite=False):
     """Write the run `source` to `target`; its extension chooses the format. Returns the paths written.
 
-    what : of a .csv, "bodies", "contacts" or "history". step : only this output, all if None. Raises FileError.
+    what : of a .csv, "bodies", "nodes" (of meshes), "contacts" or "history". step : only this output, all if None. Raises
+        FileError.
     """
     target = os.fspath(target)
     kind = os.path.splitext(target)[1].lower()
@@ -70,7 +71,7 @@ def _csv(run, steps, target, what):
             named = columns(fields)
             if i == 0:
                 table.writerow(["step", "time", *named])
-            time = step.time if what == "bodies" else step.time_detection
+            time = step.time_detection if what == "contacts" else step.time
             # repr of a float gives back the same bits
             rows = zip(*(v.tolist() for v in named.values()), strict=True)
             table.writerows([step.step, float(time), *row] for row in rows)
@@ -84,7 +85,7 @@ def _each(run, steps):
     for name, value in run.history.items():
         yield f"history/{name}", value
     for step in steps:
-        for what in ("bodies", "contacts"):
+        for what in ("bodies", "contacts", "nodes") if len(step.nodes) else ("bodies", "contacts"):
             fields = getattr(step, what)
             for name in fields.names:
                 yield f"{step.index:05d}/{what}/{name}", fields[name]
@@ -113,12 +114,14 @@ def _vtk(run, steps, target, what):
         raise FileError(target, "the package vtk is needed for this format", "pip install vtk") from error
     stem, kind = os.path.splitext(target)
     paths, entries = [], {"bodies": [], "contacts": []}
+    if any(len(step.nodes) for step in steps):
+        entries["nodes"] = []
     shapes = []
     for step in steps:
         for name, listed in entries.items():
             fields = getattr(step, name)
             values = {f: fields[f] for f in fields.names}
-            place = values.pop("position" if name == "bodies" else "point")
+            place = values.pop("point" if name == "contacts" else "position")
             points, cells = vtkPoints(), vtkCellArray()
             points.SetData(numpy_to_vtk(_three(place), deep=True))
             cells.SetData(1, numpy_to_vtkIdTypeArray(np.arange(len(place), dtype=np.int64), deep=True))
@@ -127,7 +130,7 @@ def _vtk(run, steps, target, what):
             grid.SetVerts(cells) if kind == ".vtp" else grid.SetCells(VTK_VERTEX, cells)
             if "velocity" in values:
                 velocity = values.pop("velocity")
-                values |= {"velocity": velocity[:, : run.dim], "spin": velocity[:, run.dim :]}
+                values |= {"velocity": velocity[:, : run.dim]} | ({"spin": velocity[:, run.dim :]} if name == "bodies" else {})
             for f, value in values.items():
                 vector = value.ndim == 2 and value.shape[1] == run.dim
                 array = numpy_to_vtk(np.ascontiguousarray(_three(value) if vector else value), deep=True)
@@ -139,7 +142,7 @@ def _vtk(run, steps, target, what):
             writer.SetInputData(grid)
             if not writer.Write():
                 raise FileError(path, "VTK could not write the file", "look at the space on the disk and the permissions")
-            listed.append((step.time if name == "bodies" else step.time_detection, path))
+            listed.append((step.time_detection if name == "contacts" else step.time, path))
             paths.append(path)
         mesh = surfaces_of(step) if kind == ".vtp" else None
         if mesh is not None:
@@ -164,8 +167,8 @@ def _write_shapes(path, step, points, triangles, rows):
     cells.SetData(3, numpy_to_vtkIdTypeArray(np.ascontiguousarray(triangles, np.int64).ravel(), deep=True))
     grid.SetPoints(at)
     grid.SetPolys(cells)
-    for name in step.bodies.names:
-        value = step.bodies[name]
+    for name in step.drawn.names:
+        value = step.drawn[name]
         if name in ("position", "rotation") or value.dtype.kind not in "fiu":
             continue
         array = numpy_to_vtk(np.ascontiguousarray(value[rows]), deep=True)

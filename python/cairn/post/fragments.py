@@ -13,7 +13,8 @@ def fragments(state, beta=0.0):
     that nothing holds are pieces of one. Nodes of one mesh of a Simulation are one body here, called by the smallest of their
     ids.
     """
-    ids = np.sort(np.asarray(state.bodies.id))
+    written = isinstance(state.contacts, Fields)
+    ids = np.sort(state.drawn["id"] if written else np.concatenate([state.bodies.id, state.nodes.id]))
     root = np.arange(len(ids))
 
     def of(i):
@@ -33,7 +34,6 @@ def fragments(state, beta=0.0):
         for part in parts[1:]:
             join(parts[0], part)
     contacts = state.contacts
-    written = isinstance(contacts, Fields)
     pairs = np.column_stack([contacts["body_a"], contacts["body_b"]]) if written else np.asarray(contacts.bodies)
     for a, b in np.searchsorted(ids, pairs[np.asarray(contacts.beta) > beta]):
         join(a, b)

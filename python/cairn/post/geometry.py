@@ -47,7 +47,7 @@ def contactors_of(step):
 
 def _contactors_of(step):
     table, dim = step.run.scene.get("contactors") or {}, step.dim
-    bodies, position = step.bodies, step.bodies["position"]
+    bodies, position = step.drawn, step.drawn["position"]
     n = len(bodies)
     ids = np.asarray(bodies["id"]) if "id" in bodies else np.arange(n)
     owner = np.atleast_1d(np.asarray(table.get("body", []), dtype=np.int64))
@@ -123,8 +123,8 @@ def lever_arms(step):
     Across a periodic boundary, where the centre is not near the point, the arm of a round body is its radius and half the
     gap along the normal, which is exact.
     """
-    contacts, position = step.contacts, step.bodies["position"]
-    radius = step.bodies["radius"] if "radius" in step.bodies else np.zeros(len(position))
+    contacts, position = step.contacts, step.drawn["position"]
+    radius = step.drawn["radius"] if "radius" in step.drawn else np.zeros(len(position))
     rows, arms = [], []
     for name, sign in (("body_a", -1.0), ("body_b", 1.0)):
         row = step.rows_of(contacts[name])

@@ -13,7 +13,8 @@ from .hdf5 import File, Group
 from .writer import FORMAT_NAME, FORMAT_VERSION
 
 STEPS = ("time", "time_detection", "step", "first_body", "bodies", "first_contact", "contacts")
-_VECTORS = ("position", "point", "normal", "impulse")  # stored with z = 0 in 2D, given back with two components
+NODE_STEPS = ("first_node", "nodes")  # of runs with meshes
+_VECTORS = ("position", "point", "normal", "impulse", "displacement")  # stored with z = 0 in 2D, given back with two components
 
 
 class History(dict):
@@ -103,7 +104,7 @@ def _from_fields_of(step):
     except MissingField as error:
         raise FileError(path, f"the file is damaged: {error.args[0]}", remedy) from error
     except ValueError as error:
-        for fields in (step.bodies, step.contacts):
+        for fields in (step.bodies, step.nodes, step.contacts):
             for name in fields:
                 if not np.all(np.isfinite(fields[name])):
                     told = f"output {step.index} holds values of '{name}' that are no numbers ({error})"
@@ -114,9 +115,9 @@ def _from_fields_of(step):
 class Fields:
     """Arrays over the bodies or the contacts of one step, read when asked for: `fields.gap` or `fields["gap"]`."""
 
-    def __init__(self, path, block, points_name, step, first, count, dim):
+    def __init__(self, path, block, points_name, step, first, count, dim, turning=True):
         self._path, self._block, self._points_name, self._step, self._dim = path, block, points_name, step, dim
-        self._first, self._count, self._cache = first, count, {}
+        self._first, self._count, self._cache, self._turning = first, count, {}, turning
 
     def __len__(self):
         return self._count
@@ -163,7 +164,7 @@ class Fields:
             return self._block["Points"][self._first : self._first + self._count, : self._dim]
         first = int(self._block["Steps/PointDataOffsets"][name][self._step])
         value = self._block["PointData"][name][first : first + self._count]
-        if name in _VECTORS:
+        if name in _VECTORS or (name == "velocity" and not self._turning):
             return value[:, : self._dim]
         if name == "velocity":
             spin = self["spin"]
@@ -171,9 +172,49 @@ class Fields:
         return value
 
 
-class Step:
-    """One output: `time`, `time_detection` [s], `step` (number of the time step), `bodies` and `contacts`.
+class Drawn:
+    """Bodies of one step and, below them, the nodes of meshes: what ids of contacts and pictures refer to. What one of them has
+    no field for is zero there; nodes do not turn."""
 
+    def __init__(self, bodies, nodes, dim):
+        self._parts, self._dim = (bodies, nodes), dim
+
+    def __len__(self):
+        return sum(map(len, self._parts))
+
+    @property
+    def names(self):
+        """Names of the fields that one of them has."""
+        return list(dict.fromkeys(name for part in self._parts for name in part.names))
+
+    def __contains__(self, name):
+        return name in self.names
+
+    def __iter__(self):
+        return iter(self.names)
+
+    def __getitem__(self, name):
+        if name not in self:
+            return self._parts[0][name]
+        found = [np.asarray(part[name]) if name in part.names else None for part in self._parts]
+        like = max((values for values in found if values is not None), key=lambda values: values.shape[1:])
+        out = np.zeros((len(self), *like.shape[1:]), like.dtype)
+        first = 0
+        for part, values in zip(self._parts, found):
+            if values is not None and values.ndim == 2:
+                out[first : first + len(part), : values.shape[1]] = values
+            elif values is not None:
+                out[first : first + len(part)] = values
+            elif name == "rotation" and like.ndim == 2:
+                out[first : first + len(part), 0] = 1.0
+            first += len(part)
+        return out
+
+
+class Step:
+    """One output: `time`, `time_detection` [s], `step` (number of the time step), `bodies`, `nodes` of meshes and `contacts`.
+
+    Runs of before format 1.2 have nodes of meshes among their bodies, and no `nodes`; `drawn` has both, in old runs and new ones.
     Bodies belong to `time`, contacts to `time_detection`. Units as in the simulation; `bodies.velocity` is (n, 3) or
     (n, 6), `contacts.impulse` (m, dim) [N s] on A in the axes of space.
     """
@@ -187,6 +228,11 @@ class Step:
                 Fields(run.path, run._file[f"cairn/{what}"], point, index, int(steps[first]), int(steps[what]), run.dim)
                 for what, point, first in (("bodies", "position", "first_body"), ("contacts", "point", "first_contact"))
             )
+            there = "nodes" in run._steps and len(run._steps["nodes"]) > 0
+            block = run._file["VTKHDF/nodes"] if there else None
+            first, many = (int(steps["first_node"]), int(steps["nodes"])) if there else (0, 0)
+            self.nodes = Fields(run.path, block, "position", index, first, many, run.dim, turning=False)
+        self.drawn = Drawn(self.bodies, self.nodes, self.dim) if many else self.bodies
 
     @property
     def cells(self):
@@ -204,8 +250,8 @@ class Step:
             return out
 
     def rows_of(self, ids):
-        """Rows of the bodies with these ids in the arrays of this step."""
-        ids, own = np.asarray(ids, np.int64), self.bodies["id"] if "id" in self.bodies else np.arange(len(self.bodies))
+        """Rows of the bodies, or of the nodes of meshes, with these ids in the arrays of `drawn`."""
+        ids, own = np.asarray(ids, np.int64), self.drawn["id"] if "id" in self.drawn else np.arange(len(self.drawn))
         order = np.argsort(own, kind="stable")
         place = np.minimum(np.searchsorted(own, ids, sorter=order), max(len(own) - 1, 0))
         if ids.size and (len(own) == 0 or np.any(own[order[place]] != ids)):
@@ -214,7 +260,8 @@ class Step:
         return order[place]
 
     def __repr__(self):
-        return f"<step {self.step}, t = {self.time:g} s, {len(self.bodies)} bodies, {len(self.contacts)} contacts>"
+        nodes = f"{len(self.nodes)} nodes, " if len(self.nodes) else ""
+        return f"<step {self.step}, t = {self.time:g} s, {len(self.bodies)} bodies, {nodes}{len(self.contacts)} contacts>"
 
 
 class Run:
@@ -244,7 +291,8 @@ class Run:
         self.dim = own.attrs["dim"]
         if self.dim not in (2, 3):
             raise ValueError(f"dim is {self.dim}: 2 and 3 are known")
-        self._steps = {name: own["steps"][name][()] for name in STEPS}
+        names = (*STEPS, *(name for name in NODE_STEPS if name in own["steps"]))
+        self._steps = {name: own["steps"][name][()] for name in names}
         shapes = {values.shape for values in self._steps.values()}
         if len(shapes) > 1 or len(*shapes) != 1:
             raise ValueError("the outputs are not told by columns of one length")

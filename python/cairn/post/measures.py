@@ -150,16 +150,16 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
             checks.real_array(name, corner, (step.dim,))
     contactors, dim = contactors_of(step).select(*_core.shapes("ball")), step.dim
     contactors = contactors.where(contactors.radius > 0)
-    n = len(step.bodies)
+    n = len(step.drawn)
     counted, round_ = np.zeros(n, bool), len(contactors.body) > 0
     counted[contactors.body] = True
     if not round_:
-        counted = np.isfinite(step.bodies["mass"]) if "mass" in step.bodies else np.ones(n, bool)
+        counted = np.isfinite(step.drawn["mass"]) if "mass" in step.drawn else np.ones(n, bool)
     loaded = np.any(step.contacts["impulse"] != 0, axis=1)
     row_a, row_b, arm_a, arm_b = (x[loaded] for x in lever_arms(step))
     forces = step.contacts["impulse"][loaded] / (step_size(step) if dt is None else dt)
     if polygon is None and low is None:
-        center = contactors.center if round_ else step.bodies["position"][counted]
+        center = contactors.center if round_ else step.drawn["position"][counted]
         radius = contactors.radius if round_ else np.zeros(len(center))
         low = (center - radius[:, None]).min(0, initial=np.inf)
         high = (center + radius[:, None]).max(0, initial=-np.inf)
@@ -167,7 +167,7 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
             what = f"output {step.index} holds positions that are no numbers"
             raise FileError(step.run.path, what, "give the region that is measured, or use a copy of it")
     volume = depth * _area(polygon) if polygon is not None else np.prod(np.subtract(high, low)) * (depth if dim == 2 else 1.0)
-    inside = counted & _inside(step.bodies["position"], low, high, polygon)
+    inside = counted & _inside(step.drawn["position"], low, high, polygon)
     moments = body_moments(n, row_a, row_b, forces, arm_a, arm_b)
     stress = moments[inside].sum(0) / volume if np.any(inside) and volume > 0 else np.full((dim, dim), np.nan)
     pressure, deviator = pressure_and_deviator(stress)

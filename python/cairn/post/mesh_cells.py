@@ -10,7 +10,7 @@ AROUND = {e["cell"]: np.array(e["sides"])[:, 0] for e in _core.elements() if e["
 
 def meshes_at(step):
     """Of each mesh of which all nodes are there: what the scene says of it, rows of its nodes among the bodies."""
-    ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
+    ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
     out = []
     for _, mesh in sorted((step.run.scene.get("meshes") or {}).items()):
         if np.isin(mesh["nodes"], ids).all():
@@ -22,7 +22,7 @@ def shown_by_cells(step):
     """Rows of the nodes of meshes, which pictures leave out: their cells are drawn. In older runs points, edges and faces were
     bodies, too, which are `shown` there."""
     parts = [np.asarray(mesh.get(of, ()), np.int64) for mesh, _ in meshes_at(step) for of in ("nodes", "shown")]
-    ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
+    ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
     return np.flatnonzero(np.isin(ids, np.concatenate(parts))) if parts else np.zeros(0, int)
 
 
@@ -34,7 +34,7 @@ def outlines(step):
         for kind, cells in mesh["cells"].items():
             of = row[np.asarray(cells)[:, AROUND[kind]]]
             rows.append(of)
-            corners += list(step.bodies["position"][of])
+            corners += list(step.drawn["position"][of])
     return corners, rows
 
 
@@ -60,4 +60,4 @@ def with_surfaces(step, mesh, of_bodies, hidden):
     values = np.concatenate([of_bodies, np.asarray(of_bodies, float)[corners].mean(axis=1)])
     triangles = np.concatenate([triangles[kept], corners + len(points)])
     rows = np.concatenate([rows[kept], len(of_bodies) + np.arange(len(corners))])
-    return (np.concatenate([points, step.bodies["position"]]), triangles, rows), values
+    return (np.concatenate([points, step.drawn["position"]]), triangles, rows), values

@@ -60,15 +60,15 @@ def field_values(step, what):
     """
     if not isinstance(what, str):
         values = np.asarray(what, dtype=float)
-        if values.shape != (len(step.bodies),):
-            raise ValueError(f"what has shape {values.shape}; it must be ({len(step.bodies)},), a number per body")
+        if values.shape != (len(step.drawn),):
+            raise ValueError(f"what has shape {values.shape}; it must be ({len(step.drawn)},), a number per body")
         return values, ""
     if what == "von_mises":
-        return von_mises(step.bodies["stress"]), LABELS[what]
+        return von_mises(step.drawn["stress"]), LABELS[what]
     stem, _, part = what.rpartition("_")
-    if what not in step.bodies and stem in ("stress", "strain") and part in AXES[step.dim]:
-        return step.bodies[stem][:, AXES[step.dim].index(part)], f"{stem} {part} [{'Pa' if stem == 'stress' else '-'}]"
-    values = step.bodies["velocity" if what == "speed" else what]
+    if what not in step.drawn and stem in ("stress", "strain") and part in AXES[step.dim]:
+        return step.drawn[stem][:, AXES[step.dim].index(part)], f"{stem} {part} [{'Pa' if stem == 'stress' else '-'}]"
+    values = step.drawn["velocity" if what == "speed" else what]
     if what in ("velocity", "speed"):
         return np.linalg.norm(values[:, : step.dim], axis=1), LABELS["velocity"]
     if what == "rotation" and step.dim == 3:
@@ -89,7 +89,7 @@ def von_mises(stress):
 
 def title_of(step):
     """Time and number of a step, in words."""
-    return f"t = {step.time:.4g} s   step {step.step:,}   {len(step.bodies):,} bodies"
+    return f"t = {step.time:.4g} s   step {step.step:,}   {len(step.drawn):,} bodies"
 
 
 def titled(ax, text):
@@ -422,7 +422,7 @@ def contact_lines(step):
     """Ends (m, 2, dim) of a line through each contact point: to the centres of bodies, to the point on a wall."""
     point = step.contacts["point"]
     row_a, row_b, arm_a, arm_b = lever_arms(step)
-    solid = step.bodies["radius"] > 0 if "radius" in step.bodies else np.zeros(len(step.bodies), bool)
+    solid = step.drawn["radius"] > 0 if "radius" in step.drawn else np.zeros(len(step.drawn), bool)
     solid[outlines_of(step)[1] if step.dim == 2 else contactors_of(step).select(*_core.shapes("mover")).body] = True
     ends = [np.where(solid[row, None], point - arm, point) for row, arm in ((row_a, arm_a), (row_b, arm_b))]
     return np.stack(ends, axis=1)
@@ -561,8 +561,8 @@ def _camera_of_run(run, steps):
     """A place from which all bodies of the run are seen, so that the camera stands still in a film."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for k in _few(steps):
-        place, radius = run[k].bodies["position"], run[k].bodies["radius"][:, None]
-        moves = np.isfinite(run[k].bodies["mass"]) if "mass" in run[k].bodies else np.ones(len(place), bool)
+        place, radius = run[k].drawn["position"], run[k].drawn["radius"][:, None]
+        moves = np.isfinite(run[k].drawn["mass"]) if "mass" in run[k].drawn else np.ones(len(place), bool)
         if moves.any():
             low, high = np.minimum(low, (place - radius)[moves].min(0)), np.maximum(high, (place + radius)[moves].max(0))
     if not np.all(np.isfinite(low)):

@@ -66,12 +66,12 @@ def _faces_of_meshes(step):
     table = step.run.scene.get("contactors") or {}
     if step.dim == 2 or "nodes" not in table:
         return None
-    which, nodes = rows_of_nodes(table, np.asarray(step.bodies["id"]))
+    which, nodes = rows_of_nodes(table, np.asarray(step.drawn["id"]))
     facet = np.asarray(step.run.scene["shapes"])[np.asarray(table["shape_number"], np.int64)] == "facet"
     nodes = nodes[facet[which]][:, :3]
     if not len(nodes):
         return None
-    points = step.bodies["position"][nodes.ravel()]
+    points = step.drawn["position"][nodes.ravel()]
     return points, np.arange(len(points)).reshape(-1, 3), nodes[:, 0]
 
 
@@ -93,11 +93,11 @@ def _carried(step):
     """Of the contactors that are hulls and whose body is there: names, hulls, rows of bodies, offsets; the table of hulls."""
     table = step.run.scene.get("contactors") or {}
     hulls, which = table.get("hulls"), table.get("hull")
-    if hulls is None or which is None or not len(step.bodies):
+    if hulls is None or which is None or not len(step.drawn):
         return None
     which, owner = np.asarray(which, np.int64), np.asarray(table["body"], np.int64)
     names = np.asarray(step.run.scene["shapes"])[np.asarray(table["shape_number"], np.int64)]
-    ids = np.asarray(step.bodies["id"]) if "id" in step.bodies else np.arange(len(step.bodies))
+    ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
     order = np.argsort(ids, kind="stable")
     row = order[np.minimum(np.searchsorted(ids, owner, sorter=order), len(ids) - 1)]
     shown = np.flatnonzero((which >= 0) & (ids[row] == owner))
@@ -112,9 +112,9 @@ def _placed(step, local, rows, offset):
     k, m, dim = len(rows), len(local), step.dim
     points = (local[None] + offset[:, None]).reshape(-1, dim)
     at = np.repeat(rows, m)
-    if "rotation" in step.bodies:
-        points = turn(step.bodies["rotation"][at], points, dim)
-    return (points + step.bodies["position"][at]).reshape(k, m, dim)
+    if "rotation" in step.drawn:
+        points = turn(step.drawn["rotation"][at], points, dim)
+    return (points + step.drawn["position"][at]).reshape(k, m, dim)
 
 
 def _groups(names, which):

@@ -26,8 +26,10 @@ def describe(path):
                 "times": f"{run.times[0]:.6g} to {run.times[-1]:.6g} s",
                 "last step": last.step,
                 "bodies": len(last.bodies),
+                **({"nodes of meshes": len(last.nodes)} if len(last.nodes) else {}),
                 "contacts": len(last.contacts),
                 "fields of bodies": ", ".join(last.bodies.names),
+                **({"fields of nodes": ", ".join(last.nodes.names)} if len(last.nodes) else {}),
                 "fields of contacts": ", ".join(last.contacts.names),
             }
         history = run.history

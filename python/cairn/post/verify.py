@@ -299,10 +299,10 @@ def _run_side(path):
             pairs = np.sort(np.column_stack([c["body_a"], c["body_b"]]), axis=1) if len(c) else np.zeros((0, 2), int)
             force = _split(c["normal"], c["impulse"]) / dt if len(c) else np.zeros((0, 2))
             gap = np.array(c["gap"]) if len(c) else np.zeros(0)
-            b = step.bodies
+            b = step.drawn
             point = np.array(c["point"])[:, : run.dim] if len(c) else np.zeros((0, run.dim))
             frames.append(Frame(float(step.time), np.array(b["id"]), b["position"], b["velocity"], pairs, gap, force, point))
-        radius = np.array(run[0].bodies["radius"]) if len(run) else np.zeros(0)
+        radius = np.array(run[0].drawn["radius"]) if len(run) else np.zeros(0)
     radius = radius[radius > 0]
     return Side(str(path), frames, float(np.median(radius)) if len(radius) else 0.0)
 

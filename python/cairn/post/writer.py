@@ -9,7 +9,7 @@ from .. import _core
 from .errors import FileError
 
 FORMAT_NAME = "cairn-run"
-FORMAT_VERSION = (1, 1)  # the first number changes when older programs can no longer read the file
+FORMAT_VERSION = (1, 2)  # the first number changes when older programs can no longer read the file
 
 EMPTY_CONTACTS = {"gap": "f8", "status": "i4", "body_a": "i8", "body_b": "i8"}
 
@@ -73,7 +73,7 @@ class RunWriter:
         writer._core = _core.RunWriter.go_on(os.fspath(path), step)
         return writer
 
-    def write_step(self, time, time_detection, step, bodies, contacts=None, info=None, cells=None):
+    def write_step(self, time, time_detection, step, bodies, contacts=None, info=None, cells=None, nodes=None):
         """Write one output.
 
         time, time_detection: end of the step, to which the bodies belong, and the time of the detection configuration, to which
@@ -84,6 +84,8 @@ class RunWriter:
         on A in the axes of space, "status" (m,), "body_a", "body_b" (m,) ids; None for none.
         cells: of bodies that deform, as VTK has them: "points" (n, 3) [m], "connectivity", "offsets", "types", and "fields",
             arrays over the cells by name; None for none.
+        nodes: arrays over the nodes of meshes, None for none: "position" (k, dim) [m] is needed, "velocity" (k, dim), "id" and
+            any other field are welcome. Of a run that has none in its first output they are left out later.
         info: numbers of this step; goes to the history unless `write_history` had it.
 
         The fields of the first output are the fields of all. Raises ValueError if they differ, FileError.
@@ -91,7 +93,7 @@ class RunWriter:
         if contacts is None:
             contacts = {name: np.empty((0, self._core.dim)) for name in ("point", "normal", "impulse")}
             contacts |= {name: np.empty(0, kind) for name, kind in EMPTY_CONTACTS.items()}
-        self._core.write_step(time, time_detection, int(step), bodies, contacts, cells)
+        self._core.write_step(time, time_detection, int(step), bodies, contacts, cells, nodes or {})
         if info is not None and self._core.last_history != step:
             self.write_history(time, step, info)
 

@@ -20,8 +20,24 @@ def jacobians(rows, chosen):
     return values
 
 
+def stacked(simulation, name):
+    """A live array of rigid bodies, and below it that of the nodes of meshes, with as many columns: zero for what nodes have not,
+    without end for their inertia, since they do not turn. A copy."""
+    raw = simulation.raw
+    of_bodies = np.array(getattr(raw, name))
+    n = len(simulation.nodes)
+    if n == 0 or (len(of_bodies) == 0 and len(simulation.bodies)):
+        return of_bodies
+    out = np.full((n, *of_bodies.shape[1:]), np.inf if name == "inertia" else 0, of_bodies.dtype)
+    if any(f["name"] == name and f["active"] for f in simulation.nodes.fields):
+        values = np.array(getattr(raw.nodes, name)).reshape(n, -1)
+        out.reshape(n, -1)[:, : values.shape[1]] = values
+    return np.concatenate([of_bodies, out])
+
+
 def operator(rows, chosen, bodies, meshes=None):
-    """H' as a scipy.sparse matrix (dim contacts, dofs bodies): relative velocities u = H'v."""
+    """H' as a scipy.sparse matrix (dim contacts, dofs of bodies and nodes): relative velocities u = H'v. bodies: how many rigid
+    ones; nodes of meshes come after them, with as many dofs each."""
     from scipy import sparse
 
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
@@ -30,20 +46,20 @@ def operator(rows, chosen, bodies, meshes=None):
     body = rows.bodies[chosen]
     values = np.where((body >= 0)[:, None, :, None], values, 0.0)
     column = np.broadcast_to(dofs * np.maximum(body, 0)[:, None, :, None] + np.arange(dofs), (m, dim, 2, dofs))
-    shape = (dim * m, dofs * bodies)
+    shape = (dim * m, dofs * (bodies + sum(len(mesh.ids) for mesh in meshes or ())))
     out = sparse.csr_array((values.ravel(), (place, column.ravel())), shape=shape)
-    return out if meshes is None or not meshes else out + _of_nodes(rows, chosen, meshes, shape)
+    return out if meshes is None or not meshes else out + _of_nodes(rows, chosen, bodies, meshes, shape)
 
 
-def _of_nodes(rows, chosen, meshes, shape):
-    """The part of H' of sides that rest on nodes of meshes, whose bodies have dofs as all others."""
+def _of_nodes(rows, chosen, bodies, meshes, shape):
+    """The part of H' of sides that rest on nodes of meshes, which have dofs as bodies, and come after these."""
     from scipy import sparse
 
     dim, dofs, m = rows.dim, 3 * rows.dim - 3, len(chosen)
     mesh, node = rows.mesh[chosen], rows.node[chosen]
     number = np.zeros(node.shape, int)
     for k, view in enumerate(meshes):
-        of = view.rows
+        of = bodies + view.rows
         number[mesh == k] = of[node[mesh == k]]
     sign = np.where(mesh >= 0, [1.0, -1.0], 0.0)
     values = np.einsum("ms,msj,mck->mcsjk", sign, rows.weight[chosen], rows.axes[chosen])
@@ -68,9 +84,9 @@ def with_meshes(simulation, inverse, rows, chosen, h):
     from scipy.sparse.linalg import splu
 
     dim, dofs = rows.dim, 3 * rows.dim - 3
-    shown = np.concatenate([mesh.all_ids for mesh in simulation.meshes])
-    rigid = np.repeat(~np.isin(np.array(simulation.raw.id).ravel(), shown), dofs)
-    out = sparse.diags_array(rigid.astype(float)) @ inverse
+    nodes = len(simulation.nodes)
+    out = sparse.block_diag([inverse, sparse.csr_array((dofs * nodes, dofs * nodes))], format="csr")
+    rigid = len(simulation.bodies)
     for k, mesh in enumerate(simulation.meshes):
         size = mesh.body.points.size
         free = np.setdiff1d(np.arange(size), mesh.held)
@@ -81,9 +97,9 @@ def with_meshes(simulation, inverse, rows, chosen, h):
         right = np.zeros((size, len(wanted)))
         right[wanted, np.arange(len(wanted))] = 1
         columns = splu(step_matrix(simulation, mesh, h)[free][:, free].tocsc()).solve(right[free])
-        place = (dofs * mesh.rows[:, None] + np.arange(dim)).ravel()
+        place = (dofs * (rigid + mesh.rows[:, None]) + np.arange(dim)).ravel()
         i, j = np.meshgrid(place[free], place[wanted], indexing="ij")
-        out = out + sparse.csr_array((columns.ravel(), (i.ravel(), j.ravel())), shape=inverse.shape)
+        out = out + sparse.csr_array((columns.ravel(), (i.ravel(), j.ravel())), shape=out.shape)
     return out
 
 
@@ -106,13 +122,14 @@ def inverse_mass(simulation):
 
 
 def problem_of(simulation):
-    """The step at hand as a dict: problem; rows, and which of them it holds; operator H' and inverse A^-1 (sparse)."""
+    """The step at hand as a dict: problem; rows, and which of them it holds; operator H' and inverse A^-1 (sparse),
+    of the rigid bodies in internal order, then of the nodes of meshes."""
     from ..problems import Problem
 
     rows = simulation.stages.contacts
     chosen = rows.cones()
-    free = np.array(simulation.raw.velocity_free)
-    h = operator(rows, chosen, len(free), simulation.meshes)
+    free = stacked(simulation, "velocity_free")
+    h = operator(rows, chosen, len(simulation.bodies), simulation.meshes)
     inverse = inverse_mass(simulation)
     if simulation.meshes:
         inverse = with_meshes(simulation, inverse, rows, chosen, simulation.stages.h or simulation.report["dt"])

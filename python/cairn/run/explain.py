@@ -11,10 +11,12 @@ from .strategies import NLGS, NSCD, Auto, SmoothDEM
 def explain(simulation):
     """Text on stages, arrays, bytes, settings and scales."""
     strategy, bodies, contactors = simulation.strategy, simulation.bodies, simulation.contactors
-    lines = [f"{len(bodies)} bodies, {len(contactors)} contactors, {simulation.scene.dim}D"]
+    nodes = f"{len(simulation.nodes)} nodes of meshes, " if len(simulation.nodes) else ""
+    lines = [f"{len(bodies)} bodies, {nodes}{len(contactors)} contactors, {simulation.scene.dim}D"]
     lines += ["", "Stages of a step: " + ", ".join(simulation.stage_names)]
     lines += next(words for kind, words in WORDS.items() if isinstance(strategy, kind))(simulation)
-    for title, fields in (("body", bodies.fields), ("contactor", contactors.fields)):
+    of_nodes = [("node", simulation.nodes.fields)] if len(simulation.nodes) else []
+    for title, fields in (("body", bodies.fields), *of_nodes, ("contactor", contactors.fields)):
         active = [f for f in fields if f["active"]]
         lines += ["", f"Arrays for each {title} ({sum(f['bytes'] for f in active)} bytes):"]
         lines += [f"  {f['name']:<18}{f['components']} x [{f['unit']}]  {f['meaning']} ({f['stage']})" for f in active]

@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 
 from ..build.extents import Placed
+from .sets import found
 from .step_warnings import OverlapWarning
 
 
@@ -28,9 +29,10 @@ def check(simulation, action, share):
     deep = np.flatnonzero(gap < 0)
     if not len(deep):
         return
-    rows = np.searchsorted(core.scene.body("id"), pairs[deep])
-    radius = np.maximum(simulation.radii(), Placed(core.scene).sizes(np.unique(rows)))
-    size = np.min(np.where(radius > 0, radius, np.inf)[rows], axis=1)
+    there, rows = found(pairs[deep], core.scene.body("id"))
+    radius = np.maximum(simulation.radii(), Placed(core.scene).sizes(np.unique(rows[there])))
+    radius = np.append(np.where(radius > 0, radius, np.inf), np.inf)[np.where(there, rows, len(radius))]  # nodes have no size
+    size = np.min(radius, axis=1)
     relative = -gap[deep] / size
     bad = np.flatnonzero(relative > share)
     if not len(bad):

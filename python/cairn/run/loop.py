@@ -138,13 +138,11 @@ def snapshot(simulation):
         "radius": simulation.radii(),
         "id": bodies.id,
         "mass": bodies.mass,
-        "material": _material(simulation),
+        "material": _material(simulation, bodies.id),
     }
     if "rotation" in bodies.names:
         out["rotation"] = bodies.rotation
     out |= {name: getattr(bodies, name) for name in ("temperature", "potential") if name in bodies.names}
-    if any(hasattr(mesh.body, "nodal_stress") for mesh in simulation.meshes):
-        out |= _of_meshes(simulation)
     pairs = contacts.bodies
     return out, {
         "point": contacts.point,
@@ -159,16 +157,30 @@ def snapshot(simulation):
     }
 
 
+def snapshot_of_nodes(simulation):
+    """Arrays of the nodes of meshes for one output; {} without nodes."""
+    nodes = simulation.nodes
+    if not len(nodes):
+        return {}
+    out = {name: getattr(nodes, name) for name in ("position", "velocity", "id", "mass")}
+    out["material"] = _material(simulation, nodes.id)
+    out |= {name: getattr(nodes, name) for name in ("temperature", "potential") if name in nodes.names}
+    displacement = np.zeros(nodes.position.shape)
+    for mesh in simulation.meshes:
+        displacement[mesh.place] = mesh.displacement
+    out["displacement"] = displacement
+    return out | _of_meshes(simulation)
+
+
 def _of_meshes(simulation):
-    """Fields of the nodes of bodies that deform, zero of others, by name: (n,) [Pa, -], (n, 3 | 6) in the order xx yy [zz] xy
-    [yz zx]. Those of materials of solids are there if a mesh keeps them at all."""
-    ids, out = simulation.bodies.id, {}
+    """Fields of the nodes of bodies that deform, zero of those whose body has none, by name: (n,) [Pa, -], (n, 3 | 6) in the
+    order xx yy [zz] xy [yz zx]. Those of materials of solids are there if a mesh keeps them at all."""
+    n, out = len(simulation.nodes), {}
     for mesh in simulation.meshes:
         if not hasattr(mesh.body, "nodal_stress"):
             continue
-        rows = np.searchsorted(ids, mesh.ids)
         for name, values in mesh.nodal_fields().items():
-            out.setdefault(name, np.zeros((len(ids), *values.shape[1:])))[rows] = values
+            out.setdefault(name, np.zeros((n, *values.shape[1:])))[mesh.place] = values
     return out
 
 
@@ -205,7 +217,7 @@ def cells_of_meshes(simulation):
 
 
 def _meshes(simulation):
-    """Nodes (ids of bodies), cells and groups of each body that deforms and has cells."""
+    """Nodes (ids), cells and groups of each body that deforms and has cells."""
     out = {}
     for k, mesh in enumerate(simulation.meshes):
         cells = getattr(mesh.body, "cells", None)
@@ -217,9 +229,9 @@ def _meshes(simulation):
     return out
 
 
-def _material(simulation):
-    """Number of the material of each body's first contactor, (n,)."""
-    ids, contactors = simulation.bodies.id, simulation.contactors
+def _material(simulation, ids):
+    """Number of the material of the first contactor of each of the bodies or nodes, (n,)."""
+    contactors = simulation.contactors
     own, material = contactors.body[::-1], contactors.material[::-1]
     carried = np.isin(own, ids)  # others are on points, edges and faces of meshes
     out = np.full(len(ids), -1, np.int32)
@@ -259,12 +271,14 @@ class _Recorder:
         self.written = sim.steps
         bodies, contacts = snapshot(sim)
         info = sim.report
-        cells = cells_of_meshes(sim)
+        cells, nodes = cells_of_meshes(sim), snapshot_of_nodes(sim)
         self._keep_fields("bodies", bodies, len(sim.bodies))
         if cells is not None:
             self._keep_fields("cells", cells["fields"], len(cells["types"]))
+        if nodes:
+            self._keep_fields("nodes", nodes, len(sim.nodes))
         at = info.get("time_detection", sim.time)
-        self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells)
+        self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells, nodes=nodes)
         self.writer.flush()
         log.debug("output at step %d, t = %g s: %d bodies, %d contacts", sim.steps, sim.time, len(sim.bodies), len(sim.contacts))
 

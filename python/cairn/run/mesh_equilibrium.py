@@ -24,6 +24,7 @@ def find(simulation, tol, unbalanced, rounds, stiffness, report):
     try:
         for name in ("velocity", "angular_momentum"):
             getattr(simulation.raw, name)[:] = 0
+        simulation.raw.nodes.velocity[:] = 0
         for k in range(1, rounds + 1):
             rest = Rest(simulation, known)
             let_go = max(let_go, np.abs(rest.v_free).max())
@@ -71,7 +72,7 @@ def move(simulation, rest, d):
         else:
             raw.rotation[rest.bodies] = _turned(raw.rotation[rest.bodies], rigid[:, 3:])
     for rows, at in rest.parts:
-        raw.position[rows] += np.where(at >= 0, d[at], 0.0).reshape(-1, dim)
+        raw.nodes.position[rows] += np.where(at >= 0, d[at], 0.0).reshape(-1, dim)
 
 
 def _turned(rotation, turn):
@@ -99,10 +100,10 @@ class Rest:
             self.mu, self.axes = rows.mu[chosen], rows.axes[chosen]
             self.bias = self.h * rows.bias[chosen]  # along the way of a step: gaps
             self.keys = np.array(simulation.contacts.key)[chosen]
-            self.internal = np.array(raw.id).ravel()
-            self.extent = float(np.ptp(np.array(raw.position), axis=0).max())
+            self.rigid = len(simulation.bodies)
+            self.extent = float(np.ptp(np.concatenate([raw.position, raw.nodes.position]), axis=0).max())
             mass = self._free_bodies(simulation)
-            self._assemble(simulation, theta, mass, np.array(raw.velocity_free))
+            self._assemble(simulation, theta, mass, np.array(raw.velocity_free), np.array(raw.nodes.velocity_free))
             self._jacobians(rows, chosen)
         finally:
             stages.undo_step()
@@ -121,15 +122,14 @@ class Rest:
         there = np.flatnonzero(np.diff(blocks.indptr))
         found = blocks.data[blocks.indptr[there]]
         self.free = np.diagonal(found, axis1=1, axis2=2) > 0
-        shown = np.concatenate([mesh.all_ids for mesh in simulation.meshes])
-        moves = self.free.any(axis=1) & ~np.isin(self.internal[there], shown)
+        moves = self.free.any(axis=1)
         self.bodies, self.free, found = there[moves], self.free[moves], found[moves]
         still = np.eye(dofs) * ~self.free[:, :, None]
         return np.linalg.inv(found + still)
 
-    def _assemble(self, simulation, theta, mass, free):
+    def _assemble(self, simulation, theta, mass, free, of_nodes):
         """Matrices of free bodies and of the free dofs of meshes; loads."""
-        explicit, order = simulation.strategy.explicit, np.argsort(self.internal)
+        explicit = simulation.strategy.explicit
         size, self.parts = mass.shape[0] * mass.shape[1], []
         lump, bulk, step = [_blocks(mass)], [sparse.csc_array((size, size))], [_blocks(mass)]
         v_free = [np.where(self.free, free[self.bodies], 0.0).ravel()]
@@ -137,14 +137,14 @@ class Rest:
             if getattr(mesh.body, "solver", None) is not None:
                 raise ValueError(f"{mesh.name!r} has a solver of its own: rest is found of bodies that give their matrices")
             dofs = np.setdiff1d(np.arange(mesh.body.points.size), mesh.held)
-            rows = order[np.searchsorted(self.internal[order], mesh.ids)]
+            rows = mesh.rows
             at = np.full(mesh.body.points.size, -1)
             at[dofs] = size + np.arange(len(dofs))
             self.parts.append((rows, at))
             m, k, c = (a[dofs][:, dofs] for a in (mesh.body.M, mesh.body.K, mesh.body.C))
             lump, bulk = [*lump, m], [*bulk, k]
             step.append(m if explicit else m + self.h * theta * c + (self.h * theta) ** 2 * k)
-            v_free.append(free[rows][:, : self.dim].ravel()[dofs])
+            v_free.append(of_nodes[rows].ravel()[dofs])
             size += len(dofs)
         self.mass, self.bulk, self.step = (sparse.block_diag(a, format="csc") for a in (lump, bulk, step))
         self.v_free = np.concatenate(v_free)
@@ -155,7 +155,7 @@ class Rest:
         """H', sparse (dim m, dofs)."""
         dim, m = self.dim, len(chosen)
         dofs = 3 * dim - 3
-        number = np.full(len(self.internal) + 1, -1)
+        number = np.full(self.rigid + 1, -1)
         number[self.bodies] = np.arange(len(self.bodies))
         of_body = jacobians(rows, chosen)
         entries = []  # values (m, dim, k), columns (m, k)

@@ -43,6 +43,8 @@ class Meshes:
         loaded = [k in self._loaded for k in range(len(self.meshes))]
         kept = [k for k, mesh in enumerate(self.meshes) if mesh.node_ids[0] not in ids]
         self.meshes = [self.meshes[k] for k in kept]
+        for k, mesh in enumerate(self.meshes):
+            mesh.number = k
         self._loaded = {new for new, k in enumerate(kept) if loaded[k]}
 
     def load(self, h):
@@ -58,8 +60,8 @@ class Meshes:
             held = mesh.held_velocity(t + h)
             if mesh.d.pressed or mesh.d.displace:
                 scene = self._core.scene
-                rows = np.searchsorted(scene.body("id"), mesh.node_ids)
-                x, v = scene.body("position")[rows] + self._origin, scene.body("velocity")[rows][:, : mesh.dim]
+                rows = slice(*(scene.node_row(mesh.node_ids[0]) + np.array([0, len(mesh.node_ids)])))
+                x, v = scene.raw_node("position")[rows] + self._origin, scene.raw_node("velocity")[rows]
                 if mesh.d.pressed and not mesh.follows_pressure:
                     begin, end = begin + mesh.pressure_load(t, x), end + mesh.pressure_load(t + h, x + h * v)
                 mesh.displaced_velocity(t, h, self._share(), (x - mesh.body.points).ravel(), v.ravel(), held)
@@ -75,7 +77,7 @@ class Meshes:
 
 def sets_of_meshes(simulation):
     """(Deformable, [ids of each of its sets]) of the sets of a simulation that are there."""
-    seen, present = {}, simulation.bodies.id
+    seen, present = {}, simulation.nodes.id
     for s in simulation._sets:
         if s.mesh is not None and (np.isin(s.own_ids, present).all() if len(s) else id(s.mesh) in seen):
             seen.setdefault(id(s.mesh), (s.mesh, []))[1].append(s.ids)

@@ -18,6 +18,11 @@ def later_to_dict(s):
     return out
 
 
+def ids_of(scene):
+    """Ids of the bodies and the nodes of a scene, as its state holds them, rising, (n,)."""
+    return np.sort(np.concatenate([scene[of]["id"].ravel() for of in ("bodies", "nodes") if of in scene]))
+
+
 def found(ids, present):
     """Which ids are among the rising `present`, and where: 0 for those that are not."""
     rows = np.minimum(np.searchsorted(present, ids), max(len(present) - 1, 0))

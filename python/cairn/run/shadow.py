@@ -121,9 +121,8 @@ def step(simulation, dt, shadows):
 
 def _input(simulation, shadow, h):
     """What a kernel is given: copies, so that it can do no harm."""
-    raw = simulation.raw
     s = {"dim": simulation.scene.dim, "h": h, "theta": simulation.strategy.theta, "gravity": simulation.stages.gravity}
-    s |= {name: np.array(getattr(raw, name)) for name in INPUTS}
+    s |= {name: contact_problem.stacked(simulation, name) for name in INPUTS}
     if simulation.meshes:
         s["meshes"] = [_of_mesh(simulation, mesh, h) for mesh in simulation.meshes]
     if shadow.stage == "solve_contacts":
@@ -132,21 +131,22 @@ def _input(simulation, shadow, h):
 
 
 def _of_mesh(simulation, mesh, h):
-    """What a kernel is told of a deformable body: rows of its nodes; matrices; loads at both ends of the step; held dofs and
-    their velocities; displacement at the start."""
-    raw, t = simulation.raw, simulation.time
-    rows = mesh.rows
+    """What a kernel is told of a deformable body: rows of its nodes, which stand below the rigid bodies; matrices; loads at both
+    ends of the step; held dofs and their velocities; displacement at the start."""
+    t = simulation.time
+    rows = len(simulation.bodies) + mesh.rows
     reference = mesh.body.points - simulation.scene.origin
     known = {"rows": rows, "held": mesh.held, "M": mesh.body.M, "C": mesh.body.C, "K": mesh.body.K}
     known |= {"A": contact_problem.step_matrix(simulation, mesh, h)}
     known |= {"load": [mesh.load(t), mesh.load(t + h)], "held_velocity": mesh.held_velocity(t + h)}
-    return known | {"displacement": np.array(raw.position_begin)[rows] - reference, "explicit": simulation.strategy.explicit}
+    displacement = np.array(simulation.raw.nodes.position_begin)[mesh.rows] - reference
+    return known | {"displacement": displacement, "explicit": simulation.strategy.explicit}
 
 
 def _difference(simulation, shadow, given):
     """(largest difference / largest value, id of the body, what the kernel gave)."""
     other = shadow.kernel(given)
-    mine = np.array(getattr(simulation.raw, OUTPUTS[shadow.stage][0]))
+    mine = contact_problem.stacked(simulation, OUTPUTS[shadow.stage][0])
     if shadow.stage == "solve_contacts":
         r = np.asarray(other, float)
         want = (given["problem"].contacts, given["dim"])
@@ -166,7 +166,8 @@ def _difference(simulation, shadow, given):
     if len(apart) == 0 or not np.max(apart) > 0:
         return 0.0, -1, np.asarray(other)
     worst = int(np.argmax(apart))
-    return float(apart[worst] / scale) if scale > 0 else math.inf, int(simulation.raw.id[worst]), np.asarray(other)
+    ids = contact_problem.stacked(simulation, "id").ravel()
+    return float(apart[worst] / scale) if scale > 0 else math.inf, int(ids[worst]), np.asarray(other)
 
 
 def _dump(shadow, given, other, steps):

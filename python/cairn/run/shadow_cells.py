@@ -19,7 +19,7 @@ def given_of(simulation, view, h):
     body = view.body
     solid = hasattr(body, "blocks")
     share = simulation.strategy.moved_by().scheme(1.0)["share"]
-    v0 = np.array(simulation._core.scene.raw_body("velocity_begin"))[view.rows][:, : body.dim]
+    v0 = np.array(simulation.raw.nodes.velocity_begin)[view.rows]
     u1 = view.displacement.copy()
     u0 = u1 - h * (share * view.velocity + (1 - share) * v0)
     return {

@@ -9,11 +9,11 @@ import numpy as np
 
 from .. import _core
 from ..build import missing_laws
-from ..build.scene import Scene, checked_sets, hold_together, insert, rule, rules_to_dict
+from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
 from . import first_overlaps, restored, views
-from .sets import found, later_to_dict, living
+from .sets import found, ids_of, later_to_dict, living
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
 from .strategies import NSCD, checked_strategy
@@ -47,7 +47,6 @@ class Simulation(Spelt):
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species, meshes=self._mesh_numbers)) for s in scene.sets]
-        hold_together(core, sets)
         table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core)
         self._core = _core.Simulation(core, table, self.strategy.settings())
@@ -124,8 +123,13 @@ class Simulation(Spelt):
 
     @property
     def bodies(self):
-        """Arrays of the bodies: position, velocity, ...; see BodyView."""
+        """Arrays of the rigid bodies: position, velocity, ...; see BodyView."""
         return views.BodyView(self, self._core)  # made anew: a simulation that held its views would be held by them
+
+    @property
+    def nodes(self):
+        """Arrays of the nodes of deformable bodies: position, velocity, ...; see NodeView."""
+        return views.NodeView(self, self._core)
 
     @property
     def contacts(self):
@@ -185,14 +189,14 @@ class Simulation(Spelt):
     def follow_rotations(self):
         """Rotations of the bodies are kept from now on where no contact needs them, too: readers of a run look at them."""
         n = len(self.bodies)
-        if n and "rotation" not in self.bodies.names:
+        if (n or len(self.nodes)) and "rotation" not in self.bodies.names:
             self._core.assign_body("rotation", np.zeros(n) if self.scene.dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1)))
 
     def _warn_of_unmet(self):
         """Shapes that pass through each other, of which one at least is of a body that moves and is no wall: once a pair."""
         core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
         names = np.array(_core.shapes())[core.contactor("shape")]
-        moves = np.isfinite(core.raw_body("mass")).ravel()[core.contactor("body")]
+        moves = np.append(np.isfinite(core.raw_body("mass")).ravel(), True)[np.maximum(core.contactor("body"), -1)]
         for a in set(_core.shapes("mover")) & set(names[moves]):
             for b in set(names) - {a}:
                 pair = frozenset((a, b))
@@ -358,7 +362,6 @@ class Simulation(Spelt):
         for s in sets:
             ids.append(insert(self._core.scene, s, species, self.time, self._mesh_numbers))
             self._sets.append(replace(s, ids=ids[-1]))
-        hold_together(self._core.scene, self._sets)
         self._radii = None
         if self._given.for_scene(self._core.scene) != self._strategy:
             self.strategy = self._given
@@ -380,7 +383,7 @@ class Simulation(Spelt):
         ids = self._ids(ids)
         self._core.remove_bodies(ids)
         self._radii = None
-        self._sets = living(self._sets, self._sets_seen, self._core.scene.body("id"))
+        self._sets = living(self._sets, self._sets_seen, self._present())
         if self._meshes:
             self._meshes.removed(ids)
         self._start_functions()
@@ -425,7 +428,7 @@ class Simulation(Spelt):
         carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
         self._core.scene.drive(ids, carrier.mask, None)
         self._sets.append(carrier)
-        self._sets = living(self._sets, self._sets_seen, self._core.scene.body("id"))
+        self._sets = living(self._sets, self._sets_seen, self._present())
         self._start_functions()
 
     # ------------------------------------------------------------------ restart
@@ -460,7 +463,7 @@ class Simulation(Spelt):
         self.between_steps("set_state")
         if not (isinstance(state, dict) and "bodies" in state.get("scene", ())):
             raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
-        if not np.array_equal(np.sort(state["scene"]["bodies"]["id"].ravel()), self.bodies.id):
+        if not np.array_equal(ids_of(state["scene"]), self._present()):
             raise ValueError("the state is of other bodies than those that there are now: see checkpoint and restore")
         self._core.set_state(state)
         self._constant_force_set = False  # a state from before the first step has none
@@ -486,7 +489,6 @@ class Simulation(Spelt):
         self._core.set_state(state)
         self._use_laws(species, rules, sets[self._sets_seen :])
         self._sets = sets
-        hold_together(self._core.scene, sets)
         self._dt, self._radii, self._info = dt, None, info
         self._start_functions()
         self._start_meshes(state)
@@ -503,6 +505,11 @@ class Simulation(Spelt):
         return explain(self)
 
     # ------------------------------------------------------------------ values that change with time
+
+    def _present(self):
+        """Ids of all bodies and nodes, rising, (n,)."""
+        scene = self._core.scene
+        return ids_of({of: {"id": ids} for of, ids in (("bodies", scene.body("id")), ("nodes", scene.node("id")))})
 
     def _start_functions(self):
         """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
@@ -539,7 +546,7 @@ class Simulation(Spelt):
     def _start_meshes(self, state=None):
         """Gives the deformable bodies to the core; scenes without any load nothing for them."""
         before, self._meshes = getattr(self, "_meshes", None), None
-        if any(s.mesh is not None and len(s) and np.isin(s.own_ids, self.bodies.id).all() for s in self._sets):
+        if self._core.scene.node_count:
             from .meshes import Meshes
 
             self._meshes = Meshes(self, self._core, before, state)

@@ -116,10 +116,10 @@ class Default(ContactSolver):
         free = np.isfinite(mass) & (mass > 0)
         if len(driven := core.raw_body("driven").ravel()):
             free &= driven != held
-        if len(whole := core.raw_body("whole").ravel()):
-            free &= whole == 0  # what shows a mesh has the inertia of the mesh
         light, heavy = (mass[free].min(), mass[free].max()) if free.any() else (1.0, 1.0)
-        faces = np.isin(shapes[free[core.contactor("body")]], _core.shapes("faced")).any()
+        body = core.contactor("body")
+        carried = body >= 0  # others are of meshes
+        faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
         chosen = Auto if faces or heavy > HEAVY * light else NLGS
         return chosen(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
 

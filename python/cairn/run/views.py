@@ -8,8 +8,9 @@ from .. import _core
 from ..names import listed, meant
 from ..pre import checks
 
-# arrays of bodies that can be set
+# arrays of bodies, of nodes, that can be set
 SETTABLE = ("position", "velocity", "rotation")
+SETTABLE_OF_NODES = ("position", "velocity")
 
 
 class Shown(np.ndarray):
@@ -81,7 +82,7 @@ class _View:
 
 
 class BodyView(_View):
-    """Bodies in the order of insertion: position (n, dim), rotation, velocity (n, 3 | 6), mass, inertia, ... and id (n,).
+    """Rigid bodies in the order of insertion: position (n, dim), rotation, velocity (n, 3 | 6), mass, inertia, ... and id (n,).
 
     Every stored array can be read by its name (`names`); `set` writes position, velocity, rotation.
     """
@@ -145,9 +146,63 @@ class BodyView(_View):
             self._core.assign_body(name, values)
 
 
+class NodeView(_View):
+    """Nodes of all deformable bodies in the order of insertion: position (n, dim), velocity (n, dim), mass, mesh (n,) the number
+    of the body, from 1 and never used twice, id (n,) numbers that no rigid body and no other part of a mesh has, temperature, ...
+
+    Those of one body alone, in the same order, are at `simulation.meshes[k].place`. Every stored array can be read by its name
+    (`names`); `set` writes position and velocity.
+    """
+
+    def __init__(self, simulation, core):
+        self._simulation, self._core = simulation, core
+
+    def __len__(self):
+        return self._core.scene.node_count
+
+    @property
+    def names(self):
+        """Arrays that exist in this scene."""
+        return [f["name"] for f in self.fields if f["active"]]
+
+    @property
+    def fields(self):
+        """All arrays that nodes can have, a dict each, as BodyView.fields."""
+        return self._core.scene.node_fields()
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            values = self._core.scene.node(name)
+        except KeyError:
+            raise AttributeError(f"nodes have no array {name!r}; they have {listed(self.names, name)}") from None
+        if name == "position":
+            values += self._simulation.scene.origin[: self._simulation.scene.dim]
+        if len(values) == 0 and len(self):
+            raise AttributeError(f"this scene needs no {name}, so it is not stored; it stores {', '.join(self.names)}")
+        return shown(values, self._remedy(name))
+
+    def _remedy(self, name):
+        return f"sim.nodes.set(position=x, velocity=v) sets nodes, x = sim.nodes.{name}.copy() is yours to change"
+
+    def set(self, **arrays):
+        """Replaces whole arrays: set(velocity=v). Only position and velocity can be set."""
+        ready = {}
+        for name, values in arrays.items():
+            if name not in SETTABLE_OF_NODES:
+                can = f"{' and '.join(SETTABLE_OF_NODES)} can"
+                raise ValueError(f"{name} of nodes cannot be set: {can}{meant(name, SETTABLE_OF_NODES)}")
+            values = checks.real_array(name, values, getattr(self, name).shape)
+            ready[name] = values - self._simulation.scene.origin if name == "position" else values
+        for name, values in ready.items():
+            self._core.assign_node(name, np.ascontiguousarray(values))
+
+
 class ContactView(_View):
     """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
-    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids, key (n, 4), by which a contact is found again.
+    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids of rigid bodies and, on a mesh, of the node that
+    bears most (in simulation.bodies.id, in simulation.nodes.id), key (n, 4), by which a contact is found again.
     Of laws that hold bodies together: beta (1 sound, 0 broken or never bonded), stored and released [J]."""
 
     _names = (
@@ -225,7 +280,7 @@ class ContactorView(_View):
         return shown(values, self._remedy(name))
 
     def nodes(self):
-        """Rows of the nodes of meshes that each one is mapped from, as a run keeps them."""
+        """Ids of the nodes of meshes that each one is mapped from, (m, 4), -1 where there are fewer, as a run keeps them."""
         return self._core.nodes_of_contactors()
 
     @property
@@ -248,11 +303,17 @@ class ContactorView(_View):
 
 
 class RawView(_View):
-    """The live arrays in internal order. Order changes at a renumbering: a view kept across one is refused."""
+    """The live arrays of rigid bodies in internal order, and of nodes of meshes in `nodes`. Order changes at a renumbering: a
+    view kept across one is refused."""
 
-    def __init__(self, core):
-        self._core = core
+    def __init__(self, core, of="body"):
+        self._core, self._of = core, of
         self._order = core.order_version
+
+    @property
+    def nodes(self):
+        """Live arrays of the nodes of meshes: sim.raw.nodes.velocity[sim.meshes[0].rows] are those of a mesh."""
+        return RawView(self._core, "node")
 
     def _remedy(self, name):
         return f"write into the array, sim.raw.{name}[:] = x, or give sim.bodies.set(...) arrays in the order of insertion"
@@ -263,9 +324,9 @@ class RawView(_View):
         if self._core.order_version != self._order:
             raise RuntimeError("bodies were renumbered since this view was taken: take sim.raw again after each step")
         try:
-            return self._core.scene.raw_body(name)
+            return getattr(self._core.scene, f"raw_{self._of}")(name)
         except KeyError:
-            known = [f["name"] for f in self._core.scene.body_fields() if f["active"]]
+            known = [f["name"] for f in getattr(self._core.scene, f"{self._of}_fields")() if f["active"]]
             raise AttributeError(f"there is no live array {name!r}; there are {listed(known, name)}") from None
 
 
@@ -273,7 +334,7 @@ SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # that a run file holds
 
 
 class MeshView(_View):
-    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.bodies.id; all_ids
+    """A deformable body: arrays of its nodes in the order of the mesh; ids (n,) of these among simulation.nodes.id; all_ids
     with the numbers of points, edges and faces; held (k,) numbers of its dofs whose velocity is given, ties of those that
     follow others or None, contact_nodes (m,) of nodes that may touch."""
 
@@ -293,15 +354,22 @@ class MeshView(_View):
         return self._mesh.all_ids
 
     def _remedy(self, name):
-        return "sim.bodies.set(position=x, velocity=v) sets the nodes, whose rows are those of mesh.ids among sim.bodies.id"
+        return "sim.nodes.set(position=x, velocity=v) sets the nodes of all meshes, x[mesh.place] those of this one"
 
     def _of_nodes(self, name):
-        return self._core.scene.raw_body(name)[self.rows]
+        first = self._core.scene.node_row(self.ids[0])
+        return self._core.scene.raw_node(name)[first : first + len(self.ids)].copy()
 
     @property
     def rows(self):
-        """Internal numbers of the nodes, (n,), as simulation.raw has them until the next renumbering."""
-        return self._core.scene.rows_of(self.ids)
+        """Rows of the nodes, (n,), in the arrays of simulation.raw.nodes until the next renumbering."""
+        return self._core.scene.node_row(self.ids[0]) + np.arange(len(self.ids))
+
+    @property
+    def place(self):
+        """Rows of the nodes in the arrays of simulation.nodes, a slice, until a mesh that came in before goes."""
+        first = int(np.searchsorted(self._core.scene.node("id"), self.ids[0]))
+        return slice(first, first + len(self.ids))
 
     def load(self, t):
         """Given forces at a time, (n, dim) [N]."""
@@ -312,6 +380,11 @@ class MeshView(_View):
         return self._mesh.held_velocity(t).reshape(-1, self._mesh.dim)
 
     @property
+    def position(self):
+        """(n, dim) [m]."""
+        return self._of_nodes("position") + self._simulation.scene.origin
+
+    @property
     def displacement(self):
         """(n, dim) [m]."""
         origin = self._simulation.scene.origin  # the core's positions are relative to it
@@ -320,7 +393,7 @@ class MeshView(_View):
     @property
     def velocity(self):
         """(n, dim) [m/s]."""
-        return self._of_nodes("velocity")[:, : self._mesh.dim]
+        return self._of_nodes("velocity")
 
     @property
     def stress(self):

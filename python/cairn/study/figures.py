@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
 from ..names import listed
@@ -22,14 +24,26 @@ def free_bodies(sim):
     return boundary_parts(sim)[1]
 
 
+def movers(sim):
+    """Rigid bodies and nodes of meshes by rising id: id (n,), position (n, dim) [m], velocity (n, dim) [m/s], mass (n,) [kg],
+    radius (n,) [m], 0 of nodes."""
+    bodies, nodes, dim = sim.bodies, sim.nodes, sim.scene.dim
+    ids = np.concatenate([bodies.id, nodes.id])
+    order = np.argsort(ids)
+    both = {name: np.concatenate([getattr(bodies, name), getattr(nodes, name)])[order] for name in ("position", "mass")}
+    velocity = np.concatenate([bodies.velocity[:, :dim], nodes.velocity])[order]
+    radius = np.concatenate([sim.radii(), np.zeros(len(nodes))])[order]
+    return SimpleNamespace(id=ids[order], velocity=velocity, radius=radius, **both)
+
+
 def boundary_parts(sim):
     """Boundaries and free bodies: ({name: ids of the bodies}, (n,) of bool).
 
     A boundary is a set of bodies that are held, driven in some dof or of infinite mass; its name is its group's or its number.
     Nodes of a mesh are free where none of their displacements is held.
     """
-    ids = sim.bodies.id
-    free = np.isfinite(sim.bodies.mass)
+    both = movers(sim)
+    ids, free = both.id, np.isfinite(both.mass)
     for s in sim._sets:
         if s.driven and s.mesh is None:
             free &= ~np.isin(ids, s.ids)
@@ -55,8 +69,8 @@ def boundary_impulses(sim, parts):
 
 
 def contact_momentum(sim):
-    """Linear momentum that contacts gave to each body in the last step, (n, dim) [N s]."""
-    ids, pairs, impulse = sim.bodies.id, sim.contacts.bodies, sim.contacts.impulse
+    """Linear momentum that contacts gave to each body or node in the last step, (n, dim) [N s]."""
+    ids, pairs, impulse = movers(sim).id, sim.contacts.bodies, sim.contacts.impulse
     out = np.zeros((len(ids), sim.scene.dim))
     np.add.at(out, np.searchsorted(ids, pairs[:, 0]), impulse)
     np.subtract.at(out, np.searchsorted(ids, pairs[:, 1]), impulse)
@@ -80,7 +94,7 @@ class Recorder:
                 raise ValueError(f"there is no figure {name!r}: give one of {listed([*SUMMARY, *self.own], name)}")
         if not np.any(self.free):
             raise ValueError("the scene has no body that is free to move: there is nothing to measure")
-        self.start = sim.bodies.position[self.free]
+        self.start = movers(sim).position[self.free]
         self.start_energy = self._mechanical()
         self.axis = self._upward()
         self.extent = float(np.ptp(self.start @ self.axis))
@@ -144,10 +158,10 @@ class Recorder:
         from ..pre import solid_fraction
 
         sim = self.sim
-        radii = sim.radii()[self.free]
+        radii = movers(sim).radius[self.free]
         if not np.all(radii > 0) or _compound(sim, self.free):
             raise ValueError("solid_fraction knows disks and spheres: name another figure, or define figure_... of your own")
-        centers = sim.bodies.position[self.free]
+        centers = movers(sim).position[self.free]
         low, high = np.quantile(centers, (0.05, 0.95), axis=0)
         share = 1.0
         periodic = sim.scene.periodic
@@ -165,10 +179,10 @@ class Recorder:
         return self._mechanical() - self.start_energy
 
     def _mean_height(self):
-        return np.mean(self.sim.bodies.position[self.free] @ self.axis)
+        return np.mean(movers(self.sim).position[self.free] @ self.axis)
 
     def _displacement(self):
-        moved = self.sim.bodies.position[self.free] - self.start
+        moved = movers(self.sim).position[self.free] - self.start
         if self.sim.scene.periodic is not None:
             lengths = np.asarray(self.sim.scene.periodic.lengths, float)
             round_ = np.isfinite(lengths) & (lengths > 0)
@@ -180,7 +194,7 @@ class Recorder:
 
         sim = self.sim
         loaded = np.any(sim.contacts.impulse != 0, axis=1)
-        rows = np.searchsorted(sim.bodies.id, sim.contacts.bodies[loaded])
+        rows = np.searchsorted(movers(sim).id, sim.contacts.bodies[loaded])
         return coordination_number(len(self.free), rows[:, 0], rows[:, 1], counted=self.free)
 
 
@@ -191,5 +205,5 @@ def _is_force(name):
 def _compound(sim, free):
     """Whether a free body has more than one contactor."""
     owners = sim.contactors.body
-    owners = owners[np.isin(owners, sim.bodies.id[free])]
+    owners = owners[np.isin(owners, movers(sim).id[free])]
     return len(np.unique(owners)) != len(owners)

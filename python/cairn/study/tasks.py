@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import _core
 from ..post.errors import FileError
-from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum
+from .figures import Recorder, boundary_impulses, boundary_parts, contact_momentum, movers
 from .settings import Setting
 from .targets import Target
 
@@ -169,11 +169,10 @@ def _one_step(sim):
     info, cpu = _timed(sim)
     if info is None:
         raise ValueError("from this state no step can be made")
-    dim = sim.scene.dim
     return info, cpu, {
-        "velocity": sim.bodies.velocity[free, :dim],
+        "velocity": movers(sim).velocity[free],
         "momentum": contact_momentum(sim)[free],
-        "mass": sim.bodies.mass[free],
+        "mass": movers(sim).mass[free],
         "force": boundary_impulses(sim, parts) / info["dt"],
     }
 
@@ -254,18 +253,19 @@ def step(task):
 def perturb(sim, amount, seed):
     """Moves each free body at random by at most `amount` of its radius (of the mean radius where it has none) per axis; a mesh as
     a whole, unless it is held somewhere."""
-    position, free = sim.bodies.position.copy(), boundary_parts(sim)[1]
-    radii = sim.radii()[free]
+    both, free = movers(sim), boundary_parts(sim)[1]
+    position, radii = both.position, both.radius[free]
     known = radii[radii > 0]
     size = np.where(radii > 0, radii, known.mean() if len(known) else _spacing(position[free]))
     shift = np.random.default_rng(seed).uniform(-1, 1, (int(free.sum()), sim.scene.dim))
     move = np.zeros_like(position)
     move[free] = amount * size[:, None] * shift
     for mesh in sim.meshes:
-        rows = np.searchsorted(sim.bodies.id, mesh.ids)
+        rows = np.searchsorted(both.id, mesh.ids)
         move[rows] = 0.0 if len(mesh.held) else move[rows].mean(axis=0) * np.sqrt(len(rows))
-    position += move
-    sim.bodies.set(position=position)
+    rigid = np.isin(both.id, sim.bodies.id)
+    sim.bodies.set(position=(position + move)[rigid])
+    sim.nodes.set(position=(position + move)[~rigid])
 
 
 def _spacing(position):

@@ -48,7 +48,7 @@ def frame_of(step):
 
 def fields_of(run):
     """Names of the fields of bodies that can colour a picture, the speed first."""
-    names = [name for name in run[-1].bodies.names if name not in _NOT_SHOWN]
+    names = [name for name in run[-1].drawn.names if name not in _NOT_SHOWN]
     return sorted(names, key=lambda name: (name != "velocity", names.index(name)))
 
 

@@ -102,7 +102,7 @@ class Viewer:
         """Which round contactors and which triangles lie below the cut."""
         keep, rows = np.ones(len(frame.radius), bool), np.ones(len(frame.rows), bool)
         if axis:
-            k, place = AXES.index(axis), self.step.bodies["position"]
+            k, place = AXES.index(axis), self.step.drawn["position"]
             if k < place.shape[1] and len(place):
                 limit = place[:, k].min() + cut * np.ptp(place[:, k])
                 keep, rows = place[frame.row, k] <= limit, place[frame.rows, k] <= limit
@@ -120,9 +120,9 @@ class Viewer:
     def numbers(self, point):
         """The body nearest to a point (3,) [m] as a list of (name, text), its id first."""
         step = self.step
-        place = step.bodies["position"]
+        place = step.drawn["position"]
         row = int(np.argmin(np.linalg.norm(place - np.asarray(point, float)[: step.dim], axis=1)))
-        ids = step.bodies["id"] if "id" in step.bodies else np.arange(len(place))
+        ids = step.drawn["id"] if "id" in step.drawn else np.arange(len(place))
         told = [("body", str(ids[row])), ("position [m]", ", ".join(f"{x:.4g}" for x in place[row]))]
         for name in self.fields:
             value, label = field_values(step, name)

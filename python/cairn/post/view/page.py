@@ -142,7 +142,7 @@ def _frame(step, store, fields, origin, size):
     def place(points):
         return store.add((points - origin) / size, np.float32)
 
-    bodies = step.bodies
+    bodies = step.drawn
     ids = bodies["id"] if "id" in bodies else np.arange(len(bodies))
     return {
         "title": title_of(step),

@@ -1,0 +1,29 @@
+// The nodes of the deformable bodies of a scene: structure of arrays, small vectors fastest. Nodes of a body stand one
+// after the other in the order of its mesh; bodies along the curve that rigid ones are numbered along.
+#pragma once
+#include "../base/field.hpp"
+
+namespace cairn {
+
+struct Nodes {
+  explicit Nodes(int dim);
+  int dim;
+  std::int64_t count = 0;
+
+#define CAIRN_NODE_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
+#include "fields.def"
+
+  // Derivative k of the history of an integrator, from 0; null where it is not kept.
+  double* history(int k) {
+    Field<double>* const kept[] = {&acceleration, &jerk, &snap, &crackle};
+    return kept[k]->active ? kept[k]->values.data() : nullptr;
+  }
+  // calls f(field) for every row of fields.def
+  template <class F>
+  void for_each_field(F&& f) {
+#define CAIRN_NODE_FIELD(name, type, c2, c3, unit, stage, when, meaning) f(name);
+#include "fields.def"
+  }
+};
+
+} // namespace cairn
