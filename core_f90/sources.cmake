@@ -75,6 +75,7 @@ set(CAIRN_CORE_SOURCES
   solvers/error/problem_error.f90
   solvers/newton/block_factors.f90
   solvers/newton/body_blocks.f90
+  solvers/newton/contact_responses.f90
   solvers/newton/newton_bodies.f90
   solvers/newton/newton_rows.f90
   solvers/problems/nlgs_blocks.f90

@@ -104,11 +104,13 @@ set(CAIRN_CXX_SOURCES
   solvers/problems/scaled_problem.cpp
   solvers/problems/velocity_refinement.cpp
   solvers/sweeps/active_set.cpp
+  solvers/sweeps/contact_rows.cpp
   solvers/sweeps/contact_system.cpp
   solvers/sweeps/extrapolation.cpp
   solvers/sweeps/light_error.cpp
   solvers/sweeps/newton_correction.cpp
   solvers/sweeps/velocity_error.cpp
+  solvers/sweeps/solid_correction.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "../../contacts/interaction_state.hpp"
+#include "contact_rows.hpp"
 
 namespace cairn {
 
@@ -55,7 +56,8 @@ void StepProblem::number_bodies() {
         number_[who[side]] = std::int32_t(bodies.count++);
         bodies.mass.resize(size * bodies.count);
         bodies.inverse.resize(size * bodies.count);
-        fill_mass(bodies.count - 1, who[side]);
+        const std::size_t first = size * (bodies.count - 1);
+        body_mass(system_, who[side], &bodies.mass[first], &bodies.inverse[first]);
       }
       bodies.body[2 * a + side] = moves[side] ? number_[who[side]] : -1;
     }
@@ -63,92 +65,19 @@ void StepProblem::number_bodies() {
   bodies.velocity.resize(std::size_t(bodies.dofs) * bodies.count);
 }
 
-namespace {
-
-// Inverse of a symmetric positive definite matrix of 3 x 3, scaled so that no unit enters.
-void invert3(const double a[3][3], double out[3][3]) {
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const int p = (i + 1) % 3, q = (i + 2) % 3, r = (j + 1) % 3, s = (j + 2) % 3;
-      out[j][i] = a[p][r] * a[q][s] - a[p][s] * a[q][r];
-    }
-  const double determinant = a[0][0] * out[0][0] + a[0][1] * out[1][0] + a[0][2] * out[2][0];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) out[i][j] /= determinant;
-}
-
-} // namespace
-
-// A driven dof has no inverse mass; it gets a mass that no row touches: see fill_rows.
-void StepProblem::fill_mass(std::int64_t to, std::int32_t body) {
-  ContactBodies& bodies = *problem_.bodies;
-  const int n = bodies.dofs;
-  double *mass = &bodies.mass[std::size_t(n) * n * to], *inverse = &bodies.inverse[std::size_t(n) * n * to];
-  const double* x = system_.record[body].x;
-  if (system_.dim == 2) {
-    const double given[3] = {x[3], x[4], x[5]};
-    for (int k = 0; k < 3; ++k) inverse[4 * k] = given[k];
-  } else if (system_.general.empty()) {
-    for (int k = 0; k < 3; ++k) inverse[7 * k] = x[6], inverse[7 * (3 + k)] = x[7];
-  } else {
-    const double* y = system_.general[body].x; // mass along y and z, inertia xx yy zz xy xz yz
-    const double given[3] = {x[6], y[0], y[1]};
-    for (int k = 0; k < 3; ++k) inverse[7 * k] = given[k], inverse[7 * (3 + k)] = y[2 + k];
-    const int pair[3][2] = {{3, 4}, {3, 5}, {4, 5}};
-    for (int k = 0; k < 3; ++k) inverse[n * pair[k][0] + pair[k][1]] = inverse[n * pair[k][1] + pair[k][0]] = y[5 + k];
-  }
-  const int turning = system_.dim == 3 ? 3 : n; // where the full block begins
-  double largest_inverse = 0;
-  for (int k = 0; k < n; ++k) largest_inverse = std::max(largest_inverse, inverse[(n + 1) * k]);
-  for (int k = 0; k < turning; ++k)
-    mass[(n + 1) * k] = 1 / (inverse[(n + 1) * k] > 0 ? inverse[(n + 1) * k] : largest_inverse);
-  if (turning == n) return;
-  double a[3][3], b[3][3];
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) a[i][j] = inverse[n * (3 + j) + 3 + i];
-  const double largest = std::max({a[0][0], a[1][1], a[2][2]});
-  for (int i = 0; i < 3; ++i)
-    if (!(a[i][i] > 0)) a[i][i] = largest > 0 ? largest : 1; // driven: its row and column are empty
-  invert3(a, b);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) mass[n * (3 + j) + 3 + i] = b[i][j];
-}
-
 void StepProblem::fill_rows() {
   ContactBodies& bodies = *problem_.bodies;
   const int d = system_.dim, n = bodies.dofs;
-  bodies.rows.resize(std::size_t(2) * d * n * places_.size());
+  bodies.rows.assign(std::size_t(2) * d * n * places_.size(), 0.0);
   problem_.mu.resize(places_.size());
   for (std::size_t a = 0; a < places_.size(); ++a) {
     const cairn_batch& b = system_.batches[places_[a].batch];
     const int lane = places_[a].lane;
     problem_.mu[a] = at(b, b.params, lane, 0);
-    double axes[3][3];
-    axes_of(b, d, lane, axes);
-    for (int side = 0; side < 2; ++side) {
-      const std::int32_t kind = side ? b.side_b : b.side_a;
-      double lever[3] = {0, 0, 0};
-      for (int k = 0; k < d && bodies.body[2 * a + side] >= 0; ++k)
-        lever[k] = is_radial(kind) ? at(b, side ? b.lever_b : b.lever_a, lane, 0) * axes[0][k]
-                                   : at(b, side ? b.lever_b : b.lever_a, lane, k);
-      double* rows = &bodies.rows[(2 * a + side) * d * n];
-      const double sign = side ? -1 : 1;
-      for (int c = 0; c < d; ++c) {
-        const double* e = axes[c];
-        for (int k = 0; k < d; ++k) rows[d * k + c] = sign * e[k];
-        if (d == 2) {
-          rows[d * 2 + c] = sign * (lever[0] * e[1] - lever[1] * e[0]);
-          continue;
-        }
-        for (int k = 0; k < 3; ++k) {
-          const int p = (k + 1) % 3, q = (k + 2) % 3;
-          rows[d * (3 + k) + c] = sign * (lever[p] * e[q] - lever[q] * e[p]);
-        }
-      }
-      const std::int32_t who = bodies.body[2 * a + side];
-      for (int k = 0; k < n; ++k)
-        if (who < 0 || !(bodies.inverse[std::size_t(n) * n * who + (n + 1) * k] > 0)) std::fill_n(rows + d * k, d, 0.0);
-    }
+    for (int side = 0; side < 2; ++side)
+      if (const std::int32_t who = bodies.body[2 * a + side]; who >= 0)
+        rigid_rows(system_, b, lane, side, d, &bodies.inverse[std::size_t(n) * n * who],
+                   &bodies.rows[(2 * a + side) * d * n]);
   }
 }
 

@@ -31,7 +31,6 @@ private:
   };
   void choose_contacts();
   void number_bodies();
-  void fill_mass(std::int64_t to, std::int32_t body);
   void fill_rows();
   void fill_velocities(const cairn_schedule&);
   void keep_diagonal();

@@ -15,6 +15,7 @@
 #include "error_forecast.hpp"
 #include "light_error.hpp"
 #include "newton_correction.hpp"
+#include "solid_correction.hpp"
 #include "step_error.hpp"
 #include "step_problem.hpp"
 
@@ -169,6 +170,56 @@ private:
   bool given_up_, asked_ = false;
 };
 
+// Newton's method over bodies, where laws have a local solution of their own.
+class SolidHelp : public SweepHelp {
+public:
+  SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
+      : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance) {}
+
+  bool pays(int iterations, double error) override {
+    const double to_come = forecast_.sweeps_to_come(iterations, error);
+    const bool last = iterations >= options_.max_iterations;
+    if (given_up_ || (iterations < patience_ && !last)) return false;
+    if (!solid_) {
+      schedule_ = system_.schedule(1);
+      solid_.emplace(system_, schedule_, velocity_free_);
+      given_up_ = !solid_->possible();
+    }
+    const double passes = failures_ > 0 ? 16 : 1;
+    return !given_up_ && (last || to_come * sweep_operations(system_) >= passes * solid_->operations());
+  }
+
+  bool accepts(int, double) override { return true; }
+
+  bool improve(const cairn_schedule&, double error, const std::function<double()>& measure) override {
+    constexpr double fall = 4;
+    const int passes = solid_->improve(error * error, options_.tolerance * options_.tolerance, measure);
+    const double now = std::sqrt(measure());
+    // with short steps, whose inertia is more than the springs, sweeps find what is pressed and what is drawn sooner
+    if (!(now <= options_.tolerance || now * fall <= error)) given_up_ = ++failures_ > 1;
+    patience_ *= 2;
+    return passes > 0;
+  }
+
+  void aim(double error) override {
+    options_.tolerance = error;
+    forecast_.aim(error);
+  }
+  bool given_up() const override { return given_up_; }
+  const char* name() const override { return "newton_over_bodies"; }
+
+private:
+  ContactSystem& system_;
+  const Velocities& velocity_free_;
+  SolverOptions options_;
+  ErrorForecast forecast_;
+  cairn_schedule schedule_{};
+  std::optional<SolidCorrection> solid_;
+  std::int64_t patience_ = 8; // sweeps
+  int failures_ = 0;
+  bool given_up_ = false;
+};
+
 SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options,
                              const ProblemSolverInfo& solver) {
   SolveReport report;
@@ -220,6 +271,10 @@ SolveReport solve_step(ContactSystem& system, const Velocities& velocity_free, c
     throw Error("accuracy is estimated between sweeps: take cairn.NLGS or cairn.Auto instead of " + options.solver +
                 ", or leave accuracy out");
   if (options.solver == "nlgs") return solve_nlgs(system, velocity_free, options);
+  if (options.solver == "auto" && SolidCorrection::obstacle(system).empty()) {
+    SolidHelp help(system, velocity_free, options);
+    return solve_nlgs(system, velocity_free, options, &help);
+  }
   if (options.solver == "auto") {
     NewtonHelp help(system, velocity_free, options);
     return solve_nlgs(system, velocity_free, options, &help);

@@ -1,0 +1,21 @@
+// The matrix H' of a contact, side by side, and the masses of the bodies that it moves.
+#pragma once
+#include "contact_system.hpp"
+
+namespace cairn {
+
+// Whether a side of a batch is a rigid body that moves, or nodes of a condensed one.
+inline bool moves_rigid(const cairn_batch& b, int side) {
+  return side ? b.moves_b != 0 && b.mapped_b == 0 : b.moves_a != 0 && b.mapped_a == 0;
+}
+inline bool is_mapped(const cairn_batch& b, int side) { return (side ? b.mapped_b : b.mapped_a) != 0; }
+
+// Mass matrix of a body of the records and its inverse (dofs, dofs), dofs 3 in 2D and 6 in 3D. A driven dof has no
+// inverse mass; it gets a mass that no row touches: see rigid_rows.
+void body_mass(const ContactSystem&, std::int32_t body, double* mass, double* inverse);
+// rows (components, dofs): what the velocity and spin of the rigid body on that side of a contact add to its relative
+// velocity, the sign of the side in it; zero for driven dofs, of which inverse (dofs, dofs) has none.
+void rigid_rows(const ContactSystem&, const cairn_batch&, int lane, int side, int components, const double* inverse,
+                double* rows);
+
+} // namespace cairn

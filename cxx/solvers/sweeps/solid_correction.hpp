@@ -1,0 +1,73 @@
+// Newton's method over the bodies of a step whose laws have local solutions of their own: where bonds make a solid of
+// many bodies, sweeps carry an impulse from one body to the next alone, and factors of the whole carry it at once.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "../../contacts/interaction.hpp"
+#include "../../soe/soe.hpp"
+#include "contact_system.hpp"
+
+namespace cairn {
+
+// What one solve leaves to the next, so that a pattern which stays is analysed once.
+struct SolidMemory {
+  SparseMatrix matrix; // of the bodies: masses and what contacts answer
+  std::unique_ptr<Soe> soe;
+};
+
+class SolidCorrection {
+public:
+  // Empty, or what keeps these contacts from it.
+  static std::string obstacle(const ContactSystem&);
+  SolidCorrection(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
+  // False: a body cannot be written as a matrix, or nothing moves.
+  bool possible() const { return possible_; }
+  // Of one pass, about, at the rate of arithmetic in factors.
+  double operations() const;
+  // Impulses of a smaller error, in a few passes; records up to date before and after.
+  // measure: square of the error of the impulses at hand. Returns how many passes led to it, 0: none did.
+  int improve(double error_square, double wanted_square, const std::function<double()>& measure);
+
+private:
+  struct Contact {
+    std::int32_t batch, lane, components, unknowns;
+    std::size_t rows, answer, known; // where these begin
+  };
+  void number_unknowns();
+  std::int32_t number_rigid(std::int32_t body);
+  void number_condensed(std::int32_t body);
+  void add_clique(const std::int32_t* unknown, int count);
+  void place_contacts();
+  int add_side(const cairn_batch& b, int lane, int side, int components);
+  void linearise();
+  void linearise_batch(std::int32_t batch, double speed);
+  double fastest();
+  void open_batch(std::int32_t batch);
+  bool factor();
+  void change_impulses();
+  void refresh();
+
+  ContactSystem& system_;
+  const cairn_schedule& schedule_;
+  const Velocities& velocity_free_;
+  SolidMemory& memory_;
+  bool possible_ = true;
+  std::int32_t unknowns_ = 0;
+  std::vector<std::int32_t> rigid_, condensed_; // first unknown of each body, -1: none
+  std::vector<std::int32_t> dof_unknown_;       // of each dof of condensed bodies, from first_dof_ on; -1: held
+  std::vector<std::size_t> first_dof_;
+  std::vector<double> inverse_; // (dofs, dofs) of each rigid body that is numbered, in their order
+  std::vector<std::int64_t> clique_start_{0};
+  std::vector<std::int32_t> clique_;
+  std::vector<double> clique_matrix_; // those of bodies, then those of contacts
+  std::size_t contacts_begin_ = 0;    // in clique_matrix_
+  std::vector<std::int64_t> entry_;   // place in the matrix of each entry of clique_matrix_; -1: above the diagonal
+  std::vector<Contact> contacts_;
+  std::vector<double> rows_, answer_, known_, velocity_, kept_;
+  std::vector<double> w_, w_true_, u_, q_, r_, bias_, params_, target_, nudged_, nudges_, found_, told_; // of a batch
+};
+
+} // namespace cairn
