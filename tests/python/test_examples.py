@@ -54,6 +54,23 @@ def test_forced_fold(tmp_path, capsys):
         example("forced_fold").main(["--output", str(tmp_path), "--disks", "-5"])
 
 
+def test_kalthoff(tmp_path):
+    figures = ran("kalthoff", tmp_path, "--cells", "8", "--time", "40", endings=(".vtkhdf", ".png"))
+    assert figures["bodies"] == 256 and figures["sides broken"] > 0
+    assert 8.8 < figures["first side broken after"] < 35  # not before waves reach the end of the notch
+    assert figures["closure of the balance"] < 1e-12 and figures["error, median"] <= 1e-4
+    assert 0 < figures["spent by cracks"] < figures["work of the blow"]
+    module = example("kalthoff")
+    assert module.options_from(["--full"]).cells == 100
+    body = module.plate(module.options_from(["--cells", "8", "--turn", "20"]))
+    shape = body.points[body.cells["triangle"]]
+    cross = lambda a, b: a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]  # noqa: E731
+    area = cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0]) / 2
+    assert area.min() > 0 and area.sum() == pytest.approx(0.1**2, rel=1e-6)
+    with pytest.raises(ValueError, match="cells is 10"):
+        module.main(["--output", str(tmp_path), "--cells", "10"])
+
+
 def test_stick_and_slip(tmp_path):
     figures = ran("stick_and_slip", tmp_path, "--cells", "12", "--press", "3", "--drag", "6", endings=(".vtkhdf", ".png"))
     assert figures["Q over mu P"] == pytest.approx(0.6, abs=0.1)

@@ -241,3 +241,55 @@ def test_steps_of_spheres():
     one[0][4, 1] = np.nan
     kernel("cairn_verlet_end_spheres")(0, n, h, g, inverse, force, one[0], wrong, None)
     assert wrong[0] == 4
+
+
+def test_answers_of_springs_are_their_stiffness():
+    """cairn_contact_nudges and cairn_contact_responses: of springs r = -(K u + p), asked by their local solution, K comes back
+    and an impulse that is not theirs is corrected; what is held fast answers by 2^20/W; what slides, by its normal alone."""
+    rng = np.random.default_rng(5)
+    n, c, axes = 8, 3, 2
+    contacts = 7  # the last lane is a dummy
+    a = rng.normal(size=(n, c, c))
+    w = np.einsum("nik,njk->nij", a, a) + np.eye(c)
+    b = rng.normal(size=(n, c, c))
+    stiff = 0.3 * np.einsum("nik,njk->nij", b, b) + 0.1 * np.eye(c)
+    preload, q, r = (rng.normal(size=(n, c)) for _ in range(3))
+
+    def solve(q):
+        # r = -(K u + p), u = q + W r
+        return np.array([-np.linalg.solve(np.eye(c) + stiff[i] @ w[i], stiff[i] @ q[i] + preload[i]) for i in range(n)])
+
+    columns = lambda x: np.ascontiguousarray(np.moveaxis(x, 0, -1))  # noqa: E731  Fortran's (n, c)
+    blocks = np.ascontiguousarray(w.transpose(2, 1, 0))
+    nudges = np.empty((c, n))
+    kernel("cairn_contact_nudges")(n, c, axes, blocks, columns(q), columns(r), 1.0, nudges)
+    own = np.maximum(np.abs(q), np.abs(w * r[:, None, :]).max(axis=2))
+    share = own[:, :axes].max(axis=1) * 2.0**-16
+    np.testing.assert_allclose(nudges[:axes], np.broadcast_to(share, (axes, n)), rtol=1e-14)
+    np.testing.assert_allclose(nudges[2], np.maximum(own[:, 2] * 2.0**-16, share * np.sqrt(w[:, 2, 2] / w[:, 0, 0])), rtol=1e-14)
+    target = solve(q)
+    nudged = np.stack([columns(solve(q + np.eye(c)[k] * nudges[k][:, None])) for k in range(c)])
+    answer, known = np.full((n, c, c), np.nan), np.full((n, c), np.nan)
+    kernel("cairn_contact_responses")(n, c, contacts, blocks, columns(r), columns(target), nudged, nudges, answer, known)
+    for i in range(contacts):
+        # to the proximal share of 2^-20 and what differences leave
+        np.testing.assert_allclose(
+            answer[i], stiff[i], rtol=0, atol=2e-5 * np.abs(stiff[i]).max() * (1 + np.abs(stiff[i] @ w[i]).max())
+        )
+        wanted = (np.eye(c) + stiff[i] @ w[i]) @ (target[i] - r[i])
+        np.testing.assert_allclose(
+            known[i], wanted, rtol=0, atol=1e-4 * np.abs(wanted).max() * (1 + np.abs(stiff[i] @ w[i]).max())
+        )
+    assert (answer[contacts:] == 0).all() and (known[contacts:] == 0).all()
+    # held fast: r = -W^-1 q; sliding: r_N = -q_N / W_NN, r_T = mu r_N
+    w = np.broadcast_to(np.diag([2.0, 3.0]), (2, 2, 2)).copy()
+    q = np.array([[-1.0, 0.5], [-1.0, 5.0]])
+    make = lambda q: np.array([[-q[0, 0] / 2, -q[0, 1] / 3], [-q[1, 0] / 2, 0.3 * q[1, 0] / 2]])  # noqa: E731
+    nudges = np.full((2, 2), 2.0**-16)
+    nudged = np.stack([columns(make(q + np.eye(2)[k] * 2.0**-16)) for k in range(2)])
+    answer, known, r = np.empty((2, 2, 2)), np.empty((2, 2)), np.zeros((2, 2))
+    args = (np.ascontiguousarray(w.transpose(2, 1, 0)), columns(r), columns(make(q)), nudged, nudges, answer, known)
+    kernel("cairn_contact_responses")(2, 2, 2, *args)
+    np.testing.assert_allclose(answer[0], np.diag([2.0**20 / 2, 2.0**20 / 3]), rtol=1e-4)
+    np.testing.assert_allclose(answer[1], np.diag([2.0**20 / 2, 0]), rtol=1e-4, atol=1e-12)
+    np.testing.assert_allclose(known, [[2.0**19, -(2.0**20) / 6], [2.0**19, 0]], rtol=1e-4)

@@ -1,0 +1,90 @@
+"""Where bonds make a solid of many bodies Auto solves a step by factors over the bodies: the answer is that of sweeps."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+SPRINGS = dict(normal_stiffness=1e12, tangential_stiffness=5e11, within=1e-6)
+STRONG = dict(normal_strength=1e9, tangential_strength=1e9, normal_work=1e7, tangential_work=1e7)
+LAWS = [cn.Bonded(mu=0.3), cn.ParallelBond(**SPRINGS), cn.MAL(**SPRINGS, **STRONG)]
+
+
+def beam(dim, law, solver, h=1e-3):
+    """A clamped beam of disks or spheres, three or four across, under its weight, and a loose ball on it."""
+    stone, r = cn.Material("stone", density=2500.0), 0.01
+    if dim == 2:
+        places = np.array([[2 * r * (i + 0.5 * (j % 2)), np.sqrt(3) * r * j] for j in range(4) for i in range(20)])
+    else:
+        places = 2 * r * np.array([[i, j, k] for k in range(3) for j in range(3) for i in range(12)], float)
+    scene = cn.Scene(dim=dim, gravity=(0.0, -9.81) if dim == 2 else (0.0, 0.0, -9.81))
+    make, dofs = (cn.disks, ("vx", "vy", "w")) if dim == 2 else (cn.spheres, ("vx", "vy", "vz", "wx", "wy", "wz"))
+    left = places[:, 0] < 1.5 * r
+    scene.add(make(places[left], r, stone, driven=dofs), make(places[~left], r, stone))
+    scene.interact(stone, stone, law)
+    loose = cn.Material("loose", density=2500.0)
+    top = places[~left].max(axis=0) * [1] * dim
+    top[0] = places[:, 0].max() / 2
+    top[-1] = places[:, -1].max() + 2.2 * r
+    scene.add(make([top], r, loose))
+    scene.interact(stone, loose, cn.Coulomb(mu=0.3))
+    return cn.Simulation(scene, dt=h, strategy=cn.NSCD(theta=0.6, solver=solver))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+def test_factors_give_the_answer_of_sweeps(dim, law):
+    sim = beam(dim, law, cn.Auto(tol=1e-9))
+    sweeps = beam(dim, law, cn.NLGS(tol=1e-9, max_iter=200000))
+    for _ in range(3):
+        sim.step()
+        assert sim.info["status"] == "converged" and sim.info["error"] <= 1e-9
+        assert sim.info["iterations"] < 300  # sweeps take thousands
+    for _ in range(3):
+        sweeps.step()
+        assert sweeps.info["status"] == "converged"
+    assert sweeps.info["iterations"] > sim.info["iterations"]
+    speed = np.abs(sweeps.bodies.velocity).max()
+    np.testing.assert_allclose(
+        sim.bodies.velocity, sweeps.bodies.velocity, rtol=0, atol=1e-4 * speed
+    )  # of sweeps, 1e5 times their error
+    terms = sim.info["energy"]
+    assert abs(terms["closure"]) <= 1e-10 * terms["in_play"]
+
+
+def test_the_solver_that_did_it_is_told_and_threads_do_not_matter():
+    ends = []
+    for threads in (1, 3):
+        sim = beam(2, LAWS[1], cn.Auto(tol=1e-9))
+        sim.threads = threads
+        sim.step()
+        assert sim.info["solver"] == "newton_over_bodies"
+        ends.append(sim.bodies.velocity.copy())
+    np.testing.assert_array_equal(*ends)
+
+
+def test_short_steps_are_left_to_sweeps():
+    """Where inertia is more than springs the passes do not help, are given up, and sweeps converge."""
+    sim = beam(2, LAWS[1], cn.Auto(tol=1e-6), h=1e-6)
+    sim.step()
+    assert sim.info["status"] == "converged" and sim.info["iterations"] > 300
+
+
+def test_cells_of_a_mesh_that_may_crack():
+    """Sides of one-element bodies, whose masses are full matrices."""
+    steel = cn.Material("steel", density=8000.0)
+    x, y = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 0.25, 3), indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], -1).reshape(-1, 4)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    body = cn.ElasticBody(np.c_[x.ravel(), y.ravel()], {"triangle": triangles}, young=1e9, poisson=0.3, density=8000.0,
+                          groups={"left": number[0]})  # fmt: skip
+    law = cn.MAL(normal_stiffness=1e12, tangential_stiffness=1e12, mu=0.0, **STRONG)
+    speeds = []
+    for solver in (cn.Auto(tol=1e-8), cn.NLGS(tol=1e-8, max_iter=200000)):
+        scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+        cn.fracture.split(body, law, steel, fixed={"left": "xy"}).add_to(scene)
+        sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(theta=0.6, solver=solver))
+        sim.step()
+        assert sim.info["status"] == "converged"
+        speeds.append(np.concatenate([mesh.velocity for mesh in sim.meshes]))
+    np.testing.assert_allclose(*speeds, rtol=0, atol=1e-4 * np.abs(speeds[1]).max())
