@@ -1,5 +1,5 @@
-!> How contacts of any law answer a change of velocity, from what its own local solution says: with the block w of a contact, the
-!> velocity u and the impulse r, its law wants r* = solve(w, q) at q = u - w r. Where that is linear, r* = target - G (q' - q), and an
+!> How contacts of any law answer a change of velocity, from what its own local solution says: with the block w of a contact, its
+!> velocity u and impulse r, the law wants r* = solve(w, q) at q = u - w r. Where that is linear, r* = target - G (q' - q), and an
 !> impulse is its own answer where
 !>   dr = known - answer du,   answer = (1 - G w)^-1 G,   known = (1 - G w)^-1 (r* - r):
 !> of a spring K between the bodies, answer is K; of what is held fast, without bound, for which 1 is a little more.

@@ -12,6 +12,7 @@
 #include "../../contacts/interaction_state.hpp"
 #include "../problems/nlgs.hpp"
 #include "../problems/ppa_newton.hpp"
+#include "active_set.hpp"
 #include "error_forecast.hpp"
 #include "light_error.hpp"
 #include "newton_correction.hpp"
@@ -207,6 +208,7 @@ public:
   }
   bool given_up() const override { return given_up_; }
   const char* name() const override { return "newton_over_bodies"; }
+  int few_unknowns() const override { return ActiveSet::most_unknowns; }
 
 private:
   ContactSystem& system_;
