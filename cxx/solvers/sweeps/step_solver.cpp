@@ -186,7 +186,7 @@ public:
       solid_.emplace(system_, schedule_, velocity_free_);
       given_up_ = !solid_->possible();
     }
-    const double passes = failures_ > 0 ? 16 : 1;
+    const double passes = failures_ > 0 ? 32 : 4;
     return !given_up_ && (last || to_come * sweep_operations(system_) >= passes * solid_->operations());
   }
 
