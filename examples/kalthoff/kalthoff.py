@@ -167,7 +167,7 @@ def draw(sim, body, pieces, joints, angle, options):
         shape[number] = body.points[triangles[number]] + mesh.displacement
         speed[number] = np.linalg.norm(mesh.velocity, axis=1).mean()
     figure, axis = plt.subplots(figsize=(6.4, 5.4), layout="constrained")
-    drawn = PolyCollection(1e3 * shape, array=speed, cmap="viridis", edgecolors="face", linewidths=0.2)
+    drawn = PolyCollection(list(1e3 * shape), array=speed, cmap="viridis", edgecolors="face", linewidths=0.2)
     axis.add_collection(drawn)
     pairs = joints["point"].reshape(-1, 2, 2)  # both points of a side
     middle, half = pairs.mean(axis=1), (pairs[:, 1] - pairs[:, 0]) * np.sqrt(3) / 2

@@ -27,7 +27,7 @@ def test_plates_of_heat(name):
     sim = cn.Simulation(legacy.read_datbox(DATA / name), 2.0)
     for row in history(name):
         sim.step()
-        t = sim.bodies.temperature
+        t = sim.nodes.temperature
         for column, value in row.items():
             found = re.fullmatch(r"mesh1_node(\d+)_T", column)
             if found:

@@ -161,6 +161,8 @@ class Fields:
 
     def _read(self, name):
         if name == self._points_name:
+            if self._block is None:  # nodes of a run that has no meshes
+                return np.zeros((0, self._dim))
             return self._block["Points"][self._first : self._first + self._count, : self._dim]
         first = int(self._block["Steps/PointDataOffsets"][name][self._step])
         value = self._block["PointData"][name][first : first + self._count]

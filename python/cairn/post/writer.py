@@ -83,9 +83,9 @@ class RunWriter:
         contacts: arrays over the contacts: "point" (m, dim) [m], "normal" (m, dim), "gap" (m,) [m], "impulse" (m, dim) [N s]
         on A in the axes of space, "status" (m,), "body_a", "body_b" (m,) ids; None for none.
         cells: of bodies that deform, as VTK has them: "points" (n, 3) [m], "connectivity", "offsets", "types", and "fields",
-            arrays over the cells by name; None for none.
+        arrays over the cells by name; None for none.
         nodes: arrays over the nodes of meshes, None for none: "position" (k, dim) [m] is needed, "velocity" (k, dim), "id" and
-            any other field are welcome. Of a run that has none in its first output they are left out later.
+        any other field are welcome. Of a run that has none in its first output they are left out later.
         info: numbers of this step; goes to the history unless `write_history` had it.
 
         The fields of the first output are the fields of all. Raises ValueError if they differ, FileError.

@@ -7,10 +7,11 @@ import numpy as np
 from ..build.extents import Placed
 from .sets import found
 from .step_warnings import OverlapWarning
+from .views import core_of
 
 
 def _first_gaps(simulation):
-    core = simulation._core
+    core = core_of(simulation)
     if not simulation.strategy.stages:
         return core.contact("gap"), core.contact("bodies")
     core.begin_step(simulation._dt)
@@ -24,7 +25,7 @@ def _first_gaps(simulation):
 
 def check(simulation, action, share):
     """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
-    core = simulation._core
+    core = core_of(simulation)
     gap, pairs = _first_gaps(simulation)
     deep = np.flatnonzero(gap < 0)
     if not len(deep):

@@ -12,6 +12,7 @@ from ..build.meshes import deformable
 from ..build.shapes import Hulls
 from ..build.solid import SolidBody
 from ..pre import checks
+from .views import core_of
 
 
 def deform(sim, id, body, *, material=None, **options):
@@ -46,7 +47,7 @@ def deform(sim, id, body, *, material=None, **options):
     with _Impulses(sim, [id]) as impulses:
         sim.remove([id])
         impulses.of = sim.add(shown)
-        sim._core.account_for_reshaping(moving - at["kinetic"], 0.0)
+        core_of(sim).account_for_reshaping(moving - at["kinetic"], 0.0)
     return next(m for m in sim.meshes if m._mesh.d is d)
 
 
@@ -93,12 +94,12 @@ def rigidify(sim, mesh, shape=None):
         sim.remove(view.all_ids)
         new = sim.add(sets.checked(one))
         if shape is None and former["id"] not in sim.bodies.id:
-            sim._core.scene.give_id(int(new[0]), former["id"])
+            core_of(sim).scene.give_id(int(new[0]), former["id"])
             sim._sets[-1] = replace(sim._sets[-1], ids=np.array([former["id"]]))
             new = sim._sets[-1].ids
             sim._start_functions()
         impulses.of = new
-        sim._core.account_for_reshaping(after - before, -stored)
+        core_of(sim).account_for_reshaping(after - before, -stored)
     return int(new[0])
 
 
@@ -118,9 +119,9 @@ class Watch:
     def look(self, sim):
         """After a step: what is above its threshold."""
         h = sim.report.get("dt", 0.0)
-        if not h or not sim._core.contact_count and not self.meshes:
+        if not h or not core_of(sim).contact_count and not self.meshes:
             return
-        contacts = sim._core.contact("bodies"), sim._core.contact("impulse") / h, sim._core.contact("point")
+        contacts = core_of(sim).contact("bodies"), core_of(sim).contact("impulse") / h, core_of(sim).contact("point")
         size = np.linalg.norm(contacts[1], axis=1)
         views = {id(m._mesh.d): m for m in sim.meshes}
         rigid = [i for i in self.ids if i not in self.meshes]
@@ -170,11 +171,11 @@ class _Impulses:
 
     def __enter__(self):
         self.before = self._look()
-        self.memory = self.sim._core.get_state()["memory"]
+        self.memory = core_of(self.sim).get_state()["memory"]
         return self
 
     def _look(self):
-        core = self.sim._core
+        core = core_of(self.sim)
         if not self.sim.strategy.stages or self.sim.strategy.pose != "moreau":
             return None
         core.begin_step(self.sim._dt)
@@ -187,7 +188,7 @@ class _Impulses:
 
     def _contactors(self, ids):
         """Ids of the contactors on bodies, or on parts of meshes."""
-        scene = self.sim._core.scene
+        scene = core_of(self.sim).scene
         return scene.contactor("id").ravel()[np.isin(scene.carriers(), ids)]
 
     def __exit__(self, kind, *_):
@@ -195,7 +196,7 @@ class _Impulses:
             return
         old = self.memory
         keys, columns = old["keys"], old["impulse_components"]
-        gone = ~np.isin(keys[:, :2], self.sim._core.scene.contactor("id").ravel())
+        gone = ~np.isin(keys[:, :2], core_of(self.sim).scene.contactor("id").ravel())
         kept = ~gone.any(axis=1)
         impulses, states = old["impulses"].reshape(len(keys), columns), old["states"].reshape(len(keys), old["state_components"])
         rows = [(keys[k], impulses[k], states[k]) for k in np.flatnonzero(kept)]
@@ -221,14 +222,14 @@ class _Impulses:
         for to, (impulse, state) in passed.items():
             rows.append((now["key"][to], self._of_contact(impulse, now["normal"][to]), state))
         # contacts are found again by the order of their keys
-        state = self.sim._core.get_state()
+        state = core_of(self.sim).get_state()
         memory = dict(old)
         memory["keys"] = np.array([r[0] for r in rows], np.int64).reshape(-1, 4)
         memory["impulses"] = np.array([r[1] for r in rows], float).ravel()
         memory["states"] = np.array([r[2] for r in rows], float).ravel()
         memory["contactors_seen"] = state["scene"]["next_contactor_id"]
         state["memory"] = memory
-        self.sim._core.set_state(state)
+        core_of(self.sim).set_state(state)
         self.sim._constant_force_set = False
 
     def _side(self, contacts, row, mine):
@@ -280,7 +281,7 @@ def _set_of(sim, id):
 
 def _pose(sim, id):
     """Where a rigid body is and how it moves: spin is its angular momentum about its centre of mass."""
-    scene, dim = sim._core.scene, sim.scene.dim
+    scene, dim = core_of(sim).scene, sim.scene.dim
     row = int(np.searchsorted(scene.body("id"), id))
     names = {f["name"] for f in scene.body_fields() if f["active"]}
     velocity = scene.body("velocity")[row]
@@ -372,7 +373,7 @@ def _stored(sim, view):
     if not hasattr(body, "blocks"):
         u = view.displacement.ravel()
         return 0.5 * float(u @ (body.K @ u))
-    memory = sim._core.mesh_memory(view._mesh.number)[1]
+    memory = core_of(sim).mesh_memory(view._mesh.number)[1]
     return float(memory[-1]) if len(memory) else float(body.tangent(view.displacement)[2])
 
 

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from .views import core_of
+
 STAGES = {"stresses": "true stresses of the cells", "element_forces": "forces of the nodes by the stresses of the cells"}
 
 _A = 3**-0.5
@@ -47,7 +49,7 @@ def found(simulation, view, stage):
     if stage == "stresses":
         return {kind: np.array(stress) for kind, stress in view.stress.items()}
     if hasattr(view.body, "blocks"):
-        return simulation._core.mesh_memory(view._mesh.number)[1][:-1].reshape(view.displacement.shape)
+        return core_of(simulation).mesh_memory(view._mesh.number)[1][:-1].reshape(view.displacement.shape)
     return (view.body.K @ view.displacement.ravel()).reshape(view.displacement.shape)
 
 

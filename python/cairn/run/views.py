@@ -330,6 +330,11 @@ class RawView(_View):
             raise AttributeError(f"there is no live array {name!r}; there are {listed(known, name)}") from None
 
 
+def core_of(simulation):
+    """The core's object of a simulation, for what changes its bodies beside the stages of a step."""
+    return simulation.raw._core
+
+
 SHOWN_STATES = ("accumulated_plastic_strain", "damage")  # that a run file holds of materials of solids
 
 
