@@ -130,11 +130,15 @@ def cracked(options):
     def watch(sim):
         nonlocal joints
         errors.append(sim.info["error"])
-        key, beta = sim.contacts.key[:, 0], sim.contacts.beta
+        point, side = sim.contacts.key[:, 0], sim.contacts.key[:, 1]
+        key = point.astype(np.int64) << 32 | side
         if joints is None:
-            order = np.argsort(key)
-            joints = {"key": key[order].copy(), "point": sim.contacts.point[order, :2].copy(), "at": np.full(len(key), np.inf)}
-        held = np.isin(joints["key"], key[beta > 0])
+            whole = np.flatnonzero(sim.contacts.beta > 0)  # what touches besides is no joint
+            order = whole[np.lexsort((point[whole], side[whole]))]
+            first, count = np.unique(side[order], return_index=True, return_counts=True)[1:]
+            joints = {"key": key[order], "point": sim.contacts.point[order, :2].copy(), "at": np.full(len(order), np.inf),
+                      "pairs": first[count == 2][:, None] + [0, 1]}  # fmt: skip
+        held = np.isin(joints["key"], key[sim.contacts.beta > 0])
         joints["at"][np.isinf(joints["at"]) & ~held] = sim.time
 
     steps = int(np.ceil(options.time * 1e-6 / dt))
@@ -169,9 +173,9 @@ def draw(sim, body, pieces, joints, angle, options):
     figure, axis = plt.subplots(figsize=(6.4, 5.4), layout="constrained")
     drawn = PolyCollection(list(1e3 * shape), array=speed, cmap="viridis", edgecolors="face", linewidths=0.2)
     axis.add_collection(drawn)
-    pairs = joints["point"].reshape(-1, 2, 2)  # both points of a side
+    pairs = joints["point"][joints["pairs"]]  # both points of a side
     middle, half = pairs.mean(axis=1), (pairs[:, 1] - pairs[:, 0]) * np.sqrt(3) / 2
-    broken = np.isfinite(joints["at"]).reshape(-1, 2).all(axis=1)
+    broken = np.isfinite(joints["at"])[joints["pairs"]].all(axis=1)
     axis.add_collection(LineCollection(1e3 * np.stack([middle - half, middle + half], 1)[broken], colors="red", linewidths=1.6))
     axis.plot([0, 1e3 * NOTCH], [1e3 * LEVEL] * 2, "k", lw=1.2)
     if np.isfinite(angle):
@@ -199,7 +203,7 @@ def main(arguments=None):
         "angle of the crack": (angle, "degrees"),
         "speed of the crack": (speed, "m/s"),
         "over Rayleigh's": (speed / RAYLEIGH, ""),
-        "sides broken": (int(np.isfinite(joints["at"]).reshape(-1, 2).all(axis=1).sum()), ""),
+        "sides broken": (int(np.isfinite(joints["at"])[joints["pairs"]].all(axis=1).sum()), ""),
         "work of the blow": (terms["work_external"], "J/m"),
         "spent by cracks": (terms["released"], "J/m"),
         "closure of the balance": (abs(terms["closure"]) / terms["in_play"], "of the energy in play"),

@@ -237,8 +237,8 @@ int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const in
 int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,
                                    const double* held_velocity, cairn_error* error);
 
-int64_t cairn_simulation_bodies(const cairn_simulation* simulation); /* rigid ones */
-int64_t cairn_simulation_nodes(const cairn_simulation* simulation);  /* of all meshes */
+int64_t cairn_simulation_bodies(const cairn_simulation* simulation);   /* rigid ones */
+int64_t cairn_simulation_nodes(const cairn_simulation* simulation);    /* of all meshes */
 int64_t cairn_simulation_contacts(const cairn_simulation* simulation); /* of the last step */
 /* A field of bodies by its name in fields.def ("position", "velocity", "rotation", "mass", "reaction", ...), in the
  * order of insertion; positions are absolute. values has room for capacity numbers; *count is how many there are, and

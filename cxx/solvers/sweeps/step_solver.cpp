@@ -118,7 +118,7 @@ private:
   // Of few contacts 64 sweeps make the active set, which is exact where masses are alike.
   std::int64_t first_patience() const {
     if (heavy_on_light()) return 32;
-    return system_.dim * contacts() > few_unknowns() ? 16 : 64;
+    return system_.dim * contacts() > NewtonHelp::few_unknowns() ? 16 : 64;
   }
 
   double contacts() const {
