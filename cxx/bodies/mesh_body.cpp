@@ -331,10 +331,27 @@ void MeshBody::push(Nodes& nodes) {
   scatter(a_.data(), nodes.velocity);
 }
 
+namespace {
+
+// Forces that hold what follows are borne by what it follows.
+void to_leaders(const MeshTies& ties, std::vector<double>& force) {
+  for (std::size_t t = 0; t < ties.dof.size(); ++t) {
+    double& own = force[std::size_t(ties.dof[t])];
+    for (auto e = std::size_t(ties.first[t]); e < std::size_t(ties.first[t + 1]); ++e)
+      force[std::size_t(ties.master[e])] += ties.weight[e] * own;
+    own = 0;
+  }
+}
+
+} // namespace
+
 // The scene keeps the balance of the nodes as points of mass: what else acts on them is a force on them here, and its
 // work is taken apart again.
 void MeshBody::account(Nodes& nodes, const double* gravity) {
-  if (!linear()) return account_bulk(nodes, gravity);
+  if (!linear()) {
+    account_bulk(nodes, gravity);
+    return to_leaders(model.ties, reaction);
+  }
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
   const cairn_scheme& s = scheme_;
@@ -379,6 +396,7 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
       work.stored += 0.5 * x[i] * (stiff_q_[i] + (way_end * stiff_[i] + way_begin * stiff_begin_[i]));
   }
   work.stored_change += work.stored;
+  to_leaders(model.ties, reaction);
 }
 
 void MeshBody::solve_mass(double* b) {

@@ -202,6 +202,20 @@ def test_tied_bodies_in_the_step_rest_as_at_rest():
     assert abs(energy["closure"]) < 1e-11 * energy["in_play"]
 
 
+@pytest.mark.parametrize("solid", [False, True])
+def test_what_leads_bears_the_forces_of_what_follows(solid):
+    """The side that leads is held: its reaction is the load on the other part, at rest."""
+    body = halves(rayleigh=(0.0, 2e-3), poisson=0.3)
+    if solid:
+        both = [cn.SolidBody(p.points, p.cells, cn.IsotropicElastic(young=1e6, poisson=0.3), density=1000.0, groups=p.groups)
+                for p in body.parts.values()]  # fmt: skip
+        body = cn.tied(dict(zip(body.parts, both)), [("over.bottom", "under.top")])
+    sim = simulation(body, 0.5, 1.0, fixed={"under.all": "xy"}, force={"over.top": (50.0, -100.0)})
+    sim.run(steps=60, progress=False)
+    assert np.allclose(sim.meshes[0].reaction("under.all"), (-50.0, 100.0), rtol=1e-6)
+    assert np.allclose(sim.meshes[0].reaction().sum(axis=0), (-50.0, 100.0), rtol=1e-6)
+
+
 def test_tied_bodies_in_flight_keep_their_momentum_and_meet_what_they_fall_on():
     body = halves()
     scene = cn.Scene(dim=2)
