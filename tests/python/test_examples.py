@@ -71,6 +71,18 @@ def test_kalthoff(tmp_path):
         module.main(["--output", str(tmp_path), "--cells", "10"])
 
 
+def test_grains_between_plates(tmp_path):
+    figures = ran("grains_between_plates", tmp_path, "--disks", "120", "--strain", "0.1", endings=(".vtkhdf", ".png"))
+    for body in ("bed", "lower plate", "upper plate"):
+        assert figures[f"balance of the {body}"] < 1e-8
+    assert figures["closure of the energy"] < 1e-12 and figures["error, worst"] <= 1e-4
+    assert figures["force below over load"] == pytest.approx(1, abs=0.1)
+    assert 0.1 < figures["shear over pressure, last half"] < 0.5
+    assert figures["sunk by compaction"] > 1 and figures["grains in tension"] < 50
+    with pytest.raises(ValueError, match="disks"):
+        example("grains_between_plates").main(["--output", str(tmp_path), "--disks", "3"])
+
+
 def test_stick_and_slip(tmp_path):
     figures = ran("stick_and_slip", tmp_path, "--cells", "12", "--press", "3", "--drag", "6", endings=(".vtkhdf", ".png"))
     assert figures["Q over mu P"] == pytest.approx(0.6, abs=0.1)
