@@ -11,6 +11,7 @@ py::dict described(const cairn::LawInfo& law) {
   row["components"] = py::make_tuple(law.components2, law.components3);
   row["state"] = law.state;
   row["library"] = law.library;
+  row["bonds"] = law.has_solve && law.anchored;
   py::list parameters;
   for (const cairn::LawParameter& p : law.parameters)
     parameters.append(py::make_tuple(p.name, p.required ? py::object(py::none()) : py::object(py::float_(p.standard)),

@@ -6,7 +6,7 @@ module abp
   use law_context, only: cairn_law_context
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, &
     damage_along, first_own
-  use mixed_mode, only: mixed_length, mixed_work
+  use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work
   implicit none
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy

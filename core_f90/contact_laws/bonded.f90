@@ -5,6 +5,7 @@ module bonded
   use law_context, only: cairn_law_context
   use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
   use cone_residual, only: cone_map, cone_status
+  use lane_blocks, only: held_impulses
   implicit none
   private
   public :: cairn_law_bonded_prepare, cairn_law_bonded_solve, cairn_law_bonded_residual
@@ -50,19 +51,24 @@ contains
     real(c_double), intent(in)    :: state(n, 2)  !< above 0: a bond; gap at which it bonded [m]
     real(c_double), intent(inout) :: r(n, c)      !< impulse [N s], then moment [N m s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
-    integer :: i
-    if (c == 3) then
-      call cairn_cone_full2(n, c, w, u_free, bias, params, state, r)
+    real(c_double) :: held(n, c)
+    integer :: k
+    if (all(state(:, 1) > 0)) then
+      call held_impulses(n, c, w, u_free, r)
     else
-      call cairn_cone_full3(n, c, w, u_free, bias, params, state, r)
-    end if
-    do i = 1, n
-      if (state(i, 1) > 0) then
-        call hold(c, w(i, :, :), u_free(i, :), r(i, :))
+      if (c == 3) then
+        call cairn_cone_full2(n, c, w, u_free, bias, params, state, r)
       else
-        r(i, merge(3, 4, c == 3):c) = 0
+        call cairn_cone_full3(n, c, w, u_free, bias, params, state, r)
       end if
-    end do
+      r(:, merge(3, 4, c == 3):) = 0
+      if (any(state(:, 1) > 0)) then
+        call held_impulses(n, c, w, u_free, held)
+        do k = 1, c
+          where (state(:, 1) > 0) r(:, k) = held(:, k)
+        end do
+      end if
+    end if
     if (present(status)) status = merge(3, 0, state(:, 1) > 0)
   end subroutine cairn_law_bonded_solve
 
@@ -99,33 +105,4 @@ contains
     call cone_status(n, axes, params(:, 1), r, status)
     where (state(:, 1) > 0) status = 3
   end subroutine cairn_law_bonded_residual
-
-  !> r = -W^-1 u by elimination without roots or pivots: W is symmetric and at least semidefinite; a component that nothing
-  !> moves (its pivot is rounding) carries nothing.
-  pure subroutine hold(c, w, u, r)
-    integer, value              :: c       !< components
-    real(c_double), intent(in)  :: w(c, c) !< Delassus block
-    real(c_double), intent(in)  :: u(c)    !< relative velocity with r = 0
-    real(c_double), intent(out) :: r(c)    !< impulse
-    real(c_double) :: a(c, c)
-    integer :: k, l
-    a = w
-    r = -u
-    do k = 1, c
-      if (.not. a(k, k) > 16*epsilon(w)*w(k, k)) then
-        a(k, :) = 0
-        a(:, k) = 0
-        r(k) = 0
-        cycle
-      end if
-      do l = k + 1, c
-        r(l) = r(l) - a(l, k)/a(k, k)*r(k)
-        a(l, k + 1:) = a(l, k + 1:) - a(l, k)/a(k, k)*a(k, k + 1:)
-      end do
-    end do
-    do k = c, 1, -1
-      if (.not. a(k, k) > 0) cycle
-      r(k) = (r(k) - dot_product(a(k, k + 1:), r(k + 1:)))/a(k, k)
-    end do
-  end subroutine hold
 end module bonded

@@ -10,9 +10,10 @@ module cohesive_zone
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
+  use lane_blocks, only: pushed_velocities
   implicit none
   private
-  public :: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, damage_along, eliminate
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, damage_along
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
   integer, parameter :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
@@ -38,8 +39,15 @@ module cohesive_zone
       real(c_double), intent(out) :: beta    !< from 1 to 0, falling with the opening
       real(c_double), intent(out) :: work    !< that opening as far as here takes [J/m2]
     end subroutine cohesive_curve
+    !> An ellipse of openings that damage nothing that is sound: limit_1 d_N^2 + limit_2 d_T^2 <= 1.
+    pure subroutine cohesive_onset(n, p, limit)
+      import :: c_double, c_int32_t
+      integer(c_int32_t), intent(in) :: n           !< contacts
+      real(c_double), intent(in)     :: p(n, *)     !< parameters
+      real(c_double), intent(out)    :: limit(n, 2) !< [1/m2]
+    end subroutine cohesive_onset
   end interface
-  public :: cohesive_damage, cohesive_curve
+  public :: cohesive_damage, cohesive_curve, cohesive_onset
 contains
 
   subroutine cohesive_prepare(n, c, context, gap, params, state, bias, compliance, mu)
@@ -81,34 +89,42 @@ contains
     bias_of = (max(g, 0.0_c_double) + recovered*min(g, 0.0_c_double))/h
   end function bias_of
 
-  subroutine cohesive_solve(n, c, own, damage, square, w, u_free, params, state, r, status)
+  subroutine cohesive_solve(n, c, own, damage, onset, square, w, u_free, params, state, r, status)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: own          !< parameters of the law; behind them the step
     procedure(cohesive_damage)     :: damage
+    procedure(cohesive_onset)      :: onset
     logical, intent(in)            :: square       !< phi = beta^2, else beta
     real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)     :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
     real(c_double), intent(in)     :: params(n, *), state(n, *)
     real(c_double), intent(inout)  :: r(n, c)      !< impulse [N s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
-    real(c_double) :: p(own + 1), q(c), block(c, c), u(c), one(c), trial(n, c), push(n), beta
-    integer :: i
-    call hold(n, c, own, square, w, u_free, params, state, trial, push)
+    real(c_double) :: p(own + 1), q(c), block(c, c), u(c), one(c), spring(n, c), pull(n, c), trial(n, c), push(n), beta
+    logical :: sound(n)
+    integer :: i, k
+    call springs_of_all(n, c, own, square, params, state, spring, pull)
+    call pushed_velocities(n, c, w, u_free, spring, pull, trial, push)
+    call stay_sound(n, c, own, onset, params, state, trial, push, sound)
+    do k = 1, c
+      !$omp simd
+      do i = 1, n
+        r(i, k) = -(spring(i, k)*trial(i, k) + pull(i, k))
+      end do
+    end do
+    r(:, 1) = r(:, 1) + push
+    if (present(status)) status = 3
+    if (all(sound)) return
     do i = 1, n
+      if (sound(i)) cycle
       p = params(i, 1:own + 1)
-      ! most are not damaged further, and slide on nothing
+      ! many are not damaged further, and slide on nothing
       if (state(i, s_beta) > 0 .and. (.not. push(i) > 0 .or. &
                                       .not. effective_friction(p(friction), p(power), state(i, s_beta)) > 0)) then
         u = trial(i, :)
         call allowed(c, own, damage, p, u, state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
-        if (beta >= state(i, s_beta)) then
-          call springs(c, own, square, p, beta, state(i, s_area), state(i, s_slip:s_slip + c - 2), q, one)
-          r(i, :) = -q*u - one
-          r(i, 1) = r(i, 1) + push(i)
-          if (present(status)) status(i) = 3
-          cycle
-        end if
+        if (beta >= state(i, s_beta)) cycle
       end if
       block = w(i, :, :)
       q = u_free(i, :)
@@ -119,80 +135,62 @@ contains
     end do
   end subroutine cohesive_solve
 
-  !> Velocities as springs leave them, with the beta of the step's begin, and a contact without friction beside them.
-  pure subroutine hold(n, c, own, square, w, q, params, state, u, push)
-    integer(c_int32_t), intent(in) :: n          !< contacts
-    integer(c_int32_t), intent(in) :: c          !< components
-    integer, intent(in)            :: own        !< parameters of the law; behind them the step
-    logical, intent(in)            :: square     !< phi = beta^2, else beta
-    real(c_double), intent(in)     :: w(n, c, c) !< [1/kg]
-    real(c_double), intent(in)     :: q(n, c)    !< [m/s]
+  !> r = -(spring u + pull) with the beta of the step's begin.
+  pure subroutine springs_of_all(n, c, own, square, params, state, spring, pull)
+    integer(c_int32_t), intent(in) :: n            !< contacts
+    integer(c_int32_t), intent(in) :: c            !< components
+    integer, intent(in)            :: own          !< parameters of the law; behind them the step
+    logical, intent(in)            :: square       !< phi = beta^2, else beta
     real(c_double), intent(in)     :: params(n, *), state(n, *)
-    real(c_double), intent(out)    :: u(n, c)    !< [m/s]
-    real(c_double), intent(out)    :: push(n)    !< of the contact, along the normal [N s]
-    real(c_double) :: by, k_n, k_t, t, s, x(3), y(3), m(3, 3), f
-    integer :: i
-    if (c == 2) then
-      !$omp simd private(by, k_n, k_t, t, x, y, m, f)
-      do i = 1, n
-        by = state(i, s_area)*merge(state(i, s_beta)**2, state(i, s_beta), square)*params(i, own + 1)
-        k_n = by*params(i, c_n)*params(i, own + 1)
-        k_t = by*params(i, c_t)*params(i, own + 1)
-        t = by*params(i, c_t)*state(i, s_slip)
-        x(1) = q(i, 1) - w(i, 1, 2)*t
-        x(2) = q(i, 2) - w(i, 2, 2)*t
-        ! (1 + W K)^-1 without pivots
-        m(1, 1) = 1 + w(i, 1, 1)*k_n
-        m(1, 2) = w(i, 1, 2)*k_t
-        f = w(i, 2, 1)*k_n/m(1, 1)
-        m(2, 2) = 1 + w(i, 2, 2)*k_t - f*m(1, 2)
-        x(2) = (x(2) - f*x(1))/m(2, 2)
-        x(1) = (x(1) - m(1, 2)*x(2))/m(1, 1)
-        y(2) = (w(i, 2, 1) - f*w(i, 1, 1))/m(2, 2)
-        y(1) = (w(i, 1, 1) - m(1, 2)*y(2))/m(1, 1)
-        push(i) = max(0.0_c_double, -x(1)/y(1))
-        u(i, 1) = merge(0.0_c_double, x(1), push(i) > 0)
-        u(i, 2) = x(2) + y(2)*push(i)
-      end do
-      return
-    end if
-    !$omp simd private(by, k_n, k_t, t, s, x, y, m, f)
+    real(c_double), intent(out)    :: spring(n, c) !< [kg]
+    real(c_double), intent(out)    :: pull(n, c)   !< [N s]
+    real(c_double) :: by(n)
+    integer :: i, k
+    !$omp simd
     do i = 1, n
-      by = state(i, s_area)*merge(state(i, s_beta)**2, state(i, s_beta), square)*params(i, own + 1)
-      k_n = by*params(i, c_n)*params(i, own + 1)
-      k_t = by*params(i, c_t)*params(i, own + 1)
-      t = by*params(i, c_t)*state(i, s_slip)
-      s = by*params(i, c_t)*state(i, s_slip + 1)
-      x(1) = q(i, 1) - w(i, 1, 2)*t - w(i, 1, 3)*s
-      x(2) = q(i, 2) - w(i, 2, 2)*t - w(i, 2, 3)*s
-      x(3) = q(i, 3) - w(i, 3, 2)*t - w(i, 3, 3)*s
-      m(1, 1) = 1 + w(i, 1, 1)*k_n
-      m(1, 2) = w(i, 1, 2)*k_t
-      m(1, 3) = w(i, 1, 3)*k_t
-      f = w(i, 2, 1)*k_n/m(1, 1)
-      m(2, 2) = 1 + w(i, 2, 2)*k_t - f*m(1, 2)
-      m(2, 3) = w(i, 2, 3)*k_t - f*m(1, 3)
-      x(2) = x(2) - f*x(1)
-      y(2) = w(i, 2, 1) - f*w(i, 1, 1)
-      f = w(i, 3, 1)*k_n/m(1, 1)
-      m(3, 2) = w(i, 3, 2)*k_t - f*m(1, 2)
-      m(3, 3) = 1 + w(i, 3, 3)*k_t - f*m(1, 3)
-      x(3) = x(3) - f*x(1)
-      y(3) = w(i, 3, 1) - f*w(i, 1, 1)
-      f = m(3, 2)/m(2, 2)
-      m(3, 3) = m(3, 3) - f*m(2, 3)
-      x(3) = (x(3) - f*x(2))/m(3, 3)
-      y(3) = (y(3) - f*y(2))/m(3, 3)
-      x(2) = (x(2) - m(2, 3)*x(3))/m(2, 2)
-      y(2) = (y(2) - m(2, 3)*y(3))/m(2, 2)
-      x(1) = (x(1) - m(1, 2)*x(2) - m(1, 3)*x(3))/m(1, 1)
-      y(1) = (w(i, 1, 1) - m(1, 2)*y(2) - m(1, 3)*y(3))/m(1, 1)
-      push(i) = max(0.0_c_double, -x(1)/y(1))
-      u(i, 1) = merge(0.0_c_double, x(1), push(i) > 0)
-      u(i, 2) = x(2) + y(2)*push(i)
-      u(i, 3) = x(3) + y(3)*push(i)
+      by(i) = state(i, s_area)*merge(state(i, s_beta)**2, state(i, s_beta), square)*params(i, own + 1)
+      spring(i, 1) = by(i)*params(i, c_n)*params(i, own + 1)
+      pull(i, 1) = 0
     end do
-  end subroutine hold
+    do k = 2, c
+      !$omp simd
+      do i = 1, n
+        pull(i, k) = by(i)*params(i, c_t)*state(i, s_slip + k - 2)
+        spring(i, k) = by(i)*params(i, c_t)*params(i, own + 1)
+      end do
+    end do
+  end subroutine springs_of_all
+
+  !> Which contacts are sound at the end of the step, too, and slide on nothing: most of them.
+  subroutine stay_sound(n, c, own, onset, params, state, u, push, sound)
+    integer(c_int32_t), intent(in) :: n        !< contacts
+    integer(c_int32_t), intent(in) :: c        !< components
+    integer, intent(in)            :: own      !< parameters of the law; behind them the step
+    procedure(cohesive_onset)      :: onset
+    real(c_double), intent(in)     :: params(n, *), state(n, *)
+    real(c_double), intent(in)     :: u(n, c)  !< velocities as springs leave them [m/s]
+    real(c_double), intent(in)     :: push(n)  !< of the contact [N s]
+    logical, intent(out)           :: sound(n)
+    real(c_double), parameter :: below = 1 - 2.0_c_double**(-40) ! that the law's own arithmetic finds no damage either
+    real(c_double) :: limit(n, 2), normal, slides, tangent(n)
+    integer :: i, k
+    call onset(n, params, limit)
+    tangent = 0
+    do k = 2, c
+      !$omp simd
+      do i = 1, n
+        tangent(i) = tangent(i) + (state(i, s_slip + k - 2) + params(i, own + 1)*u(i, k))**2
+      end do
+    end do
+    !$omp simd private(normal, slides)
+    do i = 1, n
+      normal = max(0.0_c_double, params(i, own + 1)*u(i, 1))
+      slides = merge(merge(0.0_c_double, params(i, friction), params(i, power) > 0), 0.0_c_double, push(i) > 0)
+      tangent(i) = merge(limit(i, 1)*normal**2 + limit(i, 2)*tangent(i), 2.0_c_double, slides <= 0)
+      tangent(i) = merge(tangent(i), 2.0_c_double, state(i, s_beta) >= 1)
+    end do
+    sound = tangent <= below
+  end subroutine stay_sound
 
   !> The largest beta that its own opening allows: more adhesion opens less, so that what the opening allows grows with beta.
   subroutine solve_contact(c, own, damage, square, p, w, q, old, area, slip, r, u)

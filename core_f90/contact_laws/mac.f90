@@ -31,5 +31,14 @@ contains
     if (present(spent)) spent = (w + viscosity*(old - beta)/h)*(old - beta)
   end subroutine damage
 
+  !> Sound while c_N d_N^2 + c_T d_T^2 <= w.
+  pure subroutine onset(n, p, limit)
+    integer(c_int32_t), intent(in) :: n           !< contacts
+    real(c_double), intent(in)     :: p(n, *)     !< parameters
+    real(c_double), intent(out)    :: limit(n, 2) !< [1/m2]
+    limit(:, 1) = p(:n, 1)/p(:n, first_own)
+    limit(:, 2) = p(:n, 2)/p(:n, first_own)
+  end subroutine onset
+
   include "cohesive_slots.inc"
 end module mac

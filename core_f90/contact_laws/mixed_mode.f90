@@ -1,9 +1,9 @@
 !> Lengths and works between mode I and mode II, for a contact that opens along one direction.
 module mixed_mode
-  use, intrinsic :: iso_c_binding, only: c_double
+  use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
   private
-  public :: mixed_length, mixed_work, parabola
+  public :: mixed_length, mixed_work, parabola, onset_of_strengths
 contains
 
   !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1; none where one of them is none.
@@ -15,6 +15,19 @@ contains
     mixed_length = one
     if (share > 0) mixed_length = two/sqrt((two/one)**2*(1 - share) + share)
   end function mixed_length
+
+  !> Of laws whose first parameters are two stiffnesses [Pa/m], and whose own begin with two strengths [Pa]: see cohesive_onset.
+  pure subroutine onset_of_strengths(n, p, limit)
+    integer(c_int32_t), intent(in) :: n           !< contacts
+    real(c_double), intent(in)     :: p(n, *)     !< parameters
+    real(c_double), intent(out)    :: limit(n, 2) !< [1/m2]
+    integer :: i
+    !$omp simd
+    do i = 1, n
+      limit(i, 1) = (p(i, 1)/p(i, 7))**2
+      limit(i, 2) = (p(i, 2)/p(i, 8))**2
+    end do
+  end subroutine onset_of_strengths
 
   !> Work G with G_I/one + G_II/two = 1, its parts as springs along the opening share it.
   pure real(c_double) function mixed_work(share, c_n, c_t, one, two)

@@ -11,6 +11,7 @@ module mp
   character(*), parameter :: row = "mp"
   integer, parameter :: own = 7 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
+  real(c_double), parameter :: half = 4.5_c_double - 4*log(2.0_c_double) !< w/(k d_i^2)
 contains
 
   pure subroutine curve(p, share, opening, beta, work)
@@ -19,7 +20,6 @@ contains
     real(c_double), intent(in)  :: opening !< [m]
     real(c_double), intent(out) :: beta    !< [-]
     real(c_double), intent(out) :: work    !< of opening as far as here [J/m2]
-    real(c_double), parameter :: half = 4.5_c_double - 4*log(2.0_c_double)
     real(c_double) :: k, first, x
     k = (1 - share)*p(1) + share*p(2)
     first = sqrt(p(first_own)/(k*half))
@@ -30,6 +30,15 @@ contains
     beta = (3 - x)/(1 + x)
     work = k*first**2*(0.5_c_double + (x - 1)*(3.5_c_double - x/2) - 4*log((1 + x)/2))
   end subroutine curve
+
+  !> Sound while k d^2 <= w/half.
+  pure subroutine onset(n, p, limit)
+    integer(c_int32_t), intent(in) :: n           !< contacts
+    real(c_double), intent(in)     :: p(n, *)     !< parameters
+    real(c_double), intent(out)    :: limit(n, 2) !< [1/m2]
+    limit(:, 1) = p(:n, 1)*half/p(:n, first_own)
+    limit(:, 2) = p(:n, 2)*half/p(:n, first_own)
+  end subroutine onset
 
   include "cohesive_curve_slots.inc"
 end module mp

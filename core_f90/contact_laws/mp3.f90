@@ -27,5 +27,14 @@ contains
     call parabola(k, stress/k, p(first_own + 1), opening, beta, work)
   end subroutine curve
 
+  !> Sound while k d is at most the strength; k is at most the larger stiffness.
+  pure subroutine onset(n, p, limit)
+    integer(c_int32_t), intent(in) :: n           !< contacts
+    real(c_double), intent(in)     :: p(n, *)     !< parameters
+    real(c_double), intent(out)    :: limit(n, 2) !< [1/m2]
+    limit(:, 1) = (max(p(:n, 1), p(:n, 2))/p(:n, first_own))**2
+    limit(:, 2) = limit(:, 1)
+  end subroutine onset
+
   include "cohesive_curve_slots.inc"
 end module mp3

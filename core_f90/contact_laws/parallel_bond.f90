@@ -6,8 +6,9 @@
 module parallel_bond
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use block_cones, only: solve_blocks, map_blocks, status_of_blocks
-  use cohesive_zone, only: eliminate
+  use block_cones, only: map_blocks, status_of_blocks
+  use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
+  use lane_blocks, only: lanes, load_lanes, pushed_velocities, sprung_columns
   implicit none
   private
   public :: cairn_law_parallel_bond_prepare, cairn_law_parallel_bond_solve, cairn_law_parallel_bond_commit
@@ -56,35 +57,120 @@ contains
     real(c_double), intent(in)    :: state(n, *)        !< see prepare
     real(c_double), intent(inout) :: r(n, c)            !< impulse [N s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
-    real(c_double) :: m(c, c), block(c, c), free(c), spring(c), pull(c), rc(c), u(c), mu(3), none(3)
-    integer :: i, k, axes
-    axes = merge(2, 3, c == 3)
-    none = 0
-    do i = 1, n
-      call springs(c, params(i, :), params(i, own + 1), state(i, :s_slip + last(c)), spring, pull)
-      block = w(i, :, :)
-      free = u_free(i, :)
-      if (state(i, s_held) > 0) then
-        m = 0
-        do k = 1, c
-          m(:, k) = w(i, :, k)*spring(k)
-          m(k, k) = m(k, k) + 1
-          free = free - w(i, :, k)*pull(k)
-        end do
-        call eliminate(c, m, block, free)
-      end if
-      mu = [params(i, 5), 0.0_c_double, 0.0_c_double]
-      rc = 0
-      call solve_blocks(axes, .false., block(:axes, :axes), free(:axes), mu, none, rc(:axes))
-      u = free
-      do k = 1, axes
-        u = u + block(:, k)*rc(k)
+    real(c_double) :: spring(n, c), pull(n, c), u(n, c), push(n)
+    integer :: first, i, k
+    call springs_of_all(n, c, params, state, spring, pull)
+    call pushed_velocities(n, c, w, u_free, spring, pull, u, push)
+    do k = 1, c
+      !$omp simd
+      do i = 1, n
+        r(i, k) = -(spring(i, k)*u(i, k) + pull(i, k))
       end do
-      if (present(status)) status(i) = status_of_blocks(axes, .false., mu, none, rc(:axes))
-      if (present(status) .and. state(i, s_held) > 0) status(i) = 3
-      r(i, :) = rc - spring*u - pull
+    end do
+    r(:, 1) = r(:, 1) + push
+    if (present(status)) status = merge(3, merge(1, 0, r(:, 1) > 0), state(:, s_held) > 0)
+    do first = 1, n, lanes
+      if (any(params(first:min(n, first + lanes - 1), 5) > 0 .and. push(first:min(n, first + lanes - 1)) > 0)) &
+        call solve_strip(n, c, merge(2, 3, c == 3), first, w, u_free, params(:, 5), spring, pull, r)
     end do
   end subroutine cairn_law_parallel_bond_solve
+
+  !> Those of a strip that slide with friction beside their springs.
+  subroutine solve_strip(n, c, axes, first, w, u_free, friction, spring, pull, r)
+    integer(c_int32_t), intent(in) :: n            !< contacts
+    integer(c_int32_t), intent(in) :: c            !< components
+    integer, intent(in)            :: axes         !< of the contact beside the springs
+    integer, intent(in)            :: first        !< of the strip, from 1
+    real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
+    real(c_double), intent(in)     :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
+    real(c_double), intent(in)     :: friction(n)  !< [-]
+    real(c_double), intent(in)     :: spring(n, c) !< [kg]
+    real(c_double), intent(in)     :: pull(n, c)   !< [N s]
+    real(c_double), intent(inout)  :: r(n, c)      !< impulse [N s]
+    real(c_double) :: x(lanes, c, 1 + axes), block(lanes, axes, axes), free(lanes, axes)
+    real(c_double) :: contact(lanes, axes), mu(lanes), none(lanes), u
+    integer :: i, k, l, lane
+    call load_lanes(n, first, friction, mu)
+    call sprung_columns(n, c, first, w, u_free, spring, pull, axes, x)
+    free = x(:, :axes, 1)
+    block = x(:, :axes, 2:)
+    contact = 0
+    none = 0
+    if (axes == 2) then
+      call cairn_cone_full2(lanes, 2, block, free, free, mu, none, contact)
+    else
+      call cairn_cone_full3(lanes, 3, block, free, free, mu, none, contact)
+    end if
+    do i = first, min(n, first + lanes - 1)
+      lane = i - first + 1
+      if (.not. mu(lane) > 0) cycle
+      do k = 1, c
+        u = x(lane, k, 1)
+        do l = 1, axes
+          u = u + x(lane, k, 1 + l)*contact(lane, l)
+        end do
+        r(i, k) = -(spring(i, k)*u + pull(i, k))
+        if (k <= axes) r(i, k) = r(i, k) + contact(lane, k)
+      end do
+    end do
+  end subroutine solve_strip
+
+  !> r = -(spring u + pull) of bonds, nothing where there is none.
+  subroutine springs_of_all(n, c, params, state, spring, pull)
+    integer(c_int32_t), intent(in) :: n                  !< contacts
+    integer(c_int32_t), intent(in) :: c                  !< components
+    real(c_double), intent(in)     :: params(n, own + 4) !< see above; step, geometry
+    real(c_double), intent(in)     :: state(n, *)        !< see prepare
+    real(c_double), intent(out)    :: spring(n, c)       !< [kg]
+    real(c_double), intent(out)    :: pull(n, c)         !< [N s]
+    real(c_double) :: h
+    integer :: i, k, s
+    do k = 1, c
+      s = drawn(c, k)
+      !$omp simd private(h)
+      do i = 1, n
+        h = merge(params(i, own + 1), 0.0_c_double, state(i, s_held) > 0)
+        spring(i, k) = h*of_component(c, k, params(i, 1), params(i, 2), state(i, s_radius))
+        pull(i, k) = spring(i, k)*state(i, s)
+        spring(i, k) = h*spring(i, k)
+      end do
+    end do
+    pull(:, 1) = 0
+  end subroutine springs_of_all
+
+  !> Where the state has how far the spring of a component behind the first is drawn; of the first, a column that is there.
+  pure integer function drawn(c, k)
+    integer(c_int32_t), intent(in) :: c !< components
+    integer, intent(in)            :: k !< component
+    drawn = max(s_slip, s_slip + k - 2)
+    if (c == 6 .and. k == 4) drawn = s_twist
+    if (c == 6 .and. k > 4) drawn = s_slip + k - 3
+  end function drawn
+
+  !> Stiffness of one component [N/m, N m].
+  elemental real(c_double) function of_component(c, k, normal, tangential, radius)
+    integer(c_int32_t), intent(in) :: c                  !< components
+    integer, intent(in)            :: k                  !< which
+    real(c_double), intent(in)     :: normal, tangential !< [Pa/m]
+    real(c_double), intent(in)     :: radius             !< of the disk of the bond, in 2D half of the strip's width [m]
+    real(c_double) :: area, bending
+    if (c == 3) then
+      area = 2*radius
+      bending = 2*radius**3/3
+    else
+      area = pi*radius**2
+      bending = pi*radius**4/4
+    end if
+    if (k == 1) then
+      of_component = normal*area
+    else if (k == 2 .or. (k == 3 .and. c == 6)) then
+      of_component = tangential*area
+    else if (k == 4) then
+      of_component = 2*tangential*bending
+    else
+      of_component = normal*bending
+    end if
+  end function of_component
 
   !> The natural map of the contact beside the springs, divided by what these add to 1/W.
   subroutine cairn_law_parallel_bond_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
@@ -181,6 +267,7 @@ contains
       both = 0
       if (.not. s(s_held) > 0) return
       m = merge(1, 2, c == 3)
+      k = 0
       k(:c) = stiffness(c, params(i, :), s(s_radius))
       both(1) = k(1)*s(s_stretch)**2/2
       both(2) = (k(2)*sum(s(s_slip:s_slip + m - 1)**2) + k(c)*sum(s(s_slip + m:s_slip + 2*m - 1)**2))/2
@@ -199,16 +286,11 @@ contains
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: p(*)   !< parameters
     real(c_double), intent(in)     :: radius !< [m]
-    real(c_double) :: k(c), area, bending
-    if (c == 3) then
-      area = 2*radius
-      bending = 2*radius**3/3
-      k = [p(1)*area, p(2)*area, p(1)*bending]
-    else
-      area = pi*radius**2
-      bending = pi*radius**4/4
-      k = [p(1)*area, p(2)*area, p(2)*area, 2*p(2)*bending, p(1)*bending, p(1)*bending]
-    end if
+    real(c_double) :: k(c)
+    integer :: l
+    do l = 1, c
+      k(l) = of_component(c, l, p(1), p(2), radius)
+    end do
   end function stiffness
 
   !> r = -(spring u + pull), of a bond.
@@ -220,18 +302,15 @@ contains
     real(c_double), intent(out)    :: spring(c) !< [kg]
     real(c_double), intent(out)    :: pull(c)   !< [N s]
     real(c_double) :: k(c)
+    integer :: l
     spring = 0
     pull = 0
     if (.not. s(s_held) > 0) return
     k = stiffness(c, p, s(s_radius))
     spring = h*h*k
-    if (c == 3) then
-      pull(2:3) = h*k(2:3)*s(s_slip:s_slip + 1)
-    else
-      pull(2:3) = h*k(2:3)*s(s_slip:s_slip + 1)
-      pull(4) = h*k(4)*s(s_twist)
-      pull(5:6) = h*k(5:6)*s(s_slip + 2:s_slip + 3)
-    end if
+    do l = 2, c
+      pull(l) = h*k(l)*s(drawn(c, l))
+    end do
   end subroutine springs
 
   pure real(c_double) function length(m, x)

@@ -111,3 +111,22 @@ def test_cells_of_a_mesh_that_may_crack():
         assert sim.info["status"] == "converged"
         speeds.append(np.concatenate([mesh.velocity for mesh in sim.meshes]))
     np.testing.assert_allclose(*speeds, rtol=0, atol=1e-4 * np.abs(speeds[1]).max())
+
+
+def test_bonds_and_joints_are_given_to_auto_unless_said():
+    def chosen(law):
+        scene = cn.Scene(dim=2)
+        stone = cn.Material("stone", density=2500.0)
+        scene.add(cn.disks([[0.0, 0.0], [0.0205, 0.0]], 0.01, stone))
+        scene.interact(stone, stone, law)
+        return type(cn.Simulation(scene, dt=1e-3).strategy.solver)
+
+    for law in (*LAWS, cn.Rod(within=1e-3)):
+        assert chosen(law) is cn.Auto
+    for law in (cn.Coulomb(mu=0.3), cn.Wet(force=1.0, reach=1e-3), cn.Rolling(mu=0.3)):
+        assert chosen(law) is cn.NLGS
+    scene = cn.Scene(dim=2)
+    bars = scene.add(cn.disks([[0.0, 0.0], [0.02, 0.0]], 0.005, cn.Material("stone", density=2500.0)))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.join(bars[0], bars[1], cn.Pivot(point=(0.01, 0.0)))
+    assert type(cn.Simulation(scene, dt=1e-3).strategy.solver) is cn.Auto

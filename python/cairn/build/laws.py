@@ -25,6 +25,7 @@ class Law:
     name: str
     row: int
     parameter_names: tuple[str, ...] = ()
+    bonds: bool = False  # whether it may hold bodies together, at points that they carry
 
     def __init__(self, values, of_temperature=()):
         object.__setattr__(self, "values", tuple(values))
@@ -96,6 +97,7 @@ def _law_class(row, description):
     )
     doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"
     members = {"name": description["name"], "row": row, "parameter_names": names, "__init__": __init__, "__doc__": doc}
+    members["bonds"] = description["bonds"]
     members["__signature__"] = by_name(parameters)  # of what reads signatures: help(), notebooks, documentation
     return type(description["python_name"], (Law,), members)
 

@@ -48,7 +48,7 @@ class Simulation(Spelt):
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species, meshes=self._mesh_numbers)) for s in scene.sets]
         table = scene.law_table(self._species)
-        self._given, self._strategy = given, given.for_scene(core)
+        self._given, self._strategy = given, given.for_scene(core, self._rules)
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
@@ -89,7 +89,7 @@ class Simulation(Spelt):
     @strategy.setter
     def strategy(self, value):
         self.between_steps("strategy")
-        chosen = checked_strategy(value).for_scene(self._core.scene)
+        chosen = checked_strategy(value).for_scene(self._core.scene, self._rules)
         self._core.set_strategy(chosen.settings())
         self._given, self._strategy = value, chosen
         self._core.check_laws()
@@ -363,7 +363,7 @@ class Simulation(Spelt):
             ids.append(insert(self._core.scene, s, species, self.time, self._mesh_numbers))
             self._sets.append(replace(s, ids=ids[-1]))
         self._radii = None
-        if self._given.for_scene(self._core.scene) != self._strategy:
+        if self._given.for_scene(self._core.scene, self._rules) != self._strategy:
             self.strategy = self._given
         self._start_functions()
         self._start_meshes()

@@ -36,8 +36,8 @@ class ContactSolver:
         if self.min_iter > self.max_iter:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
 
-    def for_scene(self, core):
-        """The solver that a simulation of this scene (of the core) takes."""
+    def for_scene(self, core, rules=()):
+        """The solver that a simulation of this scene (of the core) takes under these rules, (a, b, law) each."""
         return self
 
     def settings(self):
@@ -100,16 +100,17 @@ class Auto(ProblemSolver):
 
 @dataclass(frozen=True)
 class Default(ContactSolver):
-    """NLGS, or Auto where a free body is over 1000 times as heavy as another, or where faces meet.
+    """NLGS, or Auto where a free body is over 1000 times as heavy as another, where faces meet, or where bonds or joints may
+    make a solid of many bodies.
 
-    There sweeps alone end far from the answer: a box on ten light ones sinks, a wall takes thousands of them. Simulation
-    chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in NLGS.
+    There sweeps alone end far from the answer: a box on ten light ones sinks, a wall or a chain takes thousands of them.
+    Simulation chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in NLGS.
     """
 
     name = "default"
 
-    def for_scene(self, core):
-        """The solver that a simulation of this scene (of the core) takes."""
+    def for_scene(self, core, rules=()):
+        """The solver that a simulation of this scene (of the core) takes under these rules, (a, b, law) each."""
         shapes = np.array(_core.shapes())[core.contactor("shape")]
         mass = core.raw_body("mass").ravel()
         held = 2 ** (3 * core.dim - 3) - 1  # driven along all of its degrees of freedom
@@ -120,7 +121,8 @@ class Default(ContactSolver):
         body = core.contactor("body")
         carried = body >= 0  # others are of meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
-        chosen = Auto if faces or heavy > HEAVY * light else NLGS
+        solid = any(law is not None and law.bonds for _, _, law in rules)
+        chosen = Auto if faces or solid or heavy > HEAVY * light else NLGS
         return chosen(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
 
 
@@ -154,8 +156,8 @@ class Strategy:
     pose = "moreau"  # the condition at contacts
     end_share = 0.5  # of the end of the step in gravity and forces that change with time; the rest is of its start
 
-    def for_scene(self, core):
-        """This strategy with what it chooses by a scene of the core."""
+    def for_scene(self, core, rules=()):
+        """This strategy with what it chooses by a scene of the core and its rules, (a, b, law) each."""
         return self
 
     def settings(self):
@@ -242,9 +244,9 @@ class NSCD(Strategy):
         """Of the end of the step in gravity and forces that change with time."""
         return self.theta if self.integrator is None else self.integrator.end_share
 
-    def for_scene(self, core):
-        """This strategy with the solver that a simulation of this scene (of the core) takes."""
-        return replace(self, solver=self.solver.for_scene(core))
+    def for_scene(self, core, rules=()):
+        """This strategy with the solver that a simulation of this scene (of the core) takes under these rules."""
+        return replace(self, solver=self.solver.for_scene(core, rules))
 
     def settings(self):
         """What the core reads."""

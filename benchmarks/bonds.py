@@ -1,0 +1,85 @@
+"""Bonded disks: contact-iterations a second beside dry friction, and what steps of solids of bonds cost at three sizes.
+
+    script/bench bonds [--rates] [--steps] [--sizes 800 8000 80000]
+
+Clamped lattices of disks under their weight, on one thread. Rates: 40 sweeps on 8,000 disks, each law in turns with Coulomb's in one process, median of the ratios. Steps: CPU seconds, sweeps and the solver of the first three steps at a true error of 1e-4, Auto
+and NLGS. Writes benchmarks/results/bonds_rates.csv and bonds_steps.csv.
+"""
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+R = 0.01
+SPRINGS = dict(normal_stiffness=1e12, tangential_stiffness=5e11, within=1e-6)
+STRONG = dict(normal_strength=1e9, tangential_strength=1e9, normal_work=1e7, tangential_work=1e7)
+LAWS = {"Coulomb": cn.Coulomb(mu=0.5), "Bonded": cn.Bonded(mu=0.3), "MAL": cn.MAL(**SPRINGS, **STRONG),
+        "ParallelBond": cn.ParallelBond(**SPRINGS)}  # fmt: skip
+
+
+def lattice(law, disks, solver, dt):
+    """Twice as long as high, clamped on the left; under Coulomb's law, which would let it fall, at the bottom."""
+    rows = max(2, round(np.sqrt(disks / 2)))
+    places = np.array([[2 * R * (i + 0.5 * (j % 2)), np.sqrt(3) * R * j] for j in range(rows) for i in range(2 * rows)])
+    held = places[:, 1] < R if isinstance(law, cn.Coulomb) else places[:, 0] < 1.5 * R
+    stone = cn.Material("stone", density=2500.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks(places[held], R, stone, driven=("vx", "vy", "w")), cn.disks(places[~held], R, stone))
+    scene.interact(stone, stone, law)
+    return cn.Simulation(scene, dt, cn.NSCD(theta=0.6, solver=solver, threads=1), overlap="ignore")
+
+
+def rates(sweeps=40, rounds=12):
+    fixed = cn.NLGS(tol=1e-12, min_iter=sweeps, max_iter=sweeps)
+    sims = {name: lattice(law, 8000, fixed, 1e-4) for name, law in LAWS.items()}
+    times = {name: [] for name in sims}
+    for _ in range(rounds):
+        for name, sim in sims.items():
+            sim.step()
+            times[name].append(sim.info["seconds"]["solve_contacts"] / len(sim.contacts.gap) / sweeps)
+    for name, found in times.items():
+        ratio = np.median(np.array(found) / np.array(times["Coulomb"]))
+        yield {"law": name, "million_a_second": round(1e-6 / min(found), 1), "times_coulomb": round(float(ratio), 2)}
+
+
+def steps(sizes):
+    for size in sizes:
+        for name in ("ParallelBond", "MAL", "Bonded"):
+            for dt in (1e-3, 1e-4):
+                for solver in (cn.Auto(tol=1e-4), cn.NLGS(tol=1e-4, max_iter=20000)):
+                    sim = lattice(LAWS[name], size, solver, dt)
+                    for k in range(3):
+                        begin = time.process_time()
+                        info = sim.step()
+                        yield {"disks": size, "contacts": len(sim.contacts.gap), "law": name, "dt": dt, "solver": solver.name,
+                               "step": k + 1, "by": info["solver"], "sweeps": info["iterations"], "error": f"{info['error']:.1e}",
+                               "status": info["status"], "cpu_seconds": f"{time.process_time() - begin:.3g}"}  # fmt: skip
+
+
+def write(name, rows):
+    with open(HERE / "results" / name, "w", newline="") as file:
+        table = None
+        for row in rows:
+            if table is None:
+                table = csv.DictWriter(file, list(row))
+                table.writeheader()
+            table.writerow(row)
+            file.flush()
+            print(row, flush=True)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rates", action="store_true")
+    parser.add_argument("--steps", action="store_true")
+    parser.add_argument("--sizes", type=int, nargs="*", default=[800, 8000, 73344])
+    given = parser.parse_args()
+    if given.rates or not given.steps:
+        write("bonds_rates.csv", rates())
+    if given.steps or not given.rates:
+        write("bonds_steps.csv", steps(given.sizes))
