@@ -2,8 +2,9 @@
 
     script/bench bonds [--rates] [--steps] [--sizes 800 8000 80000]
 
-Clamped lattices of disks under their weight, on one thread. Rates: 40 sweeps on 8,000 disks, each law in turns with Coulomb's in one process, median of the ratios. Steps: CPU seconds, sweeps and the solver of the first three steps at a true error of 1e-4, Auto
-and NLGS. Writes benchmarks/results/bonds_rates.csv and bonds_steps.csv.
+Clamped lattices of disks under their weight, on one thread. Rates: 40 sweeps on 8,000 disks, each law in turns with Coulomb's
+in one process, median of the ratios. Steps: CPU seconds, sweeps and the solver of the first three steps at a true error of
+1e-4, Auto and NLGS. Writes benchmarks/results/bonds_rates.csv and bonds_steps.csv.
 """
 
 import argparse

@@ -104,7 +104,8 @@ class Default(ContactSolver):
     make a solid of many bodies.
 
     There sweeps alone end far from the answer: a box on ten light ones sinks, a wall or a chain takes thousands of them.
-    Simulation chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in NLGS.
+    Simulation chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in
+    NLGS.
     """
 
     name = "default"
