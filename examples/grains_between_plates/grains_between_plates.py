@@ -179,18 +179,21 @@ def draw(sim, press, history, options):
     figure, (scene, curves) = plt.subplots(1, 2, figsize=(13, 5), width_ratios=(1.9, 1), layout="constrained")
     stress = stress_of_grains(sim, press.radii)
     grains = equivalent(stress[:, 0, 0], stress[:, 1, 1], stress[:, 0, 1]) / 1e6
-    scale = {"cmap": "inferno", "clim": (0.0, 4 * PRESSURE / 1e6)}
+    limits = (0.0, 4 * PRESSURE / 1e6)
     for mesh in sim.meshes:
         body, part = mesh.body, next(iter(getattr(mesh.body, "parts", {"": mesh.body}).values()))
         shape = 1e3 * (body.points + mesh.displacement)[part.cells["quad"]]
         cells = mesh.stress["quad"][: len(shape)]
-        scene.add_collection(PolyCollection(shape, array=equivalent(*cells.T) / 1e6, edgecolors="face", linewidths=0.1, **scale))
+        painted = PolyCollection(list(shape), array=equivalent(*cells.T) / 1e6, edgecolors="face", linewidths=0.1)
+        painted.set(cmap="inferno", clim=limits)
+        scene.add_collection(painted)
         for steel in body.cells["quad"][len(shape) :]:
             scene.fill(*(1e3 * (body.points + mesh.displacement)[steel]).T, color="0.6")
     across = 2e3 * press.radii
     centers = 1e3 * sim.bodies.position[: len(across)]
     drawn = EllipseCollection(across, across, 0, units="xy", offsets=centers, offset_transform=scene.transData, array=grains,
-                              edgecolors="0.3", linewidths=0.2, **scale)  # fmt: skip
+                              edgecolors="0.3", linewidths=0.2)  # fmt: skip
+    drawn.set(cmap="inferno", clim=limits)
     scene.add_collection(drawn)
     scene.set_facecolor("0.92")
     lean = history[-1, 1] / press.height
