@@ -83,6 +83,17 @@ def test_grains_between_plates(tmp_path):
         example("grains_between_plates").main(["--output", str(tmp_path), "--disks", "3"])
 
 
+def test_bonded_disks(tmp_path):
+    figures = ran("bonded_disks", tmp_path, "--disks", "150", "--strain", "0.012", endings=(".vtkhdf", ".png"))
+    assert figures["steps beyond 1e-4"] == 0 and figures["closure of the balance"] < 1e-12
+    assert figures["strength"] > 3 > 0.7 * figures["stress at the end"]
+    assert 0.1 < figures["strain at the peak"] < 1
+    assert figures["broken at the peak"] < 0.5 * figures["broken at the end"] < 0.5 * figures["bonds"]
+    assert figures["half of the shear is in"] < 35 and figures["spent by bonds"] > 0
+    with pytest.raises(ValueError, match="strain"):
+        example("bonded_disks").main(["--output", str(tmp_path), "--strain", "-1"])
+
+
 def test_stick_and_slip(tmp_path):
     figures = ran("stick_and_slip", tmp_path, "--cells", "12", "--press", "3", "--drag", "6", endings=(".vtkhdf", ".png"))
     assert figures["Q over mu P"] == pytest.approx(0.6, abs=0.1)
