@@ -5,40 +5,67 @@
 
 namespace cairn {
 
-// The overlap that growth made in the last step, and no more, is undone within this one. A law whose bias answers to
-// overlaps has done it.
-void Interactions::State::add_growth(const cairn_batch& b, const double* gap, double* bias) const {
+// How far the surfaces of a contact came together by what its bodies grew in a step [m].
+double Interactions::State::grown_at(const cairn_batch& b, int lane, const Field<double>& stretch,
+                                     const Field<double>& bend) const {
   const int d = dim();
-  const auto along = [&](bool mapped, std::int32_t side, double* lever, int lane) {
+  const auto side = [&](bool mapped, std::int32_t body, std::int32_t kind, double* lever) {
     if (mapped) return 0.0;
-    if (is_radial(side)) return at(b, lever, lane, 0);
-    double sum = 0;
-    for (int k = 0; k < d; ++k) sum += at(b, lever, lane, k) * at(b, b.frame, lane, k);
-    return sum;
-  };
-  const auto stretch = [&](bool mapped, std::int32_t body) { return mapped ? 0.0 : *bodies->stretch[body]; };
-  // (b.l) l.n - b.n l.l/2 of what bent by b
-  const auto bent = [&](bool mapped, std::int32_t body, std::int32_t side, double* lever, int lane) {
-    if (mapped || !bodies->bend.active || is_radial(side)) return 0.0;
-    const double* by = bodies->bend[body];
-    double along = 0, across = 0, square = 0, normal = 0;
+    if (is_radial(kind)) return *stretch[body] * at(b, lever, lane, 0);
+    double across = 0, square = 0, along = 0, normal = 0; // (b.l) l.n - b.n l.l/2 of what bent by b
     for (int k = 0; k < d; ++k) {
-      const double l = at(b, lever, lane, k), n = at(b, b.frame, lane, k);
-      along += by[k] * l;
+      const double l = at(b, lever, lane, k), n = at(b, b.frame, lane, k), by = bend.active ? bend[body][k] : 0;
       across += l * n;
       square += l * l;
-      normal += by[k] * n;
+      along += by * l;
+      normal += by * n;
     }
-    return along * across - normal * square / 2;
+    return *stretch[body] * across + (along * across - normal * square / 2);
   };
+  return side(b.mapped_b, b.body_b[lane], b.side_b, b.lever_b) - side(b.mapped_a, b.body_a[lane], b.side_a, b.lever_a);
+}
+
+// The overlap that growth made in the last step, and no more, is undone within this one. A law whose bias answers to
+// overlaps has done it; one that closes gaps closes what a body left that shrank.
+void Interactions::State::add_growth(const cairn_batch& b, const double* gap, double* bias) const {
+  const LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
   for (int lane = 0; lane < b.contacts; ++lane) {
-    if (!(gap[lane] < 0) || bias[lane] < 0) continue;
-    const double grown = stretch(b.mapped_b, b.body_b[lane]) * along(b.mapped_b, b.side_b, b.lever_b, lane) -
-                         stretch(b.mapped_a, b.body_a[lane]) * along(b.mapped_a, b.side_a, b.lever_a, lane) +
-                         bent(b.mapped_b, b.body_b[lane], b.side_b, b.lever_b, lane) -
-                         bent(b.mapped_a, b.body_a[lane], b.side_a, b.lever_a, lane);
-    if (grown > 0) bias[lane] -= std::min(grown, -gap[lane]) / h;
+    const std::int64_t here = b.first + lane;
+    const double grown = grown_at(b, lane, bodies->stretch, bodies->bend);
+    parted[here] = std::clamp(grown, std::min(0.0, -gap[lane]), std::max(0.0, -gap[lane])) / h;
+    if (!(parted[here] > 0) || bias[lane] < 0) continue;
+    bias[lane] -= parted[here];
+    if (own.flight) own.flight[lane] -= parted[here]; // no opening of what the law keeps, either
   }
+}
+
+// Surfaces that grow are carriers that move: what they give to the bodies is the work of heat, and what is left of a
+// contact's work is lost or made against them. Both are of the mean of the velocities before and after the step; before
+// it those of contacts that pressed moved as their bodies grew then.
+void Interactions::State::count_growth() {
+  const int kept = memory.impulse_components;
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const double push = at(b, b.r, lane, 0), given = 0.5 * b.scale[lane];
+      if (push < 0 && law_infos()[b.law].energy) continue; // springs that pull tell what they store
+      double speed = parted[b.first + lane];
+      if (const std::int32_t was = place[b.first + lane]; was >= 0 && memory.h > 0) {
+        const double* r = &memory.impulses[std::size_t(was) * kept];
+        const bool pressed = std::any_of(r, r + kept, [](double p) { return p < 0 || p > 0; });
+        // an overlap that laws left alone takes up what shrank
+        const double left =
+            candidates->gap[system.candidate[b.first + lane]] + grown_at(b, lane, bodies->stretch, bodies->bend);
+        const double was_grown = grown_at(b, lane, bodies->stretch_before, bodies->bend_before);
+        if (pressed) speed += (was_grown < 0 ? std::min(0.0, was_grown - std::min(0.0, left)) : was_grown) / memory.h;
+      }
+      const double work = 0.5 * push * speed;
+      if (!(work < 0 || work > 0)) continue;
+      b.scale[lane] -= 2 * work;
+      energy.grown += work;
+      energy.normal += work;
+      energy.created += std::max(0.0, given - work) - std::max(0.0, given);
+      energy.turned_over += std::abs(given - work) + std::abs(work) - std::abs(given);
+    }
 }
 
 } // namespace cairn

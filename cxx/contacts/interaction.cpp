@@ -142,6 +142,7 @@ void Interactions::update_velocity(Bodies& bodies) {
       s.energy.created += 0.5 * sums[2];
       s.energy.turned_over += 0.5 * sums[3];
     }
+    if (s.parted) s.count_growth();
   } else {
     bodies.velocity.values = bodies.velocity_free.values;
     if (s.meshes) s.push_meshes();

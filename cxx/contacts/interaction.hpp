@@ -178,6 +178,7 @@ struct ContactEnergy {
   double cell_work = 0;              // that a moving periodic cell gave through its boundary, -sum r.jump
   double created = 0;                // by contacts whose impulses gave energy, as restitution with friction can
   double turned_over = 0;            // sum of what each contact took or gave
+  double grown = 0;                  // that bodies gave which grew
   double driven = 0;                 // that motors of joints gave
   // By laws that tell; normal and tangential are what is left besides.
   double stored = 0, stored_change = 0, released = 0; // in their springs now, gained in the step, spent for good
@@ -286,6 +287,9 @@ public:
   void kept(double* out) const;              // (count) what is left of pairs that laws keep, 1 sound to 0, after commit
   // (count) of laws that have a state variable of that name, 0 elsewhere; after commit.
   void law_state(const std::string& name, double* out) const;
+  // (count) forces with which liquids between bodies that touch draw them: these press a spot beside impulses; 0
+  // elsewhere; after commit [N].
+  void attraction(double* out) const;
   ContactRows rows() const;              // after assemble
   const std::vector<ContactKey>& kept(); // contacts whose first state is above 0, for laws that keep them
   void forget_impulses();                // the next step begins from none

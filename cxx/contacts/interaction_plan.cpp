@@ -376,6 +376,7 @@ void Interactions::State::lay_out() {
   const int frame = dim() == 2 ? 2 : 6;
   system.compliant = false;
   given = pose.kernel ? scratch.take<double>(std::int64_t(places) * dim()) : nullptr;
+  parted = bodies->stretch.active ? scratch.take<double>(std::int64_t(places)) : nullptr;
   for (const cairn_batch& b : system.batches)
     doubles += std::size_t(b.count) * (2 + (b.pack ? b.pack
                                                    : frame + sides()[b.side_a].lever + sides()[b.side_b].lever +

@@ -121,7 +121,8 @@ struct Interactions::State {
   bool laws_commit = false;                         // a law of the step has a slot commit or energy
   int impulse_components = 0, state_components = 0; // of this step's laws
   Array<double> work_sums;                          // (4, batches)
-  PluggedFault fault;                               // of laws from users' libraries
+  double* parted = nullptr; // per batched contact: speed at which bodies part by what they grow; null: none grows [m/s]
+  PluggedFault fault;       // of laws from users' libraries
   // Per batch, for laws that ask after prepare: null where its law does not.
   struct LawColumns {
     cairn_law_context context;
@@ -219,6 +220,7 @@ struct Interactions::State {
             candidates->feature[i], candidates->image[i]};
   }
   void count_cell_work();
+  void count_growth(); // its work, which contacts do not make from nothing
   // In plugged_laws.cpp. The first throws std::invalid_argument for what was noted, the second looks for the law that
   // made a solution diverge.
   void refuse_fault() const;
@@ -273,6 +275,7 @@ private:
   void fill_impulses(cairn_batch& b);
   void fill_states(const cairn_batch& b) const;
   void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
+  double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
   void commit_batch(const cairn_schedule& schedule, std::size_t which, int thread);
   void keep_states(const cairn_batch& b, int lane, double* to) const;

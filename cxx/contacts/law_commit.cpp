@@ -36,6 +36,13 @@ void Interactions::law_state(const std::string& name, double* out) const {
   }
 }
 
+void Interactions::attraction(double* out) const {
+  std::fill(out, out + count(), 0.0);
+  for (const cairn_batch& b : s_->system.batches)
+    for (int lane = 0; lane < b.contacts && Law(b.law) == Law::wet; ++lane)
+      if (b.status[lane] != cairn_open) out[s_->system.candidate[b.first + lane]] = b.params[lane];
+}
+
 void Interactions::State::commit_laws() {
   const int batches = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
   if (!laws_commit || batches == 0) return;

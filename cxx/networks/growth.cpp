@@ -39,6 +39,7 @@ void Network::grow(Simulation& s) {
   if (!s.scene.bodies.stretch.active) return;
   Contactors& k = s.scene.contactors;
   const int dim = s.scene.dim;
+  s.scene.bodies.stretch_before.values = s.scene.bodies.stretch.values;
   std::fill(s.scene.bodies.stretch.values.begin(), s.scene.bodies.stretch.values.end(), 0.0);
   const bool bends = s.scene.bodies.gradient.active;
   if (bends) bend(s);
@@ -96,6 +97,7 @@ void Network::bend(Simulation& s) {
     for (std::size_t i = 0; i < sources[j].ids.size() && sources[j].kind == NetworkSource::gradient; ++i)
       if (const std::int32_t body = source_body_[j][i]; body >= 0)
         gradient_[std::size_t(dim * body + sources[j].axis)] = sources[j].value[i];
+  b.bend_before.values = b.bend.values;
   std::fill(b.bend.values.begin(), b.bend.values.end(), 0.0);
   for (std::int64_t c = 0; c < k.count; ++c) {
     if (!grows(s.scene, c)) continue;

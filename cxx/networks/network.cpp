@@ -86,6 +86,16 @@ void Network::place(const Simulation& s) {
   }
 }
 
+// What draws two bodies presses their spot beside what their impulse says.
+void Network::attract(const Simulation& s) {
+  bool any = false;
+  for (int e = 0; e < s.laws.entries(); ++e) any |= s.laws.entry(e).law == Law::wet;
+  if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("dissipated"))) return;
+  fit(drawn_, std::size_t(s.candidates.count));
+  s.interactions.attraction(drawn_.data());
+  for (std::int64_t i = 0; i < s.candidates.count; ++i) force_[i] += drawn_[i];
+}
+
 // Forces, radii, moduli and speeds of sliding of all contacts.
 void Network::gather(Simulation& s, double h) {
   const Candidates& c = s.candidates;
@@ -98,8 +108,9 @@ void Network::gather(Simulation& s, double h) {
   fit(broken_, n);
   s.strategy().read(s, "impulse_local", dim, local_.data());
   unfit_ = 0;
+  for (std::size_t i = 0; i < n; ++i) force_[i] = local_[dim * i] / h;
+  attract(s);
   for (std::size_t i = 0; i < n; ++i) {
-    force_[i] = local_[dim * i] / h;
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
     // of balls alone: bars touch along their sides, and what a hull has for a radius is that of a ball round it
     const auto curvature = [&](std::int32_t at) {

@@ -149,6 +149,7 @@ private:
   double coupling(const Simulation& s) const;
   void place(const Simulation& s);
   void gather(Simulation& s, double h);
+  void attract(const Simulation& s);
   void conduct(const Simulation& s, const double* temperature, std::vector<double>& out);
   void recall_films(const Simulation& s);
   void remember_films(const Simulation& s);
@@ -174,7 +175,7 @@ private:
   std::vector<std::vector<std::int32_t>> source_body_; // unknowns
   std::vector<std::int32_t> fixed_a_, fixed_b_;
   // per contact
-  std::vector<double> columns_, intact_, area_, lane_out_, force_, radius_, clean_, local_, sliding_;
+  std::vector<double> columns_, intact_, area_, lane_out_, force_, radius_, clean_, local_, sliding_, drawn_;
   std::vector<std::int8_t> broken_;
   std::vector<std::int32_t> side_a_, side_b_;
   // per branch: those of contacts first, then given ones, then those between bodies of an electrode

@@ -47,10 +47,12 @@ struct SmoothDemOptions {
 
 struct Networks;
 
-// Terms of d(T + U + stored) = W_driven + W_external - D_friction - D_normal - D_bulk - D_material - D_integrator
+// Terms of d(T + U + stored) = W_driven + W_external + W_growth - D_friction - D_normal - D_bulk - D_material -
+// D_integrator
 // - D_reshaping - released + closure [J], since the start.
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
+  double work_growth = 0; // of rigid bodies whose lengths follow their temperature
   double dissipated_friction = 0, dissipated_normal = 0, dissipated_bulk = 0, dissipated_integrator = 0;
   double stored = 0;               // in the springs of contacts and in bodies that deform, now
   double released = 0;             // by contact laws: damage, viscosity, wear

@@ -30,6 +30,7 @@ FULL, FULL_DIAMETER, FULL_CURRENT = 15000, 0.09, 0.2  # spheres, [m], [A]
 PRESSURE = 2e4  # on the upper plate [Pa]
 FILM = 1e-3  # conductance of a film [S]
 POWER = 4e-5  # at which a film breaks down [W]
+COHESION, REACH = 1e-2, 2e-5  # force between spheres, up to a gap [N], [m]: some thirty times the weight of one
 STEEL = cn.Material("steel", density=7800.0, young=210e9, poisson=0.3, resistivity=1 / 5.9e6)
 GLASS = cn.Material("glass", young=70e9, poisson=0.2, resistivity=np.inf)
 
@@ -40,6 +41,7 @@ def options_from(arguments):
     parser.add_argument("--full", action="store_true", help="15,000 spheres in a cylinder of 90 mm")
     parser.add_argument("--currents", type=int, default=50, help="values of the current on each way, up or down (50)")
     parser.add_argument("--power", type=float, default=POWER, help="at which a film breaks down [W] (4e-5)")
+    parser.add_argument("--cohesion", type=float, default=COHESION, help="force between spheres [N] (1e-2)")
     parser.add_argument("--tol", type=float, default=1e-12, help="of the network (1e-12)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
@@ -73,6 +75,7 @@ def build(options, current=None, film=True):
                   force=(0, 0, -PRESSURE * area), group="upper plate")  # fmt: skip
     scene.add(lid)
     scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.interact("powder", "powder", cn.Wet(force=options.cohesion, reach=REACH, mu=0.3))
     if current is not None:
         scene.electrical(
             conductance=cn.networks.Holm(),
@@ -103,7 +106,7 @@ def compact(options, path):
 def cycle(options, checkpoint, film):
     """Two cycles of current: (time, current, potential between the plates, broken films), solutions made, the simulation."""
     peak = FULL_CURRENT * options.spheres / FULL
-    n, dt = options.currents, 1e-6
+    n, dt = options.currents, 1e-5
     ramp = np.concatenate([np.arange(1, n + 1), np.arange(n - 1, 0, -1)] * 2) / n * peak
     begin = {}
 

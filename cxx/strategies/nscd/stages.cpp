@@ -1,6 +1,7 @@
 // The stages of NSCD: what step() calls, one function each.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../../base/call.hpp"
 #include "../../networks/network.hpp"
@@ -184,14 +185,19 @@ void Nscd::measure_margins(Simulation& s) {
     }
     const double* v = b.velocity[*c.body[k]];
     const double* v_free = b.velocity_free[*c.body[k]];
-    double begin = 0, free = 0, arm = 0, spin = 0;
+    double begin = 0, free = 0, arm = 0, spin = 0, grown = 0;
     for (int d = 0; d < dim; ++d) begin += v[d] * v[d], free += v_free[d] * v_free[d];
     if (c.offset.active) {
       for (int d = 0; d < dim; ++d) arm += c.offset[k][d] * c.offset[k][d];
       for (int d = dim; d < nd; ++d) spin += v_free[d] * v_free[d];
     }
     const double grain = info(Shape(*c.shape[k])).ball() ? *c.radius[k] : 0;
-    margins_[k] = 0.05 * grain + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
+    if (b.stretch.active) { // a gap that shrinking left is closed, whatever the speeds at hand
+      const double size = *c.radius[k] + std::sqrt(arm);
+      grown = std::abs(*b.stretch[*c.body[k]]) * size;
+      for (int d = 0; d < dim && b.bend.active; ++d) grown += 1.5 * std::abs(b.bend[*c.body[k]][d]) * size * size;
+    }
+    margins_[k] = 0.05 * grain + grown + h_ * (std::sqrt(std::max(begin, free)) + std::sqrt(arm * spin));
   }
 }
 
@@ -299,19 +305,29 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.dissipated_normal += contacts.normal;
   s.energy.dissipated_friction += contacts.tangential;
   s.energy.dissipated_bulk += bulk;
+  double strained = 0; // what growth gave to the springs of contacts between two steps
+  if (b.stretch.active) {
+    double before = s.energy.stored;
+    for (const MeshBody& mesh : s.meshes.meshes)
+      before -= mesh.work.stored - mesh.work.stored_change - mesh.work.warmed;
+    strained = contacts.stored - before - contacts.stored_change;
+  }
+  s.energy.work_growth += contacts.grown + strained;
   s.energy.stored = contacts.stored;
   s.energy.released += contacts.released;
   s.energy.dissipated_integrator += by_theta;
   s.energy.closure += d_kinetic + d_potential - external - driven - contacts.cell_work - contacts.driven +
                       contacts.normal + contacts.tangential + bulk + by_theta +
-                      (contacts.stored_change + contacts.released);
+                      (contacts.stored_change + contacts.released) - contacts.grown;
   s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
                           std::abs(contacts.tangential) + std::abs(bulk) +
-                          (std::abs(contacts.stored_change) + contacts.released);
+                          (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);
   s.energy.largest_kinetic = std::max({s.energy.largest_kinetic, kinetic, kinetic - d_kinetic});
   s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
-  const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over + fall;
-  s.report.solve.energy_created = of_step > 0 ? contacts.created / of_step : 0;
+  const double of_step = std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over + fall + std::abs(strained);
+  // of bodies at rest only what rounds off is left
+  const bool moves = of_step > std::numeric_limits<double>::epsilon() * s.energy.in_play;
+  s.report.solve.energy_created = moves ? contacts.created / of_step : 0;
 }
 
 // The rest of the displacement, and what the integrator keeps of the step.
