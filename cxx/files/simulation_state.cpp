@@ -200,9 +200,10 @@ void take_meshes(Simulation& s, const StoredValue* from) {
 } // namespace
 
 // What the integrator dissipates was called after the theta-method, when there was no other; files of before laws and
-// materials told what they spend have no such terms.
+// materials told what they spend, or growth what it gives, have no such terms.
 double energy_term(const StoredValue& energy, const std::string& term) {
-  const bool later = term == "released" || term == "dissipated_material" || term == "dissipated_reshaping";
+  const bool later =
+      term == "released" || term == "dissipated_material" || term == "dissipated_reshaping" || term == "work_growth";
   if (later && !energy.find(term)) return 0;
   return energy.real(term == "dissipated_integrator" && !energy.find(term) ? "dissipated_theta" : term);
 }
@@ -238,6 +239,11 @@ void take_state(Simulation& s, const StoredValue& state) {
   if (const auto as_now = state_as_now(state, s.scene)) return take_state(s, *as_now);
   const StoredValue &scene = state.tree("scene"), &energy = state.tree("energy");
   take_fields(s.scene.bodies, scene.tree("bodies"));
+  Bodies& bodies = s.scene.bodies; // files of before the last step but one was kept
+  if (bodies.stretch.active && !bodies.stretch_before.active)
+    bodies.stretch_before.activate(std::int64_t(bodies.id.values.size()));
+  if (bodies.bend.active && !bodies.bend_before.active)
+    bodies.bend_before.activate(std::int64_t(bodies.id.values.size()));
   if (const StoredValue* nodes = scene.find("nodes"))
     take_fields(s.scene.nodes, *nodes);
   else

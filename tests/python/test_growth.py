@@ -1,4 +1,4 @@
-"""The work of bodies that grow: a term of the balance, that no contact makes from nothing; what shrinks stays on what bears it."""
+"""Work of bodies that grow: a term of the balance, that no contact makes from nothing; what shrinks stays on what bears it."""
 
 import warnings
 
