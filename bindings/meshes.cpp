@@ -99,6 +99,7 @@ void add_mesh(Simulation& s, const py::dict& d) {
   m.point_weights = vector_of<double>(d, "point_weights");
   m.side_nodes = vector_of<std::int32_t>(d, "side_nodes");
   m.face_nodes = vector_of<std::int32_t>(d, "face_nodes");
+  if (d.contains("whole_nodes")) m.whole_nodes = vector_of<std::int32_t>(d, "whole_nodes");
   m.around = vector_of<std::int32_t>(d, "around");
   m.around_start = vector_of<std::int32_t>(d, "around_start");
   if (d.contains("ties")) {

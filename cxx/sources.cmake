@@ -11,12 +11,16 @@ set(CAIRN_CXX_SOURCES
   bodies/body.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
+  bodies/mesh_condense.cpp
   bodies/mesh_mortar.cpp
+  bodies/mesh_mortar_sides.cpp
   bodies/mesh_newton.cpp
   bodies/mesh_pressure.cpp
   bodies/mesh_set.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
+  bodies/mortar_pair.cpp
+  bodies/mortar_surface.cpp
   bodies/nodes.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp

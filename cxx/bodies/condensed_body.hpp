@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "../base/field.hpp"
 #include "cairn/core.h"
 
 namespace cairn {
@@ -15,6 +16,20 @@ inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs +
 struct CondensedBody {
   cairn_condensed dofs{};
   std::vector<std::int32_t> node; // of each contact node its place among the nodes of the scene
+  // After them, means over more nodes than a contact rests on: places in the scene and weights, and the compliance with
+  // them. `row` then is that of each node of the mesh, -1: none; empty where there are no means.
+  std::vector<std::int32_t> mean_start, mean_node, row;
+  std::vector<double> mean_weight;
+  Array<double> compliance;
+  std::size_t means() const { return mean_start.empty() ? 0 : mean_start.size() - 1; }
+  // Calls use(place in the scene, weight) for the nodes of a row.
+  template <class Use>
+  void each_node(std::size_t of_row, Use&& use) const {
+    if (of_row < node.size()) return use(node[of_row], 1.0);
+    const std::size_t k = of_row - node.size();
+    for (auto e = std::size_t(mean_start[k]); e < std::size_t(mean_start[k + 1]); ++e)
+      use(mean_node[e], mean_weight[e]);
+  }
 };
 
 } // namespace cairn

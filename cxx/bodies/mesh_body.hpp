@@ -35,9 +35,11 @@ struct MeshModel {
   std::vector<std::int32_t> contact_nodes;                       // that are points of contact themselves
   std::vector<std::int32_t> point_nodes, side_nodes, face_nodes; // (4, n), -1 where fewer; faces: whose part a facet is
   std::vector<double> point_weights;                             // (4, points)
-  bool mortar = false;                          // its contact nodes meet sides of other meshes on average, in the plane
-  std::vector<std::int32_t> side_from, side_to; // of each node the side that begins, or ends, there; -1: none
-  bool self_contact = false;                    // its points meet its own sides
+  bool mortar = false; // its contact nodes meet sides of other meshes on average
+  std::vector<std::int32_t>
+      whole_nodes; // (9, sides) of the side of a cell that each is a part of, -1 where fewer; empty: itself
+  std::vector<std::int32_t> side_from, side_to;   // of each node the side that begins, or ends, there; -1: none
+  bool self_contact = false;                      // its points meet its own sides
   std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
   MeshTies ties;                                  // dofs that follow others
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.

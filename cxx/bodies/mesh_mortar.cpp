@@ -1,7 +1,8 @@
-// Mortar contact in the plane: a node of a side that asks for it meets the sides of another mesh on average over its
-// shape function, by dual multipliers on the common segments (Wohlmuth 2000). With D_jk = int psi_j N_k of that side,
-// which is diagonal, and M_jl = int psi_j N_l of the other, the gap of node j is n_j . (x_j - sum_l (M_jl / D_jj) x_l):
-// one contact a node, which rests on one node here and with weights M_jl / D_jj, whose sum is 1, on those there.
+// Mortar contact of sides of first order in the plane (others: mesh_mortar_sides.cpp): a node of a side that asks for
+// it meets the sides of another mesh on average over its shape function, by dual multipliers on the common segments
+// (Wohlmuth 2000). With D_jk = int psi_j N_k of that side, which is diagonal, and M_jl = int psi_j N_l of the other,
+// the gap of node j is n_j . (x_j - sum_l (M_jl / D_jj) x_l): one contact a node, which rests on one node here and with
+// weights M_jl / D_jj, whose sum is 1, on those there.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,28 +11,16 @@
 #include "../detection/candidates.hpp"
 #include "body.hpp"
 #include "mesh_set.hpp"
+#include "mortar_work.hpp"
 
 namespace cairn {
 namespace {
 
 constexpr double least_share = 1e-6; // of a side, that counts as common
 
-struct Segment { // of a side, from low to high of its length, on which it faces a side of another mesh
-  double low, high;
-  std::int32_t side;
-  double eta_low, eta_high; // where that is on the other one
-};
-
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
 
 } // namespace
-
-// What the search keeps between contacts, so that a step allocates nothing once it has gone on for a while.
-struct MortarWork {
-  std::vector<std::int32_t> seeds, seen, nodes;
-  std::vector<Segment> segments;
-  std::vector<double> weights;
-};
 
 namespace {
 
@@ -53,7 +42,7 @@ public:
     const double out[2] = {along[1], -along[0]}; // the body is on the left
     find_segments(a, along, length);
     double me[3] = {0, 0, 0}, de[2] = {0, 0};
-    for (const Segment& s : work_.segments)
+    for (const MortarSegment& s : work_.segments)
       each_point(s, length, [&](double xi, double, double wide) {
         const double one = 1 - xi;
         me[0] += wide * one * one;
@@ -70,7 +59,7 @@ public:
                  of_two = own * (ends ? me[0] : -me[1]) / determinant;
     diagonal_ += own;
     for (int k = 0; k < 2; ++k) normal_[k] -= own * out[k];
-    for (const Segment& s : work_.segments) {
+    for (const MortarSegment& s : work_.segments) {
       double m[2] = {0, 0};
       each_point(s, length, [&](double xi, double eta, double wide) {
         const double psi = of_one * (1 - xi) + of_two * xi;
@@ -82,28 +71,26 @@ public:
     }
   }
 
-  // Gap and normal, from the other mesh to the node, and what the contact rests on there; false: nothing is common.
-  bool finish(std::int32_t node, double& gap, double* normal, Mapping& there) {
+  // Gap and normal, from the other mesh to the node; the work then has the nodes there and their weights. False:
+  // nothing is common.
+  bool finish(std::int32_t node, double& gap, double* normal) {
     const double size = std::sqrt(dot(normal_, normal_));
     if (!(diagonal_ > 0) || !(size > 0)) return false;
     const double* x = place(own_, node);
-    gap = 0;
-    int kept = 0;
+    std::size_t kept = 0;
     for (std::size_t k = 0; k < work_.nodes.size(); ++k) {
       const double weight = work_.weights[k] / diagonal_;
       if (std::abs(weight) < 1e-14) continue; // what rounding left of an end
-      if (kept == 4)
-        throw Error(
-            "node " + std::to_string(node) + " of the mesh '" + own_.model.name + "' faces more than four nodes of '" +
-            other_.model.name +
-            "': give mortar to the finer of the two, by no more than three sides of the other for two of its own");
-      there.node[kept] = work_.nodes[k];
-      there.weight[kept++] = weight;
+      work_.nodes[kept] = work_.nodes[k];
+      work_.weights[kept++] = weight;
     }
+    work_.nodes.resize(kept);
+    work_.weights.resize(kept);
     for (int k = 0; k < 2; ++k) normal[k] = normal_[k] / size;
-    for (int j = 0; j < kept; ++j) {
-      const double* y = place(other_, there.node[j]);
-      for (int k = 0; k < 2; ++k) gap += there.weight[j] * normal[k] * (x[k] - y[k]);
+    gap = 0;
+    for (std::size_t j = 0; j < kept; ++j) {
+      const double* y = place(other_, work_.nodes[j]);
+      for (int k = 0; k < 2; ++k) gap += work_.weights[j] * normal[k] * (x[k] - y[k]);
     }
     return kept > 0;
   }
@@ -123,7 +110,7 @@ private:
 
   // Three Gauss points: products of three linear functions are exact.
   template <class Use>
-  static void each_point(const Segment& s, double length, Use&& use) {
+  static void each_point(const MortarSegment& s, double length, Use&& use) {
     constexpr double point[3] = {-0.7745966692414834, 0, 0.7745966692414834};
     constexpr double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
     for (int g = 0; g < 3; ++g) {
@@ -142,7 +129,7 @@ private:
       walk(seed, false, a, along, length);
     }
     std::sort(work_.segments.begin(), work_.segments.end(),
-              [](const Segment& s, const Segment& t) { return s.low < t.low; });
+              [](const MortarSegment& s, const MortarSegment& t) { return s.low < t.low; });
   }
 
   void walk(std::int32_t side, bool forward, const double* a, const double* along, double length) {
@@ -183,51 +170,113 @@ private:
 
 } // namespace
 
+// The pair of sides is met once: by the nodes that ask, or of two meshes that do by those of the first.
+bool MeshSet::mortar_first(std::int32_t one, std::int32_t other) const {
+  return meshes[std::size_t(one)].model.mortar && (one < other || !meshes[std::size_t(other)].model.mortar);
+}
+
+bool MeshSet::asks_mortar(std::int32_t a, std::int32_t b) const {
+  if (!carries(a) || !carries(b)) return false;
+  const Seat &of = seat(a), &on = seat(b);
+  return of.role == Role::node && (on.role == Role::edge || on.role == Role::facet) && of.mesh != on.mesh &&
+         mortar_first(of.mesh, on.mesh);
+}
+
+bool MeshSet::gives_back_to_mortar(std::int32_t a, std::int32_t b) const {
+  if (!carries(a) || !carries(b) || seat(a).mesh == seat(b).mesh) return false;
+  if (seat(b).role != Role::edge && seat(b).role != Role::facet) return false;
+  const bool sides = !meshes[std::size_t(seat(a).mesh)].model.side_nodes.empty();
+  return sides && mortar_first(seat(b).mesh, seat(a).mesh);
+}
+
+void MeshSet::put_mortar(Candidates& c, std::int64_t& to, const KeptMortar& m, int dim) const {
+  c.contactor_a[to] = m.node;
+  c.contactor_b[to] = m.edge;
+  c.feature[to] = m.feature;
+  c.image[to] = m.image;
+  c.gap[to] = m.gap;
+  std::copy_n(m.normal, dim, &c.normal[std::size_t(dim) * std::size_t(to)]);
+  std::copy_n(m.point, dim, &c.point[std::size_t(dim) * std::size_t(to)]);
+  ++to;
+}
+
+void MeshSet::end_mortar(Candidates& c, std::int64_t count, int dim) {
+  c.count = count;
+  for (auto* array : {&c.contactor_a, &c.contactor_b, &c.image, &c.feature}) array->resize(std::size_t(count));
+  c.gap.resize(std::size_t(count));
+  c.normal.resize(std::size_t(dim * count));
+  c.point.resize(std::size_t(dim * count));
+}
+
+void MeshSet::sort_mortar() {
+  std::sort(mortar_.begin(), mortar_.end(), [](const MortarContact& one, const MortarContact& two) {
+    return one.node != two.node ? one.node < two.node : one.edge < two.edge;
+  });
+}
+
+void MeshSet::map_mean(Mapping& m, std::span<const std::int32_t> node, std::span<const double> weight) {
+  const auto n = std::ptrdiff_t(node.size());
+  std::int32_t heaviest[4];
+  int kept = 0;
+  const auto heavier = [&](std::int32_t i, std::int32_t j) {
+    return std::abs(weight[std::size_t(i)]) > std::abs(weight[std::size_t(j)]);
+  };
+  for (std::int32_t i = 0; i < n; ++i) { // few: each goes to its place
+    int at = kept < 4 ? kept++ : 4;
+    if (n <= 4) {
+      heaviest[at] = i;
+      continue;
+    }
+    for (; at > 0 && heavier(i, heaviest[at - 1]); --at)
+      if (at < 4) heaviest[at] = heaviest[at - 1];
+    if (at < 4) heaviest[at] = i;
+  }
+  for (int j = 0; j < kept; ++j) {
+    m.node[j] = node[std::size_t(heaviest[j])];
+    m.weight[j] = weight[std::size_t(heaviest[j])];
+  }
+  if (n <= 4) return;
+  if (mean_start_.empty()) mean_start_.push_back(0);
+  m.mean = std::int32_t(mean_row_.size());
+  mean_node_.insert(mean_node_.end(), node.begin(), node.end());
+  mean_weight_.insert(mean_weight_.end(), weight.begin(), weight.end());
+  mean_start_.push_back(std::int32_t(mean_node_.size()));
+  mean_row_.push_back(-1);
+}
+
+void keep_candidate(Candidates& c, std::int64_t& to, std::int64_t i, int dim) {
+  c.contactor_a[to] = c.contactor_a[i];
+  c.contactor_b[to] = c.contactor_b[i];
+  c.feature[to] = c.feature[i];
+  c.image[to] = c.image[i];
+  c.gap[to] = c.gap[i];
+  for (int k = 0; k < dim; ++k) {
+    c.normal[dim * to + k] = c.normal[dim * i + k];
+    c.point[dim * to + k] = c.point[dim * i + k];
+  }
+  ++to;
+}
+
 // Candidates of nodes that ask for it: one of each for each mesh that it faces, with the gap, the normal and the nodes
 // of the mortar.
 void MeshSet::weigh_mortar(const Nodes& nodes, Candidates& c) {
   mortar_.clear();
+  for (auto* of : {&mean_start_, &mean_node_, &mean_row_}) of->clear();
+  mean_weight_.clear();
   if (!any_mortar_) return;
   if (!mortar_work_) mortar_work_ = std::make_shared<MortarWork>();
   MortarWork& work = *mortar_work_;
-  // The pair of sides is met once: by the nodes that ask, or of two meshes that do by those of the first.
-  const auto first = [&](std::int32_t one, std::int32_t other) {
-    return meshes[std::size_t(one)].model.mortar && (one < other || !meshes[std::size_t(other)].model.mortar);
-  };
-  const auto asks = [&](std::int64_t i) {
-    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    if (!carries(a) || !carries(b)) return false;
-    const Seat &of = seat(a), &on = seat(b);
-    return of.role == Role::node && on.role == Role::edge && of.mesh != on.mesh && first(of.mesh, on.mesh);
-  };
-  const auto given_back = [&](std::int64_t i) {
-    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    if (!carries(a) || !carries(b) || seat(a).mesh == seat(b).mesh || seat(b).role != Role::edge) return false;
-    const bool sides = !meshes[std::size_t(seat(a).mesh)].model.side_nodes.empty();
-    return sides && first(seat(b).mesh, seat(a).mesh);
-  };
+  if (by_sides_) return weigh_sides(nodes, c);
   std::int64_t to = 0;
-  const auto keep = [&](std::int64_t i) {
-    c.contactor_a[to] = c.contactor_a[i];
-    c.contactor_b[to] = c.contactor_b[i];
-    c.feature[to] = c.feature[i];
-    c.image[to] = c.image[i];
-    c.gap[to] = c.gap[i];
-    for (int k = 0; k < nodes.dim; ++k) {
-      c.normal[nodes.dim * to + k] = c.normal[nodes.dim * i + k];
-      c.point[nodes.dim * to + k] = c.point[nodes.dim * i + k];
-    }
-    ++to;
-  };
   for (std::int64_t i = 0, end; i < c.count; i = end) {
     end = i + 1;
-    if (!asks(i)) {
-      if (!given_back(i)) keep(i);
+    if (!asks_mortar(c.contactor_a[i], c.contactor_b[i])) {
+      if (!gives_back_to_mortar(c.contactor_a[i], c.contactor_b[i])) keep_candidate(c, to, i, 2);
       continue;
     }
     const std::int32_t node = c.contactor_a[i];
     const Seat& of = seat(node);
-    while (end < c.count && c.contactor_a[end] == node && asks(end)) ++end;
+    while (end < c.count && c.contactor_a[end] == node && asks_mortar(node, c.contactor_b[end])) ++end;
     for (std::int64_t k = i; k < end; ++k) { // the first of each mesh that it faces
       const std::int32_t which = seat(c.contactor_b[k]).mesh;
       bool known = false;
@@ -247,44 +296,28 @@ void MeshSet::weigh_mortar(const Nodes& nodes, Candidates& c) {
       Mapping there;
       there.mesh = which;
       double gap = 0, normal[2];
-      if (!mortar.finish(of.index, gap, normal, there)) continue;
+      if (!mortar.finish(of.index, gap, normal)) continue;
+      map_mean(there, work.nodes, work.weights);
       const std::int32_t edge = c.contactor_b[nearest];
       const double* x = nodes.position[of.middle.node[0]];
-      mortar_.push_back({node, edge, there});
+      mortar_.push_back({node, edge, there, {}});
       // places up to here were read already: what is kept stands before them
       const std::int32_t image = c.image[nearest], feature = c.feature[nearest];
-      kept_mortar_.push_back({node, edge, feature, image, gap, {normal[0], normal[1]}, {x[0], x[1]}});
+      kept_mortar_.push_back({node, edge, feature, image, gap, {normal[0], normal[1], 0}, {x[0], x[1], 0}});
     }
-    for (const KeptMortar& m : kept_mortar_) {
-      c.contactor_a[to] = m.node;
-      c.contactor_b[to] = m.edge;
-      c.feature[to] = m.feature;
-      c.image[to] = m.image;
-      c.gap[to] = m.gap;
-      for (int k = 0; k < 2; ++k) {
-        c.normal[2 * to + k] = m.normal[k];
-        c.point[2 * to + k] = m.point[k];
-      }
-      ++to;
-    }
+    for (const KeptMortar& m : kept_mortar_) put_mortar(c, to, m, 2);
     kept_mortar_.clear();
   }
-  std::sort(mortar_.begin(), mortar_.end(), [](const MortarContact& one, const MortarContact& two) {
-    return one.node != two.node ? one.node < two.node : one.edge < two.edge;
-  });
-  c.count = to;
-  for (auto* array : {&c.contactor_a, &c.contactor_b, &c.image, &c.feature}) array->resize(std::size_t(to));
-  c.gap.resize(std::size_t(to));
-  c.normal.resize(std::size_t(nodes.dim * to));
-  c.point.resize(std::size_t(nodes.dim * to));
+  sort_mortar();
+  end_mortar(c, to, 2);
 }
 
-const Mapping* MeshSet::mortar_of(std::int32_t node, std::int32_t edge) const {
+const MeshSet::MortarContact* MeshSet::mortar_of(std::int32_t node, std::int32_t edge) const {
   const auto at = std::lower_bound(mortar_.begin(), mortar_.end(), std::pair{node, edge},
                                    [](const MortarContact& m, const std::pair<std::int32_t, std::int32_t>& wanted) {
                                      return m.node != wanted.first ? m.node < wanted.first : m.edge < wanted.second;
                                    });
-  return at == mortar_.end() || at->node != node || at->edge != edge ? nullptr : &at->there;
+  return at == mortar_.end() || at->node != node || at->edge != edge ? nullptr : &*at;
 }
 
 } // namespace cairn

@@ -11,6 +11,8 @@ namespace cairn {
 void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   area_.clear();
   wanted_.resize(meshes.size());
+  wanted_means_.resize(meshes.size());
+  direct_.resize(meshes.size());
   std::vector<std::int64_t> first; // node of each number
   for (std::int64_t i = nodes.count - 1; i >= 0; --i) {
     first.resize(std::max(first.size(), std::size_t(*nodes.mesh[i])), -1);
@@ -51,6 +53,10 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   facet_vertices_.reserve(3 * vertices);
   part_from_themselves(contactors);
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
+  by_sides_ = any_mortar_ && std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) {
+                return m.model.dim == 3 || !m.model.whole_nodes.empty();
+              });
+  mortar_work_.reset(); // it is of the meshes that were
 }
 
 // Points of bodies that touch themselves meet their own sides, but those next to them: that have a node in common, or
@@ -244,7 +250,10 @@ void in_quadrilateral(const Point corner[4], const double* point, const double* 
 
 Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other) const {
   if (!mortar_.empty() && other >= 0)
-    if (const Mapping* mortar = mortar_of(other, contactor)) return *mortar;
+    if (const MortarContact* mortar = mortar_of(other, contactor)) return mortar->there;
+  if (by_sides_ && !mortar_.empty() && other >= 0)
+    if (const MortarContact* mortar = mortar_of(contactor, other); mortar && mortar->here.mesh >= 0)
+      return mortar->here;
   const Seat& place = seat(contactor);
   const MeshBody& mesh = meshes[place.mesh];
   Mapping m;
@@ -288,39 +297,6 @@ Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const doubl
     std::copy_n(face, 4, m.node);
   }
   return m;
-}
-
-void MeshSet::want(const Mapping& m) {
-  for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
-    if (meshes[m.mesh].place(m.node[j]) < 0) wanted_[m.mesh].push_back(m.node[j]);
-}
-
-void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity) {
-  out.resize(meshes.size());
-  std::size_t room = 0;
-  for (std::size_t i = 0; i < meshes.size(); ++i) {
-    MeshBody& mesh = meshes[i];
-    std::vector<std::int32_t>& wanted = wanted_[i];
-    if (!wanted.empty() && mesh.model.dofs() <= small_condensed) {
-      wanted.resize(std::size_t(mesh.model.nodes()));
-      for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = std::int32_t(k);
-    }
-    mesh.touch(wanted);
-    wanted.clear();
-    const std::int64_t n = mesh.contact_nodes();
-    CondensedBody& body = out[i];
-    body.dofs = {mesh.model.dim * n, mesh.leading(), nullptr, mesh.compliance()};
-    body.node.resize(std::size_t(n));
-    for (std::int64_t k = 0; k < n; ++k) body.node[k] = mesh.node(mesh.contact_node(k));
-    room += condensed_rows(body.dofs.dofs);
-  }
-  fit(velocity, room);
-  std::fill(velocity.begin(), velocity.end(), 0.0);
-  room = 0;
-  for (CondensedBody& body : out) {
-    body.dofs.velocity = velocity.data() + room;
-    room += condensed_rows(body.dofs.dofs);
-  }
 }
 
 } // namespace cairn

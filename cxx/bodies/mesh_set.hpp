@@ -13,6 +13,7 @@
 namespace cairn {
 
 struct Candidates;
+struct MortarRow;
 struct MortarWork;
 
 // Nodes of a mesh that carry a point of its surface, with weights whose sum is 1.
@@ -20,6 +21,7 @@ struct Mapping {
   std::int32_t mesh = -1;
   std::int32_t node[4] = {-1, -1, -1, -1};
   double weight[4] = {0, 0, 0, 0};
+  std::int32_t mean = -1; // number of a mean over more nodes, of which these are the heaviest
 };
 
 class MeshSet {
@@ -56,7 +58,7 @@ public:
   // The nodes that a point (dim) [m] on a mapped contactor moves with.
   // other: the contactor that it touches, whose mortar with this one counts in the place of the point.
   Mapping mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other = -1) const;
-  // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp.
+  // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp and mesh_mortar_sides.cpp.
   void weigh_mortar(const Nodes& nodes, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
@@ -66,10 +68,15 @@ public:
   // Nodes that a contact may rest on become contact nodes.
   void want(const Mapping& mapping);
   // After all were wanted: compliances, and the meshes as solvers see them, with room for the velocities of contact
-  // nodes.
-  void condense(std::vector<CondensedBody>& out, Array<double>& velocity);
+  // nodes. keep_nodes: those of means are rows, too.
+  void condense(std::vector<CondensedBody>& out, Array<double>& velocity, bool keep_nodes);
+  // The same rows with compliances and room anew.
+  void condense_again(std::vector<CondensedBody>& out, Array<double>& velocity);
+  // Row of a mapping's mean in the body that was condensed last.
+  std::int32_t row_of_mean(std::int32_t mean) const { return mean_row_[std::size_t(mean)]; }
 
 private:
+  friend struct MortarWork;
   enum class Role : std::int8_t { node, point, edge, facet };
   struct Seat { // of a mapped contactor
     std::int32_t mesh = -1, index = -1;
@@ -78,15 +85,30 @@ private:
   };
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
-  struct MortarContact { // of a node and an edge of another mesh, by their contactors
+  struct MortarContact { // of a node and a side of another mesh, by their contactors
     std::int32_t node, edge;
-    Mapping there;
+    Mapping there, here; // here.mesh < 0: on the node alone
   };
   struct KeptMortar {
     std::int32_t node, edge, feature, image;
-    double gap, normal[2], point[2];
+    double gap, normal[3], point[3];
   };
-  const Mapping* mortar_of(std::int32_t node, std::int32_t edge) const;
+  struct MetMortar; // of the search, see mesh_mortar_sides.cpp
+  const MortarContact* mortar_of(std::int32_t node, std::int32_t edge) const;
+  bool mortar_first(std::int32_t one, std::int32_t other) const;
+  bool asks_mortar(std::int32_t a, std::int32_t b) const;
+  bool gives_back_to_mortar(std::int32_t a, std::int32_t b) const;
+  void weigh_sides(const Nodes& nodes, Candidates& candidates);
+  void weigh_pair(const Nodes& nodes, std::span<const MetMortar> met);
+  void put_row(const Nodes& nodes, std::int32_t own, std::int32_t other, const MortarRow& row, const MetMortar& seen);
+  void put_mortar(Candidates& candidates, std::int64_t& to, const KeptMortar& m, int dim) const;
+  void sort_mortar();
+  void end_mortar(Candidates& candidates, std::int64_t count, int dim);
+  // Fills m with the heaviest of nodes by their weights, and numbers their mean where they are more than four.
+  void map_mean(Mapping& m, std::span<const std::int32_t> node, std::span<const double> weight);
+  void take_rows(std::size_t mesh, CondensedBody& body, bool keep_nodes);
+  void mix(MeshBody& mesh, CondensedBody& body);
+  void make_room(std::vector<CondensedBody>& out, Array<double>& velocity);
   void part_from_themselves(const Contactors& contactors);
 
   MappedContactors mapped_;
@@ -99,6 +121,12 @@ private:
   std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
   std::vector<KeptMortar> kept_mortar_;
   bool any_mortar_ = false; // a mesh asks for it
+  bool by_sides_ = false;   // in space, or of sides of second order
+  // Means of the last mortars: their nodes (of the mesh) and weights; rows, -1 unless wanted.
+  std::vector<std::int32_t> mean_start_, mean_node_, mean_row_;
+  std::vector<double> mean_weight_;
+  std::vector<std::vector<std::int32_t>> wanted_means_, direct_; // of each mesh; nodes that contacts rest on themselves
+  std::vector<double> columns_;
   std::shared_ptr<MortarWork> mortar_work_;
 };
 

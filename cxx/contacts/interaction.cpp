@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "../base/call.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
 
@@ -153,7 +154,7 @@ void Interactions::update_velocity(Bodies& bodies) {
 void Interactions::refresh_meshes(const Bodies& bodies) {
   if (!s_->meshes || s_->system.batches.empty()) return;
   ContactSystem& system = s_->system;
-  s_->meshes->condense(system.condensed, system.condensed_velocity);
+  s_->meshes->condense_again(system.condensed, system.condensed_velocity);
   for (std::size_t i = 0; i < system.condensed.size(); ++i) system.condensed_dofs[i] = system.condensed[i].dofs;
   system.load({bodies.velocity, &s_->nodes->velocity});
 }
@@ -168,9 +169,10 @@ void Interactions::State::give_meshes() const {
       const auto give = [&](std::int32_t which, const std::int32_t* node, const double* weight, double sign) {
         MeshBody& mesh = meshes->meshes[which];
         for (int j = 0; j < 4; ++j)
-          for (int k = 0; k < dim(); ++k)
-            mesh.impulse[dim() * mesh.contact_node(node[j * b.count + lane]) + k] +=
-                sign * weight[j * b.count + lane] * p[k];
+          system.condensed[which].each_node(std::size_t(node[j * b.count + lane]), [&](std::int32_t at, double share) {
+            for (int k = 0; k < dim(); ++k)
+              mesh.impulse[dim() * (at - mesh.node(0)) + k] += share * (sign * weight[j * b.count + lane]) * p[k];
+          });
       };
       if (b.mapped_a) give(b.body_a[lane], b.node_a, b.lever_a, 1);
       if (b.mapped_b) give(b.body_b[lane], b.node_b, b.lever_b, -1);
@@ -375,8 +377,16 @@ ContactRows Interactions::rows() const {
     rows.kind[i] = cone ? 1 : 2;
     const auto map = [&](std::int64_t side, std::int32_t which, const std::int32_t* node, const double* weight) {
       rows.mesh[side] = which;
+      const CondensedBody& body = s_->system.condensed[which];
+      const std::int32_t first = s_->meshes->meshes[which].node(0);
       for (int j = 0; j < 4; ++j) {
-        rows.node[4 * side + j] = s_->meshes->meshes[which].contact_node(node[j * b.count + lane]);
+        const auto row = std::size_t(node[j * b.count + lane]);
+        if (row >= body.node.size())
+          throw Error(
+              "a contact of the mesh '" + s_->meshes->meshes[which].model.name +
+              "' is a mortar over more than four nodes, of which there are no rows: leave mortar out, or ask a scene "
+              "without");
+        rows.node[4 * side + j] = body.node[row] - first;
         rows.weight[4 * side + j] = weight[j * b.count + lane];
       }
     };

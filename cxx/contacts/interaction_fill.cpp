@@ -267,17 +267,22 @@ void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::
   for (int k = 0; k < d; ++k) point[k] = c.point[d * i + k] - shift[k];
   const std::int32_t one = c.contactor_a[i], two = c.contactor_b[i];
   const Mapping m = meshes->mapping(*nodes, side ? two : one, point, side ? one : two);
+  const CondensedBody& body = system.condensed[m.mesh];
   const cairn_condensed& of = system.condensed_dofs[m.mesh];
   const auto first = std::int32_t(of.velocity - system.condensed_velocity.data());
   std::int32_t *const node = side ? b.node_b : b.node_a, *const dof = side ? b.dof_b : b.dof_a;
   std::int32_t& nodes = side ? b.nodes_b : b.nodes_a;
   (side ? b.body_b : b.body_a)[lane] = m.mesh;
+  const auto row = [&](std::int32_t n) {
+    return body.row.empty() ? meshes->meshes[m.mesh].place(n) : body.row[std::size_t(n)];
+  };
   for (int j = 0; j < 4; ++j) {
-    const std::int32_t place = m.node[j] < 0 ? 0 : meshes->meshes[m.mesh].place(m.node[j]);
+    const bool rests = m.mean >= 0 ? j == 0 : m.node[j] >= 0; // a mean is one row
+    const std::int32_t place = !rests ? 0 : m.mean >= 0 ? meshes->row_of_mean(m.mean) : row(m.node[j]);
     node[j * b.count + lane] = place;
     dof[j * b.count + lane] = first + dim() * place;
-    (side ? b.lever_b : b.lever_a)[j * b.count + lane] = m.weight[j];
-    if (m.node[j] >= 0) nodes = std::max(nodes, j + 1);
+    (side ? b.lever_b : b.lever_a)[j * b.count + lane] = !rests ? 0 : m.mean >= 0 ? 1 : m.weight[j];
+    if (rests) nodes = std::max(nodes, j + 1);
   }
   dof[4 * b.count + lane] = first;
   dof[5 * b.count + lane] = std::int32_t(condensed_rows(of.dofs));

@@ -62,11 +62,9 @@ void Interactions::State::load_meshes() {
     for (const auto& [contactor, other] :
          {std::pair{c.contactor_a[i], c.contactor_b[i]}, std::pair{c.contactor_b[i], c.contactor_a[i]}})
       if (kind[contactor] & mapped) meshes->want(meshes->mapping(*nodes, contactor, &c.point[dim() * i], other));
-  meshes->condense(system.condensed, system.condensed_velocity);
+  meshes->condense(system.condensed, system.condensed_velocity, pose.kernel != nullptr);
   for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
-  for (const CondensedBody& body : system.condensed)
-    for (std::size_t k = 0; k < body.node.size(); ++k)
-      std::copy_n(nodes->velocity[body.node[k]], dim(), body.dofs.velocity + dim() * k);
+  system.load_condensed(nodes->velocity);
 }
 
 // For sides that read it; -1: none does.

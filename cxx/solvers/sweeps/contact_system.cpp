@@ -52,14 +52,40 @@ void ContactSystem::load(const Velocities& velocity) {
     return [=, this](std::int64_t b, int k) { record[b].x[k] = v[n * b + k]; };
   };
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
+  if (!condensed.empty()) load_condensed(*velocity.nodes);
+}
+
+void ContactSystem::load_condensed(const Field<double>& velocity) {
   for (const CondensedBody& c : condensed)
-    for (std::size_t i = 0; i < c.node.size(); ++i)
-      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] = (*velocity.nodes)[c.node[i]][k];
+    for (std::size_t i = 0; i < c.node.size() + c.means(); ++i) {
+      double* v = c.dofs.velocity + std::size_t(dim) * i;
+      if (i < c.node.size()) {
+        std::copy_n(velocity[c.node[i]], dim, v);
+        continue;
+      }
+      std::fill_n(v, dim, 0.0);
+      c.each_node(i, [&](std::int32_t node, double weight) {
+        for (int k = 0; k < dim; ++k) v[k] += weight * velocity[node][k];
+      });
+    }
+}
+
+void ContactSystem::add_condensed(const Field<double>& velocity) {
+  for (const CondensedBody& c : condensed)
+    for (std::size_t i = 0; i < c.node.size() + c.means(); ++i)
+      c.each_node(i, [&](std::int32_t node, double weight) {
+        for (int k = 0; k < dim; ++k)
+          c.dofs.velocity[std::size_t(dim) * i + std::size_t(k)] += weight * velocity[node][k];
+      });
+}
+
+void ContactSystem::clear_condensed() {
+  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
 }
 
 void ContactSystem::clear_velocities() {
   for (std::int64_t b = 0; b < bodies; ++b) std::fill_n(record[b].x, velocities(), 0.0);
-  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
+  clear_condensed();
 }
 
 void ContactSystem::clear_touched() {
@@ -68,7 +94,7 @@ void ContactSystem::clear_touched() {
       if (b.moves_a && !b.mapped_a) std::fill_n(record[b.body_a[lane]].x, velocities(), 0.0);
       if (b.moves_b && !b.mapped_b) std::fill_n(record[b.body_b[lane]].x, velocities(), 0.0);
     }
-  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
+  clear_condensed();
 }
 
 void ContactSystem::unload(Field<double>& velocity, Field<double>* of_nodes) const {
@@ -89,9 +115,7 @@ void ContactSystem::unload_and_add(Field<double>& velocity, const Velocities& mo
     };
   };
   dim == 2 ? each<3>(bodies, both(3)) : each<6>(bodies, both(6));
-  for (const CondensedBody& c : condensed)
-    for (std::size_t i = 0; i < c.node.size(); ++i)
-      for (int k = 0; k < dim; ++k) c.dofs.velocity[dim * i + k] += (*more.nodes)[c.node[i]][k];
+  if (!condensed.empty()) add_condensed(*more.nodes);
 }
 
 } // namespace cairn

@@ -51,6 +51,10 @@ struct ContactSystem {
   // W is more than what bodies of six dofs give: contacts of a condensed body see each other, or have a compliance.
   bool needs_blocks() const { return compliant || !condensed.empty(); }
   void clear_velocities();
+  // Velocities of the rows of condensed bodies: those of nodes; more of them; none.
+  void load_condensed(const Field<double>& velocity);
+  void add_condensed(const Field<double>& velocity);
+  void clear_condensed();
   void clear_touched(); // of bodies with contacts alone
   // velocities of bodies into the records; inverse masses stay
   void load(const Velocities& velocity);

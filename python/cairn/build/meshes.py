@@ -107,7 +107,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
     contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small.
     self_contact: its points meet its own edges or faces, too, but for those next to them; else the body does not touch
-    itself. mortar: in 2D its contact nodes meet edges of other meshes on average over its own edges, by dual multipliers; for the
+    itself. mortar: its contact nodes meet edges or faces of other meshes on average over its own, by dual multipliers; for the
     side of the finer cells.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options")}
@@ -137,7 +137,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     d = Deformable(body, fixed, drive, force, points, pairs, patches, storage, name)
     d.given = given  # as scene files hold it
     d.displace, d.rigid = displace, _listed(rigid)
-    d.mortar = checked_mortar(mortar, dim, nodes, pairs)
+    d.mortar = checked_mortar(mortar, dim, nodes, pairs, patches)
     d.self_contact = checked_self_contact(self_contact, nodes, points[0], pairs, patches)
     if pressure:
         from .pressure import pressed_sides
@@ -199,10 +199,11 @@ def _made(body, material, bulk, options):
         return SolidBody(points, cells, bulk, **options)
 
 
-def checked_mortar(wanted, dim, nodes, pairs):
+def checked_mortar(wanted, dim, nodes, pairs, patches):
     """Whether contact nodes of a mesh meet other meshes on average; refused where their sides are not known."""
-    if wanted and (dim != 2 or not len(nodes) or not len(pairs)):
-        raise ValueError("mortar is of contact nodes and the edges between them in 2D: give contact and edges of that side")
+    if wanted and (not len(nodes) or not (len(pairs) if dim == 2 else patches)):
+        sides = "edges" if dim == 2 else "faces"
+        raise ValueError(f"mortar is of contact nodes and the {sides} between them: give contact and {sides} of that side")
     return bool(wanted)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..build.mesh_faces import whole_sides
 from ..build.meshes import MovingMesh
 
 
@@ -118,6 +119,7 @@ def _model(mesh, origin):
         "point_weights": _wide(weights, 0.0),
         "side_nodes": _wide(sides, -1),
         "face_nodes": d.faces.faces if d.faces else np.zeros((0, MOST_NODES), int),
+        "whole_nodes": whole_sides(body, d.faces.faces if d.faces else d.edges).ravel(),
         "around": np.concatenate(around) if len(around) else np.zeros(0, int),
         "around_start": np.concatenate([[0], np.cumsum([len(part) for part in around])]),
     }

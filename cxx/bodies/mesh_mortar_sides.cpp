@@ -1,0 +1,165 @@
+// Mortar contact in space, and of sides of second order: sides that nodes ask for meet those of another mesh as wholes,
+// and each of their nodes has one contact, which rests on its value in the basis of the side here and on the mean M_jl
+// / D_jj of nodes there.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "../base/call.hpp"
+#include "../detection/candidates.hpp"
+#include "body.hpp"
+#include "mesh_set.hpp"
+#include "mortar_work.hpp"
+
+namespace cairn {
+
+void MeshSet::weigh_sides(const Nodes& nodes, Candidates& c) {
+  MortarWork& work = *mortar_work_;
+  if (work.surfaces.empty()) {
+    for (const MeshBody& mesh : meshes) {
+      work.surfaces.emplace_back(mesh.model);
+      work.contactor.emplace_back(std::size_t(mesh.model.nodes()), -1);
+    }
+    for (std::size_t i = 0; i < seats_.size(); ++i)
+      if (seats_[i].role == Role::node)
+        work.contactor[std::size_t(seats_[i].mesh)][std::size_t(seats_[i].index)] = mapped_.contactor[i];
+  }
+  work.met.clear();
+  std::int64_t to = 0;
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    if (asks_mortar(a, b)) {
+      const Seat &of = seat(a), &on = seat(b);
+      work.met.push_back({of.mesh, on.mesh, of.index,
+                          work.surfaces[std::size_t(on.mesh)].piece_of_side[std::size_t(on.index)], b, c.feature[i],
+                          c.image[i], c.gap[i]});
+    } else if (!gives_back_to_mortar(a, b)) {
+      keep_candidate(c, to, i, nodes.dim);
+    }
+  }
+  std::sort(work.met.begin(), work.met.end(), [](const MetMortar& x, const MetMortar& y) {
+    if (x.own != y.own) return x.own < y.own;
+    if (x.other != y.other) return x.other < y.other;
+    return x.node != y.node ? x.node < y.node : x.edge < y.edge;
+  });
+  kept_mortar_.clear();
+  for (std::size_t i = 0, end; i < work.met.size(); i = end) {
+    for (end = i;
+         end < work.met.size() && work.met[end].own == work.met[i].own && work.met[end].other == work.met[i].other;)
+      ++end;
+    weigh_pair(nodes, {&work.met[i], end - i});
+  }
+  end_mortar(c, to + std::int64_t(kept_mortar_.size()), nodes.dim);
+  for (const KeptMortar& m : kept_mortar_) put_mortar(c, to, m, nodes.dim);
+  sort_mortar();
+}
+
+// Contacts of one mesh with another: whole sides that have a node that was seen in front of it, and those beside them,
+// all of whose nodes may be just beyond an edge; then their nodes.
+void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
+  MortarWork& work = *mortar_work_;
+  const std::int32_t which = met.front().own, there = met.front().other;
+  const MortarSurface& surface = work.surfaces[std::size_t(which)];
+  const auto of_node = [&](std::int32_t node) { // what was seen of it
+    const auto low = std::lower_bound(met.begin(), met.end(), node,
+                                      [](const MetMortar& m, std::int32_t wanted) { return m.node < wanted; });
+    auto high = low;
+    while (high != met.end() && high->node == node) ++high;
+    return std::pair{low, high};
+  };
+  const auto nearest = [&](auto from, auto to, std::int64_t before) {
+    for (auto m = from; m != to; ++m)
+      if (before < 0 || std::abs(m->gap) < std::abs(met[std::size_t(before)].gap)) before = m - met.begin();
+    return before;
+  };
+  work.pair.start(nodes, meshes[std::size_t(which)], surface, meshes[std::size_t(there)],
+                  work.surfaces[std::size_t(there)]);
+  work.added.assign(surface.whole.size(), 0);
+  work.covered.clear();
+  work.front.clear();
+  work.front_start.assign(1, 0);
+  const auto each_whole = [&](std::int32_t node, auto&& use) {
+    for (auto e = surface.wholes_start[std::size_t(node)]; e < surface.wholes_start[std::size_t(node) + 1]; ++e)
+      if (const std::int32_t whole = surface.wholes_at[std::size_t(e)]; !work.added[std::size_t(whole)]) use(whole);
+  };
+  const auto add = [&](std::int32_t whole, std::int64_t seen) {
+    work.added[std::size_t(whole)] = 1;
+    return work.pair.add_side(whole, work.seeds, seen);
+  };
+  for (const MetMortar& m : met)
+    each_whole(m.node, [&](std::int32_t whole) {
+      const MortarWhole& w = surface.whole[std::size_t(whole)];
+      work.seeds.clear();
+      std::int64_t seen = -1;
+      for (int j = 0; j < w.nodes; ++j) {
+        const auto [from, to] = of_node(w.node[j]);
+        seen = nearest(from, to, seen);
+        for (auto k = from; k != to; ++k) work.seeds.push_back(k->piece);
+      }
+      if (!add(whole, seen)) return;
+      work.covered.push_back({whole, seen});
+      work.front.insert(work.front.end(), work.pair.front().begin(), work.pair.front().end());
+      work.front_start.push_back(work.front.size());
+    });
+  for (std::size_t i = 0; i < work.covered.size(); ++i) {
+    const MortarWhole& w = surface.whole[std::size_t(work.covered[i].whole)];
+    work.seeds.assign(work.front.begin() + std::ptrdiff_t(work.front_start[i]),
+                      work.front.begin() + std::ptrdiff_t(work.front_start[i + 1]));
+    for (int j = 0; j < w.nodes; ++j)
+      each_whole(w.node[j], [&](std::int32_t whole) { add(whole, work.covered[i].seen); });
+  }
+  for (const MortarRow& row : work.pair.rows()) {
+    const auto [from, to] = of_node(row.node);
+    put_row(nodes, which, there, row, met[std::size_t(nearest(from, to, from == to ? row.seen : -1))]);
+  }
+}
+
+// The contact of a node, with the side there that stands for all that it faces.
+void MeshSet::put_row(const Nodes& nodes, std::int32_t which, std::int32_t there, const MortarRow& row,
+                      const MetMortar& seen) {
+  MortarWork& work = *mortar_work_;
+  const MeshBody &own = meshes[std::size_t(which)], &other = meshes[std::size_t(there)];
+  const MortarSurface& surface = work.surfaces[std::size_t(which)];
+  const double size =
+      std::sqrt(row.normal[0] * row.normal[0] + row.normal[1] * row.normal[1] + row.normal[2] * row.normal[2]);
+  const std::int32_t contactor = work.contactor[std::size_t(which)][std::size_t(row.node)];
+  if (contactor < 0 || !(row.diagonal > 0) || !(size > 0)) return;
+  KeptMortar kept{contactor, seen.edge, seen.feature, seen.image, 0, {0, 0, 0}, {0, 0, 0}};
+  MortarContact contact{contactor, seen.edge, {}, {}};
+  contact.there.mesh = there;
+  const double* x = nodes.position[own.node(row.node)];
+  std::copy_n(x, nodes.dim, kept.point);
+  for (int k = 0; k < nodes.dim; ++k) kept.normal[k] = row.normal[k] / size;
+
+  const MortarWhole& w =
+      surface.whole[std::size_t(surface.wholes_at[std::size_t(surface.wholes_start[std::size_t(row.node)])])];
+  int place[most_side_nodes];
+  double weight[most_side_nodes];
+  std::int32_t node[most_side_nodes];
+  const int count =
+      basis_value(nodes.dim, w.nodes, int(std::find(w.node, w.node + w.nodes, row.node) - w.node), place, weight);
+  for (int j = 0; j < count; ++j) {
+    node[j] = w.node[place[j]];
+    const double* y = nodes.position[own.node(node[j])];
+    for (int k = 0; k < nodes.dim; ++k) kept.gap += weight[j] * kept.normal[k] * (y[k] - x[k]);
+  }
+  if (count > 1) {
+    contact.here.mesh = which;
+    map_mean(contact.here, {node, std::size_t(count)}, {weight, std::size_t(count)});
+  }
+  work.nodes.clear();
+  work.weights.clear();
+  for (std::size_t l = 0; l < row.there.size(); ++l) {
+    const double part = row.weight[l] / row.diagonal;
+    if (std::abs(part) < 1e-14) continue; // what rounding left of an end
+    work.nodes.push_back(row.there[l]);
+    work.weights.push_back(part);
+    const double* y = nodes.position[other.node(row.there[l])];
+    for (int k = 0; k < nodes.dim; ++k) kept.gap += part * kept.normal[k] * (x[k] - y[k]);
+  }
+  map_mean(contact.there, work.nodes, work.weights);
+  kept_mortar_.push_back(kept);
+  mortar_.push_back(contact);
+}
+
+} // namespace cairn

@@ -1,0 +1,73 @@
+// The mortar of the sides of one mesh with those of another: D_jk = int psi_j B_k of its own sides, which is diagonal
+// by dual functions psi, and M_jl = int psi_j N_l of the other's, on the parts that they have in common (Wohlmuth 2000;
+// Puso & Laursen 2004; Popp, Wohlmuth, Gitterle & Wall 2012).
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh_body.hpp"
+#include "mortar_surface.hpp"
+#include "nodes.hpp"
+
+namespace cairn {
+
+struct MortarRow { // of a node of its own
+  std::int32_t node = -1;
+  std::int64_t seen = -1;          // what the caller keeps with it
+  double diagonal = 0;             // D_jj [m2], in 2D of a metre across the plane
+  double normal[3] = {0, 0, 0};    // sum of those of its sides, inward, by their share of D_jj
+  std::vector<std::int32_t> there; // nodes of the other mesh
+  std::vector<double> weight;      // M_jl
+};
+
+class MortarPair {
+public:
+  void start(const Nodes& nodes, const MeshBody& own, const MortarSurface& own_surface, const MeshBody& other,
+             const MortarSurface& other_surface);
+  // Adds what a whole side has in common with the other mesh, sought from some pieces of that on; `seen` goes to rows
+  // that are new. Whether there is any; front() then is the pieces there.
+  bool add_side(std::int32_t whole, std::span<const std::int32_t> seeds, std::int64_t seen);
+  std::span<const std::int32_t> front() const { return front_; }
+  std::span<const MortarRow> rows() const { return {rows_.data(), used_}; }
+
+private:
+  struct Sample { // a point of a rule on a part that two pieces have in common
+    double own[most_side_nodes], there[most_side_nodes], wide, normal[3];
+    std::int32_t whole; // there
+  };
+  struct Flat { // a piece on the plane, or line, on which parts in common are sought
+    int corners = 0;
+    double x[4][2] = {};
+  };
+  struct Frame { // of a piece: its middle, its normal, and axes along it
+    double middle[3], normal[3], axis[2][3], size;
+  };
+
+  const double* place(const MeshBody& mesh, std::int32_t node) const { return nodes_->position[mesh.node(node)]; }
+  bool frame_of(const MeshBody& mesh, const MortarPiece& p, Frame& f) const;
+  Flat flat(const MeshBody& mesh, const MortarPiece& p, const Frame& f) const;
+  bool faces(const MortarPiece& p, const Frame& f) const;
+  void search(const MortarPiece& p, std::span<const std::int32_t> seeds);
+  bool common(const MortarPiece& p, const Frame& f, const Flat& here, const MortarPiece& q);
+  bool beside(const Flat& one, const Flat& other) const;
+  bool common_length(const MortarPiece& p, const Frame& f, const Flat& here, const MortarPiece& q, const Flat& there);
+  void add_sample(const MortarPiece& p, const Frame& f, const MortarPiece& q, const double* at, const double* at_there,
+                  double wide);
+  bool add_rows(const MortarWhole& w, std::int64_t seen);
+  MortarRow& row_of(std::int32_t node, std::int64_t seen);
+
+  const Nodes* nodes_ = nullptr;
+  const MeshBody *own_ = nullptr, *other_ = nullptr;
+  const MortarSurface *surface_ = nullptr, *other_surface_ = nullptr;
+  int dim_ = 2;
+  double covered_ = 0, whole_ = 0; // of the side at hand
+  std::vector<Sample> samples_;
+  std::vector<std::int32_t> queue_, front_, place_of_node_;
+  std::vector<std::int64_t> met_; // when each piece of the other was last seen
+  std::int64_t now_ = 0;
+  std::vector<MortarRow> rows_;
+  std::size_t used_ = 0;
+};
+
+} // namespace cairn
