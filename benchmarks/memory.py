@@ -7,6 +7,7 @@ import argparse
 import csv
 import sys
 
+from cairn.run.views import core_of
 from scenes import deposit
 
 
@@ -20,7 +21,7 @@ def measure(case, count):
     """A row: bytes by Cairn's own count, and growth of the process."""
     before = resident()
     sim = deposit(case, count, max_iter=20, steps=3)
-    bodies, contacts = sim._core.bytes()
+    bodies, contacts = core_of(sim).bytes()
     return {"case": case, "bodies": len(sim.bodies), "contacts": len(sim.contacts),
             "bytes_per_body": round(bodies / len(sim.bodies), 1), "bytes_per_contact": round(contacts / len(sim.contacts), 1),
             "process_growth_mb": round((resident() - before) / 1e6, 1), "counted_mb": round((bodies + contacts) / 1e6, 1)}

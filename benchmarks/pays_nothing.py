@@ -1,6 +1,6 @@
 """What scenes of disks and of spheres pay for all that they do not use: two commits built and measured side by side in one run.
 
-    script/bench pays_nothing [--before 91c23ba] [--after HEAD] [--count 4000] [--pairs 200] [--builds FOLDER]
+    script/bench pays_nothing [--before 91c23ba] [--after HEAD] [--count 4000] [--pairs 200] [--builds FOLDER] [--cases CASE ...]
 
 `before` is the last commit before the house was rebuilt. Both commits are built with the release preset. Then a process of each
 takes turns with the other, a few steps at a time on the same deposit with a fixed number of sweeps: pairs of CPU times a step
@@ -25,6 +25,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SWEEPS = 20
+CASES = ("import", "disks", "disks one_sweep", "spheres", "spheres one_sweep")
 
 
 def build(commit, folder):
@@ -64,7 +65,7 @@ def serve(case, count, steps):
     sweeps = 1 if kind else SWEEPS
     before = resident()
     sim = deposit(scene, count, tol=1e-15, max_iter=sweeps, min_iter=sweeps, steps=5)
-    bodies, of_contacts = sim._core.bytes()
+    bodies, of_contacts = (sim if hasattr(sim, "_core") else sim.raw)._core.bytes()  # where the core stood has changed
     contacts = len(sim.contacts)
     result = {"contacts": contacts, "bytes_a_body": bodies / len(sim.bodies), "bytes_a_contact": of_contacts / contacts}
     print(json.dumps(result | {"process_growth_bytes_a_body": (resident() - before) / len(sim.bodies)}), flush=True)
@@ -131,6 +132,7 @@ def main():
     parser.add_argument("--steps", type=int, default=5, help="of a turn")
     parser.add_argument("--pairs", type=int, default=200)
     parser.add_argument("--imports", type=int, default=15)
+    parser.add_argument("--cases", nargs="+", choices=CASES, default=CASES, help="all, if none is named")
     parser.add_argument("--builds", type=Path, help="where builds are kept, or are found")
     parser.add_argument("--output", type=Path, default=ROOT / "benchmarks" / "results" / "pays_nothing.csv")
     parser.add_argument("--serve", help=argparse.SUPPRESS)
@@ -144,7 +146,7 @@ def main():
         commits = [subprocess.run([*short, c], check=True, capture_output=True, text=True).stdout.strip() for c in wanted]
         pythons = [build(c, options.builds or Path(folder)) for c in commits]
         rows, chance = [], random.Random(1)
-        for case in ("import", "disks", "disks one_sweep", "spheres", "spheres one_sweep"):
+        for case in options.cases:
             groups = [imports(pythons, options)] if case == "import" else turns(pythons, case, options)
             for before, after in groups:
                 for name in before[0]:

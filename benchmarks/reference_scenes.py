@@ -20,6 +20,7 @@ from pathlib import Path
 import cairn as cn
 import h5py
 import numpy as np
+from cairn.run.views import core_of
 
 DATA = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[2] / "shared")) / "scenes"
 SCENES = ("disks2d_5000", "disks2d_20000", "spheres3d_5000")
@@ -113,11 +114,11 @@ def one_step(name, tol, steps):
     sim, meta, _ = build(name, tol)
     for _ in range(steps):
         sim.step()
-    state = sim._core.get_state()
+    state = core_of(sim).get_state()
 
     def step(solver):
         other = cn.Simulation(sim.scene, sim.dt, cn.NSCD(theta=meta["theta"], solver=solver, margin=meta["alert"], threads=1))
-        other._core.set_state(state)
+        core_of(other).set_state(state)
         start = time.process_time()
         info = other.step()
         return other.bodies.velocity[:, : sim.scene.dim], info, time.process_time() - start

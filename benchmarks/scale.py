@@ -11,6 +11,7 @@ import time
 
 import cairn as cn
 import numpy as np
+from cairn.run.views import core_of
 
 
 def lattice(case, count, threads):
@@ -42,7 +43,7 @@ def measure(case, count, steps, threads):
         info = sim.step()
         iterations += info["iterations"]
         worst = max(worst, info["error"])
-    bodies, contacts = sim._core.bytes()
+    bodies, contacts = core_of(sim).bytes()
     return {"case": case, "bodies": count, "threads": threads, "steps": steps, "contacts": info["contacts"],
             "status": info["status"], "iterations_mean": round(iterations / steps, 1), "error_max": f"{worst:.3g}",
             "penetration": f"{info['penetration']:.3g}",

@@ -11,6 +11,7 @@ module rotation
    public :: cairn_rotate, cairn_inverse_inertia, cairn_free_spin, cairn_momentum_update
 
    integer, parameter :: most_substeps = 4096 !< cost stays bounded when a body turns thousands of times in a step
+   integer, parameter :: some = 64 !< bodies that are turned side by side
 
 contains
 
@@ -24,10 +25,12 @@ contains
       real(c_double), intent(in), optional :: angular_momentum(3, 0:nb - 1) !< in space axes [N m s]
       integer(c_int8_t), intent(in), optional :: driven(0:nb - 1) !< bits 3 to 5: driven spins
       integer(c_int64_t), intent(out) :: unsolved !< bodies whose midpoint rule found no solution: they kept their spin
-      integer(c_int64_t) :: i
+      integer(c_int64_t) :: i, waiting(some)
+      integer :: n
       logical :: solved
 
       unsolved = 0
+      n = 0
       do i = 0, nb - 1
          solved = .false.
          if (turns_freely(i, inertia(:, i), driven)) then
@@ -36,8 +39,14 @@ contains
                if (.not. solved) unsolved = unsolved + 1
             end if
          end if
-         if (.not. solved) call rotate_with_spin(time, velocity(4:6, i), rotation(:, i))
+         if (solved) cycle
+         n = n + 1
+         waiting(n) = i
+         if (n < some) cycle
+         call rotate_with_spins(nb, time, n, waiting, velocity, rotation)
+         n = 0
       end do
+      call rotate_with_spins(nb, time, n, waiting, velocity, rotation)
    end subroutine
 
    !> Inverse inertia in space axes at the present orientation, blocked axes held.
@@ -156,17 +165,74 @@ contains
       q = p/length(p)
    end subroutine
 
-   pure subroutine rotate_with_spin(time, spin, q)
-      real(c_double), intent(in) :: time, spin(3)
-      real(c_double), intent(inout) :: q(4)
-      real(c_double) :: angle, rate, p(4), half(3)
-      rate = length(spin)
-      if (.not. rate > 0) return
-      angle = time*rate/2
-      half = spin/rate*sin(angle)
-      p(1) = q(1)*cos(angle) - dot_product(half, q(2:4)) ! the spin is in space axes: it stands on the left
-      p(2:4) = q(2:4)*cos(angle) + q(1)*half + cross(half, q(2:4))
-      q = p/length(p)
+   !> Bodies that keep their spin, side by side: their roots and quotients take a quarter of the time that they take one by one.
+   !> Squares are stored before they are summed where a compiler shall not join the two into one rounding.
+   pure subroutine rotate_with_spins(nb, time, n, who, velocity, rotation)
+      integer(c_int64_t), intent(in) :: nb !< bodies
+      real(c_double), intent(in) :: time !< [s]
+      integer, intent(in) :: n !< of them
+      integer(c_int64_t), intent(in) :: who(n)
+      real(c_double), intent(in) :: velocity(6, 0:nb - 1) !< spin in 4:6, in space axes [rad/s]
+      real(c_double), intent(inout) :: rotation(4, 0:nb - 1) !< unit quaternion
+      real(c_double) :: spin(some, 3), q(some, 4), p(some, 4), square(some, 4), rate(some), largest(some), s(some), c(some)
+      real(c_double) :: half(3), over
+      integer :: i, k
+
+      do i = 1, n
+         spin(i, :) = velocity(4:6, who(i))
+         q(i, :) = rotation(:, who(i))
+      end do
+      call scale_squares(n, 3, spin, largest, square)
+      !$omp simd
+      do i = 1, n
+         rate(i) = largest(i)*sqrt(square(i, 1) + square(i, 2) + (spin(i, 3)/largest(i))**2)
+      end do
+      do i = 1, n
+         s(i) = sin(time*rate(i)/2)
+         c(i) = cos(time*rate(i)/2)
+      end do
+      !$omp simd private(half, over)
+      do i = 1, n
+         over = merge(rate(i), 1.0_c_double, rate(i) > 0)
+         half(1) = spin(i, 1)/over*s(i)
+         half(2) = spin(i, 2)/over*s(i)
+         half(3) = spin(i, 3)/over*s(i)
+         p(i, 1) = q(i, 1)*c(i) - dot_product(half, q(i, 2:4)) ! the spin stands on the left
+         p(i, 2) = q(i, 2)*c(i) + q(i, 1)*half(1) + (half(2)*q(i, 4) - half(3)*q(i, 3))
+         p(i, 3) = q(i, 3)*c(i) + q(i, 1)*half(2) + (half(3)*q(i, 2) - half(1)*q(i, 4))
+         p(i, 4) = q(i, 4)*c(i) + q(i, 1)*half(3) + (half(1)*q(i, 3) - half(2)*q(i, 2))
+      end do
+      call scale_squares(n, 4, p, largest, square)
+      !$omp simd private(over)
+      do i = 1, n
+         over = largest(i)*sqrt(square(i, 1) + square(i, 2) + square(i, 3) + square(i, 4))
+         do k = 1, 4
+            p(i, k) = p(i, k)/over
+         end do
+      end do
+      do i = 1, n
+         if (rate(i) > 0) rotation(:, who(i)) = p(i, :)
+      end do
+   end subroutine
+
+   !> Squares of the components of vectors over the largest of each, every bit of them the same in units 2^k times as large.
+   pure subroutine scale_squares(n, components, x, largest, square)
+      integer, intent(in) :: n, components
+      real(c_double), intent(in) :: x(some, components) !< any unit
+      real(c_double), intent(out) :: largest(some) !< of their sizes; of a vector without a length 1, its squares are 0
+      real(c_double), intent(out) :: square(some, components) !< [-]
+      integer :: i, k
+      largest(1:n) = abs(x(1:n, 1))
+      do k = 2, components
+         largest(1:n) = max(largest(1:n), abs(x(1:n, k)))
+      end do
+      largest(1:n) = merge(largest(1:n), 1.0_c_double, largest(1:n) > 0)
+      do k = 1, components
+         !$omp simd
+         do i = 1, n
+            square(i, k) = (x(i, k)/largest(i))**2
+         end do
+      end do
    end subroutine
 
    pure subroutine rotate_with_momentum(time, inertia, momentum, rotation, solved)

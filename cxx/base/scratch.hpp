@@ -12,16 +12,23 @@ namespace cairn {
 
 class Scratch {
 public:
-  // Everything taken so far is given back. What was in several blocks will fit in one: once sizes are settled nothing
-  // is allocated.
+  // Everything taken so far is given back. What was in several blocks will fit in one, and a sixteenth more: once sizes
+  // are settled nothing is allocated.
   void begin() {
     if (blocks_.size() > 1) {
-      std::size_t all = 0;
-      for (const auto& block : blocks_) all += block.size();
       blocks_.clear();
-      blocks_.emplace_back(all);
+      blocks_.emplace_back(most_ + most_ / 16);
     }
-    used_ = 0;
+    used_ = taken_ = 0;
+  }
+  struct Mark {
+    std::size_t blocks, used, taken;
+  };
+  Mark mark() const { return {blocks_.size(), used_, taken_}; }
+  // What was taken since the mark is given back.
+  void release(const Mark& mark) {
+    taken_ = mark.taken;
+    if (blocks_.size() == mark.blocks) used_ = mark.used; // else it is left until there is one block
   }
   // n items, not initialised, from the start of a cache line on.
   template <class T>
@@ -35,6 +42,8 @@ public:
     }
     Line* here = blocks_.back().data() + used_;
     used_ += lines;
+    taken_ += lines;
+    most_ = std::max(most_, taken_);
     return reinterpret_cast<T*>(here);
   }
   std::int64_t bytes() const {
@@ -49,7 +58,8 @@ private:
     std::byte bytes[64];
   };
   std::vector<Array<Line>> blocks_;
-  std::size_t used_ = 0; // lines of the last block
+  std::size_t used_ = 0;             // lines of the last block
+  std::size_t taken_ = 0, most_ = 0; // lines at hand now, and at most so far
 };
 
 // An array in a scratch. Room is made without keeping what was there; copies are views.

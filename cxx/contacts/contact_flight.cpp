@@ -117,6 +117,12 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   Curved how = curved(shape_a, shape_b);
   if (is_anchored(i)) return flight_of_anchored(b, lane, out);
   std::fill_n(out, 3, 0.0);
+  const int d = dim();
+  const auto turns = [&](std::int32_t of) {
+    const double* x = system.record[of].x;
+    return d == 2 ? x[2] != 0 : !vanishes(x + 3);
+  };
+  if (how == Curved::plane && is_radial(b.side_a) && !turns(b.body_b[lane])) return; // what slides or rolls on a plane
   if (how == Curved::unknown || replaced(shape_a, shape_b)) return;
   // Bodies that lie on each other in several points, of one face or of several triangles of a surface, neither roll nor
   // turn on each other: their spins are what is left of a solution, and conditions that differ from point to point by
@@ -142,11 +148,9 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
     for (std::int64_t j = i + 1; j <= i + some && same_pair(j); ++j)
       if (lies(j)) return;
   }
-  const int d = dim();
   const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
   const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
-  const bool fixed_b = how == Curved::plane && !B.turns;
-  if (fixed_b && (!A.turns || b.side_a == radial2 || b.side_a == radial3)) return; // what slides or rolls on a plane
+  if (how == Curved::plane && !A.turns && !B.turns) return; // what slides on a plane
 
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);

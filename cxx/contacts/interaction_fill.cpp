@@ -61,7 +61,6 @@ void axes_of(const cairn_batch& b, int dim, int lane, double axes[3][3]) {
 
 void Interactions::State::fill() {
   const int n = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
-  find_places(threads);
   double deepest = 0;
   fault = {};
 #pragma omp parallel for num_threads(threads) schedule(static) reduction(max : deepest) if (threads > 1)
@@ -99,8 +98,12 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const LawInfo& law = law_infos()[b.law];
   const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
-  alignas(64) double flight[128], speed[d][128], apart[128];
-  const bool flying = flies_as_round();
+  alignas(64) double flight[128], speed[d][128], apart[128], mass[128], smaller[128];
+  const bool flying = flies_as_round(), one_rule = laws->entries() == 1 && !temperature;
+  const auto& radius = contactors->radius.values;
+  const auto& record = system.record;
+  if (one_rule)
+    for (int k = 0; k < parameters; ++k) std::fill_n(params + k * n, n, laws->entry(0).params[k]);
   const std::int32_t* who = &system.candidate[b.first];
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = who[lane];
@@ -110,38 +113,48 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
       __builtin_prefetch(&c.contactor_b[far]);
       __builtin_prefetch(&c.gap[far]);
       __builtin_prefetch(&c.normal[d * far]);
-      __builtin_prefetch(&system.record[body(c.contactor_a[near])].x[d == 2 ? 3 : 6]);
-      __builtin_prefetch(&system.record[body(c.contactor_b[near])].x[d == 2 ? 3 : 6]);
+      __builtin_prefetch(&record[std::size_t(body(c.contactor_a[near]))]);
+      __builtin_prefetch(&record[std::size_t(body(c.contactor_b[near]))]);
     }
     const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i], A = body(ca), B = body(cb);
     double* to = b.frame + lane / 8 * lines + lane % 8;
-    const double *normal = &c.normal[d * i], ra = *contactors->radius[ca], rb = *contactors->radius[cb];
+    const double *normal = &c.normal[std::size_t(d * i)], now = c.gap[std::size_t(i)];
+    const double ra = radius[std::size_t(ca)], rb = radius[std::size_t(cb)];
+    const cairn_record &of_a = record[std::size_t(A)], &of_b = record[std::size_t(B)];
     for (int k = 0; k < d; ++k) to[8 * k] = normal[k];
-    gap[lane] = c.gap[i];
-    to[8 * d] = -(ra + gap_share * gap[lane]);
-    to[8 * d + 8] = rb + gap_share * gap[lane];
-    if (gap[lane] < 0) deepest = std::max(deepest, -gap[lane] / std::min(ra, rb));
+    to[8 * d] = -(ra + gap_share * now);
+    to[8 * d + 8] = rb + gap_share * now;
+    gap[lane] = now;
+    smaller[lane] = std::min(ra, rb);
     b.body_a[lane] = A;
     b.body_b[lane] = B;
-    constexpr int mass = d == 2 ? 3 : 6;
-    b.rho[lane] = 1 / (system.record[A].x[mass] + system.record[B].x[mass]);
+    mass[lane] = of_a.x[d == 2 ? 3 : 6] + of_b.x[d == 2 ? 3 : 6];
+    for (int k = 0; k < d; ++k) speed[k][lane] = of_a.x[k] - of_b.x[k];
+    apart[lane] = ra + rb + std::min(now, 0.0);
+    if (one_rule) continue;
     const double* given = laws->entry(entry[i]).params;
     for (int k = 0; k < parameters; ++k) params[k * n + lane] = given[k];
     if (temperature) vary(i, n, params + lane);
-    if (!flying) continue;
-    for (int k = 0; k < d; ++k) speed[k][lane] = system.record[A].x[k] - system.record[B].x[k];
-    apart[lane] = ra + rb + std::min(gap[lane], 0.0);
   }
   for (int lane = b.contacts; lane < n; ++lane) {
     double* to = b.frame + lane / 8 * lines + lane % 8;
     for (int k = 0; k < d + 2; ++k) to[8 * k] = 0;
     for (int k = 0; k < d; ++k) speed[k][lane] = 0;
-    apart[lane] = b.rho[lane] = 1;
+    apart[lane] = mass[lane] = smaller[lane] = 1;
+    gap[lane] = 0;
     b.body_a[lane] = b.body_b[lane] = std::int32_t(system.bodies);
   }
+  double deep = deepest;
+#pragma omp simd reduction(max : deep)
+  for (int lane = 0; lane < n; ++lane) {
+    b.rho[lane] = 1 / mass[lane];
+    const double overlap = gap[lane] < 0 ? -gap[lane] / smaller[lane] : 0;
+    deep = overlap > deep ? overlap : deep;
+  }
+  deepest = deep;
   if (flying) flights_of_round<d>(n, b.frame, lines, speed, apart, h, flight);
   repeat_last(b, gap, 1);
-  repeat_last(b, params, parameters);
+  if (!one_rule) repeat_last(b, params, parameters);
   if (const LawColumns& own = of_law[std::size_t(&b - system.batches.data())]; own.flight) { // commit asks for it
     std::fill_n(own.flight, n * d, 0.0);
     std::copy_n(flight, flying ? n : 0, own.flight);

@@ -11,12 +11,14 @@ namespace cairn {
 void Interactions::State::find_places(int threads) {
   const auto n = std::int64_t(system.candidate.size());
   place = scratch.take<std::int32_t>(n);
+  const Scratch::Mark searching = scratch.mark();
   const auto key_of = [&](std::int64_t c) { // dummies have none
     return system.candidate[c] < 0 ? ContactKey{-1, -1, 0, 0} : key(system.candidate[c]);
   };
   find_keys(memory.keys, n, key_of, threads, scratch, place);
   if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) follow_across_facets();
   if (!anchor_of.empty()) hand_on_broken();
+  scratch.release(searching);
 }
 
 // A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about

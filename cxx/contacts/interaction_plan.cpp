@@ -1,4 +1,6 @@
 // Which contact stands in which batch. It depends on the candidates and their order alone.
+#include <omp.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -15,6 +17,11 @@ void Interactions::State::load_bodies() {
   system.bodies = n;
   fit(system.record, n + 1);
   const bool space = dim() == 3, anisotropic = space && b.inverse_inertia.active;
+  // what planning alone reads is taken last, and given back before batches are laid out
+  kind = scratch.take<std::uint8_t>(contactors->count);
+  entry = scratch.take<std::int32_t>(candidates->count);
+  contact_class = scratch.take<std::uint16_t>(candidates->count);
+  planning = scratch.mark();
   degree = scratch.take<std::int32_t>(units()); // for the moment: 1 isotropic, 2 moves
   system.record[n] = cairn_record{};
   for (std::int64_t i = 0; i < n; ++i) {
@@ -37,7 +44,6 @@ void Interactions::State::load_bodies() {
     degree[i] = (isotropic ? 1 : 0) + (moves ? 2 : 0);
   }
   find_joints();
-  kind = scratch.take<std::uint8_t>(contactors->count);
   bool wide = false; // only round bodies centred on their contactor do without their further inertia
   for (std::int64_t c = 0; c < contactors->count; ++c) {
     bool centred = info(Shape(*contactors->shape[c])).ball();
@@ -85,28 +91,28 @@ void Interactions::State::load_further_inertia(std::int64_t n) {
 void Interactions::State::classify() {
   const Candidates& c = *candidates;
   const std::int64_t n = c.count;
-  entry = scratch.take<std::int32_t>(n);
-  contact_class = scratch.take<std::uint16_t>(n);
   std::fill_n(degree, units(), 0);
   impulse_components = dim();
   state_components = 0;
-  int known_a = -1, known_b = -1, e = -1; // many contacts in a row are of the same materials
+  int known_a = -1, known_b = -1, e = -1, law = 0; // many contacts in a row are of the same materials
+  const auto& material = contactors->material.values;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    const int ma = *contactors->material[a], mb = *contactors->material[b];
+    const int ma = material[std::size_t(a)], mb = material[std::size_t(b)];
     if (ma != known_a || mb != known_b) {
       e = laws->find(ma, mb);
+      law = e < 0 ? 0 : laws->entry(e).place;
       known_a = ma;
       known_b = mb;
     }
     if (e < 0)
       throw std::invalid_argument("no law for contacts between materials '" + laws->name(ma) + "' and '" +
                                   laws->name(mb) + "': declare one for this pair, or a default");
-    const int law = laws->entry(e).place;
+    const int kind_of_a = kind[a], kind_of_b = kind[b];
     entry[i] = e;
-    contact_class[i] = std::uint16_t((law * kinds + kind[a]) * kinds + kind[b]);
-    if (kind[a] & moving) ++degree[unit_of(a)];
-    if (kind[b] & moving) ++degree[unit_of(b)];
+    contact_class[i] = std::uint16_t((law * kinds + kind_of_a) * kinds + kind_of_b);
+    if (kind_of_a & moving) ++degree[unit_of(a)];
+    if (kind_of_b & moving) ++degree[unit_of(b)];
   }
   system.serial = false;
   bool asked = laws_commit = false;
@@ -135,6 +141,8 @@ void Interactions::State::plan() {
   plan_tiles();
   plan_hubs();
   plan_late();
+  scratch.release(planning);
+  find_places(system.schedule(omp_get_max_threads()).threads);
   lay_out();
 }
 
@@ -363,7 +371,7 @@ void Interactions::State::lay_out() {
   const std::size_t places = system.candidate.size();
   auto* body_a = scratch.take<std::int32_t>(places);
   auto* body_b = scratch.take<std::int32_t>(places);
-  auto* status = scratch.take<std::int32_t>(places);
+  auto* status = place; // which is read until batches are filled, before a solver writes a status
   std::size_t doubles = 0;
   const auto block = [](const cairn_batch& b) { return b.block ? b.components * b.components : 2; };
   const auto params = [](const cairn_batch& b) {

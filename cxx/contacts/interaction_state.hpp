@@ -92,10 +92,12 @@ struct Interactions::State {
 
   // What lasts from assembly to the next detection: batches and their numbers, and all arrays in the scratch below.
   Scratch scratch;
+  Scratch::Mark planning{}; // where what planning alone reads begins
   ContactSystem system;
   ContactMemory memory;
   std::vector<ContactKey> kept_keys;
-  std::int32_t* place = nullptr; // per batched contact: where it stands in the memory, -1 if it was not there
+  // Per batched contact, until batches are filled: where it stands in the memory, -1 if it was not there.
+  std::int32_t* place = nullptr;
   // Per candidate: its place among the anchors held in this step; -1 none; -2 - k: it goes on with what the memory's
   // key k left when it broke. Empty where no contact is anchored.
   std::vector<std::int32_t> anchor_of;
@@ -164,7 +166,9 @@ struct Interactions::State {
 
   int dim() const { return system.dim; }
   bool is_anchored(std::int64_t i) const { return !anchor_of.empty() && anchor_of[std::size_t(i)] >= 0; }
-  std::int32_t body(std::int32_t contactor) const { return *contactors->body[contactor]; } // below 0: mapped
+  std::int32_t body(std::int32_t contactor) const { // below 0: mapped
+    return contactors->body.values[std::size_t(contactor)];
+  }
   // Free velocities, or another field of them.
   Velocities free(const Bodies& from) const { return {from.velocity_free, meshes ? &nodes->velocity_free : nullptr}; }
   // What may not be moved by two contacts at once: bodies, then meshes.
@@ -216,7 +220,8 @@ struct Interactions::State {
   void fill();     // batches: their numbers
   void remember(); // impulses and states, for the next step
   ContactKey key(std::int64_t i) const {
-    return {*contactors->id[candidates->contactor_a[i]], *contactors->id[candidates->contactor_b[i]],
+    const auto& id = contactors->id.values;
+    return {id[std::size_t(candidates->contactor_a[i])], id[std::size_t(candidates->contactor_b[i])],
             candidates->feature[i], candidates->image[i]};
   }
   void count_cell_work();

@@ -59,4 +59,25 @@ TEST(KeySearch, FindsWhatIsThereWhateverTheOrder) {
   }
 }
 
+TEST(Scratch, WhatWasGivenBackIsTakenAgainAndOneBlockHoldsWhatWasAtHand) {
+  cairn::Scratch scratch;
+  const auto round = [&] {
+    scratch.begin();
+    scratch.take<double>(1000);
+    const cairn::Scratch::Mark mark = scratch.mark();
+    double* searching = scratch.take<double>(5000);
+    scratch.release(mark);
+    double* kept = scratch.take<double>(4000);
+    std::fill_n(kept, 4000, 1.0);
+    return kept == searching;
+  };
+  round(); // in several blocks
+  EXPECT_TRUE(round());
+  const std::int64_t settled = scratch.bytes(), needed = 8 * 6000;
+  EXPECT_GE(settled, needed);
+  EXPECT_LE(settled, needed + needed / 16 + 64);
+  EXPECT_TRUE(round());
+  EXPECT_EQ(scratch.bytes(), settled);
+}
+
 } // namespace

@@ -215,6 +215,28 @@ def test_free_rotation():
         np.testing.assert_allclose(now[k].as_matrix(), r.as_matrix(), rtol=0, atol=2e-4)
 
 
+@pytest.mark.parametrize("among", [1, 5, 64, 150])
+def test_bodies_that_keep_their_spin_turn_alike_in_any_company(among):
+    """Side by side with bodies at rest and bodies of other kinds, to the bits of each alone; by Rodrigues' formula."""
+    inertia = np.where(RNG.random((among, 1)) < 0.3, positive(among, 3), 1.0)
+    v, q = np.zeros((among, 6)), Rotation.random(among, random_state=among)
+    v[:, 3:] = some(among, 3) * 10.0 ** RNG.integers(-3, 4, (among, 1))
+    v[::7, 3:] = 0
+    momentum = some(among, 3)
+    begin = np.ascontiguousarray(np.roll(q.as_quat(), 1, axis=1))
+    together, alone, unsolved, h = begin.copy(), begin.copy(), np.empty(1, np.int64), 1e-2
+    kernel("cairn_rotate")(among, h, inertia, v, together, momentum, None, unsolved)
+    for k in range(among):
+        kernel("cairn_rotate")(1, h, inertia[k], v[k], alone[k], momentum[k], None, unsolved)
+    assert together.tobytes() == alone.tobytes()
+    round_ones = np.flatnonzero((inertia == 1).all(axis=1))
+    turned = Rotation.from_rotvec(h * v[round_ones, 3:]) * q[round_ones]
+    now = Rotation.from_quat(np.roll(together[round_ones], -1, axis=1))
+    np.testing.assert_allclose(now.as_matrix(), turned.as_matrix(), rtol=0, atol=1e-12)
+    still = np.intersect1d(round_ones, np.arange(0, among, 7))
+    assert (together[still] == begin[still]).all()
+
+
 def test_steps_of_spheres():
     """The kernels that know spheres alone, against those of any body; the records of contacts are made anew."""
     n, h, g = 6, 0.01, some(3)

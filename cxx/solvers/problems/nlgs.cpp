@@ -165,7 +165,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
         if (help) help->aim(next);
       }
     }
-    best.offer(error.square);
+    best.offer(error.square, report.iterations < options.max_iterations);
     velocity.follow(std::sqrt(error.square));
     if (!extrapolation.allowed()) relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;

@@ -25,13 +25,20 @@ bool faced(const cairn_batch& b) {
   return b.in_turn != 0 || has_faces(b.moves_a, b.mapped_a, b.side_a) || has_faces(b.moves_b, b.mapped_b, b.side_b);
 }
 
-// f(impulse, place) for every impulse there is
+// f(impulses, their number, place of the first) for every row of impulses there is, those of dummies too
 template <class F>
-void each(const ContactSystem& system, F&& f) {
+void each_row(const ContactSystem& system, F&& f) {
   std::size_t place = 0;
-  for (const cairn_batch& b : system.batches)
-    for (int k = 0; k < b.components; ++k)
-      for (int lane = 0; lane < b.contacts; ++lane) f(at(b, b.r, lane, k), place++);
+  const auto row = [&](double* r, std::size_t n) {
+    f(r, n, place);
+    place += n;
+  };
+  for (const cairn_batch& b : system.batches) {
+    const std::size_t lanes = std::size_t(b.count), components = std::size_t(b.components);
+    if (!b.pack) row(b.r, lanes * components);
+    for (std::size_t first = 0; b.pack && first < lanes; first += 8)
+      row(b.r + first * std::size_t(b.pack), 8 * components); // they stand at the end of a pack
+  }
 }
 
 } // namespace
@@ -99,21 +106,21 @@ void Extrapolation::lean_condensed() {
     }
 }
 
-BestImpulses::BestImpulses(ContactSystem& system) : system_(system), least_(std::numeric_limits<double>::infinity()) {
-  std::size_t numbers = 0;
-  for (const cairn_batch& b : system.batches) numbers += std::size_t(b.count) * b.components;
-  fit(system.best, numbers);
-}
+BestImpulses::BestImpulses(ContactSystem& system) : system_(system), least_(std::numeric_limits<double>::infinity()) {}
 
-void BestImpulses::offer(double error_square) {
+void BestImpulses::offer(double error_square, bool goes_on) {
   if (!(error_square < least_)) return;
-  least_ = error_square;
-  each(system_, [&](double& r, std::size_t place) { system_.best[place] = r; });
+  least_ = goes_on ? error_square : std::numeric_limits<double>::infinity(); // the last ones are at hand
+  if (!goes_on) return;
+  std::size_t numbers = 0;
+  for (const cairn_batch& b : system_.batches) numbers += std::size_t(b.count) * b.components;
+  fit(system_.best, numbers);
+  each_row(system_, [&](double* r, std::size_t n, std::size_t place) { std::copy_n(r, n, &system_.best[place]); });
 }
 
 bool BestImpulses::give_back(double error_square, const Velocities& velocity_free, const cairn_schedule& schedule) {
   if (!(least_ < std::numeric_limits<double>::infinity()) || error_square <= least_) return false;
-  each(system_, [&](double& r, std::size_t place) { r = system_.best[place]; });
+  each_row(system_, [&](double* r, std::size_t n, std::size_t place) { std::copy_n(&system_.best[place], n, r); });
   system_.load(velocity_free);
   cairn_add_impulses(&schedule);
   return true;

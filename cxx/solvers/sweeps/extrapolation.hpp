@@ -34,8 +34,8 @@ private:
 class BestImpulses {
 public:
   explicit BestImpulses(ContactSystem& system);
-  // Told of each error; keeps the impulses at hand if it is the smallest.
-  void offer(double error_square);
+  // Told of each error; keeps the impulses at hand if it is the smallest and more sweeps may follow.
+  void offer(double error_square, bool goes_on);
   // Gives them back where what is at hand is worse, records too. False: nothing changed.
   bool give_back(double error_square, const Velocities& velocity_free, const cairn_schedule& schedule);
 
