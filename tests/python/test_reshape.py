@@ -206,7 +206,7 @@ def test_what_cannot_be_reshaped_is_told():
 
 
 def test_a_checkpoint_of_what_was_reshaped_goes_on_to_the_same_bits(tmp_path):
-    """The same body is made deformable at the same step before the checkpoint is restored; else the file says what is missing."""
+    """The file holds the mesh and what body it was; a simulation that has it already keeps its own."""
     first = resting()
     for k in range(60):
         if k == 10:
@@ -214,15 +214,71 @@ def test_a_checkpoint_of_what_was_reshaped_goes_on_to_the_same_bits(tmp_path):
         if k == 30:
             first.checkpoint(tmp_path / "half")
         first.step()
-    again = resting()
-    with pytest.raises(cn.FileError, match="the mesh 'body 1' came in later"):
-        again.restore(tmp_path / "half")
+    again, has = resting(), resting()
     for _ in range(10):
-        again.step()
-    again.deform(1, mesh(rubber(), corner=(-0.5, 0.0)))
-    again.restore(tmp_path / "half")
-    for _ in range(30):
-        again.step()
+        has.step()
+    has.deform(1, mesh(rubber(), corner=(-0.5, 0.0)))
+    for sim in (has, again):
+        sim.restore(tmp_path / "half")
+        for _ in range(30):
+            sim.step()
+    assert np.array_equal(has.meshes[0].displacement, first.meshes[0].displacement)
     assert np.array_equal(again.meshes[0].displacement, first.meshes[0].displacement)
     assert again.rigidify(0) == 1 and first.rigidify(0) == 1
     assert np.allclose(again.bodies.velocity, first.bodies.velocity, rtol=0, atol=1e-12)
+
+
+def pushed(force, damping=0.3):
+    scene = cn.Scene(dim=2)
+    scene.add(cn.polygons([SQUARE], ROCK, position=[[2.0, 1.0]], velocity=(1.0, -2.0, 3.0), force=force, damping=damping))
+    return cn.Simulation(scene, 1e-3)
+
+
+@pytest.mark.parametrize(
+    "force",
+    [(300.0, 200.0, 50.0), lambda t: (300.0 * np.cos(5 * t), 200.0, 50.0), cn.Table([0.0, 1.0], [[0.0] * 3, [1e3, -2e3, 3e2]])],
+)
+def test_forces_and_damping_go_with_the_body_and_come_back(force):
+    """Force, torque about the centre of mass and damping act on the nodes as they did on the body, and on it again."""
+    rigid, other = pushed(force), pushed(force)
+    for k in range(250):
+        if k == 50:
+            other.deform(0, mesh(rubber()))
+        if k == 200:
+            other.rigidify(0)
+        rigid.step()
+        other.step()
+    before, after = momentum(rigid), momentum(other)
+    assert np.abs(before - momentum(pushed(force))).max() > 10
+    assert np.abs(after - before)[:2].max() < 1e-9 and abs(after[2] - before[2]) < 1e-4 * abs(before[2])
+    energy = other.info["energy"]
+    assert abs(energy["closure"]) < 1e-12 * energy["in_play"]
+
+
+def test_a_checkpoint_holds_what_a_deformed_body_was_given(tmp_path):
+    force = cn.Table([0.0, 1.0], [[0.0] * 3, [1e3, -2e3, 3e2]])
+    one = pushed(force)
+    one.step()
+    one.deform(0, mesh(rubber()))
+    for _ in range(5):
+        one.step()
+    one.checkpoint(tmp_path / "half")
+    two = pushed(force)
+    two.restore(tmp_path / "half")
+    for sim in (one, two):
+        for _ in range(5):
+            sim.step()
+    assert np.array_equal(one.meshes[0].velocity, two.meshes[0].velocity)
+    assert one.rigidify(0) == two.rigidify(0) == 0
+    for sim in (one, two):
+        for _ in range(5):
+            sim.step()
+    assert np.array_equal(one.bodies.velocity, two.bodies.velocity)
+
+
+def test_a_mesh_that_no_file_holds_is_asked_for(tmp_path):
+    one = pushed((1.0, 0.0, 0.0))
+    one.deform(0, mesh(rubber()), force=lambda t: {})
+    one.checkpoint(tmp_path / "half")
+    with pytest.raises(cn.FileError, match="the mesh 'body 0' came in later, with a function in Python"):
+        pushed((1.0, 0.0, 0.0)).restore(tmp_path / "half")

@@ -304,3 +304,22 @@ def test_ties_that_do_not_meet_are_told():
     with pytest.raises(ValueError, match="follows and is followed"):
         cn.tied({"under": under, "over": elastic((2, 3), (1.0, 0.5), (0.0, 0.5))},
                 [("over.bottom", "under.top"), ("under.top", "over.bottom")])  # fmt: skip
+
+
+@pytest.mark.parametrize("of", ["tied", "rigid"])
+def test_shapes_at_rest_and_problems_of_what_follows_are_refused(of):
+    """Both are made of bodies whose dofs are all their own; what was there stays as it was."""
+    body, more = (halves(), {}) if of == "tied" else (elastic(), {"rigid": "top"})
+    bottom = "under.bottom" if of == "tied" else "bottom"
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.deformable(body, ROCK, contact=bottom, **more))
+    scene.interact(ROCK, ROCK, cn.GapCoulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3)
+    sim.run(steps=3, progress=False)
+    before = sim.meshes[0].displacement.copy(), sim.meshes[0].velocity.copy()
+    with pytest.raises(ValueError, match="has ties or rigid parts"):
+        sim.problem()
+    with pytest.raises(ValueError, match="has ties or rigid parts: rest is found"):
+        cn.find_equilibrium(sim)
+    assert np.array_equal(before[0], sim.meshes[0].displacement) and np.array_equal(before[1], sim.meshes[0].velocity)
+    assert sim.step()["status"] == "converged"

@@ -136,6 +136,8 @@ class Rest:
         for mesh in simulation.meshes:
             if getattr(mesh.body, "solver", None) is not None:
                 raise ValueError(f"{mesh.name!r} has a solver of its own: rest is found of bodies that give their matrices")
+            if mesh.ties:
+                raise ValueError(f"{mesh.name!r} has ties or rigid parts: rest is found of bodies whose dofs are all their own")
             dofs = np.setdiff1d(np.arange(mesh.body.points.size), mesh.held)
             rows = mesh.rows
             at = np.full(mesh.body.points.size, -1)

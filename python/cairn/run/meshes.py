@@ -15,6 +15,7 @@ class Meshes:
         self._core, self.meshes, self._loaded = core, [], set()
         kept = {id(m.d): core.mesh_memory(k) for k, m in enumerate(before.meshes)} if before else {}
         self._core.forget_meshes()
+        self._call = simulation._call
         self._share = lambda: simulation.strategy.moved_by().scheme(1.0)["share"]
         self._origin = origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         for d, ids in sets_of_meshes(simulation):
@@ -54,16 +55,20 @@ class Meshes:
         for k, mesh in enumerate(self.meshes):
             if k in self._loaded:
                 continue
-            if mesh.d.force is None and not mesh.d.drive and not mesh.d.pressed and not mesh.d.displace:
+            d = mesh.d
+            if d.force is None and d.carried is None and not d.drive and not d.pressed and not d.displace:
                 self._loaded.add(k)
                 continue
             begin, end = mesh.load(t), mesh.load(t + h)
             held = mesh.held_velocity(t + h)
-            if mesh.d.pressed or mesh.d.displace:
+            if d.pressed or d.displace or d.carried:
                 scene = self._core.scene
                 rows = slice(*(scene.node_row(mesh.node_ids[0]) + np.array([0, len(mesh.node_ids)])))
                 x, v = scene.raw_node("position")[rows] + self._origin, scene.raw_node("velocity")[rows]
-                if mesh.d.pressed and not mesh.follows_pressure:
+                if d.carried:
+                    begin = begin + d.carried.of_nodes(mesh.body, x, t, self._call)
+                    end = end + d.carried.of_nodes(mesh.body, x + h * v, t + h, self._call)
+                if d.pressed and not mesh.follows_pressure:
                     begin, end = begin + mesh.pressure_load(t, x), end + mesh.pressure_load(t + h, x + h * v)
                 mesh.displaced_velocity(t, h, self._share(), (x - mesh.body.points).ravel(), v.ravel(), held)
                 self._core.load_mesh(k, begin, end, held)

@@ -12,6 +12,7 @@ from ..build.meshes import deformable
 from ..build.shapes import Hulls
 from ..build.solid import SolidBody
 from ..pre import checks
+from .carried_forces import carry, damping_of, force_of, rates_of, weights_of
 from .views import core_of
 
 
@@ -25,15 +26,19 @@ def deform(sim, id, body, *, material=None, **options):
     at = _pose(sim, id)
     base = _turned_since(s, row, at["rotation"], body.dim)
     large = getattr(body, "kinematics", "small") != "small"
-    weight = _weights(body)
+    weight = weights_of(body)
     mass = weight[:, 0].sum()
     own = body.points - weight[:, 0] @ body.points / mass
     turned = own @ base.T
     reference = at["position"] + (own if large else turned)
     factor = at["mass"] / mass
-    made = type(body)(**{**body.given, "points": reference, "density": _times(body.given["density"], factor)})
+    given = {**body.given, "points": reference, "density": _times(body.given["density"], factor)}
+    if damping := damping_of(s, row):
+        a, b = given.get("rayleigh", (0.0, 0.0))
+        given["rayleigh"] = (a + damping, b)
+    made = type(body)(**given)
     x = at["position"] + turned
-    rates = _rates(turned)
+    rates = rates_of(turned)
     velocity = _with_momentum(made, rates, np.concatenate([at["mass"] * at["velocity"], at["spin"]]))
     moving = 0.5 * np.sum(velocity.ravel() * (made.M @ velocity.ravel()))
     contactor = next(c for c in s.contactors if np.any(c.body == row))
@@ -43,6 +48,7 @@ def deform(sim, id, body, *, material=None, **options):
     given = {"contact": around[around >= 0], **sides, **options}
     shown = deformable(made, material or contactor.material, name=name, velocity=velocity, displacement=x - reference, **given)
     d = shown[0].mesh
+    carry(d, s, row)
     d.former = {"id": int(id), "set": s, "row": row, "base": np.eye(made.dim) if large else base, "own": own}
     with _Impulses(sim, [id]) as impulses:
         sim.remove([id])
@@ -62,10 +68,10 @@ def rigidify(sim, mesh, shape=None):
         raise ValueError(f"the mesh {d.name!r} was no rigid body before: give shape, a set of one body that stands where it is")
     dim = body.dim
     x, v = view.displacement + body.points, view.velocity
-    weight = _weights(body)[:, 0]
+    weight = weights_of(body)[:, 0]
     mass = weight.sum()
     centre = weight @ x / mass
-    rates = _rates(x - centre)
+    rates = rates_of(x - centre)
     momentum = rates.T @ (body.M @ v.ravel())
     before = 0.5 * np.sum(v.ravel() * (body.M @ v.ravel()))
     stored = _stored(sim, view)
@@ -86,9 +92,12 @@ def rigidify(sim, mesh, shape=None):
         one = replace(one, position=centre[None])
     factor = mass / one.mass[0]
     one = replace(one, mass=one.mass * factor, inertia=one.inertia * factor)
+    if former is not None and shape is not None:  # under its id again, it has what the set that it came in with gives it
+        damping = damping_of(former["set"], former["row"])
+        one = replace(one, force=force_of(former["set"], former["row"]), damping=damping or None)
     inertia = one.inertia[0]
     spin = momentum[dim:] / inertia[0] if dim == 2 else axes @ ((axes.T @ momentum[dim:]) / inertia)
-    one = replace(one, velocity=np.concatenate([momentum[:dim] / mass, spin])[None], driven=(), drive=None, force=None)
+    one = replace(one, velocity=np.concatenate([momentum[:dim] / mass, spin])[None], driven=(), drive=None)
     after = 0.5 * (momentum[:dim] @ momentum[:dim] / mass + spin @ momentum[dim:])
     with _Impulses(sim, view.all_ids) as impulses:
         sim.remove(view.all_ids)
@@ -114,11 +123,13 @@ class Watch:
             if value is not None:
                 checks.positive(name, value)
         self.ids, self.body, self.force, self.stress, self.back, self.options = list(ids), body, force, stress, back, options
-        self.meshes = {}  # Deformable by the id of the body that it was
+        self.meshes = {}  # Deformable by the id of the body that it was, those of a restored checkpoint too
 
     def look(self, sim):
         """After a step: what is above its threshold."""
         h = sim.report.get("dt", 0.0)
+        formers = [(getattr(m._mesh.d, "former", None) or {}).get("id") for m in sim.meshes]
+        self.meshes = {i: m._mesh.d for i, m in zip(formers, sim.meshes) if i in self.ids}
         if not h or not core_of(sim).contact_count and not self.meshes:
             return
         contacts = core_of(sim).contact("bodies"), core_of(sim).contact("impulse") / h, core_of(sim).contact("point")
@@ -340,26 +351,6 @@ def _nearest_turn(own, x, weight):
     flip = np.eye(own.shape[1])
     flip[-1, -1] = np.sign(np.linalg.det(u @ v))
     return (u @ flip @ v).T
-
-
-def _weights(body):
-    """What each node counts for in the momentum along each axis, (n, dim) [kg]."""
-    ones = np.tile(np.eye(body.dim), (len(body.points), 1))
-    full = body.M @ ones
-    return np.stack([full[axis :: body.dim, axis] for axis in range(body.dim)], axis=1)
-
-
-def _rates(arm):
-    """Velocities (n dofs, 3 | 6) of nodes by those of a rigid body: along the axes, then spins."""
-    n, dim = arm.shape
-    out = np.zeros((n, dim, 3 * dim - 3))
-    out[:, range(dim), range(dim)] = 1
-    if dim == 2:
-        out[:, 0, 2], out[:, 1, 2] = -arm[:, 1], arm[:, 0]
-    else:
-        for k in range(3):
-            out[:, :, 3 + k] = np.cross(np.eye(3)[k], arm)
-    return out.reshape(n * dim, -1)
 
 
 def _with_momentum(body, rates, momentum):

@@ -9,6 +9,7 @@ from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks
 from . import time_functions
+from .sets import mesh_from_dict
 
 
 def restore(sim, path):
@@ -63,10 +64,7 @@ def _content(sim, path, content):
     known, start = sim._sets, sim._sets_seen
     sim.check_state(content["state"], len(names))
     of_ids = {s.ids.tobytes(): s for s in known[start:]}
-    later = [
-        _later_from_dict(path, dim, d, of_ids.get(np.asarray(d["ids"], np.int64).tobytes()))
-        for _, d in sorted(content["later"].items())
-    ]
+    later = _later(path, dim, [d for _, d in sorted(content["later"].items())], of_ids, known[:start])
     rules, species = rules_from_dict(content["rules"]), {pair: k for k, pair in enumerate(names)}
     sets = [*known[:start], *later]
     sim.scene.law_table(species, rules, sets)
@@ -80,11 +78,29 @@ def _text(value):
     return value
 
 
+def _later(path, dim, content, of_ids, first):
+    """The sets that came in after the first, again; of_ids: those of the simulation that reads, by their ids."""
+    out, k = [], 0
+    while k < len(content):
+        d = content[k]
+        known = of_ids.get(np.asarray(d["ids"], np.int64).tobytes())
+        if "made" in d and (known is None or known.mesh is None or known.mesh.name != d["mesh"]):
+            end = k + 1
+            while end < len(content) and content[end].get("mesh") == d["mesh"] and "made" not in content[end]:
+                end += 1
+            out += mesh_from_dict(d, [part["ids"] for part in content[k:end]], [*first, *out])
+            k = end
+            continue
+        out.append(_later_from_dict(path, dim, d, known))
+        k += 1
+    return out
+
+
 def _later_from_dict(path, dim, d, known):
     """The set again; `known` is the one at the same place in the simulation that reads, for its Python functions."""
     if "mesh" in d:
         if known is None or known.mesh is None or known.mesh.name != d["mesh"]:
-            told = f"the mesh {d['mesh']!r} came in later, and a checkpoint holds no mesh"
+            told = f"the mesh {d['mesh']!r} came in later, with a function in Python or a solver of its own, which no file holds"
             raise FileError(path, told, "add, or deform, the same bodies before restore")
         return known
     n, values = len(d["ids"]), {}

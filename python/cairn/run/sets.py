@@ -5,17 +5,54 @@ import numpy as np
 from . import time_functions
 
 
-def later_to_dict(s):
-    """What a checkpoint says of bodies that came in, or were driven, after the start."""
+def later_to_dict(s, sets):
+    """What a checkpoint says of bodies that came in, or were driven, after the start; sets: all of the simulation, in order."""
     out = {"ids": s.ids, "driven": ",".join(s.driven), "carrier": s.mass is None}
     if s.mesh is not None:
         out["mesh"] = s.mesh.name
+        if next(other for other in sets if other.mesh is s.mesh) is s:  # its sides come with it
+            out |= _mesh_to_dict(s.mesh, sets)
     for name in ("drive", "force", "damping"):
         value = getattr(s, name)
         if value is not None:
             function = callable(value) and not hasattr(value, "to_dict")
             out[name] = {"kind": "python"} if function else time_functions.to_dict(name, value)
     return out
+
+
+def _mesh_to_dict(d, sets):
+    """What a Deformable was made of, if a file can hold it, and what rigid body it was."""
+    from ..build.mesh_files import to_dict
+
+    try:
+        out = {"made": to_dict(d)}
+    except ValueError:  # of a function in Python, a solver of another code: it is to be added before restore
+        return {}
+    former = getattr(d, "former", None)
+    if former is not None:
+        place = next(k for k, s in enumerate(sets) if s is former["set"])
+        out["former"] = {**{name: former[name] for name in ("id", "row", "base", "own")}, "set": place}
+    return out
+
+
+def mesh_from_dict(content, ids, sets):
+    """The sets of a mesh that came in later, with the ids of each; sets: those before it."""
+    from ..build.mesh_files import from_dict
+    from .carried_forces import carry
+
+    made = from_dict(content["made"])
+    if len(made) != len(ids):
+        raise ValueError(f"{len(ids)} sets of a mesh that has {len(made)}")
+    for s, of in zip(made, ids):
+        if len(of) < len(s):
+            raise ValueError(f"{len(of)} ids of {len(s)} nodes")
+        s.ids = np.asarray(of, np.int64)
+    if "former" in content:
+        former = dict(content["former"])
+        former["set"] = sets[former["set"]]
+        made[0].mesh.former = former
+        carry(made[0].mesh, former["set"], former["row"])
+    return made
 
 
 def ids_of(scene):

@@ -449,7 +449,7 @@ class Simulation(Spelt):
                 "scene": self._fingerprint(),
                 "core_scene": self._core_scene,  # by which C and Fortran know the scene
                 "materials": len(self._species),
-                "later": {f"{k:06d}": later_to_dict(s) for k, s in enumerate(self._sets[self._sets_seen :])},
+                "later": {f"{k:06d}": later_to_dict(s, self._sets) for k, s in enumerate(self._sets[self._sets_seen :])},
             },
         )
 
