@@ -1,7 +1,8 @@
 !> Joints: two frames that their bodies carry, some components of whose relative velocity vanish. Errors of the frames that are
 !> blocked are undone within the step. One component more, the coordinate of the joint, may be between limits, and driven by a
 !> motor whose force is bounded:
-!>   u + error/h = 0 of what is blocked,   lowest <= along + h u <= highest,   |r| <= h effort until u = speed.
+!>   u + error/h = 0 of what is blocked,   lowest <= along + h u <= highest,   |r| <= h effort until u = speed,
+!> beside a spring with a dashpot, whose force is that at the theta-mean of the step, so that theta 1/2 keeps its energy.
 !> It breaks at the end of a step whose force reaches its strength.
 !> Components: 2D n, t, rotation; 3D n, t, s, rotations about them. n is the axis of the joint.
 module joint
@@ -10,9 +11,12 @@ module joint
   implicit none
   private
   public :: cairn_law_joint_prepare, cairn_law_joint_solve, cairn_law_joint_commit, cairn_law_joint_residual
-  integer, parameter :: own = 11 !< parameters: see below; of the axis and the span those who measure the frames know
+  public :: cairn_law_joint_energy
+  integer, parameter :: own = 14 !< parameters: see below; of the axis and the span those who measure the frames know
   integer, parameter :: p_blocked = 1, p_free = 2, p_lowest = 6, p_highest = 7, p_speed = 8, p_effort = 9, p_strength = 10
-  integer, parameter :: s_held = 1, s_error = 2, s_along = 8
+  integer, parameter :: p_stiffness = 12, p_damping = 13, p_rest = 14
+  integer, parameter :: s_held = 1, s_error = 2, s_along = 8, s_drag = 9, s_pull = 10, s_begin = 11, s_driven = 12
+  integer, parameter :: states = 12
 contains
 
   subroutine cairn_law_joint_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
@@ -20,17 +24,34 @@ contains
     integer(c_int32_t), value           :: c                !< components: 3 in 2D, 6 in 3D
     type(cairn_law_context), intent(in) :: context          !< step
     real(c_double), intent(in)          :: gap(n)           !< not asked for [m]
-    real(c_double), intent(in)          :: u_begin(n, c)    !< not asked for [m/s]
+    real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, own)   !< blocked components as bits, coordinate or 0, axis, limits [m, rad],
-    !< speed [m/s, rad/s], effort [N, N m], strength [N], 1 if n is the line between the points
-    real(c_double), intent(inout)       :: state(n, 8)      !< above 0: whole; errors of n, t, s [m], about them [rad]; coordinate
+    !< speed [m/s, rad/s], effort [N, N m], strength [N], 1 if n is the line between the points, stiffness [N/m, N m/rad],
+    !< damping [N s/m, N m s/rad] and rest [m, rad] of the spring
+    real(c_double), intent(inout)       :: state(n, states) !< above 0: whole; errors of n, t, s [m], about them [rad];
+    !< coordinate; spring's impulse -(drag u + pull) [kg, N s]; velocity at the start of the step; work of the motor in it [J]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< none [-]
-    integer :: i, k
+    real(c_double) :: begin, end_share
+    integer :: i, k, f
     bias = 0
     compliance = 0
     mu = 0
+    end_share = context%theta
+    do i = 1, n
+      state(i, s_drag:s_begin) = 0
+      f = nint(params(i, p_free))
+      if (f < 1 .or. .not. state(i, s_held) > 0) cycle
+      begin = u_begin(i, f)
+      state(i, s_begin) = begin
+      if (.not. (params(i, p_stiffness) > 0 .or. params(i, p_damping) > 0)) cycle
+      ! the coordinate stands where the step measures it, (1 - theta) h after its begin
+      state(i, s_drag) = context%h*end_share*(params(i, p_stiffness)*end_share*context%h + params(i, p_damping))
+      state(i, s_pull) = context%h*(params(i, p_stiffness)*(state(i, s_along) - params(i, p_rest) - &
+                                                            (1 - end_share)**2*context%h*begin) + &
+                                    params(i, p_damping)*(1 - end_share)*begin)
+    end do
     do k = 1, c
       do i = 1, n
         if (state(i, s_held) > 0 .and. blocks(params(i, p_blocked), k)) bias(i, k) = state(i, place(c, k))/context%h
@@ -46,7 +67,7 @@ contains
     real(c_double), intent(in)    :: u_free(n, c)       !< relative velocity with r = 0 here, bias included [m/s]
     real(c_double), intent(in)    :: bias(n, c)         !< in u_free [m/s]
     real(c_double), intent(in)    :: params(n, own + 4) !< see prepare; step, geometry
-    real(c_double), intent(in)    :: state(n, 8)        !< see prepare
+    real(c_double), intent(in)    :: state(n, states)   !< see prepare
     real(c_double), intent(inout) :: r(n, c)            !< impulse [N s], then moment [N m s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
     real(c_double) :: block(c, c), of_free(c), of_unit(c), q, s
@@ -63,7 +84,7 @@ contains
         q = u_free(i, f) + dot_product(w(i, f, :), of_free)
         s = w(i, f, f) + dot_product(w(i, f, :), of_unit)
         if (s > 16*epsilon(s)*w(i, f, f)) then
-          s = along_coordinate(q, s, params(i, :), params(i, own + 1), state(i, s_along))
+          s = along_coordinate(q, s, params(i, :), params(i, own + 1), state(i, :))
           of_free = of_free + s*of_unit
           of_free(f) = s
         end if
@@ -72,20 +93,25 @@ contains
     end do
   end subroutine cairn_law_joint_solve
 
-  !> Impulse along the coordinate: the motor's, and what keeps it between its limits.
-  pure real(c_double) function along_coordinate(q, s, p, h, x) result(r)
-    real(c_double), intent(in) :: q    !< velocity without it [m/s]
-    real(c_double), intent(in) :: s    !< what a unit of it adds [1/kg]
-    real(c_double), intent(in) :: p(*) !< parameters
-    real(c_double), intent(in) :: h    !< step [s]
-    real(c_double), intent(in) :: x    !< coordinate at the begin [m]
-    real(c_double) :: u
+  !> Impulse along the coordinate: the motor's, what keeps it between its limits, and the spring's.
+  pure real(c_double) function along_coordinate(q, s, p, h, state) result(r)
+    real(c_double), intent(in) :: q        !< velocity without it [m/s]
+    real(c_double), intent(in) :: s        !< what a unit of it adds [1/kg]
+    real(c_double), intent(in) :: p(*)     !< parameters
+    real(c_double), intent(in) :: h        !< step [s]
+    real(c_double), intent(in) :: state(*) !< see prepare
+    real(c_double) :: u, x, free, unit
+    x = state(s_along)
+    unit = s/(1 + s*state(s_drag)) ! beside the spring
+    free = (q - s*state(s_pull))/(1 + s*state(s_drag))
     r = 0
-    if (p(p_effort) > 0) r = min(max((p(p_speed) - q)/s, -h*p(p_effort)), h*p(p_effort))
-    u = q + s*r
-    if (x + h*u > p(p_highest)) r = ((p(p_highest) - x)/h - q)/s
-    u = q + s*r
-    if (x + h*u < p(p_lowest)) r = ((p(p_lowest) - x)/h - q)/s
+    if (p(p_effort) > 0) r = min(max((p(p_speed) - free)/unit, -h*p(p_effort)), h*p(p_effort))
+    u = free + unit*r
+    if (x + h*u > p(p_highest)) r = ((p(p_highest) - x)/h - free)/unit
+    u = free + unit*r
+    if (x + h*u < p(p_lowest)) r = ((p(p_lowest) - x)/h - free)/unit
+    u = free + unit*r
+    r = r - (state(s_drag)*u + state(s_pull))
   end function along_coordinate
 
   !> F of what is blocked: each component by its own part of W. Of the coordinate: what its own equation gives beside it.
@@ -99,7 +125,7 @@ contains
     real(c_double), intent(in)          :: bias(n, c)         !< in u [m/s]
     real(c_double), intent(in)          :: r(n, c)            !< impulse [N s]
     real(c_double), intent(in)          :: params(n, own + 4) !< see prepare; step, geometry
-    real(c_double), intent(in)          :: state(n, 8)        !< see prepare
+    real(c_double), intent(in)          :: state(n, states)   !< see prepare
     real(c_double), intent(out)         :: f(n, c)            !< [N s]
     real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
     integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
@@ -114,7 +140,7 @@ contains
           f(i, k) = u(i, k)/w(i, k, k)
         else if (k == nint(params(i, p_free))) then
           f(i, k) = r(i, k) - along_coordinate(u(i, k) - w(i, k, k)*r(i, k), w(i, k, k), params(i, :), params(i, own + 1), &
-                                               state(i, s_along))
+                                               state(i, :))
         end if
       end do
     end do
@@ -128,13 +154,50 @@ contains
     real(c_double), intent(in)          :: u(n, c)        !< not asked for [m/s]
     real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
     real(c_double), intent(in)          :: params(n, own) !< see prepare
-    real(c_double), intent(inout)       :: state(n, 8)    !< see prepare
-    integer :: i, d
+    real(c_double), intent(inout)       :: state(n, states)    !< see prepare
+    real(c_double) :: most, motor
+    integer :: i, d, f
     d = merge(2, 3, c == 3)
     do i = 1, n
+      state(i, s_driven) = 0
+      f = nint(params(i, p_free))
+      if (f > 0 .and. state(i, s_held) > 0) then
+        ! what is beyond the motor's effort is a limit's
+        most = context%h*params(i, p_effort)
+        motor = min(max(r(i, f) + state(i, s_drag)*u(i, f) + state(i, s_pull), -most), most)
+        state(i, s_driven) = motor*(u(i, f) + state(i, s_begin))/2
+      end if
       if (norm2(r(i, :d)) >= context%h*params(i, p_strength)) state(i, s_held) = 0
     end do
   end subroutine cairn_law_joint_commit
+
+  !> Of the spring; that of a joint that broke is spent.
+  subroutine cairn_law_joint_energy(n, c, context, gap, u, r, params, state_begin, state, energy) bind(c)
+    integer(c_int32_t), value           :: n              !< contacts
+    integer(c_int32_t), value           :: c              !< components
+    type(cairn_law_context), intent(in) :: context        !< step
+    real(c_double), intent(in)          :: gap(n)         !< not asked for [m]
+    real(c_double), intent(in)          :: u(n, c)        !< relative velocity at the end of the step [m/s]
+    real(c_double), intent(in)          :: r(n, c)        !< not asked for [N s]
+    real(c_double), intent(in)          :: params(n, own) !< see prepare
+    real(c_double), intent(in)          :: state_begin(n, states), state(n, states) !< see prepare
+    real(c_double), intent(out)         :: energy(n, 4)   !< see cairn/core.h [J]
+    real(c_double) :: now, was, spent, begin, mean
+    integer :: i, f
+    energy = 0
+    do i = 1, n
+      f = nint(params(i, p_free))
+      if (f < 1 .or. .not. state_begin(i, s_held) > 0) cycle
+      begin = state(i, s_begin)
+      was = params(i, p_stiffness)*(state(i, s_along) - (1 - context%theta)*context%h*begin - params(i, p_rest))**2/2
+      now = params(i, p_stiffness)*(state(i, s_along) + context%theta*context%h*u(i, f) - params(i, p_rest))**2/2
+      mean = context%theta*u(i, f) + (1 - context%theta)*begin
+      spent = max(0.0_c_double, context%h*params(i, p_damping)*mean*(u(i, f) + begin)/2)
+      energy(i, merge(2, 3, f == 1)) = now - was + spent
+      energy(i, 1) = merge(now, 0.0_c_double, state(i, s_held) > 0)
+      energy(i, 4) = spent + now - energy(i, 1)
+    end do
+  end subroutine cairn_law_joint_energy
 
   pure logical function blocks(mask, k)
     real(c_double), intent(in) :: mask

@@ -84,8 +84,8 @@ struct PluggedFault {
 };
 
 // Parameters of joints that whoever measures their frames asks for: see joint.f90.
-inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_speed = 7, joint_effort = 8,
-                     joint_spans = 10;
+inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_spans = 10;
+inline constexpr int joint_driven = 11; // of its state
 
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }

@@ -95,20 +95,13 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
     for (int lane = 0; lane < b.contacts; ++lane)
       if (!std::isfinite(b.state[s * n + lane]))
         fault.note(std::int32_t(which), lane, s, "state", b.state[s * n + lane]);
-  for (int lane = 0; lane < b.contacts && law.joins; ++lane) {
-    const double effort = own.context.h * params[joint_effort * n + lane], given = 0.5 * b.scale[lane];
-    const int coordinate = int(params[joint_coordinate * n + lane]) - 1;
-    if (coordinate < 0 || !(effort > 0)) continue;
-    // nothing but the coordinate does work; what is beyond the motor's effort is a limit's
-    const double all = std::abs(r[coordinate * n + lane]), driven = all > effort ? given * (effort / all) : given;
-    commits[which].driven += driven;
-    commits[which].created += std::max(0.0, given - driven) - std::max(0.0, given);
-  }
   if (!law.energy) return;
   law.energy(n, c, &own.context, gap, u, r, params, before, b.state, own.energy);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const double* e = own.energy + lane;
-    const double taken = e[n] + e[2 * n], given = 0.5 * b.scale[lane];
+    const double driven = law.joins ? b.state[joint_driven * n + lane] : 0; // by its motor, which is work from outside
+    const double taken = e[n] + e[2 * n] - driven, given = 0.5 * b.scale[lane];
+    commits[which].driven += driven;
     for (int k = 0; k < 4 && law.plugged(); ++k)
       if (!std::isfinite(e[k * n])) fault.note(std::int32_t(which), lane, k, "energy", e[k * n]);
     commits[which].stored += e[0];

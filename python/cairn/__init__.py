@@ -15,7 +15,7 @@ from . import _core, names, pre
 from ._core import Error
 from .build import laws
 from .build.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
-from .build.joints import Ball, Distance, Fixed, Hinge, Motor, Pivot, Slider
+from .build.joints import Ball, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
 from .build.laws import Law
 from .build.materials import Material
 from .build.missing_laws import MissingLawWarning
@@ -101,6 +101,7 @@ __all__ = [
     "Simulation",
     "SmoothDEM",
     "Slider",
+    "Spring",
     "StableStepWarning",
     "Table",
     "box",

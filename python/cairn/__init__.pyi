@@ -37,6 +37,7 @@ from .build.joints import Hinge as Hinge
 from .build.joints import Motor as Motor
 from .build.joints import Pivot as Pivot
 from .build.joints import Slider as Slider
+from .build.joints import Spring as Spring
 from .build.laws import Law as Law
 from .build.materials import Material as Material
 from .build.meshes import LinearBody as LinearBody
@@ -283,6 +284,9 @@ class Joint(Law):
         effort: float = 0.0,
         strength: float = ...,
         spans: float = 0.0,
+        stiffness: float = 0.0,
+        damping: float = 0.0,
+        rest: float = 0.0,
     ) -> None: ...
 
 class IsotropicElastic(BulkMaterial):

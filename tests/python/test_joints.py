@@ -254,3 +254,103 @@ def test_wrong_joints_are_told(make, told):
     scene, _ = scene_of(2, [[0.1, 0.0]])
     with pytest.raises(ValueError, match=told):
         make(scene)
+
+
+def sprung(dim, kind, h, damping=0.0, stiffness=1e4):
+    """A round body on a spring that begins with a speed; simulation, mass or inertia, frequency."""
+    make, size = (cn.disks, np.pi * 0.05**2) if dim == 2 else (cn.spheres, 4 / 3 * np.pi * 0.05**3)
+    mass, begin = 7800.0 * size, np.eye(3 * dim - 3)[2 if kind == "pivot" else 0]
+    scene, spring, zero = cn.Scene(dim=dim), cn.Spring(stiffness, damping), np.zeros(dim)
+    ball = scene.add(make([zero], 0.05, cn.Material("steel", density=7800.0), velocity=[0.1 * begin]))[0]
+    if kind == "pivot":
+        mass *= 0.05**2 / 2
+        joint = cn.Pivot(point=zero, spring=spring)
+    elif kind == "slider":
+        joint = cn.Slider(point=zero, axis=np.eye(dim)[0], spring=spring)
+    else:
+        joint = cn.Distance(points=[zero, 2 * np.eye(dim)[0]], spring=spring)
+    scene.join(ball, None, joint)
+    frequency = np.sqrt(stiffness / mass)
+    return cn.Simulation(scene, dt=h / frequency), mass, frequency
+
+
+@pytest.mark.parametrize("dim, kind", [(2, "slider"), (3, "slider"), (2, "pivot"), (2, "distance"), (3, "distance")])
+def test_a_spring_keeps_its_energy_and_its_period(dim, kind):
+    worst = []
+    for h in (0.1, 0.05):
+        sim, mass, frequency = sprung(dim, kind, h)
+        seen = []
+        for _ in range(round(10 / h)):
+            sim.step()
+            terms = sim.info["energy"]
+            assert terms["kinetic"] + terms["stored"] == pytest.approx(0.5 * mass * 0.1**2, rel=1e-11)
+            assert abs(terms["closure"]) <= 1e-12 * terms["in_play"]
+            seen.append(sim.bodies.rotation[0] if kind == "pivot" else sim.bodies.position[0, 0])
+        t = h * np.arange(1, len(seen) + 1)
+        worst.append(np.abs(np.ravel(seen) * frequency / 0.1 - np.sin(t)).max())
+    assert worst[0] < 0.01 and worst[1] < 0.27 * worst[0]  # of second order
+
+
+def test_a_dashpot_spends_what_the_spring_loses():
+    sim, mass, frequency = sprung(2, "slider", 0.02, damping=50.0)
+    share, last = 50.0 / (2 * mass * frequency), 0.0
+    for _ in range(200):
+        sim.step()
+        terms = sim.info["energy"]
+        assert terms["released"] >= last and abs(terms["closure"]) <= 1e-12 * terms["in_play"]
+        last = terms["released"]
+    assert terms["kinetic"] + terms["stored"] + last == pytest.approx(0.5 * mass * 0.1**2, rel=1e-11)
+    t, slower = 200 * 0.02, np.sqrt(1 - share**2)
+    assert sim.bodies.position[0, 0] * frequency / 0.1 == pytest.approx(
+        np.exp(-share * t) * np.sin(slower * t) / slower, abs=2e-3
+    )
+
+
+def test_a_spring_far_shorter_than_the_step_stays_bounded():
+    sim, mass, _ = sprung(2, "slider", 1e3)
+    for _ in range(100):
+        assert sim.step()["status"] == "converged"
+        terms = sim.info["energy"]
+        assert terms["kinetic"] + terms["stored"] == pytest.approx(0.5 * mass * 0.1**2, rel=1e-6)
+
+
+def test_springs_rest_where_they_are_told_whichever_body_comes_first():
+    """A bar hangs level on a torsion spring: m g l/2 = k (rest - angle)."""
+    steel, ends = cn.Material("steel", density=7800.0), []
+    for swapped in (False, True):
+        scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+        post = cn.disks([[0.0, 0.0]], 0.01, steel, driven=("vx", "vy", "w"))
+        bar = cn.polygons([np.array([[0.0, -0.01], [0.4, -0.01], [0.4, 0.01], [0.0, 0.01]])], steel)
+        first, second = scene.add(bar, post) if swapped else scene.add(post, bar)
+        post_id, bar_id = (second, first) if swapped else (first, second)
+        torque = 0.4 * 0.02 * 7800.0 * 9.81 * 0.2
+        scene.join(bar_id, post_id, cn.Pivot(point=(0.0, 0.0), spring=cn.Spring(torque / 0.2, damping=20.0, rest=0.2)))
+        scene.interact("*", "*", None)
+        sim = cn.Simulation(scene, dt=2e-3)
+        for _ in range(1500):
+            sim.step()
+        ends.append(float(np.ravel(sim.bodies.rotation)[0 if swapped else 1]))
+    # level is an angle of 0, where cos = 1
+    np.testing.assert_allclose(ends, 0.0, atol=1e-6)
+
+
+def test_a_wheel_on_its_own_centre_knows_how_far_it_turned():
+    """Round bodies have no rotation unless somebody asks: limits do."""
+    scene = cn.Scene(dim=2)
+    wheel = scene.add(cn.disks([[0.0, 0.0]], 0.05, cn.Material("steel", density=7800.0), velocity=[[0.0, 0.0, 1.0]]))[0]
+    scene.join(wheel, None, cn.Pivot(point=(0.0, 0.0), limits=(-0.1, 0.1)))
+    sim = cn.Simulation(scene, dt=1e-2)
+    for _ in range(30):
+        sim.step()
+    assert float(np.ravel(sim.bodies.rotation)[0]) == pytest.approx(0.1, abs=1e-9)
+
+
+@pytest.mark.parametrize("given, said", [
+    (lambda: cn.Spring(-1.0), "stiffness of Spring is -1"),
+    (lambda: cn.Spring(1.0, damping=-2.0), "damping of Spring is -2"),
+    (lambda: cn.Spring(np.inf), "stiffness of Spring"),
+    (lambda: cn.Spring(1.0, rest=np.nan), "rest of Spring"),
+])  # fmt: skip
+def test_springs_that_cannot_be(given, said):
+    with pytest.raises(ValueError, match=said):
+        given()

@@ -178,23 +178,25 @@ def test_bonds(c):
 
 @pytest.mark.parametrize("c", [3, 6])
 def test_joints(c):
-    """What is blocked comes to rest, what is free gets nothing; motor, limits and residual by the condition that they state."""
+    """What is blocked comes to rest, what is free gets nothing; motor, limits, spring and residual by what they state."""
     n, h = 16, 0.01
     blocked, free = (0b011, 3) if c == 3 else (0b110111, 4)
     root = some(n, c, c)
     w = np.ascontiguousarray((root @ root.transpose(0, 2, 1) + np.eye(c)).transpose(2, 1, 0))
-    u, gap, u_begin = some(c, n), np.zeros(n), np.zeros((c, n))
-    state = np.zeros((8, n))
+    u, gap, u_begin = some(c, n), np.zeros(n), some(c, n)
+    state = np.zeros((12, n))
     state[0], state[1:7], state[7] = np.arange(n) < 14, 1e-3 * some(6, n), 0.1 * some(n)
-    params = np.zeros((15, n))
+    params = np.zeros((18, n))
     params[0], params[1], params[2] = blocked, free, 1
+    sprung = np.arange(n) % 8 > 3
+    params[11], params[12], params[13] = np.where(sprung, positive(n) * 1e3, 0), np.where(sprung, positive(n), 0), 0.1 * some(n)
     params[5], params[6] = np.where(np.arange(n) % 4 == 0, state[7] + 1e-3, -np.inf), np.inf
     params[6] = np.where(np.arange(n) % 4 == 1, state[7] - 1e-3, params[6])
     params[7], params[8], params[9] = some(n), np.where(np.arange(n) % 4 > 1, 10.0 ** RNG.integers(-3, 4, n), 0.0), 2.0
-    params[11] = h
+    params[14] = h
     bias, compliance, mu = np.empty((c, n)), np.empty((c, n)), np.empty(n)
     context = Context(h, 0.5, positive(3, n).ctypes.data, None)
-    own = np.ascontiguousarray(params[:11])
+    own = np.ascontiguousarray(params[:14])
     kernel("cairn_law_joint_prepare", "cairn_law_prepare")(n, c, context, gap, u_begin, own, state, bias, compliance, mu)
     where = [1, 2, 4] if c == 3 else [1, 2, 3, 4, 5, 6]
     held, bits = state[0] > 0, np.array([blocked >> k & 1 for k in range(c)], bool)
@@ -213,7 +215,9 @@ def test_joints(c):
     np.testing.assert_allclose((f * weight)[bits][:, held], 0.1, rtol=1e-8)
     for i in np.flatnonzero(held):
         assert np.abs(after[bits, i]).max() < 1e-10
-        x, push = state[7, i] + h * after[free - 1, i], r[free - 1, i]
+        begin, end = u_begin[free - 1, i], after[free - 1, i]
+        spring = params[11, i] * (state[7, i] + h * (end - begin) / 4 - params[13, i]) + params[12, i] * (end + begin) / 2
+        x, push = state[7, i] + h * end, r[free - 1, i] + h * spring
         low, high, speed, effort = params[5, i], params[6, i], params[7, i], h * params[8, i]
         if i % 4 == 0:  # pushed up to its lower limit
             assert x >= low - 1e-12 and push >= -1e-12 and min(x - low, push) < 1e-10
@@ -221,11 +225,28 @@ def test_joints(c):
             assert x <= high + 1e-12 and push <= 1e-12 and min(high - x, -push) < 1e-10
         else:
             slip = after[free - 1, i] - speed
-            assert abs(push) <= effort * (1 + 1e-12)
-            assert abs(slip) < 1e-9 or push == pytest.approx(-np.sign(slip) * effort)
+            rounding = 1e-14 * abs(h * spring)
+            assert abs(push) <= effort * (1 + 1e-12) + rounding
+            assert abs(slip) < 1e-9 or push == pytest.approx(-np.sign(slip) * effort, abs=rounding)
+    before = state.copy()
     kernel("cairn_law_joint_commit", "cairn_law_commit")(n, c, context, gap, after, r, own, state)
     d = 2 if c == 3 else 3
     assert np.array_equal(state[0] > 0, held & (np.linalg.norm(r[:d], axis=0) < h * 2.0))
+    energy = np.empty((4, n))
+    kernel("cairn_law_joint_energy", "cairn_law_energy")(n, c, context, gap, after, r, own, before, state, energy)
+    energy_of_joints(h, own, u_begin[free - 1], after[free - 1], r[free - 1], before, state, energy)
+
+
+def energy_of_joints(h, params, begin, end, r, before, state, energy):
+    """What springs hold and dashpots take, and the work of motors, at theta 1/2."""
+    held, mean = before[0] > 0, (begin + end) / 2
+    was, now = (held * params[11] * (before[7] + share * h * u - params[13]) ** 2 / 2 for share, u in ((-0.5, begin), (0.5, end)))
+    lost = held * h * params[12] * mean**2
+    np.testing.assert_allclose(energy[0], now * (state[0] > 0), **CLOSE)
+    np.testing.assert_allclose(energy[1] + energy[2], now - was + lost, **CLOSE)
+    np.testing.assert_allclose(energy[3], lost + now * (state[0] == 0), **CLOSE)
+    motor = np.where(held & (params[8] > 0), r + before[8] * end + before[9], 0.0)
+    np.testing.assert_allclose(state[11], motor * mean, rtol=1e-9, atol=1e-12)
 
 
 # ---------------------------------------------------------------------- sides

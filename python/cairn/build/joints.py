@@ -2,8 +2,8 @@
 
 Points and axes are where bodies stand when the joint is made, in space. The coordinate of a joint is that of the first body
 against the second: an angle about the axis by the right hand [rad], a way along it [m], a length [m]; 0 where it begins, but of a
-length. Limits keep it between two values, a motor drives it with a bounded torque or force; beyond its strength [N] a joint is
-gone from the next step on.
+length. Limits keep it between two values, a motor drives it with a bounded torque or force, a spring draws it to where it is at
+rest; beyond its strength [N] a joint is gone from the next step on.
 """
 
 from __future__ import annotations
@@ -32,6 +32,23 @@ class Motor:
         checks.positive("effort of Motor", self.effort)
 
 
+@dataclass(frozen=True)
+class Spring:
+    """A spring with a dashpot along the coordinate of a joint: stiffness [N/m, N m/rad], damping [N s/m, N m s/rad], rest: the
+    coordinate at which it is slack [m, rad]; None: where the joint begins."""
+
+    stiffness: float
+    damping: float = 0.0
+    rest: float | None = None
+
+    def __post_init__(self):
+        for name, value in (("stiffness", self.stiffness), ("damping", self.damping)):
+            if checks.number(f"{name} of Spring", value) < 0:
+                raise ValueError(f"{name} of Spring is {value:g}: give a value from 0 on")
+        if self.rest is not None:
+            checks.number("rest of Spring", self.rest)
+
+
 @dataclass(frozen=True, kw_only=True)
 class JointKind:
     """What all joints take. strength [N]: the force at which it breaks."""
@@ -46,6 +63,10 @@ class JointKind:
         """Points of both ends (2, dim) [m]."""
         point = checks.real_array(f"point of {type(self).__name__}", self.point, (dim,))
         return np.array([point, point])
+
+    def begins_at(self, dim):
+        """The coordinate when the joint is made [m, rad]."""
+        return 0.0
 
     def axis_of(self, dim):
         """Of unit length."""
@@ -70,16 +91,22 @@ class JointKind:
         if motor is not None and not isinstance(motor, Motor):
             raise ValueError(f"motor of {own} is {motor!r}: give cairn.Motor(speed=..., effort=...)")
         speed, effort = (motor.speed, motor.effort) if motor is not None else (0.0, 0.0)
+        spring = getattr(self, "spring", None)
+        if spring is not None and not isinstance(spring, Spring):
+            raise ValueError(f"spring of {own} is {spring!r}: give cairn.Spring(stiffness=..., damping=..., rest=...)")
+        spring = Spring(0.0) if spring is None else spring
+        rest = self.begins_at(dim) if spring.rest is None else spring.rest
         axis = np.zeros(3)
         axis[:dim] = self.axis_of(dim) * (-1 if swapped else 1)
         if swapped and dim == 2 and coordinate == 3:
-            low, high, speed = -high, -low, -speed
+            low, high, speed, rest = -high, -low, -speed, -rest
         strength = checks.number(f"strength of {own}", self.strength, finite=False)
         if not strength > 0:
             raise ValueError(f"strength of {own} is {strength:g}: give a force above 0 [N]")
         return BY_NAME["joint"](blocked=blocked, coordinate=coordinate, axis_x=axis[0], axis_y=axis[1], axis_z=axis[2],
                                 lowest=low, highest=high, speed=speed, effort=effort, strength=strength,
-                                spans=float(isinstance(self, Distance)))  # fmt: skip
+                                spans=float(isinstance(self, Distance)), stiffness=spring.stiffness,
+                                damping=spring.damping, rest=rest)  # fmt: skip
 
 
 def _only(kind, dim, wanted, instead):
@@ -106,6 +133,7 @@ class Hinge(JointKind):
     axis: object
     limits: object = None
     motor: Motor | None = None
+    spring: Spring | None = None
 
     def bits(self, dim):
         _only("Hinge", dim, 3, "Pivot")
@@ -119,6 +147,7 @@ class Pivot(JointKind):
     point: object
     limits: object = None
     motor: Motor | None = None
+    spring: Spring | None = None
 
     def bits(self, dim):
         _only("Pivot", dim, 2, "Ball or Hinge")
@@ -143,6 +172,7 @@ class Slider(JointKind):
     axis: object
     limits: object = None
     motor: Motor | None = None
+    spring: Spring | None = None
 
     def bits(self, dim):
         return (6, 1) if dim == 2 else (62, 1)
@@ -150,13 +180,19 @@ class Slider(JointKind):
 
 @dataclass(frozen=True, kw_only=True)
 class Distance(JointKind):
-    """Two points, of the first body and of the second, keep their distance; with limits it stays between two lengths."""
+    """Two points, of the first body and of the second, keep their distance; with limits it stays between two lengths, with a
+    spring it is drawn to the length at rest."""
 
     points: object
     limits: object = None
+    spring: Spring | None = None
 
     def bits(self, dim):
-        return (1, 0) if self.limits is None else (0, 1)
+        return (1, 0) if self.limits is None and self.spring is None else (0, 1)
+
+    def begins_at(self, dim):
+        ends = self.ends(dim)
+        return float(np.linalg.norm(ends[1] - ends[0]))
 
     def ends(self, dim):
         points = checks.real_array("points of Distance", self.points, (2, dim))
@@ -184,7 +220,7 @@ def joined(scene, a, b, kind):
     mark = Material(name)
     for place, point in zip(places, ends):
         if place is not None:
-            size = _put(scene, place, point, mark)
+            size = _put(scene, place, point, mark, not isinstance(kind, (Ball, Distance)))
             continue
         end = bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([0]), np.array([size]), joint=True)
         scene.add(bodies.checked(bodies.BodySet(dim, point[None], np.ones(1), np.ones((1, 1 if dim == 2 else 3)), [end],
@@ -206,8 +242,8 @@ def _place(scene, side, number):
     raise ValueError(f"{side} of a joint is {number!r}: give the number of a body that Scene.add returned")
 
 
-def _put(scene, place, point, mark):
-    """Adds an end to a body; the radius of its mark."""
+def _put(scene, place, point, mark, turns):
+    """Adds an end to a body; the radius of its mark. turns: the joint asks how its bodies have turned, round ones too."""
     k, row = place
     s = scene.sets[k]
     size = 0.0
@@ -224,7 +260,10 @@ def _put(scene, place, point, mark):
     radius = END * size if size > 0 else END
     end = bodies.ContactorSet("disk" if scene.dim == 2 else "sphere", mark, np.array([row]), np.array([radius]),
                               offset=lever[None], joint=True)  # fmt: skip
-    scene.sets[k] = bodies.replace(s, contactors=[*s.contactors, end])
+    rotation = s.rotation
+    if turns and rotation is None:
+        rotation = np.zeros(len(s.position)) if scene.dim == 2 else np.tile([1.0, 0.0, 0.0, 0.0], (len(s.position), 1))
+    scene.sets[k] = bodies.replace(s, contactors=[*s.contactors, end], rotation=rotation)
     return radius
 
 
