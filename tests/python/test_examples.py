@@ -1,5 +1,6 @@
 """Every example runs at a tiny size, prints its figures, leaves its file and its pictures, and makes mechanical sense."""
 
+import importlib
 import importlib.util
 from pathlib import Path
 
@@ -188,6 +189,19 @@ def test_flue_wall(tmp_path):
         assert figures[f"{name}: solved"] > 0.9 and figures[f"{name}: balance"] < 1e-10
     with pytest.raises(SystemExit):
         example("flue_wall").main(["--output", str(tmp_path), "--cycles", "1"])
+
+
+def test_a_flue_wall_in_elevation(tmp_path, monkeypatch):
+    """Mortar that stays elastic takes back most of how far the wall stands aside."""
+    monkeypatch.syspath_prepend(str(EXAMPLES / "flue_wall"))
+    elevation = importlib.import_module("elevation")
+    size = ["--bricks", "3", "--courses", "3", "--cycles", "2", "--steps", "60"]
+    figures = {name: value for name, (value, _) in elevation.main([*size, "--output", str(tmp_path)]).items()}
+    assert (tmp_path / "flue_wall_elevation.png").stat().st_size > 1000 and figures["bricks"] == 10
+    assert figures["elastic mortar: last"] < 0.5 * figures["elastic mortar: hot"]
+    for name in ("mortar that damages", "elastic mortar", "no mortar"):
+        assert figures[f"{name}: hot"] > 0.1  # the head walls let none of them grow
+        assert figures[f"{name}: solved"] > 0.8 and figures[f"{name}: balance"] < 1e-10
 
 
 def test_clump_collapse(tmp_path):
