@@ -55,6 +55,16 @@ def test_forced_fold(tmp_path, capsys):
         example("forced_fold").main(["--output", str(tmp_path), "--disks", "-5"])
 
 
+def test_fault_propagation(tmp_path):
+    figures = ran("fault_propagation", tmp_path, "--disks", "400", "--slip", "0.2", endings=(".vtkhdf", ".png"))
+    for name in ("normal", "reverse"):
+        assert figures[f"{name}: closure of the balance"] < 1e-12 and figures[f"{name}: error, median"] < 1e-3
+    normal, reverse = (figures[f"{name}: dip of the fault in the deposit"] for name in ("normal", "reverse"))
+    assert 20 < reverse < 60 < normal + 10 < 100  # reverse faults come up flatter than the block's, normal ones do not
+    with pytest.raises(ValueError, match="dip is 5"):
+        example("fault_propagation").main(["--output", str(tmp_path), "--dip", "5"])
+
+
 def test_kalthoff(tmp_path):
     figures = ran("kalthoff", tmp_path, "--cells", "8", "--time", "40", endings=(".vtkhdf", ".png"))
     assert figures["bodies"] == 256 and figures["sides broken"] > 0
