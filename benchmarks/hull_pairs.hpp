@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cairn/core.h"
+#include "cairn/rows.h"
 #include "contactors/hulls.hpp"
 
 namespace cairn {

@@ -11,7 +11,9 @@
 #include <map>
 #include <random>
 
+#include "contactors/shapes.hpp"
 #include "contacts/interaction.hpp"
+#include "laws/law_names.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 
 namespace {

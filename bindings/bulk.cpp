@@ -22,7 +22,7 @@ E chosen(const std::string& given, std::initializer_list<std::pair<const char*, 
 cairn::BulkCells cells_of(const py::dict& d) {
   cairn::BulkCells c;
   const auto cell = py::cast<std::string>(d["cell"]);
-  for (const cairn::ElementInfo& e : cairn::element_infos)
+  for (const cairn::ElementInfo& e : cairn::element_infos())
     if (cell == e.cell) c.element = &e;
   if (!c.element) throw cairn::Error("there is no element for cells of kind " + cell);
   c.material = &cairn::bulk_material_named(py::cast<std::string>(d["material"]));

@@ -9,7 +9,7 @@
 namespace {
 
 const cairn::ElementInfo& element_of(const std::string& cell, const Input<double>& x, const Input<double>& elasticity) {
-  for (const cairn::ElementInfo& e : cairn::element_infos) {
+  for (const cairn::ElementInfo& e : cairn::element_infos()) {
     if (cell != e.cell) continue;
     const py::ssize_t strains = 3 * e.dim - 3;
     if (x.ndim() != 3 || x.shape(1) != e.nodes || x.shape(2) != e.dim)
@@ -36,7 +36,7 @@ py::tuple matrices(const std::string& cell, const Input<double>& x, double densi
 
 // Masses (m, nodes) of the nodes of cells of second order from their consistent masses (m, k, k).
 py::array_t<double> lumped(const std::string& cell, const Input<double>& mass) {
-  for (const cairn::ElementInfo& e : cairn::element_infos) {
+  for (const cairn::ElementInfo& e : cairn::element_infos()) {
     if (cell != e.cell) continue;
     const py::ssize_t dofs = e.dim * e.nodes;
     if (mass.ndim() != 3 || mass.shape(1) != dofs || mass.shape(2) != dofs)
@@ -50,7 +50,7 @@ py::array_t<double> lumped(const std::string& cell, const Input<double>& mass) {
 }
 
 py::array_t<double> ring_masses(const std::string& cell, const Input<double>& x, double density) {
-  for (const cairn::ElementInfo& e : cairn::element_infos) {
+  for (const cairn::ElementInfo& e : cairn::element_infos()) {
     if (cell != e.cell || e.dim != 2) continue;
     const py::ssize_t n = x.size() / (2 * e.nodes), dofs = 2 * e.nodes;
     py::array_t<double> out({n, dofs, dofs});
@@ -130,7 +130,7 @@ py::array_t<double> stress(const std::string& cell, const Input<double>& x, cons
 void bind_elements(py::module_& m) {
   m.def("elements", [] {
     py::list rows;
-    for (const cairn::ElementInfo& e : cairn::element_infos) {
+    for (const cairn::ElementInfo& e : cairn::element_infos()) {
       py::dict row;
       row["name"] = e.name;
       row["cell"] = e.cell;

@@ -11,8 +11,8 @@ using Doubles = std::optional<Input<double>>;
 namespace {
 
 cairn::Shape shape_named(const std::string& name) {
-  for (int i = 0; i < cairn::shapes; ++i)
-    if (name == cairn::shape_infos[i].name) return cairn::Shape(i);
+  for (const cairn::ShapeInfo& shape : cairn::shape_infos())
+    if (name == shape.name) return cairn::Shape(&shape - cairn::shape_table);
   throw cairn::Error("there is no shape " + name);
 }
 
@@ -26,7 +26,7 @@ std::vector<std::string> shapes_that_are(const py::args& words) {
       {"faced", [](const Info& s) { return s.faced; }},
   };
   std::vector<std::string> names;
-  for (const Info& shape : cairn::shape_infos) {
+  for (const Info& shape : cairn::shape_infos()) {
     bool all = true;
     for (const auto& word : words) {
       const auto name = py::cast<std::string>(word);
@@ -146,15 +146,8 @@ py::dict get_cell(const Scene& s) {
 } // namespace
 
 void bind_scene(py::module_& m) {
-  m.def("pairs", [] { // of shapes that meet
-    return std::vector<std::pair<std::string, std::string>>{
-#define CAIRN_PAIR(name, a, b, most) {#a, #b},
-#define CAIRN_HULL_PAIR(name, a, b, most) {#a, #b},
-#define CAIRN_CONVEX_PAIR(a, b, most) {#a, #b},
-#include "../core_f90/detection/pairs.def"
-    };
-  });
-  m.def("shapes", &shapes_that_are); // in the order of their numbers
+  m.def("pairs", &cairn::pairs_of_shapes); // that meet
+  m.def("shapes", &shapes_that_are);       // in the order of their numbers
   py::class_<Scene>(m, "Scene")
       .def(py::init<int>())
       .def_readonly("dim", &Scene::dim)

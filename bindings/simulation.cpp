@@ -6,6 +6,7 @@
 #include "strategies/contact_fields.hpp"
 #include "strategies/nscd/nscd.hpp"
 #include "strategies/options.hpp"
+#include "strategies/report.hpp"
 
 #include "alone.hpp"
 #include "arrays.hpp"
@@ -116,8 +117,7 @@ const char* name_of(cairn::SolveStatus status) {
 
 py::dict energy_of(const cairn::Energy& e) {
   py::dict out;
-#define CAIRN_ENERGY_TERM(term, meaning) out[#term] = e.term;
-#include "strategies/report.def"
+  for (const auto& [name, member] : cairn::energy_terms()) out[name] = e.*member;
   return out;
 }
 

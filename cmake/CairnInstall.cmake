@@ -19,15 +19,13 @@ install(DIRECTORY ${PROJECT_BINARY_DIR}/fortran/ DESTINATION ${modules} FILES_MA
 install(DIRECTORY fortran/ DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn FILES_MATCHING PATTERN "cairn*.f90")
 install(FILES python/cairn/plugs/cairn_plug.f90 DESTINATION ${CMAKE_INSTALL_DATADIR}/cairn)
 install(DIRECTORY cxx/include/cairn/ core_f90/include/cairn/ ${PROJECT_BINARY_DIR}/include/cairn/ DESTINATION ${headers}
-        FILES_MATCHING PATTERN "*.h" PATTERN "core.h" EXCLUDE PATTERN "solids.h" EXCLUDE)
-# these read the lists beside them, which are one folder down once installed
-foreach(header core.h solids.h)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core_f90/include/cairn/${header})
-  file(READ core_f90/include/cairn/${header} text)
-  string(REPLACE "#include \"../../" "#include \"core_f90/" text "${text}")
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed/${header} CONTENT "${text}" @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/installed/${header} DESTINATION ${headers})
-endforeach()
+        FILES_MATCHING PATTERN "*.h" PATTERN "rows.h" EXCLUDE)
+# this one reads the lists beside it, which are one folder down once installed
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS core_f90/include/cairn/rows.h)
+file(READ core_f90/include/cairn/rows.h text)
+string(REPLACE "#include \"../../" "#include \"core_f90/" text "${text}")
+file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed/rows.h CONTENT "${text}" @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/installed/rows.h DESTINATION ${headers})
 install(DIRECTORY cxx DESTINATION ${headers} FILES_MATCHING PATTERN "*.hpp" PATTERN "*.def" PATTERN "include" EXCLUDE)
 install(DIRECTORY core_f90 DESTINATION ${headers} FILES_MATCHING PATTERN "*.def" PATTERN "include" EXCLUDE)
 

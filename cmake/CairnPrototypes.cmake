@@ -1,4 +1,4 @@
-# Every kernel's own prototype (gfortran -fc-prototypes) is compiled together with core.h: a header that says something else
+# Every kernel's own prototype (gfortran -fc-prototypes) is compiled together with core.h and rows.h: a header that says something else
 # than the Fortran is a build error.
 function(cairn_check_prototypes target)
   set(header ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/core.h)
@@ -14,7 +14,7 @@ function(cairn_check_prototypes target)
       COMMAND ${CMAKE_COMMAND} -DFORTRAN=${CMAKE_Fortran_COMPILER} -DC=${CMAKE_C_COMPILER} -DSOURCE=${path} -DHEADER=${header}
               -DMODULES=${PROJECT_BINARY_DIR}/modules -DOUTPUT=${folder}/${name} -P ${script}
       # the objects, because their modules are what a source may use
-      DEPENDS ${path} ${header} ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
+      DEPENDS ${path} ${header} ${PROJECT_SOURCE_DIR}/core_f90/include/cairn/rows.h ${script} ${target} $<TARGET_OBJECTS:${target}> ${PROJECT_SOURCE_DIR}/core_f90/contact_laws/laws.def
               ${PROJECT_SOURCE_DIR}/core_f90/sides/sides.def ${PROJECT_SOURCE_DIR}/core_f90/detection/pairs.def
               ${PROJECT_SOURCE_DIR}/core_f90/solvers/solvers.def ${PROJECT_SOURCE_DIR}/core_f90/elements/elements.def
               ${PROJECT_SOURCE_DIR}/core_f90/poses/poses.def ${PROJECT_SOURCE_DIR}/core_f90/bulk_materials/bulk_materials.def

@@ -127,6 +127,7 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/projection.cpp
   strategies/nscd/stages.cpp
   strategies/options.cpp
+  strategies/report.cpp
   strategies/simulation.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp

@@ -28,6 +28,10 @@ LISTS = [
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
     ("Arrays of nodes of meshes", "cxx/bodies/fields.def", "CAIRN_NODE_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
+    ("Further arrays of bodies", "cxx/bodies/kept_fields.def", "CAIRN_KEPT_BODY_FIELD",
+     ("name", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
+    ("Further arrays of nodes of meshes", "cxx/bodies/kept_fields.def", "CAIRN_KEPT_NODE_FIELD",
+     ("name", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
     ("Arrays of contactors", "cxx/bodies/fields.def", "CAIRN_CONTACTOR_FIELD",
      ("name", "type", "in 2D", "in 3D", "unit", "made by", "exists", "meaning")),
 ]

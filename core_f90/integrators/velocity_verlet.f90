@@ -5,7 +5,8 @@ module velocity_verlet
   use linear_scheme, only: cairn_scheme, alpha_scheme
   implicit none
   private
-  public :: cairn_integrator_velocity_verlet, cairn_verlet_begin, cairn_verlet_turn, cairn_verlet_end, cairn_inverse_masses
+  public :: cairn_integrator_velocity_verlet, cairn_verlet_begin, cairn_verlet_turn, cairn_verlet_end, cairn_verlet_kinetic, &
+    cairn_inverse_masses
 contains
 
   !> Newmark's method with beta = 0, gamma = 1/2.
@@ -162,6 +163,23 @@ contains
     end do
     if (present(terms)) terms = terms + part
   end subroutine cairn_verlet_end
+
+  !> Kinetic energy of what can be moved, as the balance of cairn_verlet_end has it.
+  pure function cairn_verlet_kinetic(nd, first, last, inverse_mass, velocity) result(energy) bind(c)
+    integer(c_int32_t), value  :: nd                    !< dofs of a body
+    integer(c_int64_t), value  :: first, last           !< bodies first to last - 1
+    real(c_double), intent(in) :: inverse_mass(nd, 0:*) !< 0: nothing moves it [1/kg, 1/(kg m2)]
+    real(c_double), intent(in) :: velocity(nd, 0:*)     !< [m/s, rad/s]
+    real(c_double) :: energy                            !< [J]
+    integer(c_int64_t) :: i
+    integer :: j
+    energy = 0
+    do i = first, last - 1
+      do j = 1, nd
+        if (inverse_mass(j, i) > 0) energy = energy + 0.5_c_double/inverse_mass(j, i)*velocity(j, i)**2
+      end do
+    end do
+  end function cairn_verlet_kinetic
 
   !> What the drive has to add so that a dof ends at a velocity: from where its forces led it, or against them if nothing moves it.
   pure function drive_impulse(inverse_mass, free, wanted, pushed) result(impulse)

@@ -14,9 +14,9 @@ namespace {
 
 cairn::Shape shape_named(const char* name) {
   std::string known;
-  for (int i = 0; i < cairn::shapes; ++i) {
-    if (std::strcmp(name, cairn::shape_infos[i].name) == 0) return cairn::Shape(i);
-    known += std::string(i ? ", " : "") + cairn::shape_infos[i].name;
+  for (const cairn::ShapeInfo& shape : cairn::shape_infos()) {
+    if (std::strcmp(name, shape.name) == 0) return cairn::Shape(&shape - cairn::shape_table);
+    known += std::string(known.empty() ? "" : ", ") + shape.name;
   }
   throw Error(std::string("there is no shape '") + name + "'; there are " + known);
 }

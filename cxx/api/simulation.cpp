@@ -4,6 +4,8 @@
 #include <typeinfo>
 
 #include "../files/simulation_state.hpp"
+#include "../strategies/nscd/nscd_options.hpp"
+#include "../strategies/report.hpp"
 #include "objects.hpp"
 
 using cairn::Error;
@@ -318,14 +320,10 @@ int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* 
     require(term, "term");
     require(value, "value");
     const cairn::Energy& energy = simulation->simulation.energy;
-    const std::pair<const char*, double> terms[] = {
-#define CAIRN_ENERGY_TERM(name, meaning) {#name, energy.name},
-#include "../strategies/report.def"
-    };
     std::string known;
-    for (const auto& [name, number] : terms) {
+    for (const auto& [name, member] : cairn::energy_terms()) {
       if (std::string(term) == name) {
-        *value = number;
+        *value = energy.*member;
         return;
       }
       known += std::string(known.empty() ? "" : ", ") + name;
@@ -341,12 +339,8 @@ int32_t cairn_simulation_report(const cairn_simulation* simulation, const char* 
     require(name, "name");
     require(value, "value");
     const cairn::StepReport& report = simulation->simulation.report;
-    const std::pair<const char*, double> rows[] = {
-#define CAIRN_REPORT_NUMBER(name, member, meaning) {#name, double(report.member)},
-#include "../strategies/report.def"
-    };
     std::string known;
-    for (const auto& [row, number] : rows) {
+    for (const auto& [row, number] : cairn::report_numbers(report)) {
       if (std::string(name) == row) {
         *value = number;
         return;

@@ -1,4 +1,4 @@
-// An array stored per body or per contactor: one row of fields.def.
+// An array stored per body or per contactor: one row of fields.def or kept_fields.def.
 #pragma once
 #include <cstdint>
 #include <cstdlib>

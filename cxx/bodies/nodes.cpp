@@ -1,6 +1,15 @@
 #include "nodes.hpp"
 
 namespace cairn {
+namespace {
+
+enum Place {
+#define CAIRN_KEPT_NODE_FIELD(name, ...) place_of_##name,
+#include "kept_fields.def"
+};
+static_assert(place_of_snap == place_of_jerk + 1 && place_of_crackle == place_of_snap + 1);
+
+} // namespace
 
 Nodes::Nodes(int dimension) : dim(dimension) {
 #define CAIRN_NODE_FIELD(field, type, c2, c3, unit_, stage_, when, meaning_)                                           \
@@ -12,6 +21,14 @@ Nodes::Nodes(int dimension) : dim(dimension) {
   field.components = dim == 2 ? c2 : c3;                                                                               \
   field.active = Need::when == Need::always;
 #include "fields.def"
+#define CAIRN_KEPT_NODE_FIELD(field, c2, c3, unit_, stage_, when, meaning_)                                            \
+  kept.push_back({#field, unit_, #stage_, meaning_, Need::when, dim == 2 ? c2 : c3, Need::when == Need::always, {}});
+#include "kept_fields.def"
+}
+
+double* Nodes::history(int k) {
+  Field<double>& field = k == 0 ? acceleration : kept[std::size_t(place_of_jerk + k - 1)];
+  return field.active ? field.values.data() : nullptr;
 }
 
 } // namespace cairn

@@ -12,17 +12,16 @@ struct Nodes {
 
 #define CAIRN_NODE_FIELD(name, type, c2, c3, unit, stage, when, meaning) Field<type> name;
 #include "fields.def"
+  std::vector<Field<double>> kept; // rows of kept_fields.def
 
   // Derivative k of the history of an integrator, from 0; null where it is not kept.
-  double* history(int k) {
-    Field<double>* const kept[] = {&acceleration, &jerk, &snap, &crackle};
-    return kept[k]->active ? kept[k]->values.data() : nullptr;
-  }
-  // calls f(field) for every row of fields.def
+  double* history(int k);
+  // calls f(field) for every row of both lists
   template <class F>
   void for_each_field(F&& f) {
 #define CAIRN_NODE_FIELD(name, type, c2, c3, unit, stage, when, meaning) f(name);
 #include "fields.def"
+    for (Field<double>& field : kept) f(field);
   }
 };
 

@@ -1,6 +1,9 @@
 // The shapes that detect, each carried by a body.
 #pragma once
-#include <iterator>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "../base/field.hpp"
 #include "cairn/core.h"
@@ -8,11 +11,7 @@
 
 namespace cairn {
 
-enum class Shape : std::int16_t {
-#define CAIRN_SHAPE(name, ...) name,
-#include "../../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
+enum class Shape : std::int16_t; // rows of shapes.def; their names stand in shapes.hpp
 // What shapes.def says of each.
 struct ShapeInfo {
   const char* name;
@@ -27,15 +26,10 @@ struct ShapeInfo {
   constexpr bool hollow() const { return round < 0; }
   constexpr bool is_hull() const { return hull != Hulls::Form::none; }
 };
-inline constexpr ShapeInfo shape_infos[] = {
-#define CAIRN_SHAPE(name, dimension, bounded, round, directed, hull, mover, faced, convex)                             \
-  {#name,      dimension,  bounded != 0,         round, directed != 0, Hulls::Form::hull,                              \
-   mover != 0, faced != 0, cairn_convex_##convex},
-#include "../../core_f90/detection/shapes.def"
-#undef CAIRN_SHAPE
-};
-inline constexpr int shapes = int(std::size(shape_infos));
-constexpr const ShapeInfo& info(Shape shape) { return shape_infos[int(shape)]; }
+extern const ShapeInfo shape_table[];
+std::span<const ShapeInfo> shape_infos();
+std::vector<std::pair<std::string, std::string>> pairs_of_shapes(); // that meet, in the order of pairs.def
+inline const ShapeInfo& info(Shape shape) { return shape_table[int(shape)]; }
 
 struct Contactors {
   explicit Contactors(int dim);

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../contactors/shapes.hpp"
 #include "../detection/detection_workspace.hpp"
+#include "../solvers/sweeps/side_names.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
 

@@ -22,14 +22,8 @@ struct ContactSystem;
 class MeshSet;
 class Scratch;
 
-// Rows of laws.def, in its order.
-enum class Law : std::int16_t {
-#define CAIRN_LAW(name, python, c2, c3, parameters, state, has_prepare, has_solve, has_commit, has_residual,           \
-                  has_energy, gives, keeps, has_force)                                                                 \
-  name,
-#include "../../core_f90/contact_laws/laws.def"
-#undef CAIRN_LAW
-};
+// Rows of laws.def, in its order; their names stand in laws/law_names.hpp.
+enum class Law : std::int16_t;
 
 // What a row of laws.def declares, read once.
 struct LawParameter {

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "../base/key_search.hpp"
+#include "../contactors/shapes.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "../solvers/sweeps/side_names.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -64,10 +65,17 @@ void Interactions::State::load_meshes() {
   system.condensed_dofs.clear();
   if (!meshes) return system.condensed.clear(); // the last one may have gone
   const Candidates& c = *candidates;
-  for (std::int64_t i = 0; i < c.count; ++i)
-    for (const auto& [contactor, other] :
-         {std::pair{c.contactor_a[i], c.contactor_b[i]}, std::pair{c.contactor_b[i], c.contactor_a[i]}})
-      if (kind[contactor] & mapped) meshes->want(meshes->mapping(*nodes, contactor, &c.point[dim() * i], other));
+  const bool images = cell->any();
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const std::int32_t one = c.contactor_a[i], two = c.contactor_b[i];
+    const double* point = &c.point[dim() * i];
+    if (kind[one] & mapped) meshes->want(meshes->mapping(*nodes, one, point, two));
+    if (!(kind[two] & mapped)) continue;
+    double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0}; // the point beside B, where B itself is
+    if (images) image_shift(*cell, c.image[i], shift);
+    for (int k = 0; k < dim(); ++k) there[k] = point[k] - shift[k];
+    meshes->want(meshes->mapping(*nodes, two, there, one));
+  }
   meshes->condense(system.condensed, system.condensed_velocity, pose.kernel != nullptr);
   for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
   system.load_condensed(nodes->velocity);

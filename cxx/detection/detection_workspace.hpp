@@ -2,7 +2,8 @@
 #pragma once
 #include <string>
 
-#include "cairn/core.h"
+#include "../contactors/shapes.hpp"
+#include "cairn/rows.h"
 #include "detection_grid.hpp"
 #include "interaction_handler.hpp"
 #include "recalled_pairs.hpp"
@@ -27,11 +28,6 @@ inline PairKind pair_kinds[] = {
 inline constexpr int kinds = int(std::size(pair_kinds));
 // Kinds whose kernel makes use of what it found the last time.
 inline bool recalls(const PairKind& kind) { return kind.hull_contact == cairn_pair_polyhedron_polyhedron; }
-// A convex pair that its kernel cannot see does not compile.
-#define CAIRN_CONVEX_PAIR(a, b, most)                                                                                  \
-  static_assert(info(Shape::a).convex >= 0 && info(Shape::a).convex != cairn_convex_half_space &&                      \
-                info(Shape::b).convex >= 0);
-#include "../../core_f90/detection/pairs.def"
 
 inline constexpr std::int32_t declared_bit = 1 << 30; // beside an image
 inline constexpr std::int32_t image_bits = declared_bit - 1;

@@ -263,7 +263,7 @@ void InteractionHandler::Workspace::make_items() {
   std::int64_t nb = 0;
   const std::int16_t* shape = contactors->shape.values.data();
   for (std::int64_t i = 0; i < n; ++i) {
-    if (shape_infos[shape[i]].bounded)
+    if (shape_table[shape[i]].bounded)
       bounded[nb++] = std::int32_t(i);
     else
       walls.push_back(std::int32_t(i));

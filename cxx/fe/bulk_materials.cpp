@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "../base/call.hpp"
+#include "cairn/rows.h"
 
 namespace cairn {
 namespace {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "../base/call.hpp"
+#include "cairn/rows.h"
 
 namespace cairn {
 namespace {
@@ -61,6 +62,25 @@ Sides cut(const Sides& faces, std::int32_t corners, const std::vector<std::int32
 }
 
 } // namespace
+
+std::span<const ElementInfo> element_infos() {
+  static constexpr ElementInfo rows[] = {
+#define CAIRN_ELEMENT(name, cell, dim, nodes, points, bulk_points, order)                                              \
+  {#name,                                                                                                              \
+   #cell,                                                                                                              \
+   dim,                                                                                                                \
+   nodes,                                                                                                              \
+   points,                                                                                                             \
+   bulk_points,                                                                                                        \
+   order,                                                                                                              \
+   cairn_element_##name##_rule,                                                                                        \
+   cairn_element_##name##_bulk_rule,                                                                                   \
+   cairn_element_##name##_shape},
+#include "../../core_f90/elements/elements.def"
+#undef CAIRN_ELEMENT
+  };
+  return rows;
+}
 
 const std::vector<CellSide>& sides_of(const ElementInfo& e) {
   static const Sides triangle = edges_of_polygon(3, false), quad = edges_of_polygon(4, false),

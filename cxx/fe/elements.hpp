@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "cairn/core.h"
@@ -15,21 +16,7 @@ struct ElementInfo {
   cairn_element_rule *rule, *bulk_rule;
   cairn_element_shape* shape;
 };
-inline constexpr ElementInfo element_infos[] = {
-#define CAIRN_ELEMENT(name, cell, dim, nodes, points, bulk_points, order)                                              \
-  {#name,                                                                                                              \
-   #cell,                                                                                                              \
-   dim,                                                                                                                \
-   nodes,                                                                                                              \
-   points,                                                                                                             \
-   bulk_points,                                                                                                        \
-   order,                                                                                                              \
-   cairn_element_##name##_rule,                                                                                        \
-   cairn_element_##name##_bulk_rule,                                                                                   \
-   cairn_element_##name##_shape},
-#include "../../core_f90/elements/elements.def"
-#undef CAIRN_ELEMENT
-};
+std::span<const ElementInfo> element_infos();
 
 // Shape functions of an element at the points of its rule, and their gradients in its middle.
 struct ElementShape {

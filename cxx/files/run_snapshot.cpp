@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "../strategies/contact_fields.hpp"
+#include "../strategies/report.hpp"
 
 namespace cairn {
 
@@ -150,7 +151,7 @@ void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& na
     return out;
   };
   std::vector<std::string> all;
-  for (const ShapeInfo& shape : shape_infos) all.emplace_back(shape.name);
+  for (const ShapeInfo& shape : shape_infos()) all.emplace_back(shape.name);
   scene.array("materials", texts(names));
   scene.array("shapes", texts(all));
   scene.array("gravity", StoredArray::of(s.scene.gravity.data(), {s.scene.dim}));
@@ -193,10 +194,9 @@ const char* status_name(const StepReport& report) {
 std::vector<RunNumber> numbers_of_step(const Simulation& s) {
   std::vector<RunNumber> out;
   const StepReport& r = s.report;
-#define CAIRN_REPORT_NUMBER(name, member, meaning)                                                                     \
-  if (std::string(#name) != "step" && std::string(#name) != "time") out.emplace_back(#name, double(r.member));
-#define CAIRN_ENERGY_TERM(name, meaning) out.emplace_back("energy_" #name, s.energy.name);
-#include "../strategies/report.def"
+  for (const auto& [name, number] : report_numbers(r))
+    if (name != std::string("step") && name != std::string("time")) out.emplace_back(name, number);
+  for (const auto& [name, member] : energy_terms()) out.emplace_back(std::string("energy_") + name, s.energy.*member);
   out.emplace_back("status", std::string(status_name(r)));
   out.emplace_back("solver", std::string(r.solve.solver));
   return out;

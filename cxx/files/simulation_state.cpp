@@ -7,6 +7,7 @@
 
 #include "../fe/bulk_model.hpp"
 #include "../networks/balance_terms.hpp"
+#include "../strategies/report.hpp"
 #include "checksums.hpp"
 #include "file_error.hpp"
 #include "older_states.hpp"
@@ -222,8 +223,7 @@ StoredValue state_of(Simulation& s) {
     scene.add("hulls", std::move(hulls));
   }
   scene.add("cell", cell_of(s.scene.cell));
-#define CAIRN_ENERGY_TERM(term, meaning) energy.add_real(#term, s.energy.term);
-#include "../strategies/report.def"
+  for (const auto& [name, member] : energy_terms()) energy.add_real(name, s.energy.*member);
   out.add("scene", std::move(scene));
   out.add("memory", memory_of(s.strategy().memory(s)));
   out.add("projection_memory", memory_of(s.strategy().projection_memory()));
@@ -263,8 +263,7 @@ void take_state(Simulation& s, const StoredValue& state) {
   s.strategy().restore(s, memory_from(state.tree("memory")));
   s.strategy().restore_projection(s, memory_from(state.tree("projection_memory")));
   s.forget_contacts();
-#define CAIRN_ENERGY_TERM(term, meaning) s.energy.term = energy_term(energy, #term);
-#include "../strategies/report.def"
+  for (const auto& [name, member] : energy_terms()) s.energy.*member = energy_term(energy, name);
   s.steps = state.whole("steps");
   s.time = state.real("time");
   take_meshes(s, state.find("meshes"));

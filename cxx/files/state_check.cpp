@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "../networks/balance_terms.hpp"
+#include "../strategies/report.hpp"
 #include "older_states.hpp"
 #include "simulation_state.hpp"
 
@@ -153,7 +154,7 @@ void check_contactors(const StoredValue& contactors, std::int64_t bodies, std::i
   within("contactors/body", body, -meshes, bodies, "bodies");
   check_parts(contactors, body, parts);
   const std::vector<std::int64_t> shape = wholes(contactors, "shape", place);
-  within("contactors/shape", shape, 0, shapes, "shapes");
+  within("contactors/shape", shape, 0, std::int64_t(shape_infos().size()), "shapes");
   within("contactors/material", wholes(contactors, "material", place), 0, std::max<std::int64_t>(species, 1),
          "materials and groups");
   all(
@@ -170,7 +171,7 @@ void check_contactors(const StoredValue& contactors, std::int64_t bodies, std::i
       finite("contactors/" + std::string(name), values);
     }
   const auto any = [&](auto&& is) {
-    return std::any_of(shape.begin(), shape.end(), [&](std::int64_t k) { return is(shape_infos[k]); });
+    return std::any_of(shape.begin(), shape.end(), [&](std::int64_t k) { return is(shape_table[k]); });
   };
   if (!contactors.find("direction") && any([](const ShapeInfo& s) { return s.directed; }))
     wrong("contactors/direction is missing");
@@ -180,7 +181,7 @@ void check_contactors(const StoredValue& contactors, std::int64_t bodies, std::i
   }
   std::vector<std::int64_t> own, none;
   const std::vector<std::int64_t> hull = wholes(contactors, "hull", place);
-  for (std::size_t k = 0; k < hull.size(); ++k) (shape_infos[shape[k]].is_hull() ? own : none).push_back(hull[k]);
+  for (std::size_t k = 0; k < hull.size(); ++k) (shape_table[shape[k]].is_hull() ? own : none).push_back(hull[k]);
   within("contactors/hull", own, 0, hulls, "hulls");
   within("contactors/hull", none, -1, 0, "hulls of other shapes");
 }
@@ -342,8 +343,8 @@ void check_state(const StoredValue& state, std::int64_t species, const Simulatio
   check_cell(scene.tree("cell"));
   for (const char* name : {"memory", "projection_memory"}) check_memory(name, state.tree(name));
   const StoredValue& energy = state.tree("energy");
-#define CAIRN_ENERGY_TERM(term, meaning) finite("energy/" #term, {energy_term(energy, #term)});
-#include "../strategies/report.def"
+  for (const EnergyTerm& term : energy_terms())
+    finite(std::string("energy/") + term.name, {energy_term(energy, term.name)});
   if (const StoredValue* networks = state.find("networks"))
     for (const char* name : {"electrical", "thermal"})
       if (const StoredValue* one = networks->find(name)) {

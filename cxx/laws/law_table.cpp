@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "../contacts/interaction.hpp"
+#include "cairn/rows.h"
 
 namespace cairn {
 

@@ -8,6 +8,7 @@
 #include "../base/key_search.hpp"
 #include "../strategies/contact_fields.hpp"
 #include "../strategies/simulation.hpp"
+#include "cairn/rows.h"
 #include "unknowns.hpp"
 
 namespace cairn {

@@ -9,7 +9,7 @@
 namespace cairn {
 const ElementInfo& element_named(const std::string& name) {
   std::string known;
-  for (const ElementInfo& e : element_infos) {
+  for (const ElementInfo& e : element_infos()) {
     if (name == e.name || name == e.cell) return e;
     known += std::string(known.empty() ? "" : ", ") + e.name;
   }

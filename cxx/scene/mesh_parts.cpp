@@ -1,4 +1,5 @@
 #include "mesh_parts.hpp"
+#include "../contactors/shapes.hpp"
 
 #include <algorithm>
 #include <array>

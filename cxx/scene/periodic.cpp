@@ -36,41 +36,58 @@ std::int32_t Simulation::contactor(std::int64_t id) const {
   return found == order.end() || *c.id[*found] != id ? -1 : *found;
 }
 
-// Brings centres back into the cell; one that crosses a moving boundary takes the velocity of the image it becomes, and
-// the kinetic energy that this gives is work of the cell.
+// Brings centres back into the cell, a mesh whole by the middle of its nodes; what crosses a moving boundary takes the
+// velocity of the image it becomes, and the kinetic energy that this gives is work of the cell.
 void Simulation::wrap_into_cell() {
   reduce_lean();
   const Cell& cell = scene.cell;
   double work = 0;
   std::vector<std::array<int, 3>> all_moved; // of bodies, then of nodes; stays empty while nothing moves
-  const auto wrap = [&](std::int64_t place, double* x, double* v, double mass) {
-    double before = 0, after = 0;
-    bool moved = false;
+  // by how many cells a place has left, along each axis; false: none
+  const auto has_left = [&](const double* x, double turns[3]) {
+    double at[3] = {};
+    std::copy_n(x, scene.dim, at);
+    bool any = false;
     for (int k = scene.dim - 1; k >= 0; --k) {
-      if (!cell.periodic[k]) continue;
-      const double turns = std::floor((x[k] - (cell.corner[k] - scene.origin[k])) / cell.vectors[k + 3 * k]);
-      if (turns == 0) continue;
-      if (!moved)
-        for (int d = 0; d < scene.dim; ++d) before += v[d] * v[d];
-      moved = true;
-      if (all_moved.empty()) all_moved.resize(scene.bodies.count + scene.nodes.count, {0, 0, 0});
-      all_moved[place][k] = -int(turns);
-      for (int d = 0; d <= k; ++d) x[d] -= turns * cell.vectors[d + 3 * k];
+      turns[k] =
+          cell.periodic[k] ? std::floor((at[k] - (cell.corner[k] - scene.origin[k])) / cell.vectors[k + 3 * k]) : 0;
+      if (turns[k] == 0) continue;
+      any = true;
+      for (int d = 0; d <= k; ++d) at[d] -= turns[k] * cell.vectors[d + 3 * k];
+    }
+    return any;
+  };
+  const auto bring_back = [&](std::int64_t place, double* x, double* v, double mass, const double turns[3]) {
+    double before = 0, after = 0;
+    for (int d = 0; d < scene.dim; ++d) before += v[d] * v[d];
+    if (all_moved.empty()) all_moved.resize(scene.bodies.count + scene.nodes.count, {0, 0, 0});
+    for (int k = scene.dim - 1; k >= 0; --k) {
+      if (turns[k] == 0) continue;
+      all_moved[place][k] = -int(turns[k]);
+      for (int d = 0; d <= k; ++d) x[d] -= turns[k] * cell.vectors[d + 3 * k];
       for (int d = 0; d < scene.dim; ++d) {
         double jump = 0;
         for (int c = 0; c < scene.dim; ++c) jump += cell.velocity_gradient[d + 3 * c] * cell.vectors[c + 3 * k];
-        v[d] -= turns * jump;
+        v[d] -= turns[k] * jump;
       }
     }
-    if (!moved) return;
     for (int d = 0; d < scene.dim; ++d) after += v[d] * v[d];
     if (std::isfinite(mass)) work += mass * (after - before) / 2;
   };
   Bodies& b = scene.bodies;
   Nodes& nodes = scene.nodes;
-  for (std::int64_t i = 0; i < b.count; ++i) wrap(i, b.position[i], b.velocity[i], *b.mass[i]);
-  for (std::int64_t i = 0; i < nodes.count; ++i)
-    wrap(b.count + i, nodes.position[i], nodes.velocity[i], *nodes.mass[i]);
+  double turns[3];
+  for (std::int64_t i = 0; i < b.count; ++i)
+    if (has_left(b.position[i], turns)) bring_back(i, b.position[i], b.velocity[i], *b.mass[i], turns);
+  for (const MeshBody& mesh : meshes.meshes) {
+    const std::int64_t first = mesh.first_node, n = mesh.model.nodes();
+    double middle[3] = {};
+    for (std::int64_t i = first; i < first + n; ++i)
+      for (int k = 0; k < scene.dim; ++k) middle[k] += nodes.position[i][k] / double(n);
+    if (!has_left(middle, turns)) continue;
+    for (std::int64_t i = first; i < first + n; ++i)
+      bring_back(b.count + i, nodes.position[i], nodes.velocity[i], *nodes.mass[i], turns);
+  }
   if (all_moved.empty()) return;
   interactions.restore(after_move(interactions.memory(), all_moved));
   strategy_->move_images(*this, all_moved);

@@ -62,6 +62,7 @@ Scene::Scene(int dimension) : dim(dimension), bodies(dimension), nodes(dimension
 }
 
 bool Scene::has(Need need) const {
+  const auto active = [need](const auto& field) { return field.need == need && field.active; };
   switch (need) {
   case Need::rotation: return bodies.rotation.active;
   case Need::force: return bodies.force.active;
@@ -70,9 +71,9 @@ bool Scene::has(Need need) const {
   case Need::damping: return bodies.damping.active;
   case Need::smooth: return bodies.contact_force.active;
   case Need::acceleration: return bodies.acceleration.active;
-  case Need::jerk: return bodies.jerk.active;
-  case Need::snap: return bodies.snap.active;
-  case Need::crackle: return bodies.crackle.active;
+  case Need::jerk:
+  case Need::snap:
+  case Need::crackle: return std::any_of(bodies.kept.begin(), bodies.kept.end(), active);
   case Need::thermal: return bodies.temperature.active;
   case Need::growing: return bodies.stretch.active;
   case Need::bending: return bodies.bend.active;

@@ -2,8 +2,13 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <string_view>
+#include <type_traits>
 
 #include "../base/call.hpp"
+#include "nscd/nscd_options.hpp"
+#include "smooth/smooth_dem_options.hpp"
 
 namespace cairn {
 namespace {
@@ -34,9 +39,58 @@ Option option_of(Strategy& s, const std::string& name) {
 }
 
 template <class T>
+constexpr std::string_view kind_of_option() {
+  if constexpr (std::is_same_v<T, bool>) return "flag";
+  if constexpr (std::is_same_v<T, int>) return "whole";
+  if constexpr (std::is_same_v<T, double>) return "number";
+  return "text";
+}
+
+// visit(info, member, default) for every row of a strategy.
+template <class Visit>
+void each_option(NscdOptions& s, Visit&& visit) {
+  constexpr double never = std::numeric_limits<double>::infinity(), none = std::numeric_limits<double>::quiet_NaN();
+  constexpr int most = std::numeric_limits<int>::max();
+#define CAIRN_NSCD_OPTION(name, type, member, standard, ends, low, high, meaning)                                      \
+  visit(OptionInfo{#name, kind_of_option<type>(), ends, meaning, double(low), double(high)}, s.member, type(standard));
+#include "options.def"
+  (void)none;
+}
+template <class Visit>
+void each_option(SmoothDemOptions& s, Visit&& visit) {
+  constexpr double never = std::numeric_limits<double>::infinity(), none = std::numeric_limits<double>::quiet_NaN();
+  constexpr int most = std::numeric_limits<int>::max();
+#define CAIRN_SMOOTH_DEM_OPTION(name, type, member, standard, ends, low, high, meaning)                                \
+  visit(OptionInfo{#name, kind_of_option<type>(), ends, meaning, double(low), double(high)}, s.member, type(standard));
+#include "options.def"
+}
+
+template <class T>
 using Kept = std::decay_t<decltype(*std::declval<T>())>;
 
 } // namespace
+
+template <class Settings>
+Settings standard_options() {
+  Settings s;
+  each_option(s, [](const OptionInfo&, auto& member, auto standard) { member = standard; });
+  return s;
+}
+template NscdOptions standard_options<NscdOptions>();
+template SmoothDemOptions standard_options<SmoothDemOptions>();
+
+template <class Settings>
+std::vector<Option> rows_of(Settings& settings) {
+  std::vector<Option> rows;
+  each_option(settings, [&](const OptionInfo& info, auto& member, const auto& standard) {
+    bool may_lack = false;
+    if constexpr (std::is_same_v<std::decay_t<decltype(standard)>, double>) may_lack = standard != standard;
+    rows.push_back({info, &member, may_lack});
+  });
+  return rows;
+}
+template std::vector<Option> rows_of(NscdOptions& settings);
+template std::vector<Option> rows_of(SmoothDemOptions& settings);
 
 void set_option(Strategy& strategy, const std::string& name, double value) {
   const Option o = option_of(strategy, name);

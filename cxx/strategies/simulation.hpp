@@ -19,32 +19,7 @@
 
 namespace cairn {
 
-// Non-Smooth Contact Dynamics: see nscd.cpp.
-struct NscdOptions {
-  Integrator integrator{}; // the theta-method, if none is chosen
-  SolverOptions solver{};
-  double margin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair; NaN: from sizes and speeds
-  bool project_positions = false;
-  bool warm_start = true;
-  bool act_on_surfaces = false;   // see Interactions
-  int renumber_every = 200;       // steps between renumberings along the space-filling curve
-  ContactPose pose{};             // Carpenter's scheme and the granular element method pose conditions of their own
-  double newton_tolerance = 1e-8; // on the balance of bodies whose stresses are not linear, in an energy norm
-  int newton_passes = 30;         // of a step at most
-  bool refuse_unstable = true;    // steps beyond the limit of an explicit integrator
-};
-
-// Explicit dynamics with smooth contact laws (Cundall & Strack 1979): see smooth_dem.cpp.
-struct SmoothDemOptions {
-  double skin = std::numeric_limits<double>::quiet_NaN(); // [m] of a pair, beyond the reach of its law; NaN: from sizes
-  double overlap = 0.01; // of an effective radius, at which the stiffness is taken for the stable step
-  bool refuse_unstable = true;
-  bool energy = true; // keep the balance of energy
-  int threads = 0;
-  int renumber_every = 1000;
-  Integrator integrator{"velocity_verlet"}; // that, or gear
-};
-
+struct NscdOptions; // see nscd/nscd_options.hpp
 struct Networks;
 
 // Terms of d(T + U + stored) = W_driven + W_external + W_growth - D_friction - D_normal - D_bulk - D_material -

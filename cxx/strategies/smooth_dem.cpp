@@ -51,6 +51,7 @@ bool SmoothDem::take_settings(Simulation& s, const Strategy& other) {
   const auto* same = dynamic_cast<const SmoothDem*>(&other);
   if (!same) return false;
   const bool other_history = settings.integrator != same->settings.integrator;
+  if (same->settings.energy && !settings.energy) forces_known_ = false; // the balance begins with the next forces
   settings = same->settings;
   changed(s, false);
   if (other_history) forget_histories(s);
@@ -101,6 +102,7 @@ void SmoothDem::begin_step(Simulation& s, double h) {
     h_ = 0;
     compute_forces(s);
     s.report.stable_step = contact_limit(s);
+    begin_balance(s);
   }
   h_ = h;
   take_scheme(s, h);
@@ -207,6 +209,19 @@ bool SmoothDem::plain_tile(const Simulation& s, std::int64_t first, std::int64_t
   return !b.driven.active || std::all_of(b.driven[first], b.driven[last], [](std::uint8_t d) { return d == 0; });
 }
 
+// What the balance of the first step begins from: motion, and springs as the first forces found them.
+void SmoothDem::begin_balance(Simulation& s) {
+  if (!settings.energy) return;
+  const Bodies& b = s.scene.bodies;
+  s.energy.kinetic = s.energy.stored = 0;
+  for (std::int64_t t = 0; t < tiles(s); ++t) {
+    const std::int64_t first = t * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
+    s.energy.kinetic +=
+        cairn_verlet_kinetic(b.dofs(), first, last, b.inverse_mass.values.data(), b.velocity.values.data());
+    s.energy.stored += sums_[std::size_t(sums_of_tile * t + 9)];
+  }
+}
+
 // Sums of the tiles in their order. d(T + U + stored) = W - D + closure, which is the error of the scheme, O(dt^2).
 void SmoothDem::account(Simulation& s, std::int64_t n) {
   double sum[sums_of_tile] = {};
@@ -222,8 +237,7 @@ void SmoothDem::account(Simulation& s, std::int64_t n) {
   Energy& e = s.energy;
   const double kinetic = sum[4], potential = sum[5], external = sum[6], driven = sum[7], bulk = sum[8], stored = sum[9],
                normal = sum[10], friction = sum[11];
-  const double before = balanced_ ? e.kinetic : kinetic, held = balanced_ ? e.stored : stored;
-  balanced_ = true;
+  const double before = e.kinetic, held = e.stored;
   e.kinetic = kinetic;
   e.stored = stored;
   e.potential += potential;

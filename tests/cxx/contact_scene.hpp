@@ -6,7 +6,9 @@
 #include <random>
 #include <vector>
 
+#include "contactors/shapes.hpp"
 #include "contacts/interaction.hpp"
+#include "laws/law_names.hpp"
 
 namespace cairn::test {
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cairn/core.h"
+#include "contactors/shapes.hpp"
 #include "detection/interaction_handler.hpp"
 
 namespace cairn::test {

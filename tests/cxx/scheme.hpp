@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cairn/core.h"
+#include "cairn/rows.h"
 
 inline cairn_scheme scheme_of(double h, double theta) {
   cairn_scheme scheme;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+#include "contactors/shapes.hpp"
+#include "laws/law_names.hpp"
 #include "strategies/nscd/nscd.hpp"
 
 #if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "cairn/core.h"
+#include "cairn/rows.h"
 #include "contacts/interaction.hpp"
+#include "laws/law_names.hpp"
 
 namespace cairn::test {
 namespace {

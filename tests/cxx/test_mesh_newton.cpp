@@ -24,7 +24,7 @@ cairn::MeshModel square(const char* material, std::vector<double> params, cairn:
   m.name = "square";
   cairn::BulkCells cells;
   cells.element = nullptr;
-  for (const cairn::ElementInfo& e : cairn::element_infos)
+  for (const cairn::ElementInfo& e : cairn::element_infos())
     if (std::string(e.name) == "q4") cells.element = &e;
   cells.material = &cairn::bulk_material_named(material);
   cells.params = std::move(params);

@@ -6,6 +6,7 @@
 
 #include "bodies/mesh_set.hpp"
 #include "contactors/hull_shapes.hpp"
+#include "contactors/shapes.hpp"
 #include "scene/scene.hpp"
 #include "scheme.hpp"
 

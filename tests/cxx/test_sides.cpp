@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solvers/sweeps/contact_system.hpp"
+#include "solvers/sweeps/side_names.hpp"
 
 namespace cairn::test {
 namespace {

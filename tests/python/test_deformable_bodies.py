@@ -162,3 +162,44 @@ def test_what_is_no_mesh_is_named(places, cells, more, told):
 def test_what_is_no_material_is_named(field, value):
     with pytest.raises(ValueError, match=f"{field} is {value}"):
         plate(**{field: value})
+
+
+def travelling(periodic, width=0.8):
+    """A plate that glides with a disk on it over a floor, out of the cell and in again."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81), periodic=periodic)
+    moving = plate((4, 2), (width, 0.4), (0.6, 0.001))
+    scene.add(cn.deformable(moving, ROCK, edges="top", contact="bottom", velocity=(3.0, 0.0)))
+    scene.add(cn.disks([[0.9, 0.501]], 0.1, ROCK, velocity=(3.0, 0.0, 0.0)), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    return cn.Simulation(scene, 5e-3, cn.NSCD(0.5, cn.Default(tol=1e-10)))
+
+
+def test_a_mesh_leaves_a_periodic_cell_whole():
+    """As it goes without a cell, but for the length of the cell; its disk leaves before it, and they touch across the boundary."""
+    free, caught = travelling(None), travelling(cn.Periodic((2.0, 0.0)))
+    for _ in range(200):
+        for sim in (free, caught):
+            sim.step()
+    shift = free.nodes.position - caught.nodes.position
+    np.testing.assert_allclose(shift, np.tile([2.0, 0.0], (len(shift), 1)), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(free.nodes.velocity, caught.nodes.velocity, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(free.bodies.velocity, caught.bodies.velocity, rtol=0, atol=1e-8)
+    assert len(caught.contacts) > 0
+
+
+def test_a_mesh_that_crosses_a_moving_boundary_is_not_strained():
+    """All of its nodes take the velocity of the image that it becomes."""
+    scene = cn.Scene(dim=2, periodic=cn.Periodic((2.0, 2.0), shear_rate=0.5))
+    scene.add(cn.deformable(plate((4, 2), (0.8, 0.4), (0.5, 1.0)), ROCK, edges="top", velocity=(0.0, 3.0)))
+    sim = cn.Simulation(scene, 5e-3, cn.NSCD(0.5))
+    for _ in range(120):
+        sim.step()
+    assert np.max(sim.nodes.position[:, 1]) - np.min(sim.nodes.position[:, 1]) == pytest.approx(0.4, rel=1e-9)
+    np.testing.assert_allclose(sim.nodes.velocity, np.tile([-1.0, 3.0], (15, 1)), rtol=0, atol=1e-9)
+    assert sim.energy["stored"] < 1e-12 * sim.energy["kinetic"]
+    assert abs(sim.energy["closure"]) < 1e-12 * sim.energy["in_play"]
+
+
+def test_a_mesh_wider_than_the_cell_is_refused():
+    with pytest.raises(ValueError, match=r"lengths\[0\] of the periodic cell is 0.7 m and the mesh 'mesh' is 0.8 m wide along x"):
+        travelling(cn.Periodic((0.7, 0.0)))

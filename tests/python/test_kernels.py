@@ -141,6 +141,8 @@ def test_verlet(dim):
     expected = [np.sum(mass * end**2) / 2, -np.sum(mass * weight * h * middle), np.sum(force * h * middle * moved), 0, drag]
     np.testing.assert_allclose(terms, expected, **CLOSE)
     assert wrong[0] == -1
+    kinetic = kernel("cairn_verlet_kinetic")(nd, 1, n, inverse, v)
+    np.testing.assert_allclose(kinetic, np.sum((mass * v**2)[1:]) / 2, **CLOSE)
 
 
 def test_verlet_turn():

@@ -65,9 +65,6 @@ void cairn_law_rule_place(int32_t a, int32_t b, int32_t number, int64_t places, 
                           int32_t* added);
 
 /* ------------------------------------------------------------------ integrators */
-#define CAIRN_INTEGRATOR(name, python, parameters, meaning) cairn_integrator cairn_integrator_##name;
-#include "../../integrators/integrators.def"
-#undef CAIRN_INTEGRATOR
 void cairn_theta_free_velocity(int32_t dim, int32_t nd, int64_t nb, double h, double theta, const double* gravity,
                                const double* mass, const double* inertia, const double* velocity, double* velocity_free,
                                double* inverse_mass, const double* force, const double* damping, const int8_t* driven,
@@ -99,6 +96,8 @@ void cairn_verlet_end(int32_t dim, int32_t nd, int64_t first, int64_t last, doub
                       const double* inverse_mass, const double* contact_force, double* velocity, int64_t* wrong,
                       const double* force, const double* damping, const int8_t* driven, const double* driven_velocity,
                       double* reaction, double* terms);
+double cairn_verlet_kinetic(int32_t nd, int64_t first, int64_t last, const double* inverse_mass,
+                            const double* velocity);
 void cairn_verlet_begin_spheres(int64_t first, int64_t last, double h, const double* gravity,
                                 const double* inverse_mass, const double* contact_force, const double* radius,
                                 double* velocity, double* position, double* record, double* fastest);
@@ -213,38 +212,14 @@ struct cairn_condensed {
   double* velocity;   /* (dofs) [m/s] */
   double* compliance; /* (leading, dofs) [1/kg] */
 };
-#define CAIRN_MAPPED_SIDE(name, dimension, lever, width) cairn_side_gather cairn_side_##name##_gather;
-#define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
-  cairn_side_gather cairn_side_##name##_gather;                                                                        \
-  cairn_side_scatter cairn_side_##name##_scatter;                                                                      \
-  cairn_side_delassus cairn_side_##name##_delassus;
-#include "../../sides/sides.def"
-#undef CAIRN_SIDE
-#undef CAIRN_MAPPED_SIDE
 void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
-/* Laws and the local solvers of the cone. Absent slots are declared too: nobody calls them. */
-#define CAIRN_LAW(name, ...)                                                                                           \
-  cairn_law_prepare cairn_law_##name##_prepare;                                                                        \
-  cairn_law_solve cairn_law_##name##_solve;                                                                            \
-  cairn_law_commit cairn_law_##name##_commit;                                                                          \
-  cairn_law_residual cairn_law_##name##_residual;                                                                      \
-  cairn_law_energy cairn_law_##name##_energy;                                                                          \
-  cairn_law_force cairn_law_##name##_force;                                                                            \
-  cairn_law_stiffness cairn_law_##name##_stiffness;
-#include "../../contact_laws/laws.def"
-#undef CAIRN_LAW
 /* What a strategy poses at contacts in place of Moreau's condition, from what their law prepared; columns (n, c).
  * params (2) of the strategy; force_begin that of the contact at the start of the step; given: impulses besides those
  * that are solved for. */
 typedef void cairn_pose(int32_t n, int32_t c, double h, double theta, const double* params, const double* gap,
                         const double* u_begin, const double* force_begin, double* bias, double* compliance,
                         double* given);
-#define CAIRN_POSE(name, python) cairn_pose cairn_pose_##name;
-#include "../../poses/poses.def"
-#undef CAIRN_POSE
-/* Rows of networks.def. */
-#define CAIRN_CONDUCTANCE(name, python, parameters, reads, meaning) cairn_conductance cairn_conductance_##name;
-#include "../../networks/networks.def"
+/* The local solvers of the cone. */
 cairn_law_solve cairn_cone_isotropic2, cairn_cone_isotropic3, cairn_cone_full2, cairn_cone_full3;
 
 /* ------------------------------------------------------------------ sweeps and passes over batches
@@ -421,12 +396,6 @@ void cairn_elastic_matrices(int32_t dim, int32_t nodes, int32_t points, const do
                             double* stiffness, double* mass, int32_t* wrong);
 void cairn_elastic_stress(int32_t dim, int32_t nodes, const double* gradient, int64_t n, const double* x,
                           const double* elasticity, const double* displacement, double* stress);
-#define CAIRN_ELEMENT(name, cell, dim, nodes, points, bulk_points, order)                                              \
-  cairn_element_rule cairn_element_##name##_rule;                                                                      \
-  cairn_element_rule cairn_element_##name##_bulk_rule;                                                                 \
-  cairn_element_shape cairn_element_##name##_shape;
-#include "../../elements/elements.def"
-#undef CAIRN_ELEMENT
 
 /* Of n bars (dim, 2, dim, 2, n) and beams (6 | 12, 6 | 12, n) between two nodes, x (dim, 2, n); inertia (2, n). */
 void cairn_bar_stiffness(int32_t dim, int64_t n, const double* x, const double* young, const double* area,
@@ -556,9 +525,6 @@ typedef void cairn_hull_contact(int32_t n, const cairn_hulls* hulls, const int32
                                 const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, const double* limit, int32_t* count, double* gap,
                                 double* normal, double* point, int32_t* feature);
-#define CAIRN_PAIR(name, a, b, most) cairn_pair_contact cairn_pair_##name;
-#define CAIRN_HULL_PAIR(name, a, b, most) cairn_hull_contact cairn_pair_##name;
-#include "../../detection/pairs.def"
 /* Of all rows CAIRN_CONVEX_PAIR: hulls says what A and what B is seen as. */
 cairn_hull_contact cairn_pair_convex;
 /* The plain way, to check against: see core_f90/reference. */

@@ -14,9 +14,6 @@ extern "C" {
 typedef void cairn_bulk_material(int64_t n, double h, double theta, const double* params, const double* length,
                                  const double* measure, const double* state_begin, double* state, double* stress,
                                  double* tangent, double* energy, double* dissipated, int32_t* status);
-#define CAIRN_BULK_MATERIAL(name, python, given, parameters, state, symmetric) cairn_bulk_material cairn_bulk_##name;
-#include "../../bulk_materials/bulk_materials.def"
-#undef CAIRN_BULK_MATERIAL
 /* measure: 0 linear, 1 Biot, 2 Green, 3 Hencky. */
 void cairn_strain_measure(int32_t measure, int64_t n, const double* gradient, double* strain, int32_t* status);
 void cairn_stress_of_measure(int32_t measure, int64_t n, const double* gradient, const double* stress,

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "cairn/rows.h"
+#include "side_names.hpp"
+
 namespace cairn {
 
 const cairn_side* sides() {
@@ -15,6 +18,8 @@ const cairn_side* sides() {
   };
   return rows;
 }
+
+bool is_radial(std::int32_t side) { return side == radial2 || side == radial3; }
 
 cairn_schedule ContactSystem::schedule(int threads) {
   // a thread that has less than a few tasks waits longer than it works

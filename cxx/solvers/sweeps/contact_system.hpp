@@ -65,13 +65,6 @@ struct ContactSystem {
 
 // row k: side k of sides.def
 const cairn_side* sides();
-enum Side : std::int32_t {
-#define CAIRN_SIDE(name, dimension, lever, width) name,
-#define CAIRN_MAPPED_SIDE(name, dimension, lever, width) name,
-#include "../../../core_f90/sides/sides.def"
-#undef CAIRN_SIDE
-#undef CAIRN_MAPPED_SIDE
-};
-inline bool is_radial(std::int32_t side) { return side == radial2 || side == radial3; }
+bool is_radial(std::int32_t side);
 
 } // namespace cairn

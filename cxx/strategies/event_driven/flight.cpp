@@ -4,6 +4,8 @@
 #include <numeric>
 
 #include "../../base/call.hpp"
+#include "../../contactors/shapes.hpp"
+#include "cairn/rows.h"
 #include "event_driven.hpp"
 
 namespace cairn::events {

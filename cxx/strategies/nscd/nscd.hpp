@@ -5,6 +5,7 @@
 
 #include "../simulation.hpp"
 #include "../strategy.hpp"
+#include "nscd_options.hpp"
 
 namespace cairn {
 

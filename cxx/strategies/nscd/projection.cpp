@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "../../base/call.hpp"
+#include "../../laws/law_names.hpp"
 #include "nscd.hpp"
 
 namespace cairn {

@@ -25,7 +25,7 @@ void SmoothDem::batch_geometry(const Simulation& s, const NeighbourList::Batch& 
   const Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   const std::int64_t p = batch.first;
-  const SmoothPairKind& kind = smooth_pair_kinds[batch.kind];
+  const SmoothPairKind& kind = smooth_pair_kinds()[batch.kind];
   const double* centre = centred_ ? b.position.values.data() : centre_.data();
   cairn_pair_gather(dim_, batch.count, &list_.a[p], &list_.b[p], &list_.image[p], centre, c.radius.values.data(),
                     info(kind.b).directed, direction_.data(), s.scene.cell.any(), s.scene.cell.vectors, w.between,

@@ -19,10 +19,6 @@ struct SmoothPairKind {
   Shape a, b;
   cairn_pair_contact* contact;
 };
-inline const SmoothPairKind smooth_pair_kinds[] = {
-#define CAIRN_PAIR(name, a, b, most) {Shape::a, Shape::b, cairn_pair_##name},
-#include "../../../core_f90/detection/pairs.def"
-#undef CAIRN_PAIR
-};
+std::span<const SmoothPairKind> smooth_pair_kinds();
 
 } // namespace cairn

@@ -4,14 +4,17 @@
 
 #include "../../base/call.hpp"
 #include "../../base/key_search.hpp"
+#include "../../contactors/shapes.hpp"
+#include "cairn/rows.h"
 #include "lanes.hpp"
 
 namespace cairn {
 namespace {
 
 int row_of(Shape a, Shape b) {
-  for (std::size_t k = 0; k < std::size(smooth_pair_kinds); ++k)
-    if (smooth_pair_kinds[k].a == a && smooth_pair_kinds[k].b == b) return int(k);
+  const std::span<const SmoothPairKind> kinds = smooth_pair_kinds();
+  for (std::size_t k = 0; k < kinds.size(); ++k)
+    if (kinds[k].a == a && kinds[k].b == b) return int(k);
   throw Error("SmoothDEM knows no contact of these shapes yet; use disks, spheres, walls and clumps of them, or NSCD");
 }
 
@@ -19,6 +22,15 @@ int row_of(Shape a, Shape b) {
 double curvature(Shape shape, double radius) { return info(shape).round == 0 ? 0 : info(shape).round / radius; }
 
 } // namespace
+
+std::span<const SmoothPairKind> smooth_pair_kinds() {
+  static constexpr SmoothPairKind kinds[] = {
+#define CAIRN_PAIR(name, a, b, most) {Shape::a, Shape::b, cairn_pair_##name},
+#include "../../../core_f90/detection/pairs.def"
+#undef CAIRN_PAIR
+  };
+  return kinds;
+}
 
 SmoothDem::SmoothDem(const SmoothDemOptions& o) : settings(o) { name = "smooth_dem"; }
 
@@ -28,7 +40,7 @@ SmoothDem::~SmoothDem() = default;
 void SmoothDem::changed(Simulation& s, bool places) {
   list_.valid = false;
   if (!places) return;
-  forces_known_ = balanced_ = false;
+  forces_known_ = false;
   forget_histories(s);
 }
 
@@ -169,7 +181,7 @@ void SmoothDem::make_list(Simulation& s) {
 void SmoothDem::lay_out(Simulation& s) {
   const Contactors& c = s.scene.contactors;
   const std::int64_t n = found_.count, nt = tiles(s);
-  const int entries = s.laws.entries(), kinds = int(std::size(smooth_pair_kinds)), groups = 2 * kinds * entries;
+  const int entries = s.laws.entries(), kinds = int(smooth_pair_kinds().size()), groups = 2 * kinds * entries;
   std::vector<std::int64_t> start(nt * groups + 1, 0);
   std::vector<std::int64_t> slot(n);
   for (std::int64_t i = 0; i < n; ++i) {
@@ -210,8 +222,8 @@ void SmoothDem::lay_out(Simulation& s) {
         batch.count = std::int32_t(std::min<std::int64_t>(NeighbourList::lanes, end - first));
         batch.kind = g % (kinds * entries) / entries;
         batch.entry = g % entries;
-        batch.spheres = smooth_pair_kinds[batch.kind].a == Shape::sphere &&
-                        smooth_pair_kinds[batch.kind].b == Shape::sphere && entries_[batch.entry].scalars == 0 &&
+        batch.spheres = smooth_pair_kinds()[batch.kind].a == Shape::sphere &&
+                        smooth_pair_kinds()[batch.kind].b == Shape::sphere && entries_[batch.entry].scalars == 0 &&
                         entries_[batch.entry].vectors == 1;
         if (g >= kinds * entries) {
           batch.other = list_.others;
@@ -284,7 +296,7 @@ void SmoothDem::restore(Simulation&, ContactMemory memory) {
   memory_ = std::move(memory);
   list_.pairs = 0;
   list_.valid = false;
-  forces_known_ = balanced_ = true;
+  forces_known_ = true;
 }
 
 void SmoothDem::move_images(const Simulation&, const std::vector<std::array<int, 3>>& moved) {

@@ -7,6 +7,7 @@
 #include "../simulation.hpp"
 #include "../strategy.hpp"
 #include "cairn/core.h"
+#include "smooth_dem_options.hpp"
 
 namespace cairn {
 
@@ -113,6 +114,7 @@ private:
   void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);
   void to_local(const double* n, const double* v, double* out) const;
   bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
+  void begin_balance(Simulation& s);
   void account(Simulation& s, std::int64_t n);
   // Of an integrator that predicts by a history and corrects it: see histories.cpp.
   bool predicts() const { return scheme_.histories > 0; }
@@ -130,7 +132,7 @@ private:
   cairn_scheme scheme_{};    // of the step at hand, where it keeps a history; velocity Verlet has kernels of its own
   Array<double> push_;       // of contacts and forces, as histories start
   double h_ = 0, moved_ = 0; // way that bodies may have gone since the list was made [m]
-  bool forces_known_ = false, balanced_ = false;
+  bool forces_known_ = false;
   std::int64_t lists_made_ = 0;
   NeighbourList list_;
   Candidates found_;

@@ -108,13 +108,19 @@ class Placed:
         return radius * np.sqrt(np.maximum(0.0, 1 - (axis / np.linalg.norm(axis)) ** 2))
 
 
-def refuse_narrow_cell(core, periodic, vectors):
-    """Raises ValueError if a body is wider than the periodic cell, where it would lie in its own image."""
+def refuse_narrow_cell(core, periodic, vectors, meshes=()):
+    """Raises ValueError if a body is wider than the periodic cell, where it would lie in its own image. meshes: (name, places of
+    nodes) of those that deform."""
     axes = [k for k in range(core.dim) if periodic[k]]
     if not axes:
         return
     placed = Placed(core)
     low, high = placed.bounds()
+    names = [f"body {i}" for i in placed.ids]
+    for name, nodes in meshes:
+        if len(nodes):
+            names.append(f"the mesh {name!r}")
+            low, high = np.vstack([low, np.min(nodes, axis=0)]), np.vstack([high, np.max(nodes, axis=0)])
     for k in axes:
         width = high[:, k] - low[:, k]
         rounding = 16 * np.finfo(float).eps * np.maximum(np.abs(high[:, k]), np.abs(low[:, k]))
@@ -122,6 +128,6 @@ def refuse_narrow_cell(core, periodic, vectors):
         if len(wide):
             i = wide[np.argmax(width[wide])]
             raise ValueError(
-                f"lengths[{k}] of the periodic cell is {vectors[k][k]:g} m and body {placed.ids[i]} is {width[i]:g} m wide "
+                f"lengths[{k}] of the periodic cell is {vectors[k][k]:g} m and {names[i]} is {width[i]:g} m wide "
                 f"along {'xyz'[k]}, so that it lies in its own image: give a cell at least as wide as every body"
             )

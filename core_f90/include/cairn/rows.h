@@ -1,0 +1,54 @@
+/* Kernels that rows of the lists name, in the forms of core.h. Apart from it, so that a new row compiles those alone
+ * that read the list: its registry, and whoever names a row. Slots that a row does not offer are declared too: nobody
+ * calls them. */
+#ifndef CAIRN_ROWS_H
+#define CAIRN_ROWS_H
+#include "cairn/core.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define CAIRN_LAW(name, ...)                                                                                           \
+  cairn_law_prepare cairn_law_##name##_prepare;                                                                        \
+  cairn_law_solve cairn_law_##name##_solve;                                                                            \
+  cairn_law_commit cairn_law_##name##_commit;                                                                          \
+  cairn_law_residual cairn_law_##name##_residual;                                                                      \
+  cairn_law_energy cairn_law_##name##_energy;                                                                          \
+  cairn_law_force cairn_law_##name##_force;                                                                            \
+  cairn_law_stiffness cairn_law_##name##_stiffness;
+#include "../../contact_laws/laws.def"
+#undef CAIRN_LAW
+#define CAIRN_POSE(name, python) cairn_pose cairn_pose_##name;
+#include "../../poses/poses.def"
+#undef CAIRN_POSE
+#define CAIRN_MAPPED_SIDE(name, dimension, lever, width) cairn_side_gather cairn_side_##name##_gather;
+#define CAIRN_SIDE(name, dimension, lever, width)                                                                      \
+  cairn_side_gather cairn_side_##name##_gather;                                                                        \
+  cairn_side_scatter cairn_side_##name##_scatter;                                                                      \
+  cairn_side_delassus cairn_side_##name##_delassus;
+#include "../../sides/sides.def"
+#undef CAIRN_SIDE
+#undef CAIRN_MAPPED_SIDE
+#define CAIRN_PAIR(name, a, b, most) cairn_pair_contact cairn_pair_##name;
+#define CAIRN_HULL_PAIR(name, a, b, most) cairn_hull_contact cairn_pair_##name;
+#include "../../detection/pairs.def"
+#define CAIRN_INTEGRATOR(name, python, parameters, meaning) cairn_integrator cairn_integrator_##name;
+#include "../../integrators/integrators.def"
+#undef CAIRN_INTEGRATOR
+#define CAIRN_CONDUCTANCE(name, python, parameters, reads, meaning) cairn_conductance cairn_conductance_##name;
+#include "../../networks/networks.def"
+#define CAIRN_ELEMENT(name, cell, dim, nodes, points, bulk_points, order)                                              \
+  cairn_element_rule cairn_element_##name##_rule;                                                                      \
+  cairn_element_rule cairn_element_##name##_bulk_rule;                                                                 \
+  cairn_element_shape cairn_element_##name##_shape;
+#include "../../elements/elements.def"
+#undef CAIRN_ELEMENT
+#define CAIRN_BULK_MATERIAL(name, python, given, parameters, state, symmetric) cairn_bulk_material cairn_bulk_##name;
+#include "../../bulk_materials/bulk_materials.def"
+#undef CAIRN_BULK_MATERIAL
+
+#ifdef __cplusplus
+}
+#endif
+#endif
