@@ -175,7 +175,7 @@ def travelling(periodic, width=0.8):
 
 
 def test_a_mesh_leaves_a_periodic_cell_whole():
-    """As it goes without a cell, but for the length of the cell; its disk leaves before it, and they touch across the boundary."""
+    """As it goes without a cell, but for its length; its disk leaves before it, and they touch across the boundary."""
     free, caught = travelling(None), travelling(cn.Periodic((2.0, 0.0)))
     for _ in range(200):
         for sim in (free, caught):
@@ -201,5 +201,5 @@ def test_a_mesh_that_crosses_a_moving_boundary_is_not_strained():
 
 
 def test_a_mesh_wider_than_the_cell_is_refused():
-    with pytest.raises(ValueError, match=r"lengths\[0\] of the periodic cell is 0.7 m and the mesh 'mesh' is 0.8 m wide along x"):
+    with pytest.raises(ValueError, match=r"lengths\[0\] of the periodic cell is 0.7 m and the mesh 'mesh' is 0.8 m wide"):
         travelling(cn.Periodic((0.7, 0.0)))

@@ -429,7 +429,8 @@ def checked_sets(dim, given, materials=None, periodic=None):
     for s in flat:
         insert(probe, s, {}, meshes=meshes)
     if periodic is not None:
-        refuse_narrow_cell(probe, *periodic.arrays(dim)[:2], meshes=[(s.mesh.name, s.position) for s in flat if s.mesh is not None])
+        deformable = [(s.mesh.name, s.position) for s in flat if s.mesh is not None]
+        refuse_narrow_cell(probe, *periodic.arrays(dim)[:2], deformable)
     return flat, known
 
 
