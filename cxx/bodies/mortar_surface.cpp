@@ -6,6 +6,7 @@
 
 #include "../base/call.hpp"
 #include "cairn/core.h"
+#include "cairn/rows.h"
 #include "mesh_body.hpp"
 
 namespace cairn {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../laws/law_names.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {

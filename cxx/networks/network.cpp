@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "../base/key_search.hpp"
+#include "../laws/law_names.hpp"
 #include "../strategies/contact_fields.hpp"
 #include "../strategies/simulation.hpp"
 #include "cairn/rows.h"
