@@ -6,7 +6,7 @@ module condensed_bodies
   use contact_batch, only: cairn_batch, cairn_condensed, mapping_nodes, mapping_dofs
   implicit none
   private
-  public :: load_mapped, add_mapped, add_responses, delassus_mapped, delassus_shared, cairn_mapped_responses
+  public :: load_mapped, load_one, add_mapped, add_responses, delassus_mapped, delassus_shared, cairn_mapped_responses
 contains
 
   !> Velocity of the point of the body that each contact rests on: the mean of its nodes, by weight.
@@ -34,6 +34,23 @@ contains
       v(contacts + 1:n, k) = 0
     end do
   end subroutine load_mapped
+
+  !> load_mapped of one contact, without loops over contacts.
+  pure subroutine load_one(dim, nodes, dof, weight, velocity, v)
+    integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: nodes        !< of the contact
+    integer(c_int32_t), intent(in)    :: dof(*)       !< places of the first dof of each node, from 0
+    real(c_double), intent(in)        :: weight(*)    !< of the nodes; 0 where there are fewer [-]
+    real(c_double), intent(in)        :: velocity(0:*) !< of all condensed bodies [m/s]
+    real(c_double), intent(out)       :: v(dim)       !< [m/s]
+    integer :: k
+    do k = 1, dim
+      v(k) = 0 + weight(1)*velocity(dof(1) + k - 1) ! no loop, so that each product is rounded with its sum, as in load_mapped
+      if (nodes > 1) v(k) = v(k) + weight(2)*velocity(dof(2) + k - 1)
+      if (nodes > 2) v(k) = v(k) + weight(3)*velocity(dof(3) + k - 1)
+      if (nodes > 3) v(k) = v(k) + weight(4)*velocity(dof(4) + k - 1)
+    end do
+  end subroutine load_one
 
   !> v_c = v_c + sign (S H) dr of small bodies, S H as the batch keeps it; no two contacts share a body.
   subroutine add_responses(n, contacts, dim, stride, sign, dr, dof, response, velocity)
@@ -156,7 +173,7 @@ contains
     type(cairn_condensed), intent(in) :: condensed(0:*)
     real(c_double), pointer, contiguous :: v_c(:), compliance(:, :)
     real(c_double) :: axes(3, 3), p(3)
-    integer :: i, j
+    integer :: i, j, first
     do i = 1, contacts
       if (dim == 2) then
         p(1) = sign*(dr(i, 1)*frame(i, 1) - dr(i, 2)*frame(i, 2))
@@ -171,11 +188,33 @@ contains
         call c_f_pointer(of%velocity, v_c, [of%dofs])
         call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
       end associate
-      do j = 1, mapping_nodes
+      if (dim == 2 .and. all(abs(weight(i, 1:2)) > 0)) then ! on an edge
+        call add_edge(node(i, 1), node(i, 2), weight(i, 1)*p, weight(i, 2)*p, v_c, compliance)
+        first = 3
+      else
+        first = 1
+      end if
+      do j = first, mapping_nodes
         if (abs(weight(i, j)) > 0) call add_columns(dim, node(i, j), weight(i, j)*p, v_c, compliance)
       end do
     end do
   end subroutine add_mapped
+
+  !> add_columns of both nodes of an edge in one pass.
+  pure subroutine add_edge(node_a, node_b, p, q, v, compliance)
+    integer(c_int32_t), intent(in) :: node_a, node_b   !< from 0
+    real(c_double), intent(in)     :: p(3), q(3)       !< on each [N s]
+    real(c_double), intent(inout), contiguous :: v(:)  !< [m/s]
+    real(c_double), intent(in), contiguous :: compliance(:, :) !< [1/kg]
+    integer :: a, b, l
+    a = 2*node_a
+    b = 2*node_b
+    !$omp simd
+    do l = 1, size(v)
+      v(l) = v(l) + (p(1)*compliance(l, a + 1) + p(2)*compliance(l, a + 2)) &
+             + (q(1)*compliance(l, b + 1) + q(2)*compliance(l, b + 2))
+    end do
+  end subroutine add_edge
 
   !> What an impulse p on a node does to the velocities of all, columns of the compliance side by side.
   pure subroutine add_columns(dim, node, p, v, compliance)
