@@ -82,7 +82,7 @@ def test_two_disks_that_draw_each_other_hold_to_that_force():
 
 
 def test_janssens_law_in_a_silo_whose_walls_are_drawn_up():
-    """Stress on the walls and on the floor of a column six widths high follow s (1 - exp(-z/s)), s = width/(2 mu K), with one K."""
+    """Stress on walls and floor of a column six widths high follows s (1 - exp(-z/s)), s = width/(2 mu K), with one K."""
     width, mu, count = 8.0, 0.5, 400
     radii = cn.pre.grains.uniform(count, 0.4, 0.6, rng=3)
     scene = cn.Scene(dim=2, gravity=(0.0, -9.81))

@@ -252,3 +252,43 @@ def test_a_mesh_is_not_written_silently(tmp_path):
     scene = legacy.read_datbox(DATA / "mesh2d_block")
     with pytest.raises(legacy.LegacyError, match="no word for this: the deformable body 'MAILx 1'"):
         legacy.write_datbox(scene, tmp_path / "again")
+
+
+@pytest.mark.parametrize("recovery", [0.0, 1.0])
+@pytest.mark.parametrize("name", ["MAC", "MP", "MP3", "MAL", "TH", "ABP", "EXPO"])
+def test_cohesive_zones_written_and_read_again_break_alike(tmp_path, name, recovery):
+    both = dict(normal_strength=2e5, tangential_strength=3e5, normal_work=10.0, tangential_work=30.0)
+    own = {
+        "MAC": dict(work=10.0, viscosity=0.02),
+        "MP": dict(work=10.0),
+        "MP3": dict(strength=2e5, work=10.0),
+        "MAL": both,
+        "TH": both | dict(normal_plateau=3e-5, tangential_plateau=5e-5),
+        "ABP": both | dict(normal_end=4e-4, tangential_end=8e-4, first_share=0.3),
+        "EXPO": both | dict(rest=0.01),
+    }[name]
+    law = getattr(cn, name)(normal_stiffness=1e10, tangential_stiffness=1e10, mu=0.3, recovery=recovery, within=1e-3, **own)
+    scene, rock = cn.Scene(dim=2), cn.Material("rock", density=1000.0)
+    x = [[0.0, 0.0], [0.1, 0.0], [0.0, 0.1], [0.1, 0.1]]
+    scene.add(cn.disks(x, 0.05, rock, velocity=[[0, 0, 0], [0, 0, 0], [0, 0, 0], [0.6, 0.9, 0]]))
+    scene.interact(rock, rock, law)
+    legacy.write_datbox(scene, tmp_path)
+    again = legacy.read_datbox(tmp_path)
+    assert f" {'' if recovery else 'IQS_'}{name}_CZM " in (tmp_path / "TACT_BEHAV.DAT").read_text()
+    ends = []
+    for one in (scene, again):
+        sim = cn.Simulation(one, 2e-6, cn.NSCD(solver=cn.NLGS(tol=1e-10, max_iter=20000)), overlap="ignore")
+        for _ in range(150):
+            sim.step()
+        ends.append((np.sort(sim.contacts.beta), sim.bodies.velocity[:, :2].copy()))
+    assert ends[0][0].min() < 0.95
+    for one, other in zip(*ends):
+        assert np.allclose(one, other, rtol=1e-4, atol=1e-6)
+
+
+def test_a_zone_that_the_format_has_no_word_for_is_refused(tmp_path):
+    scene, rock = cn.Scene(dim=2), cn.Material("rock", density=1000.0)
+    scene.add(cn.disks([[0.0, 0.0], [0.1, 0.0]], 0.05, rock))
+    scene.interact(rock, rock, cn.MP(normal_stiffness=1e10, tangential_stiffness=1e10, work=10.0, power=2.0))
+    with pytest.raises(legacy.LegacyError, match="power"):
+        legacy.write_datbox(scene, tmp_path)

@@ -22,8 +22,11 @@ _ZONE = (("dyfr", "stfr"), ("cn", "ct"))
 _MODES = (("s1", "s2"), ("G1", "G2"))
 for _name, _rows in {
     "MAC_CZM": (*_ZONE, ("b", "w")),
+    "MP_CZM": (*_ZONE, ("w",)),
+    "MP3_CZM": (*_ZONE, ("smax", "w")),
     "MAL_CZM": (*_ZONE, *_MODES),
     "TH_CZM": (*_ZONE, *_MODES, ("dp1", "dp2")),
+    "ABP_CZM": (*_ZONE, *_MODES, ("du1", "du2"), ("phi",)),
     "EXPO_CZM": (*_ZONE, *_MODES, ("eta",)),
 }.items():
     LAW_VALUES |= {_name: _rows, "IQS_" + _name: _rows}

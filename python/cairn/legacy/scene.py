@@ -28,8 +28,11 @@ _ZONE = {"mu": "stfr", "normal_stiffness": "cn", "tangential_stiffness": "ct"}
 _MODES = {"normal_strength": "s1", "tangential_strength": "s2", "normal_work": "G1", "tangential_work": "G2"}
 _ZONES = {
     "MAC_CZM": ("MAC", _ZONE | {"viscosity": "b", "work": "w"}),
+    "MP_CZM": ("MP", _ZONE | {"work": "w"}),
+    "MP3_CZM": ("MP3", _ZONE | {"strength": "smax", "work": "w"}),
     "MAL_CZM": ("MAL", _ZONE | _MODES),
     "TH_CZM": ("TH", _ZONE | _MODES | {"normal_plateau": "dp1", "tangential_plateau": "dp2"}),
+    "ABP_CZM": ("ABP", _ZONE | _MODES | {"normal_end": "du1", "tangential_end": "du2", "first_share": "phi"}),
     "EXPO_CZM": ("EXPO", _ZONE | _MODES | {"rest": "eta"}),
 }
 LAWS |= _ZONES | {"IQS_" + name: law for name, law in _ZONES.items()}
@@ -426,6 +429,8 @@ def _add_laws(scene, box, materials, origin):
             values["within"] = max((see.alert for see in box.see if see.law == name), default=0.0)
             if law.parameters["dyfr"] != law.parameters["stfr"]:
                 origin.unmapped.append(f"friction of law {name} that slides and sticks apart (TACT_BEHAV.DAT, line {law.line})")
+            if python in ("MP", "MP3") and law.parameters["cn"] != law.parameters["ct"]:
+                origin.notes.append(f"law {name} ({law.law}): its work is that of every mode, there the mean of two")
         try:
             mapped[name] = laws.LAWS[python](**values)
         except ValueError as error:

@@ -290,6 +290,10 @@ class _Writer:
                     named[law] = f"law{len(named):02d}"
                     legacy, names = known[python]
                     values = dict(zip(law.parameter_names, law.values))
+                    if values.get("recovery") == 1:  # as zones between deformable bodies
+                        legacy = legacy.removeprefix("IQS_")
+                    if values.get("recovery", 0) not in (0, 1) or values.get("power", 1) != 1:
+                        self.missed.append(f"recovery and power of law {law!r}")
                     there = {theirs: values[ours] for ours, theirs in names.items()}
                     there |= {"dyfr": there["stfr"]} if "stfr" in there else {}
                     head = f" {named[law]}  {legacy:<30}".ljust(40)
