@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 
+import cairn as cn
 import h5py
 import numpy as np
 import pytest
@@ -520,3 +521,59 @@ def test_integrators_that_are_none_are_told():
             scene_settings(["NLGS"], integrators=(text,))
     plain = scene_settings(["NLGS"], (1e-2,), warm_start=(True,))
     assert "integrator" not in next(iter(plain.values())).as_row()
+
+
+HOT = """
+import cairn as cn
+import numpy as np
+
+DT, DURATION = 0.05, 1.0
+
+def build():
+    x = np.linspace(0, 1, 9)
+    points = np.stack(np.meshgrid(x, [0.0, 0.1], indexing="ij"), -1).reshape(-1, 2)
+    k = np.arange(len(points)).reshape(-1, 2)
+    cells = np.stack([k[:-1, 0], k[1:, 0], k[1:, 1], k[:-1, 1]], -1)
+    groups = {"left": k[0], "right": k[-1]}
+    steel = cn.Material("steel", density=1000.0, conductivity=2e4, capacity=1.0, expansion=1e-5, young=1e9, poisson=0.0)
+    body = cn.ElasticBody(points, {"quad": cells}, young=1e9, poisson=0.0, density=1000.0, groups=groups, rayleigh=(30.0, 0.0))
+    scene = cn.Scene(2)
+    scene.add(cn.deformable(body, steel, fixed={"left": "xy"}, name="bar"))
+    scene.thermal(temperature={"bar.left": lambda t: 300.0 + 100.0 * t}, initial=300.0, reference=300.0, friction="none")
+    return scene
+
+def figure_tip(sim):
+    return sim.meshes[0].displacement[-1, 0]
+"""
+
+
+def test_a_study_sweeps_networks_and_their_coupling(tmp_path):
+    """A bar whose end is heated: mechanics that sees the heat of the step before lags by what it grows in one."""
+    path = tmp_path / "bar.py"
+    path.write_text(HOT)
+    sweep = {
+        "solvers": ["NLGS"], "tolerances": (1e-6,), "warm_start": (True,), "dt_factors": (1.0,),
+        "network_tolerances": (1e-12, 1e-6), "couplings": ("staggered", "1e-8"),
+    }  # fmt: skip
+    found = study.run(str(path), tmp_path / "bar.study", figures=["tip"], sweep=sweep, one_step=False, workers=1, progress=False)
+    rows = {(row["network_tol"], row["coupling"]): row for row in found.table if row["figure"] == "tip"}
+    assert len(rows) == 4
+    for tol in (1e-12, 1e-6):
+        late, repeated = rows[tol, "staggered"], rows[tol, "1e-8"]
+        ahead = repeated["value"] / late["value"] - 1  # of a ramp to 1 s, averaged over its second half
+        assert ahead == pytest.approx(0.05 / 0.75, rel=0.1) and repeated["iterations"] >= late["iterations"]
+    best = found.recommend(0.5, of="tip", here=True)
+    assert "networks of the scene: tol=" in str(best) and "coupling=" in str(best)
+    found.plot("tip", tmp_path / "tip.png")
+
+
+def test_networks_that_are_none_are_told(tmp_path):
+    with pytest.raises(ValueError, match="a network tolerance is 2"):
+        scene_settings(["NLGS"], network_tolerances=(2.0,))
+    with pytest.raises(ValueError, match="give 'staggered' or a number"):
+        scene_settings(["NLGS"], couplings=("tight",))
+    (setting,) = scene_settings(["NLGS"], (1e-2,), warm_start=(True,), couplings=("1e-4",)).values()
+    with pytest.raises(ValueError, match="has no network"):
+        setting.set_networks(cn.Scene(2))
+    plain = scene_settings(["NLGS"], (1e-2,), warm_start=(True,))
+    assert not {"network_tol", "coupling"} & next(iter(plain.values())).as_row().keys()

@@ -37,6 +37,8 @@ def add_parser(add, commands):
     sweep.add_argument("--dt-factors", nargs="+", type=float, default=(1.0,), help="of the time step (default: 1)")
     sweep.add_argument("--warm-start", choices=("on", "off", "both"), default="both", help="default: both")
     sweep.add_argument("--integrators", nargs="+", default=("",), metavar="CALL", help="'HHT(alpha=-0.1)' (default: the scene's)")
+    sweep.add_argument("--network-tolerances", nargs="+", type=float, default=(0.0,), help="default: the scene's")
+    sweep.add_argument("--couplings", nargs="+", default=("",), metavar="C", help="staggered or numbers (default: the scene's)")
     sweep.add_argument("--min-iter", nargs="+", type=int, default=(1,), help="fewest iterations of a step (default: 1)")
     sweep.add_argument("--max-iter", type=int, default=10_000, help="most iterations of a step (default: 10000)")
     how = parser.add_argument_group("how it is measured")
@@ -97,7 +99,8 @@ def _call(options):
         {
             "solvers": options.solvers, "tolerances": tuple(options.tolerances), "dt_factors": tuple(options.dt_factors),
             "warm_start": warm, "min_iter": tuple(options.min_iter), "max_iter": options.max_iter,
-            "integrators": tuple(options.integrators),
+            "integrators": tuple(options.integrators), "network_tolerances": tuple(options.network_tolerances),
+            "couplings": tuple(options.couplings),
         },
     )
     for name in ("prepare", "states", "duration", "runs", "perturbation", "samples", "reference_tol", "max_seconds"):

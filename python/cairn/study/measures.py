@@ -61,7 +61,8 @@ def upper_bound(errors, floor, confidence=CONFIDENCE):
         return float(np.exp(logs.mean() + width))
 
 
-SETTING = ("setting", "solver", "tol", "dt", "dt_factor", "warm_start", "min_iter", "max_iter", "integrator")
+SETTING = ("setting", "solver", "tol", "dt", "dt_factor", "warm_start", "min_iter", "max_iter", "integrator",
+           "network_tol", "coupling")  # fmt: skip
 
 
 def table(rows, figures, confidence=CONFIDENCE):

@@ -123,7 +123,8 @@ def _beside_tolerance(settings, kind):
 
 
 def _family(s):
-    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""))
+    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""),
+            s.get("network_tol", 0.0), s.get("coupling", ""))  # fmt: skip
 
 
 def _named(s):

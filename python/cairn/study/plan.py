@@ -98,7 +98,8 @@ class Plan:
             tightest = min(s.tol for s in settings.values())
             smallest = min(s.dt_factor for s in settings.values())
             tight = Setting(
-                name, p.reference_tol or tightest / 10, p.reference_dt_factor or smallest / 2, True, 1, limit
+                name, p.reference_tol or tightest / 10, p.reference_dt_factor or smallest / 2, True, 1, limit,
+                coupling=_tightest(settings),
             )
             self._statistics(target, settings, files[-1], {**start, "duration": duration}, tight)
 
@@ -111,7 +112,8 @@ class Plan:
                 more = {"number": k, "state": state, "file": file}
                 self.stages[1].append(self._task(target, "step_reference", "reference", reference, protocol, **more))
                 for setting in settings.values():
-                    if setting.dt_factor == factor and not setting.integrator:  # steps of other methods are other ones
+                    # steps of other methods are other ones
+                    if setting.dt_factor == factor and not (setting.integrator or setting.coupling):
                         self.stages[2].append(self._task(target, "step", "trial", setting, protocol, **more))
 
     def _statistics(self, target, settings, state, start, tight):
@@ -139,3 +141,9 @@ class Plan:
         self.stages[1].append({**task, "max_seconds": p.max_seconds or 60.0})
         for setting in settings.values():
             self.stages[2].append(self._task(target, "problem", "trial", setting, protocol, file=file))
+
+
+def _tightest(settings):
+    """Of the couplings that are swept, in words."""
+    numbers = [s.coupling for s in settings.values() if s.coupling not in ("", "staggered")]
+    return min(numbers, key=float, default="")

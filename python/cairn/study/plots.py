@@ -42,8 +42,11 @@ def work_precision(table, of, accuracy=None):
 
 
 def _curve(row):
-    """A solver, with its integrator where one was swept."""
-    return f"{row['solver']} {row.get('integrator') or ''}".strip()
+    """A solver, with its integrator and what networks are given where these were swept."""
+    words = [row["solver"], row.get("integrator") or ""]
+    words += [f"network {row['network_tol']:g}"] if row.get("network_tol") else []
+    words += [f"coupling {row['coupling']}"] if row.get("coupling") else []
+    return " ".join(word for word in words if word)
 
 
 def _cost(kind):

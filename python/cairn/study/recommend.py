@@ -115,7 +115,8 @@ def _typed(name, value):
 
 
 def _family(s):
-    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""))
+    return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""),
+            s.get("network_tol", 0.0), s.get("coupling", ""))  # fmt: skip
 
 
 def _tighter_too(s, settings, accuracy):
@@ -154,6 +155,10 @@ def _said(setting, best, kind, accuracy, of, floor, settings):
     else:
         steps = ", ".join(f"dt = {dt:g} s for {name}" for name, dt in best["dt"].items())
         lines.append(f"  strategy = {setting.line()}")
+        if setting.of_networks:
+            given = [f"tol={setting.network_tol:g}"] if setting.network_tol else []
+            given += [f"coupling={setting.coupling}"] if setting.coupling else []
+            lines.append(f"  networks of the scene: {', '.join(given)}")
         lines.append(f"  {steps} ({setting.dt_factor:g} times the scene's own step)")
     lines.append(
         f"  measured error {best['error']:.2g}, with its margin at most {best['upper']:.2g}; noise floor {floor:.2g}; "

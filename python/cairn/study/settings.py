@@ -1,4 +1,5 @@
-"""What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations, an integrator."""
+"""What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations, an integrator,
+and of scenes with heat or current what their networks are solved to and how heat and mechanics are coupled."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ class Setting:
 
     tol: on the true error. dt_factor: time step over the scene's own. max_iter: iterations of a step at most. min_iter is 0
     for solvers that know no such number; problems use solver and tol alone. integrator: as it is called, "HHT(alpha=-0.1)"; "":
-    that of the scene.
+    that of the scene. network_tol: of networks of heat and current, 0: those of the scene. coupling: of
+    Scene.thermal, "staggered" or a number in words; "": that of the scene.
     """
 
     solver: str
@@ -28,10 +30,13 @@ class Setting:
     min_iter: int = 1
     max_iter: int = 10_000
     integrator: str = ""
+    network_tol: float = 0.0
+    coupling: str = ""
 
     def as_row(self):
         """What it holds, by name, without what is not asked for: rows of earlier studies stay what they were."""
-        return {name: value for name, value in dataclasses.asdict(self).items() if name != "integrator" or value}
+        later = ("integrator", "network_tol", "coupling")
+        return {name: value for name, value in dataclasses.asdict(self).items() if name not in later or value}
 
     def key(self):
         """Hash of the setting, the same in every run."""
@@ -40,7 +45,8 @@ class Setting:
     @property
     def family(self):
         """All but the tolerance: settings of one family are one curve of error against cost."""
-        return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter, self.integrator)
+        return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter, self.integrator, self.network_tol,
+                self.coupling)  # fmt: skip
 
     def strategy(self, base=None):
         """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
@@ -51,6 +57,22 @@ class Setting:
         solver = make_solver(self.solver, tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
         more = {"integrator": make_integrator(self.integrator)} if self.integrator else {}
         return dataclasses.replace(base or NSCD(), solver=solver, warm_start=self.warm_start, threads=1, **more)
+
+    @property
+    def of_networks(self):
+        """What it says of networks: a scene is built for each."""
+        return tuple(value for value in (self.network_tol, self.coupling) if value)
+
+    def set_networks(self, scene):
+        """Gives the networks of a scene that is not yet simulated what the setting says of them."""
+        if self.of_networks and not scene.networks:
+            raise ValueError("a network tolerance or a coupling is swept, and the scene has no network: call scene.thermal(...)")
+        for network in scene.networks.values():
+            network.tol = self.network_tol or network.tol
+        if self.coupling:
+            if "thermal" not in scene.networks:
+                raise ValueError(f"coupling {self.coupling} is swept, and the scene has no heat: call scene.thermal(...)")
+            scene.networks["thermal"].coupling = float("inf") if self.coupling == "staggered" else float(self.coupling)
 
     def line(self):
         """What a script says to have it."""
@@ -115,18 +137,23 @@ def make_integrator(text):
 
 def scene_settings(
     solvers=None, tolerances=TOLERANCES, dt_factors=(1.0,), warm_start=(True, False), min_iter=(1,), max_iter=10_000,
-    integrators=("",),
+    integrators=("",), network_tolerances=(0.0,), couplings=("",),
 ):  # fmt: skip
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
     out = {}
-    every = itertools.product(names, tolerances, dt_factors, warm_start, min_iter, integrators or ("",))
-    for name, tol, factor, warm, least, integrator in every:
+    every = itertools.product(
+        names, tolerances, dt_factors, warm_start, min_iter, integrators or ("",), network_tolerances or (0.0,),
+        couplings or ("",),
+    )
+    for name, tol, factor, warm, least, integrator, network_tol, coupling in every:
         _check(tol, factor)
+        _check_networks(network_tol, coupling)
         if integrator:
             make_integrator(integrator)
         least = int(least) if "min_iter" in solver_options(name) else 0
-        setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter), integrator)
+        setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter), integrator, float(network_tol),
+                          str(coupling))  # fmt: skip
         out.setdefault(setting.key(), setting)
     return out
 
@@ -156,6 +183,17 @@ def _problem_names():
 def _python_name(name):
     """Name in Python of a solver that may be given in small letters."""
     return {small: python_name for python_name, small in _problem_names().items()}.get(name, name)
+
+
+def _check_networks(tol, coupling):
+    if not 0 <= tol < 1:
+        raise ValueError(f"a network tolerance is {tol}: give numbers between 0 and 1, 0: the scene's own")
+    try:
+        right = coupling in ("", "staggered") or float(coupling) > 0
+    except ValueError:
+        right = False
+    if not right:
+        raise ValueError(f"a coupling is {coupling!r}: give 'staggered' or a number above 0")
 
 
 def _check(tol, factor):

@@ -17,8 +17,8 @@ COLUMNS = (
     "version",
 )
 TEXTS = {
-    "key", "target", "fingerprint", "protocol", "kind", "role", "setting", "solver", "integrator", "version", "figure", "unit",
-    "note",
+    "key", "target", "fingerprint", "protocol", "kind", "role", "setting", "solver", "integrator", "coupling", "version",
+    "figure", "unit", "note",
 }  # fmt: skip
 NAME = "rows.csv"
 

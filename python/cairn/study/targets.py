@@ -59,17 +59,22 @@ class Target:
             self._built = _load_scene(self.path) if self.kind == "scene" else self._module.build(**self.options)
         return self._built
 
-    def simulation(self):
-        """A cairn.Simulation of the scene, from its start."""
+    def simulation(self, setting=None):
+        """A cairn.Simulation of the scene, from its start, with the networks of the setting."""
         from ..build.scene import Scene
         from ..run.simulation import Simulation
 
         built, self._built = self._scene_or_simulation(), None
         if isinstance(built, Simulation):
+            if setting is not None and setting.of_networks:
+                setting.set_networks(built.scene)
+                return Simulation(built.scene, self.dt, built.strategy, overlap="ignore")
             built.dt = self.dt
             return built
         if not isinstance(built, Scene):
             raise ValueError(f"{self.path}: build() gave {built!r}: return a cairn.Scene or a cairn.Simulation")
+        if setting is not None:
+            setting.set_networks(built)
         return Simulation(built, self.dt, overlap="ignore")
 
     def problem(self):

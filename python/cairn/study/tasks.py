@@ -43,8 +43,8 @@ def run(task):
 
 
 def _target(task):
-    given = task["target"]
-    name = repr(given)
+    given, setting = task["target"], Setting(**task["setting"])
+    name = repr((given, setting.network_tol, setting.coupling))
     if name not in _targets:
         _targets.clear()
         target = Target(given["path"], given["options"], given["dt"])
@@ -53,7 +53,7 @@ def _target(task):
         if target.kind == "problem":
             _targets[name] = (target, target.problem(), None)
         else:
-            sim = target.simulation()
+            sim = target.simulation(setting)
             _targets[name] = (target, sim, sim.strategy)
     return _targets[name]
 
