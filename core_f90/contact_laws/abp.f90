@@ -11,7 +11,7 @@ module abp
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "abp"
-  integer, parameter :: own = 13 !< parameters
+  integer, parameter :: own = 15 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
 contains
 

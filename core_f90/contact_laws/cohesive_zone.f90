@@ -2,10 +2,11 @@
 !> together by springs whose stiffness damage takes away, beside unilateral contact with friction,
 !>   r = r_c - h S phi(beta) (c_N d_N n + c_T d_T),   0 <= d_N + (r_c)_N >= 0,   |r_c_T| <= mu (1 - beta)^p r_c_N,
 !> with the intensity of adhesion beta from 1 to 0, which never grows, the opening d = (d_N, d_T) at the end of the step and the
-!> area S. Unloading follows the secant through the origin. Damage is solved with the impulse: with beta held, the springs make of
+!> area S; a pressure in the crack adds h S p (1 - beta)^a n once there is damage. Unloading follows the secant through the origin. Damage is solved with the impulse: with beta held, the springs make of
 !> W and the free velocity (1 + W K)^-1 times them, and Coulomb's cone gives r_c; beta is the largest that its own opening allows.
 !> Parameters of all: stiffnesses [Pa/m], friction, power p, share of an overlap that is recovered in a step, gap up to which bodies
-!> that come in together are held; then those of the law.
+!> that come in together are held; then those of the law; pressure in the crack [Pa] and its power a last. What is broken stays a
+!> pair under pressure, with an adhesion that is nothing.
 module cohesive_zone
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -50,13 +51,15 @@ module cohesive_zone
   public :: cohesive_damage, cohesive_curve, cohesive_onset
 contains
 
-  subroutine cohesive_prepare(n, c, context, gap, params, state, bias, compliance, mu)
+  subroutine cohesive_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu)
     integer(c_int32_t), intent(in)      :: n                !< contacts
     integer(c_int32_t), intent(in)      :: c                !< components
     type(cairn_law_context), intent(in) :: context          !< step, geometry
     real(c_double), intent(in)          :: gap(n)           !< [m]
+    real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, *)     !< see above
-    real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m]
+    real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m],
+    !< work of the pressure in the step [J], velocity along the normal at its start [m/s]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< [-]
@@ -73,6 +76,7 @@ contains
       end if
       bias(i, 1) = bias_of(gap(i), params(i, recovery), state(i, s_beta), state(i, s_first), context%h)
       mu(i) = params(i, friction)
+      state(i, s_slip + c) = u_begin(i, 1)
     end do
   end subroutine cohesive_prepare
 
@@ -152,6 +156,8 @@ contains
       spring(i, 1) = by(i)*params(i, c_n)*params(i, own + 1)
       pull(i, 1) = 0
     end do
+    if (any(params(:n, own - 1) > 0)) &
+      pull(:, 1) = -crack_push(params(:n, own - 1), params(:n, own), params(:n, own + 1), state(:n, s_beta), state(:n, s_area))
     do k = 2, c
       !$omp simd
       do i = 1, n
@@ -293,7 +299,7 @@ contains
     real(c_double) :: h
     h = p(own + 1)
     call damage(p, h, max(0.0_c_double, h*u(1)), length(c - 1, slip + h*u(2:)), old, beta)
-    if (beta < broken) beta = 0
+    if (beta < broken) beta = merge(broken, 0.0_c_double, p(own - 1) > 0)
   end subroutine allowed
 
   !> Impulse and velocity with beta held.
@@ -353,7 +359,7 @@ contains
     by = area*intensity(square, beta)*p(own + 1)
     spring(1) = by*p(c_n)*p(own + 1)
     spring(2:) = by*p(c_t)*p(own + 1)
-    pull(1) = 0
+    pull(1) = -crack_push(p(own - 1), p(own), p(own + 1), beta, area)
     pull(2:) = by*p(c_t)*slip
   end subroutine springs
 
@@ -380,6 +386,17 @@ contains
       x(k) = x(k)/m(k, k)
     end do
   end subroutine eliminate
+
+  !> Impulse of the pressure in the crack, which pushes the sides apart [N s].
+  elemental real(c_double) function crack_push(pressure, exponent, h, beta, area)
+    real(c_double), intent(in) :: pressure !< [Pa]
+    real(c_double), intent(in) :: exponent !< [-]
+    real(c_double), intent(in) :: h        !< [s]
+    real(c_double), intent(in) :: beta     !< [-]
+    real(c_double), intent(in) :: area     !< [m2]
+    crack_push = 0
+    if (pressure > 0 .and. beta < 1) crack_push = pressure*area*h*(1 - beta)**exponent
+  end function crack_push
 
   pure real(c_double) function effective_friction(mu, exponent, beta)
     real(c_double), intent(in) :: mu       !< of what is broken [-]
@@ -456,11 +473,14 @@ contains
     integer :: i
     h = context%h
     do i = 1, n
+      state(i, s_slip + c - 1) = 0
       if (.not. state(i, s_beta) > 0) cycle
       p = params(i, 1:own)
       opening = max(0.0_c_double, h*(u(i, 1) + bias_of(gap(i), p(recovery), state(i, s_beta), state(i, s_first), h)))
       slip = state(i, s_slip:s_slip + c - 2) + h*u(i, 2:)
       call damage(p, h, opening, length(c - 1, slip), state(i, s_beta), beta, spent)
+      if (p(own - 1) > 0) beta = max(beta, min(broken, state(i, s_beta)))
+      state(i, s_slip + c - 1) = crack_push(p(own - 1), p(own), h, beta, state(i, s_area))*(u(i, 1) + state(i, s_slip + c))/2
       if (beta < broken) then
         beta = 0
         opening = 0

@@ -11,7 +11,7 @@ module expo
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "expo"
-  integer, parameter :: own = 11 !< parameters
+  integer, parameter :: own = 13 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
 contains
 

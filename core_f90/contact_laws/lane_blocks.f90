@@ -84,7 +84,7 @@ contains
     real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)     :: q(n, c)      !< relative velocity with r = 0 [m/s]
     real(c_double), intent(in)     :: spring(n, c) !< [kg]
-    real(c_double), intent(in)     :: pull(n, c)   !< none along the normal [N s]
+    real(c_double), intent(in)     :: pull(n, c)   !< [N s]
     real(c_double), intent(out)    :: u(n, c)      !< [m/s]
     real(c_double), intent(out)    :: push(n)      !< of the contact, along the normal [N s]
     real(c_double) :: x1, x2, x3, y1, y2, y3, m11, m12, m13, m22, m23, m32, m33, f, x(lanes, c, 2), p(lanes)
@@ -96,8 +96,8 @@ contains
         m12 = w(i, 1, 2)*spring(i, 2)
         f = w(i, 2, 1)*spring(i, 1)*m11
         m22 = 1/(1 + w(i, 2, 2)*spring(i, 2) - f*m12)
-        x1 = q(i, 1) - w(i, 1, 2)*pull(i, 2)
-        x2 = (q(i, 2) - w(i, 2, 2)*pull(i, 2) - f*x1)*m22
+        x1 = q(i, 1) - w(i, 1, 1)*pull(i, 1) - w(i, 1, 2)*pull(i, 2)
+        x2 = (q(i, 2) - w(i, 2, 1)*pull(i, 1) - w(i, 2, 2)*pull(i, 2) - f*x1)*m22
         x1 = (x1 - m12*x2)*m11
         y2 = (w(i, 2, 1) - f*w(i, 1, 1))*m22
         y1 = (w(i, 1, 1) - m12*y2)*m11
@@ -110,9 +110,9 @@ contains
     if (c == 3) then
       !$omp simd private(x1, x2, x3, y1, y2, y3, m11, m12, m13, m22, m23, m32, m33, f)
       do i = 1, n
-        x1 = q(i, 1) - w(i, 1, 2)*pull(i, 2) - w(i, 1, 3)*pull(i, 3)
-        x2 = q(i, 2) - w(i, 2, 2)*pull(i, 2) - w(i, 2, 3)*pull(i, 3)
-        x3 = q(i, 3) - w(i, 3, 2)*pull(i, 2) - w(i, 3, 3)*pull(i, 3)
+        x1 = q(i, 1) - w(i, 1, 1)*pull(i, 1) - w(i, 1, 2)*pull(i, 2) - w(i, 1, 3)*pull(i, 3)
+        x2 = q(i, 2) - w(i, 2, 1)*pull(i, 1) - w(i, 2, 2)*pull(i, 2) - w(i, 2, 3)*pull(i, 3)
+        x3 = q(i, 3) - w(i, 3, 1)*pull(i, 1) - w(i, 3, 2)*pull(i, 2) - w(i, 3, 3)*pull(i, 3)
         m11 = 1/(1 + w(i, 1, 1)*spring(i, 1))
         m12 = w(i, 1, 2)*spring(i, 2)
         m13 = w(i, 1, 3)*spring(i, 3)

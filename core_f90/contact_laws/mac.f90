@@ -10,7 +10,7 @@ module mac
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "mac"
-  integer, parameter :: own = 8 !< parameters
+  integer, parameter :: own = 10 !< parameters
   logical, parameter :: square = .true. !< whether springs go with beta^2
 contains
 

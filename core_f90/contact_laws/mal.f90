@@ -10,7 +10,7 @@ module mal
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "mal"
-  integer, parameter :: own = 10 !< parameters
+  integer, parameter :: own = 12 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
 contains
 

@@ -9,7 +9,7 @@ module mp
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "mp"
-  integer, parameter :: own = 7 !< parameters
+  integer, parameter :: own = 9 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
   real(c_double), parameter :: half = 4.5_c_double - 4*log(2.0_c_double) !< w/(k d_i^2)
 contains

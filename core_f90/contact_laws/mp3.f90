@@ -11,7 +11,7 @@ module mp3
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "mp3"
-  integer, parameter :: own = 8 !< parameters
+  integer, parameter :: own = 10 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
 contains
 

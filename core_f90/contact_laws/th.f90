@@ -11,7 +11,7 @@ module th
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
   character(*), parameter :: row = "th"
-  integer, parameter :: own = 12 !< parameters
+  integer, parameter :: own = 14 !< parameters
   logical, parameter :: square = .false. !< whether springs go with beta^2
 contains
 

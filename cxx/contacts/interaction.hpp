@@ -68,6 +68,15 @@ struct LawInfo {
     for (const std::string& name : state) all += name.back() == '*' ? of_vector : 1;
     return all;
   }
+  // Where a state variable begins among the columns that the law sees; -1: it has none of that name.
+  int state_column(const std::string& variable, int dim) const {
+    int column = 0;
+    for (const std::string& name : state) {
+      if (name == variable) return column;
+      column += name.back() == '*' ? dim - 1 : 1;
+    }
+    return -1;
+  }
   int components(int dim) const { return dim == 2 ? components2 : components3; }
 };
 // Rows of laws.def, then the laws that were plugged in, in their order. References stay valid.

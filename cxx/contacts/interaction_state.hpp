@@ -85,7 +85,6 @@ struct PluggedFault {
 
 // Parameters of joints that whoever measures their frames asks for: see joint.f90.
 inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_spans = 10;
-inline constexpr int joint_driven = 11; // of its state
 
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
@@ -135,7 +134,7 @@ struct Interactions::State {
   };
   Array<LawColumns> of_law;
   struct Commits { // per batch
-    double stored, taken_normal, taken_tangential, released, created, turned_over, driven;
+    double stored, taken_normal, taken_tangential, released, created, turned_over, driven_joints, driven_sides;
   };
   Array<Commits> commits;
 

@@ -22,18 +22,16 @@ void Interactions::kept(double* out) const {
   std::fill(out, out + count(), 0.0);
   for (const cairn_batch& b : s_->system.batches)
     for (int lane = 0; lane < b.contacts && law_infos()[std::size_t(b.law)].keeps; ++lane)
-      out[s_->system.candidate[b.first + lane]] = std::clamp(b.state[lane], 0.0, 1.0);
+      // what a pressure in a crack keeps a pair, broken as it is, has less
+      out[s_->system.candidate[b.first + lane]] = b.state[lane] > 0x1p-40 ? std::min(b.state[lane], 1.0) : 0;
 }
 
 void Interactions::law_state(const std::string& name, double* out) const {
   std::fill(out, out + count(), 0.0);
   for (const cairn_batch& b : s_->system.batches) {
-    int column = 0;
-    for (const std::string& variable : law_infos()[std::size_t(b.law)].state) {
-      for (int lane = 0; lane < b.contacts && variable == name; ++lane)
-        out[s_->system.candidate[b.first + lane]] = b.state[column * b.count + lane];
-      column += variable.back() == '*' ? s_->dim() - 1 : 1;
-    }
+    const int column = law_infos()[std::size_t(b.law)].state_column(name, s_->dim());
+    for (int lane = 0; lane < b.contacts && column >= 0; ++lane)
+      out[s_->system.candidate[b.first + lane]] = b.state[column * b.count + lane];
   }
 }
 
@@ -60,8 +58,9 @@ void Interactions::State::commit_laws() {
     energy.released += c.released;
     energy.created += c.created;
     energy.turned_over += c.turned_over;
-    energy.tangential += c.driven;
-    energy.driven += c.driven;
+    energy.tangential += c.driven_joints;
+    energy.normal += c.driven_sides;
+    energy.driven += c.driven_joints + c.driven_sides;
   }
 }
 
@@ -97,12 +96,13 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
       if (!std::isfinite(b.state[s * n + lane]))
         fault.note(std::int32_t(which), lane, s, "state", b.state[s * n + lane]);
   if (!law.energy) return;
+  const int outside = law.state_column("driven", dim());
   law.energy(n, c, &own.context, gap, u, r, params, before, b.state, own.energy);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const double* e = own.energy + lane;
-    const double driven = law.joins ? b.state[joint_driven * n + lane] : 0; // by its motor, which is work from outside
+    const double driven = outside < 0 ? 0 : b.state[outside * n + lane]; // by a motor, by a pressure
     const double taken = e[n] + e[2 * n] - driven, given = 0.5 * b.scale[lane];
-    commits[which].driven += driven;
+    (law.joins ? commits[which].driven_joints : commits[which].driven_sides) += driven;
     for (int k = 0; k < 4 && law.plugged(); ++k)
       if (!std::isfinite(e[k * n])) fault.note(std::int32_t(which), lane, k, "energy", e[k * n]);
     commits[which].stored += e[0];

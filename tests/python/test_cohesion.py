@@ -245,3 +245,58 @@ def test_a_split_bar_is_as_stiff_as_a_whole_one_and_breaks_once():
     sim.run(steps=3000, progress=False)
     assert len(cn.post.fragments(sim)) == 2
     assert sim.info["energy"]["released"] >= 2.0 * 0.1 * 0.99
+
+
+OF_ZONES = dict(normal_stiffness=1e12, tangential_stiffness=5e11, mu=0.3)
+STRENGTHS = dict(normal_strength=2e6, tangential_strength=3e6, normal_work=10.0, tangential_work=30.0)
+ZONES = [(cn.MAC, dict(work=10.0)), (cn.MP, dict(work=10.0)), (cn.MP3, dict(strength=2e6, work=10.0)), (cn.MAL, STRENGTHS),
+         (cn.TH, STRENGTHS), (cn.ABP, dict(STRENGTHS, normal_end=4e-5, tangential_end=8e-5, first_share=0.3)),
+         (cn.EXPO, STRENGTHS)]  # fmt: skip
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("law, own", ZONES, ids=lambda x: getattr(x, "__name__", ""))
+def test_a_pressure_in_the_crack_pushes_and_its_work_is_told(law, own, dim):
+    """Beside the same law without: p (1 - beta)^a more in every step, and the whole of p where it is broken."""
+    pressure, power, h, found = 1e5, 2.0, 2e-5, []
+    for given in (0.0, pressure):
+        made = law(**OF_ZONES, **own, pressure=given, pressure_power=power)
+        scene, make = cn.Scene(dim=dim), cn.disks if dim == 2 else cn.spheres
+        held = ("vx", "vy", "w") if dim == 2 else ("vx", "vy", "vz", "wx", "wy", "wz")
+        far, speed = 0.1 * np.eye(dim)[0], 1e-3 * np.eye(3 * dim - 3)[0]
+        scene.add(make([0.0 * far], 0.05, cn.Material("held", density=1.0), driven=held))
+        scene.add(make([far], 0.05, cn.Material("heavy", density=1e14), velocity=[speed]))
+        scene.interact("*", "*", made)
+        sim = cn.Simulation(scene, h, cn.NSCD(solver=cn.NLGS(tol=1e-12)))
+        rows, work = [], 0.0
+        for _ in range(4100):
+            assert sim.step()["status"] == "converged"
+            if not len(sim.contacts.gap):
+                rows.append((0.0, 0.0))
+                continue
+            area = 0.025 if dim == 2 else np.pi * 0.025**2
+            rows.append((sim.contacts.beta[0], sim.contacts.impulse[0, 0] / (h * area)))
+            work += given * (1 - rows[-1][0]) ** power * area * h * 1e-3 if rows[-1][0] < 1 else 0.0
+        found.append(np.array(rows))
+        terms = sim.info["energy"]
+        assert terms["work_driven"] == pytest.approx(work, rel=1e-6)
+        assert abs(terms["dissipated_friction"]) <= 1e-9 * terms["released"]
+    without, pressed = found
+    np.testing.assert_allclose(pressed[:, 0], without[:, 0], atol=1e-6)
+    beta = pressed[:, 0]
+    push = np.where(beta < 1, pressure * (1 - beta) ** power, 0.0)
+    np.testing.assert_allclose(without[:, 1] - pressed[:, 1], push, atol=1e-5 * np.abs(without[:, 1]).max())
+    if law is not cn.MAC:  # whose tail has no end
+        assert beta[-1] == 0 and pressed[-1, 1] == pytest.approx(-pressure, rel=1e-6)
+
+
+def test_a_crack_under_pressure_is_broken_for_who_counts_pieces():
+    scene = cn.Scene(dim=2)
+    stone = cn.Material("stone", density=2500.0)
+    scene.add(cn.disks([[0.0, 0.0], [0.1, 0.0]], 0.05, stone, velocity=[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    scene.interact(stone, stone, cn.MAL(**OF_ZONES, **STRENGTHS, pressure=1e5))
+    sim = cn.Simulation(scene, 1e-5)
+    for _ in range(50):
+        sim.step()
+    assert len(cn.post.fragments(sim)) == 2 and not sim.contacts.beta.any()
+    assert len(sim.contacts.gap) == 1 and sim.contacts.impulse[0, 0] != 0  # pressed apart, far beyond what detection looks at
