@@ -2,8 +2,9 @@
 !> together by springs whose stiffness damage takes away, beside unilateral contact with friction,
 !>   r = r_c - h S phi(beta) (c_N d_N n + c_T d_T),   0 <= d_N + (r_c)_N >= 0,   |r_c_T| <= mu (1 - beta)^p r_c_N,
 !> with the intensity of adhesion beta from 1 to 0, which never grows, the opening d = (d_N, d_T) at the end of the step and the
-!> area S; a pressure in the crack adds h S p (1 - beta)^a n once there is damage. Unloading follows the secant through the origin. Damage is solved with the impulse: with beta held, the springs make of
-!> W and the free velocity (1 + W K)^-1 times them, and Coulomb's cone gives r_c; beta is the largest that its own opening allows.
+!> area S; a pressure in the crack adds h S p (1 - beta)^a n once there is damage. Unloading follows the secant through the origin.
+!> Damage is solved with the impulse: with beta held, the springs make of W and the free velocity (1 + W K)^-1 times them, and
+!> Coulomb's cone gives r_c; beta is the largest that its own opening allows.
 !> Parameters of all: stiffnesses [Pa/m], friction, power p, share of an overlap that is recovered in a step, gap up to which bodies
 !> that come in together are held; then those of the law; pressure in the crack [Pa] and its power a last. What is broken stays a
 !> pair under pressure, with an adhesion that is nothing.

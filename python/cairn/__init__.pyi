@@ -116,6 +116,8 @@ class MAC(Law):
         within: float = 0.0,
         work: float,
         viscosity: float = 0.0,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class MP(Law):
@@ -129,6 +131,8 @@ class MP(Law):
         recovery: float = 0.0,
         within: float = 0.0,
         work: float,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class MP3(Law):
@@ -143,6 +147,8 @@ class MP3(Law):
         within: float = 0.0,
         strength: float,
         work: float,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class MAL(Law):
@@ -159,6 +165,8 @@ class MAL(Law):
         tangential_strength: float,
         normal_work: float,
         tangential_work: float,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class TH(Law):
@@ -177,6 +185,8 @@ class TH(Law):
         tangential_work: float,
         normal_plateau: float = 0.0,
         tangential_plateau: float = 0.0,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class ABP(Law):
@@ -196,6 +206,8 @@ class ABP(Law):
         normal_end: float,
         tangential_end: float,
         first_share: float,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class EXPO(Law):
@@ -213,6 +225,8 @@ class EXPO(Law):
         normal_work: float,
         tangential_work: float,
         rest: float = 0.001,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
     ) -> None: ...
 
 class MohrCoulomb(Law):

@@ -249,13 +249,13 @@ def test_a_split_bar_is_as_stiff_as_a_whole_one_and_breaks_once():
 
 OF_ZONES = dict(normal_stiffness=1e12, tangential_stiffness=5e11, mu=0.3)
 STRENGTHS = dict(normal_strength=2e6, tangential_strength=3e6, normal_work=10.0, tangential_work=30.0)
-ZONES = [(cn.MAC, dict(work=10.0)), (cn.MP, dict(work=10.0)), (cn.MP3, dict(strength=2e6, work=10.0)), (cn.MAL, STRENGTHS),
+PRESSED = [(cn.MAC, dict(work=10.0)), (cn.MP, dict(work=10.0)), (cn.MP3, dict(strength=2e6, work=10.0)), (cn.MAL, STRENGTHS),
          (cn.TH, STRENGTHS), (cn.ABP, dict(STRENGTHS, normal_end=4e-5, tangential_end=8e-5, first_share=0.3)),
          (cn.EXPO, STRENGTHS)]  # fmt: skip
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("law, own", ZONES, ids=lambda x: getattr(x, "__name__", ""))
+@pytest.mark.parametrize("law, own", PRESSED, ids=lambda x: getattr(x, "__name__", ""))
 def test_a_pressure_in_the_crack_pushes_and_its_work_is_told(law, own, dim):
     """Beside the same law without: p (1 - beta)^a more in every step, and the whole of p where it is broken."""
     pressure, power, h, found = 1e5, 2.0, 2e-5, []
