@@ -1,6 +1,6 @@
-"""Two blocks of one neo-Hookean cell, glued at the middle of an edge and torn apart: LMGC90's example 2Q4-traction, laws and data.
+"""Two blocks of one neo-Hookean cell, glued at the middle of an edge and torn apart: LMGC90's example 2Q4-traction.
 
-Both in a row are softer, 1.4e11 N/m, than any of the zones as it softens, 5e11 and more: at rest the way would jump (snap-back)."""
+Both in a row are softer, some 1e11 N/m, than any of the zones as it softens, 1e12 and more: at rest the way would jump."""
 
 import cairn as cn
 import numpy as np
