@@ -38,6 +38,7 @@ set(CAIRN_CXX_SOURCES
   contacts/joints.cpp
   contacts/law_commit.cpp
   contacts/singular_blocks.cpp
+  contacts/twin_bonds.cpp
   detection/detection_grid.cpp
   detection/interaction_handler.cpp
   detection/narrow_phase.cpp

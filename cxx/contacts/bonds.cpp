@@ -48,13 +48,16 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
     widen(m.states, m.state_components, info.state_kept(s.dim()), m.keys.size(), none);
   }
   const std::size_t first = m.keys.size();
+  std::vector<std::int32_t> beginning;
   for (std::int64_t i = 0; i < candidates.count; ++i) {
     s.entry[i] =
         laws.find(*contactors.material[candidates.contactor_a[i]], *contactors.material[candidates.contactor_b[i]]);
     if (s.entry[i] < 0 || !law_infos()[std::size_t(laws.entry(s.entry[i]).law)].keeps || !s.came_in_touching(i))
       continue;
-    s.begin_kept(i, h, theta);
+    beginning.push_back(std::int32_t(i));
   }
+  s.leave_out_twins(beginning);
+  for (const std::int32_t i : beginning) s.begin_kept(i, h, theta);
   s.space_anchors(first);
 }
 

@@ -1,6 +1,7 @@
 // What Interactions holds, and the stages of its assembly.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -85,6 +86,17 @@ struct PluggedFault {
 
 // Parameters of joints that whoever measures their frames asks for: see joint.f90.
 inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_spans = 10;
+
+// Nodes of a side that a contact may rest on, those that bear it first; both footings of one. See twin_bonds.cpp.
+struct Footing {
+  std::int32_t mesh = -1, node[4] = {-1, -1, -1, -1};
+  int nodes = 0, bearing = 0;
+};
+struct Stand {
+  std::int32_t candidate = -1;
+  Footing a, b;
+  bool left_out = false;
+};
 
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
@@ -233,6 +245,14 @@ struct Interactions::State {
   double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
   double effective_radius(std::int64_t i) const;
   void find_mesh_areas();
+  std::vector<Stand> bond_stands;                                // that hold, of those that begin
+  std::vector<std::pair<std::int64_t, std::int32_t>> bond_names; // what they are found by, sorted
+  Stand stand_of(std::int64_t i) const;
+  std::array<std::int64_t, 2> names_of(const Stand& s) const;
+  static bool may_be_twin(const Stand& s);
+  bool is_twin(const Stand& s) const;
+  void add_bond(const Stand& s);
+  void leave_out_twins(std::vector<std::int32_t>& beginning);
   void begin_kept(std::int64_t i, double with_h, double with_theta); // a contact of bodies that came in, in bonds.cpp
   bool came_in_touching(std::int64_t i) const;                       // its bodies came in together, and touch
   void anchor(std::int64_t i, const LawInfo& law);                   // the last key of the memory, in anchors.cpp

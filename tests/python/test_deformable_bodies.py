@@ -203,3 +203,18 @@ def test_a_mesh_that_crosses_a_moving_boundary_is_not_strained():
 def test_a_mesh_wider_than_the_cell_is_refused():
     with pytest.raises(ValueError, match=r"lengths\[0\] of the periodic cell is 0.7 m and the mesh 'mesh' is 0.8 m wide"):
         travelling(cn.Periodic((0.7, 0.0)))
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.0, 3.0)])
+def test_a_disk_at_a_node_that_two_edges_share_has_one_bond(velocity):
+    """A second one at the same point would make W singular, and both run away against each other."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(plate(), ROCK, edges="top", fixed={"bottom": "xy"}))
+    scene.add(cn.disks([[0.5, 0.6]], 0.1, ROCK, velocity=velocity))
+    scene.interact(ROCK, ROCK, cn.Bonded(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(1.0, cn.Default(tol=1e-8)), overlap="ignore")
+    weight = 9.81 * sim.bodies.mass[0]
+    for _ in range(200):
+        assert sim.step()["status"] == "converged"
+    assert np.sum(sim.contacts.beta > 0) == 1
+    assert np.max(np.abs(sim.contacts.impulse)) < 2 * weight * sim.dt

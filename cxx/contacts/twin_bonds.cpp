@@ -1,0 +1,101 @@
+// Sides of a mesh share their nodes. A rigid body that touches a shared node touches all of its sides at one point: one
+// bond holds it, and a second would make W singular, so that both run away against each other. Where one contactor is
+// bonded to a side, it has no contact with the end of a neighbour that the side holds too.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "interaction_state.hpp"
+
+namespace cairn {
+namespace {
+
+bool has(const std::int32_t* node, int count, std::int32_t wanted) {
+  return std::find(node, node + count, wanted) < node + count;
+}
+
+// All that bears one is of the side of the other.
+bool within(const Footing& f, const Footing& side) {
+  return f.mesh >= 0 && f.mesh == side.mesh &&
+         std::all_of(f.node, f.node + f.bearing, [&](std::int32_t k) { return has(side.node, side.nodes, k); });
+}
+
+bool at_end(const Footing& f) { return f.mesh >= 0 && f.bearing < f.nodes; }
+
+Footing footing(const Mapping& m) {
+  Footing f;
+  if (m.mean >= 0) return f; // of a mortar, which has no ends
+  f.mesh = m.mesh;
+  const double rounding = std::sqrt(std::numeric_limits<double>::epsilon()); // of weights, far from the origin
+  for (const bool bears : {true, false}) {
+    for (int j = 0; j < 4; ++j)
+      if (m.node[j] >= 0 && (std::abs(m.weight[j]) > rounding) == bears) f.node[f.nodes++] = m.node[j];
+    if (bears) f.bearing = f.nodes;
+  }
+  return f;
+}
+
+} // namespace
+
+Stand Interactions::State::stand_of(std::int64_t i) const {
+  const Candidates& c = *candidates;
+  const std::int32_t one = c.contactor_a[i], two = c.contactor_b[i];
+  Stand s;
+  s.candidate = std::int32_t(i);
+  if (kind[one] & kind[two] & mapped) return s; // nodes, which do not turn, keep all bonds to a side
+  const double* point = &c.point[dim() * i];
+  if (kind[one] & mapped) s.a = footing(meshes->mapping(*nodes, one, point, two));
+  if (!(kind[two] & mapped)) return s;
+  double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0};
+  if (cell->any()) image_shift(*cell, c.image[i], shift);
+  for (int k = 0; k < dim(); ++k) there[k] = point[k] - shift[k];
+  s.b = footing(meshes->mapping(*nodes, two, there, one));
+  return s;
+}
+
+bool Interactions::State::may_be_twin(const Stand& s) { return at_end(s.a) || at_end(s.b); }
+
+// What a stand is found by: its contactors.
+std::array<std::int64_t, 2> Interactions::State::names_of(const Stand& s) const {
+  return {candidates->contactor_a[s.candidate], candidates->contactor_b[s.candidate]};
+}
+
+void Interactions::State::add_bond(const Stand& s) {
+  for (const std::int64_t name : names_of(s)) bond_names.emplace_back(name, std::int32_t(bond_stands.size()));
+  bond_stands.push_back(s);
+}
+
+// Whether a contact is at a place that a bond holds already.
+bool Interactions::State::is_twin(const Stand& s) const {
+  const Candidates& c = *candidates;
+  for (const std::int64_t name : names_of(s)) {
+    auto at = std::lower_bound(bond_names.begin(), bond_names.end(), std::pair(name, std::int32_t(-1)));
+    for (; at != bond_names.end() && at->first == name; ++at) {
+      const Stand& held = bond_stands[std::size_t(at->second)];
+      if (held.candidate == s.candidate || held.left_out) continue;
+      if (c.contactor_a[held.candidate] == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, held.b))
+        return true;
+      if (c.contactor_b[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.a))
+        return true;
+    }
+  }
+  return false;
+}
+
+// Of the contacts that would begin as bonds: those in the middle of a side stay, then the first at each place.
+void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) {
+  if (!meshes) return;
+  bond_stands.clear();
+  bond_names.clear();
+  for (const std::int32_t i : beginning) add_bond(stand_of(i));
+  std::sort(bond_names.begin(), bond_names.end());
+  for (Stand& s : bond_stands) s.left_out = may_be_twin(s);
+  std::vector<std::int32_t> kept;
+  for (Stand& s : bond_stands) {
+    s.left_out = s.left_out && is_twin(s);
+    if (!s.left_out) kept.push_back(s.candidate);
+  }
+  beginning = kept;
+}
+
+} // namespace cairn
