@@ -1,5 +1,6 @@
 """Materials of solids by themselves: tangents against differences, closed forms, frame indifference, energy along closed ways."""
 
+import cairn as cn
 import numpy as np
 import pytest
 from cairn import _core
@@ -292,3 +293,8 @@ def test_damage_takes_the_fracture_energy_whatever_the_cell():
             before, last = r["stress"][0, 0], e
         assert work * length == pytest.approx(energy, rel=2e-3)
     assert found("isotropic_damage", [[0.1, 0, 0, 0, 0, 0]], values=values, length=1e3)["status"][0] == 3
+
+
+def test_a_value_at_the_end_of_what_is_allowed_is_told_with_that_end():
+    with pytest.raises(ValueError, match=r"poisson of NeoHookean is 0\.5: give a value from -0\.999999 to 0\.4999"):
+        cn.NeoHookean(young=1.0, poisson=0.5)

@@ -46,10 +46,10 @@ def _material_class(description):
         for name, default, low, high in parameters:
             value = given.get(name, default)
             if value is None:
-                raise TypeError(f"{own} needs {name}, from {low:g} to {high:g}")
+                raise TypeError(f"{own} needs {name}, from {low:.12g} to {high:.12g}")
             value = checks.number(f"{name} of {own}", value, finite=False)
             if math.isnan(value) or not low <= value <= high:
-                raise ValueError(f"{name} of {own} is {value:g}: give a value from {low:g} to {high:g}")
+                raise ValueError(f"{name} of {own} is {value:g}: give a value from {low:.12g} to {high:.12g}")
             values.append(value)
         BulkMaterial.__init__(self, values)
 
