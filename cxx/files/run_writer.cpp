@@ -103,8 +103,8 @@ void RunWriter::begin() {
 
 // ---------------------------------------------------------------- outputs
 
-void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n,
-                            const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes) {
+void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts,
+                            std::int64_t n) {
   Group& root = file_->root().group("VTKHDF");
   set_type(root, "MultiBlockDataSet");
   // VTK forgets the steps of the blocks when it is asked twice, unless the root has steps too; 9.4 wants every
@@ -112,28 +112,36 @@ void RunWriter::make_blocks(const std::vector<RunField>& bodies, const std::vect
   root_steps_ = &root.group("Steps");
   set_type(*root_steps_, "ImageData");
   times_ = &root_steps_->series("Values", {'f', 8}, {}, few, unit_of("time"));
-  blocks_.push_back(make_block(root.group("bodies"), bodies, n));
-  blocks_.push_back(make_block(root.group("contacts"), contacts, 2 * n));
-  std::vector<const char*> names{"bodies", "contacts"};
-  if (cells) {
-    names.push_back("meshes");
-    of_cells_ = blocks_.size();
-    blocks_.push_back(make_block(root.group("meshes"), cells->fields, std::int64_t(cells->types.size()), true));
+  add_block("bodies", bodies, n);
+  add_block("contacts", contacts, 2 * n);
+}
+
+// A block more, with its place in the assembly; its number.
+std::size_t RunWriter::add_block(const char* name, const std::vector<RunField>& fields, std::int64_t expected,
+                                 bool of_cells) {
+  Group& root = file_->root().group("VTKHDF");
+  const std::size_t number = blocks_.size();
+  blocks_.push_back(make_block(root.group(name), fields, expected, of_cells));
+  root.group(name).set_attribute("Index", StoredArray::number(std::int64_t(number)));
+  const std::string path = std::string("/VTKHDF/") + name;
+  root.group("Assembly").soft_link(name, path);
+  own().soft_link(name, path);
+  return number;
+}
+
+// Meshes may come in at any time: in the outputs before, their blocks are empty.
+void RunWriter::add_mesh_blocks(const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes) {
+  if (cells && !of_cells_) {
+    of_cells_ = add_block("meshes", cells->fields, std::int64_t(cells->types.size()), true);
+    for (const double time : output_times_) append_cells(blocks_[of_cells_], time, {{}, {}, {0}, {}, {}});
   }
-  if (many_nodes > 0) {
-    names.push_back("nodes");
-    of_nodes_ = blocks_.size();
-    blocks_.push_back(make_block(root.group("nodes"), nodes, many_nodes));
-    for (const char* name : node_step_names)
-      node_steps_.push_back(&own().group("steps").series(name, {'i', 8}, {}, few));
-  }
-  Group& assembly = root.group("Assembly");
-  std::int64_t index = 0;
-  for (const char* name : names) {
-    root.group(name).set_attribute("Index", StoredArray::number(index++));
-    const std::string path = std::string("/VTKHDF/") + name;
-    assembly.soft_link(name, path);
-    own().soft_link(name, path);
+  if (many_nodes == 0 || of_nodes_) return;
+  of_nodes_ = add_block("nodes", nodes, many_nodes);
+  for (const char* name : node_step_names) node_steps_.push_back(&own().group("steps").series(name, {'i', 8}, {}, few));
+  for (const double time : output_times_) {
+    const auto none = none_of(blocks_[of_nodes_]);
+    node_steps_[0]->append_one(append(blocks_[of_nodes_], time, none.first, none.second));
+    node_steps_[1]->append_one(std::int64_t(0));
   }
 }
 
@@ -350,7 +358,8 @@ void RunWriter::write_step(double time, double time_detection, std::int64_t step
   std::pair<RunField, std::vector<RunField>> at_nodes;
   if (!nodes.empty()) at_nodes = in_space("position", nodes, made, false);
   const std::int64_t many_nodes = nodes.empty() ? 0 : at_nodes.first.rows;
-  if (blocks_.empty()) make_blocks(fields, contact_fields, points.rows, cells, at_nodes.second, many_nodes);
+  if (blocks_.empty()) make_blocks(fields, contact_fields, points.rows);
+  add_mesh_blocks(cells, at_nodes.second, many_nodes);
   const RunCells none{{}, {}, {0}, {}, {}};
   if (of_cells_ && cells) check(blocks_[of_cells_], "cells", cells->fields, std::int64_t(cells->types.size()));
   if (of_nodes_ && many_nodes > 0) check(blocks_[of_nodes_], "nodes", at_nodes.second, many_nodes);
@@ -365,6 +374,7 @@ void RunWriter::write_step(double time, double time_detection, std::int64_t step
     node_steps_[1]->append_one(many_nodes);
   }
   times_->append_one(time);
+  output_times_.push_back(time);
   steps_[0]->append_one(time);
   steps_[1]->append_one(time_detection);
   const std::int64_t row[] = {step, first_body, points.rows, first_contact, contact_points.rows};
@@ -489,6 +499,8 @@ std::unique_ptr<RunWriter> RunWriter::take_up(const std::string& path, std::int6
     const std::optional<StoredArray> dim = old.attribute("dim");
     w->dim_ = dim && dim->size() == 1 ? int(numbers_of<std::int64_t>(*dim, "dim")[0]) : 0;
     outputs = kept_of(old.at("steps/step"));
+    w->output_times_ = numbers_of<double>(old.at("steps/time").read(), "time");
+    w->output_times_.resize(std::size_t(outputs));
     if (old.contains("history/step")) kept_rows = kept_of(old.at("history/step"));
   }
   Group &root = w->file_->root(), &own = root.group_at("cairn");

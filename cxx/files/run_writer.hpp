@@ -89,8 +89,10 @@ private:
   };
   RunWriter() = default;
   static std::unique_ptr<RunWriter> take_up(const std::string& path, std::int64_t step);
-  void make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n,
-                   const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes);
+  void make_blocks(const std::vector<RunField>& bodies, const std::vector<RunField>& contacts, std::int64_t n);
+  std::size_t add_block(const char* name, const std::vector<RunField>& fields, std::int64_t expected,
+                        bool of_cells = false);
+  void add_mesh_blocks(const RunCells* cells, const std::vector<RunField>& nodes, std::int64_t many_nodes);
   Block make_block(Group& group, const std::vector<RunField>& fields, std::int64_t expected, bool of_cells = false);
   Block known_block(Group& group, bool of_cells = false);
   void append_cells(Block& block, double time, const RunCells& cells);
@@ -107,6 +109,7 @@ private:
   int dim_ = 2;
   std::unique_ptr<GrowingFile> file_;
   std::vector<Series*> steps_, node_steps_;
+  std::vector<double> output_times_;
   Group* root_steps_ = nullptr;
   Series* times_ = nullptr;
   std::vector<Block> blocks_;

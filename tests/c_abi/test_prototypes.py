@@ -59,6 +59,7 @@ void cairn_sample(int64_t n, const double* w, const sample_record* record, doubl
 def agree(folder, source, header):
     (folder / "cairn").mkdir(exist_ok=True)
     (folder / "cairn" / "core.h").write_text(header)
+    (folder / "cairn" / "rows.h").write_text('#include "core.h"\n')  # of kernels of lists, of which there are none here
     settings = {"FORTRAN": "gfortran", "C": "gcc", "SOURCE": source, "HEADER": folder / "cairn" / "core.h"}
     settings |= {"MODULES": folder, "OUTPUT": folder / "out"}
     command = ["cmake", *(f"-D{name}={value}" for name, value in settings.items()), "-P", str(SCRIPT)]

@@ -296,3 +296,24 @@ def test_displacements_of_many_meshes_are_read_in_the_time_of_their_nodes():
     assert set(asked) == {"node_row", "raw_node"}  # "node" is a copy of all
     with pytest.raises(ValueError, match="there is no node 999999"):
         sim._core.scene.node_row(999999)
+
+
+def test_a_mesh_that_comes_in_after_the_first_output_is_in_the_file(tmp_path):
+    """Its blocks are empty in the outputs before; runs that are taken up again go on in them."""
+    steel, path = cn.Material("steel", density=7800.0), tmp_path / "late.vtkhdf"
+    corners = np.array([[0.0, 0.0], [0.1, 0.0], [0.1, 0.1], [0.0, 0.1]])
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks([[0.0, 0.0]], 0.05, steel))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, dt=1e-3)
+    sim.run(steps=3, output=path, progress=False)
+    for k in range(2):
+        block = cn.ElasticBody(corners + 1.0 + k, {"quad": np.array([[0, 1, 2, 3]])}, young=1e9, poisson=0.3, density=7800.0)
+        sim.add(cn.deformable(block, steel, name=f"late {k}"))
+        sim.run(steps=2, output=path, progress=False, append=True)
+    with cn.load(path) as run:
+        assert [len(run[k].bodies) for k in range(len(run))] == [1] * 8
+        assert [len(run[k].nodes) for k in range(len(run))] == [0, 0, 0, 0, 4, 4, 8, 8]
+        assert np.array_equal(run[-1].nodes.position, sim.nodes.position)
+        assert [len(run[k].cells["mesh"]) for k in (0, 4, 7)] == [0, 1, 2]
+        run.plot(-1)
