@@ -1,6 +1,7 @@
 // The C API of simulations (cairn/cairn.h): steps, options by name, what is read and changed between steps.
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <typeinfo>
 
 #include "../files/simulation_state.hpp"
@@ -38,7 +39,10 @@ void change_option(cairn_simulation& s, Change&& change) {
 
 template <class Place>
 bool same(Place a, Place b) {
-  return *a == *b || (*a != *a && *b != *b);
+  if constexpr (std::is_floating_point_v<std::decay_t<decltype(*a)>>)
+    return *a == *b || (std::isnan(*a) && std::isnan(*b));
+  else
+    return *a == *b;
 }
 
 // Hands on what a caller set: settings of the same name that are not those which their strategy begins with.

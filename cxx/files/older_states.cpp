@@ -169,7 +169,7 @@ std::optional<StoredValue> without_bodies_of_nodes(const StoredValue& state, con
       throw std::invalid_argument("contactors/body holds " + std::to_string(b) + ", which is no rigid body");
     b = now[std::size_t(b)];
   }
-  std::erase_if(bodies.members, [](const auto& m) { return m.first == "whole"; });
+  std::erase_if(bodies.members, [](const auto& m) { return m.name == "whole"; });
   for (auto& [name, value] : bodies.members) keep_rows(value.array, stays);
   member(contactors, "body") = {"array", StoredArray::of(body.data(), {std::int64_t(body.size())}), {}};
   tree.add("nodes", std::move(nodes));

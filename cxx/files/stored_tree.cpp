@@ -41,11 +41,10 @@ void take_in(Blake2b& digest, const std::string& place, const std::string& kind,
   digest.update(array.bytes.data(), array.bytes.size());
 }
 
-using Members = std::vector<std::pair<std::string, StoredValue>>;
-std::vector<const Members::value_type*> by_name(const Members& members) {
-  std::vector<const Members::value_type*> out;
+std::vector<const StoredMember*> by_name(const std::vector<StoredMember>& members) {
+  std::vector<const StoredMember*> out;
   for (const auto& m : members) out.push_back(&m);
-  std::sort(out.begin(), out.end(), [](auto* a, auto* b) { return a->first < b->first; });
+  std::sort(out.begin(), out.end(), [](auto* a, auto* b) { return a->name < b->name; });
   return out;
 }
 
@@ -93,6 +92,8 @@ StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& plac
 }
 
 } // namespace
+
+void StoredValue::add(const std::string& name, StoredValue value) { members.push_back({name, std::move(value)}); }
 
 const StoredValue* StoredValue::find(const std::string& name) const {
   for (const auto& [known, value] : members)

@@ -7,14 +7,14 @@
 
 namespace cairn {
 
-struct StoredTree;
+struct StoredMember;
 
 // kind says what an array stands for: "array", "number" (of an array's type), "float", "flags" and "flag" (true and
 // false), "bytes", "json" and "texts" (JSON in bytes); empty: a tree.
 struct StoredValue {
   std::string kind;
   StoredArray array;
-  std::vector<std::pair<std::string, StoredValue>> members;
+  std::vector<StoredMember> members;
 
   bool is_tree() const { return kind.empty(); }
   const StoredValue* find(const std::string& name) const; // null: none
@@ -26,16 +26,25 @@ struct StoredValue {
   std::string text(const std::string& name) const;
   std::vector<bool> flags(const std::string& name) const;
 
-  void add(const std::string& name, StoredValue value) { members.emplace_back(name, std::move(value)); }
+  void add(const std::string& name, StoredValue value);
   template <class T>
-  void add_array(const std::string& name, const T* values, std::vector<std::int64_t> shape) {
-    add(name, {"array", StoredArray::of(values, std::move(shape)), {}});
-  }
+  void add_array(const std::string& name, const T* values, std::vector<std::int64_t> shape);
   void add_whole(const std::string& name, std::int64_t value);
   void add_real(const std::string& name, double value);
   void add_text(const std::string& name, const std::string& value);
   void add_flags(const std::string& name, const std::vector<bool>& values);
 };
+
+// A value under its name: no pair, whose constructors ask for a whole StoredValue before there is one.
+struct StoredMember {
+  std::string name;
+  StoredValue value;
+};
+
+template <class T>
+void StoredValue::add_array(const std::string& name, const T* values, std::vector<std::int64_t> shape) {
+  add(name, {"array", StoredArray::of(values, std::move(shape)), {}});
+}
 
 // Numbers of an array as T. Throws std::invalid_argument where they are of another kind: real numbers for whole ones.
 template <class T>
