@@ -43,6 +43,7 @@ void take_in(Blake2b& digest, const std::string& place, const std::string& kind,
 
 std::vector<const StoredMember*> by_name(const std::vector<StoredMember>& members) {
   std::vector<const StoredMember*> out;
+  out.reserve(members.size());
   for (const auto& m : members) out.push_back(&m);
   std::sort(out.begin(), out.end(), [](auto* a, auto* b) { return a->name < b->name; });
   return out;
@@ -51,7 +52,7 @@ std::vector<const StoredMember*> by_name(const std::vector<StoredMember>& member
 void store(Group& group, const StoredValue& tree, Blake2b& digest, const std::string& place) {
   for (const auto* member : by_name(tree.members)) {
     const auto& [name, value] = *member;
-    const std::string here = place + "/" + name;
+    const std::string here = std::string(place).append("/").append(name);
     if (value.is_tree()) {
       digest.update(here + "|dict|");
       store(group.group(name), value, digest, here);
@@ -75,7 +76,7 @@ StoredValue read(const Hdf5Node& group, Blake2b& digest, const std::string& plac
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
     const Hdf5Node member = group.child(name);
-    const std::string here = place + "/" + name;
+    const std::string here = std::string(place).append("/").append(name);
     if (!seen.insert(member.address()).second) wrong(here + " stands under two names");
     if (member.is_group()) {
       digest.update(here + "|dict|");
@@ -197,7 +198,7 @@ std::vector<T> numbers_of(const StoredArray& array, const std::string& name) {
         if (value < 0 ? std::int64_t(value) < std::int64_t(std::numeric_limits<T>::min())
                       : std::uint64_t(value) > std::uint64_t(std::numeric_limits<T>::max()))
           wrong(name + " holds " + std::to_string(value) + ", which is no number that it can have");
-      x = T(value);
+      x = T(value); // NOLINT(bugprone-signed-char-misuse): of one byte it is a number, no character
       p += sizeof value;
     }
   };
