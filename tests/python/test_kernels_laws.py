@@ -173,6 +173,49 @@ def test_bonds(c):
     assert np.all(np.abs(f[0, ~held]) > 0)
 
 
+@pytest.mark.parametrize("c", [3, 6])
+@pytest.mark.parametrize("n", [3, 16])
+def test_parallel_bonds_that_slide(c, n):
+    """Springs, and Coulomb's cone for what is left: u = q + W r, 0 <= r_n, u_n >= 0, |r_T| <= mu r_n against u_T."""
+    h, axes = 0.01, 2 if c == 3 else 3
+    root = some(n, c, c)
+    w = np.ascontiguousarray((root @ root.transpose(0, 2, 1) + np.eye(c)).transpose(2, 1, 0))
+    q, bias = some(c, n), np.zeros((c, n))
+    q[0] = np.where(np.arange(n) % 4 == 3, 3.0, -3.0)  # most are pressed
+    q[1:axes] *= 10
+    params = np.zeros((11, n))
+    params[0], params[1], params[4], params[7] = 1e3 * positive(n), 1e3 * positive(n), np.where(np.arange(n) % 3, 0.3, 0.0), h
+    state = np.zeros((7 if c == 3 else 9, n))
+    state[0], state[2], state[5:] = np.arange(n) % 5 > 0, 0.1, 1e-3 * some(len(state) - 5, n)
+    r, status = np.empty((c, n)), np.empty(n, np.int32)
+    kernel("cairn_law_parallel_bond_solve", "cairn_law_solve")(n, c, w, q, bias, params, state, r, status)
+    u = q + np.einsum("kln,ln->kn", w.transpose(1, 0, 2), r)
+    held, radius = state[0] > 0, state[2]
+    if c == 3:
+        stiff = np.array([params[0] * 2 * radius, params[1] * 2 * radius, params[0] * 2 * radius**3 / 3])
+        drawn = np.array([np.zeros(n), state[5], state[6]])
+    else:
+        area, bending = np.pi * radius**2, np.pi * radius**4 / 4
+        stiff = np.array([params[0] * area, *[params[1] * area] * 2, 2 * params[1] * bending, *[params[0] * bending] * 2])
+        drawn = np.array([np.zeros(n), state[5], state[6], state[4], state[7], state[8]])
+    rest = r + held * h * stiff * (drawn + h * u)
+    size = np.abs(q).max()
+    np.testing.assert_allclose(rest[axes:], 0, atol=1e-12 * size)
+    mu, pushed, slid = params[4], rest[0], np.linalg.norm(rest[1:axes], axis=0)
+    assert (
+        (pushed >= -1e-14 * size).all()
+        and (u[0] >= -1e-12 * size).all()
+        and (pushed * u[0] <= 1e-11 * size).all()
+        and (pushed > 0).any()
+    )
+    assert (slid <= mu * pushed * (1 + 1e-10) + 1e-14 * size).all() and (slid[mu > 0] > 0).any()
+    turns = np.linalg.norm(u[1:axes], axis=0)
+    slides = (turns > 1e-9 * size) & (pushed > 0) & (mu > 0)
+    assert slides.any() or n < 16
+    along = u[1:axes, slides] / turns[slides]
+    np.testing.assert_allclose(rest[1:axes, slides], -(mu * pushed)[slides] * along, rtol=1e-7, atol=1e-10 * size)
+
+
 # ---------------------------------------------------------------------- joints
 
 
