@@ -69,14 +69,21 @@ class Faces:
         return len(self.nodes)
 
     def part_set(self, places, material, d):
-        """A contactor for each facet."""
-        from .meshes import part_set
+        """A contactor for each facet. material: of all, or a list with one for each face, whose two facets share it."""
+        from .meshes import part_set, rows_by_material
 
         corners = places[self.nodes]
         centre = corners.mean(axis=1)
         used, renumbered = np.unique(self.nodes, return_inverse=True)
         hulls, around = with_neighbours(places[used], renumbered.reshape(self.nodes.shape), centre)
         self.around = [used[part] for part in around]
-        n = len(self)
-        contactor = bodies.ContactorSet("facet", material, np.arange(n), np.zeros(n), None, None, np.arange(n), hulls)
-        return part_set(3, contactor, "faces", d)
+        if isinstance(material, (list, tuple)):
+            halved = np.flatnonzero(self.faces[: len(material), 3] >= 0)
+            if len(material) + len(halved) != len(self):
+                raise ValueError(f"face_material lists {len(material)} materials: give one for all, or one for each face")
+            material = [*material, *(material[k] for k in halved)]
+        contactors = [
+            bodies.ContactorSet("facet", of, rows, np.zeros(len(rows)), None, None, rows, hulls)
+            for of, rows in rows_by_material("face_material", material, len(self))
+        ]
+        return part_set(3, contactors, "faces", d)

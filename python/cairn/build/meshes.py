@@ -13,6 +13,7 @@ import numpy as np
 from ..names import listed
 from ..pre import checks
 from . import bodies
+from .materials import Material
 from .mesh_faces import Faces
 
 
@@ -85,8 +86,8 @@ class Deformable:
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
                force=None, velocity=None,
-               displacement=None, storage=None, name="mesh", edge_material=None, face_material=None, bulk=None,
-               pressure=None, self_contact=False, mortar=False, **options):  # fmt: skip
+               displacement=None, storage=None, name="mesh", point_material=None, edge_material=None, face_material=None,
+               bulk=None, pressure=None, self_contact=False, mortar=False, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -107,6 +108,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     normals where these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement:
     (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
     contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small.
+    point_material, edge_material, face_material: in place of material, of its points (those of contact, in the order of their
+    numbers, then points), of edges and of faces; one for all of them or a list with one for each.
     self_contact: its points meet its own edges or faces, too, but for those next to them; else the body does not touch
     itself. mortar: its contact nodes meet edges or faces of other meshes on average over its own, by dual multipliers; for the
     side of the finer cells.
@@ -157,13 +160,14 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     between = len(points[0])
     touching = np.concatenate([nodes, np.arange(n, n + between)])
     shape = "disk" if dim == 2 else "sphere"
-    contactors = [bodies.ContactorSet(shape, material, touching, np.zeros(len(touching)))] if len(touching) else []
+    contactors = [
+        bodies.ContactorSet(shape, of, touching[rows], np.zeros(len(rows)))
+        for of, rows in rows_by_material("point_material", point_material or material, len(touching))
+    ]
     inertia = np.repeat((mass * size**2)[:, None], 2 * dim - 3, axis=1)
     sets = [
         bodies.checked(
-            bodies.BodySet(
-                dim, places + start, mass, inertia, contactors, velocity=speed, group=name, mesh=d, parts=between
-            )
+            bodies.BodySet(dim, places + start, mass, inertia, contactors, velocity=speed, group=name, mesh=d, parts=between)
         )
     ]
     if len(pairs):
@@ -281,16 +285,34 @@ def _edge_set(places, pairs, material, d):
     length = np.linalg.norm(along, axis=1)
     along /= length[:, None]
     thickness, direction = np.full(len(pairs), 0.05 * length.min()), np.concatenate([along, length[:, None] / 2], axis=1)
-    return part_set(2, bodies.ContactorSet("segment", material, np.arange(len(pairs)), thickness, None, direction), "edges", d)
+    contactors = [
+        bodies.ContactorSet("segment", of, rows, thickness[rows], None, direction[rows])
+        for of, rows in rows_by_material("edge_material", material, len(pairs))
+    ]
+    return part_set(2, contactors, "edges", d)
 
 
-def part_set(dim, contactor, what, d):
+def rows_by_material(field, material, count):
+    """[(material, rows (k,))] of points or sides: one material for all of them, or a list with one for each."""
+    if not isinstance(material, (list, tuple)):
+        return [(material, np.arange(count))] if count else []
+    if len(material) != count:
+        raise ValueError(f"{field} lists {len(material)} materials: give one for all, or one for each of the {count}")
+    found = {}
+    for row, of in enumerate(material):
+        if not isinstance(of, Material):
+            raise ValueError(f"{field} of {row} is {of!r}: give a cairn.Material")
+        found.setdefault(of.name, (of, []))[1].append(row)
+    return [(of, np.array(rows)) for of, rows in found.values()]
+
+
+def part_set(dim, contactors, what, d):
     """A set without bodies: contactors on parts of a mesh alone."""
     none = np.zeros((0, dim))
     return bodies.checked(
         bodies.BodySet(
-            dim, none, none[:, 0], np.zeros((0, 2 * dim - 3)), [contactor], group=f"{d.name} {what}", mesh=d,
-            parts=len(contactor.body),
+            dim, none, none[:, 0], np.zeros((0, 2 * dim - 3)), contactors, group=f"{d.name} {what}", mesh=d,
+            parts=sum(len(c.body) for c in contactors),
         )
     )  # fmt: skip
 

@@ -106,6 +106,7 @@ class Datbox:
     states: dict = field(default_factory=dict)  # (type, number): BodyState
     initial_contacts: int = 0
     state_file: str = ""
+    plane: str = "strain"  # what meshes in 2D are: no file tells
     notes: list = field(default_factory=list)
 
 

@@ -14,18 +14,31 @@ CELLS = {
     "T3xxx": "triangle", "Q4xxx": "quad", "T6xxx": "triangle6", "Q8xxx": "quad8", "TE4xx": "tetra", "H8xxx": "hexahedron",
 }  # fmt: skip
 
-# Shape functions of a quadrilateral at its two by two Gauss points: the candidate points of CSpx1.
-GAUSS = [
-    tuple((1 + a * x / 3**0.5) * (1 + b * y / 3**0.5) / 4 for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)))
-    for x in (-1, 1)
-    for y in (-1, 1)
-]
+# Candidate points of a face, by their type: those of Gauss's rule of this order on triangles and on quadrilaterals; CSpxx has
+# the nodes, each once, or what weights say that stand in the lines behind it.
+ORDERS = {"CSpx0": 0, "CSpx1": 1, "CSpx2": 2}
+MEAN = "Q4P0x"  # quadrilaterals whose dilatation is the mean of the cell
+CONTACTORS = ("CLxxx", "ALpxx", "CSpxx", *ORDERS, "ASpxx")
+
+
+def face_points(count, order):
+    """Shape functions (k, count) at the points of Gauss's rules with 1, 3 and 6 points on a triangle (Dunavant 1985), with 1, 4
+    and 9 on a quadrilateral."""
+    if count == 4:
+        along = ((0.0,), (-(3**-0.5), 3**-0.5), (-(0.6**0.5), 0.0, 0.6**0.5))[order]
+        corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+        return [tuple((1 + a * x) * (1 + b * y) / 4 for a, b in corners) for x in along for y in along]
+    inner, outer = 0.445948490915965, 0.091576213509771
+    apexes = ((1 / 3,), (1 / 6,), (inner, outer))[order]
+    points = [(1 - x - y, x, y) for a in apexes for x, y in ((a, a), (1 - 2 * a, a), (a, 1 - 2 * a))]
+    return points[:1] if order == 0 else points
 
 
 @dataclass
 class Mesh:
     """A body of type MAILx, by its rank in the file. cells: [(element, nodes from 0, model, material)]; points: (m, dim) [m];
-    contactors: [(type, colour, nodes from 0, share)] with the share apab of CLxxx; line of the file."""
+    contactors: [(type, colour, nodes from 0, share)] with the share apab of CLxxx, or the weights of a face's point in a list;
+    line of the file."""
 
     number: int
     line: int = 0
@@ -52,6 +65,8 @@ def read_mesh(reader, number, line):
             mesh.cells.append((line[1:6].strip(), nodes, words[22:27].strip(), words[36:41].strip()))
         elif part == "$nodty":
             mesh.points.append(reader.values(line, 2 if line[1:6] == "NO2xx" else 3))
+        elif part == "$tacty" and line[29:31] == "w1":
+            mesh.contactors[-1] = (*mesh.contactors[-1][:3], _weights(reader, line, len(mesh.contactors[-1][2])))
         elif part == "$tacty":
             columns = (35, 47, 59, 71)
             words = [line[c - 1 : c + 4] for c in columns if line[c - 6 : c - 2].strip().startswith("nod")]
@@ -61,6 +76,16 @@ def read_mesh(reader, number, line):
             mesh.contactors.append((line[1:6].strip(), line[22:27].strip(), [int(w) - 1 for w in words], share))
         else:
             reader.fail(f"{line.strip()!r} stands in no block of the body")
+
+
+def _weights(reader, line, count):
+    """Of the nodes of a face in one of its points: three on a line."""
+    found = reader.values(line, min(3, count))
+    while len(found) < count:
+        found = [*found, *reader.values(reader.next(), min(3, count - len(found)))]
+    if not abs(sum(found) - 1) <= 1e-6:
+        reader.fail(f"the weights of a contactor's nodes sum to {sum(found):g}, not 1")
+    return [float(w) / sum(found) for w in found]
 
 
 def _check_nodes(reader, mesh):
@@ -88,7 +113,7 @@ def read_models(box):
         if options is None:
             reader.fail("an option stands before the name of its model")
         if line[8:13].strip():
-            options["physics"] = line[8:13].strip()
+            options["physics"], options["finel"] = line[8:13].strip(), line[15:20].strip()
         options[line[22:27].strip()] = line[29:34].strip()
     return models
 
@@ -182,14 +207,16 @@ def _why_not(box, mesh, models, drives):
         if why:
             return why
     several = {model for _, _, model, _ in mesh.cells}
-    alike = {tuple(models[m].get(o, "") for o in ("physics", "kine_", "mstrg")) for m in several}
-    if len(alike) > 1 or (len({(model, name) for _, _, model, name in mesh.cells}) > 1 and heat):
+    alike = {tuple(models[m].get(o, "") for o in ("physics", "kine_", "mstrg", "finel")) for m in several}
+    if (
+        len({of[:3] for of in alike}) > 1
+        or len({of[3] == MEAN for of in alike}) > 1
+        or (len({(model, name) for _, _, model, name in mesh.cells}) > 1 and heat)
+    ):
         return "models of several physics, kinematics or masses in one body"
     for kind, *_ in mesh.contactors:
-        if kind not in ("CLxxx", "ALpxx", "CSpx1", "ASpxx"):
+        if kind not in CONTACTORS:
             return f"contactor {kind}"
-    if any(kind == "CSpx1" and len(nodes) != 4 for kind, _, nodes, _ in mesh.contactors):
-        return "contactor CSpx1 on triangles"
     for _, d in drives:
         if d.kind not in (("temp", "flux") if heat else ("vlocy", "force")):
             return f"dofs driven by {d.kind}"
@@ -232,6 +259,7 @@ def read_temperatures(path, number, count):
 
 
 def _body(box, mesh, models):
+    from ..build.bulk import BULK_MATERIALS
     from ..build.elastic import ElasticBody
     from ..build.solid import SolidBody
 
@@ -244,13 +272,17 @@ def _body(box, mesh, models):
     given = {
         "density": material.density, "lumped": models[model].get("mstrg") == "lump_",
         "groups": {f"node {k}": [k] for k in range(len(mesh.points))},
+        **({"plane": box.plane} if points.shape[1] == 2 else {}),
     }  # fmt: skip
+    mean = {"mean_dilatation": True} if models[model].get("finel") == MEAN else {}
     if len({(model, name) for _, _, model, name in mesh.cells}) > 1:
-        return _of_several(box, mesh, models, points, cells, given)
+        return _of_several(box, mesh, models, points, cells, given | mean)
     young, poisson = solids.elastic(box, material)
     bulk = None if models[model].get("physics") == "THERM" else solids.solid_material(box, models[model], material)
+    if bulk is None and (mean or given.get("plane") == "axisymmetric"):
+        bulk = BULK_MATERIALS["IsotropicElastic"](young=young, poisson=poisson)
     if bulk is not None:
-        return SolidBody(points, cells, bulk, **given)
+        return SolidBody(points, cells, bulk, **given, **mean)
     return ElasticBody(points, cells, young=young, poisson=poisson, **given)
 
 
@@ -282,8 +314,9 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     if models[mesh.cells[0][2]].get("physics") == "THERM":
         return _heated(box, mesh, models, drives, origin)
     body = _body(box, mesh, models)
-    if body.dim == 2 and not any("plane strain" in note for note in origin.notes):
-        origin.notes.append("meshes in 2D are taken in plane strain: the files do not say")
+    note = f"meshes in 2D are taken as plane={box.plane!r}: the files do not say, read_datbox(plane=...) does"
+    if body.dim == 2 and note not in origin.notes:
+        origin.notes.append(note)
     drive, pushed = {}, {}
     for node, d in drives:
         target = drive if d.kind == "vlocy" else pushed
@@ -293,26 +326,65 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
         at = {g: {a: v(t) if callable(v) else v for a, v in by.items()} for g, by in pushed.items()}
         return {g: [by.get(a, 0.0) for a in "xyz"[: body.dim]] for g, by in at.items()}
 
-    material = mesh.cells[0][3]
-    density = box.materials[material].density
-    names = {}
-    for kind in ("CLxxx", "ALpxx", "CSpx1", "ASpxx"):
-        colors = {c for k, c, *_ in mesh.contactors if k == kind}
-        if len(colors) > 1:
-            raise LegacyError(f"{box.folder}: MAILx {mesh.number} has {kind} of several colours, which is not mapped")
-        for color in colors:
-            names[kind] = f"{material} {color} {kind}"
-            materials[names[kind]] = ("MAILx", "CSxxx" if kind == "CSpx1" else kind, color)
-    points = [(nodes, (1 - share, share)) for kind, _, nodes, share in mesh.contactors if kind == "CLxxx"]
-    points += [(nodes, w) for kind, _, nodes, _ in mesh.contactors if kind == "CSpx1" for w in GAUSS]
-    faces = [nodes + [-1] * (4 - len(nodes)) for kind, _, nodes, _ in mesh.contactors if kind == "ASpxx"]
-    # an antagonist edge has its body on the right, here it is on the left
-    edges = np.array([nodes[::-1] for kind, _, nodes, _ in mesh.contactors if kind == "ALpxx"], int).reshape(-1, 2)
+    points = _contact_points(mesh)
+    faces = _sides(mesh, "ASpxx") + _sides_of_zones(box, mesh, ("CSpxx", *ORDERS))
+    edges = _sides(mesh, "ALpxx") + _sides_of_zones(box, mesh, ["CLxxx"])
+    density = box.materials[mesh.cells[0][3]].density
+
+    def named(kind, color):
+        name = f"{mesh.cells[0][3]} {color} {kind}"
+        materials[name] = ("MAILx", "CSxxx" if kind in ("CSpxx", *ORDERS) else kind, color)
+        return Material(name, density=density)
+
+    silent = Material(f"{mesh.cells[0][3]} of zones", density=density)
     moved, velocity = state if state is not None else (None, None)
     return deformable(
-        body, Material(names.get("CLxxx", names.get("CSpx1", material)), density=density), edges=edges, drive=drive,
-        faces=np.array(faces, int).reshape(-1, 4), face_material=Material(names.get("ASpxx", material), density=density),
-        points=(np.array([p[0] for p in points]), np.array([p[1] for p in points])) if points else None,
-        edge_material=Material(names.get("ALpxx", material), density=density), force=force if pushed else None,
-        velocity=velocity, displacement=moved, name=f"MAILx {mesh.number}",
+        body, Material(mesh.cells[0][3], density=density), drive=drive, force=force if pushed else None,
+        point_material=[named(kind, color) for kind, color, *_ in points],
+        edge_material=[named("ALpxx", color) if color is not None else silent for color, _ in edges],
+        face_material=[named("ASpxx", color) if color is not None else silent for color, _ in faces],
+        # an antagonist edge has its body on the right, here it is on the left
+        edges=np.array([nodes[::-1] for _, nodes in edges], int).reshape(-1, 2),
+        faces=np.array([nodes + [-1] * (4 - len(nodes)) for _, nodes in faces], int).reshape(-1, 4),
+        points=_padded(points) if points else None, velocity=velocity, displacement=moved, name=f"MAILx {mesh.number}",
     )  # fmt: skip
+
+
+def _sides(mesh, kind):
+    """[(colour, nodes)] of the antagonists of a kind."""
+    return [(color, nodes) for k, color, nodes, _ in mesh.contactors if k == kind]
+
+
+def _sides_of_zones(box, mesh, kinds):
+    """[(None, nodes)] of the sides that candidate points lie on, each once, where a cohesive zone joins them: it needs to know
+    which part of the surface each point has. These sides meet nothing themselves."""
+    zones = {name for name, law in box.laws.items() if law.law.endswith("_CZM")}
+    colors = {side[2] for see in box.see if see.law in zones for side in (see.candidate, see.antagonist) if side[0] == "MAILx"}
+    found = {tuple(nodes): (None, nodes) for kind, color, nodes, _ in mesh.contactors if kind in kinds and color in colors}
+    known = {frozenset(nodes) for _, nodes in _sides(mesh, "ASpxx") + _sides(mesh, "ALpxx")}
+    return [side for nodes, side in found.items() if frozenset(nodes) not in known]
+
+
+def _contact_points(mesh):
+    """[(type, colour, nodes, weights)] of its candidate points."""
+    points, at_nodes = [], set()
+    for kind, color, nodes, share in mesh.contactors:
+        if kind == "CLxxx":
+            points.append((kind, color, nodes, (1 - share, share)))
+        elif kind in ORDERS:
+            points += [(kind, color, nodes, weights) for weights in face_points(len(nodes), ORDERS[kind])]
+        elif kind == "CSpxx" and isinstance(share, list):
+            points.append((kind, color, nodes, share))
+        elif kind == "CSpxx":
+            for node in nodes:
+                if (color, node) not in at_nodes:
+                    points.append((kind, color, [node], [1.0]))
+                at_nodes.add((color, node))
+    return points
+
+
+def _padded(points):
+    """Nodes and weights, (m, k): those of a triangle are its first once more, with no weight."""
+    most = max(len(nodes) for _, _, nodes, _ in points)
+    nodes = [[*nodes, *[nodes[0]] * (most - len(nodes))] for _, _, nodes, _ in points]
+    return np.array(nodes), np.array([[*weights, *[0.0] * (most - len(weights))] for *_, weights in points])

@@ -57,28 +57,32 @@ class Origin:
     alert: float = 0.0
 
 
-def read_datbox(folder, unmapped="error", *, state=None, step=None):
+def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain"):
     """The scene of an LMGC90 DATBOX folder. Bodies keep their order: body k of the file has the id k - 1.
 
     unmapped: what to do with what Cairn cannot map, "error" (refuse, naming all of it) or "skip" (leave it out and warn,
     naming all of it). state: a DOF.OUT file or an lmgc90.h5 to take positions and velocities from, instead of DOF.INI; step:
-    which of the instants of the .h5, None the last. Scene.legacy tells what was left out (`unmapped`), what is told in another
+    which of the instants of the .h5, None the last. plane: what meshes in 2D are, which no file tells: "strain", "stress" or
+    "axisymmetric" (round y, x the radius). Scene.legacy tells what was left out (`unmapped`), what is told in another
     way (`notes`) and the alert distance; a time step and theta are not in a DATBOX.
 
     Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
     """
     if unmapped not in ("error", "skip"):
         raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
+    if plane not in ("strain", "stress", "axisymmetric"):
+        raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
     try:
-        return _read(folder, unmapped, state, step)
+        return _read(folder, unmapped, state, step, plane)
     except LegacyError:
         raise
     except (ValueError, ArithmeticError, LookupError) as error:
         raise LegacyError(f"{folder}: cannot be made a scene: {error}") from error
 
 
-def _read(folder, unmapped, state, step):
+def _read(folder, unmapped, state, step, plane):
     box = datbox.parse(folder)
+    box.plane = plane
     if state is not None:
         from .results import states_of
 
