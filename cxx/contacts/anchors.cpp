@@ -16,7 +16,17 @@ namespace cairn {
 void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
-  if ((kind[ca] | kind[cb]) & mapped || !(law.joins || info(Shape(*contactors->shape[ca])).is_hull())) return;
+  if (!law.joins && ((kind[ca] | kind[cb]) & mapped || !info(Shape(*contactors->shape[ca])).is_hull())) return;
+  Anchor made;
+  law.joins ? anchor_joint(i, made) : anchor_bond(i, law, made);
+  memory.keys.back().feature = ~memory.keys.back().feature; // none of those that detection gives
+  memory.anchors.resize(memory.keys.size());
+  memory.anchors.back() = made;
+}
+
+void Interactions::State::anchor_bond(std::int64_t i, const LawInfo& law, Anchor& made) const {
+  const Candidates& c = *candidates;
+  const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
   const int d = dim();
   double shift[3] = {0, 0, 0}, from_a[3] = {}, from_b[3] = {};
   if (cell->any()) image_shift(*cell, c.image[i], shift);
@@ -26,7 +36,6 @@ void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
     from_a[k] = point[k] + c.gap[i] / 2 * normal[k] - xa[k];
     from_b[k] = point[k] - c.gap[i] / 2 * normal[k] - (xb[k] + shift[k]);
   }
-  Anchor made;
   to_body_axes(*bodies, d, body(ca), from_a, made.a);
   to_body_axes(*bodies, d, body(cb), from_b, made.b);
   to_body_axes(*bodies, d, body(cb), normal, made.normal);
@@ -34,10 +43,19 @@ void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
   std::copy_n(made.b, 3, made.shape_b);
   made.reach = law.spans ? 0 : std::numeric_limits<double>::max();
   made.siblings = 1;
-  if (law.joins) anchor_joint(i, made);
-  memory.keys.back().feature = ~memory.keys.back().feature; // none of those that detection gives
-  memory.anchors.resize(memory.keys.size());
-  memory.anchors.back() = made;
+}
+
+// What carries a contactor: where it is, and vectors in its axes in those of space. A point of a mesh carries its end
+// of a joint without a lever, and has no axes but those of space.
+void Interactions::State::carrier_at(std::int32_t contactor, double* x) const {
+  for (int k = 0; k < dim(); ++k)
+    x[k] =
+        body(contactor) < 0 ? meshes->middle(contactor).of(nodes->position, k) : bodies->position[body(contactor)][k];
+}
+
+void Interactions::State::carried(std::int32_t contactor, const double* own, double* out) const {
+  if (body(contactor) >= 0) return to_space_axes(*bodies, dim(), body(contactor), own, out);
+  for (int k = 0; k < dim(); ++k) out[k] = own[k];
 }
 
 // Half the way to the next anchored point of the pair. A rod stands for no point where bodies touch.
@@ -69,7 +87,8 @@ std::span<double> Interactions::states(std::size_t key) {
 }
 
 void Interactions::measure_anchored(const Bodies& bodies, const Contactors& contactors, const LawTable& laws,
-                                    const Cell& cell, std::span<const std::int32_t> numbers, Candidates& found) {
+                                    const Cell& cell, std::span<const std::int32_t> numbers, Candidates& found,
+                                    MeshSet* meshes, Nodes* nodes) {
   State& s = *s_;
   const ContactMemory& m = s.memory;
   s.anchor_of.clear();
@@ -90,6 +109,8 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   s.bodies = &bodies;
   s.contactors = &contactors;
   s.cell = &cell;
+  s.meshes = meshes && !meshes->empty() ? meshes : nullptr;
+  s.nodes = nodes;
   const auto pair_of = [](const auto& p) { return std::tuple(p.a, p.b, p.image); };
   std::sort(s.anchored_places.begin(), s.anchored_places.end(), [&](const auto& p, const auto& q) {
     return pair_of(p) != pair_of(q) ? pair_of(p) < pair_of(q) : ~p.feature < ~q.feature;
@@ -141,17 +162,20 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
     to.contactor_b[i] = p.b;
     to.image[i] = p.image;
     to.feature[i] = p.feature;
-    double shift[3] = {0, 0, 0}, a[3] = {}, b[3] = {}, normal[3] = {}, square = 0, along = 0;
+    double shift[3] = {0, 0, 0}, a[3] = {}, b[3] = {}, normal[3] = {}, xa[3] = {}, xb[3] = {}, square = 0, along = 0;
     if (cell->any()) image_shift(*cell, p.image, shift);
-    to_space_axes(*bodies, d, body(p.a), anchor.a, a);
-    to_space_axes(*bodies, d, body(p.b), anchor.b, b);
-    to_space_axes(*bodies, d, body(p.b), anchor.normal, normal);
-    const double *xa = bodies->position[body(p.a)], *xb = bodies->position[body(p.b)];
+    carried(p.a, anchor.a, a);
+    carried(p.b, anchor.b, b);
+    carried(p.b, anchor.normal, normal);
+    carrier_at(p.a, xa);
+    carrier_at(p.b, xb);
     double between[3] = {};
+    // a node does not turn with the other end: what slides along it is seen where A's end is, not half way
+    const double share = p.joins && (body(p.a) < 0 || body(p.b) < 0) ? 0 : 0.5;
     for (int k = 0; k < d; ++k) {
       between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - b[k]);
       square += between[k] * between[k];
-      to.point[d * i + k] = xa[k] + a[k] - between[k] / 2;
+      to.point[d * i + k] = xa[k] + a[k] - share * between[k];
     }
     if (p.spans && square > 0)
       for (int k = 0; k < d; ++k) normal[k] = between[k] / std::sqrt(square);
@@ -191,14 +215,15 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
   }
   for (const AnchoredPlace& p : places) {
     if (p.sound) continue;
-    double x[3] = {}, least = std::numeric_limits<double>::max();
-    to_space_axes(*bodies, d, body(p.a), memory.anchors[std::size_t(p.key)].a, x);
+    double x[3] = {}, at_a[3] = {}, least = std::numeric_limits<double>::max();
+    carried(p.a, memory.anchors[std::size_t(p.key)].a, x);
+    carrier_at(p.a, at_a);
     std::int64_t heir = -1;
     for (std::int64_t j = others; j < to.count; ++j) {
       if (anchor_of[std::size_t(j)] != -1) continue;
       double square = 0;
       for (int k = 0; k < d; ++k) {
-        const double apart = to.point[d * j + k] - (bodies->position[body(p.a)][k] + x[k]);
+        const double apart = to.point[d * j + k] - (at_a[k] + x[k]);
         square += apart * apart;
       }
       if (square < least) least = square, heir = j;

@@ -68,7 +68,7 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
   const LawInfo& law = law_infos()[std::size_t(e.law)];
   const int c = law.components(dim());
   for (const std::int32_t contactor : {candidates->contactor_a[i], candidates->contactor_b[i]})
-    if ((kind[contactor] & mapped) && info(Shape(*contactors->shape[contactor])).ball() &&
+    if ((kind[contactor] & mapped) && !law.joins && info(Shape(*contactors->shape[contactor])).ball() &&
         !(meshes->area(contactor) > 0))
       throw std::invalid_argument("law " + law.python_name + " joins a node or point of the mesh '" +
                                   meshes->meshes[meshes->mesh_of(contactor)].model.name +
@@ -141,7 +141,8 @@ void Nscd::measure_anchored(Simulation& s) {
     anchored_[2 * k] = s.contactor(m.keys[k].contactor_a);
     anchored_[2 * k + 1] = s.contactor(m.keys[k].contactor_b);
   }
-  s.interactions.measure_anchored(s.scene.bodies, s.scene.contactors, s.laws, s.scene.cell, anchored_, s.candidates);
+  s.interactions.measure_anchored(s.scene.bodies, s.scene.contactors, s.laws, s.scene.cell, anchored_, s.candidates,
+                                  &s.meshes, &s.scene.nodes);
 }
 
 // The two ends of each joint that came in have a material of their own.

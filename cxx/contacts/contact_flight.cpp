@@ -119,6 +119,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   Curved how = curved(shape_a, shape_b);
   if (is_anchored(i)) return flight_of_anchored(b, lane, out);
   std::fill_n(out, 3, 0.0);
+  if (b.mapped_a || b.mapped_b) return; // a joint that broke
   const int d = dim();
   const auto turns = [&](std::int32_t of) {
     const double* x = system.record[of].x;
@@ -231,17 +232,20 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
 void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const {
   const std::int64_t i = system.candidate[b.first + lane];
   const int d = dim();
-  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
-  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
   double axes[3][3] = {};
   axes_of(b, d, lane, axes);
-  Vector lever_a{}, lever_b{}, va, vb, aa, ab, v{};
+  Vector lever_a{}, lever_b{}, va{}, vb{}, aa{}, ab{}, v{};
   const LawInfo& law = law_infos()[b.law];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
-  to_space_axes(*bodies, d, b.body_a[lane], anchor.a, lever_a);
-  to_space_axes(*bodies, d, b.body_b[lane], anchor.b, lever_b);
-  A.carry(lever_a, va, aa);
-  B.carry(lever_b, vb, ab);
+  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
+  const auto carry = [&](std::int32_t contactor, const double* own, Vector lever, Vector speed, Vector rate) {
+    carried(contactor, own, lever);
+    const std::int32_t carrier = body(contactor);
+    if (carrier >= 0) return Motion(*bodies, system.record[carrier], carrier, d, h).carry(lever, speed, rate);
+    for (int k = 0; k < d; ++k) speed[k] = meshes->middle(contactor).of(nodes->velocity, k); // a node flies straight on
+  };
+  carry(ca, anchor.a, lever_a, va, aa);
+  carry(cb, anchor.b, lever_b, vb, ab);
   if (sheared) image_velocity(*cell, candidates->image[i], v);
   for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k] - v[k];
   for (int k = 0; k < 3; ++k) out[k] = 0;
@@ -251,7 +255,9 @@ void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, dou
   if (!law.spans && !joint_that_spans) return;
   double between[3] = {0, 0, 0}, shift[3] = {0, 0, 0}, square = 0;
   if (cell->any()) image_shift(*cell, candidates->image[i], shift);
-  const double *xa = bodies->position[b.body_a[lane]], *xb = bodies->position[b.body_b[lane]];
+  double xa[3] = {}, xb[3] = {};
+  carrier_at(ca, xa);
+  carrier_at(cb, xb);
   for (int k = 0; k < d; ++k) {
     between[k] = xa[k] + lever_a[k] - (xb[k] + shift[k] + lever_b[k]);
     square += between[k] * between[k];
@@ -264,7 +270,8 @@ bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) cons
   const int n = b.count, d = dim();
   bool some = false;
   std::fill_n(flight, n * b.components, 0.0);
-  if (!flies || b.mapped_a || b.mapped_b) return false; // what is deformable holds where it is detected
+  // what is deformable holds where it is detected, but for joints, whose other end may turn
+  if (!flies || ((b.mapped_a || b.mapped_b) && !law_infos()[b.law].joins)) return false;
   for (int lane = 0; lane < b.contacts; ++lane) {
     double change[3];
     flight_of(b, lane, change);

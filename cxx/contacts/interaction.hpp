@@ -252,7 +252,8 @@ public:
   // Contacts whose memory has an anchor are measured there, in place of what detection found near it. `numbers`: of
   // contactors A and B of each key of the memory, -1 if they are gone.
   void measure_anchored(const Bodies&, const Contactors&, const LawTable&, const Cell&,
-                        std::span<const std::int32_t> numbers, Candidates&);
+                        std::span<const std::int32_t> numbers, Candidates&, MeshSet* meshes = nullptr,
+                        Nodes* nodes = nullptr);
   // Where impulses act: in the middle of the gap, or on each body's own surface, as LMGC90 has it.
   void act_on_surfaces(bool surfaces);
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see

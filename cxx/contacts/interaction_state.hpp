@@ -256,7 +256,10 @@ struct Interactions::State {
   void begin_kept(std::int64_t i, double with_h, double with_theta); // a contact of bodies that came in, in bonds.cpp
   bool came_in_touching(std::int64_t i) const;                       // its bodies came in together, and touch
   void anchor(std::int64_t i, const LawInfo& law);                   // the last key of the memory, in anchors.cpp
+  void anchor_bond(std::int64_t i, const LawInfo& law, Anchor& made) const;
   void anchor_joint(std::int64_t i, Anchor& made) const;
+  void carrier_at(std::int32_t contactor, double* x) const;                   // of what carries it [m]
+  void carried(std::int32_t contactor, const double* own, double* out) const; // a vector in its axes, in those of space
   void measure_joints(const cairn_batch& b) const; // errors of their frames, before the law prepares; in joints.cpp
   void find_joints();                              // materials of the ends of joints
   void space_anchors(std::size_t first);           // reaches of those from a key on

@@ -1,6 +1,7 @@
 // Frames of joints: how they are made, and how far those of their bodies are apart.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
@@ -37,27 +38,32 @@ void Interactions::State::anchor_joint(std::int64_t i, Anchor& made) const {
   const int d = dim();
   const double* params = laws->entry(entry[i]).params;
   const std::int32_t A = body(c.contactor_a[i]), B = body(c.contactor_b[i]);
-  double a[3] = {}, b[3] = {}, axis[3] = {}, shift[3] = {0, 0, 0}, square = 0;
+  const bool on_mesh_a = A < 0, on_mesh_b = B < 0;
+  double a[3] = {}, b[3] = {}, xa[3] = {}, xb[3] = {}, axis[3] = {}, shift[3] = {0, 0, 0}, square = 0;
   for (const auto& [contactor, to] : {std::pair{c.contactor_a[i], made.a}, std::pair{c.contactor_b[i], made.b}}) {
     std::fill_n(to, 3, 0.0);
-    if (contactors->offset.active) std::copy_n(contactors->offset[contactor], d, to);
+    if (contactors->offset.active && body(contactor) >= 0) std::copy_n(contactors->offset[contactor], d, to);
   }
   if (cell->any()) image_shift(*cell, c.image[i], shift);
-  to_space_axes(*bodies, d, A, made.a, a);
-  to_space_axes(*bodies, d, B, made.b, b);
+  carried(c.contactor_a[i], made.a, a);
+  carried(c.contactor_b[i], made.b, b);
+  carrier_at(c.contactor_a[i], xa);
+  carrier_at(c.contactor_b[i], xb);
   std::copy_n(params + joint_axis, d, axis);
   for (int k = 0; k < d; ++k) {
-    const double between = bodies->position[A][k] + a[k] - (bodies->position[B][k] + shift[k] + b[k]);
+    const double between = xa[k] + a[k] - (xb[k] + shift[k] + b[k]);
     square += between * between;
     if (params[joint_spans] > 0) axis[k] = between;
   }
   made.length = std::sqrt(square);
   if (params[joint_spans] > 0)
     for (int k = 0; k < d; ++k) axis[k] /= made.length;
-  to_body_axes(*bodies, d, B, axis, made.normal);
+  on_mesh_b ? void(std::copy_n(axis, 3, made.normal)) : to_body_axes(*bodies, d, B, axis, made.normal);
   std::copy_n(made.a, 3, made.shape_a);
   std::copy_n(made.b, 3, made.shape_b);
-  if (!bodies->rotation.active) {
+  made.reach = std::numeric_limits<double>::max();
+  made.siblings = 1;
+  if (!bodies->rotation.active || on_mesh_a || on_mesh_b) {
     made.turn[0] = d == 2 ? 0 : 1;
   } else if (d == 2) {
     made.turn[0] = *bodies->rotation[A] - *bodies->rotation[B];
@@ -74,19 +80,23 @@ void Interactions::State::measure_joints(const cairn_batch& b) const {
     const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
     const double* params = laws->entry(entry[i]).params;
     const int blocked = int(params[joint_blocked]), coordinate = int(params[joint_coordinate]);
-    const std::int32_t A = b.body_a[lane], B = b.body_b[lane];
-    double axes[3][3] = {}, a[3] = {}, to_b[3] = {}, between[3] = {}, shift[3] = {0, 0, 0}, error[6] = {}, along = 0;
+    const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i], A = body(ca), B = body(cb);
+    double axes[3][3] = {}, a[3] = {}, to_b[3] = {}, xa[3] = {}, xb[3] = {}, between[3] = {}, shift[3] = {0, 0, 0};
+    double error[6] = {}, along = 0;
     axes_of(b, d, lane, axes);
     if (cell->any()) image_shift(*cell, candidates->image[i], shift);
-    to_space_axes(*bodies, d, A, anchor.a, a);
-    to_space_axes(*bodies, d, B, anchor.b, to_b);
-    for (int k = 0; k < d; ++k)
-      between[k] = (bodies->position[A][k] - (bodies->position[B][k] + shift[k])) + (a[k] - to_b[k]);
+    carried(ca, anchor.a, a);
+    carried(cb, anchor.b, to_b);
+    carrier_at(ca, xa);
+    carrier_at(cb, xb);
+    for (int k = 0; k < d; ++k) between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k]);
     for (int c = 0; c < d; ++c)
       for (int k = 0; k < d; ++k) error[c] += between[k] * axes[c][k];
     if (coordinate == 1) along = error[0];
     if (params[joint_spans] > 0) error[0] -= anchor.length;
-    if (d == 2) {
+    if (A < 0 || B < 0) {
+      // points of meshes do not turn: of them no joint asks how far they did
+    } else if (d == 2) {
       error[3] = (bodies->rotation.active ? *bodies->rotation[A] - *bodies->rotation[B] : 0) - anchor.turn[0];
       if (coordinate == 3) along = error[3];
     } else {

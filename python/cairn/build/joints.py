@@ -1,9 +1,10 @@
-"""Joints between two bodies, or a body and the world: `scene.join(a, b, cn.Hinge(point=(0, 0, 1), axis=(0, 1, 0)))`.
+"""Joints between two bodies, nodes of meshes or the world: `scene.join(a, b, cn.Hinge(point=(0, 0, 1), axis=(0, 1, 0)))`.
 
 Points and axes are where bodies stand when the joint is made, in space. The coordinate of a joint is that of the first body
 against the second: an angle about the axis by the right hand [rad], a way along it [m], a length [m]; 0 where it begins, but of a
 length. Limits keep it between two values, a motor drives it with a bounded torque or force, a spring draws it to where it is at
-rest; beyond its strength [N] a joint is gone from the next step on.
+rest; beyond its strength [N] a joint is gone from the next step on. Nodes of meshes have a place and no axes: what joins them
+holds displacements alone, a Fixed or a Slider does not ask how the other body turns.
 """
 
 from __future__ import annotations
@@ -78,10 +79,18 @@ class JointKind:
             raise ValueError(f"axis of {type(self).__name__} is {self.axis}: give a direction")
         return axis / size
 
-    def law(self, dim, swapped):
-        """The law between its ends; swapped: the core sees the second body as the first."""
+    def law(self, dim, swapped, on_mesh=False):
+        """The law between its ends; swapped: the core sees the second body as the first; on_mesh: an end is a node."""
         own = type(self).__name__
         blocked, coordinate = self.bits(dim)
+        if on_mesh:
+            if coordinate > dim and (self.limits is not None or self.motor is not None or self.spring is not None):
+                told = next(name for name in ("limits", "motor", "spring") if getattr(self, name) is not None)
+                remedy = "leave it out, or join rigid bodies"
+                raise ValueError(f"{told} of {own} is of an angle, and a node of a mesh has none: {remedy}")
+            if isinstance(self, Hinge):
+                raise ValueError("Hinge holds an axis, and a node of a mesh has none: give a Ball, or hinges at two nodes")
+            blocked, coordinate = blocked & (2**dim - 1), coordinate if coordinate <= dim else 0
         low, high = -np.inf, np.inf
         if (limits := getattr(self, "limits", None)) is not None:
             low, high = (checks.number(f"limits[{k}] of {own}", x, finite=False) for k, x in enumerate(limits))
@@ -215,12 +224,18 @@ def joined(scene, a, b, kind):
     places = [_place(scene, "a", a), None if b is None else _place(scene, "b", b)]
     if places[0] == places[1]:
         raise ValueError(f"a and b of a joint are both body {a}: give two bodies, or b=None for the world")
-    law = kind.law(dim, places[1] is not None and places[0][0] > places[1][0])
+    meshes = [scene.sets[place[0]].mesh for place in places if place is not None]
+    if len(meshes) == 2 and meshes[0] is meshes[1] is not None:
+        raise ValueError(f"a and b of a joint are {a} and {b}, nodes of one mesh: join nodes of two, or add a cell")
+    law = kind.law(dim, places[1] is not None and places[0][0] > places[1][0], any(mesh is not None for mesh in meshes))
     name = f"joint {sum(law is not None and law.name == 'joint' for _, _, law in scene.rules)}"
     mark = Material(name)
     for place, point in zip(places, ends):
         if place is not None:
-            size = _put(scene, place, point, mark, not isinstance(kind, (Ball, Distance)))
+            if scene.sets[place[0]].mesh is not None:
+                size = _put_on_node(scene, place, point, mark)
+            else:
+                size = _put(scene, place, point, mark, not isinstance(kind, (Ball, Distance)))
             continue
         end = bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([0]), np.array([size]), joint=True)
         scene.add(bodies.checked(bodies.BodySet(dim, point[None], np.ones(1), np.ones((1, 1 if dim == 2 else 3)), [end],
@@ -231,15 +246,35 @@ def joined(scene, a, b, kind):
 
 
 def _place(scene, side, number):
-    """Set and row of a body."""
+    """Set and row of a body, or of a node of a mesh."""
     if isinstance(number, (int, np.integer)) and not isinstance(number, bool):
         for k, s in enumerate(scene.sets):
             row = np.flatnonzero(s.own_ids == number)
-            if len(row) and s.mesh is None:
-                return k, int(row[0])
             if len(row):
-                raise ValueError(f"{side} of a joint is {number}, a node of a mesh: joints take rigid bodies")
-    raise ValueError(f"{side} of a joint is {number!r}: give the number of a body that Scene.add returned")
+                return k, int(row[0])
+    raise ValueError(f"{side} of a joint is {number!r}: give the number of a body or node that Scene.add returned")
+
+
+def _put_on_node(scene, place, point, mark):
+    """Adds an end to a node of a mesh; the radius of a mark of the world beside it."""
+    k, row = place
+    s = scene.sets[k]
+    size = float(np.ptp(s.position, axis=0).max())
+    apart = point - s.position[row]
+    if np.abs(apart).max() > 1e-9 * size:
+        raise ValueError(
+            f"point of a joint is {point}, and node {s.own_ids[row]} of {s.mesh.name!r} is at {s.position[row]}: "
+            "give the place of the node, which is where a mesh is joined"
+        )
+    s.mesh.joints.append((mark.name, row))
+    s.mesh.contact_nodes = np.union1d(s.mesh.contact_nodes, [row])
+    scene.sets[k] = bodies.replace(s, contactors=[*s.contactors, end_on_node(scene.dim, mark, row)])
+    return END * size
+
+
+def end_on_node(dim, mark, row):
+    """The mark of a joint on a node of a mesh."""
+    return bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([row]), np.zeros(1), joint=True)
 
 
 def _put(scene, place, point, mark, turns):

@@ -11,6 +11,8 @@ from ..networks.conductances import CONDUCTANCES, Conductance
 from ..run import time_functions
 from . import bulk
 from .elastic import ElasticBody
+from .joints import end_on_node
+from .materials import Material
 from .meshes import LinearBody, deformable
 from .solid import SolidBody
 from .ties import TiedBody
@@ -34,13 +36,22 @@ def to_dict(d):
     if BODIES.get(kind) is not type(d.body):
         raise ValueError(f"the body of {d.name!r} is a {kind}: a scene file holds {' and '.join(BODIES)}")
     of_body = {name: _encoded(f"{name} of {d.name!r}", value) for name, value in d.body.given.items()}
-    return {"class": kind, "body": of_body, "given": {name: _encoded(name, value) for name, value in d.given.items()}}
+    out = {"class": kind, "body": of_body, "given": {name: _encoded(name, value) for name, value in d.given.items()}}
+    if d.joints:
+        out["joints"] = {f"{k:06d}": {"name": name, "node": int(node)} for k, (name, node) in enumerate(d.joints)}
+    return out
 
 
 def from_dict(content):
     """The sets of bodies that show it, as `deformable` gives them."""
     body = BODIES[content["class"]](**{name: _decoded(value) for name, value in content["body"].items()})
-    return deformable(body, **{name: _decoded(value) for name, value in content["given"].items()})
+    made = deformable(body, **{name: _decoded(value) for name, value in content["given"].items()})
+    for _, joint in sorted(content.get("joints", {}).items()):
+        d, node = made[0].mesh, int(joint["node"])
+        d.joints.append((joint["name"], node))
+        d.contact_nodes = np.union1d(d.contact_nodes, [node])
+        made[0].contactors.append(end_on_node(d.body.dim, Material(joint["name"]), node))
+    return made
 
 
 def _encoded(name, value):

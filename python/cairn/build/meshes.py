@@ -81,6 +81,7 @@ class Deformable:
         self.contact_nodes = np.zeros(0, int)
         self.pressed = []  # sides, and the pressure on them
         self.displace, self.rigid, self.self_contact, self.mortar = {}, [], False, False
+        self.joints = []  # (name of the joint, node)
         self.carried = None  # what it was given as a rigid body, see run/carried_forces.py
 
 

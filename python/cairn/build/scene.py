@@ -118,8 +118,9 @@ class Scene(Spelt):
         self.rules.append(rule(a, b, law))
 
     def join(self, a, b, joint):
-        """Joins two bodies, by their numbers, or a body and the world (b None), as they stand: cairn.Ball, Hinge, Pivot, Fixed,
-        Slider or Distance. Its name, for rules and pictures. What is joined still touches unless interact says otherwise."""
+        """Joins two bodies or nodes of meshes, by their numbers, or one and the world (b None), as they stand: cairn.Ball, Hinge,
+        Pivot, Fixed, Slider or Distance. Its name, for rules and pictures. What is joined still touches unless interact says
+        otherwise."""
         from .joints import joined
 
         return joined(self, a, b, joint)
