@@ -105,6 +105,28 @@ def test_bonded_disks(tmp_path):
         example("bonded_disks").main(["--output", str(tmp_path), "--strain", "-1"])
 
 
+def test_wheel_and_rail(tmp_path):
+    size = ["--disks", "250", "--step", "0.2", "--cycles", "2"]
+    figures = ran("wheel_and_rail", tmp_path, *size, endings=(".vtkhdf", ".png", ".csv"))
+    assert figures["closure of the balance"] < 1e-12 and figures["momentum of the grains"] < 1e-10
+    assert figures["error, median of the last cycle"] <= 1e-3 and figures["overlap, worst"] < 0.1
+    assert figures["pressure over what touches"] > 1 and 0.2 < figures["friction of the wheel"] < 0.8
+    assert figures["third body"] > 1 and figures["broken bonds"] < 0.6 * figures["bonds at the start"]
+    assert 0.2 < figures["speed under the wheel"] < 1 and abs(figures["speed ten diameters below"]) < 0.1
+    # in restarts: the same end, to the bit
+    parts = tmp_path / "parts"
+    module = example("wheel_and_rail")
+    module.main(["--output", str(parts), *size[:-1], "1"])
+    checkpoint = ["--restart", str(parts / "wheel_and_rail.checkpoint.h5")]
+    again = module.main(["--output", str(parts), *size, *checkpoint])
+    for name in ("friction of the wheel", "third body", "wheel sunk by", "speed under the wheel", "error, worst"):
+        assert again[name][0] == pytest.approx(figures[name], rel=1e-6 if name == "error, worst" else 1e-15), name
+    with pytest.raises(ValueError, match="was taken after 2"):
+        module.main(["--output", str(parts), *size, *checkpoint])
+    with pytest.raises(ValueError, match="strength"):
+        module.main(["--output", str(tmp_path), "--strength", "-1"])
+
+
 def test_stick_and_slip(tmp_path):
     figures = ran("stick_and_slip", tmp_path, "--cells", "12", "--press", "3", "--drag", "6", endings=(".vtkhdf", ".png"))
     assert figures["Q over mu P"] == pytest.approx(0.6, abs=0.1)

@@ -1,0 +1,316 @@
+"""A wheel slides to and fro on a rail of bonded grains: bonds break, grains come loose, a third body forms and wears the rail.
+
+The rail is a deposit of disks of 0.05 to 0.1 mm joined by a cohesive zone, the wheel a row of the same disks on an arc, one rigid
+body under a constant load that is moved to and fro over ten diameters of a grain: section 5.2 of Dubois & Renouf (2007; Renouf,
+Saulot & Berthier 2006), who had 73,000 disks, a wheel of 450 and 100 cycles in 30 days. Load, stroke, speed, friction and
+strength are not told there. They are chosen here, for outcomes without units alone: friction of the wheel, share of loose
+grains, shape of the velocity profile. Nothing else is to be compared with a rail.
+
+- The load is 2 GPa times the chord of an arc that has sunk by the mean radius. As the wheel beds in more grains touch it: what
+  the load comes to over them is printed for each cycle, and is 1 GPa or more in the first ones.
+- Rigid grains have one time, d sqrt(density / pressure): 0.3 microseconds, in which the pressure pushes a loose grain across its
+  own diameter d. A step is 0.15 of it; overlaps are about error x (pressure / density d) x step^2. With steps that are long
+  beside it the wheel drives through the rail.
+- The wheel goes 140 m/s in the mean. Over a layer of ten grains that is an inertial number of 0.03, at which grains still flow
+  densely, and a cycle takes 480 steps. Inertia is part of what is found; 14 m/s would take ten times as many.
+- The wheel has the mass of its disks: with a heavy one on light grains errors of the contacts are lost in those of the wheel.
+- Bonds: E/2r = 1.4e15 Pa/m, 4 GPa over the effective radius r1 r2/(r1 + r2), which is 1 GPa over the diameter of a grain and
+  twice the nominal pressure. Of a rail of 1,000 disks 73, 42, 5 and 0.7 % are loose after 3 cycles with bonds of 1, 2, 8 and
+  16 GPa. The zone is MP3, which ends: Raous' MAC, of endless tail, would keep each pair for ever. It takes ten times s^2/c, so
+  that it softens slower than what a grain's inertia resists in a step; with four times s^2/c most steps of a rail of 600 disks
+  were not solved in 200 sweeps (errors of 5e-3).
+- Friction 0.3 of what broke and under the wheel. Bottom and sides of the rail are held.
+
+The pressure is the load over the width of an even pressure whose forces spread as widely, sqrt(12) standard deviations.
+
+Loose grains are those of the rail that bonds join, directly or by others, to none that is held.
+
+Run it:  python wheel_and_rail.py                 3,000 disks, 3 cycles, under a minute
+         python wheel_and_rail.py --full          73,000 disks, 100 cycles
+         python wheel_and_rail.py --restart wheel_and_rail.checkpoint.h5     (goes on after the last whole cycle)
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import time
+from pathlib import Path
+
+import cairn as cn
+import matplotlib.pyplot as plt
+import numpy as np
+from cairn.pre import checks
+from matplotlib.collections import EllipseCollection, LineCollection
+
+NAME = "wheel_and_rail"
+SMALLEST, LARGEST = 0.05e-3, 0.1e-3  # radii [m]
+MEAN = 0.5 * (SMALLEST + LARGEST)
+DENSITY, FRICTION = 7800.0, 0.3
+STIFFNESS, STRENGTH, TOUGH = 1.4e15, 4e9, 10.0  # [Pa/m], [Pa], work over strength^2 / stiffness
+PRESSURE = 2e9  # over the chord of an arc that has sunk by the mean radius [Pa]
+SPEED = 140.0  # mean of the wheel [m/s]
+STROKE = 20 * MEAN  # ten diameters [m]
+STEP = 0.15  # of the time in which the pressure pushes a grain across its diameter
+PRESSED = 0.25  # of a period, in which the load comes on
+LENGTH_TO_HEIGHT, SOLID = 4.0, 0.84
+PAPER, PAPER_WHEEL = 73_000, 450  # disks
+LEVELS = 12  # of the velocity profile, a diameter each
+
+
+def options_from(arguments):
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--disks", type=int, help="of the rail (3,000; full 73,000)")
+    parser.add_argument("--cycles", type=int, help="(3; full 100)")
+    parser.add_argument("--step", type=float, default=STEP, help="over d sqrt(density / pressure) (0.15)")
+    parser.add_argument("--strength", type=float, default=STRENGTH, help="of the bonds [Pa] (4e9)")
+    parser.add_argument("--stiffness", type=float, default=STIFFNESS, help="of the bonds [Pa/m] (1.4e15)")
+    parser.add_argument("--tolerance", type=float, default=1e-3, help="of the solver's true error (1e-3)")
+    parser.add_argument("--iterations", type=int, default=200, help="most of a step (200)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=0, help="0: as many as OpenMP decides; results do not depend on it")
+    parser.add_argument("--full", action="store_true", help="73,000 disks, 100 cycles")
+    parser.add_argument("--restart", type=Path, metavar="CHECKPOINT", help="go on after a cycle of the same scene")
+    parser.add_argument("--output", type=Path, default=Path("."))
+    options = parser.parse_args(arguments)
+    options.disks = options.disks or (PAPER if options.full else 3000)
+    options.cycles = options.cycles or (100 if options.full else 3)
+    for name in ("disks", "cycles", "iterations"):
+        checks.count(name, getattr(options, name), 1)
+    for name in ("step", "strength", "stiffness"):
+        checks.positive(name, getattr(options, name))
+    return options
+
+
+class Pair:
+    """Rail and wheel: the scene, the step and the load."""
+
+    def __init__(self, options):
+        radii = cn.pre.grains.uniform(options.disks, SMALLEST, LARGEST, rng=options.seed)
+        self.length = length = float(np.sqrt(LENGTH_TO_HEIGHT * np.sum(np.pi * radii**2) / SOLID))
+        centers = cn.pre.deposit_disks(radii, length)
+        self.top = top = 0.97 * (centers[:, 1] + radii).max()  # the last ones lie on an uneven surface
+        kept = centers[:, 1] + radii < top
+        centers, radii = centers[kept], radii[kept]
+        side = 2 * LARGEST
+        held = (centers[:, 1] < side) | (centers[:, 0] < side) | (centers[:, 0] > length - side)
+        order = np.argsort(held, kind="stable")  # free ones first
+        centers, self.radii = centers[order], radii[order]
+        self.free, self.count = int((~held).sum()), len(radii)
+        rail, rim = cn.Material("rail", density=DENSITY), cn.Material("wheel", density=DENSITY)
+        self.scene = scene = cn.Scene(dim=2)
+        scene.add(cn.disks(centers[: self.free], self.radii[: self.free], rail))
+        scene.add(cn.disks(centers[self.free :], self.radii[self.free :], rail, driven=("vx", "vy", "w")))
+        round_ = 1.2 * length  # radius of the arc
+        self.chord = 2 * np.sqrt(2 * round_ * MEAN)
+        self.load = PRESSURE * self.chord
+        self.period = 2 * STROKE / SPEED
+        self.steps = round(self.period / (options.step * 2 * MEAN * np.sqrt(DENSITY / PRESSURE)))  # of a cycle
+        self.dt = self.period / self.steps
+        self.press = round(PRESSED * self.steps)
+        self.add_wheel(rim, round_, options)
+        zone = cn.MP3(normal_stiffness=options.stiffness, tangential_stiffness=options.stiffness, mu=FRICTION,
+                      strength=options.strength, work=TOUGH * options.strength**2 / options.stiffness,
+                      within=0.02 * SMALLEST)  # fmt: skip
+        scene.interact(rail, rail, zone)
+        scene.interact(rail, rim, cn.Coulomb(mu=FRICTION))
+
+    def add_wheel(self, rim, round_, options):
+        """Disks that touch along an arc, one body; it starts at the left end of its stroke, above the rail."""
+        own = cn.pre.grains.uniform(max(9, round(PAPER_WHEEL * np.sqrt(options.disks / PAPER))), SMALLEST, LARGEST,
+                                    rng=options.seed + 1)  # fmt: skip
+        way = np.cumsum(own) + np.concatenate([[0.0], np.cumsum(own[:-1])])
+        angle = (way - way[-1] / 2) / round_
+        offsets = np.column_stack([round_ * np.sin(angle), -round_ * np.cos(angle)])
+        self.low = float((offsets[:, 1] - own).min())
+        mass = DENSITY * np.pi * float((own**2).sum())
+        begin, pulse = self.press * self.dt, 2 * np.pi / self.period
+        self.scene.add(cn.clumps([(self.length / 2 - STROKE / 2, self.top - self.low)], offsets, own, mass, mass * round_**2, rim,
+                                 driven=("vx", "w"),
+                                 drive=lambda t: (0.5 * STROKE * pulse * np.sin(pulse * max(0.0, t - begin)), 0.0, 0.0),
+                                 force=cn.Table([0.0, begin], [[0.0, 0.0, 0.0], [0.0, -self.load, 0.0]])))  # fmt: skip
+
+
+def loose(sim, pair):
+    """Disks of the rail that bonds join to none that is held, (n,) of bool."""
+    out = np.arange(pair.count) < pair.free
+    for piece in cn.post.fragments(sim):
+        rows = np.searchsorted(sim.bodies.id, piece)
+        if ((rows >= pair.free) & (rows < pair.count)).any():
+            out[rows] = False
+    return out
+
+
+class Watch:
+    """Of each step the forces on the wheel, the momentum of the grains, and their speeds by their depth under the wheel."""
+
+    def __init__(self, sim, pair):
+        self.pair = pair
+        self.forget(sim)
+
+    def momentum(self, sim):
+        n = self.pair.free
+        return (sim.bodies.mass[:n, None] * sim.bodies.velocity[:n, :2]).sum(axis=0)
+
+    def forget(self, sim):
+        """Begins the next cycle."""
+        self.forces, self.errors, self.widths, self.overlap, self.unbalanced = [], [], [], 0.0, 0.0
+        self.speed, self.grains = np.zeros(LEVELS), np.zeros(LEVELS)
+        self.before, self.begun = self.momentum(sim), time.process_time()
+
+    def __call__(self, sim):
+        pair, contacts, wheel = self.pair, sim.contacts, self.pair.count
+        bodies, impulse = contacts.bodies, contacts.impulse
+        of_rail = bodies < pair.free
+        given = (of_rail[:, 0].astype(float) - of_rail[:, 1]) @ impulse
+        now = self.momentum(sim)
+        self.unbalanced = max(self.unbalanced, float(np.abs(now - self.before - given).max()) / (pair.load * sim.dt))
+        self.before = now
+        on = np.flatnonzero((bodies == wheel).any(axis=1))
+        sign = np.where(bodies[on, 0] == wheel, 1.0, -1.0)
+        self.forces.append(sign @ impulse[on] / sim.dt)
+        share, place = np.linalg.norm(impulse[on], axis=1), contacts.point[on, 0]
+        if share.sum() > 0:
+            middle = np.average(place, weights=share)
+            self.widths.append(np.sqrt(12 * np.average((place - middle) ** 2, weights=share)))
+        self.errors.append(sim.info["error"])
+        self.overlap = max(self.overlap, -float(contacts.gap.min()) / (2 * MEAN))
+        v = sim.bodies.velocity[wheel, 0]
+        if abs(v) > SPEED:
+            x, y = sim.bodies.position[: pair.free].T
+            under = np.abs(x - sim.bodies.position[wheel, 0]) < pair.chord / 4
+            level = np.floor((sim.bodies.position[wheel, 1] + pair.low - y[under]) / (2 * MEAN)).astype(int)
+            inside = (level >= 0) & (level < LEVELS)
+            np.add.at(self.speed, level[inside], sim.bodies.velocity[: pair.free][under][inside, 0] / v)
+            np.add.at(self.grains, level[inside], 1)
+
+    def cycle(self, sim, number, bonds):
+        """A row of the table."""
+        pair, force, width, errors = self.pair, np.array(self.forces), np.array(self.widths), np.array(self.errors)
+        free, terms = loose(sim, pair), sim.info["energy"]
+        out = sim.bodies.position[: pair.count, 1] > pair.top + LARGEST
+        profile = np.divide(self.speed, self.grains, out=np.zeros(LEVELS), where=self.grains > 0)
+        row = {
+            "cycle": number,
+            "steps": len(force),
+            "friction": float(np.abs(force[:, 0]).mean() / force[:, 1].mean()),
+            "pressure_GPa": float(pair.load / width.mean() / 1e9),
+            "broken": int(bonds - (sim.contacts.beta > 0).sum()),
+            "loose": int(free.sum()),
+            "thrown_up": int((out & free).sum()),
+            "sunk_diameters": float(pair.top - pair.low - sim.bodies.position[pair.count, 1]) / (2 * MEAN),
+            "released": terms["released"],
+            "dissipated_friction": terms["dissipated_friction"],
+            "dissipated_normal": terms["dissipated_normal"],
+            "closure": abs(terms["closure"]) / terms["in_play"],
+            "momentum": self.unbalanced,
+            "overlap_diameters": self.overlap,
+            "error_median": float(np.median(errors)),
+            "error_worst": float(errors.max()),
+            "beyond": int((errors > sim.strategy.solver.tol).sum()),
+            "cpu_s": time.process_time() - self.begun,
+        }
+        return row | {f"speed_{k + 1}": float(value) for k, value in enumerate(profile)}
+
+
+def draw(sim, pair, table, options):
+    """Bonds, what presses without one, loose grains and wheel; wear and friction against cycles; the velocity profile."""
+    n, contacts = pair.count, sim.contacts
+    figure = plt.figure(figsize=(13, 8), layout="constrained")
+    axes = figure.subplot_mosaic([["scene"] * 3, ["wear", "friction", "profile"]], height_ratios=(1.6, 1))
+    scene, place, free = axes["scene"], 1e3 * sim.bodies.position, loose(sim, pair)
+    across = 2e3 * pair.radii
+    for which, color in ((~free, "0.85"), (free, "tab:orange")):
+        scene.add_collection(EllipseCollection(across[which], across[which], 0, units="xy", offsets=place[:n][which],
+                                               offset_transform=scene.transData, facecolors=color))  # fmt: skip
+    rail = (contacts.bodies < n).all(axis=1)
+    pressed = np.any(contacts.impulse != 0, axis=1)
+    for which, color in ((rail & (contacts.beta > 0), "tab:blue"), (rail & (contacts.beta == 0) & pressed, "red")):
+        scene.add_collection(LineCollection(list(place[contacts.bodies[which]]), colors=color, linewidths=0.6))
+    mine = sim.contactors.body == n
+    at, size = place[n] + 1e3 * sim.contactors.offset[mine], 2e3 * sim.contactors.radius[mine]
+    scene.add_collection(EllipseCollection(size, size, 0, units="xy", offsets=at, offset_transform=scene.transData,
+                                           facecolors="0.4"))  # fmt: skip
+    scene.set(xlim=(0, 1e3 * pair.length), ylim=(0, 1e3 * (pair.top + 12 * LARGEST)), aspect="equal", xlabel="mm",
+              title="bonds (blue), contacts without a bond that press (red), loose grains (orange)")  # fmt: skip
+    cycles = [row["cycle"] for row in table]
+    axes["wear"].plot(cycles, [100 * row["loose"] / n for row in table], "o-")
+    axes["wear"].set(xlabel="cycle", ylabel="loose grains [% of the rail]", ylim=(0, 110 * table[-1]["loose"] / n + 0.1))
+    axes["friction"].plot(cycles, [row["friction"] for row in table], "o-")
+    axes["friction"].set(xlabel="cycle", ylabel="friction of the wheel", ylim=(0, 1.1 * max(row["friction"] for row in table)))
+    for row in (table[0], table[-1]):
+        speeds = [row[f"speed_{k + 1}"] for k in range(LEVELS)]
+        axes["profile"].plot(speeds, -np.arange(LEVELS) - 0.5, "o-", label=f"cycle {row['cycle']:.0f}")
+    axes["profile"].set(xlabel="speed over that of the wheel", ylabel="height over the lowest of the wheel [diameters]")
+    axes["profile"].legend()
+    figure.savefig(options.output / f"{NAME}.png", dpi=110)
+    plt.close(figure)
+
+
+def main(arguments=None):
+    """Runs, prints the figures, draws; returns the figures."""
+    options = options_from(arguments)
+    options.output.mkdir(parents=True, exist_ok=True)
+    pair, table = Pair(options), []
+    solver = cn.NLGS(tol=options.tolerance, max_iter=options.iterations)
+    sim = cn.Simulation(pair.scene, pair.dt, cn.NSCD(theta=0.6, solver=solver, threads=options.threads))
+    path, checkpoint, listed = (options.output / f"{NAME}{ending}" for ending in (".vtkhdf", ".checkpoint.h5", ".csv"))
+    if options.restart is None:
+        sim.step()
+        bonds = int((sim.contacts.beta > 0).sum())
+        sim.run(pair.press - 1, progress=False)
+    else:
+        sim.restore(options.restart)
+        with listed.open() as file:
+            table = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        done = (sim.steps - pair.press) // pair.steps
+        table, bonds = table[:done], int(table[0]["bonds"])
+        if done >= options.cycles:
+            raise ValueError(f"cycles is {options.cycles}, and {options.restart} was taken after {done}: ask for more")
+    watch = Watch(sim, pair)
+    for number in range(len(table) + 1, options.cycles + 1):
+        watch.forget(sim)
+        last = number == options.cycles
+        taken = sim.run(pair.steps, output=path if last else None, every=max(1, pair.steps // 10), callback=watch, overwrite=True,
+                        progress=options.full)  # fmt: skip
+        if taken < pair.steps:
+            raise SystemExit(f"stopped in cycle {number}: --restart {checkpoint} goes on from its begin")
+        table.append({"bonds": bonds} | watch.cycle(sim, number, bonds))
+        sim.checkpoint(checkpoint)
+        with listed.open("w", newline="") as file:
+            writer = csv.DictWriter(file, list(table[0]))
+            writer.writeheader()
+            writer.writerows({name: f"{value:.7g}" for name, value in row.items()} for row in table)
+        print("  ".join(f"{name} {value:.4g}" for name, value in table[-1].items() if "speed" not in name), flush=True)
+    draw(sim, pair, table, options)
+    end = table[-1]
+    spent = sum(end[name] for name in ("released", "dissipated_friction", "dissipated_normal"))
+    figures = {
+        "disks of the rail": (pair.count, ""),
+        "bonds at the start": (bonds, ""),
+        "cycles": (len(table), ""),
+        "steps": (sim.steps, ""),
+        "pressure over what touches": (end["pressure_GPa"], "GPa"),
+        "friction of the wheel": (end["friction"], ""),
+        "broken bonds": (end["broken"], ""),
+        "third body": (100 * end["loose"] / pair.count, "% of the disks of the rail"),
+        "thrown up": (end["thrown_up"], "disks"),
+        "wheel sunk by": (end["sunk_diameters"], "diameters"),
+        "speed under the wheel": (end["speed_1"], "of its own"),
+        "speed ten diameters below": (end["speed_11"], "of its own"),
+        "spent by bonds": (100 * end["released"] / spent, "%"),
+        "spent by friction": (100 * end["dissipated_friction"] / spent, "%"),
+        "closure of the balance": (end["closure"], "of the energy in play"),
+        "momentum of the grains": (max(row["momentum"] for row in table), "of what the load gives in a step"),
+        "overlap, worst": (max(row["overlap_diameters"] for row in table), "diameters"),
+        "error, median of the last cycle": (end["error_median"], ""),
+        "error, worst": (max(row["error_worst"] for row in table), ""),
+        "CPU time of the cycles": (sum(row["cpu_s"] for row in table), "s"),
+    }
+    for name, (value, unit) in figures.items():
+        print(f"{name:32s} {value:.4g} {unit}".rstrip())
+    return figures
+
+
+if __name__ == "__main__":
+    main()
