@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from cairn import legacy
 from cairn.legacy.results import read_contacts
+from small_datbox import BAR, BULK, DISK, SEE, body, held, write
 
 DATA = Path(os.environ.get("CAIRN_REFERENCE_DATA", Path(__file__).resolve().parents[3] / "shared")) / "legacy"
 samples = pytest.mark.skipif(not DATA.is_dir(), reason="the sample data of LMGC90 are not here (CAIRN_REFERENCE_DATA)")
@@ -158,3 +159,26 @@ def test_what_is_not_mapped_is_named(tmp_path):
     path.write_text(path.read_text().replace("oxide: no ", "oxide: yes"))
     with pytest.raises(legacy.LegacyError, match="MP_DEM.DAT: current"):
         legacy.read_datbox(tmp_path)
+
+
+def test_what_explains_a_value_behind_it_is_passed_over(tmp_path):
+    """A folder made here: a current through a disk on a bar, whose lines end in explanations."""
+    bulk = BULK[: BULK.index("$behav")] + (
+        "$behav  lawty\n STONE  ELECTRO_RIGID                   Umas= 0.1000000D+04\n"
+        + " " * 40 + "Eeq = 0.1000000D+10  Nueq= 0.3000000D+00\n" + " " * 40 + "Ecnd= 0.1000000D+03\n"
+    )  # fmt: skip
+    bodies = body("RBDY2", DISK, at=(0, 0.0999, 0)) + body("RBDY2", BAR, at=(0, -0.05, 0), number=2)
+    folder = write(
+        tmp_path / "DATBOX", bodies, SEE.format("RBDY2", "DISKx", "JONCx", "DOWNx"), drives=held("RBDY2", 2), bulk=bulk
+    )
+    lines = ["$model  elec_:", " " * 14 + "curnt: const= 0.5000000D+00   !< constant", " " * 14 + "local: hertz         !< model"]
+    lines += [" " * 14 + f"{word}: no        !< none" for word in ("oxide", "brkdw", "sldng")] + ["$$$$$$"]
+    for number, sign in ((1, "+"), (2, "-")):
+        lines += ["$bounds  elec_", " " * 9 + f"{number:07d}" + " " * 15 + f"Isgn= {sign}"]
+    (folder / "MP_DEM.DAT").write_text("\n".join(lines) + "\n")
+    scene = legacy.read_datbox(tmp_path)
+    assert not scene.legacy.unmapped
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(0.5, margin=scene.legacy.alert), overlap="ignore")
+    for _ in range(3):
+        report = sim.step()
+    assert report["electrical"]["closure"] <= 1e-12 and np.ptp(sim.bodies.potential) > 0

@@ -98,13 +98,32 @@ def test_a_mesh_that_no_body_has_is_refused_with_its_line(tmp_path):
         legacy.read_datbox(folder)
 
 
-def test_polygons_do_not_meet_sides_of_meshes_and_that_is_said(tmp_path):
-    side = " ALpxx      1  color  SIDEx  noda=    1  nodb=    2\n"
-    square = " POLYG      1  color  BLEUx  nb_vertex=      4\n" + "".join(row(*v) for v in CORNERS - 0.5)
-    mesh = block(1, [0, 3.0])
+def beside(folder, kind, shape):
+    """A block whose lower edge meets a held body below it."""
+    side = " ALpxx      1  color  SIDEx  noda=    2  nodb=    1\n"
+    mesh = block(1, [0, 0.0005])
     mesh = mesh[: mesh.index(" CLxxx")] + side + "$$$$$$\n"
-    see = SEE.format("RBDY2", "POLYG", "ALpxx", "SIDEx").replace("  RBDY2  ALpxx", "  MAILx  ALpxx")
-    folder = write(tmp_path, body("RBDY2", square, at=(0, 1, 0)) + mesh, see, bulk=BULK + RUBBER)
+    see = SEE.format("RBDY2", kind, "ALpxx", "SIDEx").replace("  RBDY2  ALpxx", "  MAILx  ALpxx")
+    held_body = body("RBDY2", shape, at=(0.5, -0.5, 0))
+    write(folder, held_body + mesh, see, LAW.replace("IQS_CLB    ", "GAP_SGR_CLB"), held("RBDY2", 1), bulk=BULK + RUBBER)
     (folder / "MODELS.DAT").write_text(MODEL)
-    with pytest.raises(legacy.LegacyError, match=r"contacts of POLYG with ALpxx of a mesh \(TACT_BEHAV.DAT, line 5\)"):
-        legacy.read_datbox(folder)
+    return folder
+
+
+def test_bars_do_not_meet_sides_of_meshes_and_that_is_said(tmp_path):
+    with pytest.raises(legacy.LegacyError, match=r"contacts of JONCx with ALpxx of a mesh \(TACT_BEHAV.DAT, line 5\)"):
+        legacy.read_datbox(beside(tmp_path, "JONCx", BAR.replace("DOWNx", "BLEUx")))
+
+
+def test_a_polygon_bears_the_side_of_a_mesh(tmp_path):
+    square = " POLYG      1  color  BLEUx  nb_vertex=      4\n" + "".join(row(*v) for v in CORNERS - 0.5)
+    scene = legacy.read_datbox(beside(tmp_path, "POLYG", square))
+    assert not scene.legacy.unmapped
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=1.0, margin=scene.legacy.alert), overlap="ignore")
+    borne, deepest = 0.0, 0.0
+    for _ in range(200):
+        assert sim.step()["status"] == "converged"
+        borne += abs(sim.contacts.impulse[:, 1].sum())
+        deepest = min(deepest, sim.contacts.gap.min(initial=0.0))
+    left = 1e3 * (9.81 * 0.2 + sim.nodes.velocity[:, 1].mean())  # its nodes have equal masses
+    assert borne > 1e3 and borne == pytest.approx(left, rel=1e-9) and deepest > -1e-6

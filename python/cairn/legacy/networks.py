@@ -117,6 +117,7 @@ def _read(box):
         elif line.startswith("$"):
             now = None
         elif now is not None and line[14:20].strip():
+            line = line.partition("!")[0].rstrip()  # what follows a value may explain it
             word, _, rest = line[14:].replace("=", "= ").partition(":")
             if not rest:  # T0___= 293
                 word, _, rest = line[14:].partition("=")

@@ -452,9 +452,9 @@ def _add_laws(scene, box, materials, origin):
 
 
 def _check_meets(origin, see, one, other):
-    """Sides of meshes meet round bodies and points of other meshes alone."""
+    """Sides of meshes meet round bodies, polygons, polyhedra and points of other meshes alone."""
     for side, (_, kind, _) in ((one, other), (other, one)):
-        if side[1] in ("ALpxx", "ASpxx") and kind not in ("DISKx", "SPHER", "CLxxx", "CSxxx"):
+        if side[1] in ("ALpxx", "ASpxx") and kind not in ("DISKx", "SPHER", "POLYG", "POLYR", "CLxxx", "CSxxx"):
             text = f"contacts of {kind} with {side[1]} of a mesh (TACT_BEHAV.DAT, line {see.line})"
             if text not in origin.unmapped:
                 origin.unmapped.append(text)
