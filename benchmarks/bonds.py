@@ -36,7 +36,7 @@ def lattice(law, disks, solver, dt):
 
 
 def rates(sweeps=40, rounds=12):
-    fixed = cn.NLGS(tol=1e-12, min_iter=sweeps, max_iter=sweeps)
+    fixed = cn.NLGS(tol=1e-12, min_iter=sweeps, max_iter=sweeps, acceleration="none")
     sims = {name: lattice(law, 8000, fixed, 1e-4) for name, law in LAWS.items()}
     times = {name: [] for name in sims}
     for _ in range(rounds):

@@ -69,7 +69,7 @@ def packed(dim, count, law):
 
 def solver(iterations):
     """Sweeps and no more: the error is asked for at the end alone."""
-    return cn.NSCD(solver=cn.NLGS(tol=1e-15, min_iter=iterations, max_iter=iterations), threads=1)
+    return cn.NSCD(solver=cn.NLGS(tol=1e-15, min_iter=iterations, max_iter=iterations, acceleration="none"), threads=1)
 
 
 def seconds(scene, iterations):

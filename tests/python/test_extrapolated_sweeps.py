@@ -80,6 +80,16 @@ def test_a_pile_from_nothing_takes_a_third_of_the_sweeps(tmp_path):
     assert info["status"] == "converged" and info["iterations"] < plain["iterations"] / 3
 
 
+def test_a_fixed_number_of_sweeps_is_extrapolated_too(tmp_path):
+    sim = pile()
+    sim.checkpoint(path := tmp_path / "state.h5")
+    fixed = {"tol": 1e-14, "min_iter": 100, "max_iter": 100}
+    plain, _ = one_step(sim, path, acceleration="none", **fixed)
+    info, _ = one_step(sim, path, **fixed)
+    assert info["iterations"] == plain["iterations"] == 100
+    assert info["error"] < plain["error"] / 3
+
+
 def test_any_number_of_threads_gives_the_same_bits(tmp_path):
     sim = pile(3000)
     sim.checkpoint(path := tmp_path / "state.h5")

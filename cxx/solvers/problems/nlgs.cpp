@@ -115,9 +115,10 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
                      !std::isfinite(options.accuracy) && options.min_iterations <= 1 &&
                      report.contacts > settled_unknowns && square() <= wanted;
   while (!stays && report.iterations < options.max_iterations) {
-    const int sweeps = std::min(options.max_iterations - report.iterations,
-                                std::max({1, report.iterations / 16, options.min_iterations - report.iterations}));
     const bool extrapolates = extrapolation.allowed() && report.iterations >= plain_sweeps;
+    int sweeps = std::max({1, report.iterations / 16, options.min_iterations - report.iterations});
+    if (extrapolation.allowed() && !extrapolates) sweeps = std::min(sweeps, plain_sweeps - report.iterations);
+    sweeps = std::min(sweeps, options.max_iterations - report.iterations);
     report.iterations += std::min(sweep_on(system, schedule, sweeps, extrapolates ? &extrapolation : nullptr),
                                   options.max_iterations - report.iterations);
     const double change = total(system.change, system.batches.size(), 1, 0);
