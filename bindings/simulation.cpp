@@ -347,7 +347,20 @@ void bind_simulation(py::module_& m) {
       .def_property_readonly("laws_keep", &Simulation::laws_keep)
       .def_readonly("steps", &Simulation::steps)
       .def_readonly("time", &Simulation::time)
-      .def("stage_seconds", &Simulation::stage_seconds)
+      .def("seconds",
+           [](const Simulation& s) {
+             const cairn::NewtonSeconds t = s.newton_seconds();
+             py::dict out, stages, passes;
+             for (const auto& [name, spent] : s.stage_seconds()) stages[name.c_str()] = spent;
+             passes["assembly"] = t.assembly;
+             passes["factorisation"] = t.factorisation;
+             passes["contacts"] = t.contacts;
+             passes["balance"] = t.balance;
+             passes["all"] = t.all;
+             out["seconds"] = stages;
+             out["newton_seconds"] = passes;
+             return out;
+           })
       .def("bytes", &Simulation::bytes)
       .def("get_state", [](Simulation& s) { return dict_of(cairn::state_of(s)); })
       .def("set_state", [](Simulation& s, const py::dict& state) { cairn::take_state(s, tree_of(state)); })

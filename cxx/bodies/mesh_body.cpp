@@ -235,7 +235,7 @@ void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_sc
     f_ = weight_;
     for (std::int64_t i = 0; i < n && !load_end.empty(); ++i)
       f_[i] += scheme.end_share * load_end[i] + (1 - scheme.end_share) * load_begin[i];
-    start_newton();
+    start_newton(nodes);
     return scatter(free_.data(), nodes.velocity_free);
   }
   stiffness_times(q_.data(), stiff_q_.data());
@@ -413,11 +413,12 @@ void MeshBody::solve_mass(double* b) {
 }
 
 // M a = F - C v - K q, and the derivatives of that under constant loads.
-void MeshBody::start_history(Nodes& nodes, const double* gravity) {
+void MeshBody::start_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme) {
   const std::int64_t n = model.dofs();
   weigh(gravity);
   gather(nodes.velocity, v_.data());
   for (std::int64_t i = 0; i < n; ++i) q_[i] = nodes.position[first_node][i] - model.reference[i];
+  if (!linear()) return start_bulk_history(nodes, gravity, scheme);
   f_ = weight_;
   for (std::int64_t i = 0; i < n && !load_begin.empty(); ++i) f_[i] += load_begin[i];
   std::vector<double>&place = q_, &speed = v_, &next = a_, &stiff = b_, &damped = known_;

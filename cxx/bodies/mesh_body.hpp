@@ -1,4 +1,5 @@
-// A linear body that deforms, by the matrices of its nodes: its step by the theta-method, and what contacts see of it.
+// A body that deforms, by the matrices of its nodes or by the stresses of a material: its step, and what contacts see
+// of it.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -67,6 +68,13 @@ struct MeshWork {
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
+// Wall clock that passes of Newton's method took [s]. Contacts: columns of compliance, rows and solution; balance: what
+// is left of it at the stresses of a pass, and the solutions by which that is judged; all: as a clock round these saw
+// it.
+struct NewtonSeconds {
+  double assembly = 0, factorisation = 0, contacts = 0, balance = 0, all = 0;
+};
+
 class MeshBody {
 public:
   explicit MeshBody(MeshModel model);
@@ -82,6 +90,8 @@ public:
   std::int32_t node(std::int64_t i) const { return std::int32_t(first_node + i); }
 
   std::int64_t solves = 0, factorisations = 0; // forward and back, and of A, since the start
+
+  NewtonSeconds newton_seconds;
 
   double size() const { return size_; } // of a cell, about [m]
 
@@ -103,7 +113,7 @@ public:
   void free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check);
   // What integrators keep, of the nodes: from the forces at hand; and what forces changed in the step, without
   // contacts.
-  void start_history(Nodes& nodes, const double* gravity);
+  void start_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme);
   void smooth_change(Nodes& nodes, double* change);
   // Contact nodes from now on, in this order after those that are: compliance between them.
   void touch(const std::vector<std::int32_t>& more);
@@ -137,11 +147,18 @@ private:
   void mark_contact_nodes();
   void take_scheme(const cairn_scheme& scheme, bool check);
   void factorise_tangent();
-  void start_newton();
+  void start_newton(Nodes& nodes);
+  void take_history(Nodes& nodes);
+  void predict_force();
+  void start_bulk_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme);
+  double way_of(std::size_t i, double v) const;
+  void find_stresses_at_end(const std::vector<double>& end);
+  void damped_velocity(const std::vector<double>& v);
   double force_of(std::size_t i) const; // of the stresses over the step [N]
   void find_free_velocity();
   void residual_of(const std::vector<double>& v);
   BulkResult stresses_of(const std::vector<double>& v, bool tangent);
+  BulkResult stresses_there(bool tangent);
   void account_bulk(Nodes& nodes, const double* gravity);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme) const;
@@ -183,11 +200,14 @@ private:
   void find_swelling_force();
   std::vector<double> swelling_force_; // see find_swelling_force; empty: nothing swells
   double warmed_ = 0;
+  std::vector<double> force_step_; // of the stresses over a step that is predicted, or has ended [N]
+  std::vector<double> past_, elastic_past_, damped_past_, kicked_past_; // of the history; empty where there is none
   std::vector<double> press_begin_, press_; // of pressures: at the begin of the step, over the step [N]
   double end_share_ = 0.5;                  // of the end of the step in loads
-  double stored_begin_ = 0, checked_ = 0;   // checked_: step that is known to be stable under central differences
+  double stored_begin_ = 0, checked_ = 0;   // checked_: step over its limit that is known to be stable
   bool begun_ = false;                      // stored_begin_ and force_begin_ are known
-  double h_ = 0, theta_ = 0;                // the step at hand, of a body that is not linear
+  double h_ = 0, share_ = 0;                // the step at hand, of a body that is not linear
+  double end_weight_ = 0, rate_share_ = 0;  // of the end in forces of stresses, and in rates of strain
   bool explicit_ = false, by_energy_ = false;
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> jump_;  // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]

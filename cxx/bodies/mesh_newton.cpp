@@ -1,16 +1,20 @@
-// Newton's method of a body whose stresses are those of a material, round the solution of its contacts:
-//   M (v - v0) + h (theta F(q) + (1 - theta) F(q0)) + h C (theta v + (1 - theta) v0) = h f + impulses,
-//   q = q0 + h (theta v + (1 - theta) v0),   A = M + h theta C + h^2 theta^2 dF/dq   (Jean 1999).
+// Newton's method of a body whose stresses are those of a material, round the solution of its contacts. By the names of
+// core_f90/integrators/linear_scheme.f90, with w = end_share and the history a of the integrator,
+//   M (v - v0 - velocity a) + impulse (w F(q) + (1 - w) F(q0)) + impulse C v_d = impulse f + impulses of contacts,
+//   q = q0 + h (share v + (1 - share) v0) + position a,
+//   v_d = implicit v + (1 - implicit) v0 + damping_history a,   A = M + damping C + stiffness dF/dq.
+// Without a history this is the theta-method (Jean 1999). What impulses of contacts move beside this way (position_1/h
+// M^-1 H p) is no part of F(q), as it is none of K q in linear bodies: stresses are known anew where the step ends.
 #include <algorithm>
 #include <cmath>
 
 #include "../base/call.hpp"
+#include "../base/stopwatch.hpp"
 #include "../fe/bulk_model.hpp"
 #include "mesh_body.hpp"
 #include "nodes.hpp"
 
 namespace cairn {
-
 std::string MeshBody::describe(const BulkResult& fault) const {
   return "the mesh '" + model.name + "': " + model.bulk->describe(fault);
 }
@@ -21,8 +25,15 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
     tangent_.resize(model.mass.value.size());
     std::fill(tangent_.begin(), tangent_.end(), 0.0);
   }
-  for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (theta_ * v[i] + (1 - theta_) * v_[i]);
-  const BulkResult found = model.bulk->evaluate(b_.data(), h_, theta_, force_end_.data(),
+  for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (share_ * v[i] + (1 - share_) * v_[i]);
+  for (std::size_t i = 0; i < past_.size(); ++i) b_[i] += past_[i];
+  return stresses_there(tangent);
+}
+
+// At displacements b_.
+BulkResult MeshBody::stresses_there(bool tangent) {
+  const Stopwatch watch(tangent ? &newton_seconds.assembly : nullptr); // else a part of the balance
+  const BulkResult found = model.bulk->evaluate(b_.data(), h_, rate_share_, force_end_.data(),
                                                 tangent ? tangent_.data() : nullptr, by_energy_ ? q_.data() : nullptr);
   if (found.ok() && !pressed.empty()) press(tangent ? tangent_.data() : nullptr);
   return found;
@@ -35,25 +46,32 @@ void MeshBody::press(double* tangent) {
   for (std::size_t i = 0; i < n; ++i) b_[i] += model.reference[i];
   press_ = press_begin_;
   for (PressedSides& sides : pressed)
-    sides.press(model.dim, b_.data(), end_share_ * sides.end, press_.data(), model.mass,
-                -end_share_ / theta_ * sides.end, tangent);
+    sides.press(model.dim, b_.data(), end_share_ * sides.end, press_.data(), model.mass, -sides.end, tangent);
 }
 
 double MeshBody::force_of(std::size_t i) const {
-  if (explicit_) return force_begin_[i];
-  return by_energy_ ? force_end_[i] : theta_ * force_end_[i] + (1 - theta_) * force_begin_[i];
+  if (explicit_) return force_step_[i];
+  return by_energy_ ? force_end_[i] : end_weight_ * force_end_[i] + (1 - end_weight_) * force_begin_[i];
+}
+
+// Velocities that damping takes its forces of, at velocities v at the end of the step, into a_.
+void MeshBody::damped_velocity(const std::vector<double>& v) {
+  const double late = scheme_.implicit;
+  for (std::size_t i = 0; i < v.size(); ++i) a_[i] = late * v[i] + (1 - late) * v_[i];
+  for (std::size_t i = 0; i < damped_past_.size(); ++i) a_[i] += damped_past_[i];
 }
 
 // What is left of the balance at velocities v, without impulses of contacts, from the stresses there.
 void MeshBody::residual_of(const std::vector<double>& v) {
   const std::int64_t n = model.dofs();
   for (std::int64_t i = 0; i < n; ++i) a_[i] = v[i] - v_[i];
+  for (std::size_t i = 0; i < kicked_past_.size(); ++i) a_[i] -= kicked_past_[i];
   multiply_mass(a_.data(), b_.data());
-  for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? v_[i] : theta_ * v[i] + (1 - theta_) * v_[i];
+  damped_velocity(v);
   if (damps_) damping_times(a_.data(), c_.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double load = pressed.empty() ? f_[i] : f_[i] + press_[i];
-    residual_[i] = model.held[i] ? 0 : h_ * (load - c_[i] - force_of(std::size_t(i))) - b_[i];
+    residual_[i] = model.held[i] ? 0 : scheme_.impulse * (load - c_[i] - force_of(std::size_t(i))) - b_[i];
   }
 }
 
@@ -61,33 +79,32 @@ void MeshBody::residual_of(const std::vector<double>& v) {
 void MeshBody::turn_iterate() {
   if (!model.ties.rigid_parts_turn()) return;
   std::vector<double>&way = a_, &place = b_;
+  const auto past = [&](std::size_t i) { return past_.empty() ? 0.0 : past_[i] / h_; };
   for (std::size_t i = 0; i < iterate_.size(); ++i) {
-    way[i] = theta_ * iterate_[i] + (1 - theta_) * v_[i];
+    way[i] = share_ * iterate_[i] + (1 - share_) * v_[i] + past(i);
     place[i] = model.reference[i] + q_[i];
   }
   model.ties.turn(way.data(), place.data(), h_);
   for (const std::int32_t node : model.ties.rigid_node)
     for (int k = 0; k < model.dim; ++k) {
       const auto i = std::size_t(model.dim * node + k);
-      iterate_[i] = (way[i] - (1 - theta_) * v_[i]) / theta_;
+      iterate_[i] = (way[i] - past(i) - (1 - share_) * v_[i]) / share_;
     }
 }
 
-// Stresses of a material are known at the ends of a step: of the integrators these take what balances there.
+// What an integrator asks of stresses: at the end of the step, at a mean of both ends, or where it predicts them.
 void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
-  const bool theta = scheme.damping == scheme.h * scheme.share && scheme.stiffness > 0;
-  const bool bare = !(scheme.damping > 0) && !(scheme.stiffness > 0) && !(scheme.elastic_velocity > 0);
-  if (scheme.histories > 0 || !(theta || bare))
-    throw Error("the mesh '" + model.name +
-                "' is of a material of solids, which moves by the theta-method or by central differences: leave the "
-                "integrator out, or give CentralDifference()");
   h_ = scheme.h;
-  theta_ = scheme.share;
-  explicit_ = bare;
+  share_ = scheme.share;
+  end_weight_ = scheme.end_share;
+  explicit_ = !(scheme.stiffness > 0);
   by_energy_ = scheme.by_energy != 0;
+  // of laws that see a rate: of the mean of the step where stresses are predicted, else that its ends have as their
+  // mean
+  rate_share_ = explicit_ ? 1 : (scheme.histories > 0 ? 0.5 : share_);
   if (explicit_ && model.ties.rigid_parts_turn())
     throw Error("rigid parts of the mesh '" + model.name +
-                "' turn over a step, which central differences do not know: give Theta(), or hold these nodes");
+                "' turn over a step, which explicit integrators do not know: give Theta(), or hold these nodes");
   if (const std::int64_t block = by_energy_ ? model.bulk->not_by_energy() : -1; block >= 0) {
     const BulkCells& c = model.bulk->cells()[std::size_t(block)];
     throw Error("the " + std::string(c.element->cell) + " cells of the mesh '" + model.name + "' are of " +
@@ -98,15 +115,31 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
                 ": DiscreteGradient is for hyperelastic materials at large strains in 3D, plane strain and round an "
                 "axis, without mean dilatation; give Theta(0.5)");
   }
-  if (explicit_ && check && std::isfinite(scheme.largest) && (checked_ < h_ || checked_ > h_)) {
+  const double asked = h_ / scheme.largest;
+  if (check && std::isfinite(scheme.largest) && (checked_ < asked || checked_ > asked)) {
     check_step(scheme);
-    checked_ = h_;
+    checked_ = asked;
   }
 }
 
-void MeshBody::start_newton() {
+// What the history adds to the way of the step, to where stresses are predicted, to what is damped and to velocities.
+void MeshBody::take_history(Nodes& nodes) {
+  const std::size_t n = scheme_.histories > 0 ? std::size_t(model.dofs()) : 0;
+  for (std::vector<double>* v : {&past_, &elastic_past_, &damped_past_, &kicked_past_}) v->resize(n);
+  if (n == 0) {
+    elastic_past_.assign(explicit_ ? std::size_t(model.dofs()) : 0, 0.0);
+    return;
+  }
+  history_sum(nodes, scheme_.position, past_.data());
+  history_sum(nodes, scheme_.elastic, elastic_past_.data());
+  history_sum(nodes, scheme_.damping_history, damped_past_.data());
+  history_sum(nodes, scheme_.velocity, kicked_past_.data());
+}
+
+void MeshBody::start_newton(Nodes& nodes) {
   const auto n = std::size_t(model.dofs());
-  for (std::vector<double>* v : {&iterate_, &force_end_, &residual_, &trial_, &start_, &c_}) v->resize(n);
+  for (std::vector<double>* v : {&iterate_, &force_end_, &force_step_, &residual_, &trial_, &start_, &c_}) v->resize(n);
+  take_history(nodes);
   norms_.resize(8 * n);
   for (std::size_t i = 0; i < n && begun_ && !way_end_.empty(); ++i) // nodes may have been set elsewhere
     begun_ = std::abs(q_[i] - way_end_[i]) <= 1e-6 * size_;
@@ -114,7 +147,7 @@ void MeshBody::start_newton() {
   if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
     find_swelling_force();
-    found_ = model.bulk->evaluate(q_.data(), h_, theta_, force_end_.data(), nullptr);
+    found_ = model.bulk->evaluate(q_.data(), h_, rate_share_, force_end_.data(), nullptr);
     if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
     force_begin_ = force_end_;
     const double stored = found_.energy + found_.dissipated;
@@ -125,23 +158,38 @@ void MeshBody::start_newton() {
   if (!pressed.empty()) {
     press_begin_.assign(n, 0.0);
     for (std::size_t i = 0; i < n; ++i) a_[i] = model.reference[i] + q_[i];
-    end_share_ = explicit_ ? 0 : scheme_.end_share;
+    end_share_ = scheme_.end_share;
     for (PressedSides& sides : pressed)
       sides.press(model.dim, a_.data(), (1 - end_share_) * sides.begin, press_begin_.data(), model.mass, 0, nullptr);
     press_ = press_begin_;
   }
   iterate_ = v_;
   turn_iterate();
-  if (!explicit_) {
+  if (explicit_) {
+    predict_force();
+  } else {
     found_ = stresses_of(iterate_, true);
     if (!found_.ok()) { // as it stands at the begin of the step every cell is in order
-      for (std::size_t i = 0; i < n; ++i) iterate_[i] = -(1 - theta_) / theta_ * v_[i];
+      for (std::size_t i = 0; i < n; ++i) iterate_[i] = -(1 - share_) / share_ * v_[i];
+      for (std::size_t i = 0; i < past_.size(); ++i) iterate_[i] -= past_[i] / (h_ * share_);
       turn_iterate();
       found_ = stresses_of(iterate_, true);
       if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
     }
   }
   find_free_velocity();
+}
+
+// Of an explicit integrator: where the step begins, or where it is predicted to lead.
+void MeshBody::predict_force() {
+  force_step_ = force_begin_;
+  if (!(end_weight_ > 0)) return;
+  for (std::size_t i = 0; i < b_.size(); ++i)
+    b_[i] = q_[i] + (scheme_.elastic_velocity * v_[i] + elastic_past_[i]) / end_weight_;
+  found_ = stresses_there(false);
+  if (!found_.ok()) throw Error(describe(found_) + " where the step is predicted to lead: give a smaller dt");
+  for (std::size_t i = 0; i < b_.size(); ++i)
+    force_step_[i] = end_weight_ * force_end_[i] + (1 - end_weight_) * force_begin_[i];
 }
 
 // What free strains make of the forces, at the begin of the step: a body that swelled as it liked has none left, and
@@ -152,16 +200,65 @@ void MeshBody::find_swelling_force() {
   std::vector<double> swelling;
   swelling.swap(model.bulk->swelling);
   swelling_force_.resize(std::size_t(model.dofs()));
-  const BulkResult plain = model.bulk->evaluate(q_.data(), h_, theta_, swelling_force_.data(), nullptr);
+  const BulkResult plain = model.bulk->evaluate(q_.data(), h_, rate_share_, swelling_force_.data(), nullptr);
   swelling.swap(model.bulk->swelling);
-  if (plain.ok()) model.bulk->evaluate(q_.data(), h_, theta_, force_end_.data(), nullptr);
+  if (plain.ok()) model.bulk->evaluate(q_.data(), h_, rate_share_, force_end_.data(), nullptr);
   for (std::size_t i = 0; i < swelling_force_.size(); ++i)
     swelling_force_[i] = plain.ok() ? swelling_force_[i] - force_end_[i] : 0;
+}
+
+// M a = F - C v - F(q), and the derivatives of that under constant loads along the way that is known so far:
+// differences of forces, exact where they are linear, over as much of a step as leaves all cells in order.
+void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme) {
+  constexpr int halvings = 20;
+  const auto n = std::size_t(model.dofs());
+  std::vector<double> at[5], known[2 + cairn_most_history], next(n), drag(n);
+  const auto force_at = [&](double time, std::vector<double>& out) {
+    for (std::size_t i = 0; i < n; ++i) {
+      double way = 0;
+      for (int k = 1 + cairn_most_history; k >= 1; --k) way = (known[k].empty() ? way : known[k][i] + way) * time / k;
+      b_[i] = known[0][i] + way;
+    }
+    out.resize(n);
+    return model.bulk->evaluate(b_.data(), scheme.h, 1, out.data(), nullptr);
+  };
+  known[0] = q_;
+  known[1] = v_;
+  weigh(gravity);
+  f_ = weight_;
+  for (std::size_t i = 0; i < n && !load_begin.empty(); ++i) f_[i] += load_begin[i];
+  for (std::size_t i = 0; i < n && !pressed.empty(); ++i) a_[i] = model.reference[i] + q_[i];
+  for (PressedSides& sides : pressed) sides.press(model.dim, a_.data(), sides.begin, f_.data(), model.mass, 0, nullptr);
+  for (int k = 0; k < cairn_most_history && nodes.history(k); ++k) {
+    double time = scheme.h;
+    BulkResult found;
+    for (int turn = 0; turn <= halvings; ++turn, time /= 2) { // the k-th derivative by 1, 4, 3 or 4 points
+      found = {};
+      for (int p = 0; p < 5 && found.ok(); ++p)
+        if ((k % 2 == 0 && (p == 2 || (k > 0 && p % 2 == 1))) || (k % 2 == 1 && p != 2))
+          found = force_at((p - 2) * time, at[p]);
+      if (found.ok()) break;
+    }
+    if (!found.ok()) throw Error(describe(found) + " at the begin of the step");
+    if (damps_) damping_times(known[k + 1].data(), drag.data());
+    for (std::size_t i = 0; i < n; ++i) {
+      double force = 0;
+      if (k == 0) force = at[2][i];
+      if (k == 1) force = (8 * (at[3][i] - at[1][i]) - (at[4][i] - at[0][i])) / (12 * time);
+      if (k == 2) force = (at[3][i] - 2 * at[2][i] + at[1][i]) / (time * time);
+      if (k == 3) force = (at[4][i] - 2 * at[3][i] + 2 * at[1][i] - at[0][i]) / (2 * time * time * time);
+      next[i] = (k == 0 ? f_[i] : 0) - force - drag[i];
+    }
+    solve_mass(next.data());
+    known[k + 2] = next;
+    std::copy_n(next.begin(), n, nodes.history(k) + model.dim * first_node);
+  }
 }
 
 void MeshBody::find_free_velocity() {
   const auto n = std::size_t(model.dofs());
   factorise_tangent();
+  const Stopwatch watch(&newton_seconds.balance);
   residual_of(iterate_);
   for (std::size_t i = 0; i < n; ++i)
     free_[i] = !model.held[i] ? residual_[i] : (held_velocity.empty() ? 0 : held_velocity[i]) - iterate_[i];
@@ -188,12 +285,13 @@ void MeshBody::factorise_tangent() {
   now_->leading = 0;
   const auto with = [&](const std::vector<double>& stiffness) {
     for (std::size_t e = 0; e < now_->value.size(); ++e)
-      now_->value[e] = explicit_ ? model.mass.value[e]
-                                 : model.mass.value[e] + h_ * theta_ * model.damping.value[e] +
-                                       h_ * theta_ * (h_ * theta_) * stiffness[e];
+      now_->value[e] =
+          explicit_ ? model.mass.value[e] + scheme_.damping * model.damping.value[e]
+                    : model.mass.value[e] + scheme_.damping * model.damping.value[e] + scheme_.stiffness * stiffness[e];
     ++factorisations;
     return factor(*now_->soe, now_->value.data());
   };
+  const Stopwatch watch(&newton_seconds.factorisation);
   SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
   // where the material softens, the stiffness at the start is a direction that goes down
   if (!status && !explicit_) status = with(model.stiffness.value);
@@ -201,6 +299,7 @@ void MeshBody::factorise_tangent() {
 }
 
 NewtonError MeshBody::judge() {
+  const Stopwatch watch(&newton_seconds.balance);
   const auto n = std::size_t(model.dofs());
   NewtonError out;
   if (explicit_) return out;
@@ -228,8 +327,8 @@ NewtonError MeshBody::judge() {
       const bool held = model.held[i];
       norms_[i] = held ? 0 : residual_[i] + impulse[i];
       norms_[n + i] = held ? 0 : b_[i];
-      norms_[2 * n + i] = held ? 0 : h_ * (c_[i] + force_of(i));
-      if (swells) norms_[3 * n + i] = held ? 0 : h_ * swelling_force_[i];
+      norms_[2 * n + i] = held ? 0 : scheme_.impulse * (c_[i] + force_of(i));
+      if (swells) norms_[3 * n + i] = held ? 0 : scheme_.impulse * swelling_force_[i];
     }
     std::copy_n(norms_.begin(), terms * n, norms_.begin() + std::ptrdiff_t(terms * n));
     const double* right = &norms_[terms * n];
@@ -257,6 +356,27 @@ NewtonError MeshBody::judge() {
   return out;
 }
 
+// The way of the step of node dofs that end with velocities v.
+double MeshBody::way_of(std::size_t i, double v) const {
+  const double way = h_ * (share_ * v + (1 - share_) * v_[i]);
+  return past_.empty() ? way : way + past_[i] + scheme_.position[0] / h_ * jump_[i];
+}
+
+// Stresses where the step ends, if that is not where its balance has them.
+void MeshBody::find_stresses_at_end(const std::vector<double>& end) {
+  for (std::size_t i = 0; i < end.size(); ++i) force_step_[i] = force_of(i);
+  bool elsewhere = explicit_;
+  for (std::size_t i = 0; i < past_.size() && !elsewhere; ++i) {
+    const double moved = scheme_.position[0] * jump_[i];
+    elsewhere = moved < 0 || moved > 0;
+  }
+  if (!elsewhere) return;
+  iterate_ = end;
+  for (std::size_t i = 0; i < end.size(); ++i) b_[i] = q_[i] + way_of(i, end[i]);
+  found_ = stresses_there(false);
+  if (!found_.ok()) throw Error(describe(found_) + " at the end of the step: give a smaller dt");
+}
+
 // As `account`, with the forces of the stresses at both ends.
 void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   const int dim = model.dim;
@@ -264,27 +384,27 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   std::vector<double>&end = trial_, &inertia = norms_;
   for (std::int64_t i = 0; i < n && !pressed.empty(); ++i) f_[i] += press_[i];
   gather(nodes.velocity, end.data());
-  if (explicit_) {
-    iterate_ = end;
-    found_ = stresses_of(iterate_, false);
-    if (!found_.ok()) throw Error(describe(found_) + " at the end of the step: give a smaller dt");
-  }
+  find_stresses_at_end(end);
   work = {};
-  for (std::int64_t i = 0; i < n; ++i) a_[i] = explicit_ ? v_[i] : theta_ * end[i] + (1 - theta_) * v_[i];
+  damped_velocity(end);
   if (damps_) damping_times(a_.data(), c_.data());
   for (std::int64_t i = 0; i < n; ++i) a_[i] = end[i] - v_[i];
   multiply_mass(a_.data(), inertia.data());
   multiply_mass(end.data(), b_.data());
+  const bool keeps = !kicked_past_.empty();
+  if (keeps) multiply_mass(kicked_past_.data(), momentum_known_.data());
   for (std::int64_t i = 0; i < n; ++i) {
-    const double way = h_ * (theta_ * end[i] + (1 - theta_) * v_[i]);
-    const double elastic = force_of(std::size_t(i));
+    const double way = way_of(std::size_t(i), end[i]), elastic = force_step_[i];
     work.elastic += way * elastic;
     work.damping += way * c_[i];
-    const double extra = (inertia[i] - lumped_[i] * a_[i]) / h_, weight = lumped_[i] * gravity[i % dim];
-    reaction[i] = (inertia[i] - impulse[i]) / h_ + elastic + c_[i] - f_[i];
+    // what is kept gives momentum beside the forces, to the points of mass as well
+    const double known = keeps ? momentum_known_[i] : 0, of_points = keeps ? lumped_[i] * kicked_past_[i] : 0;
+    const double lumped = lumped_[i] * a_[i] - of_points;
+    const double extra = (inertia[i] - known - lumped) / scheme_.impulse, weight = lumped_[i] * gravity[i % dim];
+    reaction[i] = (inertia[i] - known - impulse[i]) / scheme_.impulse + elastic + c_[i] - f_[i];
     work.inertia += way * extra;
     work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia[i] - lumped_[i] * a_[i]);
-    const double force = model.held[i] || model.ties.bound(i) ? (lumped_[i] * a_[i] - impulse[i]) / h_ - weight
+    const double force = model.held[i] || model.ties.bound(i) ? (lumped - impulse[i]) / scheme_.impulse - weight
                                                               : f_[i] - elastic - c_[i] - weight - extra;
     nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (b_[i] - lumped_[i] * end[i]);
@@ -299,7 +419,7 @@ void MeshBody::commit() {
   if (linear()) return;
   model.bulk->commit();
   way_end_.resize(q_.size());
-  for (std::size_t i = 0; i < q_.size(); ++i) way_end_[i] = q_[i] + h_ * (theta_ * iterate_[i] + (1 - theta_) * v_[i]);
+  for (std::size_t i = 0; i < q_.size(); ++i) way_end_[i] = q_[i] + way_of(i, iterate_[i]);
   force_begin_ = force_end_;
   begun_ = begun_ && !by_energy_; // stresses by energy are none of the end of the step
   stored_begin_ = found_.energy;

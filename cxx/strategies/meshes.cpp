@@ -67,6 +67,16 @@ void Simulation::follow_meshes() {
   if (!meshes.facets().empty()) scene.move_facets(meshes.facets(), meshes.facet_vertices());
 }
 
+NewtonSeconds Simulation::newton_seconds() const {
+  NewtonSeconds sum = pass_seconds;
+  for (const MeshBody& mesh : meshes.meshes) {
+    sum.assembly += mesh.newton_seconds.assembly;
+    sum.factorisation += mesh.newton_seconds.factorisation;
+    sum.balance += mesh.newton_seconds.balance;
+  }
+  return sum;
+}
+
 // The nodes of meshes count as points of mass in account(); what else they store and dissipate, here.
 void Simulation::account_for_meshes() {
   if (meshes.empty()) return;

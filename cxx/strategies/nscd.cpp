@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "../base/call.hpp"
+#include "../base/stopwatch.hpp"
 #include "../base/threads.hpp"
 #include "../solvers/problems/friction_problem.hpp"
 #include "options.hpp"
@@ -18,9 +19,12 @@ const StepReport& Nscd::step(Simulation& s, double h) {
     s.timed("predict_configuration", [&] { predict_configuration(s); });
     s.timed("compute_free_velocity", [&] { compute_free_velocity(s); });
     s.timed("detect_contacts", [&] { detect_contacts(s); });
-    s.timed("prepare_contacts", [&] { prepare_contacts(s); });
-    s.timed("solve_contacts", [&] { solve_contacts(s); });
-    if (!s.meshes.linear()) s.timed("newton_passes", [&] { newton_passes(s); });
+    {
+      const Stopwatch passes(s.meshes.linear() ? nullptr : &s.pass_seconds.all);
+      s.timed("prepare_contacts", [&] { prepare_contacts(s); });
+      s.timed("solve_contacts", [&] { solve_contacts(s); });
+      if (!s.meshes.linear()) s.timed("newton_passes", [&] { newton_passes(s); });
+    }
     s.timed("update_velocity", [&] { update_velocity(s); });
     s.timed("commit_contacts", [&] { commit_contacts(s); }); // refuses what a user's law gives back that is no number
   } catch (...) {

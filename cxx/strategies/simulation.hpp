@@ -129,6 +129,8 @@ public:
 
   // Seconds of wall clock spent in each stage since the start, in the order of the stages.
   const std::vector<std::pair<std::string, double>>& stage_seconds() const { return stage_seconds_; }
+  NewtonSeconds newton_seconds() const; // of bodies whose stresses are a material's, since the start or their coming
+  NewtonSeconds pass_seconds;           // what of that no body knows: contacts and all
   // Bytes held for bodies (with contactors and the solver's records) and for contacts.
   std::pair<std::int64_t, std::int64_t> bytes();
 

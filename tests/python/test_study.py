@@ -461,68 +461,6 @@ def test_import_of_cairn_does_not_pay_for_studies():
     assert subprocess.run([sys.executable, "-c", code], env=os.environ).returncode == 0
 
 
-BAR = """
-import cairn as cn
-import numpy as np
-
-DT, DURATION = 4e-3, 0.2
-
-
-def build(cells=10):
-    y, x = np.meshgrid(np.linspace(0, 1, cells + 1), [0.0, 1.0 / cells], indexing="ij")
-    k = np.arange(2 * cells + 2).reshape(cells + 1, 2)
-    quads = np.stack([k[:-1, 0], k[:-1, 1], k[1:, 1], k[1:, 0]], axis=1)
-    body = cn.ElasticBody(np.c_[x.ravel(), y.ravel()], {"quad": quads}, young=100.0, poisson=0.0, density=1.0, lumped=True)
-    metal = cn.Material("metal", density=1.0)
-    scene = cn.Scene(dim=2)
-    scene.add(cn.deformable(body, metal, contact=k[0], velocity=(0.0, -0.1)), cn.wall((0, 0), (0, 1), metal))
-    scene.interact(metal, metal, cn.Coulomb(mu=0.0))
-    return scene
-
-
-def figure_way(sim):
-    return -sim.meshes[0].displacement[-1, 1]
-"""
-
-
-def test_a_study_of_a_mesh_sweeps_integrators(tmp_path):
-    """A bar that strikes a wall, by two meshes: what dissipates errs more, each mesh is a target of its own, and the line to type
-    names the integrator."""
-    path = tmp_path / "bar.py"
-    path.write_text(BAR)
-    sweep = {
-        "solvers": ["NLGS"], "tolerances": (1e-2,), "warm_start": (True,),
-        "integrators": ("Theta(theta=0.5)", "Theta(theta=1)", "HHT(alpha=-0.1)"),
-    }  # fmt: skip
-    found = study.run([(str(path), {"cells": n}) for n in (8, 16)], tmp_path / "bar.study", figures=["way"], sweep=sweep,
-                      one_step=False, workers=1, progress=False)  # fmt: skip
-    rows = [row for row in found.table if row["figure"] == "way"]
-    assert len({row["target"] for row in rows}) == 2 and len(rows) == 2 * 3
-
-    def worst(integrator):
-        return max(row["error"] for row in rows if row["integrator"] == integrator)
-
-    assert worst("Theta(theta=1)") > 1.5 * worst("HHT(alpha=-0.1)") > 0
-    best = found.recommend(0.3, of="way")
-    assert best and "integrator=cn." in best.line
-    found.plot("way", tmp_path / "way.png")
-    again = study.run([(str(path), {"cells": n}) for n in (8, 16)], tmp_path / "bar.study", figures=["way"], sweep=sweep,
-                      one_step=False, workers=1, progress=False)  # fmt: skip
-    assert len(again.table) == len(found.table)
-
-
-def test_integrators_that_are_none_are_told():
-    for text, told in (
-        ("Rungekutta()", "give one as it is called"),
-        ("Theta(0.5)", "without a name"),
-        ("Theta(theta=7)", "theta is 7"),
-    ):
-        with pytest.raises(ValueError, match=told):
-            scene_settings(["NLGS"], integrators=(text,))
-    plain = scene_settings(["NLGS"], (1e-2,), warm_start=(True,))
-    assert "integrator" not in next(iter(plain.values())).as_row()
-
-
 HOT = """
 import cairn as cn
 import numpy as np

@@ -31,7 +31,7 @@ void Nscd::start_histories(Simulation& s) {
                       b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(), b.history(0),
                       b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
   for (MeshBody& mesh : s.meshes.meshes)
-    if (*nodes.history_known[mesh.first_node] == 0) mesh.start_history(nodes, s.scene.gravity.data());
+    if (*nodes.history_known[mesh.first_node] == 0) mesh.start_history(nodes, s.scene.gravity.data(), scheme_);
   for (auto* known : {&b.history_known.values, &nodes.history_known.values})
     std::fill(known->begin(), known->end(), std::uint8_t(1));
   started_ = true;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "../../base/call.hpp"
+#include "../../base/stopwatch.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
 #include "nscd.hpp"
@@ -121,8 +122,10 @@ void Nscd::compute_free_velocity(Simulation& s) {
   }
   if (!s.meshes.empty()) {
     if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
-    for (MeshBody& mesh : s.meshes.meshes)
+    for (MeshBody& mesh : s.meshes.meshes) {
+      const Stopwatch first_pass(mesh.linear() ? nullptr : &s.pass_seconds.all);
       mesh.free_velocity(s.scene.nodes, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
+    }
   }
   if (!s.free_velocity) return;
   s.free_velocity->routine(s.scene.dim, b.dofs(), n, h_, scheme_.share, s.time, s.free_velocity->params.data(),
@@ -245,6 +248,7 @@ void Nscd::detect_contacts(Simulation& s) {
 }
 
 void Nscd::prepare_contacts(Simulation& s) {
+  const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
   if (!settings.warm_start) s.interactions.forget_impulses();
   s.interactions.act_on_surfaces(settings.act_on_surfaces);
   s.interactions.hold_at_detection(settings.act_on_surfaces || settings.pose.kernel);
@@ -254,7 +258,10 @@ void Nscd::prepare_contacts(Simulation& s) {
   s.contacts_known = true;
 }
 
-void Nscd::solve_contacts(Simulation& s) { s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver); }
+void Nscd::solve_contacts(Simulation& s) {
+  const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
+  s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver);
+}
 
 void Nscd::update_velocity(Simulation& s) {
   Bodies& b = s.scene.bodies;

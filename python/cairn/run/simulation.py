@@ -108,8 +108,8 @@ class Simulation(Spelt):
 
     @property
     def info(self):
-        """The last step: status, error, iterations, contacts, penetration, energy, seconds of each stage, ..."""
-        return {**self._info, "energy": self.energy, "seconds": dict(self._core.stage_seconds())}
+        """The last step: status, error, iterations, contacts, energy; seconds of stages, newton_seconds of passes, ..."""
+        return {**self._info, "energy": self.energy, **self._core.seconds()}
 
     @property
     def report(self):

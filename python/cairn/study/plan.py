@@ -26,6 +26,7 @@ class Protocol:
     reference_tol: float | None = None
     reference_dt_factor: float | None = None
     reference_solver: str | None = None
+    reference_mesh: float | None = None
     max_seconds: float | None = None
 
     def __post_init__(self):
@@ -46,8 +47,8 @@ class Protocol:
 class Plan:
     """Stages of tasks for the targets: what later ones need is in earlier ones.
 
-    sweep: solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators. folder: where states and
-    references are kept.
+    sweep: solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators, meshes, ... folder: where states
+    and references are kept.
     """
 
     def __init__(self, targets, sweep, protocol, folder):
@@ -66,7 +67,8 @@ class Plan:
 
     def _task(self, target, kind, role, setting, protocol, **more):
         label = {"prepare": "prepare", "step_reference": "step", "step": "step", "statistics": "statistics"}.get(kind, "problem")
-        asked = {"path": str(target.path), "options": target.options, "dt": target.dt}
+        built = target.with_mesh(setting.mesh)
+        asked = {"path": str(built.path), "options": built.options, "dt": target.dt}
         row = {
             "target": target.name, "fingerprint": target.fingerprint, "protocol": digest(protocol), "kind": label, "role": role,
             "state": more.pop("number", None), "seed": more.get("seed"), "setting": setting.key(), **setting.as_row(),
@@ -74,7 +76,7 @@ class Plan:
         }
         row["key"] = digest({**row, "target": None})
         return {
-            "kind": kind, "target": asked, "fingerprint": target.fingerprint, "setting": dataclasses.asdict(setting),
+            "kind": kind, "target": asked, "fingerprint": built.fingerprint, "setting": dataclasses.asdict(setting),
             "max_seconds": self.protocol.max_seconds, **more, "row": row,
         }
 
@@ -86,12 +88,15 @@ class Plan:
         name = p.reference_solver or ("Auto" if "Auto" in scene_solvers() else "NLGS")
         limit = 100_000
         start = {"prepare": prepare, "states": states, "tol": p.prepare_tol, "dt": target.dt}
-        folder = self.folder / "states"
-        files = [str(folder / f"{digest([target.fingerprint, start])}_{k}.h5") for k in range(states)]
-        first = Setting(name, p.prepare_tol, 1.0, True, 1, limit)
-        self.stages[0].append(self._task(target, "prepare", "state", first, start, seconds=prepare, files=files))
-        if p.one_step:
-            self._steps(target, settings, files, start, Setting(name, p.step_tol, 1.0, True, 1, limit))
+        finest = p.reference_mesh or max(s.mesh for s in settings.values())
+        files = {}  # common states of each mesh: one knows nothing of another's
+        for mesh in dict.fromkeys([*(s.mesh for s in settings.values()), finest]):
+            known = target.with_mesh(mesh).fingerprint
+            files[mesh] = [str(self.folder / "states" / f"{digest([known, start])}_{k}.h5") for k in range(states)]
+            first = Setting(name, p.prepare_tol, 1.0, True, 1, limit, mesh=mesh)
+            self.stages[0].append(self._task(target, "prepare", "state", first, start, seconds=prepare, files=files[mesh]))
+        if p.one_step and list(files) == [0.0]:
+            self._steps(target, settings, files[0.0], start, Setting(name, p.step_tol, 1.0, True, 1, limit))
         if duration:
             if duration < 2 * target.dt:
                 raise ValueError(f"{target.path}: duration is {duration:g} s, less than two steps of {target.dt:g} s")
@@ -99,9 +104,10 @@ class Plan:
             smallest = min(s.dt_factor for s in settings.values())
             tight = Setting(
                 name, p.reference_tol or tightest / 10, p.reference_dt_factor or smallest / 2, True, 1, limit,
-                coupling=_tightest(settings),
+                coupling=_tightest(settings), mesh=finest,
             )
-            self._statistics(target, settings, files[-1], {**start, "duration": duration}, tight)
+            last = {mesh: each[-1] for mesh, each in files.items()}
+            self._statistics(target, settings, last, {**start, "duration": duration}, tight)
 
     def _steps(self, target, settings, files, start, tight):
         protocol = {**start, "step_tol": tight.tol, "solver": tight.solver}
@@ -116,18 +122,19 @@ class Plan:
                     if setting.dt_factor == factor and not (setting.integrator or setting.coupling):
                         self.stages[2].append(self._task(target, "step", "trial", setting, protocol, **more))
 
-    def _statistics(self, target, settings, state, start, tight):
+    def _statistics(self, target, settings, states, start, tight):
         p = self.protocol
         protocol = {**start, "perturbation": p.perturbation, "averaged": p.averaged, "samples": p.samples}
         more = {
-            "state": state, "seconds": start["duration"], "perturbation": p.perturbation, "averaged": p.averaged,
+            "seconds": start["duration"], "perturbation": p.perturbation, "averaged": p.averaged,
             "samples": p.samples, "figures": list(p.figures),
         }
         for seed in range(p.runs):
-            task = self._task(target, "statistics", "reference", tight, protocol, seed=seed, **more)
+            task = self._task(target, "statistics", "reference", tight, protocol, seed=seed, state=states[tight.mesh], **more)
             self.stages[2].append({**task, "max_seconds": None})
             for setting in settings.values():
-                self.stages[2].append(self._task(target, "statistics", "trial", setting, protocol, seed=seed, **more))
+                given = {"seed": seed, "state": states[setting.mesh], **more}
+                self.stages[2].append(self._task(target, "statistics", "trial", setting, protocol, **given))
 
     def _problem(self, target, settings):
         from ..problems import solvers

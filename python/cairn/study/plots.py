@@ -42,8 +42,9 @@ def work_precision(table, of, accuracy=None):
 
 
 def _curve(row):
-    """A solver, with its integrator and what networks are given where these were swept."""
+    """A solver, with its integrator, its mesh and what networks are given where these were swept."""
     words = [row["solver"], row.get("integrator") or ""]
+    words += [f"mesh {row['mesh']:g}"] if row.get("mesh") else []
     words += [f"network {row['network_tol']:g}"] if row.get("network_tol") else []
     words += [f"coupling {row['coupling']}"] if row.get("coupling") else []
     return " ".join(word for word in words if word)

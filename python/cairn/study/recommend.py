@@ -116,7 +116,7 @@ def _typed(name, value):
 
 def _family(s):
     return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""),
-            s.get("network_tol", 0.0), s.get("coupling", ""))  # fmt: skip
+            s.get("network_tol", 0.0), s.get("coupling", ""), s.get("mesh", 0.0))  # fmt: skip
 
 
 def _tighter_too(s, settings, accuracy):
@@ -159,6 +159,7 @@ def _said(setting, best, kind, accuracy, of, floor, settings):
             given = [f"tol={setting.network_tol:g}"] if setting.network_tol else []
             given += [f"coupling={setting.coupling}"] if setting.coupling else []
             lines.append(f"  networks of the scene: {', '.join(given)}")
+        lines += [f"  build(mesh={setting.mesh:g})"] if setting.mesh else []
         lines.append(f"  {steps} ({setting.dt_factor:g} times the scene's own step)")
     lines.append(
         f"  measured error {best['error']:.2g}, with its margin at most {best['upper']:.2g}; noise floor {floor:.2g}; "

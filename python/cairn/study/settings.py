@@ -1,5 +1,5 @@
 """What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations, an integrator,
-and of scenes with heat or current what their networks are solved to and how heat and mechanics are coupled."""
+a mesh, and of scenes with heat or current what their networks are solved to and how heat and mechanics are coupled."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ class Setting:
     tol: on the true error. dt_factor: time step over the scene's own. max_iter: iterations of a step at most. min_iter is 0
     for solvers that know no such number; problems use solver and tol alone. integrator: as it is called, "HHT(alpha=-0.1)"; "":
     that of the scene. network_tol: of networks of heat and current, 0: those of the scene. coupling: of
-    Scene.thermal, "staggered" or a number in words; "": that of the scene.
+    Scene.thermal, "staggered" or a number in words; "": that of the scene. mesh: what build(mesh=...) of the scene's file gets,
+    the more the finer; 0: what it has by itself.
     """
 
     solver: str
@@ -32,10 +33,11 @@ class Setting:
     integrator: str = ""
     network_tol: float = 0.0
     coupling: str = ""
+    mesh: float = 0.0
 
     def as_row(self):
         """What it holds, by name, without what is not asked for: rows of earlier studies stay what they were."""
-        later = ("integrator", "network_tol", "coupling")
+        later = ("integrator", "network_tol", "coupling", "mesh")
         return {name: value for name, value in dataclasses.asdict(self).items() if name not in later or value}
 
     def key(self):
@@ -46,7 +48,7 @@ class Setting:
     def family(self):
         """All but the tolerance: settings of one family are one curve of error against cost."""
         return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter, self.integrator, self.network_tol,
-                self.coupling)  # fmt: skip
+                self.coupling, self.mesh)  # fmt: skip
 
     def strategy(self, base=None):
         """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
@@ -137,23 +139,25 @@ def make_integrator(text):
 
 def scene_settings(
     solvers=None, tolerances=TOLERANCES, dt_factors=(1.0,), warm_start=(True, False), min_iter=(1,), max_iter=10_000,
-    integrators=("",), network_tolerances=(0.0,), couplings=("",),
+    integrators=("",), network_tolerances=(0.0,), couplings=("",), meshes=(0.0,),
 ):  # fmt: skip
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
     out = {}
     every = itertools.product(
         names, tolerances, dt_factors, warm_start, min_iter, integrators or ("",), network_tolerances or (0.0,),
-        couplings or ("",),
+        couplings or ("",), meshes or (0.0,),
     )
-    for name, tol, factor, warm, least, integrator, network_tol, coupling in every:
+    for name, tol, factor, warm, least, integrator, network_tol, coupling, mesh in every:
         _check(tol, factor)
+        if not mesh >= 0 or mesh == float("inf"):
+            raise ValueError(f"a mesh is {mesh}: give numbers above 0 that build(mesh=...) takes, the finer the larger")
         _check_networks(network_tol, coupling)
         if integrator:
             make_integrator(integrator)
         least = int(least) if "min_iter" in solver_options(name) else 0
         setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter), integrator, float(network_tol),
-                          str(coupling))  # fmt: skip
+                          str(coupling), float(mesh))  # fmt: skip
         out.setdefault(setting.key(), setting)
     return out
 

@@ -25,14 +25,15 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
     folder: for rows and tables (default: <first name>.study beside the first).
     figures: names of figures.SUMMARY or of functions figure_<name>(sim) in the .py file. options: of build. dt: time step of
     the scenes [s]; a .py may set DT, or return a Simulation, which has one.
-    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators. workers: processes
-    (default: cores).
+    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators, and meshes, numbers that
+    build(mesh=...) of a .py file gets. workers: processes (default: cores).
     say: function that gets words on what is done (default: print). progress: as Progress.
 
     Of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states: how
     many; one_step: whether one step from these is compared; duration [s] of the perturbed runs (DURATION; none without it);
     runs: how many, at least 8; perturbation: share of the radius; averaged: share of a run; samples: in it; step_tol,
-    reference_tol, reference_dt_factor, reference_solver: of what is compared with; prepare_tol; max_seconds: CPU seconds of a
+    reference_tol, reference_dt_factor, reference_solver, reference_mesh (default: the largest of meshes): of what is compared
+    with; prepare_tol; max_seconds: CPU seconds of a
     run at most.
     """
     folder, targets, plan = _planned(what, folder, figures, options, dt, sweep, protocol)

@@ -27,6 +27,7 @@ class Target:
         self.name, self._dt = " ".join([self.path.name, *(f"{name}={value}" for name, value in (own or {}).items())]), dt
         self.kind = _kind(self.path)
         self._module = self._built = None
+        self._meshes = {}
         if self.kind == "script":
             self._module = _module(self.path)
             self._options_known()
@@ -34,6 +35,17 @@ class Target:
         if self.kind != "problem":
             self.dt = self._own_dt()
         self.fingerprint = self._fingerprint()
+
+    def with_mesh(self, mesh):
+        """The target as build(mesh=mesh) makes it, known by the same name; itself for 0."""
+        if not mesh:
+            return self
+        if self.kind != "script":
+            raise ValueError(f"{self.path}: meshes are swept of .py files whose build() has an option mesh")
+        if mesh not in self._meshes:
+            number = int(mesh) if float(mesh).is_integer() else mesh
+            self._meshes[mesh] = Target(self.path, {**self.options, "mesh": number}, self.dt)
+        return self._meshes[mesh]
 
     def _options_known(self):
         try:
