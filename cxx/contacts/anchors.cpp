@@ -43,6 +43,9 @@ void Interactions::State::anchor_bond(std::int64_t i, const LawInfo& law, Anchor
   std::copy_n(made.b, 3, made.shape_b);
   made.reach = law.spans ? 0 : std::numeric_limits<double>::max();
   made.siblings = 1;
+  if (!law.holds) return;
+  made.length = 1; // it knows how its bodies stood
+  keep_turn(ca, cb, made);
 }
 
 // What carries a contactor: where it is, and vectors in its axes in those of space. A point of a mesh carries its end

@@ -198,8 +198,8 @@ struct Anchor {
   double a[3] = {}, shape_a[3] = {}; // of A in its axes, now and as its shape came in [m]
   double b[3] = {}, shape_b[3] = {}; // of B in its axes
   double normal[3] = {};             // in the axes of B
-  double turn[4] = {};               // of A against B when a joint was made: a quaternion, in 2D an angle
-  double length = 0;                 // between the points of a joint then [m]
+  double turn[4] = {};               // of A against B when a joint, or a bond, was made: a quaternion, in 2D an angle
+  double length = 0;                 // between the points of a joint then [m]; of a bond held fast 1
   double siblings = 0;               // anchors that the pair began with
   double reach = -1; // what detection finds nearer than this is the anchored contact itself [m]; below 0: no anchor
 };

@@ -261,8 +261,11 @@ struct Interactions::State {
   void carrier_at(std::int32_t contactor, double* x) const;                   // of what carries it [m]
   void carried(std::int32_t contactor, const double* own, double* out) const; // a vector in its axes, in those of space
   void measure_joints(const cairn_batch& b) const; // errors of their frames, before the law prepares; in joints.cpp
-  void find_joints();                              // materials of the ends of joints
-  void space_anchors(std::size_t first);           // reaches of those from a key on
+  void keep_turn(std::int32_t contactor_a, std::int32_t contactor_b, Anchor& made) const;
+  void turned_from(std::int32_t A, std::int32_t B, const Anchor& anchor, double found[4]) const;
+  void hold_places(const cairn_batch& b) const; // slips and turns of bonds that hold fast
+  void find_joints();                           // materials of the ends of joints
+  void space_anchors(std::size_t first);        // reaches of those from a key on
   void keep_anchors();
   void hand_on_broken();
   void measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,

@@ -19,6 +19,13 @@ void product(const double* a, bool conjugate, const double* b, double* out) {
 
 constexpr double one[4] = {1, 0, 0, 0};
 
+// A unit quaternion as a vector, by the shorter way.
+void vector_of(const double* q, double out[3]) {
+  const double sign = q[0] < 0 ? -1 : 1, size = std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  const double angle = size > 0 ? 2 * std::atan2(size, sign * q[0]) / size : 2;
+  for (int k = 0; k < 3; ++k) out[k] = sign * angle * q[1 + k];
+}
+
 } // namespace
 
 void Interactions::State::find_joints() {
@@ -37,8 +44,7 @@ void Interactions::State::anchor_joint(std::int64_t i, Anchor& made) const {
   const Candidates& c = *candidates;
   const int d = dim();
   const double* params = laws->entry(entry[i]).params;
-  const std::int32_t A = body(c.contactor_a[i]), B = body(c.contactor_b[i]);
-  const bool on_mesh_a = A < 0, on_mesh_b = B < 0;
+  const std::int32_t B = body(c.contactor_b[i]);
   double a[3] = {}, b[3] = {}, xa[3] = {}, xb[3] = {}, axis[3] = {}, shift[3] = {0, 0, 0}, square = 0;
   for (const auto& [contactor, to] : {std::pair{c.contactor_a[i], made.a}, std::pair{c.contactor_b[i], made.b}}) {
     std::fill_n(to, 3, 0.0);
@@ -58,17 +64,67 @@ void Interactions::State::anchor_joint(std::int64_t i, Anchor& made) const {
   made.length = std::sqrt(square);
   if (params[joint_spans] > 0)
     for (int k = 0; k < d; ++k) axis[k] /= made.length;
-  on_mesh_b ? void(std::copy_n(axis, 3, made.normal)) : to_body_axes(*bodies, d, B, axis, made.normal);
+  B < 0 ? void(std::copy_n(axis, 3, made.normal)) : to_body_axes(*bodies, d, B, axis, made.normal);
   std::copy_n(made.a, 3, made.shape_a);
   std::copy_n(made.b, 3, made.shape_b);
   made.reach = std::numeric_limits<double>::max();
   made.siblings = 1;
-  if (!bodies->rotation.active || on_mesh_a || on_mesh_b) {
-    made.turn[0] = d == 2 ? 0 : 1;
-  } else if (d == 2) {
+  keep_turn(c.contactor_a[i], c.contactor_b[i], made);
+}
+
+// How A stands against B; points of meshes do not turn.
+void Interactions::State::keep_turn(std::int32_t contactor_a, std::int32_t contactor_b, Anchor& made) const {
+  const std::int32_t A = body(contactor_a), B = body(contactor_b);
+  if (!bodies->rotation.active || A < 0 || B < 0)
+    made.turn[0] = dim() == 2 ? 0 : 1;
+  else if (dim() == 2)
     made.turn[0] = *bodies->rotation[A] - *bodies->rotation[B];
-  } else {
+  else
     product(bodies->rotation[B], true, bodies->rotation[A], made.turn);
+}
+
+// How far A turned from where B has it: a quaternion, in 2D an angle.
+void Interactions::State::turned_from(std::int32_t A, std::int32_t B, const Anchor& anchor, double found[4]) const {
+  const bool turns = bodies->rotation.active;
+  if (dim() == 2) {
+    found[0] = (turns ? *bodies->rotation[A] - *bodies->rotation[B] : 0) - anchor.turn[0];
+    return;
+  }
+  double turned[4]; // where A would be
+  product(turns ? bodies->rotation[B] : one, false, anchor.turn, turned);
+  const double back[4] = {turned[0], -turned[1], -turned[2], -turned[3]};
+  product(turns ? bodies->rotation[A] : one, false, back, found);
+}
+
+// Of bonds that hold fast, slips and turns are undone within the step as their gaps are: what rounds off would else add
+// up to places that the bonds of a face, or of a ring of bodies, cannot all have, and their impulses grew against each
+// other.
+void Interactions::State::hold_places(const cairn_batch& b) const {
+  const int d = dim(), n = b.count;
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const std::int64_t i = system.candidate[b.first + lane];
+    if (!is_anchored(i) || !(b.state[lane] > 0)) continue;
+    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+    if (!(anchor.length > 0)) continue; // of a file that did not know how its bodies stood
+    const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
+    double axes[3][3] = {}, a[3] = {}, to_b[3] = {}, xa[3] = {}, xb[3] = {}, shift[3] = {0, 0, 0}, found[4], turn[3];
+    axes_of(b, d, lane, axes);
+    if (cell->any()) image_shift(*cell, candidates->image[i], shift);
+    carried(ca, anchor.a, a);
+    carried(cb, anchor.b, to_b);
+    carrier_at(ca, xa);
+    carrier_at(cb, xb);
+    for (int k = 0; k < d; ++k)
+      for (int c = 1; c < d; ++c)
+        b.bias[c * n + lane] += ((xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k])) * axes[c][k] / h;
+    turned_from(body(ca), body(cb), anchor, found);
+    if (d == 2) {
+      b.bias[2 * n + lane] += found[0] / h;
+      continue;
+    }
+    vector_of(found, turn);
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k < 3; ++k) b.bias[(3 + c) * n + lane] += turn[k] * axes[c][k] / h;
   }
 }
 
@@ -97,20 +153,15 @@ void Interactions::State::measure_joints(const cairn_batch& b) const {
     if (A < 0 || B < 0) {
       // points of meshes do not turn: of them no joint asks how far they did
     } else if (d == 2) {
-      error[3] = (bodies->rotation.active ? *bodies->rotation[A] - *bodies->rotation[B] : 0) - anchor.turn[0];
+      turned_from(A, B, anchor, error + 3);
       if (coordinate == 3) along = error[3];
     } else {
-      double turned[4], found[4];
-      const bool turns = bodies->rotation.active;
-      product(turns ? bodies->rotation[B] : one, false, anchor.turn, turned); // where A would be
-      const double back[4] = {turned[0], -turned[1], -turned[2], -turned[3]};
-      product(turns ? bodies->rotation[A] : one, false, back, found);
+      double found[4], turn[3];
+      turned_from(A, B, anchor, found);
+      vector_of(found, turn);
       const double sign = found[0] < 0 ? -1 : 1, *v = found + 1;
-      const double size = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-      const double angle = size > 0 ? 2 * std::atan2(size, sign * found[0]) / size : 2;
       if (coordinate == 4)
         along = 2 * std::atan2(sign * (v[0] * axes[0][0] + v[1] * axes[0][1] + v[2] * axes[0][2]), sign * found[0]);
-      double turn[3] = {sign * angle * v[0], sign * angle * v[1], sign * angle * v[2]};
       if (!(blocked & 8)) { // about its axis it is free: how far the axes of both are from each other
         double other[3];
         turn_about(found, 1, axes[0], other);

@@ -185,10 +185,16 @@ void Network::move_anchors(Simulation& s) const {
     move(b, anchor.shape_b, anchor.b, of_b);
     const int place = place_of_slip(s, a, b);
     const std::span<double> state = s.interactions.states(i);
-    if (place < 0 || !(state[0] > 0)) continue;
+    const bool fast = anchor.length > 0; // held, slips and turns too
+    if (!fast && (place < 0 || !(state[0] > 0))) continue;
     for (int d = 0; d < dim; ++d) slip[d] = of_a[d] - of_b[d];
     to_body_axes(bodies, dim, *k.body[b], slip, slip);
     std::copy_n(anchor.normal, 3, normal);
+    if (fast) { // what is held fast has no slip that could tell: its point goes along
+      for (int d = 0; d < dim; ++d) along += slip[d] * normal[d];
+      for (int d = 0; d < dim; ++d) anchor.b[d] += slip[d] - along * normal[d];
+      continue;
+    }
     if (dim == 2) {
       state[std::size_t(place)] += normal[0] * slip[1] - normal[1] * slip[0];
       continue;

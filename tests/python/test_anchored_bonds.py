@@ -1,5 +1,7 @@
 """Bonds of bodies with sides hold at material points: they outlive what detection calls the points of a face."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -217,3 +219,29 @@ def test_a_brick_that_grows_on_another_shears_their_joint(dim):
     slip = np.array([1e-3 * 0.1] if dim == 2 else [1e-3 * 0.1, 1e-3 * 0.05])
     area = 0.2 if dim == 2 else 0.2 * 0.1
     assert sim.info["energy"]["stored"] == pytest.approx(0.5 * 2e8 * area * slip @ slip, rel=0.02)
+
+
+@pytest.mark.parametrize("dim, n", [(2, 3), (2, 4), (3, 3)])
+def test_a_block_of_bricks_bonded_to_each_other_lies_still(dim, n):
+    """Faces have several bonds and bricks stand in rings: what bonds did that undo gaps alone grew, without end."""
+    side, rock = 0.1, cn.Material("rock", density=2500.0)
+    places = side * np.stack(np.meshgrid(*[np.arange(n)] * dim, indexing="ij"), axis=-1).reshape(-1, dim)
+    scene, up = cn.Scene(dim=dim, gravity=(0.0,) * (dim - 1) + (-9.81,)), np.eye(dim)[-1]
+    if dim == 2:
+        square = side * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+        scene.add(cn.polygons([square + x for x in places], rock, group="bricks"))
+    else:
+        scene.add(cn.boxes(places + [0, 0, side / 2], np.full((n**3, 3), side), rock, group="bricks"))
+    scene.add(cn.wall((0.0,) * dim, up, cn.Material("floor")))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    scene.interact("bricks", "bricks", cn.Bonded())
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-4)))
+    weight = sim.bodies.mass[:-1].sum() * 9.81 * sim.dt
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", cn.EnergyCreatedWarning)
+        for _ in range(150 if dim == 2 else 60):
+            assert sim.step()["status"] == "converged"
+    assert np.abs(sim.contacts.impulse).max() < 2 * weight
+    assert np.abs(sim.bodies.velocity).max() < 1e-2 * 9.81 * sim.dt
+    begin = places + (side / 2 if dim == 2 else [0, 0, side / 2])
+    assert np.abs(sim.bodies.position[:-1] - begin).max() < 1e-5 * side
