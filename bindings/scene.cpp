@@ -181,6 +181,12 @@ void bind_scene(py::module_& m) {
       .def_property_readonly("contactor_count", [](const Scene& s) { return s.contactors.count; })
       .def("internal", &Scene::internal)
       .def("node_row", &Scene::node)
+      .def("node_place", // of a node in the order in which nodes came in
+           [](const Scene& s, std::int64_t id) {
+             const auto& order = s.node_insertion_order();
+             const auto before = [&](std::int32_t row, std::int64_t of) { return *s.nodes.id[row] < of; };
+             return std::lower_bound(order.begin(), order.end(), id, before) - order.begin();
+           })
       .def("node",
            [](Scene& s, const std::string& name) { return get_ordered(s.nodes, name, s.node_insertion_order()); })
       .def("body", [](Scene& s, const std::string& name) { return get_ordered(s.bodies, name, s.insertion_order()); })

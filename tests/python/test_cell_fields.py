@@ -3,6 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
+from cairn.run.mesh_fields import MeshFields
 
 ROCK = cn.Material("rock", density=1000.0)
 
@@ -117,3 +118,42 @@ def test_a_body_that_becomes_deformable_in_a_run_with_a_file(tmp_path):
     sim.run(steps=8, output=tmp_path / "body.vtkhdf", every=2, progress=False, callback=deforms)
     run = cn.load(tmp_path / "body.vtkhdf")
     assert [len(output.bodies) for output in run] in ([1, 1, 1, 0, 0], [1, 1, 0, 0, 0])  # its nodes came too late for the file
+
+
+def test_fields_of_many_bodies_are_those_of_each(tmp_path):
+    x = np.linspace(0, 1, 4)
+    points = np.stack(np.meshgrid(x, x, indexing="ij"), -1).reshape(-1, 2)
+    k = np.arange(16).reshape(4, 4)
+    quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
+    cells = {"quad": quads[4:], "triangle": np.concatenate([quads[:4][:, [0, 1, 2]], quads[:4][:, [0, 2, 3]]])}
+    body = cn.ElasticBody(points, cells, young=1e6, poisson=0.3, density=1000.0, thickness=0.7, groups={"top": np.arange(3, 16, 4)})
+    zone = cn.MAL(normal_stiffness=1e8, tangential_stiffness=1e8, mu=0.0, normal_strength=1e6, tangential_strength=1e6,
+                  normal_work=1e4, tangential_work=1e4)  # fmt: skip
+    scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+    scene.add(cn.deformable(plate(3.0), ROCK, contact=np.arange(12), velocity=(0.0, -1.0), name="plate"))
+    cn.fracture.split(body, zone, ROCK, drive={"top": {"y": 2.0}}, velocity=(1.0, 0.5)).add_to(scene)
+    scene.add(cn.deformable(plate(6.0, second=True), ROCK, contact=np.arange(12), velocity=(0.0, -1.0), name="last"))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    sim, path, found = cn.Simulation(scene, 1e-4), tmp_path / "many.vtkhdf", {}
+
+    def each(s):
+        here = [m.cell_fields() for m in s.meshes]
+        corners = [m.position[nodes].reshape(-1, 2) for m in s.meshes for nodes in m.body.cells.values()]
+        cells = MeshFields(s).cells()
+        assert np.allclose(cells["points"][cells["connectivity"], :2], np.concatenate(corners), rtol=1e-14)
+        found[s.steps] = here, [(m.place, m.nodal_fields() | {"displacement": m.displacement}) for m in s.meshes]
+
+    sim.run(steps=4, output=path, every=2, progress=False, callback=each)
+    run = cn.load(path)
+    for output, step in zip(run, (0, 2, 4)):
+        if not step:
+            continue
+        of_cells, of_nodes = found[step]
+        for number, fields in enumerate(of_cells):
+            rows = output.cells["mesh"] == number
+            assert rows.any() and np.array_equal(output.cells["stress"][rows], fields["stress"])
+            assert np.array_equal(output.cells["strain"][rows], fields["strain"])
+        for place, fields in of_nodes:
+            for name, values in fields.items():
+                assert np.array_equal(getattr(output.nodes, name)[place], values), name
+        assert np.abs(output.nodes.contact_pressure).max() > 0

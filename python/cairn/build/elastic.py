@@ -155,6 +155,8 @@ class ElasticBody:
     def boundary_edges(self):
         """Edges (m, 2) of the boundary in 2D, the body on their left: those of one cell alone."""
         edges = np.concatenate([cells[:, SIDES[kind]].reshape(-1, 2) for kind, cells in self.cells.items()])
+        if sum(len(cells) for cells in self.cells.values()) == 1:
+            return edges
         _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
         return edges[np.sort(first[count == 1])]
 

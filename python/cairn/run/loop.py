@@ -157,63 +157,15 @@ def snapshot(simulation):
     }
 
 
-def snapshot_of_nodes(simulation):
-    """Arrays of the nodes of meshes for one output; {} without nodes."""
+def snapshot_of_nodes(simulation, fields):
+    """Arrays of the nodes of meshes for one output, with the MeshFields; {} without nodes."""
     nodes = simulation.nodes
     if not len(nodes):
         return {}
     out = {name: getattr(nodes, name) for name in ("position", "velocity", "id", "mass")}
     out["material"] = _material(simulation, nodes.id)
     out |= {name: getattr(nodes, name) for name in ("temperature", "potential") if name in nodes.names}
-    displacement = np.zeros(nodes.position.shape)
-    for mesh in simulation.meshes:
-        displacement[mesh.place] = mesh.displacement
-    out["displacement"] = displacement
-    return out | _of_meshes(simulation)
-
-
-def _of_meshes(simulation):
-    """Fields of the nodes of bodies that deform, zero of those whose body has none, by name: (n,) [Pa, -], (n, 3 | 6) in the
-    order xx yy [zz] xy [yz zx]. Those of materials of solids are there if a mesh keeps them at all."""
-    n, out = len(simulation.nodes), {}
-    for mesh in simulation.meshes:
-        if not hasattr(mesh.body, "nodal_stress"):
-            continue
-        for name, values in mesh.nodal_fields().items():
-            out.setdefault(name, np.zeros((n, *values.shape[1:])))[mesh.place] = values
-    return out
-
-
-VTK_CELLS = {
-    "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25,
-    "quad9": 28, "hexahedron27": 29,
-}  # fmt: skip
-
-
-def cells_of_meshes(simulation):
-    """Cells of bodies that deform where they are, as RunWriter.write_step takes them; None if there is none. Of the cells: the
-    number of their mesh, stress [Pa], strain, and what of their materials' states is shown."""
-    shown = [m for m in simulation.meshes if hasattr(m.body, "nodal_stress") and set(m.body.cells) <= set(VTK_CELLS)]
-    if not shown:
-        return None
-    points, corners, sizes, types, fields, first = [], [], [], [], {}, 0
-    counts = [sum(len(cells) for cells in m.body.cells.values()) for m in shown]
-    begins = np.cumsum([0, *counts])
-    for k, mesh in enumerate(shown):
-        x = mesh.displacement + mesh.body.points
-        points.append(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))))
-        for kind, cells in mesh.body.cells.items():
-            corners.append((np.asarray(cells, np.int64) + first).ravel())
-            sizes.append(np.full(len(cells), cells.shape[1], np.int64))
-            types.append(np.full(len(cells), VTK_CELLS[kind], np.uint8))
-        for name, values in {**mesh.cell_fields(), "mesh": np.full(counts[k], k)}.items():
-            whole = fields.setdefault(name, np.zeros((begins[-1], *values.shape[1:]), values.dtype))
-            whole[begins[k] : begins[k + 1]] = values
-        first += len(x)
-    return {
-        "points": np.concatenate(points), "connectivity": np.concatenate(corners),
-        "offsets": np.cumsum([0, *np.concatenate(sizes)]), "types": np.concatenate(types), "fields": fields,
-    }  # fmt: skip
+    return out | fields.nodes()
 
 
 def _meshes(simulation):
@@ -247,7 +199,9 @@ class _Recorder:
         self.checkpoint_path, self.fields = None, {}
         if output is not None:
             from ..post.writer import RunWriter
+            from .mesh_fields import MeshFields
 
+            self.mesh_fields = MeshFields(simulation)
             output = checked_output(output)
             if not append:
                 overwrite = overwrite or (command is not None and command.replaces(output))
@@ -271,7 +225,7 @@ class _Recorder:
         self.written = sim.steps
         bodies, contacts = snapshot(sim)
         info = sim.report
-        cells, nodes = cells_of_meshes(sim), snapshot_of_nodes(sim)
+        cells, nodes = self.mesh_fields.cells(), snapshot_of_nodes(sim, self.mesh_fields)
         self._keep_fields("bodies", bodies, len(sim.bodies))
         if cells is not None:
             self._keep_fields("cells", cells["fields"], len(cells["types"]))

@@ -373,7 +373,7 @@ class MeshView(_View):
     @property
     def place(self):
         """Rows of the nodes in the arrays of simulation.nodes, a slice, until a mesh that came in before goes."""
-        first = int(np.searchsorted(self._core.scene.node("id"), self.ids[0]))
+        first = self._core.scene.node_place(self.ids[0])
         return slice(first, first + len(self.ids))
 
     def load(self, t):
@@ -409,8 +409,8 @@ class MeshView(_View):
 
             return by_kinds(self.body, (stress for stress, _ in self._bulk()))
         found, thermal = self.body.stress(self.displacement), self._simulation.scene.networks.get("thermal")
-        expansion = self._mesh.d.material.expansion
-        if thermal is None or not expansion:
+        expansion = 0.0 if thermal is None else self._mesh.d.material.expansion
+        if not expansion:
             return found
         from ..networks.meshes import stress
 
