@@ -20,20 +20,23 @@ from .contact_problem import inverse_mass, jacobians
 from .simulation import Simulation
 
 
-def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=1e6, report=None):
+def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=None, report=None):
     """Starts the next step from impulses that keep the scene at rest, if there are any; positions stay as they are.
 
     simulation: bodies at rest, Coulomb's law or another cone at all contacts. tol: of the true error; unbalanced: largest
     change of a body's velocity in a step over that of a body let go. Both are sought, in at most `rounds` rounds. stiffness: c
-    over the mass that a contact feels. report: called with a dict after each round. Returns the last such dict: round,
-    newton, cg (how many so far), error, unbalanced, converged. A structure that cannot stand does not converge: then the step
-    starts from what was found. With deformable bodies the shape at rest is sought too, and where the others stand on it: bodies
-    move there and velocities vanish; without rest all stays as it was.
+    over the mass that a contact feels (None: 1e8, with deformable bodies 1e6). report: called with a dict after each round.
+    Returns the last such dict: round, newton, cg (how many so far), error, unbalanced, converged. A structure that cannot
+    stand does not converge: then the step starts from what was found. With deformable bodies the shape at rest is sought too,
+    and where the others stand on it: bodies move there and velocities vanish; without rest all stays as it was.
     """
     if not isinstance(simulation, Simulation):
         raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
-    checks.positive("tol", tol), checks.positive("unbalanced", unbalanced), checks.positive("stiffness", stiffness)
+    checks.positive("tol", tol), checks.positive("unbalanced", unbalanced)
     checks.count("rounds", rounds, 1)
+    if stiffness is None:
+        stiffness = 1e6 if simulation.meshes else 1e8
+    checks.positive("stiffness", stiffness)
     if simulation.meshes:
         from .mesh_equilibrium import find
 
@@ -113,6 +116,7 @@ class System:
         w = sum(np.einsum("mi,mij,mj->m", n, still[b], n) for n, b in zip(normal, self.bodies.T))
         self.rho = 1 / w
         self.modes = rigid_motions(self.position[:, : self.dim], self.dofs)
+        self.matrix = Matrix(self.graph, self.mass, self.sides)
 
     def relative(self, v):
         """H'v, (m, dim)."""
@@ -167,6 +171,7 @@ class System:
         """The velocities of a round by Newton's method; and how many steps and products with the matrix it took."""
         weight = np.sqrt(np.sum(self.v_free * self.momentum(self.v_free)))
         used = steps = 0
+        self.matrix.begin()
 
         def value(v):
             u = self.relative(v) + self.bias
@@ -176,32 +181,67 @@ class System:
             gap = v - self.v_free
             return 0.5 * np.sum(gap * self.momentum(gap)) + 0.5 * np.sum(np.sum(p * p, axis=1) / c), p, asked
 
+        def descent(v, p):
+            return self.momentum(v - self.v_free) - self.gathered(p)
+
         energy, p, asked = value(v)
         while True:
-            gradient = self.momentum(v - self.v_free) - self.gathered(p)
+            gradient = descent(v, p)
             left = np.sqrt(np.sum(gradient * np.einsum("nij,nj->ni", self.inverse, gradient))) / weight
             if left <= tol or steps == most:
                 return v, steps, used
             steps += 1
             matrix, precondition = self.newton_matrix(c[:, None, None] * project(asked, self.mu)[1])
-            way, products = conjugate_gradients(matrix, -gradient, precondition, min(0.1, np.sqrt(left)))
+            enough = max(min(0.1, np.sqrt(left)), min(0.1, 0.3 * tol / left))  # of the last step no more than the round asks
+            way, products = conjugate_gradients(matrix, -gradient, precondition, enough)
             used += products
             slope, t = np.sum(gradient * way), 1.0
             while t > 1e-6:
                 trial = value(v + t * way)
-                if trial[0] <= energy + 1e-4 * t * slope or abs(t * slope) <= 1e-14 * abs(energy):
+                if abs(t * slope) > 1e-14 * abs(energy):
+                    fell = trial[0] <= energy + 1e-4 * t * slope
+                else:  # energies differ by rounding, slopes do not: not far beyond the lowest point
+                    fell = np.sum(descent(v + t * way, trial[1]) * way) <= 0.5 * abs(slope)
+                if fell:
                     break
                 t /= 2
             v, (energy, p, asked) = v + t * way, trial
 
     def newton_matrix(self, d):
         """M + H D H', and its preconditioner."""
-        a, b = self.sides
-        da, db = np.matmul(d, a), np.matmul(d, b)
-        at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
-        matrix = self.graph.matrix(self.mass, np.matmul(at, da), np.matmul(bt, db), np.matmul(at, db))
+        matrix = self.matrix.of(d)
         inverse = np.linalg.inv(self.graph.diagonal(matrix))
         return matrix, Preconditioner(matrix, inverse, self.modes)
+
+
+class Matrix:
+    """M + H D H' as D changes: from one of Newton's steps to the next few contacts begin to stick, to slip or to open, and
+    what they change is added alone."""
+
+    def __init__(self, graph, mass, sides):
+        self.graph, self.mass, self.sides = graph, mass, sides
+
+    def begin(self):
+        """What was added has rounded: the next matrix is summed anew."""
+        self.d = self.matrix = None
+
+    def of(self, d):
+        if self.matrix is None:
+            self.matrix = self.graph.matrix(self.mass, *self.blocks(d, slice(None)))
+        else:
+            changed = np.flatnonzero(np.any(d != self.d, axis=(1, 2)))
+            if 2 * len(changed) > len(d):
+                self.begin()
+                return self.of(d)
+            self.graph.add(self.matrix, changed, *self.blocks((d - self.d)[changed], changed))
+        self.d = d
+        return self.matrix
+
+    def blocks(self, d, which):
+        a, b = (side[which] for side in self.sides)
+        da, db = np.matmul(d, a), np.matmul(d, b)
+        at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
+        return np.matmul(at, da), np.matmul(bt, db), np.matmul(at, db)
 
 
 def on_faces(contacts, flat=1e-6):
@@ -240,6 +280,9 @@ class Graph:
         self.row_start = np.concatenate(([0], np.cumsum(np.bincount(row, minlength=n))))
         self.column = column[self.order]
         self.on_diagonal = np.flatnonzero(self.order < n)
+        self.bodies, self.place = bodies, np.argsort(self.order)  # where the block of a body or pair stands
+        self.pair = np.full(m, -1)
+        self.pair[both] = which
 
     def at_bodies(self, parts):
         return sum(end @ part for end, part in zip(self.ends, parts))[: self.n]
@@ -255,8 +298,32 @@ class Graph:
         data = np.concatenate((diagonal, upper, upper.transpose(0, 2, 1)))[self.order]
         return sparse.bsr_array((data, self.column, self.row_start), shape=(k * self.n, k * self.n))
 
+    def add(self, matrix, some, aa, bb, ab):
+        """Adds blocks of some contacts to a matrix of this graph."""
+        ab = np.where(self.swapped[some, None, None], ab.transpose(0, 2, 1), ab)
+        pair = self.pair[some]
+        for end, blocks in zip(self.bodies[some].T, (aa, bb)):
+            which, sums = summed(np.where(end < self.n, end, -1), blocks)
+            matrix.data[self.place[which]] += sums
+        which, sums = summed(pair, ab)
+        upper, pairs = self.n + which, (len(self.place) - self.n) // 2
+        matrix.data[self.place[upper]] += sums
+        matrix.data[self.place[upper + pairs]] += sums.transpose(0, 2, 1)
+
     def diagonal(self, matrix):
         return matrix.data[self.on_diagonal]
+
+
+def summed(number, blocks):
+    """Numbers that are there, those below 0 apart, and the sum of the blocks (m, k, k) of each."""
+    from scipy import sparse
+
+    there = np.flatnonzero(number >= 0)
+    which, row = np.unique(number[there], return_inverse=True)
+    shape = (len(which), len(there))
+    sums = sparse.csr_array((np.ones(len(there)), (row.ravel(), np.arange(len(there)))), shape=shape)
+    k = blocks.shape[-1]
+    return which, (sums @ blocks[there].reshape(len(there), k * k)).reshape(len(which), k, k)
 
 
 def rigid_motions(position, dofs, bodies_each=48):
@@ -297,16 +364,17 @@ class Preconditioner:
     """Blocks of bodies, and rigid motions of groups solved to the end."""
 
     def __init__(self, matrix, inverse, modes):
+        from scipy import sparse
         from scipy.sparse.linalg import splu
 
-        self.inverse, self.modes = inverse, modes
+        number = np.arange(len(inverse) + 1)
+        self.inverse = sparse.bsr_array((inverse, number[:-1], number), shape=matrix.shape)
         self.coarse = splu((modes.T @ (matrix @ modes)).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         self.modes_transposed = modes.T.tocsr()
         self.modes = modes.tocsr()
 
     def __call__(self, x):
-        local = np.einsum("nij,nj->ni", self.inverse, x.reshape(len(self.inverse), -1)).ravel()
-        return local + self.modes @ self.coarse.solve(self.modes_transposed @ x)
+        return self.inverse @ x + self.modes @ self.coarse.solve(self.modes_transposed @ x)
 
 
 def conjugate_gradients(matrix, b, precondition, tol, most=2000):
