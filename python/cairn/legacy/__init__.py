@@ -1,8 +1,9 @@
 """LMGC90 side by side: its DATBOX files become scenes and scenes DATBOX files; its stored results are read and compared."""
 
 from ..names import teach
+from .contact_laws import LAWS
 from .results import Instant, read_contacts, read_dof, read_h5, read_outbox, read_results
-from .scene import LAWS, Origin, UnmappedWarning, read_datbox
+from .scene import Origin, UnmappedWarning, read_datbox
 from .text import LegacyError
 from .write import write_datbox
 

@@ -8,28 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from .contact_laws import LAW_VALUES
 from .mesh import read_mesh
 from .rigid import DIMENSION, completed, read_body
 from .text import REAL, LegacyError, Reader, fortran
 
-# Values of a law, row by row of the file: names of ours for what stands in columns 46-59, 67-80.
-LAW_VALUES = {
-    "IQS_CLB": (("fric",),),
-    "GAP_SGR_CLB": (("fric",),),
-    "RST_CLB": (("rstn", "rstt"), ("fric",)),
-}
-_ZONE = (("dyfr", "stfr"), ("cn", "ct"))
-_MODES = (("s1", "s2"), ("G1", "G2"))
-for _name, _rows in {
-    "MAC_CZM": (*_ZONE, ("b", "w")),
-    "MP_CZM": (*_ZONE, ("w",)),
-    "MP3_CZM": (*_ZONE, ("smax", "w")),
-    "MAL_CZM": (*_ZONE, *_MODES),
-    "TH_CZM": (*_ZONE, *_MODES, ("dp1", "dp2")),
-    "ABP_CZM": (*_ZONE, *_MODES, ("du1", "du2"), ("phi",)),
-    "EXPO_CZM": (*_ZONE, *_MODES, ("eta",)),
-}.items():
-    LAW_VALUES |= {_name: _rows, "IQS_" + _name: _rows}
 # Materials whose first line holds no density, or none that counts.
 NO_DENSITY = ("DISCRETE", "JOINT_ELAS", "JOINT_MC", "JOINT_FCZM")
 

@@ -9,36 +9,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import _core
-from ..build import bodies, laws, round_shapes, shapes
+from ..build import bodies, round_shapes, shapes
 from ..build.materials import Material
 from ..build.scene import Scene
 from ..build.shapes import Hulls
 from ..run import time_functions
 from . import datbox, mesh, networks
+from .contact_laws import law_of
 from .rigid import SHORT
 from .text import LegacyError
-
-# Law of LMGC90: law of Cairn, and its parameters from those of the file.
-LAWS = {
-    "IQS_CLB": ("Coulomb", {"mu": "fric"}),
-    "GAP_SGR_CLB": ("GapCoulomb", {"mu": "fric"}),
-    "RST_CLB": ("Restitution", {"mu": "fric", "normal": "rstn", "tangential": "rstt"}),
-}
-_ZONE = {"mu": "stfr", "normal_stiffness": "cn", "tangential_stiffness": "ct"}
-_MODES = {"normal_strength": "s1", "tangential_strength": "s2", "normal_work": "G1", "tangential_work": "G2"}
-_ZONES = {
-    "MAC_CZM": ("MAC", _ZONE | {"viscosity": "b", "work": "w"}),
-    "MP_CZM": ("MP", _ZONE | {"work": "w"}),
-    "MP3_CZM": ("MP3", _ZONE | {"strength": "smax", "work": "w"}),
-    "MAL_CZM": ("MAL", _ZONE | _MODES),
-    "TH_CZM": ("TH", _ZONE | _MODES | {"normal_plateau": "dp1", "tangential_plateau": "dp2"}),
-    "ABP_CZM": ("ABP", _ZONE | _MODES | {"normal_end": "du1", "tangential_end": "du2", "first_share": "phi"}),
-    "EXPO_CZM": ("EXPO", _ZONE | _MODES | {"rest": "eta"}),
-}
-LAWS |= _ZONES | {"IQS_" + name: law for name, law in _ZONES.items()}
-# What else the law of Cairn needs to be that of LMGC90: there a gap above zero keeps a contact open, though nothing rebounds;
-# zones between deformable bodies take an overlap back in a step.
-AS_THERE = {"RST_CLB": {"closing": 0}} | {name: {"recovery": 1} for name in _ZONES}
 
 
 class UnmappedWarning(UserWarning):
@@ -423,22 +402,16 @@ def _add_laws(scene, box, materials, origin):
     scene.interact("*", "*", None)
     mapped = {}
     for name, law in box.laws.items():
-        python, names = LAWS.get(law.law, (None, None))
-        if python is None or python not in laws.LAWS:
-            if any(s.law == name and _sides(s, materials) for s in box.see):
-                origin.unmapped.append(f"contact law {name} ({law.law}) (TACT_BEHAV.DAT, line {law.line})")
+        if not any(s.law == name and _sides(s, materials) for s in box.see):
             continue
-        values = {ours: law.parameters[theirs] for ours, theirs in names.items()} | AS_THERE.get(law.law, {})
-        if "normal_stiffness" in values:  # sound where contactors see each other at the first step
-            values["within"] = max((see.alert for see in box.see if see.law == name), default=0.0)
-            if law.parameters["dyfr"] != law.parameters["stfr"]:
-                origin.unmapped.append(f"friction of law {name} that slides and sticks apart (TACT_BEHAV.DAT, line {law.line})")
-            if python in ("MP", "MP3") and law.parameters["cn"] != law.parameters["ct"]:
-                origin.notes.append(f"law {name} ({law.law}): its work is that of every mode, there the mean of two")
         try:
-            mapped[name] = laws.LAWS[python](**values)
+            made, refused, notes = law_of(law, max((see.alert for see in box.see if see.law == name), default=0.0))
         except ValueError as error:
             raise LegacyError(f"{box.folder / 'TACT_BEHAV.DAT'}, line {law.line}: law {name} ({law.law}): {error}") from error
+        origin.unmapped += [f"{text} (TACT_BEHAV.DAT, line {law.line})" for text in refused]
+        origin.notes += notes
+        if made is not None:
+            mapped[name] = made
     known = set()
     for see in box.see:  # of several that see two contactors the first counts
         pairs = _sides(see, materials)

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..build import bodies
 from ..run import time_functions
-from .datbox import LAW_VALUES
-from .scene import LAWS, UnmappedWarning
+from .contact_laws import LAW_VALUES, words_of
+from .scene import UnmappedWarning
 from .text import LegacyError, real, triple
 
 HEAD = "! {0}\n\n$steps      0                time= 0.0000000D+00\n\n!" + "-" * 71 + "\n"
@@ -275,32 +275,24 @@ class _Writer:
         species = s.species()
         pairs = list(species)
         self.law_lines, self.see_lines = [], []
-        known = {python: (legacy, names) for legacy, (python, names) in LAWS.items()}
         named, alert = {}, getattr(s.legacy, "alert", 0.0) or 0.01 * self.extent
         for i, a in enumerate(pairs):
             for b in pairs[: i + 1]:
                 law = s.law_between(a, b)
                 if law is None:
                     continue
-                python = type(law).__name__
-                if python not in known:
-                    self.missed.append(f"law {law!r}")
-                    continue
                 if law not in named:
+                    legacy, there = words_of(law)
+                    if legacy is None:
+                        self.missed.append(there)
+                        continue
                     named[law] = f"law{len(named):02d}"
-                    legacy, names = known[python]
-                    values = dict(zip(law.parameter_names, law.values))
-                    if values.get("recovery") == 1:  # as zones between deformable bodies
-                        legacy = legacy.removeprefix("IQS_")
-                    if values.get("recovery", 0) not in (0, 1) or values.get("power", 1) != 1:
-                        self.missed.append(f"recovery and power of law {law!r}")
-                    there = {theirs: values[ours] for ours, theirs in names.items()}
-                    there |= {"dyfr": there["stfr"]} if "stfr" in there else {}
                     head = f" {named[law]}  {legacy:<30}".ljust(40)
                     rows = [[(f"{word:<4}=", there[word]) for word in row] for row in LAW_VALUES[legacy]]
-                    text = ["".join(f"{label}{real(v)}  " for label, v in row).rstrip() for row in rows]
-                    self.law_lines += ["$behav", head + text[0], *(" " * 40 + t for t in text[1:]), ""]
-                self._see(a, b, named[law], alert)
+                    text = ["".join(f"{label}{real(v)}  " for label, v in row).rstrip() for row in rows] or [""]
+                    self.law_lines += ["$behav", (head + text[0]).rstrip(), *(" " * 40 + t for t in text[1:]), ""]
+                within = dict(zip(law.parameter_names, law.values)).get("within", 0.0)
+                self._see(a, b, named[law], within or alert)
 
     def _see(self, a, b, law, alert):
         round_ = ("DISKx", "SPHER")

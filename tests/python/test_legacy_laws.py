@@ -1,0 +1,140 @@
+"""Contact laws of LMGC90's files: each name of its tables is read, run and written, or refused with what to give instead."""
+
+import re
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn import legacy
+from cairn.legacy.contact_laws import LAW_VALUES, LAWS, REMEDIES
+
+ALERT = 2e-3
+VALUES = {
+    "fric": 0.3, "dyfr": 0.3, "stfr": 0.3, "rstn": 0.4, "rstt": 0.0, "pgap": 0.0, "cohn": 2e5, "coht": 1e5, "sten": 5e4,
+    "scom": 4e6, "Wthk": 1e-3, "scoh": 20.0, "dcoh": 20.0, "Fstr": 1e5, "prst": -0.01, "F/sr": 30.0, "Fmax": 500.0,
+    "kcdw": 1e-12, "kanw": 2e-12, "cn": 1e10, "ct": 1e10, "b": 0.02, "w": 10.0, "smax": 2e5, "s1": 2e5, "s2": 3e5, "G1": 10.0,
+    "G2": 30.0, "dp1": 3e-5, "dp2": 5e-5, "du1": 4e-4, "du2": 8e-4, "phi": 0.3, "eta": 0.01, "lbds": 1.0, "lbdc": 0.1,
+}  # fmt: skip
+MOHR = dict(tension=2e5, cohesion=1e5, friction=0.5, mu=0.3, within=ALERT)
+EXPECTED = {
+    "IQS_CLB": cn.Coulomb(mu=0.3),
+    "IQS_DS_CLB": cn.Coulomb(mu=0.3),
+    "IQS_STICK": cn.Coulomb(mu=np.inf),
+    "GAP_SGR_CLB": cn.GapCoulomb(mu=0.3),
+    "GAP_SGR_STICK": cn.GapCoulomb(mu=np.inf),
+    "VEL_SGR_CLB": cn.Restitution(mu=0.3, closing=0),
+    "RST_CLB": cn.Restitution(mu=0.3, normal=0.4, closing=0),
+    "IQS_MOHR_DS_CLB": cn.MohrCoulomb(**MOHR),
+    "GAP_MOHR_DS_CLB": cn.MohrCoulomb(**MOHR),
+    "IQS_CAP_MOHR_DS_CLB": cn.MohrCoulomb(**MOHR | dict(tension=5e4, cap=4e6)),
+    "IQS_WET_DS_CLB": cn.Wet(force=2e5, reach=1e-3, mu=0.3),
+    "IQS_SGR_CLB_WEAR": cn.Wet(force=20.0, reach=1e-3, mu=0.3),
+    "ELASTIC_ROD": cn.Rod(stiffness=1e5, prestrain=-0.01, within=ALERT),
+    "VOIGT_ROD": cn.Rod(stiffness=1e5, prestrain=-0.01, viscosity=30.0, within=ALERT),
+    "ELASTIC_WIRE": cn.Wire(stiffness=1e5, prestrain=-0.01, within=ALERT),
+    "VOIGT_WIRE": cn.Wire(stiffness=1e5, prestrain=-0.01, viscosity=30.0, within=ALERT),
+    "BRITTLE_ELASTIC_WIRE": cn.Wire(stiffness=1e5, prestrain=-0.01, strength=500.0, within=ALERT),
+    "RIGID_WIRE": cn.Wire(within=ALERT),
+    "GAP_SGR_CLB_WEAR": cn.Wear(mu=0.3, wear=3e-12, recovers=1),
+    "TH_CZM": cn.TH(normal_stiffness=1e10, tangential_stiffness=1e10, mu=0.3, recovery=1, within=ALERT, normal_strength=2e5,
+                    tangential_strength=3e5, normal_work=10.0, tangential_work=30.0, normal_plateau=3e-5,
+                    tangential_plateau=5e-5),
+}  # fmt: skip
+
+
+def folder_of(path, name, values=VALUES):
+    """Four disks, an eighth of a millimetre apart, under a law of that name; two fly away."""
+    scene, rock = cn.Scene(dim=2), cn.Material("rock", density=1000.0)
+    x = 0.1 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]]) * 1.00125
+    scene.add(cn.disks(x, 0.05, rock, velocity=[[0, 0, 0], [0, 0, 0], [0, 0, 0], [0.6, 0.9, 0]]))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.7))
+    legacy.write_datbox(scene, path)
+    file = path / "TACT_BEHAV.DAT"
+    rows = ["  ".join(f"{word:<4}={values[word]:14.7E}" for word in row) for row in LAW_VALUES.get(name, ())] or [""]
+    text = ("\n" + " " * 40).join(rows)
+    found, changed = re.subn(r" law00  IQS_CLB .*", f" law00  {name:<30}".ljust(40) + text, file.read_text())
+    assert changed == 1
+    file.write_text(re.sub(r"(law00  RBDY2  DISKx  \S+ +)\S+", rf"\g<1>{ALERT:.7E}", found))
+    return path
+
+
+def only_law(scene):
+    one = next(iter(scene.species()))
+    return scene.law_between(one, one)
+
+
+def ends(scene):
+    solver = cn.NLGS(tol=1e-10, max_iter=20000)
+    sim = cn.Simulation(scene, 2e-5, cn.NSCD(solver=solver, margin=ALERT), overlap="ignore")
+    for _ in range(60):
+        sim.step()
+    return np.concatenate([sim.bodies.position, sim.bodies.velocity[:, :2]], axis=1)
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_each_law_is_read_run_and_written(tmp_path, name):
+    scene = legacy.read_datbox(folder_of(tmp_path / "DATBOX", name))
+    law = only_law(scene)
+    if name in EXPECTED:
+        assert law == EXPECTED[name]
+    legacy.write_datbox(scene, tmp_path / "again")
+    again = legacy.read_datbox(tmp_path / "again")
+    assert type(only_law(again)) is type(law) and np.allclose(only_law(again).values, law.values, rtol=1e-7)
+    one, other = ends(scene), ends(again)
+    assert np.abs(one - other).max() < 1e-6 * 0.05 and np.abs(one[:, 2:]).max() > 0.1
+    legacy.write_datbox(again, tmp_path / "third")
+    files = [(tmp_path / place / "TACT_BEHAV.DAT").read_text() for place in ("again", "third")]
+    assert files[0] == files[1]
+
+
+@pytest.mark.parametrize("name", sorted(REMEDIES))
+def test_a_law_without_a_counterpart_is_refused_with_what_to_give(tmp_path, name):
+    with pytest.raises(legacy.LegacyError, match=rf"contact law law00 \({name}\), instead of which: .*TACT_BEHAV.DAT, line"):
+        legacy.read_datbox(folder_of(tmp_path / "DATBOX", name))
+    assert name not in LAWS
+
+
+@pytest.mark.parametrize(
+    ("name", "changed", "told"),
+    [
+        ("IQS_DS_CLB", {"dyfr": 0.2}, "slides and sticks apart"),
+        ("IQS_WET_DS_CLB", {"dyfr": 0.2}, "slides and sticks apart"),
+        ("IQS_SGR_CLB_WEAR", {"dcoh": 5.0}, "another after it broke"),
+        ("preGAP_SGR_CLB", {"pgap": 1e-4}, "pgap of law law00"),
+        ("IQS_MOHR_DS_CLB", {"cohn": 0.0}, "without cohn: give IQS_CLB"),
+    ],
+)
+def test_what_a_law_has_no_word_for_is_told(tmp_path, name, changed, told):
+    with pytest.raises(legacy.LegacyError, match=told):
+        legacy.read_datbox(folder_of(tmp_path / "DATBOX", name, VALUES | changed))
+
+
+@pytest.mark.parametrize(
+    ("law", "told"),
+    [
+        (cn.Rod(stiffness=1e5, strength=10.0, within=1e-3), "strength"),
+        (cn.Wire(stiffness=1e5, viscosity=1.0, strength=10.0, within=1e-3), "stiffness, viscosity and strength"),
+        (cn.Wear(mu=0.3, wear=1e-12), "an overlap that stays"),
+        (cn.MohrCoulomb(tension=1e5, cohesion=1e5), "no friction while it is whole"),
+        (cn.Rolling(mu=0.3, rolling=0.1), "Rolling"),
+    ],
+)
+def test_what_the_format_has_no_word_for_is_named(tmp_path, law, told):
+    scene, rock = cn.Scene(dim=2), cn.Material("rock", density=1000.0)
+    scene.add(cn.disks([[0.0, 0.0], [0.1002, 0.0]], 0.05, rock))
+    scene.interact(rock, rock, law)
+    with pytest.raises(legacy.LegacyError, match=told):
+        legacy.write_datbox(scene, tmp_path)
+
+
+def test_the_page_lists_every_name():
+    page = (cn_docs() / "legacy.md").read_text(encoding="utf-8")
+    for name in (*LAWS, *REMEDIES):
+        short = name.removeprefix("IQS_") if name.endswith(("_CZM", "_CZM_P", "_CZM_SPRING", "_CZM_SPRING_P")) else name
+        assert re.search(rf"`(IQS_)?{short}`", page), name
+
+
+def cn_docs():
+    from pathlib import Path
+
+    return Path(__file__).resolve().parents[2] / "docs"
