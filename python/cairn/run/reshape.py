@@ -230,6 +230,7 @@ class _Impulses:
                 total, state = passed.get(to, (0.0, states[k]))
                 part = impulse * share * self._side(now, to, self.of)
                 passed[to] = total + part, state
+        anchors = old["anchors"].reshape(len(keys), -1)[kept] if "anchors" in old else None
         for to, (impulse, state) in passed.items():
             rows.append((now["key"][to], self._of_contact(impulse, now["normal"][to]), state))
         # contacts are found again by the order of their keys
@@ -238,6 +239,10 @@ class _Impulses:
         memory["keys"] = np.array([r[0] for r in rows], np.int64).reshape(-1, 4)
         memory["impulses"] = np.array([r[1] for r in rows], float).ravel()
         memory["states"] = np.array([r[2] for r in rows], float).ravel()
+        if anchors is not None:  # the others hold nothing
+            fresh = np.zeros((len(rows) - len(anchors), anchors.shape[1]))
+            fresh[:, -1] = -1
+            memory["anchors"] = np.concatenate([anchors, fresh])
         memory["contactors_seen"] = state["scene"]["next_contactor_id"]
         state["memory"] = memory
         core_of(self.sim).set_state(state)

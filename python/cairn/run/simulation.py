@@ -13,6 +13,7 @@ from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
 from . import first_overlaps, restored, views
+from .reshaping import Reshaping
 from .sets import found, ids_of, later_to_dict, living
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
@@ -23,7 +24,7 @@ class ShapesWarning(UserWarning):
     """Bodies of the scene have shapes between which there is no contact."""
 
 
-class Simulation(Spelt):
+class Simulation(Reshaping, Spelt):
     """A scene on the move: `step` and `run` move it, `stages` are the parts of a step.
 
     scene: a Scene. dt: step [s]; it may be changed between steps. strategy: NSCD(...), SmoothDEM(...), ... overlap: what to do
@@ -387,37 +388,6 @@ class Simulation(Spelt):
         if self._meshes:
             self._meshes.removed(ids)
         self._start_functions()
-
-    def deform(self, id, body, *, material=None, **options):
-        """Makes a rigid body deformable between steps: `body`, an ElasticBody or SolidBody of its shape as it stood when it came
-        in, takes its place, mass, momentum and angular momentum, its mesh is returned. material: of its contacts, that of the
-        rigid body; options: as of cairn.deformable; contact and edges or faces are the whole surface. What contacts remember
-        passes to those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"].
-        """
-        from .reshape import deform
-
-        self.between_steps("deform")
-        return deform(self, id, body, material=material, **options)
-
-    def rigidify(self, mesh, shape=None):
-        """Makes a mesh (of `meshes`, or its number there) rigid between steps, with its momentum and angular momentum; returns
-        the id, which is that of the rigid body that it was. shape: a set of one body that stands where the mesh is, for one
-        that was none, or that keeps another shape. What it stored, and the energy of its deformation, is
-        "dissipated_reshaping".
-        """
-        from .reshape import rigidify
-
-        self.between_steps("rigidify")
-        return rigidify(self, mesh, shape)
-
-    def reshape_when(self, ids, body, *, force=None, stress=None, back=None, **options):
-        """From now on rigid bodies are made deformable (`deform`) after a step in which one of their contacts bore more than the
-        `force` [N], or a principal value of their mean stress was above `stress` [Pa]; and rigid again once none bears `back`
-        [N]. body: of all, or {id: body}.
-        """
-        from .reshape import Watch
-
-        self._watches.append(Watch(self._ids(ids), body, force, stress, back, options))
 
     def drive(self, ids, dofs, velocity):
         """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""

@@ -1,0 +1,92 @@
+"""Grains that become one body in a run: mass, momentum, angular momentum, id, contacts and impulses pass over; the kinetic energy
+of their motion against each other, and what their contacts with each other store, are the term "dissipated_reshaping"."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..build import bodies as sets
+from ..build.bodies import replace
+from .carried_forces import damping_of, force_of
+from .reshape import _Impulses, _pose, _set_of, _stored_rotation
+from .views import core_of
+
+ROUND = ("disk", "sphere")
+
+
+def merge(sim, ids):
+    """See Simulation.merge."""
+    ids = np.unique(ids)
+    if len(ids) < 2:
+        raise ValueError(f"ids are {ids.tolist()}: give two bodies or more to merge")
+    dim, found = sim.scene.dim, [_set_of(sim, int(i)) for i in ids]
+    poses = [_pose(sim, int(i)) for i in ids]
+    first = found[0][0]
+    for i, (s, row) in zip(ids, found):
+        _check(i, s, row, first)
+    mass = np.array([p["mass"] for p in poses])
+    x, v = (np.array([p[name] for p in poses]) for name in ("position", "velocity"))
+    total, centre, mean = mass.sum(), mass @ x / mass.sum(), mass @ v / mass.sum()
+    arm = x - centre
+    crossed = _cross(arm, mass[:, None] * (v - mean))
+    spin = np.array([p["spin"] for p in poses]).reshape(len(ids), -1).sum(axis=0) + crossed.sum(axis=0)
+    inertia = [np.atleast_1d(s.inertia[row]) * (p["mass"] / s.mass[row]) for (s, row), p in zip(found, poses)]
+    if dim == 2:
+        moments, axes = np.array([sum(j[0] for j in inertia) + mass @ (arm**2).sum(axis=1)]), np.eye(2)
+        turning = spin / moments
+    else:
+        tensor = sum(p["rotation"] @ np.diag(j) @ p["rotation"].T for p, j in zip(poses, inertia))
+        tensor = tensor + (mass @ (arm**2).sum(axis=1)) * np.eye(3) - (arm * mass[:, None]).T @ arm
+        moments, axes = np.linalg.eigh((tensor + tensor.T) / 2)
+        axes[:, 0] *= np.sign(np.linalg.det(axes))
+        turning = axes @ ((axes.T @ spin) / moments)
+    contactors = []
+    for (s, row), p, at in zip(found, poses, arm):
+        for c in s.contactors:
+            mine = np.flatnonzero(c.body == row)
+            own = np.zeros((len(mine), dim)) if c.offset is None else c.offset[mine]
+            if len(mine):
+                offset = (at + own @ p["rotation"].T) @ axes
+                contactors.append(sets.ContactorSet(c.shape, c.material, np.zeros(len(mine), int), c.radius[mine], offset))
+    one = sets.BodySet(dim, centre[None], np.array([total]), moments[None], contactors, group=first.group)
+    one = replace(one, velocity=np.concatenate([mean, turning])[None], rotation=_stored_rotation(axes, dim))
+    lost = sum(p["kinetic"] for p in poses) - 0.5 * (total * mean @ mean + turning @ spin)
+    stored = _stored_between(sim, ids)
+    with _Impulses(sim, ids) as impulses:
+        sim.remove(ids)
+        new = sim.add(sets.checked(one))
+        core_of(sim).scene.give_id(int(new[0]), int(ids[0]))
+        sim._sets[-1] = replace(sim._sets[-1], ids=ids[:1].astype(np.int64))
+        sim._start_functions()
+        impulses.of = ids[:1]
+        core_of(sim).account_for_reshaping(-lost, -stored)
+    return int(ids[0])
+
+
+def _cross(x, y):
+    """Of rows, in the plane its one component."""
+    return np.cross(x, y) if x.shape[1] == 3 else (x[:, 0] * y[:, 1] - x[:, 1] * y[:, 0])[:, None]
+
+
+def _check(i, s, row, first):
+    """Refuses a body that one of several grains cannot be part of."""
+    for c in s.contactors:
+        if not np.any(c.body == row):
+            continue
+        if c.joint:
+            raise ValueError(f"body {i} is an end of a joint, which another body would not have: merge bodies without joints")
+        if c.shape not in ROUND:
+            raise ValueError(f"body {i} is a {c.shape}: disks, spheres and clumps of them merge")
+    if s.group != first.group:
+        raise ValueError(f"bodies to merge are of groups {first.group!r} and {s.group!r}: give bodies of one group")
+    if force_of(s, row) is not None or damping_of(s, row):
+        raise ValueError(f"body {i} has a force or a damping of its own, which others have not: leave them out")
+
+
+def _stored_between(sim, ids):
+    """In the springs of contacts among these [J]."""
+    core = core_of(sim)
+    if not core.contact_count:
+        return 0.0
+    inside = np.isin(core.contact("bodies"), ids).all(axis=1)
+    return float(np.ravel(core.contact("stored"))[inside].sum())
