@@ -126,7 +126,8 @@ def test_fields_of_many_bodies_are_those_of_each(tmp_path):
     k = np.arange(16).reshape(4, 4)
     quads = np.stack([k[:-1, :-1], k[1:, :-1], k[1:, 1:], k[:-1, 1:]], -1).reshape(-1, 4)
     cells = {"quad": quads[4:], "triangle": np.concatenate([quads[:4][:, [0, 1, 2]], quads[:4][:, [0, 2, 3]]])}
-    body = cn.ElasticBody(points, cells, young=1e6, poisson=0.3, density=1000.0, thickness=0.7, groups={"top": np.arange(3, 16, 4)})
+    groups = {"top": np.arange(3, 16, 4)}
+    body = cn.ElasticBody(points, cells, young=1e6, poisson=0.3, density=1000.0, thickness=0.7, groups=groups)
     zone = cn.MAL(normal_stiffness=1e8, tangential_stiffness=1e8, mu=0.0, normal_strength=1e6, tangential_strength=1e6,
                   normal_work=1e4, tangential_work=1e4)  # fmt: skip
     scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
