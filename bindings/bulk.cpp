@@ -112,13 +112,9 @@ py::tuple evaluate(BulkModel& model, const Input<double>& u, double h, double th
   py::object values = py::none();
   double* tangent = nullptr;
   if (!row.is_none()) {
-    cairn::SparseMatrix lower;
     const auto s = py::cast<Input<std::int64_t>>(start);
     const auto r = py::cast<Input<std::int32_t>>(row);
-    lower.n = u.size();
-    lower.start.assign(s.data(), s.data() + s.size());
-    lower.row.assign(r.data(), r.data() + r.size());
-    model.fit_once(lower);
+    model.fit_once({s.data(), std::size_t(s.size())}, {r.data(), std::size_t(r.size())});
     py::array_t<double> made(r.size());
     tangent = made.mutable_data();
     std::fill_n(tangent, r.size(), 0.0);

@@ -8,6 +8,7 @@ module solid_cells
   public :: cairn_solid_gradients, cairn_solid_forces, cairn_thickness_strain, cairn_true_stress
   integer, parameter :: axisymmetric = 2
   integer, parameter :: mean_small = 1, mean_finite = 2, linear_small = 3, linear_finite = 4
+  integer, parameter :: lanes = 8
   real(c_double), parameter :: third = 1.0_c_double/3, pi = 3.1415926535897932_c_double
 contains
 
@@ -36,7 +37,7 @@ contains
     integer(c_int32_t), intent(inout) :: status(points, n)     !< set to 1 where a volume is not positive
     real(c_double) :: radius
     integer(c_int64_t) :: i
-    integer :: p, a
+    integer :: p, a, k, l
     do i = 1, n
       do p = 1, points
         call in_space(dim, nodes, gradient(:, :, p), x(:, :, i), d(:, :, p, i), volume(p, i))
@@ -44,7 +45,11 @@ contains
         volume(p, i) = volume(p, i)*weight(p)*thickness
         h(:, :, p, i) = 0
         do a = 1, nodes
-          h(:dim, :dim, p, i) = h(:dim, :dim, p, i) + spread(u(:, a, i), 2, dim)*spread(d(:, a, p, i), 1, dim)
+          do l = 1, dim
+            do k = 1, dim
+              h(k, l, p, i) = h(k, l, p, i) + u(k, a, i)*d(l, a, p, i)
+            end do
+          end do
         end do
         if (dim == 2 .and. plane == axisymmetric) then
           radius = dot_product(value(:, p), x(1, :, i))
@@ -181,17 +186,22 @@ contains
     real(c_double), intent(in)  :: share(points, points, n) !< of a linear dilatation; else not read
     real(c_double), intent(in)  :: piola(3, 3, points, n)  !< [Pa]
     real(c_double), intent(in)  :: tangent(3, 3, 3, 3, points, n) !< [Pa]
-    integer(c_int32_t), value   :: want                    !< 1: the derivative too
+    integer(c_int32_t), value   :: want                    !< 1: the derivative too; 2: where rows follow columns alone
     real(c_double), intent(out) :: force(dim*nodes, n)     !< [N]
     real(c_double), intent(out) :: stiffness(dim*nodes, dim*nodes, n) !< [N/m]
-    real(c_double) :: sum(nodes, dim, dim, nodes)
     integer(c_int64_t) :: i
     integer :: p
     logical :: flat ! or solid: the hoop has no part
-    flat = .not. (dim == 2 .and. plane == axisymmetric)
+    flat = mean == 0 .and. .not. (dim == 2 .and. plane == axisymmetric)
+    if (want /= 0 .and. flat) then
+      do i = 1, n, lanes
+        call flat_stiffness(dim, nodes, points, min(int(lanes, c_int64_t), n - i + 1), want == 2, d(:, :, :, i:), volume(:, i:), &
+                            tangent(:, :, :, :, :, i:), stiffness(:, :, i:))
+      end do
+    end if
     do i = 1, n
       force(:, i) = 0
-      if (want /= 0) stiffness(:, :, i) = 0
+      if (want /= 0 .and. .not. flat) stiffness(:, :, i) = 0
       if (mean >= linear_small) then
         call linear_cell(dim, plane, mean, nodes, points, d(:, :, :, i), hoop(:, :, i), h(:, :, :, i), volume(:, i), &
                          share(:, :, i), piola(:, :, :, i), tangent(:, :, :, :, :, i), want, force(:, i), stiffness(:, :, i))
@@ -204,16 +214,10 @@ contains
       end if
       do p = 1, points
         call add_force(dim, plane, nodes, d(:, :, p, i), hoop(:, p, i), volume(p, i)*piola(:, :, p, i), force(:, i))
-        if (want == 0) cycle
-        if (flat) then
-          if (p == 1) sum = 0
-          call add_flat_stiffness(dim, nodes, d(:, :, p, i), volume(p, i), tangent(:, :, :, :, p, i), sum)
-        else
-          call add_stiffness(dim, plane, nodes, d(:, :, p, i), hoop(:, p, i), volume(p, i), tangent(:, :, :, :, p, i), &
-                             stiffness(:, :, i))
-        end if
+        if (want == 0 .or. flat) cycle
+        call add_stiffness(dim, plane, nodes, d(:, :, p, i), hoop(:, p, i), volume(p, i), tangent(:, :, :, :, p, i), &
+                           stiffness(:, :, i))
       end do
-      if (want /= 0 .and. flat) call in_order(dim, nodes, sum, stiffness(:, :, i))
     end do
   end subroutine cairn_solid_forces
 
@@ -230,44 +234,54 @@ contains
     if (dim == 2 .and. plane == axisymmetric) force(1, :) = force(1, :) + p(3, 3)*hoop
   end subroutine add_force
 
-  !> The same without a hoop, nodes of a row first: loops as long as the cell has nodes.
-  pure subroutine add_flat_stiffness(dim, nodes, d, volume, c, sum)
-    integer, intent(in)           :: dim, nodes
-    real(c_double), intent(in)    :: d(dim, nodes), volume, c(3, 3, 3, 3)
-    real(c_double), intent(inout) :: sum(nodes, dim, dim, nodes)
-    real(c_double) :: half(3, 3), along(nodes, dim)
-    integer :: b, i, j, k, l
-    along = transpose(d)
-    do b = 1, nodes
-      do k = 1, dim
-        half = c(:, :, k, 1)*(volume*d(1, b)) ! stress by the displacement k of node b
-        do l = 2, dim
-          half = half + c(:, :, k, l)*(volume*d(l, b))
-        end do
-        do i = 1, dim
+  !> The same without a hoop, of at most eight cells side by side in the order of SIMD.
+  pure subroutine flat_stiffness(dim, nodes, points, n, lower, d, volume, tangent, stiffness)
+    integer, intent(in)           :: dim, nodes, points
+    integer(c_int64_t), intent(in) :: n
+    logical, intent(in)           :: lower !< what follows the nodes of a column alone
+    real(c_double), intent(in)    :: d(dim, nodes, points, n), volume(points, n), tangent(3, 3, 3, 3, points, n)
+    real(c_double), intent(inout) :: stiffness(dim, nodes, dim, nodes, n)
+    real(c_double) :: sum(lanes, dim, nodes, dim, nodes), c(lanes, 3, 3, 3, 3), along(lanes, dim, nodes), size(lanes), &
+                      half(lanes, 3, 3), part(lanes)
+    integer :: p, a, b, i, j, k, l, lane
+    sum = 0
+    c = 0
+    along = 0
+    size = 0
+    do p = 1, points
+      do lane = 1, int(n)
+        c(lane, :, :, :, :) = tangent(:, :, :, :, p, lane)
+        along(lane, :, :) = d(:, :, p, lane)
+        size(lane) = volume(p, lane)
+      end do
+      do b = 1, nodes
+        do k = 1, dim
           do j = 1, dim
-            sum(:, i, k, b) = sum(:, i, k, b) + half(i, j)*along(:, j)
+            do i = 1, dim
+              half(:, i, j) = c(:, i, j, k, 1)*(size*along(:, 1, b)) ! stress by the displacement k of node b
+              do l = 2, dim
+                half(:, i, j) = half(:, i, j) + c(:, i, j, k, l)*(size*along(:, l, b))
+              end do
+            end do
+          end do
+          do a = merge(b, 1, lower), nodes
+            do i = 1, dim
+              part = sum(:, i, a, k, b)
+              do j = 1, dim
+                part = part + half(:, i, j)*along(:, j, a)
+              end do
+              sum(:, i, a, k, b) = part
+            end do
           end do
         end do
       end do
     end do
-  end subroutine add_flat_stiffness
-
-  pure subroutine in_order(dim, nodes, sum, stiffness)
-    integer, intent(in)         :: dim, nodes
-    real(c_double), intent(in)  :: sum(nodes, dim, dim, nodes)
-    real(c_double), intent(out) :: stiffness(dim, nodes, dim, nodes)
-    integer :: a, b, i, k
-    do b = 1, nodes
-      do k = 1, dim
-        do a = 1, nodes
-          do i = 1, dim
-            stiffness(i, a, k, b) = sum(a, i, k, b)
-          end do
-        end do
+    do lane = 1, int(n)
+      do b = 1, nodes
+        stiffness(:, merge(b, 1, lower):, :, b, lane) = sum(lane, :, merge(b, 1, lower):, :, b)
       end do
     end do
-  end subroutine in_order
+  end subroutine flat_stiffness
 
   pure subroutine add_stiffness(dim, plane, nodes, d, hoop, volume, c, stiffness)
     integer, intent(in)           :: dim, plane, nodes
@@ -502,11 +516,25 @@ contains
     real(c_double), intent(in)  :: gradient(dim, nodes), x(dim, nodes)
     real(c_double), intent(out) :: d(dim, nodes), volume
     real(c_double) :: j(3, 3), back(3, 3)
+    integer :: a, i, k
     j = 0
-    j(3, 3) = 1
-    j(:dim, :dim) = matmul(gradient, transpose(x)) ! dx_k / dxi_i
+    if (dim == 2) j(3, 3) = 1
+    do a = 1, nodes
+      do k = 1, dim
+        do i = 1, dim
+          j(i, k) = j(i, k) + gradient(i, a)*x(k, a) ! dx_k / dxi_i
+        end do
+      end do
+    end do
     volume = determinant(j)
     back = inverse(j)
-    d = matmul(back(:dim, :dim), gradient)
+    do a = 1, nodes
+      do k = 1, dim
+        d(k, a) = back(k, 1)*gradient(1, a)
+        do i = 2, dim
+          d(k, a) = d(k, a) + back(k, i)*gradient(i, a)
+        end do
+      end do
+    end do
   end subroutine in_space
 end module solid_cells

@@ -147,6 +147,7 @@ void MeshBody::start_newton(Nodes& nodes) {
   if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
     find_swelling_force();
+    const Stopwatch watch(&newton_seconds.balance);
     found_ = model.bulk->evaluate(q_.data(), h_, rate_share_, force_end_.data(), nullptr);
     if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
     force_begin_ = force_end_;
@@ -274,6 +275,7 @@ void MeshBody::linearise(Nodes& nodes) {
 }
 
 void MeshBody::factorise_tangent() {
+  const Stopwatch watch(&newton_seconds.factorisation);
   if (!own_) {
     own_ = std::make_unique<Factors>();
     own_->soe = make_soe();
@@ -291,7 +293,6 @@ void MeshBody::factorise_tangent() {
     ++factorisations;
     return factor(*now_->soe, now_->value.data());
   };
-  const Stopwatch watch(&newton_seconds.factorisation);
   SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
   // where the material softens, the stiffness at the start is a direction that goes down
   if (!status && !explicit_) status = with(model.stiffness.value);

@@ -33,6 +33,12 @@ bool is_linear(const BulkCells& c) {
          !(c.element->dim == 2 && c.plane == Plane::axisymmetric);
 }
 
+// Where entry (i, j) of the block of two nodes stands, from that of (0, 0) in the first column of the earlier node,
+// `wide` entries long: each further column begins one row later. A node's own block is a lower triangle.
+constexpr std::int64_t entry_of(std::int64_t at, std::int64_t wide, int i, int j) {
+  return at + j * wide - j * (j - 1) / 2 + i - j;
+}
+
 } // namespace
 
 struct BulkModel::Work {
@@ -112,28 +118,44 @@ bool BulkModel::finite() const {
 }
 
 void BulkModel::fit(const SparseMatrix& lower) {
+  const std::int64_t nodes = std::int64_t(place_.size()) / dim_;
+  wide_.resize(std::size_t(nodes));
+  for (std::int64_t n = 0; n < nodes; ++n)
+    wide_[std::size_t(n)] = std::int32_t(lower.start[std::size_t(dim_ * n + 1)] - lower.start[std::size_t(dim_ * n)]);
   for (std::size_t k = 0; k < cells_.size(); ++k) {
     const BulkCells& c = cells_[k];
-    const int dofs = dim_ * c.element->nodes;
+    const int size = c.element->nodes;
     std::vector<std::int32_t>& entry = blocks_[k].entry;
     entry.clear();
-    entry.reserve(std::size_t(c.count()) * std::size_t(dofs * (dofs + 1) / 2));
+    entry.reserve(std::size_t(c.count()) * std::size_t(size * (size + 1) / 2));
     for (std::int64_t cell = 0; cell < c.count(); ++cell) {
-      const std::int32_t* node = &c.node[std::size_t(cell * c.element->nodes)];
-      for (int j = 0; j < dofs; ++j)
-        for (int i = j; i < dofs; ++i) {
-          const std::int64_t a = dim_ * node[i / dim_] + i % dim_, b = dim_ * node[j / dim_] + j % dim_;
-          entry.push_back(std::int32_t(place_of(lower, std::max(a, b), std::min(a, b))));
+      const std::int32_t* node = &c.node[std::size_t(cell * size)];
+      for (int b = 0; b < size; ++b)
+        for (int a = b; a < size; ++a) {
+          const std::int64_t late = std::max(node[a], node[b]), early = std::min(node[a], node[b]);
+          const std::int64_t at = place_of(lower, dim_ * late, dim_ * early);
+          for (int j = 0; j < dim_; ++j)
+            for (int i = late == early ? j : 0; i < dim_; ++i)
+              if (place_of(lower, dim_ * late + i, dim_ * early + j) != entry_of(at, wide_[std::size_t(early)], i, j))
+                throw Error("the pattern of a matrix does not hold the dofs of nodes " + std::to_string(early) +
+                            " and " + std::to_string(late) + " side by side: give that of all dofs of each cell");
+          entry.push_back(std::int32_t(node[a] < node[b] ? -1 - at : at));
         }
     }
   }
 }
 
-void BulkModel::fit_once(const SparseMatrix& lower) {
-  if (start_ == lower.start && row_ == lower.row) return;
+void BulkModel::fit_once(std::span<const std::int64_t> start, std::span<const std::int32_t> row) {
+  if (std::equal(start.begin(), start.end(), start_.begin(), start_.end()) &&
+      std::equal(row.begin(), row.end(), row_.begin(), row_.end()))
+    return;
+  SparseMatrix lower;
+  lower.n = std::int64_t(place_.size());
+  lower.start.assign(start.begin(), start.end());
+  lower.row.assign(row.begin(), row.end());
   fit(lower);
-  start_ = lower.start;
-  row_ = lower.row;
+  start_.swap(lower.start);
+  row_.swap(lower.row);
 }
 
 // Of gradients in h_bar; where nodes swell the material sees what is beyond that.
@@ -291,8 +313,7 @@ void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_
   const BulkCells& c = cells_[block];
   const ElementInfo& e = *c.element;
   const std::int64_t points = n * e.bulk_points;
-  if (!step.begin && is_linear(c) && swelling.empty())
-    return evaluate_linear(block, first, n, step, w, force, stiffness, result);
+  if (halves(block, step)) return evaluate_linear(block, first, n, step, w, force, stiffness, result);
   std::fill_n(w.status.data(), points, 0);
   gather(block, first, n, step.u, w);
   bool good = find_gradients(block, n, w);
@@ -321,7 +342,7 @@ void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_
   }
   cairn_solid_forces(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, n, w.d.data(),
                      w.hoop.data(), w.h.data(), w.volume.data(), w.share.data(), w.piola.data(), w.tangent.data(),
-                     step.want, force, stiffness);
+                     step.want && c.material->symmetric ? 2 : step.want, force, stiffness);
   if (step.begin) return;
   cairn_true_stress(c.kinematics != Kinematics::small, points, w.h_bar.data(), w.piola.data(),
                     stress_.data() + blocks_[block].first_stress + 6 * first * e.bulk_points);
@@ -357,28 +378,6 @@ void BulkModel::evaluate_linear(std::size_t block, std::int64_t first, std::int6
   }
 }
 
-void BulkModel::add_halves(std::size_t block, std::int64_t first, std::int64_t n, const double* half, std::int64_t low,
-                           std::int64_t high, double* to) const {
-  const BulkCells& c = cells_[block];
-  const int nodes = c.element->nodes, dofs = dim_ * nodes, entries = dofs * (dofs + 1) / 2;
-  const bool all = low == 0 && high == std::int64_t(place_.size()) / dim_;
-  for (std::int64_t cell = 0; cell < n; ++cell) {
-    // tiles stand apart by their whole matrices, cells within by their halves, side by side
-    const double* k = half + cell / tile * tile * dofs * dofs + cell % tile / lanes * lanes * entries + cell % lanes;
-    const std::int32_t* entry = &blocks_[block].entry[std::size_t((first + cell) * entries)];
-    if (all) {
-      for (int e = 0; e < entries; ++e) to[entry[e]] += k[e * lanes];
-      continue;
-    }
-    const std::int32_t* node = &c.node[std::size_t((first + cell) * nodes)];
-    for (int j = 0, e = 0; j < dofs; ++j)
-      for (int i = j; i < dofs; ++i, ++e) {
-        const std::int32_t column = std::min(node[i / dim_], node[j / dim_]);
-        if (column >= low && column < high) to[entry[e]] += k[e * lanes];
-      }
-  }
-}
-
 void BulkModel::add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force,
                            double* to) const {
   const BulkCells& c = cells_[block];
@@ -388,24 +387,77 @@ void BulkModel::add_forces(std::size_t block, std::int64_t first, std::int64_t n
       for (int k = 0; k < dim_; ++k) to[dim_ * c.node[std::size_t((first + cell) * nodes + a)] + k] += *force++;
 }
 
-// Columns from low to high alone: each thread adds to its own, in the order of the cells.
-void BulkModel::add_columns(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness,
-                            std::int64_t low, std::int64_t high, double* to) const {
-  const BulkCells& c = cells_[block];
-  const int dofs = dim_ * c.element->nodes, entries = dofs * (dofs + 1) / 2;
-  const bool symmetric = c.material->symmetric;
-  for (std::int64_t cell = 0; cell < n; ++cell) {
-    const std::int32_t* node = &c.node[std::size_t((first + cell) * c.element->nodes)];
-    const std::int32_t* entry = &blocks_[block].entry[std::size_t((first + cell) * entries)];
-    const double* k = stiffness + cell * dofs * dofs;
-    for (int j = 0; j < dofs; ++j) {
-      const std::int32_t of_j = node[j / dim_];
-      for (int i = j; i < dofs; ++i, ++entry) {
-        const std::int32_t column = std::min(node[i / dim_], of_j);
-        if (column < low || column >= high) continue;
-        to[*entry] += symmetric ? k[j * dofs + i] : 0.5 * (k[j * dofs + i] + k[i * dofs + j]);
+bool BulkModel::halves(std::size_t block, const Step& step) const {
+  return !step.begin && is_linear(cells_[block]) && swelling.empty();
+}
+
+namespace {
+
+// Entries (i, j), i >= j, of the matrix of a cell: of a whole one by columns, of its symmetric part, or of its lower
+// half, lanes apart.
+struct Whole {
+  const double* k;
+  int dofs;
+  double operator()(int i, int j) const { return k[j * dofs + i]; }
+};
+struct Symmetric {
+  const double* k;
+  int dofs;
+  double operator()(int i, int j) const { return 0.5 * (k[j * dofs + i] + k[i * dofs + j]); }
+};
+struct Half {
+  const double* k;
+  int dofs;
+  double operator()(int i, int j) const { return k[(j * dofs - j * (j + 1) / 2 + i) * lanes]; }
+};
+
+// Columns of the nodes from low to high alone.
+template <int dim, class Matrix>
+void add_matrix(const Matrix& k, int nodes, const std::int32_t* node, const std::int32_t* entry,
+                const std::int32_t* wide, std::int32_t low, std::int32_t high, double* to) {
+  for (int b = 0; b < nodes; ++b)
+    for (int a = b; a < nodes; ++a, ++entry) {
+      const bool turned = *entry < 0;
+      const std::int32_t early = turned ? node[a] : node[b];
+      if (early < low || early >= high) continue;
+      const std::int64_t at = turned ? -1 - *entry : *entry, width = wide[early];
+      if (a == b) {
+        for (int j = 0; j < dim; ++j)
+          for (int i = j; i < dim; ++i) to[entry_of(at, width, i, j)] += k(dim * a + i, dim * b + j);
+      } else if (!turned) {
+        for (int j = 0; j < dim; ++j)
+          for (int i = 0; i < dim; ++i) to[entry_of(at, width, i, j)] += k(dim * a + i, dim * b + j);
+      } else {
+        for (int j = 0; j < dim; ++j)
+          for (int i = 0; i < dim; ++i) to[entry_of(at, width, i, j)] += k(dim * a + j, dim * b + i);
       }
     }
+}
+
+} // namespace
+
+// Each thread adds to columns of its own, in the order of the cells.
+void BulkModel::add_matrices(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness,
+                             const Step& step, std::int64_t low, std::int64_t high, double* to) const {
+  const BulkCells& c = cells_[block];
+  const int nodes = c.element->nodes, dofs = dim_ * nodes, entries = dofs * (dofs + 1) / 2;
+  const std::size_t pairs = std::size_t(nodes * (nodes + 1) / 2);
+  const bool half = halves(block, step);
+  for (std::int64_t cell = 0; cell < n; ++cell) {
+    const std::int32_t* node = &c.node[std::size_t((first + cell) * nodes)];
+    const std::int32_t* entry = &blocks_[block].entry[std::size_t(first + cell) * pairs];
+    const auto add = [&](const auto& k) {
+      dim_ == 2 ? add_matrix<2>(k, nodes, node, entry, wide_.data(), std::int32_t(low), std::int32_t(high), to)
+                : add_matrix<3>(k, nodes, node, entry, wide_.data(), std::int32_t(low), std::int32_t(high), to);
+    };
+    // tiles stand apart by their whole matrices
+    if (half)
+      add(Half{stiffness + cell / tile * tile * dofs * dofs + cell % tile / lanes * lanes * entries + cell % lanes,
+               dofs});
+    else if (c.material->symmetric)
+      add(Whole{stiffness + cell * dofs * dofs, dofs});
+    else
+      add(Symmetric{stiffness + cell * dofs * dofs, dofs});
   }
 }
 
@@ -430,20 +482,28 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
     for (std::int64_t first = 0; first < c.count(); first += chunk) {
       const std::int64_t n = std::min(chunk, c.count() - first), tiles = (n + tile - 1) / tile;
       std::fill_n(results_.begin(), tiles, BulkResult{});
-#pragma omp parallel num_threads(threads) if (tiles > 1 && threads > 1)
-      {
-#pragma omp for schedule(static)
+      if (threads == 1) { // matrices are added while they are at hand
         for (std::int64_t t = 0; t < tiles; ++t) {
           const std::int64_t at = first + t * tile, cells = std::min(tile, first + n - at);
-          evaluate_tile(k, at, cells, step, work_[std::size_t(omp_get_thread_num())],
-                        &force_[std::size_t(t * tile * dofs)], &stiffness_[std::size_t(t * tile * dofs * dofs)],
+          evaluate_tile(k, at, cells, step, work_[0], &force_[std::size_t(t * tile * dofs)], stiffness_.data(),
                         results_[std::size_t(t)]);
+          if (!results_[std::size_t(t)].ok()) break;
+          if (tangent) add_matrices(k, at, cells, stiffness_.data(), step, 0, nodes, tangent);
         }
-        if (tangent) {
-          const std::int64_t of = omp_get_num_threads(), me = omp_get_thread_num();
-          const auto add =
-              !begin && is_linear(c) && swelling.empty() ? &BulkModel::add_halves : &BulkModel::add_columns;
-          (this->*add)(k, first, n, stiffness_.data(), nodes * me / of, nodes * (me + 1) / of, tangent);
+      } else {
+#pragma omp parallel num_threads(threads) if (tiles > 1)
+        {
+#pragma omp for schedule(static)
+          for (std::int64_t t = 0; t < tiles; ++t) {
+            const std::int64_t at = first + t * tile, cells = std::min(tile, first + n - at);
+            evaluate_tile(k, at, cells, step, work_[std::size_t(omp_get_thread_num())],
+                          &force_[std::size_t(t * tile * dofs)], &stiffness_[std::size_t(t * tile * dofs * dofs)],
+                          results_[std::size_t(t)]);
+          }
+          if (tangent) {
+            const std::int64_t of = omp_get_num_threads(), me = omp_get_thread_num();
+            add_matrices(k, first, n, stiffness_.data(), step, nodes * me / of, nodes * (me + 1) / of, tangent);
+          }
         }
       }
       for (std::int64_t t = 0; t < tiles; ++t) {

@@ -2,6 +2,7 @@
 // and the state of the points at begin and end of a step.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,9 +43,11 @@ public:
   // The first block that keeps more than an energy of its strain, or changes it by more than the gradient at its
   // points: then no stress by energy is known; -1: none.
   std::int64_t not_by_energy() const;
-  // Where entries of cells stand in the values of a lower triangle.
+  // Where entries of cells stand in the values of a lower triangle. Throws Error for a pattern in which rows of the
+  // dofs of a node do not stand side by side.
   void fit(const SparseMatrix& lower);
-  void fit_once(const SparseMatrix& lower); // unless it was that pattern before
+  // The same by starts of columns and rows, unless it was that pattern before.
+  void fit_once(std::span<const std::int64_t> start, std::span<const std::int32_t> row);
   // Forces (dofs) [N] of displacements u (dofs) [m] at the end of a step, and of the lower triangle the values of their
   // derivative [N/m], if given. The state at the end is kept beside that at the begin. begin: displacements at the
   // begin of the step; forces are then those whose work over it is the change of energy, the derivative twice theirs.
@@ -66,7 +69,9 @@ public:
 private:
   struct Block {
     std::vector<double> value, gradient, weight; // of the shape functions at the points
-    std::vector<std::int32_t> entry;             // (dofs (dofs + 1) / 2, cells)
+    // (nodes (nodes + 1) / 2, cells) of pairs of nodes, the first row of the later one in the first column of the
+    // earlier one; -1 - entry where the later one stands before the other in the cell
+    std::vector<std::int32_t> entry;
     std::int64_t first_state = 0, first_stress = 0;
     int states = 0;
   };
@@ -81,8 +86,6 @@ private:
   void gather(std::size_t block, std::int64_t first, std::int64_t n, const double* u, Work& work) const;
   void evaluate_linear(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work,
                        double* force, double* half, BulkResult& result);
-  void add_halves(std::size_t block, std::int64_t first, std::int64_t n, const double* half, std::int64_t low,
-                  std::int64_t high, double* to) const;
   bool find_gradients(std::size_t block, std::int64_t n, Work& work);
   void stresses_by_energy(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work);
   void stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
@@ -92,8 +95,9 @@ private:
   void find_swelling(std::size_t block, std::int64_t first, std::int64_t n, Work& work) const;
   void call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& work);
   void add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force, double* to) const;
-  void add_columns(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness, std::int64_t low,
-                   std::int64_t high, double* to) const;
+  bool halves(std::size_t block, const Step& step) const; // matrices are lower halves, some cells side by side
+  void add_matrices(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness, const Step& step,
+                    std::int64_t low, std::int64_t high, double* to) const;
 
   int dim_;
   std::vector<double> place_;
@@ -101,6 +105,7 @@ private:
   std::vector<Block> blocks_;
   std::vector<double> state_begin_, state_, stress_;
   std::vector<Work> work_;
+  std::vector<std::int32_t> wide_;  // (nodes) entries of the first column of each
   std::vector<std::int64_t> start_; // of the pattern that fit_once saw
   std::vector<std::int32_t> row_;
   std::vector<double> force_, stiffness_; // of the cells of a chunk

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from cairn.build.elastic import ElasticBody
 from cairn.post.measures import measure
+from scipy import linalg
+from second_order import box
 from small_scenes import ROCK, differing, state
 
 SHARP = cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-10, max_iter=20000))
@@ -317,3 +319,30 @@ def test_a_mesh_that_comes_in_after_the_first_output_is_in_the_file(tmp_path):
         assert np.array_equal(run[-1].nodes.position, sim.nodes.position)
         assert [len(run[k].cells["mesh"]) for k in (0, 4, 7)] == [0, 1, 2]
         run.plot(-1)
+
+
+def test_modal_damping_damps_each_mode_by_its_own_share():
+    """C = M F diag(2 xi w) F' M of the modes F of a held bar, by the decay of maxima of two modes."""
+    points, cells = box("quad", (6, 1), (3.0, 0.7))
+    left = np.flatnonzero(points[:, 0] == 0)
+    bar = cn.ElasticBody(points, cells, young=3e6, poisson=0.3, density=1200.0, groups={"left": left})
+    mass, stiffness = bar.M.toarray(), bar.K.toarray()
+    free = np.setdiff1d(np.arange(points.size), bar.dofs({"left": "xy"}))
+    square, shape = linalg.eigh(stiffness[np.ix_(free, free)], mass[np.ix_(free, free)])
+    omega, share, modes = np.sqrt(square), np.full(len(square), 0.02), np.zeros((points.size, len(square)))
+    modes[free], share[1] = shape, 0.1
+    damping = mass @ modes @ np.diag(2 * share * omega) @ modes.T @ mass
+    for k in (0, 1):
+        scene = cn.Scene(dim=2)
+        body = cn.LinearBody(points, mass, stiffness, damping=damping, groups={"left": left})
+        start = 1e-3 * modes[:, k].reshape(-1, 2)
+        scene.add(cn.deformable(body, cn.Material("steel", density=1.0), fixed={"left": "xy"}, displacement=start))
+        sim = cn.Simulation(scene, 2 * np.pi / omega[k] / 200)
+        way = []
+        for _ in range(700):
+            sim.step()
+            way.append(modes[:, k] @ mass @ sim.meshes[0].displacement.ravel())
+        way = np.array(way)
+        top = np.flatnonzero((way[1:-1] > way[:-2]) & (way[1:-1] > way[2:])) + 1
+        decay = np.log(way[top[0]] / way[top[-1]]) / (len(top) - 1) / (2 * np.pi)
+        assert decay / np.hypot(1, decay) == pytest.approx(share[k], rel=1e-3)

@@ -52,6 +52,7 @@ def add_parser(add, commands):
     how.add_argument("--duration", type=float, help="time of the perturbed runs [s] (default: DURATION of the .py, or none)")
     how.add_argument("--runs", type=int, default=8, help="perturbed runs, at least 8 (default: 8)")
     how.add_argument("--perturbation", type=float, default=1e-4, help="of positions, over the radius (default: 1e-4)")
+    how.add_argument("--averaged", type=float, default=0.5, help="share of a run that is averaged, its last (default: 0.5)")
     how.add_argument("--samples", type=int, default=40, help="of a run, that are averaged (default: 40)")
     how.add_argument("--reference-tol", type=float, help="of the runs compared with (default: a tenth of the tightest)")
     how.add_argument("--reference-mesh", type=float, metavar="N", help="of the runs compared with (default: the finest)")
@@ -108,8 +109,8 @@ def _call(options):
             "couplings": tuple(options.couplings),
         },
     )
-    for name in ("prepare", "states", "duration", "runs", "perturbation", "samples", "reference_tol", "reference_mesh",
-                 "max_seconds"):  # fmt: skip
+    for name in ("prepare", "states", "duration", "runs", "perturbation", "averaged", "samples", "reference_tol",
+                 "reference_mesh", "max_seconds"):  # fmt: skip
         yield name, getattr(options, name)
     yield "one_step", not options.no_one_step
 

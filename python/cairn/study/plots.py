@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 MARKERS = "os^DvP*X"
+FAR_BELOW = 100.0  # times a noise floor that no error comes near
 
 
 def work_precision(table, of, accuracy=None):
@@ -28,7 +29,10 @@ def work_precision(table, of, accuracy=None):
         here = [row for row in rows if row["target"] == target]
         _one_target(ax, here, solvers)
         floor = max(row["floor"] for row in here)
-        if np.isfinite(floor) and floor > 0:
+        least = min((row["error"] for row in here if row["error"] > 0), default=np.inf)
+        if 0 < floor < least / FAR_BELOW:  # a scene that is nearly the same whatever it begins with
+            ax.plot([], [], color="grey", alpha=0.4, lw=6, label=f"noise floor {floor:.1g}, below the picture")
+        elif np.isfinite(floor) and floor > 0:
             ax.set_ylim(bottom=min(ax.get_ylim()[0], floor / 2))
             ax.axhspan(ax.get_ylim()[0], floor, color="grey", alpha=0.15, lw=0, label=f"noise floor {floor:.1g}")
         if accuracy is not None:
