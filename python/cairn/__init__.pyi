@@ -234,6 +234,19 @@ class MohrCoulomb(Law):
         self, *, tension: float, cohesion: float, friction: float = 0.0, mu: float = 0.0, cap: float = ..., within: float = 0.0
     ) -> None: ...
 
+class Sintering(Law):
+    def __init__(
+        self,
+        *,
+        tension: float,
+        cohesion: float,
+        friction: float = 0.0,
+        mu: float = 0.0,
+        cap: float = ...,
+        pressure: float = 0.0,
+        dose: float = 0.0,
+    ) -> None: ...
+
 class ParallelBond(Law):
     def __init__(
         self,

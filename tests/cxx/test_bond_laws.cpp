@@ -42,6 +42,40 @@ TEST(MohrCoulomb, BrokenIsCoulombForGood) {
   EXPECT_DOUBLE_EQ(one.r[1], -0.3);
 }
 
+// What presses beyond the threshold makes a bond when its integral over time is the dose; a bond that broke is made
+// anew.
+TEST(Sintering, MakesABondByPressureAndTime) {
+  for (int dim : {2, 3}) {
+    const double h = 1e-3;
+    OneContact one(
+        "Sintering",
+        {{"tension", 1e5}, {"cohesion", 2e5}, {"friction", 0.5}, {"mu", 0.3}, {"pressure", 1e5}, {"dose", 2.5e5 * h}},
+        dim, h, 0);
+    const double impulse = one.area * h;
+    for (int round = 0; round < 2; ++round) {
+      one.advance({-0.9e5 * impulse, 0, 0}); // below the threshold
+      for (int k = 0; k < 3; ++k) {
+        EXPECT_FALSE(one.state[0] > 0) << k;
+        one.advance({-2e5 * impulse, 0, 0}); // 1e5 h beyond it
+        EXPECT_NEAR(one.r[0], 2e5 * impulse, 1e-12 * 1e6 * impulse);
+      }
+      EXPECT_TRUE(one.state[0] > 0);
+      one.advance({0.99e5 * impulse, 0, 0});
+      EXPECT_NEAR(one.u[0], 0, 1e-12 * 1e6 * impulse);
+      one.advance({0, 1.99e5 * impulse, 0});
+      EXPECT_NEAR(one.u[1], 0, 1e-12 * 1e6 * impulse);
+      EXPECT_LE(one.residual, 1e-13 * 1e6 * impulse);
+      EXPECT_TRUE(one.state[0] > 0);
+      one.advance({1.01e5 * impulse, 0, 0});
+      EXPECT_FALSE(one.state[0] > 0);
+      std::fill_n(one.gap, 8, 0);
+    }
+    one.advance({0.5 * impulse, 0, 0});
+    EXPECT_EQ(one.r[0], 0) << "loose";
+    EXPECT_EQ(one.stored, 0);
+  }
+}
+
 // Within reach a constant force, the cone shifted by it; F times the reach to part.
 TEST(Wet, DrawsWithinItsReach) {
   for (int dim : {2, 3}) {

@@ -56,6 +56,10 @@ LAWS = {
     "ABP": cohesive(**MODES, normal_end=(2e-2, LENGTH), tangential_end=(3e-2, LENGTH), first_share=(0.6, NONE)),
     "EXPO": cohesive(**MODES),
     "MohrCoulomb": {"tension": STRESS, "cohesion": STRESS, "friction": (0.3, NONE), "mu": (0.4, NONE), "within": (0.05, LENGTH)},
+    "Sintering": {
+        "tension": STRESS, "cohesion": STRESS, "friction": (0.3, NONE), "mu": (0.4, NONE), "pressure": (10.0, STRESS[1]),
+        "dose": (5.0, lambda dim: FORCE - area(dim) + TIME),
+    },
     "ParallelBond": {
         "normal_stiffness": (1e6, lambda dim: FORCE - LENGTH - area(dim)),
         "tangential_stiffness": (5e5, lambda dim: FORCE - LENGTH - area(dim)),
