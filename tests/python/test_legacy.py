@@ -292,3 +292,25 @@ def test_a_zone_that_the_format_has_no_word_for_is_refused(tmp_path):
     scene.interact(rock, rock, cn.MP(normal_stiffness=1e10, tangential_stiffness=1e10, work=10.0, power=2.0))
     with pytest.raises(legacy.LegacyError, match="power"):
         legacy.write_datbox(scene, tmp_path)
+
+
+@samples
+def test_cohesive_disks_break_as_those_of_lmgc90_to_the_first_contact_that_is_gone():
+    """The mean of beta within 1e-3 at each stored step, the contacts below 0.01 in the same one and as many; no step on the way
+    ended at LMGC90's iteration limit."""
+    case = json.loads((DATA / "cohesive2d" / "case.json").read_text())
+    with open(DATA / "cohesive2d" / "history.csv", newline="") as file:
+        stored = {int(row["step"]): {name: float(x) for name, x in row.items()} for row in csv.DictReader(file)}
+    scene = legacy.read_datbox(DATA / "cohesive2d")
+    strategy = cn.NSCD(case["theta"], cn.NLGS(tol=1e-10, max_iter=40000), scene.legacy.alert, contact_point="surface")
+    sim, broken = cn.Simulation(scene, case["dt"], strategy, overlap="ignore"), 0
+    while not broken:
+        assert sim.step()["status"] == "converged"
+        if sim.steps not in stored:
+            continue
+        there, beta = stored[sim.steps], sim.contacts.beta
+        assert there["nlgs_iterations"] < case["nlgs_iterations_max"]
+        assert beta.mean() == pytest.approx(there["beta_mean"], abs=1e-3)
+        broken = int((beta < 0.01).sum())
+        assert broken == there["n_beta_below_1pct"]
+    assert sim.steps == 24
