@@ -6,6 +6,7 @@ from pathlib import Path
 
 import example_bits
 import matplotlib
+import numpy as np
 import pytest
 
 matplotlib.use("Agg")
@@ -71,6 +72,7 @@ def test_kalthoff(tmp_path):
     assert 8.8 < figures["first side broken after"] < 35  # not before waves reach the end of the notch
     assert figures["closure of the balance"] < 1e-12 and figures["error, median"] <= 1e-4
     assert 0 < figures["spent by cracks"] < figures["work of the blow"]
+    assert figures["steps beyond 1e-4"] == 0
     module = example("kalthoff")
     assert module.options_from(["--full"]).cells == 100
     body = module.plate(module.options_from(["--cells", "8", "--turn", "20"]))
@@ -80,6 +82,23 @@ def test_kalthoff(tmp_path):
     assert area.min() > 0 and area.sum() == pytest.approx(0.1**2, rel=1e-6)
     with pytest.raises(ValueError, match="cells is 10"):
         module.main(["--output", str(tmp_path), "--cells", "10"])
+
+
+def test_a_plate_that_softens_yields_ahead_of_its_notch(tmp_path):
+    module, figures = example("kalthoff"), {}
+    for speed in ("16.5", "39"):
+        arguments = ["--output", str(tmp_path), "--cells", "20", "--speed", speed, "--time", "50", "--ductile"]
+        figures[speed] = {name: value for name, (value, _) in module.main(arguments).items()}
+        assert figures[speed]["steps not converged"] == 0 and figures[speed]["closure of the balance"] < 1e-9
+        assert (tmp_path / "kalthoff_ductile.png").stat().st_size > 1000
+    yielded = [figures[speed]["triangles beyond a plastic strain of 0.001"] for speed in ("16.5", "39")]
+    assert yielded[1] > 5 * yielded[0]
+    assert -40 < figures["39"]["angle of the band ahead"] < 20  # a crack goes up by 60 to 75 degrees
+    strain, away = np.zeros(4), np.array([[2.5, 0.5], [4.5, 0.0], [4.5, 1.0], [2.5, 3.0]]) * 1e-3
+    strain[[1, 2]] = 0.1, 0.2
+    assert module.ahead_of(strain, away, 1e-3).shape == (0, 2)  # nothing yields next to the notch
+    strain[0] = 0.01
+    assert module.ahead_of(strain, away, 1e-3).tolist() == [away[0].tolist(), away[2].tolist()]
 
 
 def test_grains_between_plates(tmp_path):
