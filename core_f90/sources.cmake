@@ -68,6 +68,7 @@ set(CAIRN_CORE_SOURCES
   smooth/smooth_pairs.f90
   smooth/smooth_spheres3.f90
   soe/band_triangles.f90
+  soe/block_cholesky.f90
   soe/column_triangles.f90
   soe/small_cholesky.f90
   solvers/error/cone_projection.f90

@@ -29,13 +29,13 @@ struct BlockColumns {
   std::vector<std::int32_t> all;
   SoeTree tree;
 
-  void view(const cholmod_factor& l) {
+  void view(const cholmod_factor& l, const double* values) {
     blocks = std::int64_t(l.nsuper);
     column_start = static_cast<const std::int32_t*>(l.super);
     row_start = static_cast<const std::int32_t*>(l.pi);
     value_start = static_cast<const std::int32_t*>(l.px);
     row = static_cast<const std::int32_t*>(l.s);
-    value = static_cast<const double*>(l.x);
+    value = values;
     if (!all.empty()) return;
     all.resize(blocks);
     std::iota(all.begin(), all.end(), 0);
@@ -85,7 +85,8 @@ public:
     if (std::any_of(options.last.begin(), options.last.end(), [](std::uint8_t last) { return last; }))
       put_last(a, options.last);
     order_ = static_cast<const std::int32_t*>(factor_->Perm);
-    most_rows_ = factor_->is_super ? most_rows() : 0;
+    most_rows_ = factor_->is_super ? most_of(factor_->pi) : 0;
+    if (options.blocks == SoeBlocks::own && factor_->is_super) place_entries(pattern);
   }
 
   ~Cholmod() override {
@@ -94,6 +95,7 @@ public:
   }
 
   SoeStatus factor(const SparseMatrix& a) override {
+    if (!entry_place_.empty()) return factor_blocks(a);
     const cholmod_sparse given = view(a);
     {
       const OneBlasThread one;
@@ -117,7 +119,8 @@ public:
   const SoeTree* tree() const override { return factor_->is_super ? &blocks_.tree : &columns_.tree; }
 
   std::int64_t bytes() const override {
-    return std::int64_t(common_.memory_inuse) + columns_.bytes() + 4 * start_.size();
+    return std::int64_t(common_.memory_inuse) + columns_.bytes() + 4 * start_.size() + 8 * values_.size() +
+           8 * work_.size() + 8 * entry_place_.size() + 4 * (lists_.size() + place_.size());
   }
 
   std::int64_t entries() const override {
@@ -126,7 +129,10 @@ public:
   }
 
   const char* storage() const override { return "sparse"; }
-  const char* library() const override { return factor_->is_super ? "CHOLMOD supernodal" : "CHOLMOD simplicial"; }
+  const char* library() const override {
+    if (!entry_place_.empty()) return "cairn supernodal";
+    return factor_->is_super ? "CHOLMOD supernodal" : "CHOLMOD simplicial";
+  }
 
 private:
   void choose(const SoeOptions& options) {
@@ -173,16 +179,53 @@ private:
     return out;
   }
 
-  std::int64_t most_rows() const {
-    const auto* const start = static_cast<const std::int32_t*>(factor_->pi);
+  // Of blocks that begin there.
+  std::int64_t most_of(const void* starts) const {
+    const auto* const start = static_cast<const std::int32_t*>(starts);
     std::int64_t most = 0;
     for (std::size_t s = 0; s < factor_->nsuper; ++s) most = std::max<std::int64_t>(most, start[s + 1] - start[s]);
     return most;
   }
 
+  // Where entries of the matrix stand in the blocks, and room for those.
+  void place_entries(const SparseMatrix& a) {
+    order_ = static_cast<const std::int32_t*>(factor_->Perm);
+    values_.resize(factor_->xsize);
+    blocks_.view(*factor_, values_.data());
+    std::vector<std::int32_t> place(a.n);
+    for (std::int64_t k = 0; k < a.n; ++k) place[order_[k]] = std::int32_t(k);
+    entry_place_.reserve(a.row.size());
+    for (std::int64_t j = 0; j < a.n; ++j)
+      for (std::int64_t e = a.start[j]; e < a.start[j + 1]; ++e) {
+        const auto [column, row] = std::minmax(place[j], place[a.row[e]]);
+        const std::int32_t s = blocks_.tree.node[column];
+        const std::int32_t *begin = blocks_.row + blocks_.row_start[s], *end = blocks_.row + blocks_.row_start[s + 1];
+        entry_place_.push_back(blocks_.value_start[s] + (column - blocks_.column_start[s]) * (end - begin) +
+                               (std::lower_bound(begin, end, row) - begin));
+      }
+    lists_.resize(3 * factor_->nsuper);
+    place_.resize(a.n);
+    work_.resize(most_rows_ * most_of(factor_->super));
+  }
+
+  SoeStatus factor_blocks(const SparseMatrix& a) {
+    std::fill(values_.begin(), values_.end(), 0.0);
+    for (std::size_t e = 0; e < entry_place_.size(); ++e) values_[entry_place_[e]] = a.value[e];
+    std::int32_t failed = -1;
+    std::int32_t* const list = lists_.data();
+    cairn_block_cholesky(a.n, blocks_.blocks, blocks_.column_start, blocks_.row_start, blocks_.value_start, blocks_.row,
+                         blocks_.tree.node.data(), values_.data(), list, list + blocks_.blocks,
+                         list + 2 * blocks_.blocks, place_.data(), work_.data(), &failed);
+    return judge_blocks(a, failed < 0 ? factor_->n : std::size_t(failed));
+  }
+
   SoeStatus take_blocks(const SparseMatrix& a) {
-    blocks_.view(*factor_);
-    const std::size_t good = std::min(factor_->minor, factor_->n);
+    blocks_.view(*factor_, static_cast<const double*>(factor_->x));
+    return judge_blocks(a, std::min(factor_->minor, factor_->n));
+  }
+
+  // good: columns before the first pivot that was not positive.
+  SoeStatus judge_blocks(const SparseMatrix& a, std::size_t good) const {
     for (std::size_t j = 0; j < good; ++j)
       if (const SoeStatus status = judge_pivot(blocks_.pivot(j), a.value[a.start[order_[j]]], order_[j]); !status)
         return status;
@@ -212,6 +255,10 @@ private:
   std::int64_t most_rows_ = 0;
   ColumnFactors columns_;
   BlockColumns blocks_;
+  // of factors by the core's own kernel
+  std::vector<std::int64_t> entry_place_;
+  std::vector<double> values_, work_;
+  std::vector<std::int32_t> lists_, place_;
 };
 
 } // namespace

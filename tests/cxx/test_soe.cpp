@@ -121,6 +121,7 @@ std::vector<Kind> kinds() {
                         kind("simplicial", sparse, cairn::SoeOrder::automatic, cairn::SoeBlocks::simplicial)};
   if (std::string(cairn::soe_licence()) == "gpl") {
     out.push_back(kind("supernodal", sparse, cairn::SoeOrder::automatic, cairn::SoeBlocks::supernodal));
+    out.push_back(kind("own", sparse, cairn::SoeOrder::automatic, cairn::SoeBlocks::own));
     out.push_back(kind("metis", sparse, cairn::SoeOrder::metis));
   }
   return out;

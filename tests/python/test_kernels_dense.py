@@ -116,6 +116,44 @@ def test_triangles_by_fronts(lanes):
     np.testing.assert_allclose(y[start[3] :], np.linalg.solve(dense @ dense.T, right)[start[3] :], rtol=1e-9, atol=1e-10)
 
 
+def test_factors_by_fronts():
+    """Blocks narrower and wider than eight columns, and more rows than go side by side; a pivot that is not positive is named."""
+    widths = [2, 19, 1, 150, 8, 3]
+    n, start = sum(widths), np.cumsum([0, *widths]).astype(np.int32)
+    node = np.repeat(np.arange(6, dtype=np.int32), widths)
+    below = [set((high + np.flatnonzero(RNG.random(n - high) < 0.6)).tolist()) for high in start[1:]]
+    for s in range(6):  # what a block changes its next one changes too
+        if below[s]:
+            to = node[min(below[s])]
+            below[to] |= {row for row in below[s] if row >= start[to + 1]}
+    rows = [np.array([*range(start[s], start[s + 1]), *sorted(below[s])], np.int32) for s in range(6)]
+    lower = np.zeros((n, n))
+    for s in range(6):
+        for j in range(start[s], start[s + 1]):
+            lower[rows[s][rows[s] >= j], j] = some((rows[s] >= j).sum())
+            lower[j, j] = 20 + RNG.random()
+    matrix = lower @ lower.T
+    value = np.concatenate([columns(np.tril(matrix)[np.ix_(rows[s], range(start[s], start[s + 1]))]).ravel() for s in range(6)])
+    sizes = [np.cumsum([0, *map(len, rows)]).astype(np.int32)]
+    sizes.append(np.cumsum([0, *(len(r) * w for r, w in zip(rows, widths))]).astype(np.int32))
+    lists, place, work = np.empty((3, 6), np.int32), np.empty(n, np.int32), np.empty(max(map(len, rows)) * max(widths))
+
+    def factors(value):
+        failed = np.empty(1, np.int32)
+        kernel("cairn_block_cholesky")(n, 6, start, *sizes, np.concatenate(rows), node, value, *lists, place, work, failed)
+        return failed[0]
+
+    found = value.copy()
+    assert factors(found) == -1
+    for s in range(6):
+        block = found[sizes[1][s] : sizes[1][s + 1]].reshape(widths[s], len(rows[s])).T
+        wanted = lower[np.ix_(rows[s], range(start[s], start[s + 1]))]
+        np.testing.assert_allclose(np.tril(block), wanted, rtol=1e-9, atol=1e-10)
+    bad = 40  # in the block of 150
+    value[sizes[1][3] + (bad - start[3]) * (len(rows[3]) + 1)] = 0.0
+    assert factors(value) == bad
+
+
 # ---------------------------------------------------------------------- sweeps over blocks
 
 

@@ -376,6 +376,9 @@ void cairn_column_triangles(int32_t lanes, int64_t down_count, const int32_t* do
 void cairn_front_triangles(int32_t lanes, int64_t down_count, const int32_t* down, int64_t up_count, const int32_t* up,
                            const int32_t* column_start, const int32_t* row_start, const int32_t* value_start,
                            const int32_t* row, const double* value, double* y, double* work);
+void cairn_block_cholesky(int64_t n, int64_t blocks, const int32_t* column_start, const int32_t* row_start,
+                          const int32_t* value_start, const int32_t* row, const int32_t* node, double* value,
+                          int32_t* next, int32_t* head, int32_t* taken, int32_t* place, double* work, int32_t* failed);
 void cairn_band_triangles(int32_t lanes, int64_t n, int64_t half, const double* l, double* y);
 void cairn_small_factor(int64_t groups, int32_t n, double zero, double* a, int32_t* failed, double* pivot);
 void cairn_small_solve(int64_t groups, int32_t n, const double* a, double* b);

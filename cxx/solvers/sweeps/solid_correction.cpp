@@ -51,7 +51,9 @@ SolidCorrection::SolidCorrection(ContactSystem& system, const cairn_schedule& sc
   SparseMatrix pattern = lower_pattern(unknowns_, clique_start_, clique_);
   if (!memory_.soe || pattern.start != memory_.matrix.start || pattern.row != memory_.matrix.row) {
     memory_.matrix = std::move(pattern);
-    memory_.soe = Soe::make(memory_.matrix);
+    SoeOptions options;
+    options.blocks = SoeBlocks::own;
+    memory_.soe = Soe::make(memory_.matrix, options);
   }
   entry_.reserve(clique_matrix_.size());
   for (std::size_t c = 0; c + 1 < clique_start_.size(); ++c)
@@ -61,10 +63,14 @@ SolidCorrection::SolidCorrection(ContactSystem& system, const cairn_schedule& sc
   velocity_.resize(std::size_t(unknowns_));
 }
 
-double SolidCorrection::operations() const {
+double SolidCorrection::operations(const ContactSystem& system) {
   // nested dissection in the plane, and in space
-  const double n = unknowns_, factors = system_.dim == 2 ? 30 * n * std::sqrt(n) : 15 * n * n;
-  return factors + 4000.0 * double(contacts_.size());
+  double contacts = 0;
+  for (const cairn_batch& b : system.batches) contacts += b.contacts;
+  double n = double(system.velocities()) * double(system.bodies);
+  for (const CondensedBody& body : system.condensed) n += double(body.dofs.dofs);
+  const double factors = system.dim == 2 ? 30 * n * std::sqrt(n) : 15 * n * n;
+  return factors + 4000.0 * contacts;
 }
 
 void SolidCorrection::number_unknowns() {

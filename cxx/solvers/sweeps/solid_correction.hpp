@@ -25,8 +25,8 @@ public:
   SolidCorrection(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
   // False: a body cannot be written as a matrix, or nothing moves.
   bool possible() const { return possible_; }
-  // Of one pass, about, at the rate of arithmetic in factors.
-  double operations() const;
+  // Of one pass, about, at the rate of arithmetic in factors; told before any list is made.
+  static double operations(const ContactSystem&);
   // Impulses of a smaller error, in a few passes; records up to date before and after.
   // measure: square of the error of the impulses at hand. Returns how many passes led to it, 0: none did.
   int improve(double error_square, double wanted_square, const std::function<double()>& measure);

@@ -181,13 +181,14 @@ public:
     const double to_come = forecast_.sweeps_to_come(iterations, error);
     const bool last = iterations >= options_.max_iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
+    const double passes = failures_ > 0 ? 32 : 4;
+    if (!last && to_come * sweep_operations(system_) < passes * SolidCorrection::operations(system_)) return false;
     if (!solid_) {
       schedule_ = system_.schedule(1);
       solid_.emplace(system_, schedule_, velocity_free_);
       given_up_ = !solid_->possible();
     }
-    const double passes = failures_ > 0 ? 32 : 4;
-    return !given_up_ && (last || to_come * sweep_operations(system_) >= passes * solid_->operations());
+    return !given_up_;
   }
 
   bool accepts(int, double) override { return true; }
