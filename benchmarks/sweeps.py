@@ -163,12 +163,17 @@ def exact_step(sim, path, tol, accuracy, most=100000, impulses=None):
     before = time.process_time()
     info = sim.step()
     seconds = time.process_time() - before
-    return sim.bodies.velocity[:, : sim.scene.dim].copy(), info, seconds, sim.get_state()["memory"]
+    return velocities(sim), info, seconds, sim.get_state()["memory"]
+
+
+def velocities(sim):
+    """Of rigid bodies and of nodes of meshes (n, dim)."""
+    return np.concatenate([sim.bodies.velocity[:, : sim.scene.dim], sim.nodes.velocity])
 
 
 def error_of_velocities(sim, v, exact):
     """|v - exact|_M / max(|exact|_M, |h g|_M)"""
-    mass = np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0)[:, None]
+    mass = np.concatenate([np.where(np.isfinite(sim.bodies.mass), sim.bodies.mass, 0.0), sim.nodes.mass])[:, None]
     gravity = np.linalg.norm(sim.scene.gravity)
     size = max(np.sqrt(np.sum(mass * exact**2)), np.sqrt(mass.sum()) * gravity * sim.dt)
     return np.sqrt(np.sum(mass * (v - exact) ** 2)) / size

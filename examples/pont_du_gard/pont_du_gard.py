@@ -12,8 +12,8 @@ dynamic relaxation instead: whenever the kinetic energy has passed a peak, all v
 is left out of balance on each block, the reactions against the weight, and the error of the contact problem itself say how
 near to rest it is.
 
-Run it:  python pont_du_gard.py              760 blocks, ten seconds
-         python pont_du_gard.py --full       35,000 blocks, 4 GB, fifteen minutes
+Run it:  python pont_du_gard.py              760 blocks, two seconds
+         python pont_du_gard.py --full       35,000 blocks, 4 GB, six minutes
          python pont_du_gard.py --help
 """
 

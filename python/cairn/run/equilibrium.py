@@ -167,15 +167,15 @@ class System:
                 break
         return result
 
-    def minimise(self, v, c, slack, tol, most=100):
-        """The velocities of a round by Newton's method; and how many steps and products with the matrix it took."""
+    def minimise(self, v, c, slack, tol, most=100, patience=12):
+        """The velocities of a round by Newton's method; and how many steps and products with the matrix it took. Where
+        energies differ by rounding alone, and `patience` steps have not halved the gradient, the round ends there."""
         weight = np.sqrt(np.sum(self.v_free * self.momentum(self.v_free)))
-        used = steps = 0
+        used = steps = least_step = 0
+        least, best, flat = np.inf, v, False
         self.matrix.begin()
 
-        def value(v):
-            u = self.relative(v) + self.bias
-            u[:, 0] += slack
+        def value(v, u):
             asked = self.r - c[:, None] * u
             p = project(asked, self.mu, False)[0]
             gap = v - self.v_free
@@ -184,28 +184,33 @@ class System:
         def descent(v, p):
             return self.momentum(v - self.v_free) - self.gathered(p)
 
-        energy, p, asked = value(v)
+        u = self.relative(v) + self.bias
+        u[:, 0] += slack
+        energy, p, asked = value(v, u)
         while True:
             gradient = descent(v, p)
             left = np.sqrt(np.sum(gradient * np.einsum("nij,nj->ni", self.inverse, gradient))) / weight
-            if left <= tol or steps == most:
-                return v, steps, used
+            if not flat or left < 0.5 * least:
+                least, best, least_step = left, v, steps
+            if left <= tol or steps == most or steps - least_step >= patience:
+                return best if left > tol else v, steps, used
             steps += 1
             matrix, precondition = self.newton_matrix(c[:, None, None] * project(asked, self.mu)[1])
             enough = max(min(0.1, np.sqrt(left)), min(0.1, 0.3 * tol / left))  # of the last step no more than the round asks
             way, products = conjugate_gradients(matrix, -gradient, precondition, enough)
             used += products
-            slope, t = np.sum(gradient * way), 1.0
+            slope, along, t = np.sum(gradient * way), self.relative(way), 1.0
             while t > 1e-6:
-                trial = value(v + t * way)
-                if abs(t * slope) > 1e-14 * abs(energy):
+                trial = value(v + t * way, u + t * along)
+                flat = abs(t * slope) <= 1e-14 * abs(energy)
+                if not flat:
                     fell = trial[0] <= energy + 1e-4 * t * slope
                 else:  # energies differ by rounding, slopes do not: not far beyond the lowest point
                     fell = np.sum(descent(v + t * way, trial[1]) * way) <= 0.5 * abs(slope)
                 if fell:
                     break
                 t /= 2
-            v, (energy, p, asked) = v + t * way, trial
+            v, u, (energy, p, asked) = v + t * way, u + t * along, trial
 
     def newton_matrix(self, d):
         """M + H D H', and its preconditioner."""
