@@ -52,6 +52,45 @@ def test_the_heaviest_on_top(shape, count, ratio):
     assert fall < off * 9.81e-3 * 10  # they stand
 
 
+def pile_of_pentagons(count):
+    rng = np.random.default_rng(1)
+    radii = rng.uniform(0.005, 0.01, count)
+    angle = np.arange(5) * 2 * np.pi / 5
+    corners = np.column_stack((np.cos(angle), np.sin(angle)))
+    width = np.sqrt(np.sum(np.pi * radii**2) / 0.8)
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.polygons([r * corners for r in radii], ROCK, position=cn.pre.deposit_disks(radii, width)))
+    scene.add(cn.box((0, 0), (width, 2 * width), ROCK, lid=False))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    return cn.Simulation(scene, 1e-3, cn.NSCD(threads=1), overlap="ignore")
+
+
+def test_from_nothing_a_pile_in_the_plane_is_left_to_sweeps(tmp_path):
+    """Newton's method takes as long there as a thousand sweeps, and Auto took it twice."""
+    sim = pile_of_pentagons(100)
+    for _ in range(120):
+        sim.step()
+    sim.checkpoint(tmp_path / "pile.h5")
+    found = []
+    for solver in (cn.Auto(tol=1e-4, max_iter=20000), cn.NLGS(tol=1e-4, max_iter=20000)):
+        sim.restore(tmp_path / "pile.h5")
+        sim.strategy = cn.NSCD(solver=solver, threads=1, warm_start=False)
+        info = sim.step()
+        assert info["status"] == "converged"
+        found.append((info["solver"], info["iterations"]))
+    assert found[0] == found[1] and found[0][0] == "nlgs"
+
+
+def test_from_nothing_a_panel_that_sticks_is_solved_by_newton():
+    scene = cn.Scene(dim=2, gravity=(9.81 * np.sin(0.2), -9.81 * np.cos(0.2)))
+    masonry.panel(12, 12, brick=(0.4, 0.2)).add_to(scene, ROCK)
+    scene.interact("*", "*", cn.Coulomb(mu=0.65))
+    sim = cn.Simulation(scene, 5e-3, cn.NSCD(theta=1.0, solver=cn.Auto(tol=1e-4), threads=1), overlap="ignore")
+    info = sim.step()
+    assert info["solver"] == "ppa_newton" and info["status"] == "converged"
+    assert info["iterations"] < 40 and info["error"] < 1e-6
+
+
 def test_a_wall_from_nothing_has_small_impulses_and_keeps_them():
     """As Newton's method alone has them: those of some ten sweeps are a quarter larger, and every later step sweeps on."""
     size, later = [], []

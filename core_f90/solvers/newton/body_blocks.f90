@@ -17,6 +17,20 @@ contains
     real(c_double), intent(in)     :: rows(dim, dofs, 2, n) !< H' of each side, its sign in it [-], [m]
     real(c_double), intent(in)     :: r(dim, n)    !< impulse [N s]
     real(c_double), intent(out)    :: p(dofs, nb)  !< of bodies [N s], [N m s]
+    ! loops of known lengths
+    if (dim == 2) then
+      call sum_impulses(2_c_int32_t, 3_c_int32_t, n, nb, body, rows, r, p)
+    else
+      call sum_impulses(3_c_int32_t, 6_c_int32_t, n, nb, body, rows, r, p)
+    end if
+  end subroutine cairn_body_impulses
+
+  pure subroutine sum_impulses(dim, dofs, n, nb, body, rows, r, p)
+    integer(c_int32_t), value      :: dim, dofs
+    integer(c_int64_t), intent(in) :: n, nb
+    integer(c_int32_t), intent(in) :: body(2, n)
+    real(c_double), intent(in)     :: rows(dim, dofs, 2, n), r(dim, n)
+    real(c_double), intent(out)    :: p(dofs, nb)
     integer(c_int64_t) :: a, b
     integer :: s, k, c
     real(c_double) :: sum
@@ -34,7 +48,7 @@ contains
         end do
       end do
     end do
-  end subroutine cairn_body_impulses
+  end subroutine sum_impulses
 
   !> u = H'v + q
   subroutine cairn_body_velocities(dim, dofs, n, nb, body, rows, v, q, u) bind(c)
@@ -47,6 +61,20 @@ contains
     real(c_double), intent(in)     :: v(dofs, nb)  !< of bodies [m/s], [rad/s]
     real(c_double), intent(in)     :: q(dim, n)    !< [m/s]
     real(c_double), intent(out)    :: u(dim, n)    !< [m/s]
+    ! loops of known lengths
+    if (dim == 2) then
+      call add_velocities(2_c_int32_t, 3_c_int32_t, n, nb, body, rows, v, q, u)
+    else
+      call add_velocities(3_c_int32_t, 6_c_int32_t, n, nb, body, rows, v, q, u)
+    end if
+  end subroutine cairn_body_velocities
+
+  pure subroutine add_velocities(dim, dofs, n, nb, body, rows, v, q, u)
+    integer(c_int32_t), value      :: dim, dofs
+    integer(c_int64_t), intent(in) :: n, nb
+    integer(c_int32_t), intent(in) :: body(2, n)
+    real(c_double), intent(in)     :: rows(dim, dofs, 2, n), v(dofs, nb), q(dim, n)
+    real(c_double), intent(out)    :: u(dim, n)
     integer(c_int64_t) :: a, b
     integer :: s, k
     do a = 1, n
@@ -59,7 +87,7 @@ contains
         end do
       end do
     end do
-  end subroutine cairn_body_velocities
+  end subroutine add_velocities
 
   !> u = W r + q
   subroutine cairn_body_product(dim, dofs, n, nb, body, rows, inverse, r, q, v, u) bind(c)

@@ -21,6 +21,21 @@ contains
     real(c_double), intent(in)     :: target(dim, n) !< (unknown)
     real(c_double), intent(out)    :: answer(dim, dim, n) !< [kg]
     real(c_double), intent(out)    :: known(dim, n)  !< [N s]
+    ! loops of known lengths
+    if (dim == 2) then
+      call fill_answers(2_c_int32_t, n, alpha, unknowns, left, basis, own, step, target, answer, known)
+    else
+      call fill_answers(3_c_int32_t, n, alpha, unknowns, left, basis, own, step, target, answer, known)
+    end if
+  end subroutine cairn_newton_answers
+
+  pure subroutine fill_answers(dim, n, alpha, unknowns, left, basis, own, step, target, answer, known)
+    integer(c_int32_t), value      :: dim
+    integer(c_int64_t), intent(in) :: n
+    real(c_double), intent(in)     :: alpha
+    integer(c_int32_t), intent(in) :: unknowns(n)
+    real(c_double), intent(in)     :: left(dim, dim, n), basis(dim, dim, n), own(dim, dim, n), step(dim, n), target(dim, n)
+    real(c_double), intent(out)    :: answer(dim, dim, n), known(dim, n)
     real(c_double) :: m(dim, dim), right(dim, dim+1)
     integer(c_int64_t) :: a
     do a = 1, n
@@ -34,11 +49,11 @@ contains
       answer(:, :, a) = matmul(basis(:, :, a), right(:, :dim))
       known(:, a) = known(:, a) + matmul(basis(:, :, a), right(:, dim+1))
     end do
-  end subroutine cairn_newton_answers
+  end subroutine fill_answers
 
   !> right <- m^-1 right, with the largest pivot of each column.
   pure subroutine eliminate(dim, m, right)
-    integer(c_int32_t), intent(in) :: dim
+    integer(c_int32_t), value      :: dim
     real(c_double), intent(inout)  :: m(dim, dim), right(dim, dim+1)
     real(c_double) :: line(dim), line_right(dim+1), factor
     integer :: c, p, i
@@ -76,6 +91,21 @@ contains
     integer(c_int64_t), intent(in) :: place(2, n)    !< of the blocks (A, B) and (B, A) of a contact, from 0; -1: there is none
     integer(c_int64_t), value      :: blocks         !< of the pattern
     real(c_double), intent(out)    :: matrix(dofs, dofs, blocks)
+    ! loops of known lengths
+    if (dim == 2) then
+      call fill_body_blocks(2_c_int32_t, 3_c_int32_t, n, nb, body, rows, answer, mass, diagonal, place, blocks, matrix)
+    else
+      call fill_body_blocks(3_c_int32_t, 6_c_int32_t, n, nb, body, rows, answer, mass, diagonal, place, blocks, matrix)
+    end if
+  end subroutine cairn_newton_body_blocks
+
+  pure subroutine fill_body_blocks(dim, dofs, n, nb, body, rows, answer, mass, diagonal, place, blocks, matrix)
+    integer(c_int32_t), value      :: dim, dofs
+    integer(c_int64_t), intent(in) :: n, nb, blocks
+    integer(c_int32_t), intent(in) :: body(2, n)
+    real(c_double), intent(in)     :: rows(dim, dofs, 2, n), answer(dim, dim, n), mass(dofs, dofs, nb)
+    integer(c_int64_t), intent(in) :: diagonal(nb), place(2, n)
+    real(c_double), intent(out)    :: matrix(dofs, dofs, blocks)
     real(c_double) :: half(dofs, dim), side(dofs, dim)
     integer(c_int64_t) :: a, b, e
     integer :: s, t
@@ -97,10 +127,10 @@ contains
         end do
       end do
     end do
-  end subroutine cairn_newton_body_blocks
+  end subroutine fill_body_blocks
 
   pure subroutine times_answer(dim, dofs, side, answer, half)
-    integer(c_int32_t), intent(in) :: dim, dofs
+    integer(c_int32_t), value      :: dim, dofs
     real(c_double), intent(in)     :: side(dofs, dim), answer(dim, dim)
     real(c_double), intent(out)    :: half(dofs, dim)
     integer :: c, d
@@ -114,7 +144,7 @@ contains
 
   !> m + half rows
   pure subroutine add_product(dim, dofs, half, rows, m)
-    integer(c_int32_t), intent(in) :: dim, dofs
+    integer(c_int32_t), value      :: dim, dofs
     real(c_double), intent(in)     :: half(dofs, dim), rows(dim, dofs)
     real(c_double), intent(inout)  :: m(dofs, dofs)
     integer :: k, c

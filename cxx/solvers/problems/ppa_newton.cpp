@@ -17,6 +17,7 @@ namespace {
 
 constexpr double largest = 10; // alpha
 constexpr int most_steps = 12;
+constexpr int most_failures = 12, few_failures = 2;
 constexpr double alarm = 8; // velocities may err by so many tolerances
 
 // Of bodies none of which weighs over 100 times another.
@@ -62,6 +63,7 @@ bool ProximalNewton::solve_around(double& error, int& steps) {
     const bool rounding = settling_ && error < 1e-4 * monitor.tolerance();
     if (rounding && steps > 1 && merit > 0.25 * last[(steps - 1) % 3]) return true;
     if (steps > 0 && merit <= 0.01 * first) return true;
+    if (follows_sweeps_ && steps > 2 && merit > 10 * first) return false;
     if (steps > 6 && merit > first && merit > 0.5 * *std::min_element(last, last + 3)) return false;
     last[steps % 3] = merit;
     const Array<double>& step = newton_.step();
@@ -75,7 +77,11 @@ bool ProximalNewton::solve_around(double& error, int& steps) {
 
 void ProximalNewton::run(double error) {
   ProblemMonitor& monitor = scaled_.monitor();
-  int failures = 0;
+  // After the first failure alpha halves in one round, after the next in two, in four, ...: where many contacts
+  // change, a fall by ten fails again and again.
+  constexpr int most_careful = 32;
+  constexpr double careful_fall = 0.5;
+  int failures = 0, all_failures = 0, careful = 0, next_careful = 1;
   while (!monitor.ended(iterations_)) {
     if (error <= monitor.tolerance())
       return given_.bodies && masses_differ(mass_ratio(*given_.bodies), true) ? refine() : settle();
@@ -84,11 +90,16 @@ void ProximalNewton::run(double error) {
     const bool solved = solve_around(next, steps);
     if (std::isfinite(next) && (solved || next < error)) centre_ = r_;
     if (solved || next < 0.3 * error) {
-      alpha_ = std::max(smallest_, alpha_ * (steps <= 4 ? 0.1 : steps < 9 ? 0.3 : 1.0));
+      const double fall = steps <= 4 ? 0.1 : steps < 9 ? 0.3 : 1.0;
+      alpha_ = std::max(smallest_, alpha_ * (careful > 0 ? careful_fall : fall));
+      careful = std::max(0, careful - 1);
       failures = 0;
     } else {
       alpha_ = std::min(largest, 5 * alpha_);
-      if (++failures > 12) monitor.give_up(ProblemStatus::stalled, "Newton's method does not converge");
+      careful = next_careful;
+      next_careful = std::min(most_careful, 2 * next_careful);
+      if (++all_failures >= few_failures && follows_sweeps_) return;
+      if (++failures > most_failures) monitor.give_up(ProblemStatus::stalled, "Newton's method does not converge");
     }
     if (std::isfinite(next) && (solved || next < error)) error = next;
   }
@@ -198,8 +209,9 @@ ProblemReport ProximalNewton::solve() {
   std::copy_n(scaled_.best(), given_.unknowns(), centre_.begin());
   double error = monitor.error_of(centre_.data());
   if (error > monitor.tolerance() && !given_.bodies) error = begin_with_sweeps();
-  if (error > monitor.tolerance()) begin_sticking(error);
-  run(error);
+  const double start = error;
+  if (error > monitor.tolerance() && !follows_sweeps_) begin_sticking(error);
+  if (!needs_sticking_ || error < 0.1 * start) run(error);
   ProblemReport report = scaled_.finish("ppa_newton", iterations_);
   report.velocity = std::move(velocity_);
   return report;

@@ -14,6 +14,10 @@ public:
   double bytes() const { return newton_.bytes(); }
   // How often it may fail to bring velocities right once the tolerance is met, which matters under heavy bodies.
   void settle_failures(int most) { settle_failures_ = most; }
+  // Ends where the state in which every contact sticks is not near the answer.
+  void go_on_if_sticking() { needs_sticking_ = true; }
+  // Begins from impulses that sweeps found, and leaves to them again what fails twice.
+  void go_on_from_sweeps() { follows_sweeps_ = true; }
   ProblemReport solve();
 
 private:
@@ -29,7 +33,7 @@ private:
   NewtonStep newton_;
   std::int64_t iterations_ = 0;
   double alpha_ = 1e-2, smallest_; // of the proximal term, relative to the mean diagonal of W
-  bool settling_ = false;
+  bool settling_ = false, needs_sticking_ = false, follows_sweeps_ = false;
   int settle_failures_ = 24;
   Array<double> centre_, r_, u_, shifted_;
   Array<double> velocity_; // of bodies, once refined

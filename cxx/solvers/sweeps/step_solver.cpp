@@ -45,14 +45,17 @@ public:
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
-    // Of what it is expected to cost: what sweeps leave just below the tolerance the next steps have to sweep again.
-    constexpr double price = 0.15;
+    // Of what it is expected to cost: what sweeps leave just below the tolerance the next steps have to sweep again. In
+    // the plane, where a sweep takes a twentieth of an iteration, piles take ten times as many iterations as expected.
+    const double price = system_.dim == 2 && !tries_sticking() ? 1.2 : 0.15;
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     const bool last = iterations >= options_.max_iterations; // rather than fail
     sweeps_ = iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const auto far = [&] { return last || to_come * sweep_operations(system_) >= price * cost_; };
     if (!far()) return false;
+    if (!asked_ && !last && (iterations + to_come) * sweep_operations(system_) < of_asking * operations_of_asking())
+      return false;
     if (!asked_) ask();
     return !given_up_ && far();
   }
@@ -83,9 +86,12 @@ public:
     Array<double> r(start);
     // From nothing it finds the impulses that are smallest, far inside their cones. From those of a few sweeps it ends
     // at the edges of cones, so that many contacts change in the next step, and the step takes hundreds of sweeps.
+    const bool tries = tries_sticking();
     if (from_nothing_) std::fill(r.begin(), r.end(), 0.0);
     from_nothing_ = false;
     ProximalNewton newton(step.problem(), options, r.data());
+    if (tries) newton.go_on_if_sticking();
+    if (!tries && system_.dim == 2) newton.go_on_from_sweeps();
     if (!heavy_on_light()) newton.settle_failures(1);
     const ProblemReport report = newton.solve();
     newton_operations_ += double(report.iterations) * operations;
@@ -100,7 +106,7 @@ public:
       system_.load(velocity_free_);
       cairn_add_impulses(&schedule);
     }
-    if (report.status != ProblemStatus::converged) patience_ *= 8;
+    if (report.status != ProblemStatus::converged && !tries) patience_ *= 8;
     return better;
   }
 
@@ -113,12 +119,16 @@ public:
   int few_unknowns() const override { return 96; }
 
 private:
+  // In the plane a few iterations tell whether nearly all contacts stick, which Newton's method solves at once.
+  bool tries_sticking() const { return system_.dim == 2 && from_nothing_; }
+
   bool heavy_on_light() const { return masses_differ(ratio_, true); }
 
   // Of few contacts 64 sweeps make the active set, which is exact where masses are alike.
   std::int64_t first_patience() const {
     if (heavy_on_light()) return 32;
-    return system_.dim * contacts() > NewtonHelp::few_unknowns() ? 16 : 64;
+    if (system_.dim * contacts() <= NewtonHelp::few_unknowns()) return 64;
+    return system_.dim == 2 ? 16 : 8;
   }
 
   double contacts() const {
@@ -134,6 +144,9 @@ private:
           if (at(b, b.r, lane, c) != 0) return false;
     return true;
   }
+
+  // Of the graph of bodies and the order of its factors (measured).
+  double operations_of_asking() const { return 1000.0 * system_.velocities() * contacts(); }
 
   // What Newton's method would cost here; before that, what it costs at least.
   void ask() {
@@ -158,6 +171,7 @@ private:
   }
 
   static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
+  static constexpr double of_asking = 2;                     // work of a step over that of asking
   ContactSystem& system_;
   Velocities velocity_free_;
   SolverOptions options_;
