@@ -15,6 +15,15 @@
 #include "nodes.hpp"
 
 namespace cairn {
+namespace {
+
+std::string advice(bool keeps) { // of a body that is light for what contacts hold accelerations lead far
+  return std::string(": give a smaller dt") +
+         (keeps ? ", Theta(), or Newmark with beta = gamma/2, which no acceleration moves that knows no contact" : "");
+}
+
+} // namespace
+
 std::string MeshBody::describe(const BulkResult& fault) const {
   return "the mesh '" + model.name + "': " + model.bulk->describe(fault);
 }
@@ -175,7 +184,7 @@ void MeshBody::start_newton(Nodes& nodes) {
       for (std::size_t i = 0; i < past_.size(); ++i) iterate_[i] -= past_[i] / (h_ * share_);
       turn_iterate();
       found_ = stresses_of(iterate_, true);
-      if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
+      if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step" + advice(!past_.empty()));
     }
   }
   find_free_velocity();
@@ -375,7 +384,7 @@ void MeshBody::find_stresses_at_end(const std::vector<double>& end) {
   iterate_ = end;
   for (std::size_t i = 0; i < end.size(); ++i) b_[i] = q_[i] + way_of(i, end[i]);
   found_ = stresses_there(false);
-  if (!found_.ok()) throw Error(describe(found_) + " at the end of the step: give a smaller dt");
+  if (!found_.ok()) throw Error(describe(found_) + " at the end of the step" + advice(!past_.empty()));
 }
 
 // As `account`, with the forces of the stresses at both ends.

@@ -166,3 +166,21 @@ def test_a_coarse_side_may_be_the_one_that_asks():
     assert np.abs(stress - [0.0, -1e3, 0.0]).max() < 1e-10 * 1e3
     with pytest.raises(ValueError, match="the edges between them: give contact and edges of that side"):
         cn.deformable(block((2, 2), (0.0, 0.0)), ROCK, contact="bottom", mortar=True)
+
+
+def test_the_normal_of_a_corner_is_the_mean_of_its_sides():
+    """Of sides of 0.4 and, at a slope of 0.2, 0.6 across: weighed by what each has in common with the other mesh."""
+    x, y = np.array([0.0, 0.4, 1.0]), np.array([0.52, 0.52, 0.64])
+    points = np.concatenate([np.stack([x, y], 1), np.stack([x, y + 0.5], 1)])
+    given = {"young": 1e6, "poisson": 0.3, "density": 1000.0, "plane": "stress"}
+    over = cn.ElasticBody(points, {"quad": np.array([[0, 1, 4, 3], [1, 2, 5, 4]])}, groups={"bottom": [0, 1, 2]}, **given)
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(over, ROCK, contact="bottom", edges="bottom", mortar=True, name="over"))
+    scene.add(cn.deformable(block((3, 2), (-0.5, 0.0), (2.0, 0.5)), ROCK, edges="top", fixed={"bottom": "xy"}, name="under"))
+    scene.interact(ROCK, ROCK, cn.GapCoulomb(mu=0.0))
+    sim = cn.Simulation(scene, 1e-9, cn.NSCD(1.0, margin=0.3), overlap="ignore")
+    sim.step()
+    long = 0.6 * np.hypot(1.0, 0.2)
+    mean = 0.4 * np.array([0.0, 1.0]) + long * np.array([-0.2, 1.0]) / np.hypot(1.0, 0.2)
+    assert len(sim.contacts.gap) == 3
+    assert np.abs(sim.contacts.normal[1] - mean / np.linalg.norm(mean)).max() < 1e-12

@@ -264,3 +264,41 @@ def test_what_it_asks_for_is_told():
     sim, _ = sliding(0.3, np.array([0.0, 0.0, 0.0]), steps=1)
     with pytest.raises(cn.Error, match="'under' is a mortar over more than four nodes"):
         sim.problem()
+
+
+def seen_from(over, under):
+    """Contacts of a block above another at the start: their points along x, gaps and normals."""
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(over, ROCK, contact="bottom", edges="bottom", mortar=True, name="over"))
+    scene.add(cn.deformable(under, ROCK, edges="top", fixed={"bottom": "xy"}, name="under"))
+    scene.interact(ROCK, ROCK, cn.GapCoulomb(mu=0.0))
+    sim = cn.Simulation(scene, 1e-9, cn.NSCD(1.0, margin=0.3), overlap="ignore")
+    sim.step()
+    return sim.contacts.point[:, 0], sim.contacts.gap, sim.contacts.normal
+
+
+def moved(body, change):
+    """The body with its nodes elsewhere."""
+    return cn.ElasticBody(
+        body.points + change, body.cells, young=1e6, poisson=0.3, density=1000.0, groups=body.groups, plane="stress"
+    )
+
+
+@pytest.mark.parametrize("above", ["quad8", "quad9"])
+@pytest.mark.parametrize("below", ["quad8", "quad9"])
+def test_gaps_over_a_slope_are_exact(above, below):
+    """A flat side over one that falls by a tenth, other cells: the gap of each node is that where it is."""
+    over, under = flat(above, (2, 1), (0.0, 0.52)), flat(below, (3, 1), (-0.5, 0.0), (2.0, 0.5))
+    under = moved(under, np.stack([0 * under.points[:, 0], -0.1 * under.points[:, 0] * under.points[:, 1] / 0.5], 1))
+    x, gap, _ = seen_from(over, under)
+    assert len(x) == 5 and np.abs(gap - (0.02 + 0.1 * x)).max() < 1e-12
+
+
+def test_gaps_of_a_curved_side_count_its_middle_nodes_twice():
+    """Middle nodes lowered by d: of the functions that are positive on a side, theirs is 2 d lower than those of the corners."""
+    over, under = flat("quad8", (2, 1), (0.0, 0.52)), flat("quad8", (3, 1), (-0.5, 0.0), (2.0, 0.5))
+    middle = [n for n in over.groups["bottom"] if round(4 * over.points[n, 0]) % 2]
+    change = np.zeros_like(over.points)
+    change[middle, 1] = -1e-5
+    x, gap, _ = seen_from(moved(over, change), under)
+    assert np.abs(gap - np.where(np.round(4 * x) % 2 == 1, 0.02 - 2e-5, 0.02)).max() < 1e-8

@@ -263,6 +263,32 @@ def test_a_step_that_fails_leaves_the_state_as_it_was(integrator):
     assert tried.info["energy"] == spared.info["energy"]
 
 
+def upset(integrator):
+    """A light block between a floor and a plate that comes down: what contacts hold is large for its mass."""
+    points, cells = box("quad", (4, 4), (1.0, 1.0))
+    groups = {"top": np.flatnonzero(points[:, 1] == 1), "bottom": np.flatnonzero(points[:, 1] == 0)}
+    body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e3, poisson=0.3), density=1e-3, groups=groups)
+    skin, plate = cn.Material("skin", density=1.0), cn.Material("plate", density=1.0)
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, skin, contact="top", fixed={"bottom": "xy"}))
+    scene.add(cn.wall((0, 1), (0, -1), plate, velocity=(0.0, -0.2, 0.0)))
+    scene.interact(skin, plate, cn.Coulomb(mu=0.2))
+    return cn.Simulation(scene, 0.05, cn.NSCD(integrator=integrator, solver=cn.PPANewton(tol=1e-8)))
+
+
+def test_light_bodies_that_contacts_hold():
+    """Accelerations know no contact: methods that move bodies by them are told of, those that do not go on."""
+    with pytest.raises(ValueError, match="step: give a smaller dt, .* Newmark with beta = gamma/2"):
+        upset(cn.HHT(alpha=-0.3)).run(steps=5, progress=False)
+    ends = []
+    for integrator in (cn.Newmark(beta=0.5, gamma=1.0), cn.Theta(theta=1.0)):
+        sim = upset(integrator)
+        for _ in range(10):
+            assert sim.step()["status"] == "converged"
+        ends.append(np.abs(sim.contacts.force[:, 1]).sum())
+    assert ends[0] == pytest.approx(0.95 * ends[1], rel=0.01)  # its first step, from rest, goes half of the way: 5 % of it
+
+
 @pytest.mark.parametrize("integrator", [cn.Newmark(), cn.HHT(alpha=-0.1), cn.GeneralisedAlpha(spectral_radius=0.5)], ids=repr)
 def test_rigid_parts_turn_and_pressure_follows(integrator):
     """A bar with a rigid end that spins under pressure: the end keeps its shape, the balance closes."""

@@ -3,6 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
+from test_mortar_faces import block, spread
 
 ROCK = cn.Material("rock", density=1000.0)
 
@@ -238,24 +239,48 @@ def test_tied_bodies_in_flight_keep_their_momentum_and_meet_what_they_fall_on():
     assert abs(sim.info["energy"]["closure"]) < 1e-11 * sim.info["energy"]["in_play"]
 
 
-def test_faces_that_are_tied_in_space():
-    def block(n, z, parts):
-        x = np.linspace(0, 1, n + 1)
-        points = np.stack(np.meshgrid(x, x, np.linspace(z, z + 1, parts + 1), indexing="ij"), -1).reshape(-1, 3)
-        k = np.arange(len(points)).reshape(n + 1, n + 1, parts + 1)
-        low = k[:-1, :-1, :-1], k[1:, :-1, :-1], k[1:, 1:, :-1], k[:-1, 1:, :-1]
-        high = k[:-1, :-1, 1:], k[1:, :-1, 1:], k[1:, 1:, 1:], k[:-1, 1:, 1:]
-        cells = {"hexahedron": np.stack([*low, *high], -1).reshape(-1, 8)}
-        groups = {"top": k[:, :, -1].ravel(), "bottom": k[:, :, 0].ravel()}
-        return cn.ElasticBody(points, cells, young=1e6, poisson=0.0, density=1e3, groups=groups)
+@pytest.mark.parametrize(("above", "below"), [
+    (("hexahedron", (2, 3, 1)), ("hexahedron", (3, 2, 1))), (("hexahedron", (4, 4, 1)), ("hexahedron", (2, 2, 2))),
+    (("hexahedron", (2, 1, 1)), ("hexahedron", (3, 5, 1))), (("tetra", (3, 2, 1)), ("tetra", (2, 3, 1))),
+    (("tetra", (2, 3, 1)), ("hexahedron", (3, 1, 1))), (("hexahedron", (3, 2, 1)), ("tetra", (2, 2, 1))),
+])  # fmt: skip
+def test_a_uniform_stress_goes_through_a_tie_in_space(above, below):
+    """The patch test between faces that do not match: stress, linear displacement, and momentum through the tie."""
+    over, under = block(*above, (0.0, 0.0, 0.5)), block(*below, (0.0, 0.0, 0.0))
+    load = spread(over, 1e3)
+    over.groups = {name: np.asarray(nodes) for name, nodes in over.groups.items()}
+    body = cn.tied({"over": over, "under": under}, [("over.bottom", "under.top")])
+    hold = {"over.left": "x", "under.left": "x", "over.front": "y", "under.front": "y", "under.bottom": "z"}
+    held = {}  # of those that follow, what they follow is held
+    for group, axis in hold.items():
+        held[group] = axis
+        body.groups[group] = np.setdiff1d(body.groups[group], body.ties[0])
+    u = body.solve(held, {f"over.{group}": force for group, force in load.items()})
+    stress = np.concatenate([s for s in body.stress(u).values()])
+    assert np.abs(stress - [0.0, 0.0, -1e3, 0.0, 0.0, 0.0]).max() < 1e-10 * 1e3
+    wanted = body.points * [0.3e-3, 0.3e-3, -1e-3]
+    assert np.abs(u - wanted).max() < 1e-13
+    _, start, _, weight = body.ties
+    assert np.abs(np.add.reduceat(weight, start[:-1]) - 1).max() < 1e-13
 
-    body = cn.tied({"a": block(2, 0.0, 1), "b": block(4, 1.0, 2)}, [("b.bottom", "a.top")])
-    u = body.solve({"a.bottom": "xyz"}, {"b.top": (0.0, 0.0, 0.0)}, None)
-    assert not u.any()
-    given = np.zeros_like(body.points)
-    given[body.groups["b.top"], 2] = -0.02
-    u = body.solve({"a.bottom": "xyz", "b.top": "xyz"}, None, given)
-    assert np.abs(u[:, 2] + 0.01 * body.points[:, 2]).max() < 1e-14
+
+def test_nodes_follow_all_that_their_faces_meet():
+    """Nodes follow more than the face that they lie on: of 2 by 3 cells on 3 by 2 those within follow the nodes of several."""
+    over, under = block("hexahedron", (2, 3, 1), (0.0, 0.0, 0.5)), block("hexahedron", (3, 2, 1), (0.0, 0.0, 0.0))
+    body = cn.tied({"over": over, "under": under}, [("over.bottom", "under.top")])
+    nodes, start, leaders, _ = body.ties
+    inner = np.flatnonzero(np.all(np.abs(body.points[nodes, :2] - 0.5) < 0.4, axis=1))
+    assert len(inner) and all(start[k + 1] - start[k] > 4 for k in inner)  # the nodes of more than one face
+
+
+def test_faces_that_do_not_lie_on_others_are_told():
+    over, under = block("hexahedron", (2, 2, 1), (0.3, 0.0, 0.5)), block("hexahedron", (3, 2, 1), (0.0, 0.0, 0.0))
+    with pytest.raises(ValueError, match=r"0\.4 of the face of nodes .* of 'over.bottom' lies on 'under.top'"):
+        cn.tied({"over": over, "under": under}, [("over.bottom", "under.top")])
+    apart = block("hexahedron", (2, 2, 1), (0.0, 0.0, 0.51))
+    with pytest.raises(ValueError, match="0 of the face of nodes .* give a larger within"):
+        cn.tied({"over": apart, "under": under}, [("over.bottom", "under.top")])
+    assert len(cn.tied({"over": apart, "under": under}, [("over.bottom", "under.top")], within=0.05).ties[0]) == 9
 
 
 def test_a_rubber_part_on_an_elastic_one_and_several_materials_of_one_kind(tmp_path):

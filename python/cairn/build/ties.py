@@ -11,6 +11,7 @@ import numpy as np
 from .elastic import ElasticBody
 from .meshes import _group
 from .solid import SolidBody
+from .tied_faces import dual_weights
 
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 18
 
@@ -133,11 +134,11 @@ def tied(parts, ties, *, within=1e-6):
     """One body of several whose sides are tied: {name: ElasticBody or SolidBody}, ties a list of (group that follows, group that
     leads), named "part.group".
 
-    In 2D the velocity of the side that follows is that of the one that leads on average over each of its nodes, by dual
-    multipliers on the common segments (Wohlmuth 2000): a uniform stress goes through cells of first order of any sizes to
-    rounding. Give the finer side as the one that follows. In 3D nodes follow the faces that they lie on.
-    within: distance that a side which follows may have from the other, over the length of its edge. Raises ValueError naming
-    node or edge where there is nothing to follow.
+    The velocity of the side that follows is that of the one that leads on average over each of its nodes, by dual multipliers on
+    the common segments, in 3D polygons (Wohlmuth 2000): a uniform stress goes through cells of first order of any sizes to
+    rounding. Give the finer side as the one that follows.
+    within: distance that a side which follows may have from the other, over the length of its edge or the root of its area.
+    Raises ValueError naming edge or face where there is nothing to follow.
     """
     return TiedBody(parts, ties, within)
 
@@ -228,45 +229,12 @@ def _on_edges(body, follower, leader, within):
 
 
 def _on_faces(body, follower, leader, within):
-    """{node: (nodes that lead, weights)} by the shape functions of the faces that the nodes lie on."""
-    x, faces = body.points, _sides(body, leader, "lead")
-    faces = faces if faces.shape[1] == 4 else np.pad(faces, ((0, 0), (0, 1)), constant_values=-1)
-    out = {}
-    for node in np.unique(_sides(body, follower, "follow")):
-        if node < 0:
-            continue
-        best, found = np.inf, None
-        for face in faces:
-            corners = face[face >= 0]
-            weight, off = _foot(x[corners], x[node])
-            if off < best:
-                best, found = off, (corners, weight)
-        if best > within:
-            raise ValueError(
-                f"ties: node {node} of {follower!r} is {best:.3g} of the size of a face away from {leader!r}: move it there, or "
-                "give a larger within"
-            )
-        out[node] = found
-    return out
-
-
-def _foot(corners, point):
-    """Shape functions of a face nearest to a point, and how far it is over the size of the face."""
-    size = np.linalg.norm(corners - corners.mean(axis=0), axis=1).max()
-    r = np.zeros(2)
-    for _ in range(20):  # Newton's method on the way along the face
-        if len(corners) == 3:
-            n, d = np.array([1 - r[0] - r[1], r[0], r[1]]), np.array([[-1.0, 1, 0], [-1, 0, 1]])
-        else:
-            s = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-            n = (1 + s[:, 0] * r[0]) * (1 + s[:, 1] * r[1]) / 4
-            d = np.array([s[:, 0] * (1 + s[:, 1] * r[1]), s[:, 1] * (1 + s[:, 0] * r[0])]) / 4
-        step = np.linalg.lstsq((d @ corners).T, point - n @ corners, rcond=None)[0]
-        r = r + step
-        if np.abs(step).max() < 1e-14:
-            break
-    beyond = max(0.0, -r.min(), r.sum() - 1) if len(corners) == 3 else max(0.0, np.abs(r).max() - 1)
-    return n, max(np.linalg.norm(point - n @ corners) / size, beyond)
+    """{node: (nodes that lead, weights)} by the integrals of dual shape functions over what the faces have in common."""
+    sides = []
+    for group, what in ((follower, "follow"), (leader, "lead")):
+        faces = _sides(body, group, what)
+        sides.append(faces if faces.shape[1] == 4 else np.pad(faces, ((0, 0), (0, 1)), constant_values=-1))
+    return dual_weights(body.points, *sides, within, (follower, leader))
 
 
 def rows_of_ties(body, rigid, held):

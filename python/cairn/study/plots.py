@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 MARKERS = "os^DvP*X"
+MOST_WITHIN = 5  # names of curves in the picture itself
 FAR_BELOW = 100.0  # times a noise floor that no error comes near
 
 
@@ -23,7 +24,8 @@ def work_precision(table, of, accuracy=None):
     solvers = list(dict.fromkeys(_curve(row) for row in rows))
     columns = 2 if len(targets) in (2, 4) else min(len(targets), 3)
     lines = -(-len(targets) // columns)
-    figure = Figure(figsize=(5.2 * columns, 4.2 * lines), layout="constrained")
+    wide = 5.2 if len(solvers) <= MOST_WITHIN else 8.2
+    figure = Figure(figsize=(wide * columns, 4.2 * lines), layout="constrained")
     axes = figure.subplots(lines, columns, squeeze=False).ravel()
     for ax, target in zip(axes, targets):
         here = [row for row in rows if row["target"] == target]
@@ -39,7 +41,8 @@ def work_precision(table, of, accuracy=None):
             ax.axhline(accuracy, color="black", lw=0.8, ls=":", label=f"asked {accuracy:g}")
         ax.set_title(target, fontsize=9)
         ax.set(xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of}")
-        ax.legend(fontsize=8, frameon=False)
+        beside = len(solvers) > MOST_WITHIN  # many names would hide the marks
+        ax.legend(fontsize=8, frameon=False, **({"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if beside else {}))
     for ax in axes[len(targets) :]:
         ax.set_axis_off()
     return figure

@@ -1,0 +1,132 @@
+"""Faces of a mesh in space that follow those of another on average, by dual multipliers on what they have in common: the weights
+with which nodes follow nodes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+LEAST = 1e-12  # of a face, that counts as common
+_AT, _WIDE = np.polynomial.legendre.leggauss(4)
+_AT, _WIDE = (_AT + 1) / 2, _WIDE / 2
+
+
+def dual_weights(points, follow, lead, within, name):
+    """{node that follows: (nodes that lead, weights)}, M / D with D_j = int N_j and M_jl = int psi_j N_l over the faces that
+    follow, psi = diag(D) (int N N')^-1 N of each (Wohlmuth 2000).
+
+    points (n, 3); follow, lead (m, 4): faces, the fourth node of a triangle is -1; within: distance of what is common from a
+    face that follows, over its size. name: of what follows and what leads, for the error of a face that is not covered.
+    """
+    middles, reach = _balls(points, lead)
+    diagonal, rows = {}, {}
+    for face in follow:
+        own = face[face >= 0]
+        x = points[own]
+        middle, axes, size = _frame(x)
+        flat = ((x - middle) @ axes.T) / size
+        near = np.flatnonzero(np.linalg.norm(middles - middle, axis=1) < reach + np.linalg.norm(x - middle, axis=1).max())
+        samples, covered = [], 0.0
+        for k in near:
+            other = lead[k][lead[k] >= 0]
+            y = ((points[other] - middle) @ axes.T) / size
+            part = _common(flat, y)
+            if part is None:
+                continue
+            place, wide = _samples(part)
+            shape = shapes_at(y[:, :2], place)
+            off = np.abs(shape @ ((points[other] - middle) @ np.cross(*axes)) / size).max()
+            if off > within:
+                continue
+            covered += wide.sum()
+            samples.append((other, shape, shapes_at(flat, place), wide))
+        whole = _area(flat)
+        if abs(covered / whole - 1) > 1e-9:
+            follower, leader = name
+            raise ValueError(
+                f"ties: {covered / whole:.6g} of the face of nodes {', '.join(map(str, own))} of {follower!r} lies on "
+                f"{leader!r}, within {within:g} of its size: let the finer side follow, or give a larger within"
+            )
+        of = sum(wide @ mine for _, _, mine, wide in samples)
+        both = sum(mine.T @ (wide[:, None] * mine) for _, _, mine, wide in samples)
+        dual = of[:, None] * np.linalg.inv(both)
+        for j, node in enumerate(own):
+            diagonal[node] = diagonal.get(node, 0.0) + of[j] * size**2
+            row = rows.setdefault(node, {})
+            for other, shape, mine, wide in samples:
+                for leader, part in zip(other, (wide * (mine @ dual[j])) @ shape * size**2):
+                    row[leader] = row.get(leader, 0.0) + part
+    return {n: (list(row), np.array(list(row.values())) / diagonal[n]) for n, row in rows.items()}
+
+
+def _balls(points, faces):
+    """Middles of faces and how far their corners are from them."""
+    there = faces >= 0
+    x = points[np.where(there, faces, faces[:, :1])]
+    middles = (x * there[..., None]).sum(axis=1) / there.sum(axis=1)[:, None]
+    return middles, np.linalg.norm(x - middles[:, None], axis=2).max(axis=1)
+
+
+def _frame(x):
+    """Middle of a face, two axes in it, and its size."""
+    middle = x.mean(axis=0)
+    one, two = (x[2] - x[0], x[3] - x[1]) if len(x) == 4 else (x[1] - x[0], x[2] - x[0])
+    normal = np.cross(one, two)
+    first = one / np.linalg.norm(one)
+    return middle, np.stack([first, np.cross(normal / np.linalg.norm(normal), first)]), np.sqrt(np.linalg.norm(normal) / 2)
+
+
+def _area(x):
+    a, b = x, np.roll(x, -1, axis=0)
+    return 0.5 * float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
+
+
+def _common(one, other):
+    """The part of two convex polygons (m, 2) that is common, anticlockwise; None where there is none."""
+    part = other if _area(other) > 0 else other[::-1]
+    for a, b in zip(one, np.roll(one, -1, axis=0)):
+        side = (b[0] - a[0]) * (part[:, 1] - a[1]) - (b[1] - a[1]) * (part[:, 0] - a[0])
+        kept = []
+        for p, q, s, t in zip(part, np.roll(part, -1, axis=0), side, np.roll(side, -1)):
+            if s >= 0:
+                kept.append(p)
+            if s * t < 0:
+                kept.append(p + s / (s - t) * (q - p))
+        if len(kept) < 3:
+            return None
+        part = np.array(kept)
+    return part if _area(part) > LEAST * _area(one) else None
+
+
+def _samples(part):
+    """Places and weights of a rule on a convex polygon: triangles from its first corner, each a square one side of which is a
+    point."""
+    places, weights = [], []
+    u, v = (grid.ravel() for grid in np.meshgrid(_AT, _AT, indexing="ij"))
+    wide = np.outer(_WIDE, _WIDE).ravel() * u
+    for b, c in zip(part[1:-1], part[2:]):
+        a = part[0]
+        twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        places.append(a + u[:, None] * ((b - a) + v[:, None] * (c - b)))
+        weights.append(wide * twice)
+    return np.concatenate(places), np.concatenate(weights)
+
+
+def shapes_at(corners, places):
+    """Shape functions (m, 3 | 4) of a triangle or a quadrilateral in the plane at places (m, 2)."""
+    if len(corners) == 3:
+        edges = np.stack([corners[1] - corners[0], corners[2] - corners[0]], 1)
+        r = np.linalg.solve(edges, (places - corners[0]).T).T
+        return np.stack([1 - r.sum(axis=1), r[:, 0], r[:, 1]], 1)
+    sign = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
+    r = np.zeros_like(places)
+    for _ in range(20):  # Newton's method on the bilinear map
+        along, across = 1 + sign[:, 0] * r[:, :1], 1 + sign[:, 1] * r[:, 1:]
+        shape = along * across / 4
+        d = np.stack([sign[:, 0] * across / 4, sign[:, 1] * along / 4], 1)  # (m, 2, 4)
+        step = np.linalg.solve(np.swapaxes(d @ corners, 1, 2), (places - shape @ corners)[:, :, None])[:, :, 0]
+        r = r + step
+        if np.abs(step).max() < 1e-14:
+            break
+    along, across = 1 + sign[:, 0] * r[:, :1], 1 + sign[:, 1] * r[:, 1:]
+    return along * across / 4
