@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from ..build.elastic import ElasticBody
-from .views import MeshView
+from .views import MeshView, core_of
 
 VTK_CELLS = {
     "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25,
@@ -114,7 +114,7 @@ class _Joined(MeshView):
 
     def __init__(self, simulation, views):
         body = _JoinedBody([view.body for view in views])
-        super().__init__(simulation, simulation._core, SimpleNamespace(body=body, dim=body.dim))
+        super().__init__(simulation, core_of(simulation), SimpleNamespace(body=body, dim=body.dim))
         self._numbers = [view._mesh.number for view in views]
         self._first = np.array([view.ids[0] for view in views])
         self._counts = np.array([len(view.ids) for view in views])
