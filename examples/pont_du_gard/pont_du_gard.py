@@ -13,7 +13,7 @@ is left out of balance on each block, the reactions against the weight, and the 
 near to rest it is.
 
 Run it:  python pont_du_gard.py              760 blocks, two seconds
-         python pont_du_gard.py --full       35,000 blocks, 4 GB, six minutes
+         python pont_du_gard.py --full       35,000 blocks, 4 GB, five minutes
          python pont_du_gard.py --help
 """
 
