@@ -1,5 +1,7 @@
 """Cohesive laws in scenes: balance of energy, restart, space and plane, bodies with sides, meshes; fragments."""
 
+from types import SimpleNamespace
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -245,6 +247,50 @@ def test_a_split_bar_is_as_stiff_as_a_whole_one_and_breaks_once():
     sim.run(steps=3000, progress=False)
     assert len(cn.post.fragments(sim)) == 2
     assert sim.info["energy"]["released"] >= 2.0 * 0.1 * 0.99
+
+
+def test_acoustic_events_have_the_energy_that_is_released():
+    """Bars pulled apart in a row, one side after the other; what the damage before the first look took does not count."""
+    x = np.column_stack([0.1 * np.arange(4), np.zeros(4)])
+    v = np.zeros((4, 3))
+    v[1:, 0] = 1.0
+    v[3, 0] = 3.0
+    scene = cn.Scene(2)
+    scene.add(cn.disks(x, 0.05, ROCK, velocity=v))
+    scene.interact(ROCK, ROCK, cn.MAL(normal_stiffness=1e8, tangential_stiffness=1e8, mu=0.3, normal_strength=1e4,
+                                      tangential_strength=1e4, normal_work=5.0, tangential_work=5.0))  # fmt: skip
+    sim = simulate(scene, 1e-4)
+    sim.run(steps=4, progress=False)
+    before, began = sim.energy["released"], sim.time
+    assert before > 0
+    events, coarse = cn.post.AcousticEvents(sim), cn.post.AcousticEvents(sim, quiet=10**6)
+    assert len(events.table) == 0
+
+    def both(s):
+        events(s)
+        coarse(s)
+
+    sim.run(steps=100, progress=False, callback=both)
+    table = events.table
+    released = sim.energy["released"] - before
+    assert released > 0 and table["energy"].sum() == pytest.approx(released, rel=1e-12)
+    assert coarse.table["energy"].sum() == pytest.approx(released, rel=1e-12)
+    assert len(coarse.table) == len({(a, b) for a, b in zip(table["body_a"], table["body_b"])}) <= len(table)
+    assert (table["energy"] > 0).all() and (table["begin"] < table["end"]).all() and (np.diff(table["begin"]) >= 0).all()
+    assert table["begin"].min() >= began * (1 - 1e-12) and table["end"].max() <= sim.time
+    assert np.abs(table["point"][:, 0] - 0.05 - 0.1 * np.minimum(table["body_a"], table["body_b"])).max() < 0.02
+    with pytest.raises(ValueError, match="quiet is 0"):
+        cn.post.AcousticEvents(sim, quiet=0)
+    for quiet, count in ((1, 2), (2, 1)):  # steps 1, 2 and 4 release
+        one = SimpleNamespace(key=np.array([[1, 2]]), bodies=np.array([[1, 2]]), point=np.zeros((1, 2)))
+        at = SimpleNamespace(time=0.0, dt=1.0, steps=0, contacts=one)
+        one.of_laws = lambda at=at: {"released": np.array([at.total])}
+        at.total = 0.0
+        events = cn.post.AcousticEvents(at, quiet=quiet)
+        for step, released in enumerate((1.0, 3.0, 3.0, 7.0), 1):
+            at.steps, at.time, at.total = step, float(step), released
+            events(at)
+        assert len(events.table) == count and events.table["energy"].sum() == 7 and events.table["end"][-1] == 4
 
 
 OF_ZONES = dict(normal_stiffness=1e12, tangential_stiffness=5e11, mu=0.3)

@@ -1,0 +1,64 @@
+"""Acoustic events of a run: when and where contacts break or are damaged, and the energy that each sets free."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+class AcousticEvents:
+    """Collects what damage releases, contact by contact: `events = cn.post.AcousticEvents(sim)`, `sim.run(..., callback=events)`,
+    then `events.table`.
+
+    An event is what one contact releases in steps that follow each other; after `quiet` steps without any (1) it is over. What
+    was released before the object was made does not count, and the energies of all events sum up to what the balance has
+    released since (`sim.energy["released"]`), to rounding. Raises ValueError if quiet is below 1.
+    """
+
+    def __init__(self, simulation, quiet=1):
+        if not quiet >= 1:
+            raise ValueError(f"quiet is {quiet}: give a number of steps, 1 at least")
+        self._quiet, self._rows, self._open = quiet, [], {}
+        self._key, self._released = self._found(simulation)[:2]
+
+    @staticmethod
+    def _found(simulation):
+        """Keys of the contacts that released something, what each did [J], and their numbers."""
+        contacts = simulation.contacts
+        released = np.asarray(contacts.of_laws().get("released", np.zeros(0)))
+        number = np.flatnonzero(released > 0)
+        return np.asarray(contacts.key)[number], released[number], number
+
+    def __call__(self, simulation):
+        """After a step."""
+        key, released, number = self._found(simulation)
+        _, same = np.unique(np.concatenate([self._key, key]), axis=0, return_inverse=True)
+        same = same.ravel()
+        before = np.zeros(len(same))
+        before[same[: len(self._key)]] = self._released
+        energy = released - before[same[len(self._key) :]]
+        self._key, self._released = key, released
+        contacts, step = simulation.contacts, simulation.steps
+        grew = np.flatnonzero(energy > 0)
+        if not len(grew):
+            return
+        pairs, places = np.asarray(contacts.bodies), np.asarray(contacts.point)
+        for k in grew:
+            name = key[k].tobytes()
+            at, last = self._open.get(name, (-1, -1))
+            if at < 0 or step - last > self._quiet:
+                at = len(self._rows)
+                begin = simulation.time - simulation.dt
+                self._rows.append([begin, begin, *pairs[number[k]], places[number[k]].copy(), 0.0])
+            row = self._rows[at]
+            row[1] = simulation.time
+            row[5] += energy[k]
+            self._open[name] = (at, step)
+
+    @property
+    def table(self):
+        """One row an event, in the order in which they began: `begin`, `end` [s], `body_a`, `body_b` (ids), `point` (dim) at the
+        first release [m], `energy` [J]; a structured array."""
+        dim = len(self._rows[0][4]) if self._rows else 0
+        numbers = [(name, float) for name in ("begin", "end")] + [(name, np.int64) for name in ("body_a", "body_b")]
+        kinds = [*numbers, ("point", float, (dim,)), ("energy", float)]
+        return np.array([tuple(row) for row in self._rows], dtype=kinds)
