@@ -30,6 +30,7 @@ contains
   end function hardening_energy
 
   !> Stress from elastic trial strain less plastic strain; plastic strain (shear twice), back stress and accumulated strain go on.
+  !> Not solved where the material softens to a yield stress below zero: its law says nothing beyond.
   pure subroutine mises(bulk, shear, law, elastic, back, accumulated, flow, stress, tangent, solved)
     real(c_double), intent(in)      :: bulk, shear
     type(hardening_law), intent(in) :: law
@@ -70,6 +71,7 @@ contains
       deviator = deviator - 2*shear*multiplier*n
       back = back + 2*law%kinematic/3*multiplier*n
       accumulated = accumulated + root*multiplier
+      solved = solved .and. yield_stress(law, accumulated) >= 0
       share = 1 - 2*shear*multiplier/size
       twist = 2*shear/slope - (1 - share)
     end if

@@ -150,3 +150,28 @@ def test_powers_of_two_keep_bits():
             sim.step()
         ways.append(sim.meshes[0].displacement / s)
     assert np.array_equal(*ways)
+
+
+@pytest.mark.parametrize("kind", [cn.J2Plasticity, cn.FiniteJ2])
+def test_a_material_that_softens_to_nothing_is_told(kind):
+    """Sheared until its yield stress is zero: the step ends by an error or a status, no plastic strain is beyond."""
+    points, cells = box("quad", (1, 1), (1.0, 1.0))
+    law = kind(young=1e6, poisson=0.3, yield_stress=1e3, isotropic=-1e4)
+    body = SolidBody(points, cells, law, density=1000.0)
+    bottom, top = np.flatnonzero(points[:, 1] < 0.5), np.flatnonzero(points[:, 1] > 0.5)
+    body.groups.update(bottom=bottom, top=top)
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, rock, drive={"bottom": {"x": 0.0, "y": 0.0}, "top": {"x": 1.0, "y": 0.0}}))
+    sim = cn.Simulation(scene, dt=0.01, strategy=cn.NSCD())
+    told = False
+    for _ in range(60):
+        try:
+            told = sim.step()["status"] != "converged"
+        except ValueError as error:
+            told = "mesh 'mesh'" in str(error) and "quad cell" in str(error)
+        if told:
+            break
+        strain = sim.meshes[0].material_state["quad"]["accumulated_plastic_strain"]
+        assert 0 <= strain.max() <= 0.1 * (1 + 1e-12)
+    assert told and strain.max() > 0.08
