@@ -195,7 +195,7 @@ def cracked(options):
         nonlocal joints, sound
         errors.append(sim.report["error"])
         beta = sim.contacts.beta
-        before, sound = sound, np.count_nonzero(beta > 0)
+        before, sound = sound, int(np.count_nonzero(beta > 0))
         if sound == before:  # none broke, and what is broken stays so
             return
         point, side = sim.contacts.key[:, 0], sim.contacts.key[:, 1]

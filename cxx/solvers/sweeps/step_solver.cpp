@@ -47,7 +47,7 @@ public:
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
     // Of what it is expected to cost: what sweeps leave just below the tolerance the next steps have to sweep again. In
     // the plane, where a sweep takes a twentieth of an iteration, piles take ten times as many iterations as expected.
-    const double price = system_.dim == 2 && !tries_sticking() ? 1.2 : 0.15;
+    const double price = in_plane() && !tries_sticking() ? 1.2 : 0.15;
     const double to_come = std::min(forecast_.sweeps_to_come(iterations, error), believed * iterations);
     const bool last = iterations >= options_.max_iterations; // rather than fail
     sweeps_ = iterations;
@@ -91,7 +91,8 @@ public:
     from_nothing_ = false;
     ProximalNewton newton(step.problem(), options, r.data());
     if (tries) newton.go_on_if_sticking();
-    if (!tries && system_.dim == 2) newton.go_on_from_sweeps();
+    const bool last = sweeps_ >= options_.max_iterations; // no sweeps are left to go on
+    if (!tries && in_plane() && !last) newton.go_on_from_sweeps();
     if (!heavy_on_light()) newton.settle_failures(1);
     const ProblemReport report = newton.solve();
     newton_operations_ += double(report.iterations) * operations;
@@ -119,8 +120,11 @@ public:
   int few_unknowns() const override { return 96; }
 
 private:
+  // What was measured of rigid bodies does not hold for meshes, whose contacts are nearly dependent on each other.
+  bool in_plane() const { return system_.dim == 2 && !system_.needs_blocks(); }
+
   // In the plane a few iterations tell whether nearly all contacts stick, which Newton's method solves at once.
-  bool tries_sticking() const { return system_.dim == 2 && from_nothing_; }
+  bool tries_sticking() const { return in_plane() && from_nothing_; }
 
   bool heavy_on_light() const { return masses_differ(ratio_, true); }
 
