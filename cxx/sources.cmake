@@ -2,6 +2,7 @@ set(CAIRN_CXX_SOURCES
   api/contacts.cpp
   api/files.cpp
   api/hulls.cpp
+  api/joints.cpp
   api/meshes.cpp
   api/networks.cpp
   api/problems.cpp
@@ -73,6 +74,7 @@ set(CAIRN_CXX_SOURCES
   networks/multigrid.cpp
   networks/network.cpp
   networks/thermal.cpp
+  scene/joint_parts.cpp
   scene/mesh_draft.cpp
   scene/mesh_parts.cpp
   scene/periodic.cpp

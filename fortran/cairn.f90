@@ -5,7 +5,7 @@ module cairn
   use cairn_calls, only: cairn_error
   use cairn_scenes, only: cairn_scene, create_scene, destroy_scene, set_gravity, set_cell, add_material, add_material_of_group, &
     set_law, set_default_law, set_rule, plug_contact_law, add_bodies, set_body_field, drive_bodies, add_contactors, &
-    add_polygons, add_polyhedra, add_round_hulls, add_hull_contactors, add_surface
+    add_polygons, add_polyhedra, add_round_hulls, add_hull_contactors, add_surface, add_joint
   use cairn_simulations
   use cairn_meshes
   use cairn_networks

@@ -8,7 +8,7 @@ module cairn_scenes
   public :: cairn_scene, create_scene, destroy_scene, set_gravity, set_cell, add_material, add_material_of_group
   public :: set_law, set_default_law, set_rule, plug_contact_law, add_bodies, set_body_field, drive_bodies
   public :: add_contactors, add_polygons, add_polyhedra, add_round_hulls, add_hull_contactors, add_surface
-  public :: contactor_sizes
+  public :: add_joint, contactor_sizes
 
   type :: cairn_scene
     type(c_ptr) :: handle = c_null_ptr !< of the C API
@@ -137,6 +137,20 @@ module cairn_scenes
       integer(c_int32_t), value :: material
       real(c_double), intent(in) :: vertex(*)
       integer(c_int32_t), intent(in) :: triangle(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_scene_add_joint(scene, kind, a, b, point, axis, count, names, values, ends, error) &
+        bind(c, name="cairn_scene_add_joint")
+      import
+      type(c_ptr), value :: scene
+      character(c_char), intent(in) :: kind(*)
+      integer(c_int64_t), value :: a, b
+      real(c_double), intent(in) :: point(*)
+      real(c_double), intent(in), optional :: axis(*)
+      integer(c_int32_t), value :: count
+      type(c_ptr), intent(in) :: names(*)
+      real(c_double), intent(in) :: values(*)
+      integer(c_int64_t), intent(out) :: ends(*)
       type(c_error), intent(inout) :: error
     end function
   end interface
@@ -421,6 +435,56 @@ contains
     call report_back(c_scene_add_surface(scene%handle, body, int(material, c_int32_t), size(vertex, 2, c_int64_t), vertex, &
                                          size(triangle, 2, c_int64_t), int(triangle, c_int32_t), what), what, error)
   end subroutine add_surface
+
+  !> Joins body a to body b, or to the world without it, as they stand: "Ball", "Hinge", "Pivot", "Fixed", "Slider", "Distance".
+  !> names: "strength", "lowest", "highest", "stiffness", "damping", "rest", "speed", "effort", as cairn/cairn.h has them.
+  subroutine add_joint(scene, kind, a, point, b, axis, names, values, ends, error)
+    type(cairn_scene), intent(in) :: scene
+    character(*), intent(in) :: kind
+    integer(c_int64_t), intent(in) :: a                          !< id
+    real(dp), intent(in), contiguous :: point(:, :)              !< (dim, 1) [m], absolute; of a Distance (dim, 2), on a and b
+    integer(c_int64_t), intent(in), optional :: b                !< id
+    real(dp), intent(in), contiguous, optional :: axis(:)        !< (dim), of a Hinge or a Slider
+    character(*), intent(in), optional :: names(:)               !< of numbers that the joint has
+    real(dp), intent(in), contiguous, optional :: values(:)      !< as many
+    integer(c_int64_t), intent(out), optional :: ends(2)         !< ids of its contactors, that "key" of contacts names
+    type(cairn_error), intent(out), optional :: error
+    character(c_char), allocatable, target :: text(:, :)
+    type(c_ptr), allocatable :: start(:)
+    real(dp), allocatable :: number(:)
+    character(:), allocatable :: word
+    integer(c_int64_t) :: other, made(2)
+    integer :: n, i, k
+    type(c_error) :: what
+
+    if (present(ends)) ends = -1
+    n = 0
+    if (present(names)) n = size(names)
+    if (.not. has_size("point", size(point), scene%dim*merge(2, 1, kind == "Distance"), error)) return
+    if (present(axis)) then
+      if (.not. has_size("axis", size(axis), scene%dim, error)) return
+    end if
+    allocate (number(0))
+    if (present(values)) number = values
+    if (.not. has_size("values", size(number), n, error)) return
+    other = -1
+    if (present(b)) other = b
+    allocate (start(n))
+    if (present(names)) then
+      allocate (text(len(names) + 1, n), source=c_null_char)
+      do i = 1, n
+        word = c_text(names(i))
+        do k = 1, len(word)
+          text(k, i) = word(k:k)
+        end do
+        start(i) = c_loc(text(1, i))
+      end do
+    end if
+    made = -1
+    call report_back(c_scene_add_joint(scene%handle, c_text(kind), a, other, point, axis, int(n, c_int32_t), start, number, made, &
+                                       what), what, error)
+    if (present(ends)) ends = made
+  end subroutine add_joint
 
   !> Where each of these begins in an array of all, counted from 0, and behind the last.
   pure function starts(numbers)

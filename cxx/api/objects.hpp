@@ -29,6 +29,7 @@ struct cairn_scene {
   std::vector<std::string> materials, groups; // a group for each material, "" if none
   std::vector<Rule> rules;
   std::vector<cairn::MeshModel> meshes;
+  std::vector<std::string> joints; // their names, each that of the material of its ends and of their group
 };
 
 struct cairn_simulation {

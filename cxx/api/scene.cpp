@@ -43,6 +43,8 @@ std::vector<double> parameters_of(std::int32_t n, const double* parameter) {
 }
 
 std::int32_t add_material(cairn_scene& scene, const char* name, const std::string& group) {
+  for (const std::string& joint : scene.joints)
+    if (joint == name || joint == group) throw Error("'" + joint + "' is the name of a joint; give another name");
   for (std::size_t i = 0; i < scene.materials.size(); ++i)
     if (scene.materials[i] == name && scene.groups[i] == group)
       throw Error(std::string("there is a material '") + name + "' " + (group.empty() ? "" : "of '" + group + "' ") +
@@ -155,7 +157,12 @@ LawTable table_of(const cairn_scene& s) {
     if (of_nodes(s, s.groups[i])) nodes.push_back(std::int32_t(i));
   table.keep_apart(nodes);
   for (const MeshModel& m : s.meshes) table.pass_through(m.name, side_group(m.name, m.dim));
-  for (const auto& rule : s.rules) {
+  const auto of_joint = [&](const cairn_scene::Rule& rule) {
+    return std::find(s.joints.begin(), s.joints.end(), rule.word_a) != s.joints.end();
+  };
+  std::vector<cairn_scene::Rule> rules = s.rules; // those of joints after all others, so that they count
+  std::stable_partition(rules.begin(), rules.end(), [&](const auto& rule) { return !of_joint(rule); });
+  for (const auto& rule : rules) {
     if (!rule.meet)
       table.pass_through(rule.word_a, rule.word_b);
     else if (!rule.word_a.empty())

@@ -103,6 +103,18 @@ int32_t cairn_scene_add_hull_contactors(cairn_scene* scene, const char* shape, i
 int32_t cairn_scene_add_surface(cairn_scene* scene, int64_t body, int32_t material, int64_t vertices,
                                 const double* vertex, int64_t triangles, const int32_t* triangle, cairn_error* error);
 
+/* Joins body a to body b, or with b = -1 to the world, as they stand; see docs/joints.md. kind: "Ball", "Hinge" (3D),
+ * "Pivot" (2D), "Fixed", "Slider" or "Distance". point (dim) [m]: where, absolute, of a Distance (dim, 2), on a and on
+ * b. axis (dim): of a Hinge or a Slider, of all others NULL. Numbers by names and values (count each), what is not
+ * named is without: "strength" [N]; of all but a Ball and a Fixed "lowest" and "highest" of the coordinate,
+ * "stiffness", "damping" and "rest" of a spring along it; of a Hinge, a Pivot and a Slider "speed" and "effort" of a
+ * motor. ends (2), may be NULL: ids of its contactors, which the field "key" of contacts names: on their contact a is
+ * the first body, "impulse" and "moment" are the reaction, "beta" is 0 where it broke. The world is a body of its own,
+ * with the next id. */
+int32_t cairn_scene_add_joint(cairn_scene* scene, const char* kind, int64_t a, int64_t b, const double* point,
+                              const double* axis, int32_t count, const char* const* names, const double* values,
+                              int64_t* ends, cairn_error* error);
+
 /* Values (components, n) of a field of bodies: "position" (absolute), "rotation", "velocity", "force" (applied force
  * and torque, in space axes, from now on [N, N m]) or "damping" (viscous, per unit of mass [1/s]). bodies (n) ids;
  * NULL: all, in the order of insertion. */

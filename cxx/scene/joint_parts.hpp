@@ -1,0 +1,38 @@
+// Joints before they are part of a scene: their kinds and numbers by name, the law between their ends, and the marks on
+// bodies that this law is of.
+#pragma once
+#include <array>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "scene.hpp"
+
+namespace cairn {
+
+enum class Law : std::int16_t;
+
+struct JointDraft {
+  std::string kind;              // "Ball", "Hinge", "Pivot", "Fixed", "Slider" or "Distance"
+  std::int64_t a = 0, b = -1;    // ids of rigid bodies; b -1: the world
+  std::span<const double> point; // (dim, joint_points(kind)) [m], absolute
+  std::span<const double> axis;  // (dim), or empty
+  std::vector<std::pair<std::string, double>>
+      numbers; // lowest, highest, speed, effort, stiffness, damping, rest, strength
+};
+
+// How many points a kind has: a Distance one on each body, all others one that both share. Throws Error for a kind that
+// there is not, naming those that there are.
+int joint_points(const std::string& kind);
+
+// The law between the ends of a joint, and its parameters in this one. Throws Error, naming what is wrong and the
+// remedy.
+Law joint_law();
+std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft);
+
+// Puts the marks of a joint that was checked on its bodies, that of a first, so that a is the first body of its
+// contact; the world gets a body that does not move. Returns the ids of both contactors.
+std::array<std::int64_t, 2> add_joint_ends(Scene& scene, const JointDraft& draft, std::int32_t material);
+
+} // namespace cairn

@@ -1,0 +1,44 @@
+"""Joints of C and Fortran programs against the same scene made in Python: to the bit."""
+
+import os
+import subprocess
+from pathlib import Path
+
+import cairn as cn
+import numpy as np
+import pytest
+from cairn.build import bodies
+
+BUILT = Path(os.environ["CAIRN_BUILD"]) / "programs" if "CAIRN_BUILD" in os.environ else None
+
+
+def told_by(program, folder):
+    """Numbers of a program by the first word of their lines."""
+    if BUILT is None or not (BUILT / program).exists():
+        pytest.skip(f"CAIRN_BUILD names no build with {program}: build the tests of C++")
+    ended = subprocess.run([BUILT / program], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return {line.split()[0]: np.array(line.split()[1:], float) for line in ended.stdout.splitlines()}
+
+
+@pytest.fixture(scope="module")
+def swung():
+    """The pendulum of tests/consumers/c/pendulum.c."""
+    rock = cn.Material("rock")
+    ball = bodies.ContactorSet("sphere", rock, np.array([0]), np.array([0.02]))
+    place, inertia = np.array([[0.0995, 0.0, -0.01]]), np.array([[4e-4, 5e-4, 6e-4]])
+    scene = cn.Scene(3, gravity=(9.81, 0.0, 0.0))
+    scene.add(bodies.checked(bodies.BodySet(3, place, np.array([0.5]), inertia, [ball])))
+    scene.join(0, None, cn.Ball(point=(0.0, 0.0, 0.0), strength=100.0))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-11, max_iter=50000)))
+    for _ in range(3000):
+        sim.step()
+    return {"position": sim.bodies.position[0], "velocity": sim.bodies.velocity[0], "impulse": sim.contacts.impulse[0]}
+
+
+@pytest.mark.parametrize("program", ["pendulum_c", "pendulum_fortran"])
+def test_a_pendulum_of_a_program_swings_as_that_of_python(program, swung, tmp_path):
+    told = told_by(program, tmp_path)
+    assert told.keys() == swung.keys()
+    for name, values in swung.items():
+        assert np.array_equal(told[name], values), name
