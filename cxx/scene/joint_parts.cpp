@@ -75,7 +75,7 @@ public:
       if (std::find(known.begin(), known.end(), name) == known.end()) {
         std::string all;
         for (const std::string& word : known) all.append(all.empty() ? "" : ", ").append(word);
-        throw Error(std::string(kind.name) + " has no '" + name + "'; there are " + all);
+        throw Error(std::string(kind.name).append(" has no '").append(name).append("'; there are ").append(all));
       }
       for (std::size_t before = 0; before < k; ++before)
         if (given[before].first == name)
