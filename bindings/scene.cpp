@@ -183,6 +183,7 @@ void bind_scene(py::module_& m) {
       .def("node_row", &Scene::node)
       .def("node_place", // of a node in the order in which nodes came in
            [](const Scene& s, std::int64_t id) {
+             s.node(id); // refuses one that is gone
              const auto& order = s.node_insertion_order();
              const auto before = [&](std::int32_t row, std::int64_t of) { return *s.nodes.id[row] < of; };
              return std::lower_bound(order.begin(), order.end(), id, before) - order.begin();

@@ -220,7 +220,7 @@ void MeshBody::find_swelling_force() {
 // M a = F - C v - F(q), and the derivatives of that under constant loads along the way that is known so far:
 // differences of forces, exact where they are linear, over as much of a step as leaves all cells in order.
 void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme) {
-  constexpr int halvings = 20;
+  constexpr int halvings = 4; // each multiplies the rounding of a third derivative by eight
   const auto n = std::size_t(model.dofs());
   std::vector<double> at[5], known[2 + cairn_most_history], next(n), drag(n);
   const auto force_at = [&](double time, std::vector<double>& out) {
@@ -249,7 +249,8 @@ void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cai
           found = force_at((p - 2) * time, at[p]);
       if (found.ok()) break;
     }
-    if (!found.ok()) throw Error(describe(found) + " at the begin of the step");
+    if (!found.ok())
+      throw Error(describe(found) + " within two steps of its begin, as it moves there: give a smaller dt");
     if (damps_) damping_times(known[k + 1].data(), drag.data());
     for (std::size_t i = 0; i < n; ++i) {
       double force = 0;

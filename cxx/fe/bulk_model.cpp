@@ -70,12 +70,23 @@ struct BulkModel::Work {
   }
 };
 
+// Entries of a matrix are found by pairs of nodes, which a cell names once each.
+static void refuse_repeated_nodes(const BulkCells& c) {
+  const std::size_t size = std::size_t(c.element->nodes);
+  for (std::size_t first = 0; first + size <= c.node.size(); first += size)
+    for (std::size_t a = 1; a < size; ++a)
+      if (std::find(&c.node[first], &c.node[first + a], c.node[first + a]) != &c.node[first + a])
+        throw Error(std::string(c.element->cell) + " cell " + std::to_string(first / size) + " names node " +
+                    std::to_string(c.node[first + a]) + " twice: give a cell of fewer nodes, such as a triangle");
+}
+
 BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> cells)
     : dim_(dim), place_(std::move(place)), cells_(std::move(cells)) {
   std::int64_t states = 0, stresses = 0;
   for (const BulkCells& c : cells_) {
     const ElementInfo& e = *c.element;
     if (e.dim != dim) throw Error(std::string(e.name) + " cells do not fit the dimensions of the mesh");
+    refuse_repeated_nodes(c);
     if (c.mean_dilatation && (dim == 2 && c.plane == Plane::stress))
       throw Error("mean dilatation has no use in plane stress: leave it out");
     if (c.material->takes_gradient && c.kinematics != Kinematics::total_lagrangian)
@@ -149,6 +160,11 @@ void BulkModel::fit_once(std::span<const std::int64_t> start, std::span<const st
   if (std::equal(start.begin(), start.end(), start_.begin(), start_.end()) &&
       std::equal(row.begin(), row.end(), row_.begin(), row_.end()))
     return;
+  start_.clear(); // places found before are gone, whatever becomes of this pattern
+  row_.clear();
+  if (std::int64_t(start.size()) != std::int64_t(place_.size()) + 1)
+    throw Error("start has " + std::to_string(start.size()) + " numbers: give one for each dof and one more, " +
+                std::to_string(place_.size() + 1));
   SparseMatrix lower;
   lower.n = std::int64_t(place_.size());
   lower.start.assign(start.begin(), start.end());
@@ -529,7 +545,8 @@ std::string BulkModel::describe(const BulkResult& r) const {
   if (r.fault == 3)
     return text + " is too large for the fracture energy of " + c.material->python_name +
            ": give smaller cells, or a length of your own";
-  return text + ": " + c.material->python_name + " finds no finite stress";
+  return text + ": " + c.material->python_name +
+         " finds no finite stress, or none (a yield stress that softens below zero)";
 }
 
 std::string BulkModel::cell_of_node(std::int64_t node) const {

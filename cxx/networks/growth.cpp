@@ -140,6 +140,14 @@ void move_point(int dim, double factor, double expansion, const double* from, co
   }
 }
 
+// Whether the law of two contactors holds them fast: slips and turns too.
+bool holds_fast(const Simulation& s, std::int32_t a, std::int32_t b) {
+  const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
+  if (entry < 0) return false;
+  const LawInfo& law = law_infos()[std::size_t(s.laws.entry(entry).law)];
+  return law.holds && !law.joins;
+}
+
 // Where the law of two contactors keeps its slip, -1 if it has none.
 int place_of_slip(const Simulation& s, std::int32_t a, std::int32_t b) {
   const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
@@ -185,8 +193,8 @@ void Network::move_anchors(Simulation& s) const {
     move(b, anchor.shape_b, anchor.b, of_b);
     const int place = place_of_slip(s, a, b);
     const std::span<double> state = s.interactions.states(i);
-    const bool fast = anchor.length > 0; // held, slips and turns too
-    if (!fast && (place < 0 || !(state[0] > 0))) continue;
+    const bool fast = anchor.length > 0 && holds_fast(s, a, b);
+    if (!(state[0] > 0) || (!fast && place < 0)) continue;
     for (int d = 0; d < dim; ++d) slip[d] = of_a[d] - of_b[d];
     to_body_axes(bodies, dim, *k.body[b], slip, slip);
     std::copy_n(anchor.normal, 3, normal);

@@ -74,7 +74,10 @@ def test_a_mesh_goes_with_all_of_its_bodies(dim, tmp_path):
         sim.remove(first[:3])
     assert len(sim.meshes) == 2
     moved = sim.meshes[1].displacement
+    gone = sim.meshes[0]
     sim.remove(first)
+    with pytest.raises(cn.Error, match="there is no node"):
+        _ = gone.place  # not that of the mesh that is left
     assert [mesh.name for mesh in sim.meshes] == ["b"] and not np.isin(first, sim.bodies.id).any()
     assert np.array_equal(sim.meshes[0].displacement, moved)
     sim.checkpoint(tmp_path / "without.h5")

@@ -175,3 +175,12 @@ def test_a_material_that_softens_to_nothing_is_told(kind):
         strain = sim.meshes[0].material_state["quad"]["accumulated_plastic_strain"]
         assert 0 <= strain.max() <= 0.1 * (1 + 1e-12)
     assert told and strain.max() > 0.08
+
+
+def test_a_cell_that_names_a_node_twice_is_refused():
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [2.0, 0.5]])
+    with pytest.raises(ValueError, match="quad cell 1 names node 2 twice: give a cell of fewer nodes"):
+        body = SolidBody(points, {"quad": [[0, 1, 2, 3], [1, 4, 2, 2]]}, NeoHookean(young=1e5, poisson=0.3), density=1000.0)
+        scene = cn.Scene(dim=2)
+        scene.add(cn.deformable(body, cn.Material("rock", density=1000.0)))
+        cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD())

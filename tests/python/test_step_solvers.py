@@ -364,3 +364,15 @@ def test_light_bodies_are_measured_on_their_own_scale():
     assert "light bodies" in info["hint"] and str(info["light_contact"]) in info["hint"]
     sim, _ = tower("boxes", 5, 50.0, cn.Auto())
     assert sim.step()["light_error"] == 0.0  # not measured where masses are alike
+
+
+def test_the_last_chance_of_auto_in_the_plane_is_the_whole_of_newtons_method():
+    """Sweeps are at their limit, and grains that fly about do not stick: what else there is would be a failure."""
+    rock, at = cn.Material("rock", density=1000.0), np.stack(np.meshgrid(range(30), range(20), indexing="ij"), -1).reshape(-1, 2)
+    speeds = np.hstack([4 * np.random.default_rng(3).normal(size=at.shape), np.zeros((len(at), 1))])
+    scene = cn.Scene(2, gravity=(0, -10.0))
+    scene.add(cn.disks(0.995 * at + 0.5, np.random.default_rng(2).uniform(0.48, 0.52, len(at)), rock, velocity=speeds))
+    scene.add(*cn.box((0, 0), (30, 29), rock, lid=False))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Auto(tol=1e-10, max_iter=15)), overlap="ignore")
+    assert sim.step()["status"] == "converged"

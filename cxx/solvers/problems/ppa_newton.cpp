@@ -211,7 +211,7 @@ ProblemReport ProximalNewton::solve() {
   if (error > monitor.tolerance() && !given_.bodies) error = begin_with_sweeps();
   const double start = error;
   if (error > monitor.tolerance() && !follows_sweeps_) begin_sticking(error);
-  if (!needs_sticking_ || error < 0.1 * start) run(error);
+  if (!needs_sticking_ || error <= monitor.tolerance() || error < 0.1 * start) run(error);
   ProblemReport report = scaled_.finish("ppa_newton", iterations_);
   report.velocity = std::move(velocity_);
   return report;

@@ -86,12 +86,12 @@ public:
     Array<double> r(start);
     // From nothing it finds the impulses that are smallest, far inside their cones. From those of a few sweeps it ends
     // at the edges of cones, so that many contacts change in the next step, and the step takes hundreds of sweeps.
-    const bool tries = tries_sticking();
+    const bool last = sweeps_ >= options_.max_iterations; // no sweeps are left to go on
+    const bool tries = tries_sticking() && !last;
     if (from_nothing_) std::fill(r.begin(), r.end(), 0.0);
     from_nothing_ = false;
     ProximalNewton newton(step.problem(), options, r.data());
     if (tries) newton.go_on_if_sticking();
-    const bool last = sweeps_ >= options_.max_iterations; // no sweeps are left to go on
     if (!tries && in_plane() && !last) newton.go_on_from_sweeps();
     if (!heavy_on_light()) newton.settle_failures(1);
     const ProblemReport report = newton.solve();
@@ -200,7 +200,7 @@ public:
     const bool last = iterations >= options_.max_iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const double passes = failures_ > 0 ? 32 : 4;
-    if (!last && to_come * sweep_operations(system_) < passes * SolidCorrection::operations(system_)) return false;
+    if (!last && !(to_come * sweep_operations(system_) >= passes * SolidCorrection::operations(system_))) return false;
     if (!solid_) {
       schedule_ = system_.schedule(1);
       solid_.emplace(system_, schedule_, velocity_free_);
