@@ -71,7 +71,7 @@ def test_mass_momenta_and_places_pass_over(dim):
     after = totals(sim)
     for one, other in zip(before[:4], after[:4]):
         assert np.abs(one - other).max() <= 1e-12 * max(1.0, np.abs(one).max())
-    assert np.abs(grains(sim) - parts).max() < 1e-12
+    assert np.abs(grains(sim) - parts).max() < 1e-12 * np.abs(parts).max()
     assert sim.bodies.id.tolist() == [0, 1, 3, 4]
     lost = sim.info["energy"]["dissipated_reshaping"]
     assert lost > 0 and lost == pytest.approx(before[4] - after[4], rel=1e-12)
@@ -101,7 +101,7 @@ def test_contacts_and_impulses_pass_over(dim):
     after = np.sort(np.abs(sim.contacts.impulse[:, -1]))
     assert report["status"] == "converged" and report["iterations"] <= 2
     assert len(before) == 4 and np.abs(np.delete(before, 1) - after).max() < 1e-10 * before.max()
-    assert np.abs(sim.bodies.velocity).max() < 1e-11
+    assert np.abs(sim.bodies.velocity).max() < 1e-9 * 9.81 * sim.dt  # of what a step of free fall gives
 
 
 def test_a_checkpoint_after_a_merge_goes_on_to_the_same_bits(tmp_path):

@@ -230,10 +230,13 @@ def joined(scene, a, b, kind):
     law = kind.law(dim, places[1] is not None and places[0][0] > places[1][0], any(mesh is not None for mesh in meshes))
     name = f"joint {sum(law is not None and law.name == 'joint' for _, _, law in scene.rules)}"
     mark = Material(name)
+    for place, point in zip(places, ends):  # all ends, before the first is put: a joint that is refused leaves nothing behind
+        if place is not None and scene.sets[place[0]].mesh is not None:
+            _check_on_node(scene, place, point)
     for place, point in zip(places, ends):
         if place is not None:
             if scene.sets[place[0]].mesh is not None:
-                size = _put_on_node(scene, place, point, mark)
+                size = _put_on_node(scene, place, mark)
             else:
                 size = _put(scene, place, point, mark, not isinstance(kind, (Ball, Distance)))
             continue
@@ -255,21 +258,29 @@ def _place(scene, side, number):
     raise ValueError(f"{side} of a joint is {number!r}: give the number of a body or node that Scene.add returned")
 
 
-def _put_on_node(scene, place, point, mark):
-    """Adds an end to a node of a mesh; the radius of a mark of the world beside it."""
+def _size_of_mesh(s):
+    return float(np.ptp(s.position, axis=0).max())
+
+
+def _check_on_node(scene, place, point):
+    """Raises ValueError for an end that is not where its node is."""
     k, row = place
     s = scene.sets[k]
-    size = float(np.ptp(s.position, axis=0).max())
-    apart = point - s.position[row]
-    if np.abs(apart).max() > 1e-9 * size:
+    if np.abs(point - s.position[row]).max() > 1e-9 * _size_of_mesh(s):
         raise ValueError(
             f"point of a joint is {point}, and node {s.own_ids[row]} of {s.mesh.name!r} is at {s.position[row]}: "
             "give the place of the node, which is where a mesh is joined"
         )
+
+
+def _put_on_node(scene, place, mark):
+    """Adds an end to a node of a mesh; the radius of a mark of the world beside it."""
+    k, row = place
+    s = scene.sets[k]
     s.mesh.joints.append((mark.name, row))
     s.mesh.contact_nodes = np.union1d(s.mesh.contact_nodes, [row])
     scene.sets[k] = bodies.replace(s, contactors=[*s.contactors, end_on_node(scene.dim, mark, row)])
-    return END * size
+    return END * _size_of_mesh(s)
 
 
 def end_on_node(dim, mark, row):
