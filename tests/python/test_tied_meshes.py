@@ -283,6 +283,46 @@ def test_faces_that_do_not_lie_on_others_are_told():
     assert len(cn.tied({"over": apart, "under": under}, [("over.bottom", "under.top")], within=0.05).ties[0]) == 9
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("shift", [1e-8, 1e-4])
+def test_a_strip_beyond_the_other_side_is_within(dim, shift):
+    """Moved sideways the side reaches beyond the other's end: linear fields pass to rounding, a uniform stress to that order."""
+    if dim == 2:
+        under, over = elastic((3, 2), (1.0, 0.5)), elastic((4, 3), (1.0, 0.5), (shift, 0.5))
+    else:
+        under = block("hexahedron", (2, 3, 1), (0.0, 0.0, 0.0))
+        over = block("hexahedron", (3, 2, 1), (shift, -shift / 2, 0.5))
+    load = spread(over, 1e3)
+    over.groups = {name: np.asarray(nodes) for name, nodes in over.groups.items()}
+    made = {"over": over, "under": under}, [("over.bottom", "under.top")]
+    body = cn.tied(*made, within=1e-3)
+    nodes, start, leaders, weight = body.ties
+    for k, node in enumerate(nodes):
+        own = slice(start[k], start[k + 1])
+        assert np.abs(weight[own] @ body.points[leaders[own]] - body.points[node]).max() < 1e-12 * np.ptp(body.points)
+        assert weight[own].sum() == pytest.approx(1.0, rel=1e-12)
+    body.groups["corner"] = body.groups["under.bottom"][:1]
+    u = body.solve({"under.bottom": "xyz"[dim - 1], "corner": "xy"[: dim - 1], "under.left": "x"},
+                   {f"over.{group}": force for group, force in load.items()})  # fmt: skip
+    stress = np.concatenate([s for s in body.stress(u).values()])
+    wanted = np.zeros(stress.shape[1])
+    wanted[dim - 1] = -1e3
+    assert np.abs(stress - wanted).max() < 20 * shift * 1e3
+    small = shift / 100
+    with pytest.raises(ValueError, match=r"is missing: move it over the other, .* or give a larger within, \S+ or more") as told:
+        cn.tied(*made, within=small)
+    needed = float(str(told.value).split("larger within, ")[1].split()[0])
+    assert shift / 8 < needed < 8 * shift
+    assert len(cn.tied(*made, within=needed).ties[0]) == len(nodes)
+
+
+@pytest.mark.parametrize("within", [np.nan, np.inf, -1, "a"])
+def test_a_within_that_is_no_distance_is_told(within):
+    parts = {"under": elastic((3, 2), (1.0, 0.5)), "over": elastic((2, 3), (1.0, 0.5), (0.0, 0.5))}
+    with pytest.raises(ValueError, match=f"within of tied is {within!r}: give a finite number"):
+        cn.tied(parts, [("over.bottom", "under.top")], within=within)
+
+
 def test_a_rubber_part_on_an_elastic_one_and_several_materials_of_one_kind(tmp_path):
     """Cells of two materials, and a stiff body tied under a soft one: states by kinds of cells, and a restart."""
     points, quads, groups = grid((4, 4), (1.0, 1.0), (0.0, 0.5))

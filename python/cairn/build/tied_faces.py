@@ -7,6 +7,7 @@ from __future__ import annotations
 import numpy as np
 
 LEAST = 1e-12  # of a face, that counts as common
+ROUNDING = 1e-9  # of a side, that counts as nothing
 _AT, _WIDE = np.polynomial.legendre.leggauss(4)
 _AT, _WIDE = (_AT + 1) / 2, _WIDE / 2
 
@@ -16,17 +17,19 @@ def dual_weights(points, follow, lead, within, name):
     follow, psi = diag(D) (int N N')^-1 N of each (Wohlmuth 2000).
 
     points (n, 3); follow, lead (m, 4): faces, the fourth node of a triangle is -1; within: distance of what is common from a
-    face that follows, over its size. name: of what follows and what leads, for the error of a face that is not covered.
+    face that follows, over its size, and width of a strip along its sides that may lie beyond what leads. The integrals are
+    those of what is common, so that weights of a node have the sum 1 and linear fields pass whatever the strip. name: of what
+    follows and what leads, for the error of a face that is not covered.
     """
     middles, reach = _balls(points, lead)
-    diagonal, rows = {}, {}
+    sides, common = [], []
     for face in follow:
         own = face[face >= 0]
         x = points[own]
         middle, axes, size = _frame(x)
         flat = ((x - middle) @ axes.T) / size
         near = np.flatnonzero(np.linalg.norm(middles - middle, axis=1) < reach + np.linalg.norm(x - middle, axis=1).max())
-        samples, covered = [], 0.0
+        samples, covered, opposite, far = [], 0.0, 0.0, 0.0
         for k in near:
             other = lead[k][lead[k] >= 0]
             y = ((points[other] - middle) @ axes.T) / size
@@ -36,17 +39,19 @@ def dual_weights(points, follow, lead, within, name):
             place, wide = _samples(part)
             shape = shapes_at(y[:, :2], place)
             off = np.abs(shape @ ((points[other] - middle) @ np.cross(*axes)) / size).max()
+            opposite, far = opposite + wide.sum(), max(far, off)
             if off > within:
                 continue
             covered += wide.sum()
             samples.append((other, shape, shapes_at(flat, place), wide))
         whole = _area(flat)
-        if abs(covered / whole - 1) > 1e-9:
-            follower, leader = name
-            raise ValueError(
-                f"ties: {covered / whole:.6g} of the face of nodes {', '.join(map(str, own))} of {follower!r} lies on "
-                f"{leader!r}, within {within:g} of its size: let the finer side follow, or give a larger within"
-            )
+        around = float(np.linalg.norm(flat - np.roll(flat, -1, axis=0), axis=1).sum()) / whole
+        side = f"face of nodes {', '.join(map(str, own))}"
+        sides.append((side, covered / whole, opposite / whole, far, around))
+        common.append((own, size, samples))
+    check_covered(sides, within, name)
+    diagonal, rows = {}, {}
+    for own, size, samples in common:
         of = sum(wide @ mine for _, _, mine, wide in samples)
         both = sum(mine.T @ (wide[:, None] * mine) for _, _, mine, wide in samples)
         dual = of[:, None] * np.linalg.inv(both)
@@ -57,6 +62,28 @@ def dual_weights(points, follow, lead, within, name):
                 for leader, part in zip(other, (wide * (mine @ dual[j])) @ shape * size**2):
                     row[leader] = row.get(leader, 0.0) + part
     return {n: (list(row), np.array(list(row.values())) / diagonal[n]) for n, row in rows.items()}
+
+
+def check_covered(sides, within, name):
+    """Raises ValueError, with the way out, where sides that follow lie on what leads neither once nor but for a strip as wide as
+    `within` along their ends.
+
+    sides: of each what to call it, the part of it that lies on what leads, that at any distance, the largest of these over its
+    size, and the length of its ends over its size (2 for an edge); name: of what follows and what leads.
+    """
+    wrong = [s for s in sides if not -ROUNDING <= 1 - s[1] <= max(ROUNDING, min(within * s[4], 0.5))]
+    if not wrong:
+        return
+    side, covered = max(wrong, key=lambda s: abs(1 - s[1]))[:2]
+    follower, leader = name
+    told = f"ties: {covered:.6g} of the {side} of {follower!r} lies on {leader!r}, within {within:g} of its size"
+    if covered > 1:
+        raise ValueError(f"{told}, {covered - 1:.3g} more than once: leave one of the layers out of {leader!r}")
+    ways = "move it over the other, or let the finer side follow"
+    if all(covered < 1 and opposite >= 0.5 for _, covered, opposite, _, _ in wrong):  # a wider strip lets all of them pass
+        needed = 1.01 * max(max(far, (1 - opposite) / around) for _, _, opposite, far, around in wrong)
+        ways = f"move it over the other, let the finer side follow, or give a larger within, {needed:.3g} or more"
+    raise ValueError(f"{told}, {1 - covered:.3g} is missing: {ways}")
 
 
 def _balls(points, faces):

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..pre import checks
 from .elastic import ElasticBody
 from .meshes import _group
 from .solid import SolidBody
-from .tied_faces import dual_weights
+from .tied_faces import ROUNDING, check_covered, dual_weights
 
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 18
 
@@ -26,6 +27,8 @@ class TiedBody(ElasticBody):
     def __init__(self, parts, ties, within=1e-6):
         #: what it was made of, as scene files hold it
         self.given = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
+        if checks.number("within of tied", within) < 0:
+            raise ValueError(f"within of tied is {within!r}: give a finite number from 0 on")
         if not isinstance(parts, dict) or len(parts) < 2:
             raise ValueError("parts is no dict of two bodies or more: give {name: body}")
         for name, part in parts.items():
@@ -137,8 +140,10 @@ def tied(parts, ties, *, within=1e-6):
     The velocity of the side that follows is that of the one that leads on average over each of its nodes, by dual multipliers on
     the common segments, in 3D polygons (Wohlmuth 2000): a uniform stress goes through cells of first order of any sizes to
     rounding. Give the finer side as the one that follows.
-    within: distance that a side which follows may have from the other, over the length of its edge or the root of its area.
-    Raises ValueError naming edge or face where there is nothing to follow.
+    within: distance that a side which follows may have from the other, over the length of its edge or the root of its area, and
+    width of the strip by which it may reach beyond the other's end, sideways, at most a half of an edge or a face. A uniform
+    stress then goes through to the order of that strip.
+    Raises ValueError naming edge or face where there is nothing to follow, and the part that is missing.
     """
     return TiedBody(parts, ties, within)
 
@@ -197,7 +202,7 @@ def _on_edges(body, follower, leader, within):
     """{node: (nodes that lead, weights)} by the integrals of dual shape functions over the common segments."""
     x, own, other = body.points, _sides(body, follower, "follow"), _sides(body, leader, "lead")
     from_, to = x[other[:, 0]], x[other[:, 1]]
-    diagonal, rows = {}, {}
+    sides, common = [], []
     for a, b in own:
         along = x[b] - x[a]
         length = np.linalg.norm(along)
@@ -206,26 +211,41 @@ def _on_edges(body, follower, leader, within):
         ends = np.stack([(from_ - x[a]) @ along, (to - x[a]) @ along], 1) / length  # of the edges that lead, on this one
         gap = np.stack([(from_ - x[a]) @ normal, (to - x[a]) @ normal], 1) / length
         low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
-        covered = 0.0
+        samples, covered, opposite, far = [], 0.0, 0.0, 0.0
         for k in np.flatnonzero(high - low > 1e-14):
             at = low[k] + (high[k] - low[k]) * (GAUSS[0] + 1) / 2
             eta = (at - ends[k, 0]) / (ends[k, 1] - ends[k, 0])
-            if np.abs(gap[k, 0] + (gap[k, 1] - gap[k, 0]) * eta).max() > within:
+            off = np.abs(gap[k, 0] + (gap[k, 1] - gap[k, 0]) * eta).max()
+            opposite, far = opposite + high[k] - low[k], max(far, off)
+            if off > within:
                 continue
             covered += high[k] - low[k]
             wide = GAUSS[1] * (high[k] - low[k]) * length
-            lead = wide * np.stack([1 - eta, eta])
-            for node, shape, dual in ((a, 1 - at, 2 - 3 * at), (b, at, 3 * at - 1)):
+            samples.append((k, at, wide, wide * np.stack([1 - eta, eta])))
+        sides.append((f"edge of nodes {a}, {b}", covered, opposite, far, 2.0))
+        common.append((a, b, covered, samples))
+    check_covered(sides, within, (follower, leader))
+    diagonal, rows = {}, {}
+    for a, b, covered, samples in common:
+        duals = _duals(samples, abs(covered - 1) <= ROUNDING)
+        for k, at, wide, lead in samples:
+            for node, shape, dual in zip((a, b), (1 - at, at), duals(at)):
                 diagonal[node] = diagonal.get(node, 0.0) + wide @ shape
                 row = rows.setdefault(node, {})
                 for end, part in zip(other[k], lead @ dual):
                     row[end] = row.get(end, 0.0) + part
-        if abs(covered - 1) > 1e-9:
-            raise ValueError(
-                f"ties: {covered:.6g} of the edge of nodes {a}, {b} of {follower!r} lies on {leader!r}, within {within:g} of its "
-                "length: let the shorter side follow, or give a larger within"
-            )
     return {n: (list(row), np.array(list(row.values())) / diagonal[n]) for n, row in rows.items()}
+
+
+def _duals(samples, whole):
+    """The dual shape functions (2, places) of an edge: those of the whole edge, or of the part of it that is common."""
+    if whole:
+        return lambda at: (2 - 3 * at, 3 * at - 1)
+    shapes = [(np.stack([1 - at, at]), wide) for _, at, wide, _ in samples]
+    both = sum((shape * wide) @ shape.T for shape, wide in shapes)
+    of = sum(shape @ wide for shape, wide in shapes)
+    mix = of[:, None] * np.linalg.inv(both)
+    return lambda at: mix @ np.stack([1 - at, at])
 
 
 def _on_faces(body, follower, leader, within):
