@@ -1,6 +1,7 @@
 """Contact laws of LMGC90's files: each name of its tables is read, run and written, or refused with what to give instead."""
 
 import re
+import warnings
 
 import cairn as cn
 import numpy as np
@@ -117,6 +118,13 @@ def test_what_a_law_has_no_word_for_is_told(tmp_path, name, changed, told):
         (cn.Wear(mu=0.3, wear=1e-12), "an overlap that stays"),
         (cn.MohrCoulomb(tension=1e5, cohesion=1e5), "no friction while it is whole"),
         (cn.Rolling(mu=0.3, rolling=0.1), "Rolling"),
+        (cn.Restitution(normal=0.5, mu=np.inf, closing=0), "mu without end"),
+        (cn.MohrCoulomb(**MOHR | dict(mu=np.inf)), "mu, dyfr without end"),
+        (cn.MohrCoulomb(tension=1e5, cohesion=0, friction=0.5, within=ALERT), "no cohesion"),
+        (cn.Wet(force=1.0, reach=np.inf, mu=0.3), "reach without end"),
+        (cn.MAC(normal_stiffness=1e10, tangential_stiffness=1e10, mu=np.inf, work=10.0, within=ALERT), "mu, dyfr without end"),
+        (cn.Wear(mu=np.inf, wear=1e-12, recovers=1), "mu without end"),
+        (cn.Rod(stiffness=1e5, viscosity=np.inf, within=ALERT), "viscosity without end"),
     ],
 )
 def test_what_the_format_has_no_word_for_is_named(tmp_path, law, told):
@@ -125,6 +133,28 @@ def test_what_the_format_has_no_word_for_is_named(tmp_path, law, told):
     scene.interact(rock, rock, law)
     with pytest.raises(legacy.LegacyError, match=told):
         legacy.write_datbox(scene, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("law", "told"),
+    [
+        (cn.Restitution(mu=0.3, normal=0.4), "closing=1 of law .*, which RST_CLB is read with as closing=0"),
+        (cn.MohrCoulomb(**MOHR | dict(within=0)), "within=0 of law .* is read with as within=0.001"),
+        (cn.Rod(stiffness=1e5, within=0), "within=0 of law .* is read with as within=0.001"),
+        (cn.MohrCoulomb(**MOHR), None),
+        (cn.Restitution(mu=0.3, normal=0.4, closing=0), None),
+    ],
+)
+def test_a_law_that_is_read_otherwise_is_told(tmp_path, law, told):
+    scene, rock = cn.Scene(dim=2), cn.Material("rock", density=1000.0)
+    scene.add(cn.disks([[0.0, 0.0], [0.1, 0.0]], 0.05, rock))
+    scene.interact(rock, rock, law)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        legacy.write_datbox(scene, tmp_path)
+    assert [bool(told and re.search(told, str(one.message))) for one in caught] == [True] * (told is not None)
+    again = only_law(legacy.read_datbox(tmp_path))
+    assert np.allclose(again.values, law.values, rtol=1e-7, atol=0) == (told is None)
 
 
 def test_the_page_lists_every_name():

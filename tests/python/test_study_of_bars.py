@@ -83,7 +83,7 @@ def test_meshes_that_no_build_takes_are_told(tmp_path):
     sweep = {"solvers": ["NLGS"], "tolerances": (1e-2,), "meshes": (4,)}
     with pytest.raises(ValueError, match="build\\(\\) does not take the options {'mesh': 4}"):
         study.run(str(path), tmp_path / "bar.study", figures=["way"], sweep=sweep, progress=False)
-    with pytest.raises(ValueError, match="a mesh is -1"):
+    with pytest.raises(ValueError, match="meshes: -1 is no mesh"):
         scene_settings(["NLGS"], meshes=(-1,))
     assert "mesh" not in next(iter(scene_settings(["NLGS"], (1e-2,), warm_start=(True,)).values())).as_row()
 
@@ -98,3 +98,25 @@ def test_integrators_that_are_none_are_told():
             scene_settings(["NLGS"], integrators=(text,))
     plain = scene_settings(["NLGS"], (1e-2,), warm_start=(True,))
     assert "integrator" not in next(iter(plain.values())).as_row()
+
+
+@pytest.mark.parametrize(
+    ("meshes", "reference", "told"),
+    [
+        ((4, 8), -3, "reference_mesh: -3 is no mesh: give finite numbers above 0"),
+        ((4, 8), float("nan"), "reference_mesh: nan is no mesh"),
+        ((4, 8), float("inf"), "reference_mesh: inf is no mesh"),
+        ((4, 8), "a", "reference_mesh: 'a' is no mesh"),
+        ((4, 8), 6, "reference_mesh is 6, coarser than the finest of meshes, 8: give at least that"),
+        ((0, 8), None, "meshes: 0 is no mesh"),
+        ((4, "a"), None, "meshes: 'a' is no mesh"),
+        ((4, float("nan")), None, "meshes: nan is no mesh"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(tmp_path, meshes, reference, told):
+    path = tmp_path / "bar.py"
+    path.write_text(BAR.replace("def build(cells=10):", "def build(mesh=10):\n    cells = mesh"))
+    sweep = {"solvers": ["NLGS"], "tolerances": (1e-2,), "warm_start": (True,), "meshes": meshes}
+    with pytest.raises(ValueError, match=told):
+        study.run(str(path), tmp_path / "bar.study", figures=["way"], sweep=sweep, reference_mesh=reference, runs=8, workers=1,
+                  progress=False)  # fmt: skip

@@ -184,7 +184,7 @@ def law_of(law, alert):
 
 
 def words_of(law):
-    """What the format calls a law of Cairn: (name, {name of a value: value}), or why it has no word for it."""
+    """What the format calls a law of Cairn: (name, {name of a value: value}), or (None, why it has no word for it)."""
     python, values = type(law).__name__, dict(zip(law.parameter_names, law.values))
     found = _NAMES.get(python)
     if found is None:
@@ -192,12 +192,17 @@ def words_of(law):
     name, missed = found(values)
     if missed:
         return None, f"{missed} of law {law!r}"
-    given = {theirs: values[ours] for ours, theirs in LAWS[name][1].items()}
+    names = LAWS[name][1]
+    given = {theirs: values[ours] for ours, theirs in names.items()}
     given |= {"dyfr": given["stfr"]} if "stfr" in given else {}
     if python == "MohrCoulomb":
         given |= {"cohn": values["cohesion"] / values["friction"]}
         given |= {"scom": min(values["cap"], HUGE)} if "scom" in given else {}
     given |= {"Wear": {"kcdw": values.get("wear"), "kanw": 0.0}, "Wet": {"coht": 0.0}}.get(python, {})
+    ours = {theirs: mine for mine, theirs in names.items()}
+    endless = [ours.get(theirs, theirs) for theirs, value in given.items() if not np.isfinite(value)]
+    if endless:
+        return None, f"{', '.join(endless)} without end of law {law!r}"
     return name, given
 
 
@@ -216,6 +221,8 @@ def _zone(name):
 def _mohr(v):
     if not v["friction"] > 0:
         return "", "no friction while it is whole"
+    if not v["cohesion"] > 0:
+        return "", "no cohesion"
     tip = v["cohesion"] / v["friction"]
     whole = np.isinf(v["cap"]) and abs(v["tension"] - tip) <= 1e-7 * tip  # to the digits of a file
     return "IQS_MOHR_DS_CLB" if whole else "IQS_CAP_MOHR_DS_CLB", ""

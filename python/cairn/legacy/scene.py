@@ -21,7 +21,7 @@ from .text import LegacyError
 
 
 class UnmappedWarning(UserWarning):
-    """A legacy file holds what the scene does not: it was left out, as asked."""
+    """A legacy file or a scene holds what the other has no word for: it was left out, as asked, or made what is nearest."""
 
 
 @dataclass

@@ -10,7 +10,8 @@ import numpy as np
 
 from ..build import bodies
 from ..run import time_functions
-from .contact_laws import LAW_VALUES, words_of
+from .contact_laws import LAW_VALUES, law_of, words_of
+from .datbox import ContactLaw
 from .scene import UnmappedWarning
 from .text import LegacyError, real, triple
 
@@ -22,8 +23,10 @@ def write_datbox(scene, folder, unmapped="error"):
     """Writes a scene as LMGC90's DATBOX text files; the inverse of read_datbox to the 8 digits that they hold.
 
     unmapped: "error" refuses a scene with something that the format, or this writer, has no word for, naming all of it;
-    "skip" leaves it out and warns, naming all of it. Infinite masses become those of a disk or ball of radius 1 (their dofs
-    are driven). Planes without end become slabs as large as the scene. Returns the folder.
+    "skip" leaves it out and warns, naming all of it. A law that is read again with other values (Restitution with closing=1,
+    zones that join bodies within=0: LMGC90 has no such choice) is written as the nearest, with a warning that names them.
+    Infinite masses become those of a disk or ball of radius 1 (their dofs are driven). Planes without end become slabs as
+    large as the scene. Returns the folder.
     """
     if unmapped not in ("error", "skip"):
         raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
@@ -33,6 +36,9 @@ def write_datbox(scene, folder, unmapped="error"):
         text = "LMGC90's files have no word for this: " + "; ".join(dict.fromkeys(w.missed))
         if unmapped == "error":
             raise LegacyError(text + ". Say unmapped='skip' to write the rest")
+        warnings.warn(text, UnmappedWarning, stacklevel=2)
+    if w.changed:
+        text = "LMGC90's files have no word for this, it is written as what is nearest: " + "; ".join(w.changed)
         warnings.warn(text, UnmappedWarning, stacklevel=2)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -47,7 +53,7 @@ class _Writer:
     def __init__(self, scene):
         self.scene, self.dim = scene, scene.dim
         self.type = "RBDY2" if scene.dim == 2 else "RBDY3"
-        self.missed, self.tables = [], {}
+        self.missed, self.changed, self.tables = [], [], {}
         self.body_lines, self.drive_lines, self.state_lines = [], [], []
         self.densities, self.seen = {}, {}  # bulk name: density; species: [(contactor type, colour)]
         self.names = {}
@@ -281,18 +287,19 @@ class _Writer:
                 law = s.law_between(a, b)
                 if law is None:
                     continue
+                within = dict(zip(law.parameter_names, law.values)).get("within", 0.0) or alert
                 if law not in named:
                     legacy, there = words_of(law)
                     if legacy is None:
                         self.missed.append(there)
                         continue
+                    self.changed += _changed(law, legacy, there, within)
                     named[law] = f"law{len(named):02d}"
                     head = f" {named[law]}  {legacy:<30}".ljust(40)
                     rows = [[(f"{word:<4}=", there[word]) for word in row] for row in LAW_VALUES[legacy]]
                     text = ["".join(f"{label}{real(v)}  " for label, v in row).rstrip() for row in rows] or [""]
                     self.law_lines += ["$behav", (head + text[0]).rstrip(), *(" " * 40 + t for t in text[1:]), ""]
-                within = dict(zip(law.parameter_names, law.values)).get("within", 0.0)
-                self._see(a, b, named[law], within or alert)
+                self._see(a, b, named[law], within)
 
     def _see(self, a, b, law, alert):
         round_ = ("DISKx", "SPHER")
@@ -327,6 +334,17 @@ class _Writer:
             "Vloc_Rloc.INI": HEAD.format("Vloc_Rloc"),
             **self.tables,
         }
+
+
+def _changed(law, name, given, alert):
+    """What is read again otherwise than it is, to the digits of a file, in words."""
+    back, _, _ = law_of(ContactLaw(name, name, parameters=given), alert)
+    pairs = zip(law.parameter_names, law.values, back.values)
+    return [
+        f"{what}={mine:g} of law {law!r}, which {name} is read with as {what}={theirs:g}"
+        for what, mine, theirs in pairs
+        if mine != theirs and not abs(mine - theirs) <= 1e-7 * abs(mine)
+    ]
 
 
 def _matrix(dim, rotation):

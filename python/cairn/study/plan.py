@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-from .settings import Setting, digest, problem_settings, scene_settings, scene_solvers
+from .settings import Setting, check_mesh, digest, problem_settings, scene_settings, scene_solvers
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,6 +38,8 @@ class Protocol:
             raise ValueError(f"averaged is {self.averaged}: give the share of a run that is averaged, in (0, 1]")
         if not self.perturbation > 0:
             raise ValueError(f"perturbation is {self.perturbation}: give a share of the radius above 0, 1e-4 say")
+        if self.reference_mesh is not None:
+            check_mesh("reference_mesh", self.reference_mesh)
         for name in ("prepare", "duration", "max_seconds"):
             value = getattr(self, name)
             if value is not None and not value >= 0:
@@ -88,7 +90,12 @@ class Plan:
         name = p.reference_solver or ("Auto" if "Auto" in scene_solvers() else "NLGS")
         limit = 100_000
         start = {"prepare": prepare, "states": states, "tol": p.prepare_tol, "dt": target.dt}
-        finest = p.reference_mesh or max(s.mesh for s in settings.values())
+        finest = max(s.mesh for s in settings.values())
+        if p.reference_mesh is not None:
+            if p.reference_mesh < finest:
+                told = f"reference_mesh is {p.reference_mesh:g}, coarser than the finest of meshes, {finest:g}"
+                raise ValueError(told + ": give at least that, or None")
+            finest = float(p.reference_mesh)
         files = {}  # common states of each mesh: one knows nothing of another's
         for mesh in dict.fromkeys([*(s.mesh for s in settings.values()), finest]):
             known = target.with_mesh(mesh).fingerprint

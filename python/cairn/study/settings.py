@@ -144,14 +144,15 @@ def scene_settings(
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
     out = {}
+    if tuple(meshes or (0.0,)) != (0.0,):  # the default: what build() makes by itself
+        for mesh in meshes:
+            check_mesh("meshes", mesh)
     every = itertools.product(
         names, tolerances, dt_factors, warm_start, min_iter, integrators or ("",), network_tolerances or (0.0,),
         couplings or ("",), meshes or (0.0,),
     )
     for name, tol, factor, warm, least, integrator, network_tol, coupling, mesh in every:
         _check(tol, factor)
-        if not mesh >= 0 or mesh == float("inf"):
-            raise ValueError(f"a mesh is {mesh}: give numbers above 0 that build(mesh=...) takes, the finer the larger")
         _check_networks(network_tol, coupling)
         if integrator:
             make_integrator(integrator)
@@ -160,6 +161,17 @@ def scene_settings(
                           str(coupling), float(mesh))  # fmt: skip
         out.setdefault(setting.key(), setting)
     return out
+
+
+def check_mesh(name, mesh):
+    """Raises ValueError unless mesh is a finite number above 0."""
+    try:
+        right = not isinstance(mesh, (str, bool)) and 0 < float(mesh) < float("inf")
+    except (TypeError, ValueError):
+        right = False
+    if not right:
+        remedy = "give finite numbers above 0 that build(mesh=...) takes, the finer the larger"
+        raise ValueError(f"{name}: {mesh!r} is no mesh: {remedy}")
 
 
 def problem_settings(solvers=None, tolerances=TOLERANCES, max_iter=10_000_000):
