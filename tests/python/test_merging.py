@@ -118,6 +118,53 @@ def test_a_checkpoint_after_a_merge_goes_on_to_the_same_bits(tmp_path):
     assert np.array_equal(again.bodies.position, once.bodies.position)
 
 
+def in_cell(x, v, cell, steps=0, strategy=None):
+    scene = cn.Scene(2, periodic=cell)
+    scene.add(cn.disks(x, 0.05, ROCK, velocity=v))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3) if strategy is None else cn.LinearSpring(stiffness=2e3, mu=0.4))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=SHARP) if strategy is None else strategy, overlap="ignore")
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+def test_grains_on_both_sides_of_a_periodic_boundary_are_one_beside_each_other(steps):
+    """A pair at 0.1 of each other, and a chain longer than half of the cell, of which no grain is taken to its other end."""
+    sim = in_cell([[0.05, 0.0], [0.15, 0.0], [0.95, 0.0]], np.zeros((3, 3)), cn.Periodic((1.0, np.inf)), steps)
+    mass = 1000 * np.pi * 0.05**2
+    sim.merge([0, 2])
+    assert sim.bodies.position[0, 0] % 1.0 in (pytest.approx(0.0, abs=1e-12), pytest.approx(1.0, abs=1e-12))
+    assert np.ravel(sim.bodies.inertia)[0] == pytest.approx(mass * (0.05**2 + 2 * 0.05**2), rel=1e-12)
+    places = [0.85, 0.55, 0.95, 0.05, 0.65, 0.75, 0.15]
+    sim = in_cell([[x, 0.0] for x in places], np.zeros((7, 3)), cn.Periodic((1.0, np.inf)), steps)
+    sim.merge(range(7))
+    assert sim.bodies.position[0, 0] == pytest.approx(0.85, rel=1e-12)
+    of_chain = 7 * mass * 0.05**2 / 2 + mass * 0.01 * 2 * (1 + 4 + 9)
+    assert np.ravel(sim.bodies.inertia)[0] == pytest.approx(of_chain, rel=1e-12)
+
+
+def test_an_image_in_a_cell_that_shears_has_the_velocity_of_the_image():
+    """Grains that go with the cell, on both sides of the boundary that moves: as one they go with what is between, and turn."""
+    cell = cn.Periodic((1.0, 1.0), lean=0.3, shear_rate=2.0)
+    sim = in_cell([[0.1, 0.06], [0.4, 0.96]], [[0.12, 0.0, 0.0], [1.92, 0.0, 0.0]], cell)
+    sim.merge([0, 1])
+    assert np.abs(sim.bodies.position[0] - [0.1, 0.01]).max() < 1e-12
+    assert np.abs(sim.bodies.velocity[0] - [0.02, 0.0, -0.01 / (0.05**2 + 2 * 0.05**2)]).max() < 1e-12
+
+
+@pytest.mark.parametrize("strategy", [None, cn.SmoothDEM(energy=False)])
+def test_a_merge_before_the_balance_has_begun_is_no_part_of_it(strategy):
+    """The kinetic energy was below zero; that of the first step is of the one body."""
+    sim = in_cell([[0.0, 0.0], [0.1, 0.0]], [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]], None, 0 if strategy is None else 1, strategy)
+    sim.merge([0, 1])
+    assert not any(sim.info["energy"].values())
+    sim.bodies.set(velocity=[[2.0, 0.0, 0.0]])
+    sim.step()
+    kinetic = 4 * 1000 * np.pi * 0.05**2 if strategy is None else 0.0
+    assert sim.info["energy"]["kinetic"] == pytest.approx(kinetic) and sim.info["energy"]["dissipated_reshaping"] == 0
+
+
 @pytest.mark.parametrize(
     ("ids", "told"),
     [([1], "give two bodies or more"), ([1, 99], "no rigid body 99"), ([0, 6], "is a polygon"), ([0, 7], "of groups"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..pre import checks
+
 
 class AcousticEvents:
     """Collects what damage releases, contact by contact: `events = cn.post.AcousticEvents(sim)`, `sim.run(..., callback=events)`,
@@ -11,13 +13,17 @@ class AcousticEvents:
 
     An event is what one contact releases in steps that follow each other; after `quiet` steps without any (1) it is over. What
     was released before the object was made does not count, and the energies of all events sum up to what the balance has
-    released since (`sim.energy["released"]`), to rounding. Raises ValueError if quiet is below 1.
+    released since (`sim.energy["released"]`) less what dashpots of joints take, to rounding. Raises ValueError if simulation is
+    no Simulation, or quiet no whole number >= 1.
     """
 
     def __init__(self, simulation, quiet=1):
-        if not quiet >= 1:
-            raise ValueError(f"quiet is {quiet}: give a number of steps, 1 at least")
-        self._quiet, self._rows, self._open = quiet, [], {}
+        from ..run.simulation import Simulation
+
+        if not isinstance(simulation, Simulation):
+            raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
+        self._quiet, self._rows, self._open = checks.count("quiet", quiet, 1), [], {}
+        self._dim = simulation.scene.dim
         self._key, self._released = self._found(simulation)[:2]
 
     @staticmethod
@@ -58,7 +64,6 @@ class AcousticEvents:
     def table(self):
         """One row an event, in the order in which they began: `begin`, `end` [s], `body_a`, `body_b` (ids), `point` (dim) at the
         first release [m], `energy` [J]; a structured array."""
-        dim = len(self._rows[0][4]) if self._rows else 0
         numbers = [(name, float) for name in ("begin", "end")] + [(name, np.int64) for name in ("body_a", "body_b")]
-        kinds = [*numbers, ("point", float, (dim,)), ("energy", float)]
+        kinds = [*numbers, ("point", float, (self._dim,)), ("energy", float)]
         return np.array([tuple(row) for row in self._rows], dtype=kinds)

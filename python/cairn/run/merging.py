@@ -3,12 +3,14 @@ of their motion against each other, and what their contacts with each other stor
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from ..build import bodies as sets
 from ..build.bodies import replace
 from .carried_forces import damping_of, force_of
-from .reshape import _Impulses, _pose, _set_of, _stored_rotation
+from .reshape import _account, _Impulses, _pose, _set_of, _stored_rotation
 from .views import core_of
 
 ROUND = ("disk", "sphere")
@@ -26,6 +28,8 @@ def merge(sim, ids):
         _check(i, s, row, first)
     mass = np.array([p["mass"] for p in poses])
     x, v = (np.array([p[name] for p in poses]) for name in ("position", "velocity"))
+    kinetic = sum(p["kinetic"] for p in poses)
+    x, v = _one_image(core_of(sim).scene.get_cell(), x, v)
     total, centre, mean = mass.sum(), mass @ x / mass.sum(), mass @ v / mass.sum()
     arm = x - centre
     crossed = _cross(arm, mass[:, None] * (v - mean))
@@ -50,7 +54,7 @@ def merge(sim, ids):
                 contactors.append(sets.ContactorSet(c.shape, c.material, np.zeros(len(mine), int), c.radius[mine], offset))
     one = sets.BodySet(dim, centre[None], np.array([total]), moments[None], contactors, group=first.group)
     one = replace(one, velocity=np.concatenate([mean, turning])[None], rotation=_stored_rotation(axes, dim))
-    lost = sum(p["kinetic"] for p in poses) - 0.5 * (total * mean @ mean + turning @ spin)
+    lost = kinetic - 0.5 * (total * mean @ mean + turning @ spin)
     stored = _stored_between(sim, ids)
     with _Impulses(sim, ids) as impulses:
         sim.remove(ids)
@@ -59,8 +63,37 @@ def merge(sim, ids):
         sim._sets[-1] = replace(sim._sets[-1], ids=ids[:1].astype(np.int64))
         sim._start_functions()
         impulses.of = ids[:1]
-        core_of(sim).account_for_reshaping(-lost, -stored)
+        _account(sim, -lost, -stored)
     return int(ids[0])
+
+
+def _one_image(cell, x, v):
+    """Positions and velocities (n, dim) of the images in a periodic cell that stand together: from the first on, always the grain
+    that is nearest to one which has its image. A chain of more than half a cell stays whole; images move with the cell."""
+    dim, n = x.shape[1], len(x)
+    along = np.flatnonzero(cell["periodic"][:dim])
+    if not len(along):
+        return x, v
+    vectors, gradient = cell["vectors"][:, :dim], cell["velocity_gradient"][:dim, :dim]
+    around = np.zeros((3 ** len(along), 3))
+    around[:, along] = np.array(list(itertools.product((0, -1, 1), repeat=len(along))))  # none at first: it stays on a tie
+    shift, away, to = np.zeros_like(x), np.full(n, np.inf), np.zeros_like(x)
+    left, at = np.ones(n, bool), 0
+    for _ in range(n - 1):
+        left[at] = False
+        rest = np.flatnonzero(left)
+        apart, turns = x[rest] - x[at] - shift[at], np.zeros((len(rest), 3))
+        for k in along[::-1]:  # a vector leans along those before it
+            turns[:, k] = -np.rint((apart + turns @ vectors)[:, k] / vectors[k, k])
+        tried = (turns[:, None] + around) @ vectors
+        distance = np.linalg.norm(apart[:, None] + tried, axis=2)
+        best = distance.argmin(axis=1)
+        distance, tried = (a[np.arange(len(rest)), best] for a in (distance, tried))
+        nearer = distance < away[rest]
+        away[rest[nearer]], to[rest[nearer]] = distance[nearer], tried[nearer]
+        at = rest[away[rest].argmin()]
+        shift[at] = to[at]
+    return x + shift, v + shift @ gradient.T
 
 
 def _cross(x, y):
@@ -86,7 +119,7 @@ def _check(i, s, row, first):
 def _stored_between(sim, ids):
     """In the springs of contacts among these [J]."""
     core = core_of(sim)
-    if not core.contact_count:
+    if not core.contact_count or not getattr(sim.strategy, "energy", True):
         return 0.0
     inside = np.isin(core.contact("bodies"), ids).all(axis=1)
     return float(np.ravel(core.contact("stored"))[inside].sum())

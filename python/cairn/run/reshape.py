@@ -53,7 +53,7 @@ def deform(sim, id, body, *, material=None, **options):
     with _Impulses(sim, [id]) as impulses:
         sim.remove([id])
         impulses.of = sim.add(shown)
-        core_of(sim).account_for_reshaping(moving - at["kinetic"], 0.0)
+        _account(sim, moving - at["kinetic"], 0.0)
     return next(m for m in sim.meshes if m._mesh.d is d)
 
 
@@ -108,8 +108,15 @@ def rigidify(sim, mesh, shape=None):
             new = sim._sets[-1].ids
             sim._start_functions()
         impulses.of = new
-        core_of(sim).account_for_reshaping(after - before, -stored)
+        _account(sim, after - before, -stored)
     return int(new[0])
+
+
+def _account(sim, kinetic, stored):
+    """What came to the kinetic and to the stored energy [J]. The balance begins with the first step, from the bodies as they are
+    then, and of a strategy that keeps none it stays empty."""
+    if sim.steps and getattr(sim.strategy, "energy", True):
+        core_of(sim).account_for_reshaping(kinetic, stored)
 
 
 class Watch:

@@ -40,7 +40,8 @@ class Reshaping:
     def merge(self, ids):
         """Makes rigid grains one body between steps, and returns its id, the lowest of theirs: disks, spheres, clumps of one
         group. Mass, momentum and angular momentum pass over, and what contacts with others remember. The kinetic energy of their
-        motion against each other, and what their contacts stored, is info["energy"]["dissipated_reshaping"].
+        motion against each other, and what their contacts stored, is info["energy"]["dissipated_reshaping"], once a step has
+        begun the balance. In a periodic cell grains are taken as the images that stand together, with the velocities of these.
         """
         from .merging import merge
 
