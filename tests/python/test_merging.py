@@ -181,3 +181,16 @@ def test_what_cannot_merge_is_told(ids, told):
     sim = cn.Simulation(scene, 1e-3)
     with pytest.raises(ValueError, match=told):
         sim.merge(ids)
+
+
+def test_grains_that_reach_round_the_cell_are_refused_and_stay():
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2, periodic=cn.Periodic((1.0, np.inf)))
+    scene.add(cn.disks([[0.1 + 0.15 * i, 0.01 * i * i] for i in range(9)], 0.08, rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(), overlap="ignore")
+    sim.step()
+    with pytest.raises(ValueError, match="1.36 m wide along x and the periodic cell is 1 m.*give fewer grains"):
+        sim.merge(range(9))
+    assert sim.bodies.id.tolist() == list(range(9))
+    assert sim.merge([0, 1, 2]) == 0 and sim.step()["status"] == "converged"

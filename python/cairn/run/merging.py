@@ -44,14 +44,17 @@ def merge(sim, ids):
         moments, axes = np.linalg.eigh((tensor + tensor.T) / 2)
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         turning = axes @ ((axes.T @ spin) / moments)
-    contactors = []
+    contactors, low, high = [], np.full(dim, np.inf), np.full(dim, -np.inf)
     for (s, row), p, at in zip(found, poses, arm):
         for c in s.contactors:
             mine = np.flatnonzero(c.body == row)
             own = np.zeros((len(mine), dim)) if c.offset is None else c.offset[mine]
             if len(mine):
-                offset = (at + own @ p["rotation"].T) @ axes
+                place, radius = at + own @ p["rotation"].T, c.radius[mine][:, None]
+                low, high = np.minimum(low, (place - radius).min(axis=0)), np.maximum(high, (place + radius).max(axis=0))
+                offset = place @ axes
                 contactors.append(sets.ContactorSet(c.shape, c.material, np.zeros(len(mine), int), c.radius[mine], offset))
+    _check_width(core_of(sim).scene.get_cell(), high - low, np.maximum(np.abs(centre + low), np.abs(centre + high)))
     one = sets.BodySet(dim, centre[None], np.array([total]), moments[None], contactors, group=first.group)
     one = replace(one, velocity=np.concatenate([mean, turning])[None], rotation=_stored_rotation(axes, dim))
     lost = kinetic - 0.5 * (total * mean @ mean + turning @ spin)
@@ -65,6 +68,16 @@ def merge(sim, ids):
         impulses.of = ids[:1]
         _account(sim, -lost, -stored)
     return int(ids[0])
+
+
+def _check_width(cell, width, reach):
+    """Refuses, while the grains are still there, a body that would lie in its own image. reach (dim,): of its coordinates [m]."""
+    for k in np.flatnonzero(cell["periodic"][: len(width)]):
+        if width[k] - cell["vectors"][k, k] > 16 * np.finfo(float).eps * reach[k]:
+            wide = f"the grains to merge are {width[k]:g} m wide along {'xyz'[k]} and the periodic cell is "
+            raise ValueError(
+                f"{wide}{cell['vectors'][k, k]:g} m, so that one body of them would lie in its own image: give fewer grains"
+            )
 
 
 def _one_image(cell, x, v):
