@@ -1,6 +1,7 @@
 """Auto beside the solvers that it chooses among: CPU seconds on problems, and of steps.
 
-    python benchmarks/auto.py problems                  those of $CAIRN_REFERENCE_DATA/problems, and of piles of cubes
+    python benchmarks/auto.py problems                  those of $CAIRN_REFERENCE_DATA/problems, of piles of cubes, rods,
+                                                        cylinders and tetrahedra, of vaults and stairs
     python benchmarks/auto.py steps [--scenes WORD...]  walls, arches, towers, piles: some steps from one state by each
 
 Problems of piles are those that `cairn run --dump-problem` would write. A solver that has not converged has no seconds. Writes
@@ -128,6 +129,52 @@ def pile_problems():
             yield f"{count} cubes, step {steps}", sim.problem()
 
 
+def thrown(shape, seed, mu=0.4, count=400):
+    """A deposit of rods, cylinders or tetrahedra in a box, turned any way."""
+    rng = np.random.default_rng(seed)
+    radii = rng.uniform(0.005, 0.01, count)
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    width = np.cbrt(np.sum(4 / 3 * np.pi * radii**3) / 0.55)
+    x, axis = cn.pre.deposit_spheres(radii, (width, width)), rng.normal(size=(count, 3))
+    rock = cn.Material("rock", density=2500.0)
+    if shape == "rods":
+        scene.add(cn.capsules(x, 0.35 * radii, 1.3 * radii, rock, axis=axis))
+    elif shape == "cylinders":
+        scene.add(cn.cylinders(x, 0.5 * radii, 1.5 * radii, rock, axis=axis))
+    else:
+        corners = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / np.sqrt(3)
+        faces = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+        scene.add(cn.polyhedra([(a * corners, faces) for a in radii], rock, position=x))
+    scene.add(cn.box(np.zeros(3), (width, width, 3 * width), rock, lid=False))
+    scene.interact("*", "*", cn.Coulomb(mu=mu))
+    return sim_of(scene, 1e-3)
+
+
+def vault(blocks, mu=0.6):
+    return sim_of(scene_of(blocks, mu, (0, 0, -9.81)), 2e-3, 1.0)
+
+
+def other_problems():
+    """(name, problem) of kinds on which no constant of Auto was chosen before it was measured on them."""
+    for name, build, moments in (
+        ("400 rods", lambda: thrown("rods", 7), (60, 150)),
+        ("300 cylinders", lambda: thrown("cylinders", 8, count=300), (60, 120)),
+        ("400 tetrahedra", lambda: thrown("tetrahedra", 9), (60, 120)),
+        ("400 tetrahedra, mu 1", lambda: thrown("tetrahedra", 9, 1.0), (100,)),
+        ("400 tetrahedra, mu .05", lambda: thrown("tetrahedra", 9, 0.05), (100,)),
+        ("dome", lambda: vault(masonry.dome(2.0, 0.3, 8, 24)), (1, 20)),
+        ("barrel vault", lambda: vault(masonry.barrel_vault(2.0, 5, span=4.0, thickness=0.3, voussoirs=21)), (1, 20)),
+        ("cross vault", lambda: vault(masonry.cross_vault(4.0, 2.2, 0.3, 12, 4)), (1, 20)),
+        ("stairs", lambda: vault(masonry.stairs(20, 0.3, 0.17, 1.0), 0.5), (1, 20)),
+    ):
+        sim, done = build(), 0
+        for steps in moments:
+            for _ in range(steps - done):
+                sim.step()
+            done = steps
+            yield f"{name}, step {steps}", sim.problem()
+
+
 def seconds_of_problem(problem, solver, tol, repeats):
     result = problem.solve(solver, tol, max_iter=10**8, max_seconds=LONGEST)
     if not result.converged:
@@ -140,7 +187,7 @@ def seconds_of_problem(problem, solver, tol, repeats):
 
 def rows_of_problems(options, folder):
     files = [(path.stem, problems.read(path)) for path in sorted(DATA.glob("*.hdf5"))]
-    for name, problem in chain(files, pile_problems()):
+    for name, problem in chain(files, pile_problems(), other_problems()):
         if options.scenes and not any(word in name for word in options.scenes):
             continue
         for tol in options.tol:

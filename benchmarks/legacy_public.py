@@ -13,7 +13,7 @@ from pathlib import Path
 
 import cairn as cn
 
-# Time step [s], theta and steps of each folder's script; plane where it is not strain.
+# Time step [s], theta and steps of each folder's script; plane where it is not strain, density where there is none.
 CASES = {
     "mecaMAILx_2D/1Q4-traction": (1e-3, 0.5, 100),
     "mecaMAILx_2D/braudel": (1e-3, 0.5, 100),
@@ -22,7 +22,7 @@ CASES = {
     "mecaMAILx_3D/1H8_coro": (1e-4, 0.5, 1000),
     "mecaMAILx_3D/cubetet4_cubetet4": (1e-3, 0.505, 50),
     "mecaMAILx_3D/mtl_poutre_H8": (1e-2, 0.53, 200),
-    "mecaMAILx_3D/mtl_poutre_H8_gd": (1e-3, 0.505, 50),
+    "mecaMAILx_3D/mtl_poutre_H8_gd": (1.0, 1.0, 20, "strain", 1e-3),
     "mecaMAILx_3D/tet4_tet4": (1e-3, 0.505, 50),
     "mecaMAILx_RIGID_2D/4cubes": (1e-3, 0.51, 500),
     "mecaMAILx_RIGID_2D/gard2D": (1e-3, 0.51, 50),
@@ -33,10 +33,10 @@ CASES = {
 }
 
 
-def run(folder, dt, theta, steps, plane="strain"):
+def run(folder, dt, theta, steps, plane="strain", light=None):
     """A row of the table."""
     try:
-        scene = cn.legacy.read_datbox(folder, plane=plane)
+        scene = cn.legacy.read_datbox(folder, plane=plane, light=light)
     except cn.legacy.LegacyError as error:
         return {"refused": str(error).replace(str(folder), "").replace("/DATBOX", "").strip("/: ")[:200]}
     begin = time.process_time()

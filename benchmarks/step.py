@@ -1,31 +1,42 @@
-"""What a step costs beside the solver, in sweeps of the solver: CSV, one row for a dense scene of disks and one of spheres.
+"""What a step costs beside the solver, in sweeps of the solver: CSV, rows for a dense scene of disks and one of spheres, in
+plain sweeps and in extrapolated ones.
 
     script/bench step [--count 20000] [--steps 30]
+
+Medians of the steps, stage by stage, of seconds over those of one sweep in the same step.
 """
 
 import argparse
 import csv
 import sys
 
+import cairn as cn
+import numpy as np
 from scenes import deposit
+
+SWEEPS = {"plain": "none", "extrapolated": "nesterov"}
 
 
 def measure(case, count, steps):
-    """A row: seconds outside the solver over seconds of one sweep, both within one run."""
+    """Rows of one scene: from the same state, with each kind of sweeps."""
     sim = deposit(case, count, tol=1e-15, max_iter=100, steps=10)
-    before = sim.info["seconds"]
-    iterations = contacts = 0
-    for _ in range(steps):
-        info = sim.step()
-        iterations += info["iterations"]
-        contacts += info["contacts"]
-    spent = {k: v - before.get(k, 0) for k, v in sim.info["seconds"].items()}
-    solve = spent.pop("solve_contacts")
-    sweep = solve / iterations
-    row = {"case": case, "bodies": len(sim.bodies), "contacts": contacts // steps, "steps": steps,
-           "outside_in_sweeps": round(sum(spent.values()) / steps / sweep, 2)}
-    row |= {f"{stage}_in_sweeps": round(seconds / steps / sweep, 2) for stage, seconds in spent.items()}
-    return row
+    state = sim.get_state()
+    for sweeps, acceleration in SWEEPS.items():
+        sim.set_state(state)
+        sim.strategy = cn.NSCD(solver=cn.NLGS(tol=1e-15, max_iter=100, acceleration=acceleration), threads=1)
+        sim.step()  # the first one after a restart has lists to make
+        before, shares, contacts = sim.info["seconds"], [], 0
+        for _ in range(steps):
+            info = sim.step()
+            now = sim.info["seconds"]
+            spent = {stage: seconds - before.get(stage, 0) for stage, seconds in now.items()}
+            sweep = spent.pop("solve_contacts") / info["iterations"]
+            shares.append({stage: seconds / sweep for stage, seconds in spent.items()})
+            contacts += info["contacts"]
+            before = now
+        row = {"case": case, "sweeps": sweeps, "bodies": len(sim.bodies), "contacts": contacts // steps, "steps": steps,
+               "outside_in_sweeps": round(np.median([sum(share.values()) for share in shares]), 2)}
+        yield row | {f"{stage}_in_sweeps": round(np.median([share[stage] for share in shares]), 2) for stage in shares[0]}
 
 
 def main():
@@ -33,10 +44,14 @@ def main():
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--steps", type=int, default=30)
     options = parser.parse_args()
-    rows = [measure(case, options.count, options.steps) for case in ("disks", "spheres")]
-    writer = csv.DictWriter(sys.stdout, rows[0])
-    writer.writeheader()
-    writer.writerows(rows)
+    writer = None
+    for case in ("disks", "spheres"):
+        for row in measure(case, options.count, options.steps):
+            if writer is None:
+                writer = csv.DictWriter(sys.stdout, row)
+                writer.writeheader()
+            writer.writerow(row)
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":

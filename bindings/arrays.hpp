@@ -97,6 +97,7 @@ py::list describe(Holder& holder) {
 }
 
 void bind_bulk(py::module_& m);
+void bind_called(py::module_& m);
 void bind_elements(py::module_& m);
 void bind_files(py::module_& m);
 void bind_laws(py::module_& m);

@@ -42,6 +42,10 @@ cairn::BulkCells cells_of(const py::dict& d) {
   c.thickness = py::cast<double>(d["thickness"]);
   const auto nodes = py::cast<Input<std::int32_t>>(d["nodes"]);
   c.node.assign(nodes.data(), nodes.data() + nodes.size());
+  if (d.contains("initial_stress")) { // (cells, points, 6)
+    const auto stress = py::cast<Input<double>>(d["initial_stress"]);
+    c.initial_stress.assign(stress.data(), stress.data() + stress.size());
+  }
   return c;
 }
 

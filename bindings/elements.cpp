@@ -125,6 +125,17 @@ py::array_t<double> stress(const std::string& cell, const Input<double>& x, cons
   return out;
 }
 
+// Shape functions (points, nodes) at the points where stresses of materials of solids are.
+py::array_t<double> bulk_shapes(const cairn::ElementInfo& e) {
+  std::vector<double> xi(std::size_t(e.dim * e.bulk_points)), weight(std::size_t(e.bulk_points)),
+      unused(std::size_t(e.dim * e.nodes));
+  e.bulk_rule(xi.data(), weight.data());
+  py::array_t<double> out({py::ssize_t(e.bulk_points), py::ssize_t(e.nodes)});
+  for (int p = 0; p < e.bulk_points; ++p)
+    e.shape(&xi[std::size_t(p * e.dim)], out.mutable_data() + p * e.nodes, unused.data());
+  return out;
+}
+
 } // namespace
 
 void bind_elements(py::module_& m) {
@@ -140,6 +151,7 @@ void bind_elements(py::module_& m) {
       py::list sides;
       for (const cairn::CellSide& side : cairn::sides_of(e)) sides.append(py::cast(side));
       row["sides"] = sides;
+      row["bulk_shapes"] = bulk_shapes(e);
       rows.append(row);
     }
     return rows;

@@ -1,6 +1,7 @@
 #include "arrays.hpp"
 #include "contacts/interaction.hpp"
 #include "laws/plug.hpp"
+#include "scene/joint_parts.hpp"
 
 namespace {
 
@@ -27,6 +28,19 @@ void bind_laws(py::module_& m) {
     py::list rows;
     for (const cairn::LawInfo& law : cairn::law_infos()) rows.append(described(law));
     return rows;
+  });
+  m.def("joint_kinds", [] {
+    py::dict kinds;
+    for (const cairn::JointKind& kind : cairn::joint_kinds()) {
+      py::dict row;
+      row["blocked"] = py::make_tuple(kind.blocked[0], kind.blocked[1]);
+      row["coordinate"] = py::make_tuple(kind.coordinate[0], kind.coordinate[1]);
+      row["points"] = kind.points;
+      row["turns"] = kind.turns;
+      row["instead"] = kind.instead;
+      kinds[kind.name] = row;
+    }
+    return kinds;
   });
   m.def("plug_law", [](const std::string& library, const std::string& name, bool replace, bool serial) {
     const cairn::Law law = cairn::plug_law(library, name, {replace, serial});

@@ -4,6 +4,7 @@
 #include "alone.hpp"
 #include "arrays.hpp"
 #include "bulk.hpp"
+#include "fe/called_forces.hpp"
 #include "files/run_snapshot.hpp"
 #include "strategies/simulation.hpp"
 
@@ -60,7 +61,7 @@ cairn::SoeStorage storage_of(const std::string& name) {
   throw cairn::Error("there is no storage '" + name + "'");
 }
 
-void add_mesh(Simulation& s, const py::dict& d) {
+cairn::MeshModel model_of(const py::dict& d) {
   cairn::MeshModel m;
   m.dim = py::cast<int>(d["dim"]);
   m.name = py::cast<std::string>(d["name"]);
@@ -84,8 +85,16 @@ void add_mesh(Simulation& s, const py::dict& d) {
     m.stiffness = matrix("stiffness");
     m.damping = matrix("damping");
   }
+  if (d.contains("initial_force")) {
+    m.initial_force = vector_of<double>(d, "initial_force");
+    m.initial_energy = py::cast<double>(d["initial_energy"]);
+  }
   if (d.contains("bulk")) {
     m.bulk = bulk_model_of(m.dim, py::cast<Input<double>>(d["bulk_place"]), py::cast<py::list>(d["bulk"]));
+    m.bulk->fit(m.mass);
+  }
+  if (d.contains("called")) {
+    m.bulk = py::cast<std::shared_ptr<cairn::CalledForces>>(d["called"]);
     m.bulk->fit(m.mass);
   }
   m.options.storage = storage_of(py::cast<std::string>(d["storage"]));
@@ -112,7 +121,44 @@ void add_mesh(Simulation& s, const py::dict& d) {
     m.ties.rigid_first = vector_of<std::int64_t>(t, "rigid_first");
     m.ties.turns = py::cast<bool>(t["turns"]);
   }
-  s.add_mesh(std::move(m));
+  return m;
+}
+
+// Forces of the last step that a body has of what it was.
+template <class Values>
+void take_forces(Values& to, const py::dict& d, const char* name) {
+  if (!d.contains(name)) return;
+  const std::vector<double> values = vector_of<double>(d, name);
+  if (values.size() != to.size())
+    throw cairn::Error(std::string(name) + " of a mesh holds " + std::to_string(values.size()) + " numbers: it has " +
+                       std::to_string(to.size()) + " dofs");
+  std::copy(values.begin(), values.end(), to.begin());
+}
+
+// Bodies that deform from now on, in this order: numbers of those that stay as they are, models of new ones.
+void set_meshes(Simulation& s, const py::list& given) {
+  std::vector<std::size_t> stays(given.size(), s.meshes.meshes.size());
+  std::vector<cairn::MeshModel> models(given.size());
+  bool same = given.size() == s.meshes.meshes.size();
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    if (py::isinstance<py::dict>(given[k]))
+      models[k] = model_of(given[k]);
+    else if (stays[k] = py::cast<std::size_t>(given[k]); stays[k] >= s.meshes.meshes.size())
+      throw cairn::Error("there is no mesh " + std::to_string(stays[k]));
+    same = same && stays[k] == k;
+  }
+  if (same) return;
+  std::vector<cairn::MeshBody> before = std::move(s.meshes.meshes);
+  s.meshes = cairn::MeshSet();
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    if (stays[k] < before.size()) {
+      s.meshes.meshes.push_back(std::move(before[stays[k]]));
+      continue;
+    }
+    s.add_mesh(std::move(models[k]));
+    take_forces(s.meshes.meshes.back().impulse, given[k], "impulse");
+    take_forces(s.meshes.meshes.back().reaction, given[k], "reaction");
+  }
 }
 
 // Sides of mesh `which` that pressures press, before its first step: dicts of node (nodes, sides), ring, thickness,
@@ -159,7 +205,7 @@ void load_mesh(Simulation& s, std::size_t which, const Input<double>& begin, con
 
 void bind_meshes(py::module_& m) {
   auto simulation = py::reinterpret_borrow<py::class_<Simulation>>(m.attr("Simulation"));
-  simulation.def("add_mesh", &add_mesh)
+  simulation.def("set_meshes", &set_meshes)
       .def("load_mesh", &load_mesh)
       .def("press_mesh", &press_mesh)
       .def("set_pressures", &set_pressures)
@@ -183,12 +229,13 @@ void bind_meshes(py::module_& m) {
            [](Simulation& s, std::size_t k) {
              py::list out;
              cairn::MeshBody& mesh = s.meshes.meshes.at(k);
-             for (std::size_t b = 0; !mesh.linear() && b < mesh.model.bulk->cells().size(); ++b) {
-               const cairn::BulkCells& c = mesh.model.bulk->cells()[b];
+             const cairn::BulkModel* solid = mesh.linear() ? nullptr : mesh.model.bulk->solid();
+             for (std::size_t b = 0; solid && b < solid->cells().size(); ++b) {
+               const cairn::BulkCells& c = solid->cells()[b];
                py::array_t<double> stress({py::ssize_t(c.count()), py::ssize_t(6)}),
                    state({py::ssize_t(c.count()), py::ssize_t(c.material->state.size())});
-               mesh.model.bulk->cell_stress(b, stress.mutable_data());
-               mesh.model.bulk->cell_state(b, state.mutable_data());
+               solid->cell_stress(b, stress.mutable_data());
+               solid->cell_state(b, state.mutable_data());
                out.append(py::make_tuple(stress, state));
              }
              return out;
@@ -203,7 +250,7 @@ void bind_meshes(py::module_& m) {
            [](Simulation& s, std::size_t k) {
              cairn::MeshBody& mesh = s.meshes.meshes.at(k);
              if (mesh.linear()) return py::make_tuple(py::array_t<double>(0), py::array_t<double>(0));
-             const std::vector<double>&state = mesh.model.bulk->state(), memory = mesh.memory();
+             const std::vector<double> state = mesh.model.bulk->history(), memory = mesh.memory();
              return py::make_tuple(py::array_t<double>(py::ssize_t(state.size()), state.data()),
                                    py::array_t<double>(py::ssize_t(memory.size()), memory.data()));
            })
@@ -212,12 +259,12 @@ void bind_meshes(py::module_& m) {
              s.meshes.meshes.at(k).restore({state.data(), std::size_t(state.size())},
                                            {memory.data(), std::size_t(memory.size())});
            })
+      .def("forget_mesh", [](Simulation& s, std::size_t k) { s.meshes.meshes.at(k).forget(); })
       .def("nodes_of_contactors", // (n, 4) ids
            [](Simulation& s) {
              const std::vector<std::int64_t> ids = cairn::nodes_of_contactors(s);
              return py::array_t<std::int64_t>({py::ssize_t(ids.size()) / 4, py::ssize_t(4)}, ids.data());
            })
       .def("account_for_reshaping", &Simulation::account_for_reshaping)
-      .def("follow_meshes", &Simulation::follow_meshes)
-      .def("forget_meshes", [](Simulation& s) { s.meshes = cairn::MeshSet(); });
+      .def("follow_meshes", &Simulation::follow_meshes);
 }

@@ -21,6 +21,7 @@ PYBIND11_MODULE(_core, m) {
   bind_bulk(m);
   bind_files(m);
   bind_laws(m);
+  bind_called(m);
   bind_problems(m);
   bind_reference(m);
   bind_scene(m);

@@ -145,6 +145,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["projection_error"] = r.projection_error;
   out["newton_passes"] = r.newton_passes;
   out["newton_error"] = r.newton_error;
+  out["sub_steps"] = r.sub_steps;
   if (r.events >= 0) {
     out["events"] = r.events;
     out["persistent"] = r.persistent;
@@ -329,6 +330,18 @@ void bind_simulation(py::module_& m) {
              py::dict report = report_of(s.report);
              add_network_reports(report, s);
              return report;
+           })
+      .def("before_parts", // function(h), called before each part of a step that is made in parts
+           [](Simulation& s, py::object function) {
+             if (function.is_none()) {
+               s.before_part = nullptr;
+               return;
+             }
+             auto held = std::make_shared<py::object>(std::move(function));
+             s.before_part = [held](double h) {
+               const py::gil_scoped_acquire lock;
+               (*held)(h);
+             };
            })
       .def("begin_step", [](Simulation& s, double h) { stages_of(s).begin_step(s, h); })
       .def("give_impulses", &give_impulses)

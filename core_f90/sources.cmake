@@ -1,4 +1,5 @@
 set(CAIRN_CORE_SOURCES
+  bulk_materials/initial_stress.f90
   bulk_materials/radial_return.f90
   bulk_materials/strain_measures.f90
   bulk_materials/swelling.f90

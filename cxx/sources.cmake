@@ -8,6 +8,7 @@ set(CAIRN_CXX_SOURCES
   api/problems.cpp
   api/scene.cpp
   api/simulation.cpp
+  api/solids.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
   bodies/mesh_area.cpp
@@ -36,16 +37,22 @@ set(CAIRN_CXX_SOURCES
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp
   contacts/interaction_plan.cpp
+  contacts/joint_flight.cpp
   contacts/joints.cpp
+  contacts/ropes.cpp
   contacts/law_commit.cpp
   contacts/singular_blocks.cpp
   contacts/twin_bonds.cpp
   detection/detection_grid.cpp
   detection/interaction_handler.cpp
+  detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  fe/bulk_history.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp
+  fe/called_forces.cpp
   fe/elements.cpp
+  fe/initial_stress.cpp
   fe/umat.cpp
   fe/umat_utilities.cpp
   files/checksums.cpp
@@ -125,9 +132,11 @@ set(CAIRN_CXX_SOURCES
   strategies/event_driven/flight.cpp
   strategies/integrators.cpp
   strategies/meshes.cpp
+  strategies/nscd/cut_back.cpp
   strategies/nscd/newton.cpp
   strategies/nscd/histories.cpp
   strategies/nscd/projection.cpp
+  strategies/nscd/shown.cpp
   strategies/nscd/stages.cpp
   strategies/options.cpp
   strategies/report.cpp

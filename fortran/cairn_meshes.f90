@@ -7,6 +7,7 @@ module cairn_meshes
   implicit none
   private
   public :: cairn_mesh, create_mesh, destroy_mesh, add_elastic_cells, set_damping, set_matrices
+  public :: stress_points, set_initial_stress
   public :: touch_nodes, touch_points, touch_sides, mesh_boundary, hold_nodes, set_motion, add_mesh
   public :: element_matrices, load_mesh, mesh_field
 
@@ -39,6 +40,23 @@ module cairn_meshes
       real(c_double), value :: young, poisson, density
       integer(c_int32_t), value :: plane_stress
       real(c_double), value :: thickness
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_mesh_stress_points(mesh, capacity, position, count, error) &
+        bind(c, name="cairn_mesh_stress_points")
+      import
+      type(c_ptr), value :: mesh
+      integer(c_int64_t), value :: capacity
+      real(c_double), intent(inout) :: position(*)
+      integer(c_int64_t), intent(out) :: count
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_mesh_set_initial_stress(mesh, n, stress, error) &
+        bind(c, name="cairn_mesh_set_initial_stress")
+      import
+      type(c_ptr), value :: mesh
+      integer(c_int64_t), value :: n
+      real(c_double), intent(in) :: stress(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_mesh_set_damping(mesh, by_mass, by_stiffness, lumped, error) &
@@ -193,6 +211,34 @@ contains
     call report_back(c_mesh_add_elastic_cells(mesh%handle, c_text(element), size(node, 2, c_int64_t), int(node, c_int32_t), &
                                               young, poisson, density, plane, depth, what), what, error)
   end subroutine add_elastic_cells
+
+  !> Places of the points of the cells at which a stress can be given.
+  subroutine stress_points(mesh, position, error)
+    type(cairn_mesh), intent(in) :: mesh
+    real(dp), allocatable, intent(out) :: position(:, :)         !< (dim, points) [m]
+    type(cairn_error), intent(out), optional :: error
+    integer(c_int64_t) :: numbers, written
+    integer(c_int32_t) :: code
+    real(dp) :: nothing(1)
+    type(c_error) :: what
+
+    numbers = 0
+    code = c_mesh_stress_points(mesh%handle, -1_c_int64_t, nothing, numbers, what)
+    allocate (position(mesh%dim, numbers/max(mesh%dim, 1)))
+    if (code == 0 .and. numbers > 0) code = c_mesh_stress_points(mesh%handle, numbers, position, written, what)
+    call report_back(code, what, error)
+  end subroutine stress_points
+
+  !> True stress of the cells before the body moves, in the order in which they came in.
+  subroutine set_initial_stress(mesh, stress, error)
+    type(cairn_mesh), intent(in) :: mesh
+    real(dp), intent(in), contiguous :: stress(:, :)             !< (6, cells | points) [Pa], 11 22 33 12 13 23
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    if (.not. has_size("stress", size(stress), 6*size(stress, 2), error)) return
+    call report_back(c_mesh_set_initial_stress(mesh%handle, size(stress, 2, c_int64_t), stress, what), what, error)
+  end subroutine set_initial_stress
 
   !> Of cells: C = by_mass M + by_stiffness K; lumped: mass in the nodes alone.
   subroutine set_damping(mesh, by_mass, by_stiffness, lumped, error)

@@ -436,13 +436,15 @@ contains
                                          size(triangle, 2, c_int64_t), int(triangle, c_int32_t), what), what, error)
   end subroutine add_surface
 
-  !> Joins body a to body b, or to the world without it, as they stand: "Ball", "Hinge", "Pivot", "Fixed", "Slider", "Distance".
-  !> names: "strength", "lowest", "highest", "stiffness", "damping", "rest", "speed", "effort", as cairn/cairn.h has them.
+  !> Joins body a to body b, or to the world without it, as they stand: "Ball", "Hinge", "Pivot", "Fixed", "Slider", "Distance",
+  !> "Cable". names: "strength", "lowest", "highest", "stiffness", "damping", "rest", "speed", "effort"; of a Cable "length" and
+  !> "pulley", an id; as cairn/cairn.h has them.
   subroutine add_joint(scene, kind, a, point, b, axis, names, values, ends, error)
     type(cairn_scene), intent(in) :: scene
     character(*), intent(in) :: kind
     integer(c_int64_t), intent(in) :: a                          !< id
-    real(dp), intent(in), contiguous :: point(:, :)              !< (dim, 1) [m], absolute; of a Distance (dim, 2), on a and b
+    real(dp), intent(in), contiguous :: point(:, :)              !< (dim, 1) [m], absolute; of a Distance (dim, 2), on a and b; of a
+    !< Cable (dim, 3), on a, at its pulley and on b
     integer(c_int64_t), intent(in), optional :: b                !< id
     real(dp), intent(in), contiguous, optional :: axis(:)        !< (dim), of a Hinge or a Slider
     character(*), intent(in), optional :: names(:)               !< of numbers that the joint has
@@ -460,7 +462,8 @@ contains
     if (present(ends)) ends = -1
     n = 0
     if (present(names)) n = size(names)
-    if (.not. has_size("point", size(point), scene%dim*merge(2, 1, kind == "Distance"), error)) return
+    if (.not. has_size("point", size(point), scene%dim*merge(3, merge(2, 1, kind == "Distance"), kind == "Cable"), &
+                        error)) return
     if (present(axis)) then
       if (.not. has_size("axis", size(axis), scene%dim, error)) return
     end if

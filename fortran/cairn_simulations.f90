@@ -9,7 +9,7 @@ module cairn_simulations
   public :: cairn_simulation, cairn_nscd, cairn_report
   public :: cairn_converged, cairn_iteration_limit, cairn_diverged, cairn_newton_limit
   public :: create_simulation, destroy_simulation, step_simulation, drive_simulation
-  public :: set_option, set_number, option_text, option_number
+  public :: set_option, set_number, option_text, option_number, before_parts
   public :: change_gravity, change_body_field, insert_bodies, insert_contactors, remove_bodies
   public :: node_count, node_field, change_node_field
   public :: body_count, contact_count, body_field, contact_field, contact_arrays, energy_term, report_number, report_text
@@ -96,6 +96,14 @@ module cairn_simulations
       import
       type(c_ptr), value :: simulation
       character(c_char), intent(in) :: name(*), text(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_before_parts(simulation, function, context, error) &
+        bind(c, name="cairn_simulation_before_parts")
+      import
+      type(c_ptr), value :: simulation
+      type(c_funptr), value :: function
+      type(c_ptr), value :: context
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_set_number(simulation, name, value, error) &
@@ -271,6 +279,21 @@ contains
 
     call report_back(c_set_number(simulation%handle, c_text(name), value, what), what, error)
   end subroutine set_number
+
+  !> A bind(c) routine (simulation, time, h, context: c_ptr, double, double by value, c_ptr) that is called before each part of a
+  !> step that the option "cut_back" makes in parts; c_null_funptr: loads of meshes go along a straight line over the step.
+  subroutine before_parts(simulation, routine, context, error)
+    type(cairn_simulation), intent(in) :: simulation
+    type(c_funptr), intent(in) :: routine
+    type(c_ptr), intent(in), optional :: context                 !< handed on to it
+    type(cairn_error), intent(out), optional :: error
+    type(c_ptr) :: kept
+    type(c_error) :: what
+
+    kept = c_null_ptr
+    if (present(context)) kept = context
+    call report_back(c_before_parts(simulation%handle, routine, kept, what), what, error)
+  end subroutine before_parts
 
   function option_text(simulation, name, error) result(text)
     type(cairn_simulation), intent(in) :: simulation

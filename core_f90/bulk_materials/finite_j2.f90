@@ -26,7 +26,7 @@ contains
     real(c_double), intent(out) :: tangent(3, 3, 3, 3, n) !< of stress(i, j) by F(k, l) [Pa]
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
-    integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
+    integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 4 softened to nothing
     type(hardening_law) :: law
     real(c_double) :: shear, bulk, f(3, 3), plastic(3, 3), begin
     integer(c_int64_t) :: i
@@ -68,14 +68,14 @@ contains
     integer(c_int32_t), intent(inout) :: status
     real(c_double) :: half(3, 3), x(3), q(3, 3), trial(6), back(6), flow(6), tau(6), algorithmic(6, 6), f_back(3, 3), &
                       full(3, 3), first(3, 3), change(3, 3), push(3, 3)
-    logical :: solved
+    integer :: fault
     integer :: i, k, l
     half = matmul(plastic, transpose(f))
     call symmetric_eigen(matmul(f, half), x, q)
     trial = to_strain(matmul(q*spread(0.5_c_double*log(x), 1, 3), transpose(q)))
     back = 0
-    call mises(bulk, shear, law, trial, back, accumulated, flow, tau, algorithmic, solved)
-    if (.not. solved) status = 2
+    call mises(bulk, shear, law, trial, back, accumulated, flow, tau, algorithmic, fault)
+    if (fault /= 0) status = fault
     energy = 0.5_c_double*dot_product(tau, trial - flow) + hardening_energy(law, accumulated)
     f_back = inverse(f)
     full = from_stress(tau)

@@ -24,10 +24,10 @@ contains
     real(c_double), intent(out) :: tangent(6, 6, n)   !< of stress by strain [Pa]
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
-    integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
+    integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 4 softened to nothing
     type(hardening_law) :: law
     real(c_double) :: shear, bulk, flow(6), elastic(6), begin
-    logical :: solved
+    integer :: fault
     integer(c_int64_t) :: i
     shear = params(1)/(2*(1 + params(2)))
     bulk = params(1)/(3*(1 - 2*params(2)))
@@ -36,8 +36,8 @@ contains
       state(:, i) = state_begin(:, i)
       begin = state(13, i)
       call mises(bulk, shear, law, strain(:, i) - state(1:6, i), state(7:12, i), state(13, i), flow, stress(:, i), &
-                 tangent(:, :, i), solved)
-      if (.not. solved) status(i) = 2
+                 tangent(:, :, i), fault)
+      if (fault /= 0) status(i) = fault
       state(1:6, i) = state(1:6, i) + flow
       elastic = strain(:, i) - state(1:6, i)
       energy(i) = 0.5_c_double*dot_product(stress(:, i), elastic) + hardening_energy(law, state(13, i))

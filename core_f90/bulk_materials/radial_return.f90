@@ -30,8 +30,9 @@ contains
   end function hardening_energy
 
   !> Stress from elastic trial strain less plastic strain; plastic strain (shear twice), back stress and accumulated strain go on.
-  !> Not solved where the material softens to a yield stress below zero: its law says nothing beyond.
-  pure subroutine mises(bulk, shear, law, elastic, back, accumulated, flow, stress, tangent, solved)
+  !> A fault is 2, no solution, or 4: the material softens to a yield stress below zero, where its law says nothing, or faster than
+  !> its shear resists.
+  pure subroutine mises(bulk, shear, law, elastic, back, accumulated, flow, stress, tangent, fault)
     real(c_double), intent(in)      :: bulk, shear
     type(hardening_law), intent(in) :: law
     real(c_double), intent(in)      :: elastic(6)  !< trial strain, shear twice
@@ -39,12 +40,12 @@ contains
     real(c_double), intent(inout)   :: accumulated
     real(c_double), intent(out)     :: flow(6)     !< change of plastic strain, shear twice
     real(c_double), intent(out)     :: stress(6), tangent(6, 6)
-    logical, intent(out)            :: solved
+    integer, intent(out)            :: fault
     real(c_double) :: trace, deviator(6), relative(6), size, multiplier, slope, n(6), share, twist, f
     integer :: i, k, pass
     integer, parameter :: most = 50
     real(c_double), parameter :: root = sqrt(2.0_c_double/3)
-    solved = .true.
+    fault = 0
     trace = sum(elastic(:3))
     deviator(:3) = 2*shear*(elastic(:3) - trace/3)
     deviator(4:) = shear*elastic(4:)
@@ -64,14 +65,15 @@ contains
         multiplier = multiplier + f/slope
         if (abs(f) <= 4*epsilon(f)*size) exit
       end do
-      solved = abs(f) <= 1e-10_c_double*size .and. slope > 0
+      if (.not. abs(f) <= 1e-10_c_double*size) fault = 2
+      if (.not. slope > 0) fault = 4
       n = relative/size
       flow(:3) = multiplier*n(:3)
       flow(4:) = 2*multiplier*n(4:)
       deviator = deviator - 2*shear*multiplier*n
       back = back + 2*law%kinematic/3*multiplier*n
       accumulated = accumulated + root*multiplier
-      solved = solved .and. yield_stress(law, accumulated) >= 0
+      if (yield_stress(law, accumulated) < 0) fault = 4
       share = 1 - 2*shear*multiplier/size
       twist = 2*shear/slope - (1 - share)
     end if

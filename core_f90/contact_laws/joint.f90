@@ -12,7 +12,7 @@ module joint
   private
   public :: cairn_law_joint_prepare, cairn_law_joint_solve, cairn_law_joint_commit, cairn_law_joint_residual
   public :: cairn_law_joint_energy
-  integer, parameter :: own = 14 !< parameters: see below; of the axis and the span those who measure the frames know
+  integer, parameter :: own = 16 !< parameters: see below; of the axis, the span and the pulley those who measure the frames know
   integer, parameter :: p_blocked = 1, p_free = 2, p_lowest = 6, p_highest = 7, p_speed = 8, p_effort = 9, p_strength = 10
   integer, parameter :: p_stiffness = 12, p_damping = 13, p_rest = 14
   integer, parameter :: s_held = 1, s_error = 2, s_along = 8, s_drag = 9, s_pull = 10, s_begin = 11, s_driven = 12

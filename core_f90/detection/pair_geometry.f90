@@ -3,7 +3,7 @@ module pair_geometry
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int8_t
   implicit none
   private
-  public :: cairn_pair_gather, cairn_pair_store
+  public :: cairn_pair_gather, cairn_pair_keep
 
   integer(c_int32_t), parameter :: image_bits = 2**30 - 1
 
@@ -62,9 +62,10 @@ contains
     end do
   end subroutine cairn_pair_gather
 
-  !> Puts a batch of contacts where they belong, and marks which of them count: gap within the margin, or declared.
-  pure subroutine cairn_pair_store(dim, n, a, b, image, centre, gap, normal, point, status, constant, margin, gap_out, &
-                                   normal_out, point_out, keep, kept) bind(c)
+  !> Puts those of a batch of contacts that count one after the other: gap within the margin, or declared. What is written
+  !> past them is for the next batch to write over: no branch that is mispredicted.
+  pure subroutine cairn_pair_keep(dim, n, a, b, image, centre, gap, normal, point, status, constant, margin, a_out, b_out, &
+                                  image_out, feature_out, gap_out, normal_out, point_out, kept, refused) bind(c)
     integer(c_int32_t), value :: dim                    !< 2 or 3
     integer(c_int32_t), value :: n                      !< pairs
     integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
@@ -73,44 +74,52 @@ contains
     real(c_double), intent(in) :: gap(n)                !< [m]
     real(c_double), intent(in) :: normal(n, dim)        !< unit
     real(c_double), intent(in) :: point(n, dim)         !< from the centre of a [m]
-    integer(c_int32_t), intent(in) :: status(n)         !< 1: does not touch
+    integer(c_int32_t), intent(in) :: status(n)         !< 1: does not touch; 2: refused; 3: as the pair before it
     real(c_double), value :: constant                   !< margin of every pair [m]; negative: margin is read instead
     real(c_double), intent(in) :: margin(0:*)           !< of the contactors [m]
-    real(c_double), intent(out) :: gap_out(n)           !< [m]
-    real(c_double), intent(out) :: normal_out(dim, n)
-    real(c_double), intent(out) :: point_out(dim, n)    !< [m]
-    integer(c_int8_t), intent(out) :: keep(n)           !< 1: counts; 2: counts, though the narrow phase refuses the pair
+    integer(c_int32_t), intent(inout) :: a_out(0:n - 1), b_out(0:n - 1), feature_out(0:n - 1)
+    integer(c_int32_t), intent(inout) :: image_out(0:n - 1) !< without the bit
+    real(c_double), intent(inout) :: gap_out(0:n - 1)   !< [m]
+    real(c_double), intent(inout) :: normal_out(dim, 0:n - 1)
+    real(c_double), intent(inout) :: point_out(dim, 0:n - 1) !< [m]
     integer(c_int32_t), intent(out) :: kept             !< how many count
-    integer(c_int32_t) :: i
-    real(c_double) :: limit
+    integer(c_int32_t), intent(out) :: refused          !< first of those that count and were refused, from 0 on; -1: none
+    integer, parameter :: some = 256 !< at a time: which of them count is found side by side
+    integer(c_int32_t) :: counts(some), begin, i, j, k
+    logical :: near
 
-    if (dim == 2) then
-      do i = 1, n
-        normal_out(1, i) = normal(i, 1)
-        normal_out(2, i) = normal(i, 2)
-        point_out(1, i) = centre(1, a(i)) + point(i, 1)
-        point_out(2, i) = centre(2, a(i)) + point(i, 2)
+    refused = -1
+    k = 0
+    do begin = 0, n - 1, some
+      do j = 1, min(some, n - begin)
+        i = begin + j
+        if (constant < 0) then
+          near = gap(i) <= margin(a(i)) + margin(b(i))
+        else
+          near = gap(i) <= constant
+        end if
+        counts(j) = merge(1, 0, ((near .and. status(i) /= 1) .or. image(i) > image_bits) .and. status(i) /= 3)
       end do
-    else
-      do i = 1, n
-        normal_out(1, i) = normal(i, 1)
-        normal_out(2, i) = normal(i, 2)
-        normal_out(3, i) = normal(i, 3)
-        point_out(1, i) = centre(1, a(i)) + point(i, 1)
-        point_out(2, i) = centre(2, a(i)) + point(i, 2)
-        point_out(3, i) = centre(3, a(i)) + point(i, 3)
+      do j = 1, min(some, n - begin)
+        i = begin + j
+        if (counts(j) == 1 .and. status(i) == 2 .and. refused < 0) refused = i - 1
+        a_out(k) = a(i)
+        b_out(k) = b(i)
+        image_out(k) = iand(image(i), image_bits)
+        feature_out(k) = 0
+        gap_out(k) = gap(i)
+        normal_out(1, k) = normal(i, 1)
+        normal_out(2, k) = normal(i, 2)
+        point_out(1, k) = centre(1, a(i)) + point(i, 1)
+        point_out(2, k) = centre(2, a(i)) + point(i, 2)
+        if (dim == 3) then
+          normal_out(3, k) = normal(i, 3)
+          point_out(3, k) = centre(3, a(i)) + point(i, 3)
+        end if
+        k = k + counts(j)
       end do
-    end if
-    kept = 0
-    do i = 1, n
-      gap_out(i) = gap(i)
-      limit = constant
-      if (limit < 0) limit = margin(a(i)) + margin(b(i))
-      keep(i) = 0
-      if ((gap(i) <= limit .and. status(i) /= 1) .or. image(i) > image_bits) keep(i) = 1
-      if (keep(i) == 1 .and. status(i) == 2) keep(i) = 2
-      kept = kept + merge(1, 0, keep(i) > 0)
     end do
-  end subroutine cairn_pair_store
+    kept = k
+  end subroutine cairn_pair_keep
 
 end module pair_geometry

@@ -2,7 +2,7 @@
 module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
-    record_size, max_batch, batch_workspace, mapping_nodes, mapping_dofs
+    record_size, max_batch, batch_workspace, mapping_nodes, mapping_dofs, rope_bodies, rope_numbers
   use condensed_bodies, only: load_mapped, add_mapped, add_responses, delassus_mapped, delassus_shared
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
@@ -20,6 +20,9 @@ module batch_kinematics
     type(cairn_condensed), pointer, contiguous :: condensed(:) => null()
     real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
     real(c_double), pointer, contiguous :: bias(:) => null(), compliance(:) => null(), params(:) => null(), r(:) => null()
+    integer :: velocities = 0
+    integer(c_int32_t), pointer, contiguous :: rope_body(:, :) => null() !< of ropes over a pulley
+    real(c_double), pointer, contiguous :: rope(:, :) => null()
     procedure(side_gather), pointer, nopass :: gather_a => null(), gather_b => null()
     procedure(side_scatter), pointer, nopass :: scatter_a => null(), scatter_b => null()
   end type batch_view
@@ -45,6 +48,12 @@ contains
     call c_f_procpointer(sides(batch%side_a)%gather, view%gather_a)
     call c_f_procpointer(sides(batch%side_b)%gather, view%gather_b)
     if (batch%mapped_a + batch%mapped_b > 0) call open_mappings(batch, view)
+    if (c_associated(batch%rope)) then
+      view%velocities = batch%velocities
+      view%contacts = batch%contacts
+      call c_f_pointer(batch%rope_body, view%rope_body, [rope_bodies, n])
+      call c_f_pointer(batch%rope, view%rope, [rope_numbers, n])
+    end if
     call c_f_procpointer(sides(batch%side_a)%scatter, view%scatter_a)
     call c_f_procpointer(sides(batch%side_b)%scatter, view%scatter_b)
     if (batch%pack > 0) then
@@ -146,7 +155,42 @@ contains
       call load_records(view%n, view%body_b, record, line, vb)
       if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
     end if
+    if (associated(view%rope)) call load_ropes(view%contacts, view%velocities, view%rope_body, record, view%rope)
   end subroutine load_bodies
+
+  !> What the far parts of ropes add to u_N: the velocity at which their ends leave their pulleys.
+  subroutine load_ropes(contacts, k, body, record, rope)
+    integer, intent(in)            :: contacts
+    integer, intent(in)            :: k                            !< velocities of a record
+    integer(c_int32_t), intent(in) :: body(rope_bodies, contacts)  !< places of records
+    type(cairn_record), intent(in) :: record(0:*)                  !< velocity records of bodies
+    real(c_double), intent(inout)  :: rope(rope_numbers, contacts) !< see cairn_batch in cairn/core.h
+    integer :: i, j
+    do i = 1, contacts
+      rope(1, i) = 0
+      do j = 1, rope_bodies
+        rope(1, i) = rope(1, i) + dot_product(rope(12*j - 9:12*j - 10 + k, i), record(body(j, i))%x(:k))
+      end do
+    end do
+  end subroutine load_ropes
+
+  !> The tension of a rope is that on both sides of its pulley.
+  subroutine pull_ropes(contacts, k, dr, body, rope, record)
+    integer, intent(in)               :: contacts
+    integer, intent(in)               :: k                            !< velocities of a record
+    real(c_double), intent(in)        :: dr(contacts)                 !< change of the impulse along the rope [N s]
+    integer(c_int32_t), intent(in)    :: body(rope_bodies, contacts)  !< places of records
+    real(c_double), intent(in)        :: rope(rope_numbers, contacts) !< see cairn_batch in cairn/core.h
+    type(cairn_record), intent(inout) :: record(0:*)                  !< velocity records of bodies
+    integer :: i, j
+    do i = 1, contacts
+      do j = 1, rope_bodies
+        associate (v => record(body(j, i))%x)
+          v(:k) = v(:k) + dr(i)*rope(12*j - 3:12*j - 4 + k, i)
+        end associate
+      end do
+    end do
+  end subroutine pull_ropes
 
   !> u = v_A - v_B in local axes, the law's bias and compliance added: the velocity that the cone's condition is on.
   subroutine relative_velocity(view, va, vb, u)
@@ -165,6 +209,7 @@ contains
     end if
     call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
     call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
+    if (associated(view%rope)) u(:view%contacts) = u(:view%contacts) + view%rope(1, :view%contacts)
     call leave_spins(view, u)
   end subroutine relative_velocity
 
@@ -184,6 +229,7 @@ contains
     u = 0
     call view%gather_a(view%n, view%c, view%width_a, 1.0_c_double, va, view%frame, view%lever_a, u)
     call view%gather_b(view%n, view%c, view%width_b, -1.0_c_double, vb, view%frame, view%lever_b, u)
+    if (associated(view%rope)) u(:view%contacts) = u(:view%contacts) + view%rope(1, :view%contacts)
     call leave_spins(view, u)
   end subroutine bare_velocity
 
@@ -228,6 +274,7 @@ contains
         call store_records(view%n, batch%contacts, view%body_b, vb, line, record)
       end if
     end if
+    if (associated(view%rope)) call pull_ropes(view%contacts, k, dr(:view%contacts, 1), view%rope_body, view%rope, record)
   end subroutine add_impulse
 
   !> w = H' A^-1 H of each contact; the side that is a hub is counted `factor` times.
@@ -262,6 +309,7 @@ contains
       call delassus_shared(view%n, view%contacts, view%c, view%dim, view%frame, view%body_a, view%body_b, view%node_a, &
         view%node_b, view%lever_a, view%lever_b, view%condensed, w)
     end if
+    if (associated(view%rope)) w(:view%contacts, 1, 1) = w(:view%contacts, 1, 1) + view%rope(2, :view%contacts)
     if (view%mapped_a .or. view%mapped_b) then
       w(:, view%dim + 1:, :) = 0
       w(:, :, view%dim + 1:) = 0

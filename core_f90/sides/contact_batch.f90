@@ -7,7 +7,7 @@ module contact_batch
   private
   public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, cairn_condensed
   public :: side_gather, side_scatter, side_delassus, law_solve, law_residual, mapping_nodes, mapping_dofs
-  public :: record_size, max_batch, max_components, batch_workspace
+  public :: record_size, max_batch, max_components, batch_workspace, rope_bodies, rope_numbers
 
   integer, parameter :: record_size = 8     !< numbers of a body's velocity record: one cache line
   integer, parameter :: max_batch = 128     !< contacts of a batch, at most
@@ -18,6 +18,9 @@ module contact_batch
   integer, parameter :: mapping_nodes = 4   !< nodes that a contact on a body that deforms rests on, at most
 
   integer, parameter :: mapping_dofs = 6    !< places of a mapped contact: of its nodes, of its body, rows of its response
+
+  integer, parameter :: rope_bodies = 2     !< bodies that the far part of a rope moves: that at its end, that of its pulley
+  integer, parameter :: rope_numbers = 2 + 12*rope_bodies !< see cairn_batch in cairn/core.h
 
   !> Copied whole: as one object, the compiler moves the line at once.
   type, bind(c) :: cairn_record
@@ -81,6 +84,8 @@ module contact_batch
     type(c_funptr) :: solve
     type(c_funptr) :: residual
     type(c_ptr) :: context
+    type(c_ptr) :: rope_body
+    type(c_ptr) :: rope
   end type cairn_batch
 
   type, bind(c) :: cairn_side

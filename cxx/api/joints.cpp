@@ -19,6 +19,17 @@ std::string free_name(const cairn_scene& scene) {
   }
 }
 
+// Contacts may rest on a node that is joined, if it is one.
+void rest_on_node(cairn_scene& scene, std::int64_t id) {
+  for (cairn::MeshModel& m : scene.meshes) {
+    const auto found = std::lower_bound(m.node_ids.begin(), m.node_ids.end(), id);
+    if (found == m.node_ids.end() || *found != id) continue;
+    const auto node = std::int32_t(found - m.node_ids.begin());
+    const auto place = std::lower_bound(m.contact_nodes.begin(), m.contact_nodes.end(), node);
+    if (place == m.contact_nodes.end() || *place != node) m.contact_nodes.insert(place, node);
+  }
+}
+
 } // namespace
 
 extern "C" int32_t cairn_scene_add_joint(cairn_scene* scene, const char* kind, int64_t a, int64_t b,
@@ -50,6 +61,7 @@ extern "C" int32_t cairn_scene_add_joint(cairn_scene* scene, const char* kind, i
     scene->materials.push_back(name);
     scene->groups.push_back(name);
     scene->joints.push_back(name);
+    for (const std::int64_t end : {a, b}) rest_on_node(*scene, end);
     scene->rules.push_back({-1, -1, name, "*", false, {}, {}});
     scene->rules.push_back({-1, -1, name, name, true, cairn::joint_law(), parameters});
     if (ends) std::copy(made.begin(), made.end(), ends);

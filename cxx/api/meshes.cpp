@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../laws/plug.hpp"
 #include "objects.hpp"
 
 using cairn::Error;
@@ -39,15 +40,36 @@ std::vector<std::int32_t> widened(const cairn::MeshDraft& d, std::int64_t n, int
   return out;
 }
 
-cairn::MeshBody& mesh_of(cairn_simulation& s, std::int32_t mesh) {
+// The pattern of a tangent, by the mesh that is to have it.
+cairn::SparseMatrix tangent_of(const cairn::MeshDraft& d, const std::int64_t* start, const std::int32_t* row,
+                               const double* mass, const double* node_mass) {
+  require(start, "start");
+  require(row, "row");
+  if (!d.cells.empty() || d.mass.n > 0)
+    throw Error("the mesh has cells or matrices: give these, or a code that finds its forces");
+  if (!mass == !node_mass) throw Error("mass and node_mass are both given, or both NULL: give one of them");
+  cairn::SparseMatrix p;
+  p.n = std::int64_t(d.reference.size());
+  if (start[p.n] < 0) throw Error("start[" + std::to_string(p.n) + "] is " + std::to_string(start[p.n]));
+  p.start.assign(start, start + p.n + 1);
+  p.row.assign(row, row + start[p.n]);
+  if (mass) check_finite("mass", mass, start[p.n]);
+  if (node_mass) check_finite("node_mass", node_mass, d.nodes());
+  for (std::int64_t i = 0; i < d.nodes() && node_mass; ++i)
+    if (!(node_mass[i] > 0))
+      throw Error("node_mass[" + std::to_string(i) + "] is " + std::to_string(node_mass[i]) + "; give a mass > 0 [kg]");
+  return p;
+}
+
+} // namespace
+
+cairn::MeshBody& cairn::api::mesh_of(cairn_simulation& s, std::int32_t mesh) {
   auto& meshes = s.simulation.meshes.meshes;
   if (mesh < 0 || std::size_t(mesh) >= meshes.size())
     throw Error("there is no mesh " + std::to_string(mesh) + "; there are " + std::to_string(meshes.size()) +
                 ", counted from 0");
   return meshes[std::size_t(mesh)];
 }
-
-} // namespace
 
 extern "C" {
 
@@ -112,6 +134,36 @@ int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_
   });
 }
 
+int32_t cairn_mesh_stress_points(const cairn_mesh* mesh, int64_t capacity, double* position, int64_t* count,
+                                 cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    const std::vector<double> places = mesh->draft.stress_points();
+    if (count) *count = std::int64_t(places.size());
+    if (places.empty() || std::int64_t(places.size()) > capacity) return;
+    require(position, "position");
+    std::copy(places.begin(), places.end(), position);
+  });
+}
+
+int32_t cairn_mesh_set_initial_stress(cairn_mesh* mesh, int64_t n, const double* stress, cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(stress, "stress");
+    check_finite("stress", stress, 6 * counted(n));
+    cairn::MeshDraft& d = mesh->draft;
+    const auto before = d.cells;
+    try {
+      d.set_initial_stress(n, stress);
+      std::vector<double> force;
+      if (!d.bulk()) d.initial_force(force); // refuses what its material does not bear
+    } catch (...) {
+      d.cells = before;
+      throw;
+    }
+  });
+}
+
 int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiffness, int32_t lumped,
                                cairn_error* error) {
   return guarded(error, [&] {
@@ -134,6 +186,7 @@ int32_t cairn_mesh_set_matrices(cairn_mesh* mesh, const int64_t* start, const in
     require(stiffness, "stiffness");
     cairn::MeshDraft& d = mesh->draft;
     if (!d.cells.empty()) throw Error("the mesh has cells: give cells or matrices");
+    if (d.called) throw Error("the mesh has the forces of a code: give these or matrices");
     const std::int64_t n = std::int64_t(d.reference.size());
     check_pattern(n, start, row);
     const std::pair<const char*, const double*> given[] = {
@@ -149,6 +202,33 @@ int32_t cairn_mesh_set_matrices(cairn_mesh* mesh, const int64_t* start, const in
     d.mass.value.assign(mass, mass + start[n]);
     d.stiffness.value.assign(stiffness, stiffness + start[n]);
     if (damping) d.damping.value.assign(damping, damping + start[n]);
+  });
+}
+
+int32_t cairn_mesh_set_calls(cairn_mesh* mesh, const int64_t* start, const int32_t* row, const double* mass,
+                             const double* node_mass, const cairn_body_calls* calls, cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(calls, "calls");
+    cairn::MeshDraft& d = mesh->draft;
+    d.take_called(cairn::CalledForces::make("the calls", d.dim, tangent_of(d, start, row, mass, node_mass), *calls),
+                  mass, node_mass);
+  });
+}
+
+int32_t cairn_mesh_plug_body(cairn_mesh* mesh, const char* library, const char* body, int32_t count,
+                             const double* params, const int64_t* start, const int32_t* row, const double* mass,
+                             const double* node_mass, cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(library, "library");
+    require(body, "body");
+    if (counted(count) > 0) require(params, "params");
+    cairn::MeshDraft& d = mesh->draft;
+    const auto routine = cairn::open_routine(library, body, cairn_plug_body);
+    d.take_called(cairn::plug_body(routine, {params, params + count}, d.dim, d.reference,
+                                   tangent_of(d, start, row, mass, node_mass)),
+                  mass, node_mass);
   });
 }
 
@@ -271,12 +351,17 @@ int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, 
     cairn::Simulation& s = simulation->simulation;
     const cairn::MeshBody& m = mesh_of(*simulation, mesh);
     const std::string field = name;
-    if (field != "displacement" && field != "velocity" && field != "position")
-      throw Error("a mesh has no field '" + field + "'; it has position, displacement, velocity");
+    const bool of_step = field == "reaction" || field == "impulse";
+    if (field != "displacement" && field != "velocity" && field != "position" && !of_step)
+      throw Error("a mesh has no field '" + field + "'; it has position, displacement, velocity, reaction, impulse");
     const std::int64_t n = m.model.dofs();
     if (count) *count = n;
     if (n > capacity) return;
     require(values, "values");
+    for (std::int64_t i = 0; i < n && of_step; ++i)
+      values[i] = field == "impulse" ? m.impulse[std::size_t(i)]
+                                     : (m.model.held[std::size_t(i)] ? m.reaction[std::size_t(i)] : 0.0);
+    if (of_step) return;
     const int dim = m.model.dim;
     s.place_meshes();
     for (std::int64_t i = 0; i < n; ++i) {

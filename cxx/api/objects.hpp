@@ -112,5 +112,6 @@ void drive(Scene& scene, std::int64_t n, const std::int64_t* bodies, std::uint8_
 void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const std::int64_t* bodies,
                     const double* values);
 LawTable table_of(const cairn_scene& scene);
+MeshBody& mesh_of(cairn_simulation& simulation, std::int32_t mesh);
 
 } // namespace cairn::api

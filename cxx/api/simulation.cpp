@@ -4,6 +4,7 @@
 #include <type_traits>
 #include <typeinfo>
 
+#include "../fe/called_forces.hpp"
 #include "../files/simulation_state.hpp"
 #include "../strategies/nscd/nscd_options.hpp"
 #include "../strategies/report.hpp"
@@ -28,6 +29,27 @@ cairn::NscdOptions strategy_of(const cairn_nscd& options) {
   strategy.warm_start = options.warm_start != 0;
   return strategy;
 }
+
+// Forces of another code that keep a history are of one simulation; if that does not come to be, of none.
+class GivenForces {
+public:
+  GivenForces() = default;
+  GivenForces(const GivenForces&) = delete;
+  GivenForces& operator=(const GivenForces&) = delete;
+  ~GivenForces() {
+    for (cairn::CalledForces* forces : taken_) forces->give_back();
+  }
+  std::shared_ptr<cairn::InternalForces> of(const std::shared_ptr<cairn::InternalForces>& forces) {
+    auto own = forces->another();
+    if (own == forces)
+      if (auto* called = dynamic_cast<cairn::CalledForces*>(own.get())) taken_.push_back(called);
+    return own;
+  }
+  void stay() { taken_.clear(); }
+
+private:
+  std::vector<cairn::CalledForces*> taken_;
+};
 
 // change(strategy) of the one in use; what throws leaves it as it was.
 template <class Change>
@@ -131,8 +153,16 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
     made->materials = int(scene->materials.size());
     made->material_names = scene->materials;
     made->fingerprint = cairn::fingerprint(made->simulation.scene);
-    for (const cairn::MeshModel& mesh : scene->meshes) made->simulation.add_mesh(mesh);
+    GivenForces given;
+    for (cairn::MeshModel mesh : scene->meshes) {
+      if (mesh.bulk) { // what it keeps is of one simulation
+        mesh.bulk->mesh = mesh.name;
+        mesh.bulk = given.of(mesh.bulk);
+      }
+      made->simulation.add_mesh(std::move(mesh));
+    }
     made->simulation.strategy().check_scene(made->simulation);
+    given.stay();
     *simulation = made.release();
   });
 }
@@ -147,6 +177,20 @@ int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_repo
     *report = {r.step,           r.contacts,       int32_t(r.solve.status), r.solve.iterations,
                r.time,           r.solve.error,    r.solve.worst_error,     r.solve.penetration,
                r.energy.kinetic, r.energy.closure, r.energy.in_play};
+  });
+}
+
+int32_t cairn_simulation_before_parts(cairn_simulation* simulation,
+                                      void (*function)(cairn_simulation* simulation, double time, double h,
+                                                       void* context),
+                                      void* context, cairn_error* error) {
+  return guarded(error, [&] {
+    require(simulation, "simulation");
+    simulation->simulation.before_part = nullptr;
+    if (function)
+      simulation->simulation.before_part = [=](double h) {
+        function(simulation, simulation->simulation.time, h, context);
+      };
   });
 }
 

@@ -13,6 +13,11 @@ struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// A step that is too long for what moves in it: a shorter one may be made from where it began.
+struct StepTooLong : Error {
+  using Error::Error;
+};
+
 // call(kernel, arguments...) for a kernel whose last argument is a cairn_error.
 template <class Kernel, class... Arguments>
 void call(Kernel&& kernel, Arguments&&... arguments) {

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "../base/call.hpp"
-#include "../fe/bulk_model.hpp"
 #include "nodes.hpp"
 
 namespace cairn {
@@ -14,6 +13,7 @@ namespace cairn {
 MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
   const auto n = std::size_t(model.dofs());
   const int dim = model.dim;
+  if (model.bulk) model.bulk->mesh = model.name;
   lumped_.assign(n, 0);
   for (std::int64_t column = 0; column < model.mass.n; ++column)
     for (std::int64_t e = model.mass.start[column]; e < model.mass.start[column + 1]; ++e) {
@@ -33,13 +33,17 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
     for (std::int64_t e = model.mass.start[column]; e < model.mass.start[column + 1]; ++e)
       lumped_mass_ = lumped_mass_ && (model.mass.row[e] == column || vanishes(model.mass.value[e]));
   damps_ = model.times_damping || !std::all_of(model.damping.value.begin(), model.damping.value.end(), vanishes);
-  double extent = std::numeric_limits<double>::infinity();
+  double extents[3] = {0, 0, 0};
   for (int k = 0; k < dim; ++k) {
     double low = model.reference[k], high = low;
     for (std::size_t i = k; i < n; i += dim)
       low = std::min(low, model.reference[i]), high = std::max(high, model.reference[i]);
-    extent = std::min(extent, high - low);
+    extents[k] = high - low;
   }
+  const double longest = *std::max_element(extents, extents + dim);
+  double extent = longest;
+  for (const double e : extents) // a sheet, or a row of nodes, has none but rounding along some axes
+    if (e > 1e-9 * longest) extent = std::min(extent, e);
   size_ = extent / std::pow(double(model.nodes()), 1.0 / dim);
   model.side_from.assign(std::size_t(dim == 2 ? model.nodes() : 0), -1);
   model.side_to = model.side_from;
@@ -239,6 +243,7 @@ void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_sc
     return scatter(free_.data(), nodes.velocity_free);
   }
   stiffness_times(q_.data(), stiff_q_.data());
+  for (std::size_t i = 0; i < model.initial_force.size(); ++i) stiff_q_[i] += model.initial_force[i];
   times_velocity(v_.data());
   times_history(nodes);
   stiff_begin_ = stiff_;
@@ -317,6 +322,7 @@ double MeshBody::stored(const Nodes& nodes) {
   stiffness_times(a_.data(), b_.data());
   double twice = 0;
   for (std::int64_t i = 0; i < model.dofs(); ++i) twice += a_[i] * b_[i];
+  for (std::size_t i = 0; i < model.initial_force.size(); ++i) twice += 2 * a_[i] * model.initial_force[i];
   return twice / 2;
 }
 
@@ -395,7 +401,14 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
     for (std::int64_t i = 0; i < n; ++i)
       work.stored += 0.5 * x[i] * (stiff_q_[i] + (way_end * stiff_[i] + way_begin * stiff_begin_[i]));
   }
+  const std::vector<double>& initial = model.initial_force; // half of whose work is in the products above,
+  const double known_half = s.histories > 0 ? 1 : 0.5;      // but where K was multiplied alone
+  for (std::size_t i = 0; i < initial.size(); ++i) {
+    work.stored_change -= 0.5 * q_[i] * initial[i];
+    work.stored += known_half * x[i] * initial[i];
+  }
   work.stored_change += work.stored;
+  work.stored += model.initial_energy;
   to_leaders(model.ties, reaction);
 }
 
@@ -421,6 +434,7 @@ void MeshBody::start_history(Nodes& nodes, const double* gravity, const cairn_sc
   if (!linear()) return start_bulk_history(nodes, gravity, scheme);
   f_ = weight_;
   for (std::int64_t i = 0; i < n && !load_begin.empty(); ++i) f_[i] += load_begin[i];
+  for (std::size_t i = 0; i < model.initial_force.size(); ++i) f_[i] -= model.initial_force[i];
   std::vector<double>&place = q_, &speed = v_, &next = a_, &stiff = b_, &damped = known_;
   for (int k = 0; k < cairn_most_history && nodes.history(k); ++k) {
     stiffness_times(place.data(), stiff.data());

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "../base/field.hpp"
-#include "../fe/bulk_result.hpp"
+#include "../fe/internal_forces.hpp"
 #include "../soe/soe.hpp"
 #include "cairn/core.h"
 #include "mesh_pressure.hpp"
@@ -18,7 +18,6 @@
 
 namespace cairn {
 
-class BulkModel;
 struct Nodes;
 
 // What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
@@ -43,11 +42,15 @@ struct MeshModel {
   bool self_contact = false;                      // its points meet its own sides
   std::vector<std::int32_t> around, around_start; // nodes that each facet sees, its own first; (facets + 1)
   MeshTies ties;                                  // dofs that follow others
+  // Of stresses before the body moves, where it is linear: forces (dofs) [N], empty: none; energy that they store [J].
+  std::vector<double> initial_force;
+  double initial_energy = 0;
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
   std::function<void(const double*x, double*out)> times_stiffness, times_damping;
   std::function<std::function<void(double* b)>(double h, double theta)> make_solver;
-  // Stresses of a material of solids in the place of stiffness, which then is that at the start; null: linear.
-  std::shared_ptr<BulkModel> bulk;
+  // Stresses of a material of solids, or forces of another code, in the place of stiffness, which then is that at the
+  // start; null: linear.
+  std::shared_ptr<InternalForces> bulk;
   std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
   std::int64_t dofs() const { return std::int64_t(reference.size()); }
 };
@@ -64,7 +67,8 @@ struct NewtonError {
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
   double material = 0;                                              // dissipated at the points of the material
-  double warmed = 0;                                                // given by what swelled at the begin of the step
+  double absorbed = 0; // of `elastic`, by a code that does not tell what of it is stored, or what is spent
+  double warmed = 0;   // given by what swelled at the begin of the step
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
@@ -85,6 +89,7 @@ public:
   std::vector<double> thermal_load;         // (dofs) of restrained expansion [N]; empty: none
   std::vector<double> held_velocity;        // (dofs) of held dofs at the end of the step [m/s]; empty: zero
   std::vector<PressedSides> pressed; // of bodies that are not linear: at the end of the step where these are then
+  double time = 0;                   // at which the step at hand begins [s]
   MeshWork work;                     // of the last step
   // Its place among the nodes of the scene.
   std::int32_t node(std::int64_t i) const { return std::int32_t(first_node + i); }
@@ -100,14 +105,24 @@ public:
   // first pass; after a solution, with `impulse` gathered, `judge` moves on, with a part of the change where the
   // whole one leaves more of the balance; `linearise` makes the free velocity of the next pass.
   bool linear() const { return !model.bulk; }
-  NewtonError judge();
+  // tolerance: on the error, by which judge guesses whether a pass is the last; else it makes the tangent of the next.
+  NewtonError judge(double tolerance = 0);
   void linearise(Nodes& nodes);
-  // The end of the step becomes the begin of the next.
+  // The end of the step becomes the begin of the next; or the step was undone.
   void commit();
+  void roll_back();
+  // What views show of the last step: kept while another is tried, and shown again where that is undone.
+  struct Shown {
+    Array<double> impulse;
+    std::vector<double> reaction, stress;
+  };
+  void keep(Shown& to) const;
+  void show(const Shown& from);
   // For a checkpoint: forces of the stresses at the begin of the next step [N], then the energy that they store [J];
   // none before the first step. Throws Error for what is of another mesh.
   std::vector<double> memory() const;
   void restore(std::span<const double> state, std::span<const double> memory);
+  void forget(); // as at the start
   std::string describe(const BulkResult& fault) const;
   // check: throws Error beyond the limit of an explicit scheme.
   void free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check);
@@ -158,7 +173,8 @@ private:
   void find_free_velocity();
   void residual_of(const std::vector<double>& v);
   BulkResult stresses_of(const std::vector<double>& v, bool tangent);
-  BulkResult stresses_there(bool tangent);
+  BulkResult stresses_there(const double* v, double rate, bool tangent);
+  BulkResult forces_at_begin(double* force);
   void account_bulk(Nodes& nodes, const double* gravity);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme) const;
@@ -194,9 +210,11 @@ private:
   std::vector<double> columns_;                                     // (some, dofs) right sides that are solved at once
   // Of Newton's method: velocities of the pass, forces of stresses at both ends and of damping, derivative, rest of the
   // balance, and where the step ended.
-  std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_;
+  std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_,
+      velocity_end_;
   std::unique_ptr<Factors> own_; // of the pass
   BulkResult found_;             // at the end
+  NewtonError find_change(bool with_tangent);
   void find_swelling_force();
   std::vector<double> swelling_force_; // see find_swelling_force; empty: nothing swells
   double warmed_ = 0;
@@ -209,6 +227,8 @@ private:
   double h_ = 0, share_ = 0;                // the step at hand, of a body that is not linear
   double end_weight_ = 0, rate_share_ = 0;  // of the end in forces of stresses, and in rates of strain
   bool explicit_ = false, by_energy_ = false;
+  bool tangent_known_ = false;             // at iterate_, with its stresses
+  bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> jump_;  // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]
   std::unique_ptr<Soe> mass_; // factors of M, for histories alone

@@ -10,7 +10,6 @@
 
 #include "../base/call.hpp"
 #include "../base/stopwatch.hpp"
-#include "../fe/bulk_model.hpp"
 #include "mesh_body.hpp"
 #include "nodes.hpp"
 
@@ -36,14 +35,14 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
   }
   for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (share_ * v[i] + (1 - share_) * v_[i]);
   for (std::size_t i = 0; i < past_.size(); ++i) b_[i] += past_[i];
-  return stresses_there(tangent);
+  return stresses_there(v.data(), 1 / (h_ * share_), tangent);
 }
 
-// At displacements b_.
-BulkResult MeshBody::stresses_there(bool tangent) {
+// At displacements b_, where velocities are v and change with them by `rate`.
+BulkResult MeshBody::stresses_there(const double* v, double rate, bool tangent) {
   const Stopwatch watch(tangent ? &newton_seconds.assembly : nullptr); // else a part of the balance
-  const BulkResult found = model.bulk->evaluate(b_.data(), h_, rate_share_, force_end_.data(),
-                                                tangent ? tangent_.data() : nullptr, by_energy_ ? q_.data() : nullptr);
+  const MeshMotion there{b_.data(), v, time + h_, h_, rate_share_, rate, by_energy_ ? q_.data() : nullptr};
+  const BulkResult found = model.bulk->evaluate(there, force_end_.data(), tangent ? tangent_.data() : nullptr);
   if (found.ok() && !pressed.empty()) press(tangent ? tangent_.data() : nullptr);
   return found;
 }
@@ -114,16 +113,9 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   if (explicit_ && model.ties.rigid_parts_turn())
     throw Error("rigid parts of the mesh '" + model.name +
                 "' turn over a step, which explicit integrators do not know: give Theta(), or hold these nodes");
-  if (const std::int64_t block = by_energy_ ? model.bulk->not_by_energy() : -1; block >= 0) {
-    const BulkCells& c = model.bulk->cells()[std::size_t(block)];
-    throw Error("the " + std::string(c.element->cell) + " cells of the mesh '" + model.name + "' are of " +
-                c.material->python_name +
-                (c.material->state.empty() && !c.material->umat
-                     ? std::string(c.mean_dilatation ? " with mean dilatation" : " in plane stress")
-                     : std::string(", which keeps more than an energy")) +
-                ": DiscreteGradient is for hyperelastic materials at large strains in 3D, plane strain and round an "
-                "axis, without mean dilatation; give Theta(0.5)");
-  }
+  if (const std::string why = by_energy_ ? model.bulk->not_by_energy(model.name) : ""; !why.empty())
+    throw Error(why + ": DiscreteGradient is for hyperelastic materials at large strains in 3D, plane strain and round "
+                      "an axis, without mean dilatation; give Theta(0.5)");
   const double asked = h_ / scheme.largest;
   if (check && std::isfinite(scheme.largest) && (checked_ < asked || checked_ > asked)) {
     check_step(scheme);
@@ -145,6 +137,10 @@ void MeshBody::take_history(Nodes& nodes) {
   history_sum(nodes, scheme_.velocity, kicked_past_.data());
 }
 
+BulkResult MeshBody::forces_at_begin(double* force) {
+  return model.bulk->evaluate({q_.data(), v_.data(), time, h_, rate_share_}, force, nullptr);
+}
+
 void MeshBody::start_newton(Nodes& nodes) {
   const auto n = std::size_t(model.dofs());
   for (std::vector<double>* v : {&iterate_, &force_end_, &force_step_, &residual_, &trial_, &start_, &c_}) v->resize(n);
@@ -152,12 +148,16 @@ void MeshBody::start_newton(Nodes& nodes) {
   norms_.resize(8 * n);
   for (std::size_t i = 0; i < n && begun_ && !way_end_.empty(); ++i) // nodes may have been set elsewhere
     begun_ = std::abs(q_[i] - way_end_[i]) <= 1e-6 * size_;
+  double fastest = 0;
+  for (const double v : velocity_end_) fastest = std::max(fastest, std::abs(v));
+  for (std::size_t i = 0; i < velocity_end_.size() && begun_; ++i)
+    begun_ = std::abs(v_[i] - velocity_end_[i]) <= 1e-12 * fastest;
   warmed_ = 0;
   if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
     find_swelling_force();
     const Stopwatch watch(&newton_seconds.balance);
-    found_ = model.bulk->evaluate(q_.data(), h_, rate_share_, force_end_.data(), nullptr);
+    found_ = forces_at_begin(force_end_.data());
     if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
     force_begin_ = force_end_;
     const double stored = found_.energy + found_.dissipated;
@@ -173,6 +173,9 @@ void MeshBody::start_newton(Nodes& nodes) {
       sides.press(model.dim, a_.data(), (1 - end_share_) * sides.begin, press_begin_.data(), model.mass, 0, nullptr);
     press_ = press_begin_;
   }
+  tangent_known_ = false;
+  goes_on_ = went_on_; // as the step before
+  went_on_ = false;
   iterate_ = v_;
   turn_iterate();
   if (explicit_) {
@@ -184,7 +187,7 @@ void MeshBody::start_newton(Nodes& nodes) {
       for (std::size_t i = 0; i < past_.size(); ++i) iterate_[i] -= past_[i] / (h_ * share_);
       turn_iterate();
       found_ = stresses_of(iterate_, true);
-      if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step" + advice(!past_.empty()));
+      if (!found_.ok()) throw StepTooLong(describe(found_) + " at the begin of the step" + advice(!past_.empty()));
     }
   }
   find_free_velocity();
@@ -196,8 +199,8 @@ void MeshBody::predict_force() {
   if (!(end_weight_ > 0)) return;
   for (std::size_t i = 0; i < b_.size(); ++i)
     b_[i] = q_[i] + (scheme_.elastic_velocity * v_[i] + elastic_past_[i]) / end_weight_;
-  found_ = stresses_there(false);
-  if (!found_.ok()) throw Error(describe(found_) + " where the step is predicted to lead: give a smaller dt");
+  found_ = stresses_there(v_.data(), 0, false);
+  if (!found_.ok()) throw StepTooLong(describe(found_) + " where the step is predicted to lead: give a smaller dt");
   for (std::size_t i = 0; i < b_.size(); ++i)
     force_step_[i] = end_weight_ * force_end_[i] + (1 - end_weight_) * force_begin_[i];
 }
@@ -210,9 +213,9 @@ void MeshBody::find_swelling_force() {
   std::vector<double> swelling;
   swelling.swap(model.bulk->swelling);
   swelling_force_.resize(std::size_t(model.dofs()));
-  const BulkResult plain = model.bulk->evaluate(q_.data(), h_, rate_share_, swelling_force_.data(), nullptr);
+  const BulkResult plain = forces_at_begin(swelling_force_.data());
   swelling.swap(model.bulk->swelling);
-  if (plain.ok()) model.bulk->evaluate(q_.data(), h_, rate_share_, force_end_.data(), nullptr);
+  if (plain.ok()) forces_at_begin(force_end_.data());
   for (std::size_t i = 0; i < swelling_force_.size(); ++i)
     swelling_force_[i] = plain.ok() ? swelling_force_[i] - force_end_[i] : 0;
 }
@@ -222,15 +225,19 @@ void MeshBody::find_swelling_force() {
 void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme) {
   constexpr int halvings = 4; // each multiplies the rounding of a third derivative by eight
   const auto n = std::size_t(model.dofs());
-  std::vector<double> at[5], known[2 + cairn_most_history], next(n), drag(n);
+  std::vector<double> at[5], known[2 + cairn_most_history], next(n), drag(n), speed(n);
   const auto force_at = [&](double time, std::vector<double>& out) {
     for (std::size_t i = 0; i < n; ++i) {
-      double way = 0;
-      for (int k = 1 + cairn_most_history; k >= 1; --k) way = (known[k].empty() ? way : known[k][i] + way) * time / k;
+      double way = 0, more = 0; // of the displacement, of the velocity
+      for (int k = 1 + cairn_most_history; k >= 1; --k) {
+        way = (known[k].empty() ? way : known[k][i] + way) * time / k;
+        if (k > 1) more = (known[k].empty() ? more : known[k][i] + more) * time / (k - 1);
+      }
       b_[i] = known[0][i] + way;
+      speed[i] = known[1][i] + more;
     }
     out.resize(n);
-    return model.bulk->evaluate(b_.data(), scheme.h, 1, out.data(), nullptr);
+    return model.bulk->evaluate({b_.data(), speed.data(), this->time + time, scheme.h}, out.data(), nullptr);
   };
   known[0] = q_;
   known[1] = v_;
@@ -250,7 +257,7 @@ void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cai
       if (found.ok()) break;
     }
     if (!found.ok())
-      throw Error(describe(found) + " within two steps of its begin, as it moves there: give a smaller dt");
+      throw StepTooLong(describe(found) + " within two steps of its begin, as it moves there: give a smaller dt");
     if (damps_) damping_times(known[k + 1].data(), drag.data());
     for (std::size_t i = 0; i < n; ++i) {
       double force = 0;
@@ -278,8 +285,10 @@ void MeshBody::find_free_velocity() {
 }
 
 void MeshBody::linearise(Nodes& nodes) {
-  found_ = stresses_of(iterate_, true);
-  if (!found_.ok()) throw Error(describe(found_));
+  went_on_ = true;
+  if (!tangent_known_) found_ = stresses_of(iterate_, true);
+  tangent_known_ = false;
+  if (!found_.ok()) throw StepTooLong(describe(found_));
   find_free_velocity();
   scatter(free_.data(), nodes.velocity_free);
 }
@@ -306,11 +315,27 @@ void MeshBody::factorise_tangent() {
   SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
   // where the material softens, the stiffness at the start is a direction that goes down
   if (!status && !explicit_) status = with(model.stiffness.value);
-  if (!status) refuse(status);
+  if (status) return;
+  try {
+    refuse(status);
+  } catch (const Error& error) { throw StepTooLong(error.what()); }
 }
 
-NewtonError MeshBody::judge() {
-  const Stopwatch watch(&newton_seconds.balance);
+// Stresses where a pass leads are wanted by its balance, and with their tangent by the next pass: both are found at
+// once, unless the errors so far tell that none will follow.
+NewtonError MeshBody::judge(double tolerance) {
+  const double assembled = newton_seconds.assembly;
+  NewtonError out;
+  {
+    const Stopwatch watch(&newton_seconds.balance);
+    out = find_change(goes_on_);
+  }
+  newton_seconds.balance -= newton_seconds.assembly - assembled;
+  goes_on_ = !(out.error * out.error <= tolerance); // errors become their squares
+  return out;
+}
+
+NewtonError MeshBody::find_change(bool with_tangent) {
   const auto n = std::size_t(model.dofs());
   NewtonError out;
   if (explicit_) return out;
@@ -331,7 +356,9 @@ NewtonError MeshBody::judge() {
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
     for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
     turn_iterate();
-    out.fault = stresses_of(iterate_, false);
+    tangent_known_ = with_tangent && turn == 0;
+    out.fault = stresses_of(iterate_, tangent_known_);
+    tangent_known_ = tangent_known_ && out.fault.ok();
     if (!out.fault.ok()) continue;
     residual_of(iterate_);
     for (std::size_t i = 0; i < n; ++i) {
@@ -384,8 +411,8 @@ void MeshBody::find_stresses_at_end(const std::vector<double>& end) {
   if (!elsewhere) return;
   iterate_ = end;
   for (std::size_t i = 0; i < end.size(); ++i) b_[i] = q_[i] + way_of(i, end[i]);
-  found_ = stresses_there(false);
-  if (!found_.ok()) throw Error(describe(found_) + " at the end of the step" + advice(!past_.empty()));
+  found_ = stresses_there(end.data(), 0, false);
+  if (!found_.ok()) throw StepTooLong(describe(found_) + " at the end of the step" + advice(!past_.empty()));
 }
 
 // As `account`, with the forces of the stresses at both ends.
@@ -424,16 +451,37 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   work.stored_change = found_.energy - stored_begin_;
   work.material = found_.dissipated;
   work.warmed = warmed_;
+  if (!model.bulk->knows_energy() || !model.bulk->knows_dissipation())
+    work.absorbed = work.elastic - work.stored_change - work.material;
 }
 
 void MeshBody::commit() {
   if (linear()) return;
-  model.bulk->commit();
   way_end_.resize(q_.size());
   for (std::size_t i = 0; i < q_.size(); ++i) way_end_[i] = q_[i] + way_of(i, iterate_[i]);
   force_begin_ = force_end_;
   begun_ = begun_ && !by_energy_; // stresses by energy are none of the end of the step
   stored_begin_ = found_.energy;
+  if (!model.bulk->solid()) velocity_end_ = trial_; // as `account` has it: forces of another code may depend on it
+  model.bulk->commit();
+}
+
+void MeshBody::roll_back() {
+  if (!linear()) model.bulk->rollback();
+}
+
+void MeshBody::keep(Shown& to) const {
+  to.impulse = impulse;
+  to.reaction = reaction;
+  if (linear()) return;
+  const std::span<const double> stress = model.bulk->shown();
+  to.stress.assign(stress.begin(), stress.end());
+}
+
+void MeshBody::show(const Shown& from) {
+  impulse = from.impulse;
+  reaction = from.reaction;
+  if (!linear()) std::copy(from.stress.begin(), from.stress.end(), model.bulk->shown().begin());
 }
 
 std::vector<double> MeshBody::memory() const {
@@ -444,18 +492,28 @@ std::vector<double> MeshBody::memory() const {
 }
 
 void MeshBody::restore(std::span<const double> state, std::span<const double> memory) {
-  const std::size_t states = linear() ? 0 : model.bulk->state().size(), forces = std::size_t(model.dofs()) + 1;
-  if (state.size() != states || (!memory.empty() && (linear() || memory.size() != forces)))
+  const std::int64_t states = linear() ? 0 : model.bulk->history_size(), forces = model.dofs() + 1;
+  const bool fits = states < 0 || std::int64_t(state.size()) == states;
+  if (!fits || (!memory.empty() && (linear() || std::int64_t(memory.size()) != forces)))
     throw Error("the state of the mesh '" + model.name + "' holds " + std::to_string(state.size()) + " and " +
                 std::to_string(memory.size()) + " numbers: it has " + std::to_string(states) + " and " +
                 std::to_string(forces) + "; give the file of this scene");
   if (linear()) return;
-  std::copy(state.begin(), state.end(), model.bulk->state().begin());
+  model.bulk->take_history(state);
   begun_ = !memory.empty();
   way_end_.clear();
+  velocity_end_.clear();
   if (!begun_) return;
   force_begin_.assign(memory.begin(), memory.end() - 1);
   stored_begin_ = memory.back();
+}
+
+void MeshBody::forget() {
+  if (linear()) return;
+  model.bulk->forget_history();
+  begun_ = false;
+  way_end_.clear();
+  velocity_end_.clear();
 }
 
 } // namespace cairn

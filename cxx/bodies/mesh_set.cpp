@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "../base/call.hpp"
@@ -99,6 +100,23 @@ void MeshSet::part_from_themselves(const Contactors& contactors) {
     constexpr double share = 0.05; // as thick as edges are
     mapped_.apart_depth[i] = std::max(*contactors.radius[mapped_.contactor[i]], share * shortest);
   }
+  // A side of a crack that a point on its other side was one with: its nodes stand where those of the point do.
+  const auto across = [&](const Seat& point, const Seat& side) {
+    if (point.role != Role::point) return false;
+    const MeshModel& m = meshes[std::size_t(point.mesh)].model;
+    bool same = true;
+    for (int j = 0; j < 4 && node_of(point, j) >= 0; ++j) {
+      const std::int32_t node = node_of(point, j);
+      std::int32_t twin = -1;
+      for (int k = 0; k < 4 && node_of(side, k) >= 0 && twin < 0; ++k)
+        if (std::equal(&m.reference[std::size_t(m.dim * node)], &m.reference[std::size_t(m.dim * node)] + m.dim,
+                       &m.reference[std::size_t(m.dim * node_of(side, k))]))
+          twin = node_of(side, k);
+      if (twin < 0) return false;
+      same = same && twin == node;
+    }
+    return !same;
+  };
   mapped_.near_start.assign(1, 0);
   for (const Seat& s : seats_) {
     const auto first = std::ptrdiff_t(mapped_.near.size());
@@ -109,7 +127,8 @@ void MeshSet::part_from_themselves(const Contactors& contactors) {
           const Seat& beside = seat(side);
           for (int k = 0; k < 4 && node_of(beside, k) >= 0; ++k) {
             const std::vector<std::int32_t>& more = at[std::size_t(node_of(beside, k))];
-            mapped_.near.insert(mapped_.near.end(), more.begin(), more.end());
+            std::copy_if(more.begin(), more.end(), std::back_inserter(mapped_.near),
+                         [&](std::int32_t other) { return !across(s, seat(other)); });
           }
         }
     std::sort(mapped_.near.begin() + first, mapped_.near.end());

@@ -94,7 +94,7 @@ void MeshBody::check_step(const cairn_scheme& scheme) const {
       "dt is %g s, beyond the stable step %.3g s of the mesh '%s' under this explicit integrator: give a smaller "
       "dt, larger or softer cells, Carpenter(unstable='ignore'), or an implicit integrator, which has no such limit",
       scheme.h, limit, model.name.c_str());
-  throw Error(text);
+  throw StepTooLong(text);
 }
 
 } // namespace cairn

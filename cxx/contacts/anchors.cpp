@@ -97,6 +97,7 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   s.anchor_of.clear();
   s.held.clear();
   s.anchored_places.clear();
+  s.find_ropes(contactors, laws);
   for (std::size_t k = 0; k < m.anchors.size(); ++k) {
     const std::int32_t a = numbers[2 * k], b = numbers[2 * k + 1];
     if (m.anchors[k].reach < 0 || a < 0 || b < 0) continue;
@@ -104,6 +105,8 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
     if (entry < 0) continue;
     const LawInfo& law = law_infos()[std::size_t(laws.entry(entry).law)];
     if (!law.anchored) continue;
+    if (!s.rope_of.empty() && s.rope_of[std::size_t(*contactors.material[a])].value_or(RopeEnds{0, 0, 0}).far < 0)
+      continue; // what it held is gone
     const bool sound = m.states[k * std::size_t(m.state_components)] > 0;
     const bool spans = law.spans || (law.joins && laws.entry(entry).params[joint_spans] > 0);
     s.anchored_places.push_back({a, b, m.keys[k].image, m.keys[k].feature, std::int32_t(k), sound, spans, law.joins});

@@ -39,6 +39,7 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
   s.kind = s.scratch.take<std::uint8_t>(contactors.count);
   for (std::int64_t c = 0; c < contactors.count; ++c) s.kind[c] = s.body(std::int32_t(c)) < 0 ? State::mapped : 0;
   s.find_mesh_areas();
+  s.find_ropes(contactors, laws);
   s.entry = s.scratch.take<std::int32_t>(candidates.count);
   ContactMemory& m = s.memory;
   for (const Law law : laws.laws()) {
@@ -154,6 +155,16 @@ void Nscd::declare_joints(Simulation& s) {
   for (std::int64_t k = 0; k < c.count; ++k) {
     const int m = *c.material[k], entry = s.laws.find(m, m);
     if (entry < 0 || !law_infos()[std::size_t(s.laws.entry(entry).law)].joins) continue;
+    if (s.laws.entry(entry).params[joint_pulley] > 0) {
+      if (other[std::size_t(m)] >= 0) continue; // all three ends at once
+      other[std::size_t(m)] = *c.id[k];
+      const RopeEnds ends = rope_ends(c, s.laws, m).value_or(RopeEnds{});
+      if (ends.far < 0) continue;
+      const std::int64_t one = *c.id[ends.near], two = *c.id[ends.pulley];
+      if (std::max(one, two) >= s.interactions.memory().contactors_seen)
+        declared.push_back({std::min(one, two), std::max(one, two)});
+      continue;
+    }
     if (other[std::size_t(m)] < 0)
       other[std::size_t(m)] = *c.id[k];
     else if (std::max(*c.id[k], other[std::size_t(m)]) >= s.interactions.memory().contactors_seen)
@@ -179,7 +190,7 @@ void Nscd::make_bonds(Simulation& s) {
     }
     Margin margin{};
     margin.per_contactor = margins_.data();
-    s.contacts_known = false;
+    s.contacts_known = shows_kept_ = false;
     compute_free_velocity(s); // detection leaves out pairs that nothing moves
     s.scene.bodies.velocity.values = s.scene.bodies.velocity_begin.values;
     declare_joints(s);

@@ -96,7 +96,7 @@ bool Interactions::State::came_in_touching(std::int64_t i) const {
   const ContactKey k = key(i);
   if (std::max(k.contactor_a, k.contactor_b) < memory.contactors_seen) return false;
   const LawTable::Entry& e = laws->entry(entry[i]);
-  if (law_infos()[std::size_t(e.law)].joins) return true;
+  if (law_infos()[std::size_t(e.law)].joins) return !(e.params[joint_pulley] > 0) || is_rope(i);
   const int within = law_infos()[std::size_t(e.law)].within;
   return candidates->gap[i] <= std::max(touch * effective_radius(i), within < 0 ? 0 : e.params[within]);
 }

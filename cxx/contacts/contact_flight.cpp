@@ -263,6 +263,14 @@ void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, dou
     square += between[k] * between[k];
   }
   out[0] += flight_of_round(v, axes[0], 3, std::sqrt(square), h);
+  if (!b.rope) return;
+  const FarPart part = far_part(i);
+  for (const int end : {0, 1})
+    Motion(*bodies, system.record[part.body[end]], part.body[end], d, h)
+        .carry(part.lever[end], end ? vb : va, end ? ab : aa);
+  for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k];
+  for (int k = 0; k < d; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * part.normal[k];
+  out[0] += flight_of_round(v, part.normal, 3, part.length, h);
 }
 
 // Of all contacts of a batch that is not packed, component by component; false if there is none.

@@ -236,6 +236,16 @@ void Interactions::State::space_impulse(const cairn_batch& b, int lane, double p
   }
 }
 
+// The far part of a rope, to bodies that are driven.
+void Interactions::State::pull_driven(Bodies& bodies, const cairn_batch& b, int lane) const {
+  for (int end = 0; end < 2; ++end) {
+    const std::int32_t who = b.rope_body[2 * lane + end];
+    if (bodies.driven.active && !*bodies.driven[who]) continue;
+    const double* row = b.rope + rope_numbers * lane + 2 + 12 * end;
+    for (int k = 0; k < system.velocities(); ++k) bodies.reaction[who][k] += b.r[lane] * row[k];
+  }
+}
+
 void Interactions::State::add_reactions(Bodies& bodies) const {
   const int d = dim();
   const auto driven = [&](std::int32_t who) { return !bodies.driven.active || *bodies.driven[who]; };
@@ -256,6 +266,7 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
     for (int lane = 0; lane < b.contacts; ++lane) {
       // what a mesh is held by it accounts for itself
       const bool a = !b.mapped_a && driven(b.body_a[lane]), other = !b.mapped_b && driven(b.body_b[lane]);
+      if (b.rope && !b.pack) pull_driven(bodies, b, lane);
       if (!a && !other) continue; // most are not
       double p[3], m[3];
       space_impulse(b, lane, p, m);
@@ -443,6 +454,7 @@ void Interactions::restore(ContactMemory m) {
     wrong("states", m.states.size(), m.keys.size() * m.state_components);
   if (!m.anchors.empty() && m.anchors.size() != m.keys.size()) wrong("anchors", m.anchors.size(), m.keys.size());
   s_->memory = std::move(m);
+  s_->in_order = false;
 }
 
 std::int64_t Interactions::bytes() const {
@@ -452,6 +464,7 @@ std::int64_t Interactions::bytes() const {
   return of(c.batches) + of(c.first_task) + of(c.first_batch) + of(c.work) + of(c.candidate) + of(c.sums) +
          of(c.change) + of(c.before) + of(c.r_before) + of(c.along) + of(c.chosen) + of(c.kept_r) + of(c.kept_u) +
          of(c.best) + of(s.memory.keys) + of(s.memory.impulses) + of(s.memory.states) + of(s.memory.anchors) +
+         of(s.names) + of(s.names_of_last) + of(s.kept_at) + of(s.found_at) + of(s.left_over) + of(s.ids_in_order) +
          of(s.held) + of(s.anchor_of) + of(s.anchored_places) + of(s.measured.point) + of(s.measured.normal) +
          of(s.measured.gap) + of(s.work_sums) + of(s.order_start) + of(s.tile_stage) + of(s.hub_contacts) +
          of(s.late_contacts) + of(s.of_hub) + of(s.by_hub) + of(s.key_of_order) + of(s.order_count) + of(s.sorted) +

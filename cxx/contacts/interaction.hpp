@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -204,6 +205,13 @@ struct Anchor {
   double reach = -1; // what detection finds nearer than this is the anchored contact itself [m]; below 0: no anchor
 };
 
+// Contactors that a rope over a pulley runs between; -1: one of them is gone.
+struct RopeEnds {
+  std::int32_t near = -1, pulley = -1, far = -1;
+};
+// Nothing for a material that is no rope's.
+std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material);
+
 // What a restart needs to go on to the same bits.
 struct ContactMemory {
   double h = 0;                     // step that the impulses belong to [s]; 0 before the first
@@ -259,6 +267,9 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
+  // Once a solution is there: biases of joints that hold at the next detection; false: there are no such joints, or by
+  // the solution at hand they miss it by no more than `least` of their speed.
+  bool correct_joints(const Bodies&, double least);
   void pose(const ContactPose& pose);
   // What bodies, then nodes, have for laws that ask, until it is said again; null: the scene has none. [K], [V]
   void act_at(const double* temperature, const double* potential);

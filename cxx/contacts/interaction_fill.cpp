@@ -86,6 +86,7 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   schedule.general = system.general.empty() ? system.record.data() : system.general.data();
   schedule.work = system.work.data();
   fill_geometry(batch, deepest);
+  fill_ropes(batch);
   if (batch.stride_a || batch.stride_b) cairn_mapped_responses(&batch, dim());
   fill_impulses(batch);
   fill_law(schedule, batch, thread);

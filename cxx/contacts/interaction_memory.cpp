@@ -16,10 +16,105 @@ void Interactions::State::find_places(int threads) {
   const auto key_of = [&](std::int64_t c) { // dummies have none
     return system.candidate[c] < 0 ? ContactKey{-1, -1, 0, 0} : key(system.candidate[c]);
   };
-  find_keys(memory.keys, n, key_of, threads, scratch, place);
+  const bool followed = follow_order();
+  number_places(n, followed);
+  if (followed)
+    find_others(n, key_of);
+  else
+    find_keys(memory.keys, n, key_of, threads, scratch, place);
   if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) follow_across_facets();
   if (!anchor_of.empty()) hand_on_broken();
   scratch.release(searching);
+}
+
+// Candidates come in one order in every step: kind by kind, and in that by their contactors. Both steps are gone
+// through side by side, and a candidate of the last one tells where the memory has it. False where contactors were
+// numbered otherwise, or others wrote into the memory.
+bool Interactions::State::follow_order() {
+  const Candidates& c = *candidates;
+  const Array<std::int64_t>& id = contactors->id.values;
+  names_of_last.swap(names);
+  fit(names, std::size_t(c.count));
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const auto word = [](std::int32_t high, std::int32_t low) {
+      return std::uint64_t(std::uint32_t(high)) << 32 | std::uint32_t(low);
+    };
+    names[std::size_t(i)] = {word(c.contactor_a[i], c.contactor_b[i]), word(c.feature[i], c.image[i])};
+  }
+  const bool same = in_order && memory.keys.size() == keys_in_order && names_of_last.size() == kept_at.size() &&
+                    id.size() == ids_in_order.size() && std::equal(id.begin(), id.end(), ids_in_order.begin());
+  in_order = false;
+  if (!same) return false;
+  const Array<CandidateName>& before = names_of_last;
+  const auto last = std::int64_t(before.size());
+  fit(found_at, std::size_t(c.count));
+  fit(left_over, std::size_t(last));
+  std::size_t passed = 0;
+  std::int64_t next = 0;
+  bool same_run = last > 0; // pairs rise in a run of candidates of one kind, and `next` is in that of this candidate
+  const auto advance = [&] {
+    ++next;
+    same_run = next < last && before[std::size_t(next)].pair >= before[std::size_t(next - 1)].pair;
+  };
+  const auto pass = [&] {
+    left_over[passed++] = kept_at[std::size_t(next)];
+    advance();
+  };
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const CandidateName& name = names[std::size_t(i)];
+    if (i > 0 && name.pair < names[std::size_t(i - 1)].pair) {
+      while (same_run) pass();
+      same_run = next < last;
+    }
+    while (same_run && before[std::size_t(next)].pair < name.pair) pass();
+    std::int64_t at = same_run ? next : last;
+    while (at < last && before[std::size_t(at)].pair == name.pair && !(before[std::size_t(at)] == name)) ++at;
+    found_at[std::size_t(i)] = -1;
+    if (at == last || !(before[std::size_t(at)] == name)) continue;
+    while (next < at) pass();
+    found_at[std::size_t(i)] = kept_at[std::size_t(at)];
+    advance();
+  }
+  while (next < last) pass();
+  left_over.resize(passed);
+  kept_at.swap(found_at);
+  return true;
+}
+
+// Where `remember` will keep the contact of each candidate; in the place of where the memory has it now, if that is
+// known, which goes to `place`.
+void Interactions::State::number_places(std::int64_t places, bool known) {
+  const std::int64_t count = candidates->count;
+  if (!known) {
+    fit(kept_at, std::size_t(count));
+    std::fill(kept_at.begin(), kept_at.end(), -1);
+  }
+  std::int32_t to = 0;
+  for (std::int64_t k = 0; k < places; ++k) {
+    const std::int32_t i = system.candidate[std::size_t(k)];
+    place[k] = i < 0 ? -1 : kept_at[std::size_t(i)];
+    if (i >= 0) kept_at[std::size_t(i)] = to++;
+  }
+  for (std::int64_t i = 0; i < count && to < count; ++i)
+    if (!moves(i)) kept_at[std::size_t(i)] = -1; // it is in no batch
+}
+
+// Contacts that stood elsewhere in the order of the last step, by their keys.
+template <class KeyOf>
+void Interactions::State::find_others(std::int64_t places, const KeyOf& key_of) {
+  if (left_over.empty()) return;
+  const auto is_missing = [&](std::int64_t k) { return place[k] < 0 && system.candidate[std::size_t(k)] >= 0; };
+  std::int64_t missing = 0;
+  for (std::int64_t k = 0; k < places; ++k) missing += is_missing(k);
+  if (missing == 0) return;
+  KeyTable table(missing, scratch);
+  for (std::int64_t k = 0; k < places; ++k)
+    if (is_missing(k)) table.insert(key_of(k), k);
+  for (const std::int32_t at : left_over) {
+    if (at < 0) continue; // it was in no batch
+    const std::int32_t to = table.find(memory.keys[std::size_t(at)], key_of);
+    if (to >= 0) place[to] = at;
+  }
 }
 
 // A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about
@@ -85,6 +180,9 @@ void Interactions::State::remember() {
   }
   for (std::int64_t c = 0; c < contactors->count; ++c)
     m.contactors_seen = std::max(m.contactors_seen, *contactors->id[c] + 1);
+  ids_in_order = contactors->id.values;
+  keys_in_order = kept;
+  in_order = true;
   keep_anchors();
 }
 

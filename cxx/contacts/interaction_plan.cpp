@@ -45,6 +45,7 @@ void Interactions::State::load_bodies() {
     degree[i] = (isotropic ? 1 : 0) + (moves ? 2 : 0);
   }
   find_joints();
+  find_ropes(*contactors, *laws);
   bool wide = false; // only round bodies centred on their contactor do without their further inertia
   for (std::int64_t c = 0; c < contactors->count; ++c) {
     bool centred = info(Shape(*contactors->shape[c])).ball();
@@ -146,6 +147,7 @@ void Interactions::State::plan() {
   system.candidate.reserve(candidates->count + candidates->count / 8);
   hub_contacts.clear();
   late_contacts.clear();
+  ropes.clear();
   plan_tiles();
   plan_hubs();
   plan_late();
@@ -175,6 +177,10 @@ void Interactions::State::plan_tiles() {
     std::uint64_t taken = 0;
     for (; i < c.count && ordered - start < size; ++i) {
       if (!moves(i)) continue;
+      if (is_rope(i)) {
+        ropes.push_back(std::int32_t(i));
+        continue;
+      }
       if (hubs && !simple(i)) {
         hub_contacts.push_back(std::int32_t(i));
         continue;
@@ -340,9 +346,10 @@ void Interactions::State::plan_hubs() {
   system.first_task.push_back(std::int32_t(system.first_batch.size()) - 1);
 }
 
-// Contacts between hubs, one at a time, and those of meshes, one after the other in batches of a kind; in the order of
-// their keys, since that of bodies changes.
+// Contacts between hubs and ropes over pulleys, one at a time, and those of meshes, one after the other in batches of a
+// kind; in the order of their keys, since that of bodies changes.
 void Interactions::State::plan_late() {
+  late_contacts.insert(late_contacts.end(), ropes.begin(), ropes.end());
   if (late_contacts.empty()) return;
   std::sort(late_contacts.begin(), late_contacts.end(), [&](std::int32_t i, std::int32_t j) {
     const ContactKey a = key(i), b = key(j);
@@ -379,7 +386,9 @@ void Interactions::State::lay_out() {
   const std::size_t places = system.candidate.size();
   auto* body_a = scratch.take<std::int32_t>(places);
   auto* body_b = scratch.take<std::int32_t>(places);
-  auto* status = place; // which is read until batches are filled, before a solver writes a status
+  // where nothing grows places are read until batches are filled, before a solver writes a status; growth reads them
+  // after it
+  auto* status = bodies->stretch.active ? scratch.take<std::int32_t>(places) : place;
   std::size_t doubles = 0;
   const auto block = [](const cairn_batch& b) { return b.block ? b.components * b.components : 2; };
   const auto params = [](const cairn_batch& b) {
@@ -430,6 +439,10 @@ void Interactions::State::lay_out() {
     b.lever_b = take(sides()[b.side_b].lever);
     if (b.mapped_a) lay_out_mapping(b, b.node_a, b.dof_a, b.response_a, b.stride_a);
     if (b.mapped_b) lay_out_mapping(b, b.node_b, b.dof_b, b.response_b, b.stride_b);
+    if (b.contacts == 1 && is_rope(system.candidate[b.first])) {
+      b.rope_body = scratch.take<std::int32_t>(2 * std::int64_t(b.count));
+      b.rope = scratch.take<double>(rope_numbers * std::int64_t(b.count));
+    }
     b.bias = take(b.components);
     const bool may_yield = pose.kernel || law.yields;
     b.compliance = may_yield ? take(b.components) : nullptr;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 #include "../base/scratch.hpp"
@@ -85,7 +86,9 @@ struct PluggedFault {
 };
 
 // Parameters of joints that whoever measures their frames asks for: see joint.f90.
-inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_spans = 10;
+inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_spans = 10, joint_pulley = 14,
+                     joint_far = 15;
+inline constexpr int rope_numbers = 26; // see cairn_batch
 
 // Nodes of a side that a contact may rest on, those that bear it first; both footings of one. See twin_bonds.cpp.
 struct Footing {
@@ -109,6 +112,17 @@ struct Interactions::State {
   std::vector<ContactKey> kept_keys;
   // Per batched contact, until batches are filled: where it stands in the memory, -1 if it was not there.
   std::int32_t* place = nullptr;
+  // By which candidates of this step are found among those of the last: contactors A and B, feature and image.
+  struct CandidateName {
+    std::uint64_t pair, which;
+    bool operator==(const CandidateName&) const = default;
+  };
+  Array<CandidateName> names, names_of_last;
+  Array<std::int32_t> kept_at;             // per candidate of the last step: where the memory has it, -1: nowhere
+  Array<std::int32_t> found_at, left_over; // of candidates of this step; what none of them met
+  Array<std::int64_t> ids_in_order;        // of contactors then
+  std::size_t keys_in_order = 0;           // of the memory then
+  bool in_order = false;                   // the memory stands as `remember` left it
   // Per candidate: its place among the anchors held in this step; -1 none; -2 - k: it goes on with what the memory's
   // key k left when it broke. Empty where no contact is anchored.
   std::vector<std::int32_t> anchor_of;
@@ -119,6 +133,7 @@ struct Interactions::State {
   };
   std::vector<AnchoredPlace> anchored_places;
   std::vector<std::uint8_t> anchored_seen, joint_material;
+  std::vector<std::optional<RopeEnds>> rope_of; // per material: of a rope over a pulley; empty where there is none
   Candidates measured;
   ContactEnergy energy;
   // of the step being assembled, the caller's
@@ -170,7 +185,7 @@ struct Interactions::State {
   // order in which candidates are batched
   std::int32_t* order = nullptr;
   std::vector<std::int32_t> tile_stage, order_start;
-  std::vector<std::int32_t> hub_contacts, late_contacts, of_hub;
+  std::vector<std::int32_t> hub_contacts, late_contacts, ropes, of_hub;
   std::vector<std::pair<std::int64_t, std::int32_t>> by_hub; // 2 body + side, candidate
   std::vector<std::uint32_t> key_of_order;
   std::vector<std::int32_t> order_count, sorted;
@@ -263,9 +278,37 @@ struct Interactions::State {
   void measure_joints(const cairn_batch& b) const; // errors of their frames, before the law prepares; in joints.cpp
   void keep_turn(std::int32_t contactor_a, std::int32_t contactor_b, Anchor& made) const;
   void turned_from(std::int32_t A, std::int32_t B, const Anchor& anchor, double found[4]) const;
+  void turned_from(const double* A, const double* B, const Anchor& anchor, double found[4]) const; // of rotations
+  // The end on A from that on B [m], and how far A turned from where B has it.
+  struct JointPose {
+    double between[3] = {}, turned[4] = {};
+    bool turns = false, ahead = false;
+  };
+  void joint_pose(const cairn_batch& b, int lane, JointPose& pose) const;
+  void pose_ahead(const cairn_batch& b, int lane,
+                  JointPose& pose) const; // where the next step detects; joint_flight.cpp
+  double joint_errors(const cairn_batch& b, int lane, const JointPose& pose, double error[6]) const;
+  bool correct_joints(double least);
+  template <class F>
+  void each_miss(F&& f) const;
   void hold_places(const cairn_batch& b) const; // slips and turns of bonds that hold fast
   void find_joints();                           // materials of the ends of joints
-  void space_anchors(std::size_t first);        // reaches of those from a key on
+  // Of a rope, the part from its pulley to its far end: what carries the end, then the pulley. In ropes.cpp.
+  struct FarPart {
+    std::int32_t body[2];
+    double lever[2][3] = {}, normal[3] = {}, length = 0; // normal: from the pulley to the end
+  };
+  void find_ropes(const Contactors& of, const LawTable& by);
+  // Whether a contact is that of a rope, between its near end and its pulley; other marks may touch as they like.
+  bool is_rope(std::int64_t i) const {
+    if (rope_of.empty()) return false;
+    const std::int32_t a = candidates->contactor_a[i], b = candidates->contactor_b[i];
+    const RopeEnds ends = rope_of[std::size_t(*contactors->material[a])].value_or(RopeEnds{});
+    return ends.far >= 0 && std::minmax(a, b) == std::minmax(ends.near, ends.pulley);
+  }
+  FarPart far_part(std::int64_t i) const;
+  void fill_ropes(cairn_batch& b) const;
+  void space_anchors(std::size_t first); // reaches of those from a key on
   void keep_anchors();
   void hand_on_broken();
   void measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,
@@ -273,6 +316,7 @@ struct Interactions::State {
   void add_given(const Bodies& bodies);
   void measure_speeds(const Bodies& bodies);
   void add_reactions(Bodies& bodies) const;
+  void pull_driven(Bodies& bodies, const cairn_batch& b, int lane) const;
   void give_meshes() const;
   void push_meshes() const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
@@ -287,6 +331,10 @@ private:
   void apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance);
   void fill_mapping(cairn_batch& b, int side, int lane, std::int64_t candidate);
   void find_places(int threads);
+  bool follow_order();
+  void number_places(std::int64_t places, bool known);
+  template <class KeyOf>
+  void find_others(std::int64_t places, const KeyOf& key_of);
   void follow_across_facets();
   std::int64_t remember(const cairn_batch& b, std::int64_t to);
   template <int d>

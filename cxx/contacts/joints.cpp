@@ -17,8 +17,6 @@ void product(const double* a, bool conjugate, const double* b, double* out) {
   std::copy_n(made, 4, out);
 }
 
-constexpr double one[4] = {1, 0, 0, 0};
-
 // A unit quaternion as a vector, by the shorter way.
 void vector_of(const double* q, double out[3]) {
   const double sign = q[0] < 0 ? -1 : 1, size = std::sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -85,15 +83,20 @@ void Interactions::State::keep_turn(std::int32_t contactor_a, std::int32_t conta
 
 // How far A turned from where B has it: a quaternion, in 2D an angle.
 void Interactions::State::turned_from(std::int32_t A, std::int32_t B, const Anchor& anchor, double found[4]) const {
+  const double standing[4] = {dim() == 2 ? 0.0 : 1.0, 0, 0, 0};
   const bool turns = bodies->rotation.active;
+  turned_from(turns ? bodies->rotation[A] : standing, turns ? bodies->rotation[B] : standing, anchor, found);
+}
+
+void Interactions::State::turned_from(const double* A, const double* B, const Anchor& anchor, double found[4]) const {
   if (dim() == 2) {
-    found[0] = (turns ? *bodies->rotation[A] - *bodies->rotation[B] : 0) - anchor.turn[0];
+    found[0] = (A[0] - B[0]) - anchor.turn[0];
     return;
   }
   double turned[4]; // where A would be
-  product(turns ? bodies->rotation[B] : one, false, anchor.turn, turned);
+  product(B, false, anchor.turn, turned);
   const double back[4] = {turned[0], -turned[1], -turned[2], -turned[3]};
-  product(turns ? bodies->rotation[A] : one, false, back, found);
+  product(A, false, back, found);
 }
 
 // Of bonds that hold fast, slips and turns are undone within the step as their gaps are: what rounds off would else add
@@ -128,51 +131,72 @@ void Interactions::State::hold_places(const cairn_batch& b) const {
   }
 }
 
+// Where the ends of a joint are, as bodies stand.
+void Interactions::State::joint_pose(const cairn_batch& b, int lane, JointPose& pose) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i], A = body(ca), B = body(cb);
+  double a[3] = {}, to_b[3] = {}, xa[3] = {}, xb[3] = {}, shift[3] = {0, 0, 0};
+  if (cell->any()) image_shift(*cell, candidates->image[i], shift);
+  carried(ca, anchor.a, a);
+  carried(cb, anchor.b, to_b);
+  carrier_at(ca, xa);
+  carrier_at(cb, xb);
+  for (int k = 0; k < dim(); ++k) pose.between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k]);
+  pose.turned[0] = dim() == 2 ? 0 : 1;
+  if (A >= 0 && B >= 0) turned_from(A, B, anchor, pose.turned); // points of meshes do not turn
+  pose.turns = A >= 0 && B >= 0;
+}
+
+// Errors of n, t, s and about them, and the coordinate.
+double Interactions::State::joint_errors(const cairn_batch& b, int lane, const JointPose& pose, double error[6]) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  const double* params = laws->entry(entry[i]).params;
+  const int d = dim(), blocked = int(params[joint_blocked]), coordinate = int(params[joint_coordinate]);
+  double axes[3][3] = {}, along = 0;
+  axes_of(b, d, lane, axes);
+  std::fill_n(error, 6, 0.0);
+  for (int c = 0; c < d; ++c)
+    for (int k = 0; k < d; ++k) error[c] += pose.between[k] * axes[c][k];
+  if (params[joint_spans] > 0) { // its length alone, however it turned since
+    double square = 0;
+    for (int k = 0; k < d; ++k) square += pose.between[k] * pose.between[k];
+    if (pose.ahead) error[0] = std::sqrt(square);
+  }
+  if (coordinate == 1) along = error[0];
+  if (b.rope) along += far_part(i).length;
+  if (params[joint_spans] > 0) error[0] -= held[std::size_t(anchor_of[std::size_t(i)])].length;
+  if (!pose.turns) return along;
+  const double* found = pose.turned;
+  if (d == 2) {
+    error[3] = found[0];
+    return coordinate == 3 ? error[3] : along;
+  }
+  double turn[3];
+  vector_of(found, turn);
+  const double sign = found[0] < 0 ? -1 : 1, *v = found + 1;
+  if (coordinate == 4)
+    along = 2 * std::atan2(sign * (v[0] * axes[0][0] + v[1] * axes[0][1] + v[2] * axes[0][2]), sign * found[0]);
+  if (!(blocked & 8)) { // about its axis it is free: how far the axes of both are from each other
+    double other[3];
+    turn_about(found, 1, axes[0], other);
+    for (int k = 0; k < 3; ++k)
+      turn[k] = axes[0][(k + 1) % 3] * other[(k + 2) % 3] - axes[0][(k + 2) % 3] * other[(k + 1) % 3];
+  }
+  for (int c = 0; c < 3; ++c)
+    for (int k = 0; k < 3; ++k) error[3 + c] += turn[k] * axes[c][k];
+  return along;
+}
+
 void Interactions::State::measure_joints(const cairn_batch& b) const {
-  const int d = dim(), n = b.count;
+  const int n = b.count;
   for (int lane = 0; lane < b.contacts; ++lane) {
-    const std::int64_t i = system.candidate[b.first + lane];
-    if (!is_anchored(i)) continue; // broken
-    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
-    const double* params = laws->entry(entry[i]).params;
-    const int blocked = int(params[joint_blocked]), coordinate = int(params[joint_coordinate]);
-    const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i], A = body(ca), B = body(cb);
-    double axes[3][3] = {}, a[3] = {}, to_b[3] = {}, xa[3] = {}, xb[3] = {}, between[3] = {}, shift[3] = {0, 0, 0};
-    double error[6] = {}, along = 0;
-    axes_of(b, d, lane, axes);
-    if (cell->any()) image_shift(*cell, candidates->image[i], shift);
-    carried(ca, anchor.a, a);
-    carried(cb, anchor.b, to_b);
-    carrier_at(ca, xa);
-    carrier_at(cb, xb);
-    for (int k = 0; k < d; ++k) between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k]);
-    for (int c = 0; c < d; ++c)
-      for (int k = 0; k < d; ++k) error[c] += between[k] * axes[c][k];
-    if (coordinate == 1) along = error[0];
-    if (params[joint_spans] > 0) error[0] -= anchor.length;
-    if (A < 0 || B < 0) {
-      // points of meshes do not turn: of them no joint asks how far they did
-    } else if (d == 2) {
-      turned_from(A, B, anchor, error + 3);
-      if (coordinate == 3) along = error[3];
-    } else {
-      double found[4], turn[3];
-      turned_from(A, B, anchor, found);
-      vector_of(found, turn);
-      const double sign = found[0] < 0 ? -1 : 1, *v = found + 1;
-      if (coordinate == 4)
-        along = 2 * std::atan2(sign * (v[0] * axes[0][0] + v[1] * axes[0][1] + v[2] * axes[0][2]), sign * found[0]);
-      if (!(blocked & 8)) { // about its axis it is free: how far the axes of both are from each other
-        double other[3];
-        turn_about(found, 1, axes[0], other);
-        for (int k = 0; k < 3; ++k)
-          turn[k] = axes[0][(k + 1) % 3] * other[(k + 2) % 3] - axes[0][(k + 2) % 3] * other[(k + 1) % 3];
-      }
-      for (int c = 0; c < 3; ++c)
-        for (int k = 0; k < 3; ++k) error[3 + c] += turn[k] * axes[c][k];
-    }
+    if (!is_anchored(system.candidate[b.first + lane])) continue; // broken
+    JointPose pose;
+    double error[6];
+    joint_pose(b, lane, pose);
+    b.state[7 * n + lane] = joint_errors(b, lane, pose, error);
     for (int c = 0; c < 6; ++c) b.state[(1 + c) * n + lane] = error[c];
-    b.state[7 * n + lane] = along;
   }
   repeat_last(b, b.state, 8);
 }

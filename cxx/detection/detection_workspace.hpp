@@ -6,6 +6,7 @@
 #include "cairn/rows.h"
 #include "detection_grid.hpp"
 #include "interaction_handler.hpp"
+#include "kept_pairs.hpp"
 #include "recalled_pairs.hpp"
 
 namespace cairn {
@@ -121,16 +122,21 @@ struct InteractionHandler::Workspace {
   ScratchArray<std::int32_t> item_contactor, item_lattice, ghost_of;
   DetectionGrid grid;
   std::vector<detection::PairList> lists;
+  double wall_skin = 0; // by which the search at walls reaches farther than their margin [m]
   // ordering and narrow phase
+  detection::OrderedPairs found; // of calls that keep none
+  detection::KeptPairs kept;
+  std::int64_t searches = 0;
   const std::int32_t *a = nullptr, *b = nullptr, *image = nullptr; // of the pairs
   ScratchArray<std::int32_t> place;
-  ScratchArray<std::int8_t> keep;
   Array<std::int32_t> number_of_id;
-  Array<std::int32_t> pair_a, pair_b, pair_image; // where pairs have more contacts than one
+  struct Piece {                      // contacts that one thread found, from their first slot on
+    std::int64_t slot, kept, refused; // refused: the first pair that cannot be, if any
+  };
+  Array<Piece> pieces;
   detection::RecalledPairs recalled;
   std::int64_t first_recalled = 0; // among the pairs
   std::int32_t slot_of_kind[detection::kinds] = {};
-  std::int64_t kind_end[detection::kinds] = {};
 
   void begin(Scratch& in);
   double share(std::int64_t i) const { return margin->per_contactor ? margin->per_contactor[i] : margin->constant / 2; }
@@ -139,7 +145,6 @@ struct InteractionHandler::Workspace {
   bool same_mesh(std::int32_t a, std::int32_t b) const {
     return contactors->body.values[a] < 0 && contactors->body.values[a] == contactors->body.values[b];
   }
-  void drop_own_insides(Candidates& out);
   void name_carriers();
   void place_contactors();
   void place_mapped();
@@ -149,13 +154,20 @@ struct InteractionHandler::Workspace {
   void search_walls();
   void add_declared();
   std::int32_t nearest_image(std::int64_t a, std::int64_t b) const;
-  void order_pairs(Candidates& out);
-  void narrow(Candidates& out);
-  // Pairs from first to last - 1 of a kind, whose contacts start at `slot`; returns how many count.
-  std::int64_t narrow_batch(int kind, std::int64_t first, std::int64_t last, std::int64_t slot, Candidates& out);
+  bool may_keep() const;
+  detection::SearchedScene searched() const;
+  const detection::OrderedPairs& seek(bool keeps);
+  void order_pairs(detection::OrderedPairs& out);
+  void narrow(const detection::OrderedPairs& pairs, Candidates& out);
+  void narrow_piece(int kind, std::int64_t first, std::int64_t last, Piece& piece, Candidates& out);
+  // Pairs from first to last - 1 of a kind, whose contacts go from `slot` on; returns how many count.
+  std::int64_t narrow_batch(int kind, std::int64_t first, std::int64_t last, std::int64_t slot, Piece& piece,
+                            Candidates& out);
   std::int64_t narrow_hulls(int kind, std::int64_t first, std::int64_t last, std::int64_t slot, Candidates& out);
   bool repeated(std::int64_t pair) const; // as the one before it: declared, and found too
-  void drop_what_does_not_count(Candidates& out);
+  std::int64_t drop_own_insides(std::int64_t first, std::int64_t count, Candidates& out) const;
+  void move_contacts(std::int64_t from, std::int64_t count, std::int64_t to, Candidates& out) const;
+  void close_ranks(Candidates& out);
   void admit(detection::PairList& list, std::int64_t added) const;
 };
 

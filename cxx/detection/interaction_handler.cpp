@@ -69,6 +69,8 @@ InteractionHandler::Counts InteractionHandler::counts() const {
   return {work->real_items + std::int64_t(work->walls.size()), work->items - work->real_items};
 }
 
+std::int64_t InteractionHandler::searches() const { return work->searches; }
+
 std::vector<DeclaredPair>& InteractionHandler::declared() { return work->declared; }
 
 // Nothing of the last call is left.
@@ -80,7 +82,6 @@ void InteractionHandler::Workspace::begin(Scratch& in) {
     *array = {};
   hull_place = {};
   movable = {};
-  keep = {};
   lists.resize(std::max<std::size_t>(lists.size(), omp_get_max_threads()));
   for (PairList& list : lists) list.begin();
 }
@@ -111,14 +112,41 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];
   w.check();
   w.place_contactors();
-  w.make_items();
-  w.search_grid();
-  w.search_walls();
-  w.add_declared();
-  w.order_pairs(out);
-  w.narrow(out);
-  w.drop_own_insides(out);
-  w.drop_what_does_not_count(out);
+  w.narrow(w.seek(configuration.soon_again && w.may_keep()), out);
+}
+
+// Where what is found depends on places that change by no more than their contactors move: of balls, and of walls and
+// bars while they keep their direction. A routine of a user may say anything of any pair.
+bool InteractionHandler::Workspace::may_keep() const {
+  return declared.empty() && !mapped && !any_periodic && !contactors->hull.active &&
+         std::all_of(std::begin(pair_kinds), std::end(pair_kinds),
+                     [](const PairKind& kind) { return kind.contact == kind.built_in; });
+}
+
+SearchedScene InteractionHandler::Workspace::searched() const {
+  return {contactors,    rules,         dim,
+          bodies->count, centre.data(), contactors->direction.active ? direction.data() : nullptr,
+          reach.data(),  movable.data()};
+}
+
+// The pairs that may count, of this search or kept from an earlier one.
+const OrderedPairs& InteractionHandler::Workspace::seek(bool keeps) {
+  wall_skin = 0;
+  if (keeps && kept.hold(searched())) {
+    kept.used();
+    return kept.pairs;
+  }
+  ++searches;
+  keeps = keeps && kept.pays();
+  if (keeps) wall_skin = kept.widen(searched(), reach.data());
+  make_items();
+  search_grid();
+  search_walls();
+  add_declared();
+  OrderedPairs& pairs = keeps ? kept.pairs : found;
+  order_pairs(pairs);
+  if (keeps) kept.keep();
+  return pairs;
 }
 
 void InteractionHandler::Workspace::check() const {
@@ -371,10 +399,10 @@ void InteractionHandler::Workspace::search_walls() {
       std::int64_t found = 0;
       if (shape.hollow())
         cairn_tube_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
-                          contactors->radius.values[wall], share(wall), last - first, near, &found);
+                          contactors->radius.values[wall], share(wall) + wall_skin, last - first, near, &found);
       else
         cairn_plane_search(dim, last - first, bounded.data() + first, centre.data(), reach.data(), origin, axis,
-                           share(wall), last - first, near, &found);
+                           share(wall) + wall_skin, last - first, near, &found);
       std::fill_n(list.b + list.count, found, wall);
       std::fill_n(list.image + list.count, found, own_image);
       admit(list, found);
@@ -440,7 +468,7 @@ void InteractionHandler::Workspace::add_declared() {
 }
 
 // Counting sort by (kind, a), then each candidate's few pairs by b and image.
-void InteractionHandler::Workspace::order_pairs(Candidates& out) {
+void InteractionHandler::Workspace::order_pairs(OrderedPairs& out) {
   const std::int64_t n = contactors->count;
   std::int64_t pairs = 0;
   bool present[kinds] = {};
@@ -463,24 +491,24 @@ void InteractionHandler::Workspace::order_pairs(Candidates& out) {
   std::fill_n(place.begin(), n * slots, 0);
   for (const PairList& list : lists) cairn_pair_count(list.count, n, slot_of_kind, list.kind, list.a, place.data());
   cairn_pair_starts(n * slots, place.data());
-  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) fit(*array, pairs);
+  for (auto* array : {&out.a, &out.b, &out.image}) fit(*array, pairs);
   for (const PairList& list : lists)
-    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind, list.a, list.b, list.image, place.data(),
-                       out.contactor_a.data(), out.contactor_b.data(), out.image.data());
+    cairn_pair_scatter(list.count, n, slot_of_kind, list.kind, list.a, list.b, list.image, place.data(), out.a.data(),
+                       out.b.data(), out.image.data());
   in_slices(n * slots, [&](std::int64_t first, std::int64_t last) {
-    cairn_pair_tidy(first, last, place.data(), out.contactor_b.data(), out.image.data());
+    cairn_pair_tidy(first, last, place.data(), out.b.data(), out.image.data());
   });
+  out.kind_end.resize(kinds);
   for (int k = 0; k < kinds; ++k) {
     const std::int64_t end = (slot_of_kind[k] + (present[k] ? 1 : 0)) * n;
-    kind_end[k] = end == 0 ? 0 : place[end - 1];
+    out.kind_end[k] = end == 0 ? 0 : place[end - 1];
   }
-  out.count = pairs;
 }
 
 std::size_t InteractionHandler::bytes() const {
   const Workspace& w = *work;
-  std::size_t total = w.grid.bytes() + w.own.bytes() + w.recalled.bytes();
-  for (const auto* array : {&w.number_of_id, &w.pair_a, &w.pair_b, &w.pair_image}) total += bytes_of(*array);
+  std::size_t total = w.grid.bytes() + w.own.bytes() + w.recalled.bytes() + w.found.bytes() + w.kept.bytes() +
+                      bytes_of(w.number_of_id) + bytes_of(w.pieces);
   for (const PairList& list : w.lists) total += bytes_of(list.hits);
   return total;
 }

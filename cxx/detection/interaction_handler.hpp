@@ -26,6 +26,7 @@ struct Configuration {
   const double* position = nullptr;         // (dim, bodies) [m]
   const double* rotation = nullptr;         // (1 | 4, bodies) [rad | -]
   const MappedContactors* mapped = nullptr; // null: rigid bodies carry all contactors
+  bool soon_again = false; // a call like this follows in the next step: pairs are kept for it, which changes no result
 };
 
 // A pair that is a candidate whatever its gap (a bond, a wire), by the ids of its contactors in any order.
@@ -55,6 +56,7 @@ public:
     std::int64_t owned = 0, ghosts = 0;
   };
   Counts counts() const;
+  std::int64_t searches() const; // that calls took so far; others found their pairs among those that are kept
 
   // Pairs to keep whatever their gap, the caller's to fill. One whose contactors no longer exist is passed over.
   std::vector<DeclaredPair>& declared();

@@ -12,58 +12,67 @@ namespace cairn {
 
 using namespace detection;
 
-void InteractionHandler::Workspace::narrow(Candidates& out) {
-  const std::int64_t pairs = out.count;
+namespace {
+constexpr std::int64_t none = std::numeric_limits<std::int64_t>::max(); // of the pairs
+}
+
+void InteractionHandler::Workspace::narrow(const OrderedPairs& pairs, Candidates& out) {
+  const std::vector<std::int64_t>& kind_end = pairs.kind_end;
   std::int64_t slots = 0, begin = 0;
   for (int k = 0; k < kinds; ++k) {
     slots += (kind_end[k] - begin) * pair_kinds[k].most;
     begin = kind_end[k];
   }
   if (slots > std::numeric_limits<std::int32_t>::max())
-    throw Error("detection: " + std::to_string(pairs) +
+    throw Error("detection: " + std::to_string(pairs.count()) +
                 " pairs are within reach, with more contacts than one process " +
                 "can number; lower the margin or check sizes and positions");
-  if (slots > pairs) {
-    pair_a.swap(out.contactor_a);
-    pair_b.swap(out.contactor_b);
-    pair_image.swap(out.image);
-    for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image}) fit(*array, slots);
-  }
-  a = (slots > pairs ? pair_a : out.contactor_a).data();
-  b = (slots > pairs ? pair_b : out.contactor_b).data();
-  image = (slots > pairs ? pair_image : out.image).data();
+  a = pairs.a.data();
+  b = pairs.b.data();
+  image = pairs.image.data();
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) fit(*array, slots);
   fit(out.gap, slots);
   fit(out.normal, slots * dim);
   fit(out.point, slots * dim);
-  fit(out.feature, slots);
-  keep.make_room(*scratch, slots);
-  std::int64_t kept = 0, slot = 0;
+  const int threads = omp_get_max_threads();
+  pieces.clear();
+  std::int64_t slot = 0;
   begin = 0;
   spoilt = -1;
   for (int k = 0; k < kinds; ++k) {
-    const bool hulls = pair_kinds[k].hull_contact;
-    const int most = pair_kinds[k].most, size = hulls ? hull_batch : batch;
-    if (recalls(pair_kinds[k]) && kind_end[k] > begin) {
+    const std::int64_t end = kind_end[k], size = pair_kinds[k].hull_contact ? hull_batch : batch;
+    if (end == begin) continue;
+    if (recalls(pair_kinds[k])) {
       first_recalled = begin;
-      recalled.begin(kind_end[k] - begin, a + begin, b + begin, image + begin);
+      recalled.begin(end - begin, a + begin, b + begin, image + begin);
     }
-    const std::int64_t batches = (kind_end[k] - begin + size - 1) / size;
-#pragma omp parallel for schedule(static) reduction(+ : kept) if (batches > 8)
-    for (std::int64_t i = 0; i < batches; ++i) {
-      const std::int64_t first = begin + i * size, last = std::min(first + size, kind_end[k]);
-      const std::int64_t at = slot + i * size * most;
-      kept += hulls ? narrow_hulls(k, first, last, at, out) : narrow_batch(k, first, last, at, out);
-    }
-    slot += (kind_end[k] - begin) * most;
-    begin = kind_end[k];
+    const std::int64_t batches = (end - begin + size - 1) / size, parts = batches > 8 ? threads : 1;
+    const auto known = std::int64_t(pieces.size());
+    const auto first_of = [&](std::int64_t part) { return std::min(begin + batches * part / parts * size, end); };
+    for (std::int64_t p = 0; p < parts; ++p)
+      pieces.push_back({slot + (first_of(p) - begin) * pair_kinds[k].most, 0, none});
+#pragma omp parallel for schedule(static) if (parts > 1)
+    for (std::int64_t p = 0; p < parts; ++p)
+      narrow_piece(k, first_of(p), first_of(p + 1), pieces[std::size_t(known + p)], out);
+    slot += (end - begin) * pair_kinds[k].most;
+    begin = end;
   }
-  if (spoilt >= 0) {
-    out.count = 0;
+  if (spoilt >= 0)
     throw Error("the plugged routine of a pair gave a gap that is no number to " +
                 name_of(*contactors, *bodies, a[spoilt]) + " and " + name_of(*contactors, *bodies, b[spoilt]) +
                 ": look at its input, or remove it");
+  close_ranks(out);
+}
+
+void InteractionHandler::Workspace::narrow_piece(int kind, std::int64_t first, std::int64_t last, Piece& piece,
+                                                 Candidates& out) {
+  const bool hulls = pair_kinds[kind].hull_contact;
+  for (const std::int64_t size = hulls ? hull_batch : batch; first < last; first += size) {
+    const std::int64_t end = std::min(first + size, last), to = piece.slot + piece.kept;
+    const std::int64_t kept =
+        hulls ? narrow_hulls(kind, first, end, to, out) : narrow_batch(kind, first, end, to, piece, out);
+    piece.kept += drop_own_insides(to, kept, out);
   }
-  out.count = kept;
 }
 
 bool InteractionHandler::Workspace::repeated(std::int64_t i) const {
@@ -71,7 +80,7 @@ bool InteractionHandler::Workspace::repeated(std::int64_t i) const {
 }
 
 std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t first, std::int64_t last,
-                                                         std::int64_t slot, Candidates& out) {
+                                                         std::int64_t slot, Piece& piece, Candidates& out) {
   alignas(64) double between[3 * batch], radius_a[batch], radius_b[batch], direction_b[4 * batch];
   alignas(64) double gap[batch], normal[3 * batch], point[3 * batch];
   alignas(64) std::int32_t status[batch];
@@ -86,20 +95,15 @@ std::int64_t InteractionHandler::Workspace::narrow_batch(int kind, std::int64_t 
 #pragma omp atomic write
         spoilt = first + i;
       }
-  std::int32_t kept = 0;
-  cairn_pair_store(dim, n, a + first, b + first, image + first, centre.data(), gap, normal, point, status,
-                   margin->per_contactor ? -1 : margin->constant, margin->per_contactor, out.gap.data() + slot,
-                   out.normal.data() + slot * dim, out.point.data() + slot * dim, keep.data() + slot, &kept);
-  std::fill_n(out.feature.begin() + slot, n, 0);
-  for (std::int32_t i = 0; i < n && !declared.empty(); ++i) {
-    if (!keep[slot + i] || !repeated(first + i)) continue;
-    keep[slot + i] = 0;
-    --kept;
-  }
-  if (a == out.contactor_a.data()) return kept;
-  std::copy_n(a + first, n, out.contactor_a.data() + slot);
-  std::copy_n(b + first, n, out.contactor_b.data() + slot);
-  std::copy_n(image + first, n, out.image.data() + slot);
+  for (std::int32_t i = 0; i < n && !declared.empty(); ++i)
+    if (repeated(first + i)) status[i] = cairn_repeated;
+  std::int32_t kept = 0, refused = -1;
+  cairn_pair_keep(dim, n, a + first, b + first, image + first, centre.data(), gap, normal, point, status,
+                  margin->per_contactor ? -1 : margin->constant, margin->per_contactor, out.contactor_a.data() + slot,
+                  out.contactor_b.data() + slot, out.image.data() + slot, out.feature.data() + slot,
+                  out.gap.data() + slot, out.normal.data() + slot * dim, out.point.data() + slot * dim, &kept,
+                  &refused);
+  if (refused >= 0) piece.refused = std::min(piece.refused, first + refused);
   return kept;
 }
 
@@ -139,76 +143,74 @@ std::int64_t InteractionHandler::Workspace::narrow_hulls(int kind, std::int64_t 
   pair_kinds[kind].hull_contact(n, &hulls, a + first, b + first, between, radius_a, radius_b, direction_b, limit, count,
                                 out.gap.data() + slot, out.normal.data() + slot * dim, point,
                                 out.feature.data() + slot);
-  std::int64_t kept = 0;
+  std::int64_t to = slot;
   for (std::int32_t i = 0; i < n; ++i) {
     const std::int64_t pair = first + i;
-    if (!declared.empty() && repeated(pair)) count[i] = 0;
-    kept += count[i];
+    if (!declared.empty() && repeated(pair)) continue;
     const double* at = &centre[std::int64_t(a[pair]) * dim];
-    for (std::int32_t k = 0; k < most; ++k) {
-      const std::int64_t to = slot + i * most + k;
-      keep[to] = k < count[i];
+    const std::int64_t from = slot + std::int64_t(i) * most;
+    if (from != to) move_contacts(from, count[i], to, out);
+    for (std::int32_t k = 0; k < count[i]; ++k, ++to) {
       out.contactor_a[to] = a[pair];
       out.contactor_b[to] = b[pair];
-      out.image[to] = image[pair];
-      for (int c = 0; c < dim && k < count[i]; ++c) out.point[to * dim + c] += at[c];
+      out.image[to] = image[pair] & image_bits;
+      for (int c = 0; c < dim; ++c) out.point[to * dim + c] += at[c];
     }
   }
-  return kept;
+  return to - slot;
 }
 
 // Points of a body that touches itself which are behind one of its sides, through the body, are not in contact with it.
-void InteractionHandler::Workspace::drop_own_insides(Candidates& out) {
-  if (!mapped || mapped->apart.empty()) return;
-  for (std::int64_t i = 0; i < std::int64_t(out.gap.size()); ++i) {
+std::int64_t InteractionHandler::Workspace::drop_own_insides(std::int64_t begin, std::int64_t count,
+                                                             Candidates& out) const {
+  if (!mapped || mapped->apart.empty()) return count;
+  std::int64_t to = begin;
+  for (std::int64_t i = begin; i < begin + count; ++i) {
     const std::int32_t first = out.contactor_a[i], second = out.contactor_b[i];
-    if (!keep[i] || !same_mesh(first, second)) continue;
-    const double deep = std::max(mapped->apart_depth[std::size_t(mapped->place[std::size_t(first)])],
-                                 mapped->apart_depth[std::size_t(mapped->place[std::size_t(second)])]);
-    bool behind = out.gap[i] < -deep;
-    if (dim == 2) { // an edge is a bar with two sides, the body on its left
-      const double *along = &direction[std::int64_t(second) * 3], *normal = &out.normal[2 * i];
-      behind = behind || !(normal[0] * along[1] - normal[1] * along[0] > 0);
+    if (same_mesh(first, second)) {
+      const double deep = std::max(mapped->apart_depth[std::size_t(mapped->place[std::size_t(first)])],
+                                   mapped->apart_depth[std::size_t(mapped->place[std::size_t(second)])]);
+      bool behind = out.gap[i] < -deep;
+      if (dim == 2) { // an edge is a bar with two sides, the body on its left
+        const double *along = &direction[std::int64_t(second) * 3], *normal = &out.normal[2 * i];
+        behind = behind || !(normal[0] * along[1] - normal[1] * along[0] > 0);
+      }
+      if (behind) continue;
     }
-    if (!behind) continue;
-    keep[i] = 0;
-    --out.count;
+    move_contacts(i, 1, to++, out);
   }
+  return to - begin;
 }
 
-// Closes the ranks.
-void InteractionHandler::Workspace::drop_what_does_not_count(Candidates& out) {
-  const std::int64_t slots = std::int64_t(out.gap.size());
-  if (out.count < slots || !declared.empty()) {
-    std::int64_t to = 0;
-    for (std::int64_t i = 0; i < slots; ++i) {
-      if (!keep[i]) continue;
-      out.contactor_a[to] = out.contactor_a[i];
-      out.contactor_b[to] = out.contactor_b[i];
-      out.image[to] = out.image[i] & image_bits;
-      out.feature[to] = out.feature[i];
-      out.gap[to] = out.gap[i];
-      for (int k = 0; k < dim; ++k) {
-        out.normal[to * dim + k] = out.normal[i * dim + k];
-        out.point[to * dim + k] = out.point[i * dim + k];
-      }
-      keep[to++] = keep[i];
-    }
-    out.count = to;
+// To places before their own.
+void InteractionHandler::Workspace::move_contacts(std::int64_t from, std::int64_t count, std::int64_t to,
+                                                  Candidates& out) const {
+  const auto move = [&](auto& array, std::int64_t width) {
+    std::copy(array.begin() + from * width, array.begin() + (from + count) * width, array.begin() + to * width);
+  };
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) move(*array, 1);
+  move(out.gap, 1);
+  move(out.normal, dim);
+  move(out.point, dim);
+}
+
+// Contacts of one piece after those of the one before.
+void InteractionHandler::Workspace::close_ranks(Candidates& out) {
+  std::int64_t count = 0, refused = none;
+  for (const Piece& piece : pieces) {
+    if (piece.slot != count) move_contacts(piece.slot, piece.kept, count, out);
+    count += piece.kept;
+    refused = std::min(refused, piece.refused);
   }
-  const auto refused = std::find(keep.begin(), keep.begin() + out.count, std::int8_t(2));
-  const std::int64_t at = refused - keep.begin();
-  const std::int64_t count = out.count;
   for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->resize(count);
   out.gap.resize(count);
   out.normal.resize(count * dim);
   out.point.resize(count * dim);
-  if (at == count) return;
-  out.count = 0;
-  throw Error("radius: " + name_of(*contactors, *bodies, out.contactor_a[at]) + " (" +
-              std::to_string(contactors->radius.values[out.contactor_a[at]]) + " m) is wider than " +
-              name_of(*contactors, *bodies, out.contactor_b[at]) + " (" +
-              std::to_string(contactors->radius.values[out.contactor_b[at]]) + " m) and cannot be inside it");
+  if (refused == none) return void(out.count = count);
+  const std::int32_t one = a[refused], other = b[refused];
+  throw Error("radius: " + name_of(*contactors, *bodies, one) + " (" + std::to_string(contactors->radius.values[one]) +
+              " m) is wider than " + name_of(*contactors, *bodies, other) + " (" +
+              std::to_string(contactors->radius.values[other]) + " m) and cannot be inside it");
 }
 
 } // namespace cairn

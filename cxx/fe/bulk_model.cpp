@@ -7,25 +7,14 @@
 #include <cstring>
 
 #include "../base/call.hpp"
+#include "bulk_work.hpp"
 #include "umat.hpp"
 
 namespace cairn {
 namespace {
 
-constexpr std::int64_t tile = 16;         // cells whose points a material gets at once
-constexpr std::int64_t lanes = 8;         // cells that cairn_linear_cells takes side by side
-constexpr std::int64_t chunk = 16 * tile; // cells that threads share before their matrices are added
-
-// A cell of all products of parabolas bears a dilatation that is linear over it, any other a constant one: pressures
-// would oscillate with more (Brezzi & Fortin 1991).
-bool linear_dilatation(const BulkCells& c) {
-  const int dim = c.element->dim;
-  return c.mean_dilatation && c.element->order == 2 && c.element->nodes == (dim == 2 ? 9 : 27);
-}
-std::int32_t mean_of(const BulkCells& c) {
-  if (!c.mean_dilatation) return 0;
-  return (c.kinematics == Kinematics::small ? 1 : 2) + (linear_dilatation(c) ? 2 : 0);
-}
+constexpr std::int64_t lanes = 8;              // cells that cairn_linear_cells takes side by side
+constexpr std::int64_t chunk = 16 * bulk_tile; // cells that threads share before their matrices are added
 
 // Whether the stiffness is that of Hooke's isotropic law whatever the displacements.
 bool is_linear(const BulkCells& c) {
@@ -40,35 +29,6 @@ constexpr std::int64_t entry_of(std::int64_t at, std::int64_t wide, int i, int j
 }
 
 } // namespace
-
-struct BulkModel::Work {
-  Array<double> x, u, d, hoop, h, h_bar, volume, piola, tangent, strain, stress, moduli, energy, dissipated, length,
-      state, swelling;
-  Array<double> share;                                // of a linear dilatation
-  Array<double> begin, end, energy_begin, energy_end; // of stresses by energy: F - 1 at both ends of the step
-  Array<std::int32_t> status;
-  void resize(int dim, const ElementInfo& e, int states, bool linear) {
-    const std::size_t n = tile, points = n * e.bulk_points, nodes = std::size_t(e.nodes);
-    const auto most = [](Array<double>& a, std::size_t size) { a.resize(std::max(a.size(), size)); };
-    most(x, dim * nodes * n);
-    most(u, dim * nodes * n);
-    most(d, dim * nodes * points);
-    most(hoop, nodes * points);
-    for (Array<double>* a : {&h, &h_bar, &piola}) most(*a, 9 * points);
-    most(tangent, 81 * points);
-    most(strain, 6 * points);
-    most(stress, 6 * points);
-    most(moduli, 36 * points);
-    for (Array<double>* a : {&volume, &energy, &dissipated, &length, &swelling}) most(*a, points);
-    most(state, std::max<std::size_t>(1, std::size_t(states)) * points);
-    status.resize(std::max(status.size(), points));
-    most(share, linear ? points * std::size_t(e.bulk_points) : 1);
-  }
-  void keep_begin(std::size_t points) {
-    for (Array<double>* a : {&begin, &end}) a->resize(std::max(a->size(), 9 * points));
-    for (Array<double>* a : {&energy_begin, &energy_end}) a->resize(std::max(a->size(), points));
-  }
-};
 
 // Entries of a matrix are found by pairs of nodes, which a cell names once each.
 static void refuse_repeated_nodes(const BulkCells& c) {
@@ -109,24 +69,15 @@ BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> 
   state_begin_.assign(std::size_t(states), 0.0);
   state_ = state_begin_;
   stress_.assign(std::size_t(stresses), 0.0);
+  for (std::size_t k = 0; k < cells_.size(); ++k)
+    if (!cells_[k].initial_stress.empty()) start_from_stress(k), state_start_ = state_begin_;
+}
+
+std::vector<double> BulkModel::state_at_start() const {
+  return state_start_.empty() ? std::vector<double>(state_begin_.size(), 0.0) : state_start_;
 }
 
 BulkModel::~BulkModel() = default;
-
-std::int64_t BulkModel::not_by_energy() const {
-  for (std::size_t k = 0; k < cells_.size(); ++k) {
-    const BulkCells& c = cells_[k];
-    const bool plain =
-        c.kinematics == Kinematics::small || (!c.mean_dilatation && !(dim_ == 2 && c.plane == Plane::stress));
-    if (!plain || c.material->umat || !c.material->state.empty()) return std::int64_t(k);
-  }
-  return -1;
-}
-
-bool BulkModel::finite() const {
-  return std::any_of(cells_.begin(), cells_.end(),
-                     [](const BulkCells& c) { return c.kinematics != Kinematics::small; });
-}
 
 void BulkModel::fit(const SparseMatrix& lower) {
   const std::int64_t nodes = std::int64_t(place_.size()) / dim_;
@@ -177,49 +128,54 @@ void BulkModel::fit_once(std::span<const std::int64_t> start, std::span<const st
 // Of gradients in h_bar; where nodes swell the material sees what is beyond that.
 void BulkModel::stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
                                    bool want, Work& w) {
-  if (swelling.empty()) return material_at_points(block, first, n, h, theta, want, w);
+  if (swelling.empty()) return from_start_at_points(block, first, n, h, theta, want, w);
   const bool large = cells_[block].kinematics != Kinematics::small;
   const std::int64_t points = n * cells_[block].element->bulk_points;
   cairn_without_swelling(large, points, w.swelling.data(), w.h_bar.data());
-  material_at_points(block, first, n, h, theta, want, w);
+  from_start_at_points(block, first, n, h, theta, want, w);
   cairn_with_swelling(large, points, w.swelling.data(), w.h_bar.data(), w.piola.data(), want, w.tangent.data(),
                       w.energy.data(), w.dissipated.data());
 }
 
-void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
-                                   bool want, Work& w) {
+// Of gradients in h_bar as the law sees them.
+void BulkModel::law_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
+                              Work& w) {
   const BulkCells& c = cells_[block];
   const Block& b = blocks_[block];
   const std::int64_t points = n * c.element->bulk_points, start = first * c.element->bulk_points;
-  const double* begin = state_begin_.data() + b.first_state + start * b.states;
-  double* state = state_.data() + b.first_state + start * b.states;
   const bool measured = !c.material->takes_gradient;
-  const bool flat = dim_ == 2 && c.plane == Plane::stress; // the strain across is sought by the tangent
-  const auto once = [&] {
-    const double* measure = w.h_bar.data();
-    if (measured) {
-      cairn_strain_measure(std::int32_t(c.kinematics), points, w.h_bar.data(), w.strain.data(), w.status.data());
-      measure = w.strain.data();
-    }
-    double* stress = measured ? w.stress.data() : w.piola.data();
-    double* tangent = measured ? w.moduli.data() : w.tangent.data();
-    if (c.material->umat)
-      call_umat(block, first, n, h, w);
-    else
-      c.material->kernel(points, h, theta, c.params.data(), w.length.data(), measure, begin, state, stress, tangent,
-                         w.energy.data(), w.dissipated.data(), w.status.data());
-    if (measured)
-      cairn_stress_of_measure(std::int32_t(c.kinematics), points, w.h_bar.data(), stress, tangent, want || flat,
-                              w.piola.data(), w.tangent.data());
-  };
-  once();
+  const double* measure = w.h_bar.data();
+  if (measured) {
+    cairn_strain_measure(std::int32_t(c.kinematics), points, w.h_bar.data(), w.strain.data(), w.status.data());
+    measure = w.strain.data();
+  }
+  double* stress = measured ? w.stress.data() : w.piola.data();
+  double* tangent = measured ? w.moduli.data() : w.tangent.data();
+  if (c.material->umat)
+    call_umat(block, first, n, h, w);
+  else
+    c.material->kernel(points, h, theta, c.params.data(), w.length.data(), measure,
+                       state_begin_.data() + b.first_state + start * b.states,
+                       state_.data() + b.first_state + start * b.states, stress, tangent, w.energy.data(),
+                       w.dissipated.data(), w.status.data());
+  if (measured)
+    cairn_stress_of_measure(std::int32_t(c.kinematics), points, w.h_bar.data(), stress, tangent, want, w.piola.data(),
+                            w.tangent.data());
+}
+
+// The same, where no stress acts across the thickness of plane stress: the strain there is sought by the tangent.
+void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
+                                   bool want, Work& w) {
+  const bool flat = dim_ == 2 && cells_[block].plane == Plane::stress;
+  const std::int64_t points = n * cells_[block].element->bulk_points;
+  law_at_points(block, first, n, h, theta, want || flat, w);
   if (!flat) return;
   constexpr int most = 40;
   for (int pass = 0; pass < most; ++pass) {
     std::int64_t left = 0;
     cairn_thickness_strain(points, w.piola.data(), w.tangent.data(), w.h_bar.data(), &left);
     if (left == 0) return;
-    once();
+    law_at_points(block, first, n, h, theta, true, w);
   }
   for (std::int64_t p = 0; p < points; ++p)
     if (w.status[p] == 0) w.status[p] = 2;
@@ -404,7 +360,7 @@ void BulkModel::add_forces(std::size_t block, std::int64_t first, std::int64_t n
 }
 
 bool BulkModel::halves(std::size_t block, const Step& step) const {
-  return !step.begin && is_linear(cells_[block]) && swelling.empty();
+  return !step.begin && is_linear(cells_[block]) && swelling.empty() && blocks_[block].stretch.empty();
 }
 
 namespace {
@@ -468,7 +424,8 @@ void BulkModel::add_matrices(std::size_t block, std::int64_t first, std::int64_t
     };
     // tiles stand apart by their whole matrices
     if (half)
-      add(Half{stiffness + cell / tile * tile * dofs * dofs + cell % tile / lanes * lanes * entries + cell % lanes,
+      add(Half{stiffness + cell / bulk_tile * bulk_tile * dofs * dofs + cell % bulk_tile / lanes * lanes * entries +
+                   cell % lanes,
                dofs});
     else if (c.material->symmetric)
       add(Whole{stiffness + cell * dofs * dofs, dofs});
@@ -490,18 +447,18 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
     const int dofs = dim_ * c.element->nodes;
     for (Work& w : work_) {
       w.resize(dim_, *c.element, blocks_[k].states, linear_dilatation(c));
-      if (begin) w.keep_begin(std::size_t(tile * c.element->bulk_points));
+      if (begin) w.keep_begin(std::size_t(bulk_tile * c.element->bulk_points));
     }
     force_.resize(std::max(force_.size(), std::size_t(chunk * dofs)));
     stiffness_.resize(std::max(stiffness_.size(), std::size_t(chunk * dofs * dofs)));
-    results_.resize(chunk / tile);
+    results_.resize(chunk / bulk_tile);
     for (std::int64_t first = 0; first < c.count(); first += chunk) {
-      const std::int64_t n = std::min(chunk, c.count() - first), tiles = (n + tile - 1) / tile;
+      const std::int64_t n = std::min(chunk, c.count() - first), tiles = (n + bulk_tile - 1) / bulk_tile;
       std::fill_n(results_.begin(), tiles, BulkResult{});
       if (threads == 1) { // matrices are added while they are at hand
         for (std::int64_t t = 0; t < tiles; ++t) {
-          const std::int64_t at = first + t * tile, cells = std::min(tile, first + n - at);
-          evaluate_tile(k, at, cells, step, work_[0], &force_[std::size_t(t * tile * dofs)], stiffness_.data(),
+          const std::int64_t at = first + t * bulk_tile, cells = std::min(bulk_tile, first + n - at);
+          evaluate_tile(k, at, cells, step, work_[0], &force_[std::size_t(t * bulk_tile * dofs)], stiffness_.data(),
                         results_[std::size_t(t)]);
           if (!results_[std::size_t(t)].ok()) break;
           if (tangent) add_matrices(k, at, cells, stiffness_.data(), step, 0, nodes, tangent);
@@ -511,10 +468,10 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
         {
 #pragma omp for schedule(static)
           for (std::int64_t t = 0; t < tiles; ++t) {
-            const std::int64_t at = first + t * tile, cells = std::min(tile, first + n - at);
+            const std::int64_t at = first + t * bulk_tile, cells = std::min(bulk_tile, first + n - at);
             evaluate_tile(k, at, cells, step, work_[std::size_t(omp_get_thread_num())],
-                          &force_[std::size_t(t * tile * dofs)], &stiffness_[std::size_t(t * tile * dofs * dofs)],
-                          results_[std::size_t(t)]);
+                          &force_[std::size_t(t * bulk_tile * dofs)],
+                          &stiffness_[std::size_t(t * bulk_tile * dofs * dofs)], results_[std::size_t(t)]);
           }
           if (tangent) {
             const std::int64_t of = omp_get_num_threads(), me = omp_get_thread_num();
@@ -532,61 +489,6 @@ BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* 
     }
   }
   return total;
-}
-
-void BulkModel::commit() { state_begin_ = state_; }
-
-std::string BulkModel::describe(const BulkResult& r) const {
-  const BulkCells& c = cells_[std::size_t(r.block)];
-  std::string text = std::string(c.element->cell) + " cell " + std::to_string(r.cell) + " with nodes";
-  for (int a = 0; a < c.element->nodes; ++a)
-    text.append(" ").append(std::to_string(c.node[std::size_t(r.cell * c.element->nodes + a)]));
-  if (r.fault == 1) return text + " is flat or inside out";
-  if (r.fault == 3)
-    return text + " is too large for the fracture energy of " + c.material->python_name +
-           ": give smaller cells, or a length of your own";
-  return text + ": " + c.material->python_name +
-         " finds no finite stress, or none (a yield stress that softens below zero)";
-}
-
-std::string BulkModel::cell_of_node(std::int64_t node) const {
-  for (const BulkCells& c : cells_) {
-    const auto at = std::find(c.node.begin(), c.node.end(), std::int32_t(node));
-    if (at != c.node.end())
-      return std::string(c.element->cell) + " cell " + std::to_string((at - c.node.begin()) / c.element->nodes);
-  }
-  return "no cell";
-}
-
-namespace {
-
-void means(const double* of_points, std::int64_t cells, int points, int numbers, double* out) {
-  for (std::int64_t cell = 0; cell < cells; ++cell)
-    for (int k = 0; k < numbers; ++k) {
-      double sum = 0;
-      for (int p = 0; p < points; ++p) sum += of_points[(cell * points + p) * numbers + k];
-      out[cell * numbers + k] = sum / points;
-    }
-}
-
-} // namespace
-
-void BulkModel::cell_stress(std::size_t block, double* out) const {
-  means(stress_.data() + blocks_[block].first_stress, cells_[block].count(), cells_[block].element->bulk_points, 6,
-        out);
-}
-
-void BulkModel::cell_state(std::size_t block, double* out) const {
-  means(state_begin_.data() + blocks_[block].first_state, cells_[block].count(), cells_[block].element->bulk_points,
-        blocks_[block].states, out);
-}
-
-std::int64_t BulkModel::bytes() const {
-  std::int64_t sum = 8 * std::int64_t(place_.capacity() + state_.capacity() + state_begin_.capacity() +
-                                      stress_.capacity() + force_.capacity() + stiffness_.capacity());
-  for (std::size_t k = 0; k < cells_.size(); ++k)
-    sum += 4 * std::int64_t(cells_[k].node.capacity() + blocks_[k].entry.capacity());
-  return sum;
 }
 
 } // namespace cairn

@@ -11,6 +11,7 @@
 #include "bulk_materials.hpp"
 #include "bulk_result.hpp"
 #include "elements.hpp"
+#include "internal_forces.hpp"
 
 namespace cairn {
 
@@ -27,46 +28,53 @@ struct BulkCells {
   bool mean_dilatation = false;
   double thickness = 1;           // [m]
   std::vector<std::int32_t> node; // (nodes, cells)
+  // True stress before the body moves (6, points, cells), 11 22 33 12 13 23 [Pa]; empty: none.
+  std::vector<double> initial_stress;
   std::int64_t count() const { return std::int64_t(node.size()) / element->nodes; }
 };
 
-class BulkModel {
+class BulkModel final : public InternalForces {
 public:
   // place (dim, nodes) at the start [m], from the axis where cells are axisymmetric.
   BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> cells);
-  ~BulkModel();
+  ~BulkModel() override;
   BulkModel(const BulkModel&) = delete;
   BulkModel& operator=(const BulkModel&) = delete;
 
   const std::vector<BulkCells>& cells() const { return cells_; }
   bool finite() const; // whether a cell counts large strains
-  // The first block that keeps more than an energy of its strain, or changes it by more than the gradient at its
-  // points: then no stress by energy is known; -1: none.
-  std::int64_t not_by_energy() const;
-  // Where entries of cells stand in the values of a lower triangle. Throws Error for a pattern in which rows of the
-  // dofs of a node do not stand side by side.
-  void fit(const SparseMatrix& lower);
+  std::string not_by_energy(const std::string& mesh) const override;
+  // Throws Error for a pattern in which rows of the dofs of a node do not stand side by side.
+  void fit(const SparseMatrix& lower) override;
   // The same by starts of columns and rows, unless it was that pattern before.
   void fit_once(std::span<const std::int64_t> start, std::span<const std::int32_t> row);
-  // Forces (dofs) [N] of displacements u (dofs) [m] at the end of a step, and of the lower triangle the values of their
-  // derivative [N/m], if given. The state at the end is kept beside that at the begin. begin: displacements at the
-  // begin of the step; forces are then those whose work over it is the change of energy, the derivative twice theirs.
+  // By the state at the begin; begin: displacements there, the derivative is then twice that of the forces.
   BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent,
                       const double* begin = nullptr);
-  // Free strain of each node, by which its surroundings would be longer without a stress, all ways alike; empty: none.
-  std::vector<double> swelling;
-  void commit(); // the end of the step is the begin of the next
-  // "quad 12 with nodes 1 2 3 4: its volume is not positive"
-  std::string describe(const BulkResult& result) const;
-  std::string cell_of_node(std::int64_t node) const; // the first that has it
+  BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) override {
+    return evaluate(at.u, at.h, at.theta, force, tangent, at.begin);
+  }
+  void commit() override;
+  std::string describe(const BulkResult& result) const override;
+  std::string place_of_node(std::int64_t node) const override;
+  std::vector<double> history() const override { return state_begin_; } // all blocks
+  std::int64_t history_size() const override { return std::int64_t(state_begin_.size()); }
+  void take_history(std::span<const double> history) override;
+  void forget_history() override;
+  std::shared_ptr<InternalForces> another() override;
+  BulkModel* solid() override { return this; }
+  std::span<double> shown() override { return stress_; }
 
-  std::vector<double>& state() { return state_begin_; } // at the begin of the step, all blocks
+  std::vector<double> state_at_start() const; // of the first step: nought, but for an initial stress
   // Mean of the true stresses (6, cells) and of the states (states, cells) of a block, at the last evaluation.
   void cell_stress(std::size_t block, double* out) const;
   void cell_state(std::size_t block, double* out) const;
-  std::int64_t bytes() const;
+  std::int64_t bytes() const override;
 
 private:
+  // The first block that keeps more than an energy of its strain, or changes it by more than the gradient at its
+  // points: then no stress by energy is known; -1: none.
+  std::int64_t first_not_by_energy() const;
   struct Block {
     std::vector<double> value, gradient, weight; // of the shape functions at the points
     // (nodes (nodes + 1) / 2, cells) of pairs of nodes, the first row of the later one in the first column of the
@@ -74,6 +82,7 @@ private:
     std::vector<std::int32_t> entry;
     std::int64_t first_state = 0, first_stress = 0;
     int states = 0;
+    std::vector<double> stretch; // (3, 3, points, cells) U0 - 1 at which the law has the initial stress; empty: none
   };
   struct Work;  // of a thread
   struct Step { // what an evaluation was asked for
@@ -90,6 +99,14 @@ private:
   void stresses_by_energy(std::size_t block, std::int64_t first, std::int64_t n, const Step& step, Work& work);
   void stresses_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
                           Work& work);
+  void from_start_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
+                            Work& work);
+  void law_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
+                     Work& work);
+  void check_initial_stress(std::size_t block) const;
+  void start_from_stress(std::size_t block);
+  void find_stretches(std::size_t block, std::int64_t first, std::int64_t n, Work& work);
+  std::string describe_stress(std::size_t block, std::int64_t point) const;
   void material_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
                           Work& work);
   void find_swelling(std::size_t block, std::int64_t first, std::int64_t n, Work& work) const;
@@ -104,6 +121,7 @@ private:
   std::vector<BulkCells> cells_;
   std::vector<Block> blocks_;
   std::vector<double> state_begin_, state_, stress_;
+  std::vector<double> state_start_; // empty: nought
   std::vector<Work> work_;
   std::vector<std::int32_t> wide_;  // (nodes) entries of the first column of each
   std::vector<std::int64_t> start_; // of the pattern that fit_once saw

@@ -5,7 +5,7 @@
 #include <limits>
 #include <string_view>
 
-#include "../fe/bulk_model.hpp"
+#include "../base/call.hpp"
 #include "../networks/balance_terms.hpp"
 #include "../strategies/report.hpp"
 #include "checksums.hpp"
@@ -170,6 +170,9 @@ std::string number_of(std::size_t mesh) {
   return text;
 }
 
+const char* const untold_history =
+    "is of a code that keeps a history and does not give it: a checkpoint needs its state_size, save and load";
+
 // Of meshes whose stresses are a material's: states of its points, and what the next step begins with.
 StoredValue meshes_of(Simulation& s) {
   StoredValue out;
@@ -177,7 +180,9 @@ StoredValue meshes_of(Simulation& s) {
     const MeshBody& mesh = s.meshes.meshes[k];
     if (mesh.linear()) continue;
     StoredValue of;
-    const std::vector<double>&state = mesh.model.bulk->state(), memory = mesh.memory();
+    if (!mesh.model.bulk->tells_history())
+      throw Error("the mesh '" + mesh.model.name + "' " + std::string(untold_history));
+    const std::vector<double> state = mesh.model.bulk->history(), memory = mesh.memory();
     of.add_array("state", state.data(), {std::int64_t(state.size())});
     of.add_array("memory", memory.data(), {std::int64_t(memory.size())});
     out.add(number_of(k), std::move(of));
@@ -189,12 +194,11 @@ void take_meshes(Simulation& s, const StoredValue* from) {
   for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) {
     MeshBody& mesh = s.meshes.meshes[k];
     if (mesh.linear()) continue;
-    std::vector<double> state(mesh.model.bulk->state().size(), 0.0), memory;
-    if (const StoredValue* of = from ? from->find(number_of(k)) : nullptr) {
-      state = numbers_of<double>(of->at("state").array, "state");
-      memory = numbers_of<double>(of->at("memory").array, "memory");
-    }
-    mesh.restore(state, memory);
+    if (const StoredValue* of = from ? from->find(number_of(k)) : nullptr)
+      mesh.restore(numbers_of<double>(of->at("state").array, "state"),
+                   numbers_of<double>(of->at("memory").array, "memory"));
+    else
+      mesh.forget();
   }
 }
 
@@ -203,8 +207,8 @@ void take_meshes(Simulation& s, const StoredValue* from) {
 // What the integrator dissipates was called after the theta-method, when there was no other; files of before laws and
 // materials told what they spend, or growth what it gives, have no such terms.
 double energy_term(const StoredValue& energy, const std::string& term) {
-  const bool later =
-      term == "released" || term == "dissipated_material" || term == "dissipated_reshaping" || term == "work_growth";
+  const bool later = term == "released" || term == "dissipated_material" || term == "dissipated_reshaping" ||
+                     term == "work_growth" || term == "absorbed";
   if (later && !energy.find(term)) return 0;
   return energy.real(term == "dissipated_integrator" && !energy.find(term) ? "dissipated_theta" : term);
 }

@@ -75,6 +75,11 @@ std::int32_t LawRules::between(std::int32_t a, std::int32_t b) const {
   return found;
 }
 
+bool LawRules::same_as(const LawRules& other) const {
+  return any_ == other.any_ && meet_ == other.meet_ && apart_ == other.apart_ && word_ == other.word_ &&
+         alone_ == other.alone_ && key_ == other.key_ && rule_ == other.rule_;
+}
+
 LawRules::Arrays LawRules::arrays() const {
   return {meet_.data(), word_.data(), apart_.data(), alone_.data(), any_, std::int64_t(rule_.size()),
           key_.data(),  rule_.data()};

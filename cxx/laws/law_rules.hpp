@@ -33,6 +33,7 @@ public:
   std::int32_t between(std::int32_t material_a, std::int32_t material_b) const;
   bool meets(std::int32_t rule) const { return meet_[std::size_t(rule + first_rule)] != 0; }
   bool all_meet() const { return all_meet_; }
+  bool same_as(const LawRules& other) const; // the same rule counts between every two materials
   // The first material of each kind that rules can tell from the others.
   std::vector<std::int32_t> kinds() const;
   // Rules that no later one about the same words replaced, and the first material up to which there are materials for

@@ -44,8 +44,8 @@ void check(const std::string& library, const std::string& name, int kind, const 
   expect(library, "size of the descriptor", d.size,
          first ? offsetof(cairn_plug_descriptor, residual) : sizeof(cairn_plug_descriptor));
   expect(library, "size of cairn_law_context", d.context_size, sizeof(cairn_law_context));
-  static const char* const kinds[] = {"",          "contact law", "contact solver", "detection pair", "free velocity",
-                                      "body force"};
+  static const char* const kinds[] = {
+      "", "contact law", "contact solver", "detection pair", "free velocity", "body force", "deformable body"};
   if (d.kind != kind)
     refuse(library, name + " is of kind " + std::to_string(d.kind) + ", not a " + kinds[kind] + " (" +
                         std::to_string(kind) + ")");
@@ -136,6 +136,33 @@ void plug_solver(const PluggedRoutine& r, std::vector<double> params) {
     return monitor.finish(name, iterations);
   };
   register_problem_solver({r.name, r.name, "from " + r.library, driver});
+}
+
+std::shared_ptr<CalledForces> plug_body(const PluggedRoutine& r, std::vector<double> params, int dim,
+                                        std::vector<double> position, SparseMatrix pattern) {
+  auto* open = reinterpret_cast<cairn_plug_open_body*>(r.routine);
+  const std::string from = r.library + ": " + r.name;
+  if (params.size() != r.declared.parameters.size())
+    refuse(r.library, r.name + " takes " + std::to_string(r.declared.parameters.size()) + " parameters, and " +
+                          std::to_string(params.size()) + " are given");
+  for (std::size_t k = 0; k < params.size(); ++k)
+    if (const LawParameter& p = r.declared.parameters[k]; !(params[k] >= p.smallest && params[k] <= p.largest))
+      refuse(r.library, p.name + " is " + std::to_string(params[k]) + ": " + r.name + " takes " +
+                            std::to_string(p.smallest) + " to " + std::to_string(p.largest));
+  const auto opened = [open, from, params = std::move(params), dim, position = std::move(position),
+                       pattern]() -> cairn_body_calls {
+    cairn_body_calls calls{};
+    calls.abi = CAIRN_BODY_CALLS_ABI;
+    calls.size = sizeof calls;
+    calls.dofs = pattern.n;
+    calls.entries = std::int64_t(pattern.row.size());
+    const std::int32_t code =
+        open(dim, pattern.n / dim, position.data(), pattern.start.data(), pattern.row.data(), params.data(), &calls);
+    if (code == 0) return calls;
+    const char* why = calls.complaint ? calls.complaint(calls.context) : nullptr;
+    throw Error(from + " does not take the mesh (" + std::to_string(code) + ")" + (why ? ": " + std::string(why) : ""));
+  };
+  return CalledForces::make(from, dim, std::move(pattern), opened);
 }
 
 void plug_pair(const PluggedRoutine& r, const std::string& pair) {

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "../contacts/interaction.hpp"
+#include "../fe/called_forces.hpp"
 #include "cairn/plug.h"
 
 namespace cairn {
@@ -24,6 +25,9 @@ struct PluggedRoutine {
 PluggedRoutine open_routine(const std::string& library, const std::string& name, int kind);
 // A solver of contact problems under that name, for Nscd and for problems; an equal name is replaced.
 void plug_solver(const PluggedRoutine& routine, std::vector<double> params);
+// The forces of a mesh of nodes at position (dim, nodes) [m]; pattern: of its tangent, see CalledForces.
+std::shared_ptr<CalledForces> plug_body(const PluggedRoutine& routine, std::vector<double> params, int dim,
+                                        std::vector<double> position, SparseMatrix pattern);
 // The kernel of a pair of pairs.def, e.g. disk_disk, from now on; a null routine: the built-in one again.
 void plug_pair(const PluggedRoutine& routine, const std::string& pair);
 

@@ -3,8 +3,9 @@
 #include <cmath>
 #include <limits>
 
+#include "../base/call.hpp"
 #include "../contacts/body_axes.hpp"
-#include "../fe/bulk_model.hpp"
+#include "../fe/internal_forces.hpp"
 #include "../strategies/simulation.hpp"
 #include "network.hpp"
 #include "unknowns.hpp"
@@ -286,6 +287,9 @@ void Network::load_meshes(Simulation& s) {
     MeshBody& mesh = s.meshes.meshes[from.mesh];
     const double* t = all + unknown_of_node(s.scene, mesh.first_node);
     if (!mesh.linear()) {
+      if (!mesh.model.bulk->solid())
+        throw Error("the mesh '" + mesh.model.name +
+                    "' is of a code that is not told of its temperature: give it a material without expansion");
       std::vector<double>& swelling = mesh.model.bulk->swelling;
       swelling.resize(std::size_t(mesh.model.nodes()));
       for (std::size_t n = 0; n < swelling.size(); ++n) swelling[n] = from.expansion * (t[n] - reference);

@@ -16,36 +16,17 @@ namespace {
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double mark_share = 0.1; // radius of the mark of an end, of its body's size
 
-// Bits of what is blocked: n, t [, s], rotations; the coordinate: a component from 1, 0: none. Blocked -1: not of this
-// dim.
-struct JointKind {
-  const char* name;
-  int blocked[2], coordinate[2]; // in 2D, in 3D
-  bool has_axis, turns, moves, driven;
-  const char* instead; // in the other dim
-};
-
-// has_axis: it is made with one; turns: it asks how its bodies have turned; moves: limits and springs are of its
-// coordinate; driven: motors as well.
-constexpr JointKind kinds[] = {
-    {"Ball", {-1, 7}, {0, 0}, false, false, false, false, "Pivot"},
-    {"Hinge", {-1, 55}, {0, 4}, true, true, true, true, "Pivot"},
-    {"Pivot", {3, -1}, {3, 0}, false, true, true, true, "Ball or Hinge"},
-    {"Fixed", {7, 63}, {0, 0}, false, true, false, false, ""},
-    {"Slider", {6, 62}, {1, 1}, true, true, true, true, ""},
-    {"Distance", {1, 1}, {0, 0}, false, false, true, false, ""},
-};
-
 const JointKind& kind_named(const std::string& name) {
   std::string known;
-  for (const JointKind& kind : kinds) {
+  for (const JointKind& kind : joint_kinds()) {
     if (name == kind.name) return kind;
     known += (known.empty() ? "" : ", ") + std::string(kind.name);
   }
   throw Error("there is no joint '" + name + "'; there are " + known);
 }
 
-bool spans(const JointKind& kind) { return kind.name == std::string("Distance"); }
+bool spans(const JointKind& kind) { return kind.points > 1; }
+bool is_rope(const JointKind& kind) { return kind.points == 3; }
 
 std::string told(double x) {
   char text[32];
@@ -57,19 +38,17 @@ std::string told(double x) {
   throw Error(what + " of " + kind.name + " is " + told(value) + "; " + remedy);
 }
 
-double length(std::span<const double> x) {
-  double square = 0;
-  for (const double c : x) square += c * c;
-  return std::sqrt(square);
-}
+double length(const double (&x)[3]) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); }
 
 // What was given by name, each name once and one that the kind has.
 class Numbers {
 public:
   Numbers(const JointKind& of, const JointDraft& draft) : kind(of), given(draft.numbers) {
     std::vector<std::string> known{"strength"};
-    if (kind.moves) known.insert(known.end(), {"lowest", "highest", "stiffness", "damping", "rest"});
-    if (kind.driven) known.insert(known.end(), {"speed", "effort"});
+    if (kind.has_limits) known.insert(known.end(), {"lowest", "highest"});
+    if (kind.has_spring) known.insert(known.end(), {"stiffness", "damping", "rest"});
+    if (is_rope(kind)) known.insert(known.end(), {"length", "pulley"});
+    if (kind.has_motor) known.insert(known.end(), {"speed", "effort"});
     for (std::size_t k = 0; k < given.size(); ++k) {
       const auto& [name, value] = given[k];
       if (std::find(known.begin(), known.end(), name) == known.end()) {
@@ -114,15 +93,59 @@ void check_numbers(const JointKind& kind, const Numbers& given) {
     if (given.get(name, 0) < 0) refuse(name, kind, given.get(name, 0), "give a value from 0 on");
   if (given.find("rest") && !given.any({"stiffness", "damping"}))
     refuse("rest", kind, given.get("rest", 0), "give the stiffness of its spring as well");
+  if (!(given.get("length", infinite) > 0))
+    refuse("length", kind, given.get("length", infinite), "give a length above 0 [m]");
   if (!(given.get("strength", infinite) > 0))
     refuse("strength", kind, given.get("strength", infinite), "give a force above 0 [N]");
 }
 
-void check_body(const Scene& scene, const char* side, std::int64_t id) {
+bool is_node(const Scene& scene, std::int64_t id) { return id >= 0 && scene.find_node(id) >= 0; }
+
+// The largest side of the box that the nodes of a mesh stand in.
+double size_of_mesh(const Scene& scene, std::int64_t id) {
+  const MeshParts& part = *scene.part(id);
+  double low[3], high[3], size = 0;
+  std::fill_n(low, 3, infinite);
+  std::fill_n(high, 3, -infinite);
+  for (std::int64_t i = part.first; i < part.first + part.count; ++i)
+    for (int k = 0; k < scene.dim; ++k) {
+      const double x = scene.nodes.position[scene.node(i)][k];
+      low[k] = std::min(low[k], x);
+      high[k] = std::max(high[k], x);
+    }
+  for (int k = 0; k < scene.dim; ++k) size = std::max(size, high[k] - low[k]);
+  return size;
+}
+
+void check_end(const Scene& scene, const JointKind& kind, const char* side, std::int64_t id, const double* point) {
   if (scene.find_body(id) >= 0) return;
-  const char* remedy = scene.part(id) ? ", of a mesh; give a rigid body: nodes are joined by Python's Scene.join"
-                                      : "; give the id of a rigid body of the scene";
-  throw Error(std::string(side) + " of a joint is " + std::to_string(id) + remedy);
+  const std::string which = std::string(side) + " of a joint is " + std::to_string(id);
+  if (!is_node(scene, id))
+    throw Error(which + (scene.part(id)
+                             ? ", a point, an edge or a face of a mesh; give one of its nodes, or a rigid body"
+                             : "; give the id of a rigid body or of a node of the scene"));
+  if (is_rope(kind)) throw Error(which + ", a node of a mesh; give a Cable rigid bodies");
+  double away = 0;
+  for (int k = 0; k < scene.dim; ++k)
+    away = std::max(away, std::abs(point[k] - scene.origin[std::size_t(k)] - scene.nodes.position[scene.node(id)][k]));
+  if (!(away <= 1e-9 * size_of_mesh(scene, id)))
+    throw Error("point of " + std::string(kind.name) + " is " + told(away) + " m away from node " + std::to_string(id) +
+                "; give the place of the node, which is where a mesh is joined");
+}
+
+// Nodes have no axes: what is of angles is nothing that a joint of one could hold.
+void check_nodes(const Scene& scene, const JointKind& kind, const JointDraft& draft) {
+  const MeshParts *a = scene.part(draft.a), *b = draft.b < 0 ? nullptr : scene.part(draft.b);
+  if (a && b && a->mesh == b->mesh)
+    throw Error("a and b of a joint are nodes " + std::to_string(draft.a) + " and " + std::to_string(draft.b) +
+                " of one mesh; give nodes of two, or a cell more");
+  if (kind.name == std::string("Hinge"))
+    throw Error("Hinge holds an axis, and a node of a mesh has none; give a Ball, or hinges at two nodes");
+  if (kind.coordinate[scene.dim - 2] <= scene.dim) return;
+  for (const auto& [name, value] : draft.numbers)
+    if (name != "strength")
+      throw Error(name + " of " + kind.name +
+                  " is of an angle, and a node of a mesh has none; leave it out, or join rigid bodies");
 }
 
 std::array<double, 3> axis_of(const Scene& scene, const JointKind& kind, std::span<const double> given) {
@@ -132,11 +155,43 @@ std::array<double, 3> axis_of(const Scene& scene, const JointKind& kind, std::sp
     axis[scene.dim == 3 ? 2 : 0] = 1;
     return axis;
   }
-  const double size = length(given);
+  double whole[3] = {};
+  std::copy_n(given.begin(), std::min<std::size_t>(given.size(), 3), whole);
+  const double size = length(whole);
   if (given.empty()) throw Error(std::string("axis of ") + kind.name + " is missing; give a direction");
   if (!(size > 0) || !std::isfinite(size)) refuse("length of the axis", kind, size, "give a finite direction");
   for (int k = 0; k < scene.dim; ++k) axis[std::size_t(k)] = given[std::size_t(k)] / size;
   return axis;
+}
+
+bool moves(const Scene& scene, std::int64_t id) {
+  if (id < 0) return false;
+  if (is_node(scene, id)) return true;
+  const std::uint8_t all = std::uint8_t((1 << scene.bodies.dofs()) - 1);
+  return !scene.bodies.driven.active || (*scene.bodies.driven[scene.internal(id)] & all) != all;
+}
+
+std::int64_t body_of_pulley(const JointDraft& draft) {
+  for (const auto& [name, value] : draft.numbers)
+    if (name == "pulley") return std::int64_t(value);
+  return -1;
+}
+
+// Which mark of a, pulley and b is at the end that the contact of the other two pulls as well, from 1: one of these
+// two moves.
+int far_end(const Scene& scene, const JointKind& kind, const JointDraft& draft, std::optional<double> given) {
+  const std::int64_t pulley = body_of_pulley(draft);
+  if (given) {
+    if (*given != double(pulley) || pulley < 0)
+      throw Error("pulley of Cable is " + told(*given) + "; give the id of a rigid body, or leave it out: the world");
+    check_end(scene, kind, "pulley", pulley, draft.point.data());
+  }
+  if (pulley >= 0 && (pulley == draft.a || pulley == draft.b))
+    throw Error("pulley of Cable is body " + std::to_string(pulley) +
+                ", which is one of its ends as well; give a Distance, or another body");
+  if (moves(scene, draft.a) || moves(scene, pulley)) return 3;
+  if (moves(scene, draft.b)) return 1;
+  throw Error("a, b and the pulley of Cable do not move; give one that does");
 }
 
 // The farthest that contactors of a body reach round their middles; 0 without any.
@@ -170,12 +225,16 @@ void turn_back(const Scene& scene, std::int32_t body, double* x) {
 
 // The mark of an end on a body, at a point in space.
 std::int64_t put_mark(Scene& scene, std::int64_t id, const double* point, std::int32_t material, double radius) {
+  const Shape shape = scene.dim == 2 ? Shape::disk : Shape::sphere;
+  if (is_node(scene, id)) {
+    const double none = 0;
+    return scene.add_contactors({1, shape, {&id, 1}, {&material, 1}, {&none, 1}, {}, {}});
+  }
   const std::int32_t body = scene.internal(id);
   double lever[3] = {};
   for (int k = 0; k < scene.dim; ++k)
     lever[k] = point[k] - scene.origin[std::size_t(k)] - scene.bodies.position[body][k];
   turn_back(scene, body, lever);
-  const Shape shape = scene.dim == 2 ? Shape::disk : Shape::sphere;
   const std::span<const double> offset(lever, std::size_t(scene.dim));
   return scene.add_contactors({1, shape, {&id, 1}, {&material, 1}, {&radius, 1}, offset, {}});
 }
@@ -187,7 +246,19 @@ Law joint_law() {
   return Law(std::find_if(all.begin(), all.end(), [](const LawInfo& law) { return law.joins; }) - all.begin());
 }
 
-int joint_points(const std::string& kind) { return spans(kind_named(kind)) ? 2 : 1; }
+std::span<const JointKind> joint_kinds() {
+  constexpr bool YES = true, NO = false;
+  static constexpr JointKind kinds[] = {
+#define CAIRN_JOINT(name, blocked2, blocked3, coordinate2, coordinate3, points, axis, turns, limits, spring, motor,    \
+                    instead)                                                                                           \
+  {#name, {blocked2, blocked3}, {coordinate2, coordinate3}, points, axis, turns, limits, spring, motor, instead},
+#include "joints.def"
+#undef CAIRN_JOINT
+  };
+  return kinds;
+}
+
+int joint_points(const std::string& kind) { return kind_named(kind).points; }
 
 std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft) {
   const JointKind& kind = kind_named(draft.kind);
@@ -195,39 +266,53 @@ std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft
   if (kind.blocked[which] < 0)
     throw Error(std::string(kind.name) + " is a joint of " + (d == 2 ? "3D: in 2D" : "2D: in 3D") + " give " +
                 kind.instead);
-  check_body(scene, "a", draft.a);
-  if (draft.b != -1) check_body(scene, "b", draft.b);
-  if (draft.a == draft.b)
-    throw Error("a and b of a joint are both body " + std::to_string(draft.a) +
-                "; give two bodies, or -1 for b: the world");
   for (std::size_t k = 0; k < draft.point.size(); ++k)
     if (!std::isfinite(draft.point[k]))
       refuse("point[" + std::to_string(k) + "]", kind, draft.point[k], "give a finite number");
+  check_end(scene, kind, "a", draft.a, draft.point.data());
+  if (draft.b != -1) check_end(scene, kind, "b", draft.b, draft.point.data() + d * std::size_t(kind.points - 1));
+  if (draft.a == draft.b)
+    throw Error("a and b of a joint are both body " + std::to_string(draft.a) +
+                "; give two bodies, or -1 for b: the world");
+  const bool on_node = is_node(scene, draft.a) || is_node(scene, draft.b);
+  if (on_node) check_nodes(scene, kind, draft);
   const Numbers given(kind, draft);
   check_numbers(kind, given);
   double begin = 0;
-  if (spans(kind)) {
+  for (std::size_t part = 1; part < std::size_t(kind.points); ++part) {
     double between[3] = {};
-    for (std::size_t k = 0; k < d; ++k) between[k] = draft.point[d + k] - draft.point[k];
-    begin = length({between, d});
-    if (!(begin > 0)) throw Error("points of Distance are the same; give two that differ, or a Pivot or Ball");
+    for (std::size_t k = 0; k < d; ++k) between[k] = draft.point[part * d + k] - draft.point[(part - 1) * d + k];
+    if (!(length(between) > 0))
+      throw Error(std::string("points of ") + kind.name +
+                  (is_rope(kind) ? " are the same beside each other; give the pulley's apart from both ends"
+                                 : " are the same; give two that differ, or a Pivot or Ball"));
+    begin += length(between);
   }
-  const bool let_go = spans(kind) && given.any({"lowest", "highest", "stiffness", "damping"});
+  if (is_rope(kind) && given.get("length", begin) < begin * (1 - 0x1p-30))
+    refuse("length", kind, given.get("length", begin),
+           ("give at least the " + told(begin) + " m that it spans").c_str());
+  const int far = is_rope(kind) ? far_end(scene, kind, draft, given.find("pulley")) : 0;
+  const bool let_go = kind.points == 2 && given.any({"lowest", "highest", "stiffness", "damping"});
   const std::array<double, 3> axis = axis_of(scene, kind, draft.axis);
-  const std::pair<const char*, double> values[] = {{"blocked", let_go ? 0 : kind.blocked[which]},
-                                                   {"coordinate", let_go ? 1 : kind.coordinate[which]},
-                                                   {"axis_x", axis[0]},
-                                                   {"axis_y", axis[1]},
-                                                   {"axis_z", axis[2]},
-                                                   {"spans", spans(kind) ? 1 : 0},
-                                                   {"rest", given.get("rest", begin)},
-                                                   {"lowest", given.get("lowest", -infinite)},
-                                                   {"highest", given.get("highest", infinite)},
-                                                   {"speed", given.get("speed", 0)},
-                                                   {"effort", given.get("effort", 0)},
-                                                   {"strength", given.get("strength", infinite)},
-                                                   {"stiffness", given.get("stiffness", 0)},
-                                                   {"damping", given.get("damping", 0)}};
+  const int own = on_node ? (1 << scene.dim) - 1 : -1, blocked = kind.blocked[which] & own;
+  const int coordinate = on_node && kind.coordinate[which] > scene.dim ? 0 : kind.coordinate[which];
+  const std::pair<const char*, double> values[] = {
+      {"blocked", let_go ? 0 : blocked},
+      {"coordinate", let_go ? 1 : coordinate},
+      {"axis_x", axis[0]},
+      {"axis_y", axis[1]},
+      {"axis_z", axis[2]},
+      {"spans", spans(kind) ? 1 : 0},
+      {"rest", given.get("rest", begin)},
+      {"lowest", given.get("lowest", -infinite)},
+      {"highest", is_rope(kind) ? given.get("length", begin) : given.get("highest", infinite)},
+      {"speed", given.get("speed", 0)},
+      {"effort", given.get("effort", 0)},
+      {"strength", given.get("strength", infinite)},
+      {"stiffness", given.get("stiffness", 0)},
+      {"damping", given.get("damping", 0)},
+      {"pulley", is_rope(kind) ? 2 : 0},
+      {"far", far}};
   std::vector<double> parameters;
   for (const LawParameter& wanted : law_infos()[std::size_t(joint_law())].parameters)
     for (const auto& [name, value] : values)
@@ -238,26 +323,28 @@ std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft
 std::array<std::int64_t, 2> add_joint_ends(Scene& scene, const JointDraft& draft, std::int32_t material) {
   const JointKind& kind = kind_named(draft.kind);
   const auto d = std::size_t(scene.dim);
-  const double *at_a = draft.point.data(), *at_b = at_a + (spans(kind) ? d : 0);
+  const double* at_a = draft.point.data();
   if (kind.turns) scene.activate(Need::rotation);
   const auto radius_on = [&](std::int64_t id, const double* point) {
+    if (is_node(scene, id)) return mark_share * size_of_mesh(scene, id);
     const std::int32_t body = scene.internal(id);
     double lever[3] = {};
     for (std::size_t k = 0; k < d; ++k) lever[k] = point[k] - scene.origin[k] - scene.bodies.position[body][k];
     const double size = size_of(scene, body);
-    return mark_share * (size > 0 ? size : length({lever, d}));
+    return mark_share * (size > 0 ? size : length(lever));
   };
   const double radius = radius_on(draft.a, at_a);
-  std::array<std::int64_t, 2> ends{};
-  ends[0] = put_mark(scene, draft.a, at_a, material, radius);
-  std::int64_t b = draft.b;
-  if (b < 0) {
-    const double one[] = {1, 1, 1};
-    b = scene.add_bodies({1, {at_b, d}, {}, {}, {one, 1}, {one, d == 2 ? std::size_t(1) : std::size_t(3)}});
-    scene.drive({&b, 1}, std::uint8_t((1 << scene.bodies.dofs()) - 1), {});
-  }
-  ends[1] = put_mark(scene, b, at_b, material, draft.b < 0 ? radius : radius_on(b, at_b));
-  return ends;
+  const auto put = [&](std::int64_t id, const double* point) {
+    if (id >= 0) return put_mark(scene, id, point, material, radius_on(id, point));
+    const double one[] = {1, 1, 1}; // the world
+    id = scene.add_bodies({1, {point, d}, {}, {}, {one, 1}, {one, d == 2 ? std::size_t(1) : std::size_t(3)}});
+    scene.drive({&id, 1}, std::uint8_t((1 << scene.bodies.dofs()) - 1), {});
+    return put_mark(scene, id, point, material, radius);
+  };
+  const std::int64_t first = put(draft.a, at_a);
+  if (!is_rope(kind)) return {first, put(draft.b, at_a + std::size_t(kind.points - 1) * d)};
+  const std::int64_t pulley = put(body_of_pulley(draft), at_a + d), last = put(draft.b, at_a + 2 * d);
+  return {moves(scene, draft.a) || moves(scene, body_of_pulley(draft)) ? first : last, pulley};
 }
 
 } // namespace cairn

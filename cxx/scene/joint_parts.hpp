@@ -13,16 +13,26 @@ namespace cairn {
 
 enum class Law : std::int16_t;
 
+// A row of joints.def. In 2D, then in 3D.
+struct JointKind {
+  const char* name;
+  int blocked[2], coordinate[2], points;
+  bool has_axis, turns, has_limits, has_spring, has_motor;
+  const char* instead;
+};
+std::span<const JointKind> joint_kinds();
+
 struct JointDraft {
-  std::string kind;              // "Ball", "Hinge", "Pivot", "Fixed", "Slider" or "Distance"
-  std::int64_t a = 0, b = -1;    // ids of rigid bodies; b -1: the world
+  std::string kind;              // the name of a row of joints.def
+  std::int64_t a = 0, b = -1;    // ids of rigid bodies or of nodes of meshes; b -1: the world
   std::span<const double> point; // (dim, joint_points(kind)) [m], absolute
   std::span<const double> axis;  // (dim), or empty
   std::vector<std::pair<std::string, double>>
-      numbers; // lowest, highest, speed, effort, stiffness, damping, rest, strength
+      numbers; // lowest, highest, speed, effort, stiffness, damping, rest, strength; length and pulley, a body's id
 };
 
-// How many points a kind has: a Distance one on each body, all others one that both share. Throws Error for a kind that
+// How many points a kind has: a Cable one on each body and at its pulley between them, a Distance one on each body,
+// all others one that both share. Throws Error for a kind that
 // there is not, naming those that there are.
 int joint_points(const std::string& kind);
 
@@ -32,7 +42,8 @@ Law joint_law();
 std::vector<double> joint_parameters(const Scene& scene, const JointDraft& draft);
 
 // Puts the marks of a joint that was checked on its bodies, that of a first, so that a is the first body of its
-// contact; the world gets a body that does not move. Returns the ids of both contactors.
+// contact; the world gets a body that does not move. Returns the ids of both contactors of its contact, of a Cable that
+// of an end and that of its pulley.
 std::array<std::int64_t, 2> add_joint_ends(Scene& scene, const JointDraft& draft, std::int32_t material);
 
 } // namespace cairn

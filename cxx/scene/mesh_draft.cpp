@@ -96,8 +96,62 @@ void MeshDraft::add_solid(const std::string& element, std::int64_t n, const std:
   added.solid.mean_dilatation = mean_dilatation;
 }
 
+void MeshDraft::set_initial_stress(std::int64_t n, const double* stress) {
+  std::int64_t of_cells = 0, of_points = 0;
+  for (const Cells& c : cells) {
+    of_cells += std::int64_t(c.node.size()) / c.element->nodes;
+    of_points += std::int64_t(c.node.size()) / c.element->nodes * c.element->bulk_points;
+  }
+  if (n != of_cells && n != of_points)
+    throw Error("stress is of " + std::to_string(n) + " cells; give that of the " + std::to_string(of_cells) +
+                " cells of the mesh, or of their " + std::to_string(of_points) + " points");
+  for (Cells& c : cells) {
+    const int points = c.element->bulk_points, each = n == of_cells ? points : 1;
+    const std::int64_t count = std::int64_t(c.node.size()) / c.element->nodes;
+    c.solid.initial_stress.clear();
+    for (std::int64_t p = 0; p < count * points; p += each, stress += 6)
+      for (int k = 0; k < each; ++k) c.solid.initial_stress.insert(c.solid.initial_stress.end(), stress, stress + 6);
+  }
+}
+
+std::vector<double> MeshDraft::stress_points() const {
+  std::vector<double> out;
+  for (const Cells& c : cells) {
+    const ElementInfo& e = *c.element;
+    std::vector<double> xi(std::size_t(dim * e.bulk_points)), weight(std::size_t(e.bulk_points)),
+        value(std::size_t(e.nodes)), unused(std::size_t(dim * e.nodes));
+    e.bulk_rule(xi.data(), weight.data());
+    for (std::size_t first = 0; first < c.node.size(); first += std::size_t(e.nodes))
+      for (int p = 0; p < e.bulk_points; ++p) {
+        e.shape(&xi[std::size_t(dim * p)], value.data(), unused.data());
+        for (int k = 0; k < dim; ++k) {
+          double at = 0;
+          for (int a = 0; a < e.nodes; ++a)
+            at += value[std::size_t(a)] * reference[std::size_t(dim * c.node[first + std::size_t(a)] + k)];
+          out.push_back(at);
+        }
+      }
+  }
+  return out;
+}
+
+double MeshDraft::initial_force(std::vector<double>& force) const {
+  const auto stressed = [](const Cells& c) { return !c.solid.initial_stress.empty(); };
+  if (bulk() || std::none_of(cells.begin(), cells.end(), stressed)) return 0;
+  const std::shared_ptr<BulkModel> model = all_cells();
+  const std::vector<double> none(reference.size(), 0.0);
+  force.resize(reference.size());
+  const BulkResult found = model->evaluate(none.data(), 1, 1, force.data(), nullptr);
+  if (!found.ok()) throw Error(model->describe(found) + " at the start");
+  return found.energy;
+}
+
 std::shared_ptr<BulkModel> MeshDraft::bulk() const {
   if (std::none_of(cells.begin(), cells.end(), [](const Cells& c) { return c.solid.material != nullptr; })) return {};
+  return all_cells();
+}
+
+std::shared_ptr<BulkModel> MeshDraft::all_cells() const {
   std::vector<BulkCells> all;
   for (const Cells& c : cells) {
     all.push_back(c.solid);
@@ -106,6 +160,19 @@ std::shared_ptr<BulkModel> MeshDraft::bulk() const {
     if (!c.solid.material) all.back().material = &bulk_material_named("isotropic_elastic");
   }
   return std::make_shared<BulkModel>(dim, reference, std::move(all));
+}
+
+void MeshDraft::take_called(std::shared_ptr<CalledForces> forces, const double* on_pattern, const double* of_nodes) {
+  SparseMatrix m = forces->lower();
+  forces->fit(m);
+  SparseMatrix k = m, c = m;
+  if (on_pattern) forces->add(on_pattern, m.value.data());
+  for (std::int64_t i = 0; i < m.n && of_nodes; ++i) m.value[std::size_t(m.start[std::size_t(i)])] = of_nodes[i / dim];
+  forces->find_stiffness(k);
+  mass = std::move(m);
+  stiffness = std::move(k);
+  damping = std::move(c);
+  called = std::move(forces);
 }
 
 std::vector<std::int32_t> MeshDraft::boundary() const {

@@ -127,13 +127,23 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
     m.mass = d.mass;
     m.stiffness = d.stiffness;
     m.damping = d.damping;
+    if (d.called) {
+      for (std::size_t e = 0; e < m.damping.value.size(); ++e)
+        m.damping.value[e] = d.by_mass * m.mass.value[e] + d.by_stiffness * m.stiffness.value[e];
+      m.bulk = d.called;
+    }
   } else if (!d.cells.empty()) {
     d.assemble(m.mass, m.stiffness, m.damping, m.node_mass);
     if ((m.bulk = d.bulk())) m.bulk->fit(m.mass);
+    m.initial_energy = d.initial_force(m.initial_force);
   } else {
     throw Error("the mesh has neither cells nor matrices: give one of them");
   }
   m.held = d.held;
+  m.ties = d.ties;
+  m.ties.turns = m.bulk && (!m.bulk->solid() || m.bulk->solid()->finite());
+  m.self_contact = d.self_contact;
+  m.mortar = d.mortar;
   m.point_nodes = d.point_nodes;
   m.point_weights = d.point_weights;
   m.reference = d.reference;

@@ -8,6 +8,7 @@
 
 #include "../bodies/mesh_body.hpp"
 #include "../fe/bulk_model.hpp"
+#include "../fe/called_forces.hpp"
 #include "../fe/elements.hpp"
 #include "scene.hpp"
 
@@ -30,9 +31,12 @@ struct MeshDraft {
   bool lumped = false;
   double by_mass = 0, by_stiffness = 0;  // Rayleigh's damping C = a M + b K [1/s, s]
   SparseMatrix mass, stiffness, damping; // lower triangles of one pattern, where they are given; else n is 0
+  std::shared_ptr<CalledForces> called;  // forces of another code, with mass and stiffness, that at the start; or null
   std::vector<std::uint8_t> held;        // (dofs)
   std::vector<std::int32_t> contact_nodes, point_nodes, side_nodes; // (4, points), (4, sides), -1 where fewer
   std::vector<double> point_weights, displacement, velocity;        // (4, points), (dim, nodes) or empty
+  MeshTies ties;                                                    // nodes that follow others, rigid parts
+  bool self_contact = false, mortar = false;                        // see MeshModel
 
   std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
   void check_node(std::int64_t node) const;
@@ -46,10 +50,21 @@ struct MeshDraft {
                  const std::string& kinematics, const std::string& plane, bool mean_dilatation, double thickness);
   // The stresses of all cells, if those of one are a material's; else null.
   std::shared_ptr<BulkModel> bulk() const;
+  // True stress before the body moves (6, n) [Pa], 11 22 33 12 13 23: of each cell, or of each of their points, whose
+  // places are stress_points (dim, n) [m]. Throws Error.
+  void set_initial_stress(std::int64_t n, const double* stress);
+  std::vector<double> stress_points() const;
+  // Its forces (dofs) [N] where all cells are linear, and the energy that it stores [J]; nothing without one.
+  double initial_force(std::vector<double>& force) const;
+  // Takes forces of another code; its mass on the pattern of the tangent, or of the nodes alone; one is null.
+  void take_called(std::shared_ptr<CalledForces> forces, const double* on_pattern, const double* of_nodes);
   // Edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body left of an edge.
   std::vector<std::int32_t> boundary() const;
   // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.
   void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const;
+
+private:
+  std::shared_ptr<BulkModel> all_cells() const;
 };
 
 // The row of elements.def of that name or cell type. Throws Error with those that there are.

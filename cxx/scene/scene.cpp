@@ -340,12 +340,27 @@ std::vector<std::int32_t> as_it_is(std::int64_t count) {
 
 } // namespace
 
-void Scene::keep_mapped_last() {
+// Nodes as they are to stand: those of a mesh together, where its first are.
+std::vector<std::int32_t> Scene::nodes_together() const {
+  std::vector<std::int32_t> out = as_it_is(nodes.count), first(std::size_t(meshes_) + 1, -1);
+  for (const std::int32_t i : out)
+    if (std::int32_t& of = first[std::size_t(*nodes.mesh[i])]; of < 0) of = i;
+  const auto before = [&](std::int32_t i) { return first[std::size_t(*nodes.mesh[i])]; };
+  if (!std::is_sorted(out.begin(), out.end(), [&](auto i, auto j) { return before(i) < before(j); }))
+    std::stable_sort(out.begin(), out.end(), [&](auto i, auto j) { return before(i) < before(j); });
+  return out;
+}
+
+bool Scene::meshes_in_order() const {
   const auto mapped = [](std::int32_t body) { return body < 0; };
   const auto& body = contactors.body.values;
   const auto first = std::find_if(body.begin(), body.end(), mapped);
-  if (std::find_if_not(first, body.end(), mapped) != body.end()) reorder(as_it_is(bodies.count), as_it_is(nodes.count));
+  if (std::find_if_not(first, body.end(), mapped) != body.end()) return false;
+  const std::vector<std::int32_t> order = nodes_together();
+  return std::is_sorted(order.begin(), order.end());
 }
+
+void Scene::put_meshes_in_order() { reorder(as_it_is(bodies.count), nodes_together()); }
 
 // Where each contactor stands: at its body, and all of a deformable one behind rigid ones, at its first node; -1: its
 // body goes.

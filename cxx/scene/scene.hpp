@@ -81,8 +81,10 @@ public:
   // Bodies along a space-filling curve, deformable ones by their first nodes; contactors in the order of their bodies,
   // mapped ones behind. Depends on positions and ids alone.
   void renumber();
-  // Mapped contactors behind all others, in an order that stays else; nothing if they are.
-  void keep_mapped_last();
+  // Whether mapped contactors are behind all others, and nodes of a mesh together; to be so, in an order that stays
+  // else.
+  bool meshes_in_order() const;
+  void put_meshes_in_order();
 
   std::int32_t internal(std::int64_t body_id) const; // throws Error for an id that is not there
   std::int32_t node(std::int64_t id) const;          // place among the nodes, as above
@@ -101,6 +103,7 @@ public:
   void fields_restored(std::vector<MeshParts> parts);
 
 private:
+  std::vector<std::int32_t> nodes_together() const;
   void reorder(const std::vector<std::int32_t>& body_order, const std::vector<std::int32_t>& node_order,
                std::span<const std::int64_t> gone = {});
   std::vector<std::int32_t> places_of_contactors(const std::vector<std::int32_t>& now,

@@ -55,7 +55,17 @@ void Simulation::account_for_reshaping(double kinetic, double stored) {
 
 void Simulation::place_meshes() {
   if (meshes.empty() || meshes_placed_ == scene.order_version()) return;
-  scene.keep_mapped_last();
+  if (!scene.meshes_in_order()) { // contacts of the last step go by numbers of contactors, too
+    std::vector<std::int64_t> ids;
+    const auto each = [&](auto&& f) {
+      for (auto* of : {&candidates.contactor_a, &candidates.contactor_b})
+        for (std::int64_t i = 0; i < candidates.count; ++i) f((*of)[std::size_t(i)]);
+    };
+    each([&](std::int32_t c) { ids.push_back(*scene.contactors.id[c]); });
+    scene.put_meshes_in_order();
+    auto id = ids.begin();
+    each([&](std::int32_t& c) { c = contactor(*id++); });
+  }
   meshes.place(scene.nodes, scene.contactors);
   meshes_placed_ = scene.order_version();
 }
@@ -82,14 +92,17 @@ void Simulation::account_for_meshes() {
   if (meshes.empty()) return;
   for (MeshBody& mesh : meshes.meshes) {
     const MeshWork& w = mesh.work;
-    mesh.commit();
     energy.stored += w.stored;
     energy.kinetic += w.kinetic;
     energy.work_external += w.elastic + w.damping + w.inertia + w.warmed;
     energy.dissipated_bulk += w.damping;
     energy.dissipated_material += w.material;
-    energy.dissipated_integrator += w.elastic - w.stored_change - w.material + w.inertia - w.kinetic_change;
+    energy.absorbed += w.absorbed;
+    energy.dissipated_integrator +=
+        w.elastic - w.stored_change - w.material - w.absorbed + w.inertia - w.kinetic_change;
+    energy.turned_over += std::abs(w.elastic) + std::abs(w.damping) + std::abs(w.inertia) + std::abs(w.warmed);
   }
+  energy.in_play = energy.largest_kinetic + energy.turned_over;
 }
 
 } // namespace cairn

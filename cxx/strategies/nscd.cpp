@@ -6,12 +6,23 @@
 #include "../base/call.hpp"
 #include "../base/stopwatch.hpp"
 #include "../base/threads.hpp"
+#include "../networks/network.hpp"
 #include "../solvers/problems/friction_problem.hpp"
 #include "options.hpp"
 
 namespace cairn {
 
 const StepReport& Nscd::step(Simulation& s, double h) {
+  if (in_parts_)
+    throw Error("a step was asked for while a step is made in parts, by what gives its parts their loads: make it when "
+                "this one is made");
+  s.report.sub_steps = 1;
+  if (settings.cut_back > 0) return step_in_parts(s, h);
+  make_step(s, h);
+  return s.report;
+}
+
+void Nscd::make_step(Simulation& s, double h) {
   begin_step(s, h);
   const Threads threads(settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
   try {
@@ -25,6 +36,8 @@ const StepReport& Nscd::step(Simulation& s, double h) {
       s.timed("solve_contacts", [&] { solve_contacts(s); });
       if (!s.meshes.linear()) s.timed("newton_passes", [&] { newton_passes(s); });
     }
+    if (in_parts_ && s.report.solve.status == SolveStatus::diverged)
+      throw StepTooLong("the contact solver diverged in step " + std::to_string(s.steps + 1) + ": give a smaller dt");
     s.timed("update_velocity", [&] { update_velocity(s); });
     s.timed("commit_contacts", [&] { commit_contacts(s); }); // refuses what a user's law gives back that is no number
   } catch (...) {
@@ -33,7 +46,6 @@ const StepReport& Nscd::step(Simulation& s, double h) {
   }
   s.timed("update_configuration", [&] { update_configuration(s); });
   if (settings.project_positions) s.timed("project_positions", [&] { project_positions(s); });
-  return s.report;
 }
 
 std::vector<std::string_view> Nscd::stages(const Simulation& s) const {
@@ -101,9 +113,19 @@ bool Nscd::take_settings(Simulation& s, const Strategy& other) {
 
 void Nscd::check_scene(const Simulation& s) const {
   if (settings.project_positions && !s.meshes.linear())
-    throw Error("project_positions moves deformable bodies that are linear: leave it out beside a material of solids");
+    throw Error(
+        "project_positions moves deformable bodies that are linear: leave it out beside a material of solids, or a "
+        "body of another code");
   if (settings.pose.kernel && settings.integrator.name == "theta" && !s.meshes.linear())
     throw Error("GranularElement moves deformable bodies that are linear: give NSCD to those of a material of solids");
+  if (settings.cut_back > 0 && s.networks && s.networks->repeats())
+    throw Error("cut_back is " + std::to_string(settings.cut_back) +
+                ", and the network of heat repeats whole steps: leave out cut_back, or coupling of scene.thermal");
+  for (const MeshBody& mesh : s.meshes.meshes)
+    if (settings.cut_back > 0 && !mesh.linear() && !mesh.model.bulk->tells_history())
+      throw Error("cut_back is " + std::to_string(settings.cut_back) + ", and the mesh '" + mesh.model.name +
+                  "' is of a code that keeps a history and does not give it, so that no step of it can be made anew in "
+                  "parts: leave out cut_back, or give the code state() and restore(), in C state_size, save and load");
 }
 
 void Nscd::check_laws(const Simulation& s) const {
@@ -126,31 +148,6 @@ void Nscd::move_images(const Simulation& s, const std::vector<std::array<int, 3>
 
 void Nscd::lean_images(int k, int i, int cells) {
   if (projector_) projector_->restore(after_lean(projector_->memory(), k, i, cells));
-}
-
-void Nscd::read(Simulation& s, std::string_view field, int components, double* out) {
-  if (!s.contacts_known)
-    std::fill_n(out, components * s.candidates.count, 0.0);
-  else if (field == "impulse")
-    s.interactions.impulse_space(out);
-  else if (field == "impulse_local")
-    s.interactions.impulse_local(out);
-  else if (field == "moment")
-    s.interactions.moment_space(out);
-  else if (field == "relative_velocity")
-    s.interactions.relative_velocity(out);
-  else if (field == "dissipated")
-    s.interactions.dissipated(out);
-  else if (field == "beta")
-    s.interactions.kept(out);
-  else if (field == "stored")
-    s.interactions.stored(out);
-  else
-    s.interactions.law_state(std::string(field), out);
-}
-
-void Nscd::status(Simulation& s, std::int32_t* out) {
-  if (s.contacts_known) s.interactions.status(out);
 }
 
 Nscd& stages_of(Simulation& s) {

@@ -1,6 +1,7 @@
 // A scene, the strategy that moves it, and what the last step did.
 #pragma once
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -23,8 +24,7 @@ struct NscdOptions; // see nscd/nscd_options.hpp
 struct Networks;
 
 // Terms of d(T + U + stored) = W_driven + W_external + W_growth - D_friction - D_normal - D_bulk - D_material -
-// D_integrator
-// - D_reshaping - released + closure [J], since the start.
+// D_integrator - D_reshaping - absorbed - released + closure [J], since the start.
 struct Energy {
   double kinetic = 0, potential = 0, work_driven = 0, work_external = 0;
   double work_growth = 0; // of rigid bodies whose lengths follow their temperature
@@ -33,6 +33,7 @@ struct Energy {
   double released = 0;             // by contact laws: damage, viscosity, wear
   double dissipated_material = 0;  // at the points of materials of deformable bodies
   double dissipated_reshaping = 0; // by bodies that were made rigid or deformable between steps
+  double absorbed = 0;             // by bodies of another code, which does not tell what of it is stored
   double work_projection = 0;      // potential energy that project_positions gave
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
@@ -48,6 +49,7 @@ struct StepReport {
   SolveReport solve;
   int newton_passes = 0;            // of the last step, 0: all is linear
   double newton_error = 0;          // what was left of the balance of the worst mesh [-]
+  int sub_steps = 1;                // parts that the step was made in; h, and what contacts show, is of the last one
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start
@@ -96,6 +98,10 @@ public:
 
   // One step of length h, as the strategy makes it.
   const StepReport& step(double h);
+
+  // Called before each part of a step that is made in parts: loads and motions of its own time, over a length h [s].
+  // Empty: loads of meshes go along a straight line from their begin to their end, all else stays.
+  std::function<void(double h)> before_part;
 
   // Of potential and temperature; null: none. Advanced by the step of a strategy once what contacts do is known.
   std::unique_ptr<Networks> networks;

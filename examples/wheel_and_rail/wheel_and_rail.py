@@ -27,13 +27,15 @@ Loose grains are those of the rail that bonds join, directly or by others, to no
 
 Run it:  python wheel_and_rail.py                 3,000 disks, 3 cycles, under a minute
          python wheel_and_rail.py --full          73,000 disks, 100 cycles
-         python wheel_and_rail.py --restart wheel_and_rail.checkpoint.h5     (goes on after the last whole cycle)
+         python wheel_and_rail.py --full --restart      goes on from the last checkpoint in the output folder, to the
+                                                        same bits; begins if there is none; draws what is done if all is
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import os
 import time
 from pathlib import Path
 
@@ -56,6 +58,7 @@ PRESSED = 0.25  # of a period, in which the load comes on
 LENGTH_TO_HEIGHT, SOLID = 4.0, 0.84
 PAPER, PAPER_WHEEL = 73_000, 450  # disks
 LEVELS = 12  # of the velocity profile, a diameter each
+OF_STEP = ("along", "across", "error", "iterations", "width", "overlap", "unbalanced", "cpu_s")  # before those of the levels
 
 
 def options_from(arguments):
@@ -70,12 +73,13 @@ def options_from(arguments):
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=0, help="0: as many as OpenMP decides; results do not depend on it")
     parser.add_argument("--full", action="store_true", help="73,000 disks, 100 cycles")
-    parser.add_argument("--restart", type=Path, metavar="CHECKPOINT", help="go on after a cycle of the same scene")
+    parser.add_argument("--restart", action="store_true", help="go on from the checkpoint in the output folder, if one is there")
+    parser.add_argument("--save", type=int, default=40, metavar="STEPS", help="between checkpoints (40), and after each cycle")
     parser.add_argument("--output", type=Path, default=Path("."))
     options = parser.parse_args(arguments)
     options.disks = options.disks or (PAPER if options.full else 3000)
     options.cycles = options.cycles or (100 if options.full else 3)
-    for name in ("disks", "cycles", "iterations"):
+    for name in ("disks", "cycles", "iterations", "save"):
         checks.count(name, getattr(options, name), 1)
     for name in ("step", "strength", "stiffness"):
         checks.positive(name, getattr(options, name))
@@ -142,7 +146,7 @@ def loose(sim, pair):
 
 
 class Watch:
-    """Of each step the forces on the wheel, the momentum of the grains, and their speeds by their depth under the wheel."""
+    """Of each step of a cycle a row: forces on the wheel, errors, and speeds of grains by their depth under the wheel."""
 
     def __init__(self, sim, pair):
         self.pair = pair
@@ -152,49 +156,52 @@ class Watch:
         n = self.pair.free
         return (sim.bodies.mass[:n, None] * sim.bodies.velocity[:n, :2]).sum(axis=0)
 
-    def forget(self, sim):
-        """Begins the next cycle."""
-        self.forces, self.errors, self.widths, self.overlap, self.unbalanced = [], [], [], 0.0, 0.0
-        self.speed, self.grains = np.zeros(LEVELS), np.zeros(LEVELS)
+    def forget(self, sim, rows=()):
+        """Begins a cycle, or goes on in it after the steps whose rows are given."""
+        self.rows = list(rows)
         self.before, self.begun = self.momentum(sim), time.process_time()
 
     def __call__(self, sim):
         pair, contacts, wheel = self.pair, sim.contacts, self.pair.count
-        bodies, impulse = contacts.bodies, contacts.impulse
+        bodies, impulse, point = contacts.bodies, contacts.impulse, contacts.point
         of_rail = bodies < pair.free
         given = (of_rail[:, 0].astype(float) - of_rail[:, 1]) @ impulse
         now = self.momentum(sim)
-        self.unbalanced = max(self.unbalanced, float(np.abs(now - self.before - given).max()) / (pair.load * sim.dt))
+        unbalanced = float(np.abs(now - self.before - given).max()) / (pair.load * sim.dt)
         self.before = now
-        on = np.flatnonzero((bodies == wheel).any(axis=1))
-        sign = np.where(bodies[on, 0] == wheel, 1.0, -1.0)
-        self.forces.append(sign @ impulse[on] / sim.dt)
-        share, place = np.linalg.norm(impulse[on], axis=1), contacts.point[on, 0]
+        on = np.flatnonzero((bodies[:, 0] == wheel) | (bodies[:, 1] == wheel))
+        along, across = np.where(bodies[on, 0] == wheel, 1.0, -1.0) @ impulse[on] / sim.dt
+        share, place, width = np.linalg.norm(impulse[on], axis=1), point[on, 0], np.nan
         if share.sum() > 0:
             middle = np.average(place, weights=share)
-            self.widths.append(np.sqrt(12 * np.average((place - middle) ** 2, weights=share)))
-        self.errors.append(sim.info["error"])
-        self.overlap = max(self.overlap, -float(contacts.gap.min()) / (2 * MEAN))
+            width = np.sqrt(12 * np.average((place - middle) ** 2, weights=share))
+        overlap = max(0.0, -float(contacts.gap.min()) / (2 * MEAN))
+        speed, grains = np.zeros(LEVELS), np.zeros(LEVELS)
         v = sim.bodies.velocity[wheel, 0]
         if abs(v) > SPEED:
             x, y = sim.bodies.position[: pair.free].T
             under = np.abs(x - sim.bodies.position[wheel, 0]) < pair.chord / 4
             level = np.floor((sim.bodies.position[wheel, 1] + pair.low - y[under]) / (2 * MEAN)).astype(int)
             inside = (level >= 0) & (level < LEVELS)
-            np.add.at(self.speed, level[inside], sim.bodies.velocity[: pair.free][under][inside, 0] / v)
-            np.add.at(self.grains, level[inside], 1)
+            np.add.at(speed, level[inside], sim.bodies.velocity[: pair.free][under][inside, 0] / v)
+            np.add.at(grains, level[inside], 1)
+        spent, self.begun = time.process_time() - self.begun, time.process_time()
+        own = (along, across, sim.info["error"], sim.info["iterations"], width, overlap, unbalanced, spent)
+        self.rows.append(np.concatenate([own, speed, grains]))
 
     def cycle(self, sim, number, bonds):
         """A row of the table."""
-        pair, force, width, errors = self.pair, np.array(self.forces), np.array(self.widths), np.array(self.errors)
-        free, terms = loose(sim, pair), sim.info["energy"]
+        pair, rows = self.pair, np.array(self.rows)
+        step = dict(zip(OF_STEP, rows.T, strict=False))
+        speed, grains = rows[:, len(OF_STEP) :].sum(axis=0).reshape(2, LEVELS)
+        free, terms, errors = loose(sim, pair), sim.info["energy"], step["error"]
         out = sim.bodies.position[: pair.count, 1] > pair.top + LARGEST
-        profile = np.divide(self.speed, self.grains, out=np.zeros(LEVELS), where=self.grains > 0)
+        profile = np.divide(speed, grains, out=np.zeros(LEVELS), where=grains > 0)
         row = {
             "cycle": number,
-            "steps": len(force),
-            "friction": float(np.abs(force[:, 0]).mean() / force[:, 1].mean()),
-            "pressure_GPa": float(pair.load / width.mean() / 1e9),
+            "steps": len(rows),
+            "friction": float(np.abs(step["along"]).mean() / step["across"].mean()),
+            "pressure_GPa": float(pair.load / np.nanmean(step["width"]) / 1e9),
             "broken": int(bonds - (sim.contacts.beta > 0).sum()),
             "loose": int(free.sum()),
             "thrown_up": int((out & free).sum()),
@@ -203,14 +210,55 @@ class Watch:
             "dissipated_friction": terms["dissipated_friction"],
             "dissipated_normal": terms["dissipated_normal"],
             "closure": abs(terms["closure"]) / terms["in_play"],
-            "momentum": self.unbalanced,
-            "overlap_diameters": self.overlap,
+            "momentum": step["unbalanced"].max(),
+            "overlap_diameters": step["overlap"].max(),
             "error_median": float(np.median(errors)),
             "error_worst": float(errors.max()),
             "beyond": int((errors > sim.strategy.solver.tol).sum()),
-            "cpu_s": time.process_time() - self.begun,
+            "iterations": step["iterations"].mean(),
+            "cpu_s": step["cpu_s"].sum(),
         }
         return row | {f"speed_{k + 1}": float(value) for k, value in enumerate(profile)}
+
+
+class Record:
+    """The files a run goes on from: a row for each cycle, the steps of the cycle under way, the checkpoint. Each is replaced
+    as a whole. A run that is killed between two of them goes on to the same rows: what is of later steps than the checkpoint
+    is left out."""
+
+    def __init__(self, options):
+        self.listed, self.rows, self.checkpoint = (
+            options.output / f"{NAME}{ending}" for ending in (".csv", ".steps.npz", ".checkpoint.h5")
+        )
+
+    def save(self, sim, watch, cycle, bonds):
+        part = self.rows.with_suffix(".part")
+        with part.open("wb") as file:
+            np.savez(file, bonds=bonds, cycle=cycle, rows=np.array(watch.rows).reshape(-1, len(OF_STEP) + 2 * LEVELS))
+        os.replace(part, self.rows)
+        sim.checkpoint(self.checkpoint)
+
+    def write(self, table):
+        part = self.listed.with_suffix(".part")
+        with part.open("w", newline="") as file:
+            writer = csv.DictWriter(file, list(table[0]))
+            writer.writeheader()
+            writer.writerows({name: f"{value:.7g}" for name, value in row.items()} for row in table)
+        os.replace(part, self.listed)
+
+    def restore(self, sim, pair):
+        """Bonds at the start, table of whole cycles, rows of the steps taken in the next one."""
+        sim.restore(self.checkpoint)
+        done, taken = divmod(sim.steps - pair.press, pair.steps)
+        table = []
+        if done > 0:
+            with self.listed.open() as file:
+                table = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)][:done]
+        with np.load(self.rows) as file:
+            bonds, cycle, rows = int(file["bonds"]), int(file["cycle"]), file["rows"][:taken]
+        if taken > 0 and (cycle != done + 1 or len(rows) < taken):
+            raise ValueError(f"{self.rows} is not of the run of {self.checkpoint}: put back both")
+        return bonds, table, rows
 
 
 def draw(sim, pair, table, options):
@@ -247,6 +295,24 @@ def draw(sim, pair, table, options):
     plt.close(figure)
 
 
+def ride(sim, pair, watch, record, number, bonds, options):
+    """To the end of a cycle; the file of the last one is gone on in if a part of it was made before."""
+    until = pair.press + number * pair.steps
+
+    def each(sim):
+        watch(sim)
+        if sim.steps < until and (until - sim.steps) % options.save == 0:
+            record.save(sim, watch, number, bonds)
+
+    path = options.output / f"{NAME}.vtkhdf" if number == options.cycles else None
+    begun = path is not None and len(watch.rows) > 0 and path.exists()
+    sim.run(until - sim.steps, output=path, every=max(1, pair.steps // 10), callback=each, progress=options.full,
+            overwrite=not begun, append=begun)  # fmt: skip
+    if sim.steps < until:
+        record.save(sim, watch, number, bonds)
+        raise SystemExit(f"stopped in cycle {number}: --restart goes on from there")
+
+
 def main(arguments=None):
     """Runs, prints the figures, draws; returns the figures."""
     options = options_from(arguments)
@@ -254,33 +320,25 @@ def main(arguments=None):
     pair, table = Pair(options), []
     solver = cn.NLGS(tol=options.tolerance, max_iter=options.iterations)
     sim = cn.Simulation(pair.scene, pair.dt, cn.NSCD(theta=0.6, solver=solver, threads=options.threads))
-    path, checkpoint, listed = (options.output / f"{NAME}{ending}" for ending in (".vtkhdf", ".checkpoint.h5", ".csv"))
-    if options.restart is None:
+    record, watch, rows = Record(options), Watch(sim, pair), []
+    if options.restart and record.checkpoint.exists():
+        bonds, table, rows = record.restore(sim, pair)
+        if len(table) > options.cycles:
+            raise ValueError(f"cycles is {options.cycles}, and {record.checkpoint} was taken after {len(table)}: ask for more")
+        if len(table) == options.cycles:
+            sim.step()  # what is drawn are contacts, which a step makes
+    else:
         sim.step()
         bonds = int((sim.contacts.beta > 0).sum())
         sim.run(pair.press - 1, progress=False)
-    else:
-        sim.restore(options.restart)
-        with listed.open() as file:
-            table = [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
-        done = (sim.steps - pair.press) // pair.steps
-        table, bonds = table[:done], int(table[0]["bonds"])
-        if done >= options.cycles:
-            raise ValueError(f"cycles is {options.cycles}, and {options.restart} was taken after {done}: ask for more")
-    watch = Watch(sim, pair)
+        record.save(sim, watch, 1, bonds)
     for number in range(len(table) + 1, options.cycles + 1):
-        watch.forget(sim)
-        last = number == options.cycles
-        taken = sim.run(pair.steps, output=path if last else None, every=max(1, pair.steps // 10), callback=watch, overwrite=True,
-                        progress=options.full)  # fmt: skip
-        if taken < pair.steps:
-            raise SystemExit(f"stopped in cycle {number}: --restart {checkpoint} goes on from its begin")
+        watch.forget(sim, rows)
+        ride(sim, pair, watch, record, number, bonds, options)
         table.append({"bonds": bonds} | watch.cycle(sim, number, bonds))
-        sim.checkpoint(checkpoint)
-        with listed.open("w", newline="") as file:
-            writer = csv.DictWriter(file, list(table[0]))
-            writer.writeheader()
-            writer.writerows({name: f"{value:.7g}" for name, value in row.items()} for row in table)
+        record.write(table)
+        record.save(sim, watch, number, bonds)
+        rows = []
         print("  ".join(f"{name} {value:.4g}" for name, value in table[-1].items() if "speed" not in name), flush=True)
     draw(sim, pair, table, options)
     end = table[-1]

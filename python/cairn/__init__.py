@@ -15,7 +15,7 @@ from . import _core, names, pre
 from ._core import Error
 from .build import laws
 from .build.bodies import BodySet, ContactorSet, box, clumps, disks, ring, segment, spheres, tube, wall
-from .build.joints import Ball, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
+from .build.joints import Ball, Cable, Distance, Fixed, Hinge, Motor, Pivot, Slider, Spring
 from .build.laws import Law
 from .build.materials import Material
 from .build.missing_laws import MissingLawWarning
@@ -28,13 +28,15 @@ from .post.load import load
 from .run import integrators, strategies
 from .run.servo import Servo
 from .run.simulation import ShapesWarning, Simulation
-from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, StableStepWarning
+from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, RunawayWarning, StableStepWarning
 from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .run.time_functions import Harmonic, Table
 
 _LATER = {
     "ElasticBody": "build.elastic",
     "LinearBody": "build.meshes",
+    "BodyStep": "build.callbacks",
+    "CallbackBody": "build.callbacks",
     "SolidBody": "build.solid",
     "bars": "build.frames",
     "beams": "build.frames",
@@ -76,6 +78,9 @@ __all__ = [
     "NSCD",
     "Ball",
     "BodySet",
+    "BodyStep",
+    "Cable",
+    "CallbackBody",
     "Carpenter",
     "ContactorSet",
     "Distance",
@@ -95,6 +100,7 @@ __all__ = [
     "OverlapWarning",
     "Periodic",
     "Pivot",
+    "RunawayWarning",
     "Scene",
     "Servo",
     "ShapesWarning",

@@ -27,10 +27,13 @@ from .build.bodies import spheres as spheres
 from .build.bodies import tube as tube
 from .build.bodies import wall as wall
 from .build.bulk import BulkMaterial
+from .build.callbacks import BodyStep as BodyStep
+from .build.callbacks import CallbackBody as CallbackBody
 from .build.elastic import ElasticBody as ElasticBody
 from .build.frames import bars as bars
 from .build.frames import beams as beams
 from .build.joints import Ball as Ball
+from .build.joints import Cable as Cable
 from .build.joints import Distance as Distance
 from .build.joints import Fixed as Fixed
 from .build.joints import Hinge as Hinge
@@ -68,6 +71,7 @@ from .run.simulation import ShapesWarning as ShapesWarning
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import OverlapWarning as OverlapWarning
+from .run.step_warnings import RunawayWarning as RunawayWarning
 from .run.step_warnings import StableStepWarning as StableStepWarning
 from .run.strategies import NSCD as NSCD
 from .run.strategies import Carpenter as Carpenter
@@ -314,6 +318,8 @@ class Joint(Law):
         stiffness: float = 0.0,
         damping: float = 0.0,
         rest: float = 0.0,
+        pulley: float = 0.0,
+        far: float = 0.0,
     ) -> None: ...
 
 class IsotropicElastic(BulkMaterial):

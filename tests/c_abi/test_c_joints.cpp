@@ -110,6 +110,91 @@ TEST_F(CJoints, SpringsSwing) {
   EXPECT_NEAR(field("position")[0], stretch * (1 - std::cos(std::sqrt(k / m) * t)), 1e-4 * stretch);
 }
 
+// Atwood's machine, and one whose pulley is on a body that a rope to the world carries.
+TEST_F(CJoints, RopesRunOverPulleys) {
+  for (const bool carried : {false, true}) {
+    two(2);
+    const double down[] = {0, -9.81, 0}, pull[] = {0, 40, 0};
+    const int64_t first = 0;
+    ASSERT_EQ(cairn_scene_set_gravity(scene, down, &error), 0);
+    std::vector<double> points = {0, 0, 0.1, 1, 0.25, 0};
+    if (carried) points = {0, 0, 0.25, 0, 0.5, 1};
+    ASSERT_EQ(carried ? join("Cable", 0, -1, points, {}, {{"pulley", 1.0}}) : join("Cable", 0, 1, points), 0)
+        << error.message;
+    begin();
+    ASSERT_EQ(cairn_simulation_set_body_field(simulation, "force", 1, &first, pull, &error), 0);
+    const auto rope = [&] {
+      const std::vector<double> x = field("position");
+      const auto part = [](double dx, double dy) { return std::sqrt(dx * dx + dy * dy); };
+      return carried ? part(x[0] - x[2], x[1] - x[3]) + part(x[2] - 0.5, x[3] - 1)
+                     : part(x[0] - 0.1, x[1] - 1) + part(x[2] - 0.1, x[3] - 1);
+    };
+    const double whole = rope(), height = field("position")[3];
+    steps(200, 1e-4);
+    EXPECT_LE(rope(), whole * (1 + 1e-7));
+    EXPECT_GT(std::abs(field("position")[3] - height), 1e-4);
+    EXPECT_LT(std::abs(energy("closure")), 1e-12 * energy("in_play"));
+    EXPECT_EQ(cairn_simulation_contacts(simulation), 1);
+    const std::vector<double> key = contact("key");
+    for (const int64_t end : ends) EXPECT_TRUE(key[0] == double(end) || key[1] == double(end));
+    cairn_simulation_destroy(simulation);
+    cairn_scene_destroy(scene);
+    simulation = nullptr;
+    scene = nullptr;
+  }
+  two(2);
+  EXPECT_REFUSED(join("Cable", 0, 1, {0, 0, 0, 0, 1, 0}), "points of Cable are the same beside each other");
+  EXPECT_REFUSED(join("Cable", 0, 1, {0, 0, 0.1, 1, 0.25, 0}, {}, {{"length", 1.0}}),
+                 "length of Cable is 1; give at least");
+  EXPECT_REFUSED(join("Cable", 0, 1, {0, 0, 0.1, 1, 0.25, 0}, {}, {{"pulley", 1.0}}), "pulley of Cable is body 1");
+  EXPECT_REFUSED(join("Cable", 0, 1, {0, 0, 0.1, 1, 0.25, 0}, {}, {{"pulley", 1.5}}), "pulley of Cable is 1.5");
+}
+
+// A block of cells hung at a corner by a joint, to the world or to a body, swings as one whose corner is held.
+TEST_F(CJoints, HoldNodesOfMeshes) {
+  const std::vector<double> place = {0, 0, 0.5, 0, 1, 0, 0, 0.5, 0.5, 0.5, 1, 0.5};
+  const std::vector<int32_t> cells = {0, 1, 4, 3, 1, 2, 5, 4};
+  std::vector<double> ends_of[3];
+  for (int how = 0; how < 3; ++how) { // held; joined to the world; joined to a body that is driven nowhere
+    make(2);
+    cairn_mesh* mesh = nullptr;
+    const int32_t corner = 3;
+    ASSERT_EQ(cairn_mesh_create(2, 6, place.data(), &mesh, &error), 0);
+    ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, "q4", 2, cells.data(), 1e6, 0.3, 1000, 0, 1, &error), 0);
+    if (how == 0) { ASSERT_EQ(cairn_mesh_hold(mesh, 1, &corner, 3, &error), 0); }
+    int64_t first = -1;
+    ASSERT_EQ(cairn_scene_add_mesh(scene, mesh, "block", rock, -1, &first, nullptr, &error), 0) << error.message;
+    cairn_mesh_destroy(mesh);
+    const int64_t post = body({0, 0.6}, 1, 1);
+    ball(2, post, 0.05, rock);
+    ASSERT_EQ(cairn_scene_drive(scene, 1, &post, 7, nullptr, &error), 0);
+    if (how > 0) { ASSERT_EQ(join("Pivot", first + corner, how == 1 ? -1 : post, {0, 0.5}), 0) << error.message; }
+    begin();
+    steps(100, 2e-3);
+    int64_t count = 0;
+    ends_of[how].resize(12);
+    ASSERT_EQ(cairn_simulation_node_field(simulation, "position", 12, ends_of[how].data(), &count, &error), 0);
+    if (how > 0) {
+      EXPECT_EQ(cairn_simulation_contacts(simulation), 1);
+      EXPECT_EQ(contact("key")[0], double(ends[0]));
+    }
+    if (how == 0) {
+      EXPECT_REFUSED(join("Distance", first, first + 1, {0, 0, 0.5, 0}), "nodes 0 and 1 of one mesh");
+      EXPECT_REFUSED(join("Fixed", first, post, {0, 0.1}), "m away from node 0; give the place of the node");
+      EXPECT_REFUSED(join("Fixed", first + 99, post, {0, 0.1}), "give the id of a rigid body or of a node of");
+      EXPECT_REFUSED(join("Pivot", first, post, {0, 0}, {}, {{"highest", 1.0}}), "highest of Pivot is of an angle");
+      EXPECT_REFUSED(join("Cable", first, post, {0, 0, 0, 1, 0, 0.6}), "a node of a mesh; give a Cable rigid bodies");
+    }
+    cairn_simulation_destroy(simulation);
+    cairn_scene_destroy(scene);
+    simulation = nullptr;
+    scene = nullptr;
+  }
+  for (std::size_t i = 0; i < 12; ++i)
+    for (const int how : {1, 2}) EXPECT_NEAR(ends_of[how][i], ends_of[0][i], 1e-9) << i << " " << how;
+  EXPECT_GT(std::abs(ends_of[0][5] - place[5]), 0.05); // it swung
+}
+
 TEST_F(CJoints, RopesBreakAtTheirStrength) {
   two(2);
   const std::vector<double> points = {0.1, 0, 0.15, 0}, pull = {-6, 0, 0, 6, 0, 0};
@@ -188,7 +273,8 @@ TEST_F(CJoints, EndsTouchNothing) {
 TEST_F(CJoints, WhatIsWrongIsNamed) {
   two(3);
   const std::vector<double> at = {0.1, 0, 0}, up = {0, 0, 1};
-  EXPECT_REFUSED(join("Weld", 0, 1, at), "there is no joint 'Weld'; there are Ball, Hinge, Pivot, Fixed, Slider, Dist");
+  EXPECT_REFUSED(join("Weld", 0, 1, at),
+                 "there is no joint 'Weld'; there are Ball, Hinge, Pivot, Fixed, Slider, Distance");
   EXPECT_REFUSED(join("Pivot", 0, 1, at), "Pivot is a joint of 2D: in 3D give Ball or Hinge");
   EXPECT_REFUSED(join("Hinge", 0, 1, at), "axis of Hinge is missing; give a direction");
   EXPECT_REFUSED(join("Hinge", 0, 1, at, {0, 0, 0}), "length of the axis of Hinge is 0; give a finite direction");

@@ -214,6 +214,130 @@ TEST_F(CMeshes, a_material_of_solids_by_its_name) {
   EXPECT_NEAR((mu * (s - 1 / s) + lambda * std::log(s) / s) / -2e6, 1, 1e-4);
 }
 
+// Soil under its own weight, pressed as much as it weighs: linear cells by a stress at their points, a material's by
+// one of each cell, as pressures vary over it.
+TEST_F(CMeshes, a_layer_that_has_its_stress_stays) {
+  for (const bool solid : {false, true}) {
+    cairn_simulation_destroy(simulation);
+    cairn_scene_destroy(scene);
+    simulation = nullptr;
+    scene = nullptr;
+    make(2);
+    const double down[] = {0, -10};
+    ASSERT_EQ(cairn_scene_set_gravity(scene, down, &error), 0);
+    block(2, 3, {0, 0});
+    if (solid) {
+      const char* const names[] = {"young", "poisson"};
+      const double values[] = {1e7, 0.3};
+      ASSERT_EQ(cairn_mesh_add_solid_cells(mesh, "q4", cells(2), cell.data(), "neo_hookean", 2, names, values, 1000,
+                                           "total_lagrangian", "strain", 0, 1, &error),
+                0)
+          << error.message;
+    } else {
+      elastic(2);
+    }
+    int64_t count = 0;
+    ASSERT_EQ(cairn_mesh_stress_points(mesh, 0, nullptr, &count, &error), 0);
+    std::vector<double> at(std::size_t(count), 0.0), stress;
+    ASSERT_EQ(cairn_mesh_stress_points(mesh, count, at.data(), &count, &error), 0) << error.message;
+    for (std::size_t p = 0; p < at.size() / 2; ++p) {
+      const double down_there = 1e4 * (at[2 * p + 1] - 1);
+      stress.insert(stress.end(), {0.5 * down_there, down_there, 0.5 * down_there, 0, 0, 0});
+    }
+    EXPECT_REFUSED(cairn_mesh_set_initial_stress(mesh, 5, stress.data(), &error), "stress is of 5 cells; give that of");
+    ASSERT_EQ(cairn_mesh_set_initial_stress(mesh, count / 2, stress.data(), &error), 0) << error.message;
+    const auto bottom = level(2, 0);
+    ASSERT_EQ(cairn_mesh_hold(mesh, int64_t(bottom.size()), bottom.data(), 3, &error), 0) << error.message;
+    std::vector<int32_t> every(node.size() / 2);
+    for (std::size_t i = 0; i < every.size(); ++i) every[i] = int32_t(i);
+    ASSERT_EQ(cairn_mesh_hold(mesh, int64_t(every.size()), every.data(), 1, &error), 0) << error.message;
+    const int32_t number = add("layer");
+    start();
+    steps(5, 1e-2);
+    for (const double u : mesh_field(number, "displacement")) EXPECT_NEAR(u, 0, 1e-14);
+    EXPECT_LT(energy("kinetic"), 1e-20);
+  }
+}
+
+// A block that is thrown into itself faster than a whole step can follow, under a force on its top that grows with
+// time: in parts its loads go along a line, as a routine that says that line gives them; and nothing else has the
+// simulation meanwhile.
+struct Pushed {
+  const std::vector<int32_t>* top;
+  int32_t mesh = 0;
+  std::size_t dofs = 0;
+  std::vector<double> times;
+  std::string refused;
+  std::vector<double> at(double time) const {
+    std::vector<double> force(dofs, 0.0);
+    for (const int32_t i : *top) force[std::size_t(2 * i)] = 4e5 * time;
+    return force;
+  }
+};
+
+TEST_F(CMeshes, a_step_is_made_in_parts) {
+  const char* const names[] = {"young", "poisson"};
+  const double values[] = {1e5, 0.3};
+  make(2);
+  block(2, 2, {0, 0});
+  ASSERT_EQ(cairn_mesh_add_solid_cells(mesh, "q4", cells(2), cell.data(), "neo_hookean", 2, names, values, 1000,
+                                       "total_lagrangian", "strain", 0, 1, &error),
+            0)
+      << error.message;
+  const auto bottom = level(2, 0);
+  ASSERT_EQ(cairn_mesh_hold(mesh, int64_t(bottom.size()), bottom.data(), 3, &error), 0) << error.message;
+  std::vector<double> speed(node.size(), 0.0);
+  for (std::size_t i = 1; i < node.size(); i += 2) speed[i] = -14 * node[i];
+  ASSERT_EQ(cairn_mesh_set_motion(mesh, nullptr, speed.data(), &error), 0);
+  const int32_t number = add("rubber");
+  const auto top = level(2, 1);
+  std::vector<double> ways[2];
+  for (const bool given : {false, true}) {
+    start();
+    ASSERT_EQ(cairn_simulation_set_number(simulation, "newton_passes", 4, &error), 0) << error.message;
+    EXPECT_REFUSED(cairn_simulation_set_number(simulation, "cut_back", 31, &error), "cut_back");
+    ASSERT_EQ(cairn_simulation_set_number(simulation, "cut_back", 9, &error), 0) << error.message;
+    Pushed pushed{&top, number, node.size(), {}, {}};
+    const auto heard = [](cairn_simulation* s, double time, double h, void* context) {
+      auto& all = *static_cast<Pushed*>(context);
+      all.times.insert(all.times.end(), {time, h});
+      cairn_error told{};
+      cairn_simulation_load_mesh(s, all.mesh, all.at(time).data(), all.at(time + h).data(), nullptr, &told);
+      if (cairn_simulation_step(s, h, nullptr, &told) != 0) all.refused = told.message;
+    };
+    const double h = 0.08;
+    ASSERT_EQ(cairn_simulation_load_mesh(simulation, number, pushed.at(0).data(), pushed.at(h).data(), nullptr, &error),
+              0)
+        << error.message;
+    if (given) { ASSERT_EQ(cairn_simulation_before_parts(simulation, heard, &pushed, &error), 0) << error.message; }
+    cairn_report report{};
+    ASSERT_EQ(cairn_simulation_step(simulation, h, &report, &error), 0) << error.message;
+    EXPECT_EQ(report.time, h);
+    EXPECT_EQ(report.step, 1);
+    double parts = 0;
+    ASSERT_EQ(cairn_simulation_report(simulation, "sub_steps", &parts, &error), 0) << error.message;
+    EXPECT_GT(parts, 1);
+    ways[given] = mesh_field(number, "displacement");
+    if (!given) {
+      cairn_simulation_destroy(simulation);
+      simulation = nullptr;
+      continue;
+    }
+    const std::vector<double>& times = pushed.times;
+    ASSERT_GE(times.size(), 2 * std::size_t(parts));
+    EXPECT_EQ(times[0], 0);
+    EXPECT_EQ(times[1], 0.04);
+    EXPECT_EQ(times[times.size() - 2] + times.back(), 0.08);
+    EXPECT_NE(pushed.refused.find("a step was asked for while a step is made in parts"), std::string::npos);
+  }
+  ASSERT_EQ(ways[0].size(), ways[1].size());
+  ASSERT_GT(ways[0].size(), 0u);
+  double most = 0;
+  for (const double way : ways[0]) most = std::max(most, std::abs(way));
+  EXPECT_GT(std::abs(ways[0][std::size_t(2 * top[0])]), 0.01 * most); // the force pushes it aside
+  for (std::size_t i = 0; i < ways[0].size(); ++i) EXPECT_NEAR(ways[0][i], ways[1][i], 1e-9 * most);
+}
+
 // The same body from matrices that a program puts together from those of its elements.
 TEST_F(CMeshes, matrices_of_elements_give_the_same_steps) {
   make(2);

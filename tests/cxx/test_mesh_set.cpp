@@ -124,7 +124,7 @@ TEST(MeshSet, NodesHaveASetOfTheirOwnAndContactorsOnThemStandLast) {
   const std::int32_t material[] = {0};
   face.scene.add_contactors({1, cairn::Shape::sphere, {&id, 1}, material, radius, {}, {}});
   EXPECT_EQ(*face.scene.contactors.body[3], 0);
-  face.scene.keep_mapped_last();
+  face.scene.put_meshes_in_order();
   EXPECT_EQ(*face.scene.contactors.body[0], 0);
   face.set.place(face.scene.nodes, face.scene.contactors);
   EXPECT_EQ(face.set.mapped().contactor, (std::vector<std::int32_t>{1, 2, 3}));

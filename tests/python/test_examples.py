@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import sys
 from pathlib import Path
 
 import example_bits
@@ -124,24 +125,38 @@ def test_bonded_disks(tmp_path):
         example("bonded_disks").main(["--output", str(tmp_path), "--strain", "-1"])
 
 
-def test_wheel_and_rail(tmp_path):
+def test_wheel_and_rail(tmp_path, monkeypatch):
     size = ["--disks", "250", "--step", "0.2", "--cycles", "2"]
     figures = ran("wheel_and_rail", tmp_path, *size, endings=(".vtkhdf", ".png", ".csv"))
     assert figures["closure of the balance"] < 1e-12 and figures["momentum of the grains"] < 1e-10
     assert figures["error, median of the last cycle"] <= 1e-3 and figures["overlap, worst"] < 0.1
     assert figures["pressure over what touches"] > 1 and 0.2 < figures["friction of the wheel"] < 0.8
+    table = np.genfromtxt(tmp_path / "wheel_and_rail.csv", delimiter=",", names=True)
     assert figures["third body"] > 1 and figures["broken bonds"] < 0.6 * figures["bonds at the start"]
     assert 0.2 < figures["speed under the wheel"] < 1 and abs(figures["speed ten diameters below"]) < 0.1
-    # in restarts: the same end, to the bit
-    parts = tmp_path / "parts"
-    module = example("wheel_and_rail")
-    module.main(["--output", str(parts), *size[:-1], "1"])
-    checkpoint = ["--restart", str(parts / "wheel_and_rail.checkpoint.h5")]
-    again = module.main(["--output", str(parts), *size, *checkpoint])
-    for name in ("friction of the wheel", "third body", "wheel sunk by", "speed under the wheel", "error, worst"):
-        assert again[name][0] == pytest.approx(figures[name], rel=1e-6 if name == "error, worst" else 1e-15), name
+    # in restarts, after a whole cycle and amid one: the same end, to the bit
+    parts, module = tmp_path / "parts", example("wheel_and_rail")
+    on = ["--output", str(parts), "--save", "100", "--restart"]
+    module.main([*on, *size[:-1], "1"])
+    saved, record = [], module.Record.save
+    monkeypatch.setattr(module.Record, "save", lambda self, sim, *rest: (saved.append(sim.steps), record(self, sim, *rest)))
+    monkeypatch.setattr(module.Watch, "cycle", lambda *_: sys.exit("lost amid the end of a cycle"))
+    with pytest.raises(SystemExit, match="lost"):
+        module.main([*on, *size])
+    monkeypatch.undo()
+    assert len(saved) == 3 and (parts / "wheel_and_rail.csv").read_text().count("\n") == 2
+    again = module.main([*on, *size])
+    for name in figures.keys() - {"CPU time of the cycles"}:
+        # what was written with seven digits, of cycles before
+        rel = 1e-6 if name in ("error, worst", "overlap, worst", "momentum of the grains") else 1e-15
+        assert again[name][0] == pytest.approx(figures[name], rel=rel), name
+    # with nothing left to run it draws what is there
+    drawn = []
+    monkeypatch.setattr(module, "draw", lambda sim, pair, *_: drawn.append(module.loose(sim, pair).sum()))
+    module.main([*on, *size])
+    assert abs(drawn[0] - table["loose"][-1]) <= 5
     with pytest.raises(ValueError, match="was taken after 2"):
-        module.main(["--output", str(parts), *size, *checkpoint])
+        module.main([*on, *size[:-1], "1"])
     with pytest.raises(ValueError, match="strength"):
         module.main(["--output", str(tmp_path), "--strength", "-1"])
 
@@ -246,7 +261,7 @@ def test_a_flue_wall_in_elevation(tmp_path, monkeypatch):
     """Mortar that stays elastic takes back most of how far the wall stands aside."""
     monkeypatch.syspath_prepend(str(EXAMPLES / "flue_wall"))
     elevation = importlib.import_module("elevation")
-    size = ["--bricks", "3", "--courses", "3", "--cycles", "2", "--steps", "60"]
+    size = ["--bricks", "3", "--courses", "3", "--cycles", "2", "--steps", "60", "--tol", "3e-4"]
     figures = {name: value for name, (value, _) in elevation.main([*size, "--output", str(tmp_path)]).items()}
     assert (tmp_path / "flue_wall_elevation.png").stat().st_size > 1000 and figures["bricks"] == 10
     assert figures["elastic mortar: last"] < 0.5 * figures["elastic mortar: hot"]

@@ -316,3 +316,22 @@ def test_what_cannot_bend_is_refused():
     scene.thermal(conductance=N.Constant(conductance=0.0), gradient={"plate": (1.0, 0.0)})
     with pytest.raises(ValueError, match="has no expansion"):
         cn.Simulation(scene, 0.1)
+
+
+@pytest.mark.parametrize("speed", [1.0, 5.0])
+def test_the_first_contact_of_what_grows(speed):
+    """Two disks that grow meet for the first time in the run: growth read statuses for places among contacts of before."""
+    hot = cn.Material("hot", density=2000.0, conductivity=1.0, capacity=10.0, expansion=3e-4)
+    scene = cn.Scene(2)
+    velocity = np.array([[speed, 0, 0], [-speed, 0, 0]])
+    scene.add(cn.disks([[0.0, 0.0], [0.23, 0.0]], 0.1, hot, group="hot", velocity=velocity))
+    scene.interact("*", "*", cn.Coulomb(mu=0.4))
+    scene.thermal(conductance=cn.networks.Constant(conductance=1e3), friction="none",
+                  temperature={"hot": cn.Table([0, 1.0], [293.15, 693.15])})
+    sim = cn.Simulation(scene, 1e-3)
+    touched = 0
+    for _ in range(30):
+        touched += sim.step()["contacts"]
+    energy = sim.info["energy"]
+    assert touched > 0
+    assert abs(energy["closure"]) < 1e-9 * energy["in_play"]

@@ -75,6 +75,23 @@ def test_a_ball_rests_on_a_beam():
     assert sim.meshes[0].displacement[5, 1] == pytest.approx(middle, rel=0.01)
 
 
+def test_the_scale_of_the_balance_knows_the_work_in_a_light_beam():
+    """Its nodes have next to no energy of motion: what is in play is what the load and the beam turn over."""
+    points = np.c_[np.linspace(0, 1, 11), np.zeros(11)]
+    groups = {"ends": [0], "tip": [10], "all": np.arange(11)}
+    body = cn.bars(points, np.c_[:10, 1:11], young=2e11, area=1e-4, density=1e-3, groups=groups)
+    scene = cn.Scene(dim=2)
+    fixed = {"ends": "x", "all": "y"}
+    scene.add(cn.deformable(body, cn.Material("steel", density=1.0), fixed=fixed, force={"tip": (1e3, 0.0)}))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=1.0))
+    for _ in range(20):
+        sim.step()
+    told = sim.energy
+    work = 1e3 * sim.meshes[0].displacement[10, 0]
+    assert told["stored"] == pytest.approx(work / 2, rel=1e-6)
+    assert told["in_play"] > work and abs(told["closure"]) < 1e-6 * told["in_play"]
+
+
 def test_what_is_wrong_is_told():
     with pytest.raises(ValueError, match="cell 0 has no length"):
         cn.bars([[0, 0], [0, 0]], [[0, 1]], young=1.0, area=1.0, density=1.0)

@@ -15,14 +15,16 @@ WITHOUT = 1  # kernels that have no twin yet, cairn_sweep_chosen: sweeps over sl
 # code: names, file, test.
 THROUGH = [
     (r"with(out)?_swelling", "python/test_expansion.py", "test_solids_that_are_held_are_pressed"),
+    (r"with(out)?_prestretch|stretch_of_stress", "python/test_initial_stress.py", "test_the_law_is_asked_at_its_stretch"),
     (r"bulk_\w+", "python/test_bulk_materials.py", "test_tangents_are_the_differences_of_the_stress"),
     (r"strain_measure|stress_of_measure", "python/test_bulk_materials.py", "test_measures_of_large_strain"),
     (r"small_\w+", "cxx/test_soe.cpp", "SolvesAsATextbookLoop"),
     (r"nlgs_sweep|delassus", "cxx/test_nlgs.cpp", "FindsWhatTheTextbookFinds"),
     (r"contact_work", "cxx/test_interaction.cpp", "EnergyIsWhatBodiesLose"),
-    (r"grid_\w+|bar_search|tube_search|contactor_reach|contactor_directions|pair_admit|pair_store|pair_tidy|reference_detection|"
+    (r"grid_\w+|bar_search|tube_search|contactor_reach|contactor_directions|pair_admit|pair_keep|pair_tidy|reference_detection|"
      r"pair_(disk_disk|disk_segment|disk_half_plane|sphere_sphere|sphere_plane|sphere_tube)",
      "cxx/test_detection.cpp", "finds_what_the_plain_way_finds"),
+    (r"pairs_beyond", "cxx/test_kept_pairs.cpp", "find_what_a_search_finds_while_bodies_move"),
     (r"periodic_\w+|pairs_of_ghosts|pairs_of_hits", "cxx/test_detection.cpp", "finds_all_images_in_a_periodic_cell"),
     (r"pair_polygon_polygon", "python/test_polygon_contacts.py", "test_random_pairs_have_the_gaps_of_plain_loops"),
     (r"pair_polygon_segment", "python/test_polygon_contacts.py", "test_side_on_side"),

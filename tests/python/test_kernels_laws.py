@@ -229,17 +229,17 @@ def test_joints(c):
     u, gap, u_begin = some(c, n), np.zeros(n), some(c, n)
     state = np.zeros((12, n))
     state[0], state[1:7], state[7] = np.arange(n) < 14, 1e-3 * some(6, n), 0.1 * some(n)
-    params = np.zeros((18, n))
+    params = np.zeros((20, n))
     params[0], params[1], params[2] = blocked, free, 1
     sprung = np.arange(n) % 8 > 3
     params[11], params[12], params[13] = np.where(sprung, positive(n) * 1e3, 0), np.where(sprung, positive(n), 0), 0.1 * some(n)
     params[5], params[6] = np.where(np.arange(n) % 4 == 0, state[7] + 1e-3, -np.inf), np.inf
     params[6] = np.where(np.arange(n) % 4 == 1, state[7] - 1e-3, params[6])
     params[7], params[8], params[9] = some(n), np.where(np.arange(n) % 4 > 1, 10.0 ** RNG.integers(-3, 4, n), 0.0), 2.0
-    params[14] = h
+    params[16] = h
     bias, compliance, mu = np.empty((c, n)), np.empty((c, n)), np.empty(n)
     context = Context(h, 0.5, positive(3, n).ctypes.data, None)
-    own = np.ascontiguousarray(params[:14])
+    own = np.ascontiguousarray(params[:16])
     kernel("cairn_law_joint_prepare", "cairn_law_prepare")(n, c, context, gap, u_begin, own, state, bias, compliance, mu)
     where = [1, 2, 4] if c == 3 else [1, 2, 3, 4, 5, 6]
     held, bits = state[0] > 0, np.array([blocked >> k & 1 for k in range(c)], bool)

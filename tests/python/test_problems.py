@@ -204,3 +204,35 @@ def test_what_nothing_resists_along_the_tangent_slips(dim, tangential):
         result = p.solve(solver=solver, tol=1e-8)
         assert result.status == "converged"
         assert result.r.ravel() == pytest.approx([1.0, -0.5] + [0.0] * (dim - 2))
+
+
+def test_auto_keeps_to_its_iterations():
+    """Vaults of few contacts send it from sweeps to Newton's method and back; turns end at the limit, wherever it falls."""
+    blocks = cairn.pre.masonry.cross_vault(4.0, 2.2, 0.3, 8, 2)
+    scene = cairn.Scene(dim=3, gravity=(0, 0, -9.81))
+    blocks.add_to(scene, cairn.Material("stone", density=2300.0))
+    scene.interact("*", "*", cairn.Coulomb(mu=0.6))
+    sim = cairn.Simulation(scene, 2e-3, cairn.NSCD(threads=1), overlap="ignore")
+    for _ in range(10):
+        sim.step()
+    problem = sim.problem()
+    answered = set()
+    for most in (10, 100, 150, 190, *range(200, 240, 3), 300, 1000):
+        result = problem.solve("auto", tol=1e-9, max_iter=most)
+        assert result.iterations <= most
+        assert result.converged or result.iterations == most or result.status != "iteration limit", result.hint
+        answered.add(result.solver)
+    assert answered == {"nlgs_anderson", "ppa_newton"}
+
+
+def test_auto_keeps_to_its_iterations_under_heavy_bodies():
+    """There Newton's method goes on for the velocities once the error is met, which counts as well."""
+    cut = 0
+    for seed in range(40):
+        p = random_problem(2 + seed % 2, contacts=22, bodies=3, mu=0.3, seed=seed, spread=1e6)
+        whole = p.solve("auto", tol=1e-10, max_iter=5000)
+        for most in (whole.iterations - 10, whole.iterations - 3):
+            if whole.solver == "ppa_newton" and most > 17:
+                assert p.solve("auto", tol=1e-10, max_iter=most).iterations <= most
+                cut += 1
+    assert cut > 10

@@ -54,6 +54,16 @@ def test_forces_of_a_linear_body_agree(tmp_path):
     assert shadow.beyond is None and len(shadow.records) == 5
 
 
+@pytest.mark.parametrize("kind", ["triangle", "quad", "tetra", "hexahedron"])
+def test_stresses_of_a_linear_body_agree(kind, tmp_path):
+    """Those that are shown: in the middles of the cells, in the plane xx yy xy."""
+    sim = simulation(kind)
+    shadow = sim.shadow("stresses", tol=1e-10, folder=tmp_path)
+    for _ in range(3):
+        sim.step()
+    assert shadow.beyond is None and len(shadow.records) == 3
+
+
 def test_a_material_that_errs_from_some_stretch_on_is_found(tmp_path):
     """A rubber that a second routine takes for Saint-Venant's: the difference grows with the strain, and a file holds the first
     step beyond."""

@@ -3,7 +3,7 @@
 import cairn as cn
 import numpy as np
 import pytest
-from cairn import J2Plasticity, KelvinVoigt, NeoHookean, SolidBody
+from cairn import J2Plasticity, KelvinVoigt, NeoHookean, SolidBody, _core
 from cairn.build.bulk import BULK_MATERIALS
 from second_order import box
 
@@ -175,6 +175,31 @@ def test_a_material_that_softens_to_nothing_is_told(kind):
         strain = sim.meshes[0].material_state["quad"]["accumulated_plastic_strain"]
         assert 0 <= strain.max() <= 0.1 * (1 + 1e-12)
     assert told and strain.max() > 0.08
+
+
+@pytest.mark.parametrize("kind", [cn.J2Plasticity, cn.FiniteJ2])
+def test_what_softened_to_nothing_has_a_fault_and_a_remedy_of_its_own(kind):
+    """By the kernel's status, by a body alone, and by a step, which says what helps; a hardening metal bears the same."""
+    points, cells = box("quad", (1, 1), (1.0, 1.0))
+    law = {"young": 1e6, "poisson": 0.3, "yield_stress": 1e3}
+    u = 0.3 * points[:, [1, 0]] * [1.0, 0.0]
+    SolidBody(points, cells, kind(**law, isotropic=1e4)).tangent(u)
+    soft = SolidBody(points, cells, kind(**law, isotropic=-1e4), density=1000.0)
+    with pytest.raises(ValueError, match=f"quad cell 0 .*: {kind.__name__} has softened to a yield stress of zero"):
+        soft.tangent(u)
+    measure = np.zeros(9 if kind.takes_gradient else 6)
+    measure[1 if kind.takes_gradient else 3] = 0.3
+    values = list(soft.materials["quad"].values)
+    states = np.zeros((1, len(kind.state)))
+    assert _core.bulk_points(kind.name, values, measure[None], states, 1.0, 1.0, 1.0)["status"] == [4]
+    soft.groups.update(all=np.arange(len(points)))
+    scene = cn.Scene(dim=2)
+    rock = cn.Material("rock", density=1000.0)
+    sheared = {f"n{k}": {"x": float(x[1]), "y": 0.0} for k, x in enumerate(points)}
+    soft.groups.update({f"n{k}": np.array([k]) for k in range(len(points))})
+    scene.add(cn.deformable(soft, rock, drive=sheared))
+    with pytest.raises(ValueError, match="softened to a yield stress of zero in step .*: give isotropic nearer to zero"):
+        cn.Simulation(scene, dt=0.2).run(steps=5, progress=False)
 
 
 def test_a_cell_that_names_a_node_twice_is_refused():

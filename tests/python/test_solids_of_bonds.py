@@ -71,7 +71,8 @@ def test_short_steps_converge_too(h):
 
 
 def test_a_chain_of_a_hundred_hinges_keeps_its_energy():
-    """Sweeps take 46,000 a step here. What is lost falls with the square of the step."""
+    """Sweeps take 46,000 a step here, one time through; joints are made good by five more. What is lost falls with the square
+    of the step."""
     steel, lost = cn.Material("steel", density=7800.0), []
     corners = np.array([[-0.1, -0.02], [0.1, -0.02], [0.1, 0.02], [-0.1, 0.02]])
     for dt in (4e-4, 2e-4):
@@ -85,7 +86,7 @@ def test_a_chain_of_a_hundred_hinges_keeps_its_energy():
         seen = []
         for _ in range(round(0.1 / dt)):
             info = sim.step()
-            assert info["status"] == "converged" and info["iterations"] < 100
+            assert info["status"] == "converged" and info["iterations"] < 1000
             terms = sim.info["energy"]
             seen.append(terms["kinetic"] + terms["potential"])
         lost.append(np.abs(np.array(seen) - seen[0]).max() / terms["kinetic"])
@@ -130,3 +131,18 @@ def test_bonds_and_joints_are_given_to_auto_unless_said():
     scene.interact("*", "*", cn.Coulomb(mu=0.3))
     scene.join(bars[0], bars[1], cn.Pivot(point=(0.01, 0.0)))
     assert type(cn.Simulation(scene, dt=1e-3).strategy.solver) is cn.Auto
+
+
+@pytest.mark.parametrize("length", [50, 80])
+def test_bonds_that_do_not_soften_are_asked_for_the_whole_of_what_they_answer(length):
+    """A free bar of two rows, hit at its end: errors fall slowly by themselves, and half of the way would take 418 sweeps."""
+    places = 0.02 * np.array([[i, j] for i in range(length) for j in range(2)], float)
+    velocity = np.zeros((len(places), 3))
+    velocity[:2, 1] = 1.0
+    scene = cn.Scene(dim=2)
+    scene.add(cn.disks(places, 0.01, cn.Material("stone", density=2500.0), velocity=velocity))
+    scene.interact("*", "*", cn.Bonded())
+    sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=2000)), overlap="ignore")
+    for _ in range(2):
+        info = sim.step()
+        assert info["status"] == "converged" and info["iterations"] < 300

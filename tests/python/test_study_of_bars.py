@@ -1,5 +1,6 @@
 """Studies of a bar that strikes a wall: meshes and integrators as axes of the sweep."""
 
+import cairn as cn
 import pytest
 from cairn import study
 from cairn.study.settings import scene_settings
@@ -52,6 +53,28 @@ def test_a_study_of_a_mesh_sweeps_integrators(tmp_path):
     again = study.run([(str(path), {"cells": n}) for n in (8, 16)], tmp_path / "bar.study", figures=["way"], sweep=sweep,
                       one_step=False, workers=1, progress=False)  # fmt: skip
     assert len(again.table) == len(found.table)
+
+
+def test_what_is_guided_is_free(tmp_path):
+    """A bar whose nodes are all held across and free along it is studied as one that moves; nodes held wholly are not free."""
+    path = tmp_path / "guided.py"
+    guided = 'scene.add(cn.deformable(body, metal, contact=k[0], fixed={"all": "x"},'
+    text = BAR.replace("lumped=True)", 'lumped=True,\n        groups={"all": np.arange(2 * cells + 2)})')
+    path.write_text(text.replace("scene.add(cn.deformable(body, metal, contact=k[0],", guided))
+    from cairn.study.figures import boundary_parts
+
+    scope = {}
+    exec(path.read_text(), scope)
+    sim = cn.Simulation(scope["build"](4), 4e-3)
+    parts, free = boundary_parts(sim)
+    assert free.sum() == 10 and len(parts) == 1
+    sweep = {"solvers": ["NLGS"], "tolerances": (1e-2,), "warm_start": (True,)}
+    found = study.run(str(path), tmp_path / "guided.study", figures=["way"], sweep=sweep, workers=1, progress=False)
+    assert any(row["figure"] == "way" for row in found.table)
+    path.write_text(path.read_text().replace('{"all": "x"}', '{"all": "xy"}').replace("velocity=(0.0, -0.1)", "velocity=0.0"))
+    scope = {}
+    exec(path.read_text(), scope)
+    assert not boundary_parts(cn.Simulation(scope["build"](4), 4e-3))[1].any()
 
 
 def test_a_study_sweeps_meshes(tmp_path):

@@ -68,3 +68,27 @@ def test_what_is_missing_is_told(umat, tmp_path):
         library = tmp_path / "again.so"
         subprocess.run([COMPILER, "-shared", "-fPIC", "-o", str(library), str(source)], check=True, cwd=tmp_path)
         cn.plug(library, material="again", routine="other")
+
+
+@pytest.mark.parametrize("kinematics", ["small", "logarithmic"])
+def test_it_gets_the_initial_stress_at_its_first_call(umat, kinematics):
+    """11 22 33 12 13 23 with nothing strained yet; yield is that of the built-in law, at what is left of its strength."""
+    points, cells = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))
+    given = (0.01, -0.006, 0.004, 0.008, -0.003, 0.005)
+    shown = np.array(given)[[0, 1, 2, 3, 5, 4]]
+    for limit in (0.0, 0.05):
+        body = SolidBody(points, cells, umat(3.0, 0.3, limit), kinematics=kinematics, initial_stress=given)
+        model = body.model()
+        assert np.allclose(model.stress()[0], shown, rtol=0, atol=1e-17)
+        assert np.allclose(body.stress(0 * points, model)["hexahedron"], shown, rtol=0, atol=1e-16)
+    own = umat(3.0, 0.3, 0.05)
+    other = J2Plasticity(young=3.0, poisson=0.3, yield_stress=0.05)
+    pull = 0.02 * np.random.default_rng(0).random(points.shape) * points[:, :1]
+    found = []
+    for material in (own, other):
+        body = SolidBody(points, cells, material, kinematics="small", initial_stress=given)
+        model = body.model()
+        found.append(body.stress(pull, model)["hexahedron"])
+        model.commit()
+        assert model.states()[0][0, -1] > 0
+    assert np.allclose(*found, rtol=0, atol=1e-12)

@@ -5,7 +5,7 @@ module pair_lists
   implicit none
   private
   public :: cairn_pairs_of_hits, cairn_pairs_of_ghosts, cairn_pair_movable, cairn_pair_admit
-  public :: cairn_pair_count, cairn_pair_starts, cairn_pair_scatter, cairn_pair_tidy
+  public :: cairn_pair_count, cairn_pair_starts, cairn_pair_scatter, cairn_pair_tidy, cairn_pairs_beyond
 
   integer(c_int32_t), parameter :: own_image = 512 + 1024*(512 + 1024*512), longest_insertion = 24
 
@@ -283,5 +283,29 @@ contains
     b(i) = b_new
     image(i) = image_new
   end subroutine sift
+
+
+  !> Counts contactors that went farther since pairs were sought, or reach farther by now, than their room then allows.
+  pure subroutine cairn_pairs_beyond(dim, first, last, centre, reach, centre_then, room, beyond) bind(c)
+    integer(c_int32_t), value :: dim                      !< 2 or 3
+    integer(c_int64_t), value :: first, last              !< contactors to look at
+    real(c_double), intent(in) :: centre(dim, 0:last - 1), centre_then(dim, 0:last - 1) !< [m]
+    real(c_double), intent(in) :: reach(0:last - 1)       !< now [m]
+    real(c_double), intent(in) :: room(0:last - 1)        !< reach of that search [m]
+    integer(c_int64_t), intent(out) :: beyond             !< how many; no number counts
+    real(c_double), parameter :: share = 1 - 2.0_c_double**(-19) !< of what is left, for what squares and sums round
+    real(c_double), parameter :: smallest_square = tiny(1.0_c_double)*2.0_c_double**60 !< below it squares lose digits
+    real(c_double) :: left, way
+    integer(c_int64_t) :: i
+
+    beyond = 0
+    do i = first, last - 1
+      left = room(i) - reach(i)
+      way = (centre(1, i) - centre_then(1, i))**2 + (centre(2, i) - centre_then(2, i))**2
+      if (dim == 3) way = way + (centre(3, i) - centre_then(3, i))**2
+      left = merge(left*left*share, -1.0_c_double, left > 0)
+      beyond = beyond + merge(0, 1, way + smallest_square <= left .and. left <= huge(left))
+    end do
+  end subroutine cairn_pairs_beyond
 
 end module pair_lists

@@ -180,6 +180,9 @@ typedef struct cairn_batch {
   cairn_law_solve* solve;
   cairn_law_residual* residual;     /* null: the cone's; without a cone, by what solve changes */
   const cairn_law_context* context; /* for residual */
+  int32_t* rope_body;               /* (2, n) velocity records that the far part of a rope moves; null: none */
+  double* rope; /* (26, n) what that part adds to u_N when it was read last [m/s] and to W_NN [1/kg]; for each of these
+                 * bodies its row of H' (6, in 2D 3), then A^-1 H of it (6) */
 } cairn_batch;
 
 /* A kind of side. Velocity records: 8 numbers a body, 2D: velocity (2), spin, inverse mass (2), inverse inertia, 0, 0;
@@ -474,16 +477,19 @@ void cairn_pair_gather(int32_t dim, int32_t n, const int32_t* a, const int32_t* 
                        const double* centre, const double* radius, int32_t has_direction, const double* direction,
                        int32_t periodic, const double* vectors, double* between, double* radius_a, double* radius_b,
                        double* direction_b);
-void cairn_pair_store(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* image,
-                      const double* centre, const double* gap, const double* normal, const double* point,
-                      const int32_t* status, double constant, const double* margin, double* gap_out, double* normal_out,
-                      double* point_out, int8_t* keep, int32_t* kept);
+void cairn_pair_keep(int32_t dim, int32_t n, const int32_t* a, const int32_t* b, const int32_t* image,
+                     const double* centre, const double* gap, const double* normal, const double* point,
+                     const int32_t* status, double constant, const double* margin, int32_t* a_out, int32_t* b_out,
+                     int32_t* image_out, int32_t* feature_out, double* gap_out, double* normal_out, double* point_out,
+                     int32_t* kept, int32_t* refused);
+void cairn_pairs_beyond(int32_t dim, int64_t first, int64_t last, const double* centre, const double* reach,
+                        const double* centre_then, const double* room, int64_t* beyond);
 /* The narrow phase of a pair of shapes, on n pairs, each component contiguous: between (n, dim) is centre of A - centre
  * of B, direction_b (n, dim + 1); out: gap (n), normal (n, dim), point (n, dim) from the centre of A, status (n) see
  * below. */
 typedef void cairn_pair_contact(int32_t n, const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, double* gap, double* normal, double* point, int32_t* status);
-enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2 };
+enum cairn_pair_status { cairn_touches = 0, cairn_apart = 1, cairn_does_not_fit = 2, cairn_repeated = 3 };
 /* What the one kernel of all convex shapes sees a shape as; a half space is B. See convex_shape.f90. */
 enum cairn_convex {
   cairn_convex_none = -1,

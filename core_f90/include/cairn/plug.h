@@ -3,6 +3,7 @@
  * take the module cairn_plug, which says the same. */
 #ifndef CAIRN_PLUG_H
 #define CAIRN_PLUG_H
+#include "cairn/body_calls.h"
 #include "cairn/core.h"
 
 #ifdef __cplusplus
@@ -10,7 +11,14 @@ extern "C" {
 #endif
 
 enum { CAIRN_PLUG_ABI = 2 }; /* libraries of version 1, whose descriptor ends with complaint, are taken too */
-enum cairn_plug_kind { cairn_plug_law = 1, cairn_plug_solver, cairn_plug_pair, cairn_plug_velocity, cairn_plug_force };
+enum cairn_plug_kind {
+  cairn_plug_law = 1,
+  cairn_plug_solver,
+  cairn_plug_pair,
+  cairn_plug_velocity,
+  cairn_plug_force,
+  cairn_plug_body
+};
 
 typedef void cairn_plug_slot(void);
 
@@ -57,6 +65,11 @@ typedef void cairn_plug_free_velocity(int32_t dim, int32_t dofs, int64_t bodies,
 typedef void cairn_plug_body_force(int32_t dim, int32_t dofs, int64_t bodies, double time, const double* params,
                                    const int64_t* id, const double* mass, const double* position,
                                    const double* velocity, double* force);
+/* body: forces of a mesh of nodes at position (dim, nodes) [m], whose tangent has the entries start (dofs + 1), row:
+ * fills calls, which are given with abi, size, dofs and entries, with a context at the start of its history; called
+ * once for each simulation. Returns 0; anything else: the mesh or the parameters are none of this code's. */
+typedef int32_t cairn_plug_open_body(int32_t dim, int64_t nodes, const double* position, const int64_t* start,
+                                     const int32_t* row, const double* params, cairn_body_calls* calls);
 
 #ifdef __cplusplus
 }

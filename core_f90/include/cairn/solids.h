@@ -10,7 +10,8 @@ extern "C" {
 /* Symmetric tensors are 11 22 33 12 23 13, strains with twice their shear. A material gets the strain (6, n) of a
  * measure, and gives the stress (6, n) conjugate to it and its derivative (6, 6, n); or the gradient of displacement
  * (3, 3, n), and gives the first Piola-Kirchhoff stress (3, 3, n) and its derivative by F (3, 3, 3, 3, n). status (n):
- * 0, 1 a volume is not positive, 2 no solution at the point, 3 its cell is too large. length (n) of the cells [m]. */
+ * 0, 1 a volume is not positive, 2 no solution at the point, 3 its cell is too large, 4 it has softened to nothing.
+ * length (n) of the cells [m]. */
 typedef void cairn_bulk_material(int64_t n, double h, double theta, const double* params, const double* length,
                                  const double* measure, const double* state_begin, double* state, double* stress,
                                  double* tangent, double* energy, double* dissipated, int32_t* status);
@@ -39,6 +40,13 @@ void cairn_middle_stretch(int64_t n, const double* begin, const double* end, dou
 void cairn_stress_by_energy(int64_t n, const double* begin, const double* end, const double* middle,
                             const double* energy_begin, const double* energy_end, int32_t want, double* piola,
                             double* tangent);
+/* Stretches (3, 3, n) at which laws have the stress (6, n), 11 22 33 12 13 23, of a body before it moves; see
+ * initial_stress.f90. */
+void cairn_stretch_of_stress(int32_t large, int64_t n, const double* stress, const double* piola,
+                             const double* by_gradient, double* stretch, double* left);
+void cairn_with_prestretch(int32_t large, int64_t n, const double* stretch, double* gradient);
+void cairn_without_prestretch(int32_t large, int64_t n, const double* stretch, double* piola, int32_t want,
+                              double* by_gradient, double* energy, double* dissipated);
 void cairn_thickness_strain(int64_t n, const double* piola, double* tangent, double* h, int64_t* left);
 void cairn_true_stress(int32_t finite, int64_t n, const double* h, const double* piola, double* stress);
 

@@ -11,6 +11,7 @@
 #define CAIRN_CAIRN_H
 #include <stdint.h>
 
+#include "cairn/body_calls.h"
 #include "cairn/error.h"
 #include "cairn/problems.h"
 
@@ -103,14 +104,16 @@ int32_t cairn_scene_add_hull_contactors(cairn_scene* scene, const char* shape, i
 int32_t cairn_scene_add_surface(cairn_scene* scene, int64_t body, int32_t material, int64_t vertices,
                                 const double* vertex, int64_t triangles, const int32_t* triangle, cairn_error* error);
 
-/* Joins body a to body b, or with b = -1 to the world, as they stand; see docs/joints.md. kind: "Ball", "Hinge" (3D),
- * "Pivot" (2D), "Fixed", "Slider" or "Distance". point (dim) [m]: where, absolute, of a Distance (dim, 2), on a and on
- * b. axis (dim): of a Hinge or a Slider, of all others NULL. Numbers by names and values (count each), what is not
- * named is without: "strength" [N]; of all but a Ball and a Fixed "lowest" and "highest" of the coordinate,
- * "stiffness", "damping" and "rest" of a spring along it; of a Hinge, a Pivot and a Slider "speed" and "effort" of a
- * motor. ends (2), may be NULL: ids of its contactors, which the field "key" of contacts names: on their contact a is
- * the first body, "impulse" and "moment" are the reaction, "beta" is 0 where it broke. The world is a body of its own,
- * with the next id. */
+/* Joins body a to body b, or with b = -1 to the world, as they stand; see docs/joints.md. Of a mesh a body is one of
+ * its nodes, joined where it is; what is of angles is refused of it. kind: "Ball", "Hinge" (3D), "Pivot" (2D),
+ * "Fixed", "Slider", "Distance" or "Cable". point (dim) [m]: where, absolute, of a Distance (dim, 2), on a and on b,
+ * of a Cable (dim, 3), on a, at its pulley and on b. axis (dim): of a Hinge or a Slider, of all others NULL. Numbers
+ * by names and values (count each), what is not named is without: "strength" [N]; of all but a Ball and a Fixed
+ * "lowest" and "highest" of the coordinate, "stiffness", "damping" and "rest" of a spring along it; of a Hinge, a
+ * Pivot and a Slider "speed" and "effort" of a motor; of a Cable none of these but "length" [m], or it is as long as
+ * it then is, and "pulley", the id of the body that carries that, or the world does. ends (2), may be NULL: ids of
+ * its contactors, which the field "key" of contacts names: on their contact a is the first body, "impulse" and
+ * "moment" are the reaction, "beta" is 0 where it broke. The world is a body of its own, with the next id. */
 int32_t cairn_scene_add_joint(cairn_scene* scene, const char* kind, int64_t a, int64_t b, const double* point,
                               const double* axis, int32_t count, const char* const* names, const double* values,
                               int64_t* ends, cairn_error* error);
@@ -145,6 +148,12 @@ int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_
                                    const char* material, int32_t count, const char* const* names, const double* values,
                                    double density, const char* kinematics, const char* plane, int32_t mean_dilatation,
                                    double thickness, cairn_error* error);
+/* True (Cauchy's) stress of the cells that the mesh has, before it moves: (6, n) [Pa], 11 22 33 12 13 23, n cells in
+ * the order in which they came in, or all of their points, whose places cairn_mesh_stress_points tells: *count numbers
+ * (dim, points) [m], written if capacity is enough. Materials yield at what is left of their strength. */
+int32_t cairn_mesh_stress_points(const cairn_mesh* mesh, int64_t capacity, double* position, int64_t* count,
+                                 cairn_error* error);
+int32_t cairn_mesh_set_initial_stress(cairn_mesh* mesh, int64_t n, const double* stress, cairn_error* error);
 /* Of cells: C = by_mass M + by_stiffness K [1/s, s]; lumped 1: mass in the nodes alone. Default: 0, 0, 0. */
 int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiffness, int32_t lumped,
                                cairn_error* error);
@@ -152,6 +161,18 @@ int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiff
  * from its diagonal on, rows rising; damping may be NULL: none. [kg], [N/m], [N s/m] */
 int32_t cairn_mesh_set_matrices(cairn_mesh* mesh, const int64_t* start, const int32_t* row, const double* mass,
                                 const double* stiffness, const double* damping, cairn_error* error);
+/* Instead of cells, forces of another code by calls (cairn/body_calls.h), with the pattern of their tangent: start
+ * (dofs + 1), row, rising in each column, of a lower triangle or of all entries, of which the symmetric part counts.
+ * Either mass, on that pattern, or node_mass (nodes) [kg]; the other is NULL. calls is copied; its context serves the
+ * simulation until that is destroyed. Damping: cairn_mesh_set_damping, by_stiffness of the tangent at rest, for which
+ * the forces are asked at once. */
+int32_t cairn_mesh_set_calls(cairn_mesh* mesh, const int64_t* start, const int32_t* row, const double* mass,
+                             const double* node_mass, const cairn_body_calls* calls, cairn_error* error);
+/* The same by the routine `body` of a shared library, which describes it (cairn/plug.h), with its count parameters in
+ * the order of the descriptor; each simulation opens one of its own. */
+int32_t cairn_mesh_plug_body(cairn_mesh* mesh, const char* library, const char* body, int32_t count,
+                             const double* params, const int64_t* start, const int32_t* row, const double* mass,
+                             const double* node_mass, cairn_error* error);
 /* What touches: nodes (n); points between nodes, node (4, n), -1 where fewer, and their weights (4, n); sides, against
  * which other bodies come: in 2D edges (2, n), the body on their left, in 3D faces (4, n), anticlockwise from outside,
  * -1 for the fourth node of a triangle. Calls add up. Nodes and points meet disks, spheres, walls, polygons and
@@ -165,6 +186,15 @@ int32_t cairn_mesh_boundary(const cairn_mesh* mesh, int64_t capacity, int32_t* n
                             cairn_error* error);
 /* Bit k of mask: displacement along axis k of these nodes is held, or driven by cairn_simulation_load_mesh. */
 int32_t cairn_mesh_hold(cairn_mesh* mesh, int64_t n, const int32_t* node, uint8_t mask, cairn_error* error);
+/* n nodes move as one rigid body, which turns as far as it likes where strains of the cells may be large; calls add
+ * parts. */
+int32_t cairn_mesh_set_rigid(cairn_mesh* mesh, int64_t n, const int32_t* node, cairn_error* error);
+/* The displacement of a node is the sum of those of n others by their weights, which follow nothing themselves. */
+int32_t cairn_mesh_tie_node(cairn_mesh* mesh, int32_t node, int64_t n, const int32_t* leader, const double* weight,
+                            cairn_error* error);
+/* self_contact 1: its points meet its own sides, but for those next to them; mortar 1: its nodes meet sides of other
+ * meshes on average over its own sides. Default: 0, 0. */
+int32_t cairn_mesh_set_contact(cairn_mesh* mesh, int32_t self_contact, int32_t mortar, cairn_error* error);
 /* At the start, (dim, nodes) each [m], [m/s]; may be NULL: zero. */
 int32_t cairn_mesh_set_motion(cairn_mesh* mesh, const double* displacement, const double* velocity, cairn_error* error);
 /* name: its own, a group that rules may name; its sides are of the group "NAME edges" (2D), "NAME faces" (3D).
@@ -248,6 +278,26 @@ int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const in
  * both: none. held_velocity (dofs): of held dofs at the end of the steps [m/s], NULL: zero. */
 int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,
                                    const double* held_velocity, cairn_error* error);
+
+/* Called before each part of a step that the option "cut_back" makes in parts, from time on over h [s]: gives loads and
+ * motions of that part by the calls above. NULL: loads of meshes go along a straight line from begin to end of the
+ * whole step. */
+int32_t cairn_simulation_before_parts(cairn_simulation* simulation,
+                                      void (*function)(cairn_simulation* simulation, double time, double h,
+                                                       void* context),
+                                      void* context, cairn_error* error);
+
+/* Pressure on n sides of the boundary of a mesh that is not linear, of `nodes` nodes each as cairn_mesh_boundary has
+ * them (2D: 2, or 3 with the middle last; 3D: 3 or 4), which follows their normals; *set: its number, from 0. */
+int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, int32_t nodes, int64_t n,
+                                    const int32_t* node, int32_t* set, cairn_error* error);
+/* Pressures of a set at the begin and the end of the coming steps, from now on [Pa]; before the first: none. */
+int32_t cairn_simulation_set_pressure(cairn_simulation* simulation, int32_t mesh, int32_t set, double begin, double end,
+                                      cairn_error* error);
+/* Of the cells of a mesh of materials of solids, in the order in which they came in: "stress" (6, cells), true, the
+ * mean of each cell, 11 22 33 12 23 13 [Pa], or a state of their materials by its name (cells), 0 in those without. */
+int32_t cairn_simulation_mesh_cells(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,
+                                    double* values, int64_t* count, cairn_error* error);
 
 int64_t cairn_simulation_bodies(const cairn_simulation* simulation);   /* rigid ones */
 int64_t cairn_simulation_nodes(const cairn_simulation* simulation);    /* of all meshes */

@@ -70,38 +70,37 @@ bool ProximalNewton::solve_around(double& error, int& steps) {
     for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += step[i];
     ++iterations_;
     error = error_of(r_);
-    if (!std::isfinite(error) || monitor.ended(iterations_)) return false;
+    if (!std::isfinite(error) || monitor.ended(iterations_) || iterations_ >= most_) return false;
     if (error <= monitor.tolerance() && !settling_) return true;
   }
 }
 
-void ProximalNewton::run(double error) {
+void ProximalNewton::run() {
   ProblemMonitor& monitor = scaled_.monitor();
   // After the first failure alpha halves in one round, after the next in two, in four, ...: where many contacts
   // change, a fall by ten fails again and again.
   constexpr int most_careful = 32;
   constexpr double careful_fall = 0.5;
-  int failures = 0, all_failures = 0, careful = 0, next_careful = 1;
-  while (!monitor.ended(iterations_)) {
-    if (error <= monitor.tolerance())
+  while (!monitor.ended(iterations_) && iterations_ < pause_) {
+    if (error_ <= monitor.tolerance())
       return given_.bodies && masses_differ(mass_ratio(*given_.bodies), true) ? refine() : settle();
     double next = 0;
     int steps = 0;
     const bool solved = solve_around(next, steps);
-    if (std::isfinite(next) && (solved || next < error)) centre_ = r_;
-    if (solved || next < 0.3 * error) {
+    if (std::isfinite(next) && (solved || next < error_)) centre_ = r_;
+    if (solved || next < 0.3 * error_) {
       const double fall = steps <= 4 ? 0.1 : steps < 9 ? 0.3 : 1.0;
-      alpha_ = std::max(smallest_, alpha_ * (careful > 0 ? careful_fall : fall));
-      careful = std::max(0, careful - 1);
-      failures = 0;
+      alpha_ = std::max(smallest_, alpha_ * (careful_ > 0 ? careful_fall : fall));
+      careful_ = std::max(0, careful_ - 1);
+      failures_ = 0;
     } else {
       alpha_ = std::min(largest, 5 * alpha_);
-      careful = next_careful;
-      next_careful = std::min(most_careful, 2 * next_careful);
-      if (++all_failures >= few_failures && follows_sweeps_) return;
-      if (++failures > most_failures) monitor.give_up(ProblemStatus::stalled, "Newton's method does not converge");
+      careful_ = next_careful_;
+      next_careful_ = std::min(most_careful, 2 * next_careful_);
+      if (++all_failures_ >= few_failures && follows_sweeps_) return;
+      if (++failures_ > most_failures) monitor.give_up(ProblemStatus::stalled, "Newton's method does not converge");
     }
-    if (std::isfinite(next) && (solved || next < error)) error = next;
+    if (std::isfinite(next) && (solved || next < error_)) error_ = next;
   }
 }
 
@@ -120,7 +119,7 @@ void ProximalNewton::begin_sticking(double& error) {
   double merit = 0, now = error;
   bool found = newton_.find(r_.data(), u_.data(), alpha, merit);
   r_ = centre_;
-  for (int steps = 0; found && steps < most && !monitor.ended(iterations_); ++steps) {
+  for (int steps = 0; found && steps < most && !monitor.ended(iterations_) && iterations_ < most_; ++steps) {
     for (std::size_t i = 0; i < r_.size(); ++i) r_[i] += newton_.step()[i];
     ++iterations_;
     const double last = now;
@@ -150,7 +149,8 @@ void ProximalNewton::settle() {
   // enough
   const int few = alike(given_) ? std::min(3, settle_failures_) : settle_failures_;
   const auto most_failures = [&] { return speed > limit ? settle_failures_ : few; };
-  for (int round = 0; round < 60 && failures < most_failures() && !monitor.ended(iterations_); ++round) {
+  for (int round = 0; round < 60 && failures < most_failures() && !monitor.ended(iterations_) && iterations_ < most_;
+       ++round) {
     if (!(speed > limit) && !(change > enough * enough * energy)) break;
     alpha_ = std::max(smallest_, factor * alpha_);
     double error = 0, next = 0;
@@ -180,7 +180,7 @@ void ProximalNewton::settle() {
 // The error is small enough, but heavy bodies lie on light ones, and r has no room for what those feel of it.
 void ProximalNewton::refine() {
   VelocityRefinement refinement(scaled_.problem(), scaled_.monitor(), newton_, scaled_.unit());
-  refinement.run(centre_, iterations_);
+  refinement.run(centre_, iterations_, most_);
   centre_ = refinement.impulses();
   velocity_ = refinement.velocities();
   scaled_.monitor().hold(false);
@@ -203,18 +203,32 @@ double ProximalNewton::begin_with_sweeps() {
   }
 }
 
-ProblemReport ProximalNewton::solve() {
+void ProximalNewton::begin() {
   ProblemMonitor& monitor = scaled_.monitor();
+  begun_ = true;
   monitor.hold(true); // until velocities are right, too: see settle
   std::copy_n(scaled_.best(), given_.unknowns(), centre_.begin());
-  double error = monitor.error_of(centre_.data());
-  if (error > monitor.tolerance() && !given_.bodies) error = begin_with_sweeps();
-  const double start = error;
-  if (error > monitor.tolerance() && !follows_sweeps_) begin_sticking(error);
-  if (!needs_sticking_ || error <= monitor.tolerance() || error < 0.1 * start) run(error);
+  error_ = monitor.error_of(centre_.data());
+  if (error_ > monitor.tolerance() && !given_.bodies) error_ = begin_with_sweeps();
+  const double start = error_;
+  if (error_ > monitor.tolerance() && !follows_sweeps_) begin_sticking(error_);
+  if (needs_sticking_ && error_ > monitor.tolerance() && !(error_ < 0.1 * start)) pause_ = 0;
+}
+
+ProblemReport ProximalNewton::solve() {
+  begin();
+  run();
   ProblemReport report = scaled_.finish("ppa_newton", iterations_);
   report.velocity = std::move(velocity_);
   return report;
+}
+
+ProblemReport ProximalNewton::turn(std::int64_t iterations, std::int64_t most) {
+  pause_ = iterations_ + std::min(iterations, most);
+  most_ = iterations_ + most;
+  if (!begun_) begin();
+  run();
+  return scaled_.finish("ppa_newton", iterations_);
 }
 
 ProblemReport solve_ppa_newton(const FrictionProblem& p, const ProblemOptions& options, double* r) {

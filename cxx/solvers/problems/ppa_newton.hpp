@@ -1,5 +1,7 @@
 // Proximal point around Newton's method, in parts: what it would cost can be asked before.
 #pragma once
+#include <limits>
+
 #include "newton_step.hpp"
 #include "scaled_problem.hpp"
 
@@ -19,10 +21,15 @@ public:
   // Begins from impulses that sweeps found, and leaves to them again what fails twice.
   void go_on_from_sweeps() { follows_sweeps_ = true; }
   ProblemReport solve();
+  // The same in turns: goes on from where the last turn ended, ends after the round in which so many iterations are
+  // full, and never does more than `most`. The report is that of a solver that was stopped there; r holds the best
+  // impulses so far.
+  ProblemReport turn(std::int64_t iterations, std::int64_t most);
 
 private:
   bool solve_around(double& error, int& steps);
-  void run(double error);
+  void begin();
+  void run();
   void begin_sticking(double& error);
   void settle();
   void refine();
@@ -31,7 +38,10 @@ private:
   const FrictionProblem& given_;
   ScaledProblem scaled_;
   NewtonStep newton_;
-  std::int64_t iterations_ = 0;
+  std::int64_t iterations_ = 0, pause_ = std::numeric_limits<std::int64_t>::max(), most_ = pause_;
+  bool begun_ = false;
+  double error_ = 0; // of the centre, or of what came of it
+  int failures_ = 0, all_failures_ = 0, careful_ = 0, next_careful_ = 1;
   double alpha_ = 1e-2, smallest_; // of the proximal term, relative to the mean diagonal of W
   bool settling_ = false, needs_sticking_ = false, follows_sweeps_ = false;
   int settle_failures_ = 24;

@@ -53,9 +53,10 @@ ProblemReport ScaledProblem::finish(const std::string& solver, std::int64_t iter
   const ProblemReport inner = monitor_->finish(solver, iterations);
   for (std::int64_t a = 0; a < given_.contacts; ++a)
     for (int i = 0; i < given_.dim; ++i) r_[given_.dim * a + i] = best_[given_.dim * a + i] * scale_[a];
-  options_.tolerance = tolerance_;
-  options_.warm_start = true;
-  ProblemMonitor outer(given_, options_, r_);
+  ProblemOptions options = options_; // those of the problem as it was given; the solve may go on with its own
+  options.tolerance = tolerance_;
+  options.warm_start = true;
+  ProblemMonitor outer(given_, options, r_);
   outer.error_of(r_);
   ProblemReport report = outer.finish(solver, iterations);
   if (report.status != ProblemStatus::converged && inner.status != ProblemStatus::converged) {

@@ -96,7 +96,7 @@ void VelocityRefinement::combine(Point& newest) {
   }
 }
 
-void VelocityRefinement::run(const Array<double>& r, std::int64_t& iterations) {
+void VelocityRefinement::run(const Array<double>& r, std::int64_t& iterations, std::int64_t most) {
   constexpr double share = 0.1, fall = 0.5, far = 10, largest = 1e-2;
   constexpr std::size_t most_points = 24;
   constexpr int most_failures = 8;
@@ -111,7 +111,7 @@ void VelocityRefinement::run(const Array<double>& r, std::int64_t& iterations) {
   Point now = best_;
   const double enough = share * light_enough(monitor_.tolerance(), ratio);
   for (int failures = 0; failures < (least > monitor_.tolerance() ? most_failures : 3) && least > enough;) {
-    if (monitor_.ended(iterations)) break;
+    if (monitor_.ended(iterations) || iterations >= most) break;
     Point next;
     if (!step(now, alpha, next)) break;
     ++iterations;

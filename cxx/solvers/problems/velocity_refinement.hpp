@@ -19,7 +19,7 @@ public:
       : p_(p), monitor_(monitor), newton_(newton), unit_(unit) {}
 
   // From impulses r whose error is small enough.
-  void run(const Array<double>& r, std::int64_t& iterations);
+  void run(const Array<double>& r, std::int64_t& iterations, std::int64_t most);
   const Array<double>& impulses() const { return best_.r; }
   // changes of velocity of bodies
   const Array<double>& velocities() const { return best_.v; }

@@ -1,5 +1,7 @@
 // The matrix H' of a contact, side by side, and the masses of the bodies that it moves.
 #pragma once
+#include <algorithm>
+
 #include "contact_system.hpp"
 
 namespace cairn {
@@ -7,6 +9,11 @@ namespace cairn {
 // Whether a side of a batch is a rigid body that moves, or nodes of a condensed one.
 inline bool moves_rigid(const cairn_batch& b, int side) {
   return side ? b.moves_b != 0 && b.mapped_b == 0 : b.moves_a != 0 && b.mapped_a == 0;
+}
+// Whether a rope moves the body at its far end (0), or that of its pulley (1), by its far part.
+inline bool moves_by_rope(const cairn_batch& b, int lane, int end) {
+  const double* answer = b.rope + 26 * lane + 8 + 12 * end;
+  return std::any_of(answer, answer + 6, [](double x) { return x < 0 || x > 0; });
 }
 inline bool is_mapped(const cairn_batch& b, int side) { return (side ? b.mapped_b : b.mapped_a) != 0; }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cairn/rows.h"
+#include "contact_rows.hpp"
 #include "side_names.hpp"
 
 namespace cairn {
@@ -98,6 +99,8 @@ void ContactSystem::clear_touched() {
     for (int lane = 0; lane < b.contacts; ++lane) {
       if (b.moves_a && !b.mapped_a) std::fill_n(record[b.body_a[lane]].x, velocities(), 0.0);
       if (b.moves_b && !b.mapped_b) std::fill_n(record[b.body_b[lane]].x, velocities(), 0.0);
+      for (int end = 0; end < 2 && b.rope; ++end)
+        if (moves_by_rope(b, lane, end)) std::fill_n(record[b.rope_body[2 * lane + end]].x, velocities(), 0.0);
     }
   clear_condensed();
 }

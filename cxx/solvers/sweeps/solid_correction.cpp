@@ -87,6 +87,9 @@ void SolidCorrection::number_unknowns() {
           number_condensed(body);
         else if (moves_rigid(b, side) && rigid_[body] < 0)
           rigid_[body] = number_rigid(body);
+        // side 0: the far end of a rope, side 1: its pulley
+        if (!b.rope || !moves_by_rope(b, lane, side)) continue;
+        if (const std::int32_t far = b.rope_body[2 * lane + side]; rigid_[far] < 0) rigid_[far] = number_rigid(far);
       }
 }
 
@@ -145,7 +148,9 @@ void SolidCorrection::place_contacts() {
     const cairn_batch& b = system_.batches[k];
     for (int lane = 0; lane < b.contacts; ++lane) {
       Contact contact{std::int32_t(k), lane, b.components, 0, rows_.size(), answer, known};
+      const std::size_t begin = clique_.size();
       for (int side = 0; side < 2; ++side) contact.unknowns += add_side(b, lane, side, b.components);
+      if (b.rope) contact.unknowns += add_rope(b, lane, b.components, begin);
       clique_start_.push_back(std::int64_t(clique_.size()));
       matrix += std::size_t(contact.unknowns) * std::size_t(contact.unknowns);
       answer += std::size_t(b.components) * std::size_t(b.components);
@@ -188,6 +193,27 @@ int SolidCorrection::add_side(const cairn_batch& b, int lane, int side, int comp
     }
   }
   return count;
+}
+
+// The far part of a rope, which may move a body that the sides have moved already; how many unknowns are new.
+int SolidCorrection::add_rope(const cairn_batch& b, int lane, int components, std::size_t begin) {
+  const int n = system_.velocities();
+  int more = 0;
+  for (int end = 0; end < 2; ++end) {
+    if (!moves_by_rope(b, lane, end)) continue;
+    const std::int32_t first = rigid_[b.rope_body[2 * lane + end]];
+    const double *row = b.rope + 26 * lane + 2 + 12 * end, *inverse = &inverse_[std::size_t(n) * std::size_t(first)];
+    const auto seen = std::find(clique_.begin() + std::ptrdiff_t(begin), clique_.end(), first);
+    std::size_t at = rows_.size() - std::size_t(clique_.end() - seen) * std::size_t(components);
+    if (seen == clique_.end()) {
+      for (int k = 0; k < n; ++k) clique_.push_back(first + k);
+      rows_.resize(at + std::size_t(components * n), 0.0);
+      more += n;
+    }
+    for (int k = 0; k < n; ++k, at += std::size_t(components))
+      if (inverse[(n + 1) * k] > 0) rows_[at] += row[k];
+  }
+  return more;
 }
 
 // Blocks, velocities and impulses of a batch as its law has them.

@@ -42,6 +42,7 @@ private:
   void add_clique(const std::int32_t* unknown, int count);
   void place_contacts();
   int add_side(const cairn_batch& b, int lane, int side, int components);
+  int add_rope(const cairn_batch& b, int lane, int components, std::size_t begin);
   void linearise();
   void linearise_batch(std::int32_t batch, double speed);
   double fastest();

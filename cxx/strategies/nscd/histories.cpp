@@ -31,7 +31,10 @@ void Nscd::start_histories(Simulation& s) {
                       b.mass.values.data(), b.inertia.values.data(), b.velocity.values.data(), b.history(0),
                       b.history(1), b.history(2), b.history(3), pointer(b.force), pointer(b.damping), bits(b.driven));
   for (MeshBody& mesh : s.meshes.meshes)
-    if (*nodes.history_known[mesh.first_node] == 0) mesh.start_history(nodes, s.scene.gravity.data(), scheme_);
+    if (*nodes.history_known[mesh.first_node] == 0) {
+      mesh.time = s.time;
+      mesh.start_history(nodes, s.scene.gravity.data(), scheme_);
+    }
   for (auto* known : {&b.history_known.values, &nodes.history_known.values})
     std::fill(known->begin(), known->end(), std::uint8_t(1));
   started_ = true;
@@ -61,7 +64,10 @@ void Nscd::measure_histories(Simulation& s) {
 
 // Places, velocities or the integrator are others: what is kept does not belong to them.
 void Nscd::changed(Simulation& s, bool places) {
-  if (!places) return;
+  if (!places) {
+    shows_kept_ = shown_.contacts_known = false;
+    return;
+  }
   for (auto* known : {&s.scene.bodies.history_known.values, &s.scene.nodes.history_known.values})
     std::fill(known->begin(), known->end(), std::uint8_t(0));
 }

@@ -3,7 +3,6 @@
 #include <cstdio>
 
 #include "../../base/call.hpp"
-#include "../../fe/bulk_model.hpp"
 #include "nscd.hpp"
 
 namespace cairn {
@@ -22,10 +21,11 @@ void Nscd::newton_passes(Simulation& s) {
       NewtonError of_worst;
       for (MeshBody& mesh : s.meshes.meshes) {
         if (mesh.linear()) continue;
-        const NewtonError found = mesh.judge();
+        const NewtonError found = mesh.judge(settings.newton_tolerance);
         if (!found.fault.ok())
-          throw Error(mesh.describe(found.fault) + " in step " + std::to_string(s.steps + 1) +
-                      ": give a smaller dt, a finer mesh or a stiffer material");
+          throw StepTooLong(mesh.describe(found.fault) + " in step " + std::to_string(s.steps + 1) +
+                            (found.fault.fault == 4 ? ": give isotropic nearer to zero, or a smaller load"
+                                                    : ": give a smaller dt, a finer mesh or a stiffer material"));
         whole = whole && found.whole;
         if (worst && !(found.error > s.report.newton_error)) continue;
         s.report.newton_error = found.error;
@@ -36,16 +36,17 @@ void Nscd::newton_passes(Simulation& s) {
       if (pass >= settings.newton_passes) {
         back();
         if (!whole)
-          throw Error("the mesh '" + worst->model.name + "' finds no balance in step " + std::to_string(s.steps + 1) +
-                      " within " + std::to_string(pass) + " passes, near " +
-                      worst->model.bulk->cell_of_node(of_worst.node) + ": give a smaller dt or more newton_passes");
-        if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::newton_limit;
+          throw StepTooLong("the mesh '" + worst->model.name + "' finds no balance in step " +
+                            std::to_string(s.steps + 1) + " within " + std::to_string(pass) + " passes, near " +
+                            worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->model.bulk->remedy());
         char text[160];
-        std::snprintf(text, sizeof text,
-                      "%.2g of the balance of the mesh '%.40s' is left after %d passes, most at node %lld, ",
-                      s.report.newton_error, worst->model.name.c_str(), pass, static_cast<long long>(of_worst.node));
-        s.report.solve.hint =
-            text + worst->model.bulk->cell_of_node(of_worst.node) + ": give a smaller dt or more newton_passes";
+        std::snprintf(text, sizeof text, "%.2g of the balance of the mesh '%.40s' is left after %d passes, most at ",
+                      s.report.newton_error, worst->model.name.c_str(), pass);
+        const std::string hint =
+            text + worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->model.bulk->remedy();
+        if (in_parts_) throw StepTooLong(hint);
+        if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::newton_limit;
+        s.report.solve.hint = hint;
         return;
       }
       for (MeshBody& mesh : s.meshes.meshes)

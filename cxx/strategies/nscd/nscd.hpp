@@ -17,8 +17,9 @@ public:
   NscdOptions settings;
   std::vector<std::string> accepted; // integrators that may move bodies; none: any
 
-  // One step of length h. When it cannot be made, throws and leaves bodies, time and what contacts remember as they
-  // were; the contacts of the last step can no longer be read.
+  // One step of length h, in parts where `cut_back` says so. When it cannot be made, throws and leaves bodies, time and
+  // what contacts remember as they were, and what views show of the last step; of contacts only where a step may well
+  // be undone, see shown.cpp: else they can no longer be read.
   const StepReport& step(Simulation& s, double h) override;
 
   // The stages of step(), in its order.
@@ -61,6 +62,23 @@ public:
   }
 
 private:
+  // What views show of the last step, while another is tried; see shown.cpp.
+  struct Shown {
+    Array<double> reaction; // of bodies
+    std::vector<MeshBody::Shown> meshes;
+    bool contacts_known = false;
+    Candidates contacts;
+    std::vector<std::int64_t> contactors; // ids (2, contacts)
+    std::vector<std::vector<double>> fields;
+    std::vector<std::int32_t> status;
+  };
+  void keep_shown(Simulation& s);
+  void show_again(Simulation& s, const Shown& from);
+  void read_known(Simulation& s, std::string_view field, double* out) const;
+  struct Whole; // a step that is taken in parts; see cut_back.cpp
+  void make_step(Simulation& s, double h);
+  const StepReport& step_in_parts(Simulation& s, double h);
+  void take_part(Simulation& s, double from, double share, int cuts, Whole& whole);
   void start_histories(Simulation& s);
   void measure_histories(Simulation& s);
   // Where the laws take the way of a step from: the end velocity of this one, or that of the next.
@@ -82,6 +100,9 @@ private:
   Array<double> change_, way_;           // of velocities by forces, without contacts; displacement of the history
   Array<double> node_change_, node_way_; // of nodes
   bool begun_ = false, started_ = false; // a step, histories in it
+  bool in_parts_ = false;                // a step that Newton's method does not close is made again in halves
+  Shown shown_;                          // as the step at hand began
+  bool shows_kept_ = false;              // contacts that are read are those of shown_
   Cell cell_begin_;
   Array<double> margins_, force_given_;
   std::vector<std::int32_t> anchored_;          // contactors of the keys of the memory, two each

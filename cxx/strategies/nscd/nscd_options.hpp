@@ -18,6 +18,7 @@ struct NscdOptions {
   ContactPose pose{};             // Carpenter's scheme and the granular element method pose conditions of their own
   double newton_tolerance = 1e-8; // on the balance of bodies whose stresses are not linear, in an energy norm
   int newton_passes = 30;         // of a step at most
+  int cut_back = 0;               // times that a step which Newton's method does not make is halved
   bool refuse_unstable = true;    // steps beyond the limit of an explicit integrator
 };
 

@@ -27,13 +27,19 @@ void Nscd::begin_step(Simulation& s, double h) {
   check_laws(s);
   if (!s.laws.curves().empty() && !s.scene.bodies.temperature.active)
     throw Error("a parameter of a law depends on temperature, and the scene has none: call scene.thermal(...)");
+  keep_shown(s); // with the numbers that contacts know
   h_ = h;
   scheme_ = settings.integrator.scheme(h);
   // Order is state, and changes with the number of the step alone.
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) s.scene.renumber();
   if (s.scene.cell.any()) s.wrap_into_cell(); // what was put outside; the images of contacts follow
   s.place_meshes();
-  start_histories(s);
+  try {
+    start_histories(s);
+  } catch (...) {
+    for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) s.meshes.meshes[k].show(shown_.meshes[k]);
+    throw;
+  }
   save_begin(s);
   Bodies& b = s.scene.bodies;
   const double* temperature = values_of(b.temperature, s.scene.nodes.temperature, temperature_);
@@ -57,6 +63,7 @@ void Nscd::save_begin(Simulation& s) {
 
 void Nscd::undo_step(Simulation& s) {
   if (!begun_) return;
+  for (MeshBody& mesh : s.meshes.meshes) mesh.roll_back();
   if (started_) changed(s, true); // other forces may be there when the next step begins
   leave_plugged_forces(s);
   Bodies& b = s.scene.bodies;
@@ -74,7 +81,11 @@ void Nscd::undo_step(Simulation& s) {
   nodes.velocity.values = nodes.velocity_begin.values;
   s.scene.cell = cell_begin_;
   begun_ = false;
+  Shown shown; // that forgotten contacts take along
+  std::swap(shown, shown_);
   s.forget_contacts();
+  std::swap(shown, shown_);
+  show_again(s, shown_);
 }
 
 // q_m: the displacement of the step without what the velocity at its end adds, nor what an integrator keeps: that is
@@ -124,6 +135,7 @@ void Nscd::compute_free_velocity(Simulation& s) {
     if (s.networks && s.networks->thermal) s.networks->thermal->load_meshes(s);
     for (MeshBody& mesh : s.meshes.meshes) {
       const Stopwatch first_pass(mesh.linear() ? nullptr : &s.pass_seconds.all);
+      mesh.time = s.time;
       mesh.free_velocity(s.scene.nodes, s.scene.gravity.data(), scheme_, settings.refuse_unstable);
     }
   }
@@ -240,9 +252,9 @@ void Nscd::detect_contacts(Simulation& s) {
       const int entry = s.laws.find(*s.scene.contactors.material[a], *s.scene.contactors.material[b]);
       if (entry >= 0 && keeps(s.laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
     }
-  s.contacts_known = false;
+  s.contacts_known = shows_kept_ = false;
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
-                   {.mapped = &s.meshes.mapped()}, &s.interactions.scratch(), &s.laws.rules());
+                   {.mapped = &s.meshes.mapped(), .soon_again = true}, &s.interactions.scratch(), &s.laws.rules());
   s.meshes.weigh_mortar(s.scene.nodes, s.candidates);
   measure_anchored(s);
 }
@@ -261,6 +273,21 @@ void Nscd::prepare_contacts(Simulation& s) {
 void Nscd::solve_contacts(Simulation& s) {
   const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
   s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver);
+  if (scheme_.histories > 0) return;
+  constexpr int most = 5; // what turns far in a step takes more than one
+  SolverOptions options = settings.solver;
+  int last = s.report.solve.iterations;
+  for (int pass = 0; pass < most; ++pass) {
+    // what a solver that ended elsewhere leaves is its own error, which may not be taken for what joints miss
+    if (s.report.solve.status != SolveStatus::converged) break;
+    const int before = s.report.solve.iterations;
+    options.max_iterations = settings.solver.max_iterations - before;
+    if (options.max_iterations < std::max(last, options.min_iterations)) break;
+    if (!s.interactions.correct_joints(s.scene.bodies, pass > 0 ? settings.solver.tolerance : 0)) break;
+    s.report.solve = s.interactions.solve(s.scene.bodies, options);
+    last = s.report.solve.iterations;
+    s.report.solve.iterations += before;
+  }
 }
 
 void Nscd::update_velocity(Simulation& s) {
@@ -376,6 +403,7 @@ void Nscd::update_configuration(Simulation& s) {
   s.report.contacts = s.candidates.count;
   s.report.energy = s.energy;
   begun_ = false;
+  for (MeshBody& mesh : s.meshes.meshes) mesh.commit();
 }
 
 } // namespace cairn

@@ -13,6 +13,7 @@ import numpy as np
 from .. import _core
 from ..names import listed
 from ..pre import checks
+from . import initial_stress as initially
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 
@@ -31,12 +32,17 @@ class ElasticBody:
     points (n, dim) [m]; cells: {"triangle" | "quad" | "triangle6" | "quad8" | "quad9" | "tetra" | "hexahedron" | "tetra10" |
     "hexahedron20" | "hexahedron27": (m, nodes) whole numbers, in the order of meshio}; groups: {name: nodes};
     young, poisson; density [kg/m3], or {kind: (m,)} of each cell; plane: "strain" or "stress" in 2D, thickness [m]; rayleigh:
-    (a, b) of C = a M + b K [1/s, s]. Raises ValueError naming what is wrong, the cell and the remedy.
+    (a, b) of C = a M + b K [1/s, s]. initial_stress: of the body before it moves [Pa], as `cairn.deformable` takes it.
+    Raises ValueError naming what is wrong, the cell and the remedy.
     """
+
+    #: (m, points, 6) of each kind of cells, 11 22 33 12 13 23 [Pa]; its forces (n dofs) [N]; the energy it stores [J]
+    initial_stress = initial_force = None
+    initial_energy = 0.0
 
     def __init__(
         self, points, cells, *, young, poisson, density=0.0, groups=None, plane="strain", thickness=1.0,
-        lumped=False, rayleigh=(0.0, 0.0),
+        lumped=False, rayleigh=(0.0, 0.0), initial_stress=None,
     ):  # fmt: skip
         _checked_cells(cells)
         #: what it was made of, as scene files hold it
@@ -91,6 +97,14 @@ class ElasticBody:
             m[start[:-1]] = self._mass  # a column begins with its diagonal entry
         #: start, row and values of mass, stiffness and damping: lower triangles by columns, on one pattern
         self.lower = start, row, m, k, rayleigh[0] * m + rayleigh[1] * k
+        if initial_stress is not None:
+            self._take_stress(initial_stress)
+            self.initial_force, self.initial_energy = initially.forces(self)
+
+    def _take_stress(self, given):
+        """Keeps an initial stress at the points of the cells, and in what scene files hold, where no function can be."""
+        self.initial_stress = initially.at_points(given, self.points, self.cells, self.groups)
+        self.given["initial_stress"] = self.initial_stress
 
     @cached_property
     def M(self):
@@ -214,16 +228,21 @@ class ElasticBody:
         if displacement is not None:
             u[held] = checks.real_array("displacement", displacement, self.points.shape).ravel()[held]
         f = np.zeros(len(u)) if force is None else self.load(force) if isinstance(force, dict) else np.asarray(force, float)
+        if self.initial_force is not None:
+            f = f - self.initial_force
         u[free] = spsolve(self.K[free][:, free], (f - self.K @ u)[free])
         return u.reshape(-1, self.dim)
 
     def stress(self, displacement):
         """Stress in the middle of each cell, {kind: (m, 3 | 6)} in the order xx yy [zz] xy [yz zx] [Pa], tension positive."""
         u = np.asarray(displacement, float).reshape(self.points.shape)
-        return {
+        found = {
             kind: _core.element_stress(kind, self.points[nodes], self.elasticity, np.ascontiguousarray(u[nodes]))
             for kind, nodes in self.cells.items()
         }
+        if self.initial_stress is None:
+            return found
+        return {kind: stress + initially.shown(self, kind) for kind, stress in found.items()}
 
 
 def _row_sums(start, row, value):

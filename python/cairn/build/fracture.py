@@ -1,4 +1,5 @@
-"""Meshes that may crack along every side between their cells: each cell a body of its own, each inner side cohesive."""
+"""Meshes that may crack along every side between their cells: each cell a body of its own, each inner side cohesive, or one body
+whose sides open by threshold."""
 
 from __future__ import annotations
 
@@ -6,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import bodies, opening_faces
 from .elastic import ElasticBody
 from .meshes import deformable
 
 # Where the points of a side stand: weights of its nodes, one row a point. All points of a side stand for the same part of it.
 _G = 0.5 / np.sqrt(3.0)
-_EDGE = np.array([[0.5 + _G, 0.5 - _G], [0.5 - _G, 0.5 + _G]])
 _TRIANGLE = np.full((3, 3), 1 / 6) + 0.5 * np.eye(3)
 _QUAD = np.array([[(0.5 + _G) ** 2, (0.5 + _G) * (0.5 - _G), (0.5 - _G) ** 2, (0.5 + _G) * (0.5 - _G)]])
 _QUAD = np.concatenate([np.roll(_QUAD, k, axis=1) for k in range(4)])
@@ -19,7 +20,8 @@ _QUAD = np.concatenate([np.roll(_QUAD, k, axis=1) for k in range(4)])
 
 @dataclass
 class Pieces:
-    """The cells of a mesh as bodies: `sets` for Scene.add, `name` of their group. cell: of each, (kind, number)."""
+    """The cells of a mesh as bodies, or as one that may crack: `sets` for Scene.add, `name` of their group. cell: of each body,
+    (kind, number); of one that may crack, of each cell."""
 
     sets: list
     name: str
@@ -33,26 +35,39 @@ class Pieces:
         scene.interact(f"{self.name} {self.sides}", self.name, self.law)
 
 
-def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocity=None):
-    """Every cell of a body one of its own, joined to its neighbours by a law that keeps pairs.
+def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocity=None, opens=None, threshold=0.7):
+    """Every cell of a body one of its own, joined to its neighbours by a law that keeps pairs; or, with opens="threshold", one
+    body, each side of which between two cells opens to a zone of that law where its traction reaches a threshold.
 
     body: ElasticBody. law: cairn.MAL(...) or another that joins what touches, on two points of each edge (2D), three of a
     triangle or four of a quadrilateral (3D). material: of the contacts. fixed, drive: as of `deformable`, by groups of the body.
     velocity: (dim,) or (n, dim), of its nodes [m/s]. Returns Pieces. Stiffnesses below some 50 E/size of a cell make the body
-    softer and its waves slower, by 1/(1 + E/(stiffness size)). In 2D stiffnesses and works are those of the material times the
-    thickness.
+    softer and its waves slower, by 1/(1 + E/(stiffness size)). In 2D stiffnesses, strengths and works are those of the material
+    times the thickness.
 
-    Raises ValueError when there is nothing to join.
+    opens: None, or "threshold", in 2D of triangle and quad cells. threshold: share of the strength of the law at which a side
+    opens, from 0 (all sides, after the first step) to inf (none): (t_N+ / s_N)^2 + (t_T / s_T)^2 >= threshold^2, looked at after
+    each step. Tractions are those of nodal forces, nearest to the mean stress of both cells (Camacho & Ortiz 1996). Cells share
+    their nodes until then; a node stands twice or more once open sides separate the cells round it (Pandolfi & Ortiz 2002).
+
+    Raises ValueError when there is nothing to join, and for cells or laws whose sides cannot open by threshold.
     """
     if not isinstance(body, ElasticBody):
         raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody")
+    if opens is not None:
+        if opens != "threshold":
+            raise ValueError(f'opens is {opens!r}: give None, every cell a body of its own, or "threshold"')
+        return _opening(body, law, material, name, threshold, {"fixed": fixed, "drive": drive, "velocity": velocity})
     dim, made, sides_of, owner, joined = body.dim, [], [], {}, 0
-    made_of = {name: value for name, value in body.given.items() if name not in ("points", "cells", "groups")}
+    of_all = ("points", "cells", "groups", "initial_stress")
+    made_of = {name: value for name, value in body.given.items() if name not in of_all}
     for kind, cells in body.cells.items():
         for number, nodes in enumerate(cells):
             groups = {group: np.flatnonzero(np.isin(nodes, members)) for group, members in body.groups.items()}
             groups = {group: local for group, local in groups.items() if len(local)}
-            one = ElasticBody(body.points[nodes], {kind: [np.arange(len(nodes))]}, groups=groups, **made_of)
+            stress = body.initial_stress and {kind: body.initial_stress[kind][[number]]}
+            cell = {kind: [np.arange(len(nodes))]}
+            one = ElasticBody(body.points[nodes], cell, groups=groups, initial_stress=stress, **made_of)
             sides = one.boundary_edges() if dim == 2 else one.boundary_faces()
             made.append((kind, number, nodes, one))
             sides_of.append([np.asarray(side)[np.asarray(side) >= 0] for side in sides])
@@ -80,12 +95,37 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     return Pieces(sets, name, law, [(kind, number) for kind, number, _, _ in made], "edges" if dim == 2 else "faces")
 
 
+def _opening(body, law, material, name, threshold, given):
+    """One body whose sides open."""
+    opening = opening_faces.checked(body, law, threshold)
+    nodes, *_ = deformable(body, material, name=name, **given)
+    attach(nodes, opening)
+    cell = [(kind, number) for kind, cells in body.cells.items() for number in range(len(cells))]
+    return Pieces([nodes, sides_of(nodes)], name, law, cell, "edges")
+
+
+def attach(nodes, opening):
+    """Makes the mesh of a set of nodes one whose faces may open."""
+    d = nodes.mesh
+    d.opening, d.self_contact = opening, True
+    none = np.zeros(0)
+    nodes.contactors.append(bodies.ContactorSet("disk", d.material, none.astype(int), none))
+
+
+def sides_of(nodes):
+    """The set that sides of faces that open come in with: none at the start."""
+    from .meshes import part_set
+
+    none = np.zeros(0)
+    return part_set(2, [bodies.ContactorSet("segment", nodes.mesh.material, none.astype(int), none)], "edges", nodes.mesh)
+
+
 def _points(sides, dim):
     """Nodes (m, k) and weights (m, k) of the points of some sides."""
     most = max((len(side) for side in sides), default=2)
     nodes, weights = [], []
     for side in sides:
-        rule = _EDGE if dim == 2 else _TRIANGLE if len(side) == 3 else _QUAD
+        rule = opening_faces.EDGE if dim == 2 else _TRIANGLE if len(side) == 3 else _QUAD
         for row in rule:
             nodes.append(np.concatenate([side, np.repeat(side[:1], most - len(side))]))
             weights.append(np.concatenate([row, np.zeros(most - len(side))]))

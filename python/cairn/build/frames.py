@@ -48,34 +48,104 @@ def _masses(points, cells, mass):
     return sparse.diags_array(np.repeat(of_nodes, points.shape[1])).tocsc()
 
 
-def bars(points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0)):
+def _tension(stress, area, young, length):
+    """Forces along bars (m,) of a stress that they have before they move [N], and the energy that they store [J]."""
+    given = checks.reals("initial_stress", stress, f"give a number, or one for each of the {len(area)} cells [Pa]")
+    if given.shape not in ((), area.shape):
+        told = f"initial_stress has shape {given.shape}"
+        raise ValueError(f"{told}: give a number, or one for each of the {len(area)} cells, shape ({len(area)},) [Pa]")
+    pull = checks.real_array("initial_stress", np.broadcast_to(given, area.shape), area.shape) * area
+    return pull, float(np.sum(pull**2 * length / (2 * young * area)))
+
+
+def _held_apart(points, cells, length, pull):
+    """Forces (n, dim) of bars that are pulled, on nodes that hold them so."""
+    along = (points[cells[:, 1]] - points[cells[:, 0]]) * (pull / length)[:, None]
+    out = np.zeros(points.shape)
+    np.add.at(out, cells[:, 1], along)
+    np.add.at(out, cells[:, 0], -along)
+    return out
+
+
+def bars(points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0), initial_stress=None):
     """A truss: bars (m, 2) between points (n, 2 | 3) [m] that turn freely about their nodes, masses at the nodes.
 
     young [Pa], area [m2], density [kg/m3]: numbers, or one for each bar. groups: {name: nodes}; rayleigh: (a, b) of
-    C = a M + b K [1/s, s]. A LinearBody; raises ValueError naming cell and remedy.
+    C = a M + b K [1/s, s]. initial_stress [Pa], a number or one for each bar: along it before it moves, tension positive; it
+    pulls its nodes back across as well, so that a string sounds by it. A LinearBody; raises ValueError naming cell and remedy.
     """
     points, cells, length = _cells(points, cells)
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
     k = _core.bar_stiffness(np.ascontiguousarray(points[cells]), young, area)
+    force, energy = None, 0.0
+    if initial_stress is not None:
+        pull, energy = _tension(initial_stress, area, young, length)
+        force = _held_apart(points, cells, length, pull).ravel()
+        along = (points[cells[:, 1]] - points[cells[:, 0]]) / length[:, None]
+        across = (pull / length)[:, None, None] * (np.eye(dim) - along[:, :, None] * along[:, None, :])
+        k = k + np.block([[across, -across], [-across, across]])
     dofs = (dim * cells[:, :, None] + np.arange(dim)).reshape(n, -1)
     stiffness = _sum(points.size, dofs, k)
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     damping = rayleigh[0] * mass + rayleigh[1] * stiffness
-    return LinearBody(points, mass, (stiffness + stiffness.T) / 2, damping=(damping + damping.T) / 2, groups=groups)
+    return LinearBody(
+        points, mass, (stiffness + stiffness.T) / 2, damping=(damping + damping.T) / 2, groups=groups, initial_force=force,
+        initial_energy=energy,
+    )  # fmt: skip
+
+
+def _across(points, cells, length, pull, up):
+    """What a pull adds to the stiffness of beams: (m, 6 | 12, 6 | 12) by cubic deflections (Przemieniecki 1968)."""
+    dim, n = points.shape[1], len(cells)
+    one = np.ones(n)
+    along = (points[cells[:, 1]] - points[cells[:, 0]]) / length[:, None]
+    if dim == 2:
+        axes = np.stack([along, np.stack([-along[:, 1], along[:, 0]], 1)], 1)
+    else:
+        second = up - (along @ up)[:, None] * along
+        second /= np.linalg.norm(second, axis=1)[:, None]
+        axes = np.stack([along, second, np.cross(along, second)], 1)
+    size = length
+    bent = (
+        np.array(
+            [
+                [36 * one, 3 * size, -36 * one, 3 * size],
+                [3 * size, 4 * size**2, -3 * size, -(size**2)],
+                [-36 * one, -3 * size, 36 * one, -3 * size],
+                [3 * size, -(size**2), -3 * size, 4 * size**2],
+            ]
+        ).transpose(2, 0, 1)
+        * (pull / (30 * size))[:, None, None]
+    )
+    each = 3 * dim - 3
+    out = np.zeros((n, 2 * each, 2 * each))
+    for axis in range(1, dim):
+        # rows of the deflection along the axis and the slope that goes with it, of both nodes
+        turn = np.zeros((n, 4, 2 * each))
+        for node in range(2):
+            turn[:, 2 * node, node * each : node * each + dim] = axes[:, axis]
+            if dim == 2:
+                turn[:, 2 * node + 1, node * each + 2] = 1
+            else:  # a slope along the second axis is a turn about the third; along the third one about the second, backwards
+                about = axes[:, 2] if axis == 1 else -axes[:, 1]
+                turn[:, 2 * node + 1, node * each + 3 : node * each + 6] = about
+        out += np.einsum("nij,nik,nkl->njl", turn, bent, turn)
+    return out
 
 
 def beams(
     points, cells, *, young, area, inertia, density, poisson=0.3, shear_area=None, torsion=None, up=(0.0, 0.0, 1.0), clamped=None,
-    groups=None, rayleigh=(0.0, 0.0),
+    groups=None, rayleigh=(0.0, 0.0), initial_stress=None,
 ):  # fmt: skip
     """A frame: beams (m, 2) between points (n, 2 | 3) [m], stiffly joined; masses at the nodes.
 
     young [Pa], area [m2], density [kg/m3], inertia [m4] (in 3D (m, 2) or a pair: of bending along the second axis of the section,
     which lies in the plane of `up` and the beam, and along the third), torsion [m4], shear_area [m2] (None: Bernoulli's beams,
     which do not shear): numbers, or one for each beam. clamped: group or nodes that do not turn. Rotations have no inertia, and
-    follow the displacements (Guyan 1965): the stiffness is full, for frames of some hundred nodes. A LinearBody; raises
-    ValueError naming cell and remedy.
+    follow the displacements (Guyan 1965): the stiffness is full, for frames of some hundred nodes. initial_stress [Pa], a number
+    or one for each beam: the mean along it before it moves, tension positive, which makes it stiffer or softer against bending
+    (by Bernoulli's deflections). A LinearBody; raises ValueError naming cell and remedy.
     """
     points, cells, length = _cells(points, cells)
     n, dim = len(cells), points.shape[1]
@@ -94,6 +164,11 @@ def beams(
         np.ascontiguousarray(points[cells]), up, young, young / (2 * (1 + checks.number("poisson", poisson))), area,
         np.ascontiguousarray(both), turn, sheared,
     )  # fmt: skip
+    force, energy = None, 0.0
+    if initial_stress is not None:
+        pull, energy = _tension(initial_stress, area, young, length)
+        force = _held_apart(points, cells, length, pull).ravel()
+        k = k + _across(points, cells, length, pull, up)
     each = 3 * dim - 3  # dofs of a node
     dofs = (each * cells[:, :, None] + np.arange(each)).reshape(n, -1)
     full = _sum(each * len(points), dofs, k).toarray()
@@ -112,4 +187,4 @@ def beams(
     stiffness = (stiffness + stiffness.T) / 2
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     damping = rayleigh[0] * mass.toarray() + rayleigh[1] * stiffness
-    return LinearBody(points, mass, stiffness, damping=damping, groups=groups)
+    return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import _core
 from ..pre import checks
 from . import bodies
 from .laws import BY_NAME
 from .materials import Material
 
 END = 0.1  # radius of the mark of an end, of its body's size
+ROWS = _core.joint_kinds()  # of cxx/scene/joints.def
 
 
 @dataclass(frozen=True)
@@ -58,10 +60,13 @@ class JointKind:
 
     def bits(self, dim):
         """Which components are blocked, as bits n, t [, s], rotations; which is the coordinate, from 1, 0 none."""
-        raise NotImplementedError
+        row = ROWS[type(self).__name__]
+        if row["blocked"][dim - 2] < 0:
+            raise ValueError(f"{type(self).__name__} is a joint of {5 - dim}D: in {dim}D give {row['instead']}")
+        return row["blocked"][dim - 2], row["coordinate"][dim - 2]
 
     def ends(self, dim):
-        """Points of both ends (2, dim) [m]."""
+        """Points of both ends (2, dim) [m]; of a Cable that of its pulley between them, (3, dim)."""
         point = checks.real_array(f"point of {type(self).__name__}", self.point, (dim,))
         return np.array([point, point])
 
@@ -79,8 +84,9 @@ class JointKind:
             raise ValueError(f"axis of {type(self).__name__} is {self.axis}: give a direction")
         return axis / size
 
-    def law(self, dim, swapped, on_mesh=False):
-        """The law between its ends; swapped: the core sees the second body as the first; on_mesh: an end is a node."""
+    def law(self, dim, swapped, on_mesh=False, marks=(0, 0)):
+        """The law between its ends; swapped: the core sees the second body as the first; on_mesh: an end is a node; marks: of a
+        Cable, which of its three marks is at the pulley and which at the end that is no side of the contact, from 1."""
         own = type(self).__name__
         blocked, coordinate = self.bits(dim)
         if on_mesh:
@@ -91,7 +97,7 @@ class JointKind:
             if isinstance(self, Hinge):
                 raise ValueError("Hinge holds an axis, and a node of a mesh has none: give a Ball, or hinges at two nodes")
             blocked, coordinate = blocked & (2**dim - 1), coordinate if coordinate <= dim else 0
-        low, high = -np.inf, np.inf
+        low, high = -np.inf, self.spanned(dim) if isinstance(self, Cable) else np.inf
         if (limits := getattr(self, "limits", None)) is not None:
             low, high = (checks.number(f"limits[{k}] of {own}", x, finite=False) for k, x in enumerate(limits))
             if not low <= high:
@@ -114,13 +120,8 @@ class JointKind:
             raise ValueError(f"strength of {own} is {strength:g}: give a force above 0 [N]")
         return BY_NAME["joint"](blocked=blocked, coordinate=coordinate, axis_x=axis[0], axis_y=axis[1], axis_z=axis[2],
                                 lowest=low, highest=high, speed=speed, effort=effort, strength=strength,
-                                spans=float(isinstance(self, Distance)), stiffness=spring.stiffness,
-                                damping=spring.damping, rest=rest)  # fmt: skip
-
-
-def _only(kind, dim, wanted, instead):
-    if dim != wanted:
-        raise ValueError(f"{kind} is a joint of {wanted}D: in {dim}D give {instead}")
+                                spans=float(ROWS[own]["points"] > 1), stiffness=spring.stiffness,
+                                damping=spring.damping, rest=rest, pulley=marks[0], far=marks[1])  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,10 +129,6 @@ class Ball(JointKind):
     """Two points stay together, 3D."""
 
     point: object
-
-    def bits(self, dim):
-        _only("Ball", dim, 3, "Pivot")
-        return 7, 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,10 +141,6 @@ class Hinge(JointKind):
     motor: Motor | None = None
     spring: Spring | None = None
 
-    def bits(self, dim):
-        _only("Hinge", dim, 3, "Pivot")
-        return 55, 4
-
 
 @dataclass(frozen=True, kw_only=True)
 class Pivot(JointKind):
@@ -158,19 +151,12 @@ class Pivot(JointKind):
     motor: Motor | None = None
     spring: Spring | None = None
 
-    def bits(self, dim):
-        _only("Pivot", dim, 2, "Ball or Hinge")
-        return 3, 3
-
 
 @dataclass(frozen=True, kw_only=True)
 class Fixed(JointKind):
     """Bodies move as one; point: where force and strength are taken."""
 
     point: object
-
-    def bits(self, dim):
-        return (7, 0) if dim == 2 else (63, 0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -183,9 +169,6 @@ class Slider(JointKind):
     motor: Motor | None = None
     spring: Spring | None = None
 
-    def bits(self, dim):
-        return (6, 1) if dim == 2 else (62, 1)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Distance(JointKind):
@@ -197,7 +180,7 @@ class Distance(JointKind):
     spring: Spring | None = None
 
     def bits(self, dim):
-        return (1, 0) if self.limits is None and self.spring is None else (0, 1)
+        return super().bits(dim) if self.limits is None and self.spring is None else (0, 1)
 
     def begins_at(self, dim):
         ends = self.ends(dim)
@@ -212,7 +195,36 @@ class Distance(JointKind):
         return points
 
 
-KINDS = (Ball, Hinge, Pivot, Fixed, Slider, Distance)
+@dataclass(frozen=True, kw_only=True)
+class Cable(JointKind):
+    """A rope over a pulley, a point without mass or friction: it bears no more than its length [m] from its end on the first body
+    to the pulley and on to its end on the second, pulls both ends alike and the pulley by both, and is slack otherwise.
+
+    points: on the first body, of the pulley, on the second, (3, dim) [m]; length: None, as long as it then is; pulley: the
+    number of the body that carries it, None: the world. strength: the tension at which it breaks."""
+
+    points: object
+    length: float | None = None
+    pulley: int | None = None
+
+    def ends(self, dim):
+        points = checks.real_array("points of Cable", self.points, (3, dim))
+        for k in (0, 2):
+            if not np.any(points[k] != points[1]):
+                raise ValueError(f"points[{k}] and points[1] of Cable are both {points[1]}: give the pulley's apart from ends")
+        return points
+
+    def spanned(self, dim):
+        """Its length now, along a straight line on each side [m], or what it was given."""
+        span = float(np.linalg.norm(np.diff(self.ends(dim), axis=0), axis=1).sum())
+        if self.length is None:
+            return span
+        if not checks.positive("length of Cable", self.length) >= span * (1 - 2**-30):
+            raise ValueError(f"length of Cable is {self.length:g}: give at least the {span:g} m that it spans")
+        return float(self.length)
+
+
+KINDS = (Ball, Hinge, Pivot, Fixed, Slider, Distance, Cable)
 
 
 def joined(scene, a, b, kind):
@@ -227,7 +239,11 @@ def joined(scene, a, b, kind):
     meshes = [scene.sets[place[0]].mesh for place in places if place is not None]
     if len(meshes) == 2 and meshes[0] is meshes[1] is not None:
         raise ValueError(f"a and b of a joint are {a} and {b}, nodes of one mesh: join nodes of two, or add a cell")
-    law = kind.law(dim, places[1] is not None and places[0][0] > places[1][0], any(mesh is not None for mesh in meshes))
+    marks = (0, 0)
+    if isinstance(kind, Cable):
+        places.insert(1, None if kind.pulley is None else _place(scene, "pulley", kind.pulley))
+        marks = _marks_of_cable(scene, places)
+    law = kind.law(dim, places[-1] is not None and places[0][0] > places[-1][0], any(mesh is not None for mesh in meshes), marks)
     name = f"joint {sum(law is not None and law.name == 'joint' for _, _, law in scene.rules)}"
     mark = Material(name)
     for place, point in zip(places, ends):  # all ends, before the first is put: a joint that is refused leaves nothing behind
@@ -238,7 +254,7 @@ def joined(scene, a, b, kind):
             if scene.sets[place[0]].mesh is not None:
                 size = _put_on_node(scene, place, mark)
             else:
-                size = _put(scene, place, point, mark, not isinstance(kind, (Ball, Distance)))
+                size = _put(scene, place, point, mark, ROWS[type(kind).__name__]["turns"])
             continue
         end = bodies.ContactorSet("disk" if dim == 2 else "sphere", mark, np.array([0]), np.array([size]), joint=True)
         scene.add(bodies.checked(bodies.BodySet(dim, point[None], np.ones(1), np.ones((1, 1 if dim == 2 else 3)), [end],
@@ -246,6 +262,25 @@ def joined(scene, a, b, kind):
     scene.interact(name, "*", None)
     scene.interact(name, name, law)
     return name
+
+
+def _marks_of_cable(scene, places):
+    """Which of its marks, by the order of their bodies from 1, is at the pulley, and which at the end beyond it. The other end
+    and the pulley are the sides of the contact, one of which moves."""
+    moves = []
+    for place in places:
+        s = None if place is None else scene.sets[place[0]]
+        if s is not None and s.mesh is not None:
+            raise ValueError(f"a, b or the pulley of Cable is {s.own_ids[place[1]]}, a node of a mesh: give rigid bodies")
+        moves.append(s is not None and not set(bodies.DOFS[scene.dim]) <= set(s.driven))
+    if any(x is not None and x == y for x, y in ((places[0], places[1]), (places[1], places[2]))):
+        raise ValueError("the pulley of Cable is on a body of one of its ends: give a Distance, or another body")
+    if not any(moves):
+        raise ValueError("a, b and the pulley of Cable do not move: give one that does")
+    far = 2 if moves[0] or moves[1] else 0
+    # the world's marks come after all others, in this order
+    order = sorted(range(3), key=lambda k: (places[k] is None, places[k] or (), k))
+    return order.index(1) + 1, order.index(far) + 1
 
 
 def _place(scene, side, number):

@@ -9,11 +9,12 @@ import numpy as np
 
 from ..networks.conductances import CONDUCTANCES, Conductance
 from ..run import time_functions
-from . import bulk
+from . import bulk, fracture
 from .elastic import ElasticBody
 from .joints import end_on_node
 from .materials import Material
 from .meshes import LinearBody, deformable
+from .opening_faces import OpeningFaces
 from .solid import SolidBody
 from .ties import TiedBody
 
@@ -32,11 +33,14 @@ def decoded(content):
 
 def to_dict(d):
     """What a file holds of a Deformable. Raises ValueError for what no file can hold, such as a solver of another code."""
+    d = d.whole or d
     kind = type(d.body).__name__
     if BODIES.get(kind) is not type(d.body):
         raise ValueError(f"the body of {d.name!r} is a {kind}: a scene file holds {' and '.join(BODIES)}")
     of_body = {name: _encoded(f"{name} of {d.name!r}", value) for name, value in d.body.given.items()}
     out = {"class": kind, "body": of_body, "given": {name: _encoded(name, value) for name, value in d.given.items()}}
+    if d.opening:
+        out["opening"] = {"strength": np.array(d.opening.strength), "threshold": float(d.opening.threshold)}
     if d.joints:
         out["joints"] = {f"{k:06d}": {"name": name, "node": int(node)} for k, (name, node) in enumerate(d.joints)}
     return out
@@ -46,6 +50,9 @@ def from_dict(content):
     """The sets of bodies that show it, as `deformable` gives them."""
     body = BODIES[content["class"]](**{name: _decoded(value) for name, value in content["body"].items()})
     made = deformable(body, **{name: _decoded(value) for name, value in content["given"].items()})
+    if "opening" in content:
+        fracture.attach(made[0], OpeningFaces(body, tuple(content["opening"]["strength"]), content["opening"]["threshold"]))
+        made.append(fracture.sides_of(made[0]))
     for _, joint in sorted(content.get("joints", {}).items()):
         d, node = made[0].mesh, int(joint["node"])
         d.joints.append((joint["name"], node))

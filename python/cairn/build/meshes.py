@@ -17,17 +17,41 @@ from .materials import Material
 from .mesh_faces import Faces
 
 
-class LinearBody:
+class GivenBody:
+    """What bodies of given matrices and of another code's forces have alike: M (n dim, n dim) [kg], edges and faces as given."""
+
+    def nodal_mass(self):
+        """Sum of the row of each node along the first axis, (n,) [kg]."""
+        return np.asarray(self.M.sum(axis=1)).reshape(-1, self.dim)[:, 0]
+
+    def boundary_edges(self):
+        """Edges (m, 2) of the boundary, the body on their left."""
+        if self.edges is None:
+            raise ValueError(f"the edges of this body are not known: give edges=(m, 2) to {type(self).__name__}")
+        return self.edges
+
+    def boundary_faces(self):
+        """Faces (m, 3 | 4) of the boundary, anticlockwise from outside."""
+        if self.faces is None:
+            raise ValueError(f"the faces of this body are not known: give faces=(m, 3 | 4) to {type(self).__name__}")
+        return self.faces
+
+
+class LinearBody(GivenBody):
     """A body whose matrices another finite element code made.
 
     points (n, dim) places of the nodes [m]; mass, stiffness, damping (n dim, n dim), scipy.sparse or dense, dof `dim i + k` the
     displacement of node i along axis k; groups: {name: nodes}; edges (m, 2) of the boundary in 2D, the body on their left; faces
-    (m, 3 | 4) of the boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle.
+    (m, 3 | 4) of the boundary in 3D, anticlockwise from outside, -1 for the fourth node of a triangle. initial_force (n dofs):
+    of stresses that it has before it moves, which K of a displacement comes on top of [N]; initial_energy: what they store [J].
     stiffness and damping may be operators (scipy.sparse.linalg.LinearOperator) if `solver` is given: solver(h, theta, held)
     returns a function that solves (M + h theta C + h^2 theta^2 K) x = b on the dofs that are not held, (m,) or (m, k).
     """
 
-    def __init__(self, points, mass, stiffness, *, damping=None, groups=None, edges=None, faces=None, solver=None):
+    def __init__(
+        self, points, mass, stiffness, *, damping=None, groups=None, edges=None, faces=None, solver=None, initial_force=None,
+        initial_energy=0.0,
+    ):  # fmt: skip
         #: what it was made of, as scene files hold it
         self.given = {name: value for name, value in locals().items() if name != "self"}
         from scipy import sparse
@@ -41,6 +65,8 @@ class LinearBody:
         self.edges = None if edges is None else np.asarray(edges, int).reshape(-1, 2)
         self.faces = None if faces is None else np.asarray(faces, int)
         self.solver = solver
+        self.initial_force = initial_force if initial_force is None else checks.real_array("initial_force", initial_force, (n,))
+        self.initial_energy = checks.number("initial_energy", initial_energy)
         matrices = {"mass": mass, "stiffness": stiffness, "damping": 0 * mass if damping is None else damping}
         for name, a in matrices.items():
             if np.shape(a) != (n, n):
@@ -53,21 +79,10 @@ class LinearBody:
                 raise ValueError(f"{name} is an operator: give a matrix" + ("" if name == "mass" else ", or a solver"))
         self.M, self.K, self.C = matrices["mass"], matrices["stiffness"], matrices["damping"]
 
-    def nodal_mass(self):
-        """Sum of the row of each node along the first axis, (n,) [kg]."""
-        return np.asarray(self.M.sum(axis=1)).reshape(-1, self.dim)[:, 0]
 
-    def boundary_edges(self):
-        """Edges (m, 2) of the boundary, the body on their left."""
-        if self.edges is None:
-            raise ValueError("the edges of this body are not known: give edges=(m, 2) to LinearBody")
-        return self.edges
-
-    def boundary_faces(self):
-        """Faces (m, 3 | 4) of the boundary, anticlockwise from outside."""
-        if self.faces is None:
-            raise ValueError("the faces of this body are not known: give faces=(m, 3 | 4) to LinearBody")
-        return self.faces
+def is_linear(body):
+    """Whether its matrices are all that it is: no material of solids, and no forces of another code."""
+    return not (hasattr(body, "blocks") or hasattr(body, "model_of"))
 
 
 class Deformable:
@@ -83,12 +98,13 @@ class Deformable:
         self.displace, self.rigid, self.self_contact, self.mortar = {}, [], False, False
         self.joints = []  # (name of the joint, node)
         self.carried = None  # what it was given as a rigid body, see run/carried_forces.py
+        self.opening, self.whole = None, None  # faces that open by threshold, see opening_faces.py; what it was before any did
 
 
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
                force=None, velocity=None,
                displacement=None, storage=None, name="mesh", point_material=None, edge_material=None, face_material=None,
-               bulk=None, pressure=None, self_contact=False, mortar=False, **options):  # fmt: skip
+               bulk=None, pressure=None, self_contact=False, mortar=False, initial_stress=None, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -113,10 +129,17 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     numbers, then points), of edges and of faces; one for all of them or a list with one for each.
     self_contact: its points meet its own edges or faces, too, but for those next to them; else the body does not touch
     itself. mortar: its contact nodes meet edges or faces of other meshes on average over its own, by dual multipliers; for the
-    side of the finer cells.
+    side of the finer cells. initial_stress: true (Cauchy's) stress of the body where it lies, before it moves [Pa], 11 22 33 12
+    13 23: (6,) for all; a function of places (n, dim) [m] that gives (n, 6); or {name: one of these} of groups, whose cells are
+    those with all nodes in them, and of kinds of cells, of which (m, 6) of each cell is taken, too. The load, or what holds the
+    body, need not be in balance with it.
     """
-    given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options")}
+    given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options", "initial_stress")}
     body = _made(body, material, bulk, options)
+    if initial_stress is not None:
+        from .initial_stress import stressed
+
+        body = stressed(body, initial_stress)
     if not hasattr(body, "points") or not hasattr(body, "nodal_mass"):
         raise ValueError(f"body is {body!r}: give a mesh, a cairn.ElasticBody, LinearBody or SolidBody")
     dim, places = body.dim, body.points
@@ -328,6 +351,7 @@ class MovingMesh:
         self.dim, self.size = d.body.dim, d.body.points.size
         held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
+        self.called = None  # forces of another code, as the core calls them
 
     @property
     def all_ids(self):
@@ -371,7 +395,7 @@ class MovingMesh:
     @property
     def follows_pressure(self):
         """Whether pressures are in the balance of Newton's method, at the end of the step: of bodies that are not linear."""
-        return bool(self.d.pressed) and hasattr(self.body, "blocks")
+        return bool(self.d.pressed) and not is_linear(self.body)
 
     def pressed_parts(self, origin):
         """Pressed sides as the core takes them, those of one form together, in the order of `pressures`."""

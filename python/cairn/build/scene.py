@@ -119,8 +119,8 @@ class Scene(Spelt):
 
     def join(self, a, b, joint):
         """Joins two bodies or nodes of meshes, by their numbers, or one and the world (b None), as they stand: cairn.Ball, Hinge,
-        Pivot, Fixed, Slider or Distance. Its name, for rules and pictures. What is joined still touches unless interact says
-        otherwise."""
+        Pivot, Fixed, Slider, Distance or Cable. Its name, for rules and pictures. What is joined still touches unless interact
+        says otherwise."""
         from .joints import joined
 
         return joined(self, a, b, joint)

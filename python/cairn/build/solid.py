@@ -12,6 +12,7 @@ from .. import _core
 from ..pre import checks
 from .bulk import BulkMaterial
 from .elastic import ElasticBody, _checked_cells
+from .initial_stress import of_block
 
 KINEMATICS = ("small", "corotational", "total_lagrangian", "logarithmic")
 
@@ -26,13 +27,14 @@ class SolidBody(ElasticBody):
     take the gradient of deformation are for "total_lagrangian" alone, which is what they get when none is given. plane:
     "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order
     change their volume as a whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the
-    stiffness at the start.
+    stiffness at the start. initial_stress: true stress of the body before it moves [Pa], as `cairn.deformable` takes it; the
+    material is strained by it where it lies, so that it yields at what is left of its strength.
     Raises ValueError naming what is wrong, the cell and the remedy.
     """
 
     def __init__(
         self, points, cells, material, *, density=0.0, groups=None, kinematics=None, plane="strain", thickness=1.0,
-        mean_dilatation=False, lumped=False, rayleigh=(0.0, 0.0),
+        mean_dilatation=False, lumped=False, rayleigh=(0.0, 0.0), initial_stress=None,
     ):  # fmt: skip
         made_of = {name: value for name, value in locals().items() if name not in ("self", "__class__")}
         _checked_cells(cells)
@@ -58,6 +60,8 @@ class SolidBody(ElasticBody):
         self.plane = plane
         if around > 1:
             self._weigh_rings(lumped, float(density))
+        if initial_stress is not None:
+            self._take_stress(initial_stress)
         start, row, mass = self.lower[:3]
         stiffness = self.tangent(np.zeros_like(self.points))[1]
         a, b = rayleigh
@@ -83,7 +87,7 @@ class SolidBody(ElasticBody):
             {
                 "cell": kind, "nodes": self.cells[kind][rows].astype(np.int32), "material": material.name,
                 "params": list(material.values), "kinematics": self.kinematics, "plane": self.plane,
-                "mean_dilatation": self.mean_dilatation, "thickness": self.thickness,
+                "mean_dilatation": self.mean_dilatation, "thickness": self.thickness, **of_block(self, kind, rows),
             }
             for kind, rows, material in self._layout
         ]  # fmt: skip

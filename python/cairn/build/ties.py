@@ -10,6 +10,7 @@ import numpy as np
 
 from ..pre import checks
 from .elastic import ElasticBody
+from .initial_stress import linear_blocks
 from .meshes import _group
 from .solid import SolidBody
 from .tied_faces import ROUNDING, check_covered, dual_weights
@@ -68,13 +69,17 @@ class TiedBody(ElasticBody):
         self.lower = start, row, *(np.concatenate([part.lower[k] for part in bodies]) for k in (2, 3, 4))
         if any(isinstance(part, SolidBody) for part in bodies):
             self.blocks, self.layout, self.kinematics = self._blocks, self._layout, _kinematics(bodies)
+        elif any(part.initial_force is not None for part in bodies):
+            none = [np.zeros(part.points.size) for part in bodies]
+            forces = [zero if part.initial_force is None else part.initial_force for part, zero in zip(bodies, none)]
+            self.initial_force, self.initial_energy = np.concatenate(forces), sum(part.initial_energy for part in bodies)
         self.ties = node_ties(self, ties, within)
 
     def _blocks(self):
         return [
             {**block, "nodes": (block["nodes"] + start).astype(np.int32)}
             for part, start in zip(self.parts.values(), self.first.values())
-            for block in (part.blocks() if isinstance(part, SolidBody) else _linear_blocks(part))
+            for block in (part.blocks() if isinstance(part, SolidBody) else linear_blocks(part))
         ]
 
     def _layout(self):
@@ -128,6 +133,8 @@ class TiedBody(ElasticBody):
             if isinstance(force, dict)
             else np.asarray(force, float)
         )
+        if self.initial_force is not None:
+            f = f.ravel() - self.initial_force
         k = (t.T @ self.K @ t).tocsc()
         u[~held] = spsolve(k[~held][:, ~held], (t.T @ f.ravel() - k @ u)[~held])
         return (t @ u).reshape(-1, self.dim)
@@ -152,19 +159,6 @@ def _kinematics(bodies):
     """ "small" if no part turns."""
     large = [part.kinematics for part in bodies if getattr(part, "kinematics", "small") != "small"]
     return large[0] if large else "small"
-
-
-def _linear_blocks(part):
-    if part.plane == "stress" and part.dim == 3:
-        raise ValueError("plane stress is for two dimensions")
-    return [
-        {
-            "cell": kind, "nodes": nodes.astype(np.int32), "material": "isotropic_elastic",
-            "params": [float(part.given["young"]), float(part.given["poisson"])], "kinematics": "small", "plane": part.plane,
-            "mean_dilatation": False, "thickness": part.thickness,
-        }
-        for kind, nodes in part.cells.items()
-    ]  # fmt: skip
 
 
 def node_ties(body, ties, within):

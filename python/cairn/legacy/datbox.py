@@ -90,6 +90,7 @@ class Datbox:
     initial_contacts: int = 0
     state_file: str = ""
     plane: str = "strain"  # what meshes in 2D are: no file tells
+    light: float | None = None  # density of meshes whose material has none [kg/m3]
     notes: list = field(default_factory=list)
 
 
@@ -171,26 +172,50 @@ def read_bulk(box):
 
 def read_contact(box):
     """TACT_BEHAV.DAT. A value is what stands in its columns, whatever its label."""
-    reader = Reader(box.folder / "TACT_BEHAV.DAT")
+    reader, broken = Reader(box.folder / "TACT_BEHAV.DAT"), {}
     while not reader.ended:
         line = reader.next()
         if line[1:6] == "behav":
             line = reader.next()
             law = ContactLaw(line[1:6].strip(), line[8:38].strip(), reader.number_of_line)
             box.laws.setdefault(law.name, law)
-            for k, names in enumerate(LAW_VALUES.get(law.law, ())):
-                values = reader.values(reader.next() if k else line, len(names), (41, 62))
-                law.parameters |= dict(zip(names, values))
+            try:
+                _read_law(box, reader, line, law)
+            except LegacyError as error:  # of a law that something is to touch by
+                broken.setdefault(law.name, error)
         elif line[1:6] == "seety":
             reader.next()
             box.see.append(_see(reader, reader.next()))
             if not reader.ended and reader.line.startswith("+"):
                 box.see[-1].halo = reader.number(reader.next(), 55, 68)
     for see in box.see:
+        if see.law in broken:
+            raise broken[see.law]
         if see.law not in box.laws:
             raise LegacyError(
                 f"{reader.path}, line {see.line}: law {see.law!r} is not declared; there are {', '.join(box.laws) or 'none'}"
             )
+    for name, error in broken.items():
+        box.notes.append(f"law {name}, by which nothing touches, is passed over: {error}")
+        del box.laws[name]
+
+
+def _read_law(box, reader, line, law):
+    """The rows of a law into its parameters."""
+    for k, names in enumerate(LAW_VALUES.get(law.law, ())):
+        if k and (reader.ended or reader.line.startswith("$")):
+            reader.fail(f"law {law.name} ({law.law}) ends here: a line of {', '.join(names)} was expected")
+        line = reader.next() if k else line
+        values = reader.values(line, len(names), (41, 62))
+        law.parameters |= dict(zip(names, values))
+        if law.law.endswith("MAL_CZM") and line[40:45] == "visc=":
+            strength, work = values
+            law.parameters |= {"s1": strength, "s2": strength, "G1": work, "G2": work}
+            box.notes.append(
+                f"TACT_BEHAV.DAT, line {reader.number_of_line}: law {law.name} ({law.law}) is in the words of an older version: "
+                f"visc= {strength:g} is taken as its strength [Pa], dupr= {work:g} as its work [J/m2], both of either mode"
+            )
+            return
 
 
 def _see(reader, line):

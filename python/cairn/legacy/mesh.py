@@ -258,6 +258,18 @@ def read_temperatures(path, number, count):
     return out
 
 
+def _density(box, mesh, name):
+    """Of a material of a mesh [kg/m3]; `light` of one that has none."""
+    density = box.materials[name].density
+    if density is None or density > 0 or box.light is not None:
+        return density if density is None or density > 0 else float(box.light)
+    raise LegacyError(
+        f"{box.folder / 'BULK_BEHAV.DAT'}, line {box.materials[name].line}: material {name} of MAILx {mesh.number} has the "
+        f"density Umas= {density:g}: Cairn moves bodies by their mass; give read_datbox(light=...), a density so "
+        "small that it does not count, and NSCD(theta=1.0)"
+    )
+
+
 def _body(box, mesh, models):
     from ..build.bulk import BULK_MATERIALS
     from ..build.elastic import ElasticBody
@@ -270,7 +282,7 @@ def _body(box, mesh, models):
         cells.setdefault(CELLS[element], []).append(nodes)
     points, cells = np.array(mesh.points), {kind: np.array(nodes) for kind, nodes in cells.items()}
     given = {
-        "density": material.density, "lumped": models[model].get("mstrg") == "lump_",
+        "density": _density(box, mesh, name), "lumped": models[model].get("mstrg") == "lump_",
         "groups": {f"node {k}": [k] for k in range(len(mesh.points))},
         **({"plane": box.plane} if points.shape[1] == 2 else {}),
     }  # fmt: skip
@@ -301,7 +313,7 @@ def _of_several(box, mesh, models, points, cells, given):
                 law = BULK_MATERIALS["IsotropicElastic"](young=young, poisson=poisson)
             made[key] = law
         which.setdefault(kind, []).append(list(made).index(key))
-        density.setdefault(kind, []).append(box.materials[name].density)
+        density.setdefault(kind, []).append(_density(box, mesh, name))
     laws = list(made.values())
     material = {kind: (laws, np.array(of)) for kind, of in which.items()}
     return SolidBody(points, cells, material, **{**given, "density": {kind: np.array(of) for kind, of in density.items()}})
@@ -329,7 +341,9 @@ def _deformable(box, mesh, models, drives, state, materials, origin):
     points = _contact_points(mesh)
     faces = _sides(mesh, "ASpxx") + _sides_of_zones(box, mesh, ("CSpxx", *ORDERS))
     edges = _sides(mesh, "ALpxx") + _sides_of_zones(box, mesh, ["CLxxx"])
-    density = box.materials[mesh.cells[0][3]].density
+    density = _density(box, mesh, mesh.cells[0][3])
+    if density != box.materials[mesh.cells[0][3]].density:
+        origin.notes.append(f"MAILx {mesh.number}: its material has no density, and is read with light={density:g}")
 
     def named(kind, color):
         name = f"{mesh.cells[0][3]} {color} {kind}"

@@ -32,6 +32,7 @@ KINDS = {
 SHORT = {"DISKb": "DISKx", "SPHEb": "SPHER"}  # named so where contactors see each other
 DIGITS = 5e-7  # of a number: what eight digits, the first of which may be 0, leave open
 FLAT = 1e-7  # of its size: what a face may bend and still be flat, as the core has it
+ROUND = 1 - 3 / np.pi  # of a volume: what twelve flat sides take from a round cylinder, as coarse a one as is drawn
 
 
 @dataclass
@@ -46,6 +47,7 @@ class Contactor:
     vertices: np.ndarray | None = None  # from its centre
     faces: np.ndarray | None = None  # from 0
     parts: list = field(default_factory=list)  # convex (vertices, faces) of a polyhedron that is not convex
+    note: str = ""  # what is told of it otherwise than the file says it
     line: int = 0
     side: float = 1.0  # of a PLANx: which of its faces, +axe3 or -axe3, meets something
 
@@ -263,6 +265,8 @@ def _centre_polyhedron(reader, body, c):
         try:
             c.parts = convex_parts(c.vertices, c.faces)
         except (ValueError, LookupError) as error:
+            if _stretched(c, rounding):
+                return
             why = error if isinstance(error, ValueError) else "a cut does not close, by rounding of faces nearly in one plane"
             _refuse(reader, body, c, f"is not convex, and is not cut into convex parts: {why}")
 
@@ -275,6 +279,28 @@ def _hulled(c, rounding):
     more = mass_properties.polyhedra([points], [faces]).measure[0] - c.sizes["volume"]
     if more > rounding * area:
         return False
+    c.vertices, c.faces = points, faces
+    return True
+
+
+def _stretched(c, rounding):
+    """Whether all vertices of a polyhedron lie on their hull, to the digits of the file [m], so that only its faces between them
+    run within, as those of a cylinder do whose triangles were drawn across its lines: it is then its hull, with the mass of the
+    file's faces. A frame has its vertices there, too: nothing may go through (Euler's number of a ball), and the faces take no
+    more from the hull than its facets take from what is round."""
+    if len(np.unique(c.faces)) - len(c.faces) // 2 != 2:
+        return False
+    points, faces = mesh.hull(c.vertices)
+    if c.sizes["volume"] < (1 - ROUND) * mass_properties.polyhedra([points], [faces]).measure[0]:
+        return False
+    a, b, d = (points[faces[:, k]] for k in range(3))
+    normal = np.cross(b - a, d - a)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    depth = -np.max(c.vertices @ normal.T - np.sum(normal * a, axis=1), axis=1)
+    if np.max(depth) > 4 * rounding:
+        return False
+    within = -np.max(c.vertices[c.faces].mean(axis=1) @ normal.T - np.sum(normal * a, axis=1), axis=1)
+    c.note = f"its faces run up to {np.max(within):.2g} m within the hull of their vertices, which is what touches"
     c.vertices, c.faces = points, faces
     return True
 

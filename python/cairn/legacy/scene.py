@@ -13,6 +13,7 @@ from ..build import bodies, round_shapes, shapes
 from ..build.materials import Material
 from ..build.scene import Scene
 from ..build.shapes import Hulls
+from ..pre import checks
 from ..run import time_functions
 from . import datbox, mesh, networks
 from .contact_laws import law_of
@@ -36,14 +37,16 @@ class Origin:
     alert: float = 0.0
 
 
-def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain"):
+def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strain", light=None):
     """The scene of an LMGC90 DATBOX folder. Bodies keep their order: body k of the file has the id k - 1.
 
     unmapped: what to do with what Cairn cannot map, "error" (refuse, naming all of it) or "skip" (leave it out and warn,
     naming all of it). state: a DOF.OUT file or an lmgc90.h5 to take positions and velocities from, instead of DOF.INI; step:
     which of the instants of the .h5, None the last. plane: what meshes in 2D are, which no file tells: "strain", "stress" or
-    "axisymmetric" (round y, x the radius). Scene.legacy tells what was left out (`unmapped`), what is told in another
-    way (`notes`) and the alert distance; a time step and theta are not in a DATBOX.
+    "axisymmetric" (round y, x the radius). light: density [kg/m3] of meshed bodies whose material has none; LMGC90 finds such a
+    body at rest in each step, which is where a light one is with theta=1, where dt is long beside its periods. Scene.legacy
+    tells what was left out (`unmapped`), what is told in another way (`notes`) and the alert distance; a time step and theta are
+    not in a DATBOX.
 
     Raises LegacyError (a ValueError) for files that are missing, cut short or not understood, with file, line and column.
     """
@@ -51,17 +54,19 @@ def read_datbox(folder, unmapped="error", *, state=None, step=None, plane="strai
         raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
     if plane not in ("strain", "stress", "axisymmetric"):
         raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
+    if light is not None:
+        checks.positive("light", light)
     try:
-        return _read(folder, unmapped, state, step, plane)
+        return _read(folder, unmapped, state, step, plane, light)
     except LegacyError:
         raise
     except (ValueError, ArithmeticError, LookupError) as error:
         raise LegacyError(f"{folder}: cannot be made a scene: {error}") from error
 
 
-def _read(folder, unmapped, state, step, plane):
+def _read(folder, unmapped, state, step, plane, light):
     box = datbox.parse(folder)
-    box.plane = plane
+    box.plane, box.light = plane, light
     if state is not None:
         from .results import states_of
 
@@ -92,6 +97,8 @@ def _check_extras(origin):
         origin.notes.append(
             f"Vloc_Rloc.INI: {box.initial_contacts} contacts, whose forces are only the first guess of the solver"
         )
+    for b in box.bodies:
+        origin.notes += [f"BODIES.DAT, line {c.line}: {c.type} of {b.type} {b.number}: {c.note}" for c in b.contactors if c.note]
     for m in box.materials.values():
         if m.law != "RIGID" and not networks.properties(m) and any(b.material == m.name for b in box.bodies):
             origin.notes.append(f"material {m.name} ({m.law}): its density alone counts for rigid bodies")

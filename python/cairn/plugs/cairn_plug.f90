@@ -9,7 +9,10 @@ module cairn_plug
   public :: law_prepare, law_solve, law_commit, law_residual, law_energy
   public :: describe_solver, describe_pair, describe_velocity, describe_force
   public :: contact_solver, pair_contact, free_velocity, body_force
-  integer(c_int32_t), parameter :: abi = 2, kind_law = 1, kind_solver = 2, kind_pair = 3, kind_velocity = 4, kind_force = 5
+  public :: cairn_body_calls, describe_body, open_body, body_forces, body_history, body_state_size, body_save, body_load
+  public :: body_destroy
+  integer(c_int32_t), parameter :: abi = 2, kind_law = 1, kind_solver = 2, kind_pair = 3, kind_velocity = 4, kind_force = 5, &
+                                   kind_body = 6
 
   !> What a law may ask about the step beside its own contacts.
   type, bind(c) :: cairn_law_context
@@ -28,6 +31,20 @@ module cairn_plug
     type(c_funptr)         :: prepare, solve, commit, force, complaint, residual, energy
     integer(c_int32_t)     :: keeps, unused
   end type cairn_plug_descriptor
+  !> How Cairn calls a deformable body: see cairn/body_calls.h. Given to open_body with abi, size, dofs and entries.
+  type, bind(c) :: cairn_body_calls
+    integer(c_int32_t) :: abi, size
+    integer(c_int32_t) :: gives_energy      !< 1: forces fills energy
+    integer(c_int32_t) :: gives_dissipation !< 1: forces fills dissipated
+    integer(c_int64_t) :: dofs, entries     !< of the mesh, and of the pattern of its tangent
+    type(c_ptr)        :: context           !< handed to each call, c_loc of what the body keeps
+    type(c_funptr)     :: forces            !< c_funloc of a body_forces
+    type(c_funptr)     :: commit, rollback  !< of a body_history, c_null_funptr: nothing is kept
+    type(c_funptr)     :: state_size, save, load !< for checkpoints, all or none
+    type(c_funptr)     :: create            !< for programs in C: c_null_funptr
+    type(c_funptr)     :: destroy           !< of a body_destroy
+    type(c_funptr)     :: complaint
+  end type cairn_body_calls
   !> The slots of a law: n contacts of c components, each component contiguous over the contacts; see cairn/core.h.
   abstract interface
     subroutine law_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
@@ -144,6 +161,61 @@ module cairn_plug
       real(c_double), intent(in)     :: mass(bodies), position(dim, bodies), velocity(dofs, bodies)
       real(c_double), intent(inout)  :: force(dofs, bodies)   !< [N, N m]
     end subroutine body_force
+    !> A deformable body of nodes, once for each simulation: fills calls. 0, anything else: these are no nodes of this code.
+    integer(c_int32_t) function open_body(dim, nodes, position, start, row, params, calls) bind(c)
+      import :: c_int32_t, c_int64_t, c_double, cairn_body_calls
+      integer(c_int32_t), value             :: dim
+      integer(c_int64_t), value             :: nodes
+      real(c_double), intent(in)            :: position(dim, nodes) !< at the start [m]
+      integer(c_int64_t), intent(in)        :: start(dim*nodes + 1) !< of the columns of the tangent, from 0
+      integer(c_int32_t), intent(in)        :: row(*)               !< from 0, rising in a column
+      real(c_double), intent(in)            :: params(*)            !< in the order of the descriptor
+      type(cairn_body_calls), intent(inout) :: calls
+    end function open_body
+    !> Internal forces, from the history of the last commit. 0, anything else: there are none, Cairn tries a smaller change.
+    integer(c_int32_t) function body_forces(context, dofs, entries, time, step, rate, displacement, velocity, force, tangent, &
+                                            energy, dissipated) bind(c)
+      import :: c_int32_t, c_int64_t, c_double, c_ptr
+      type(c_ptr), value                    :: context
+      integer(c_int64_t), value             :: dofs, entries
+      real(c_double), value                 :: time               !< there [s]
+      real(c_double), value                 :: step               !< of the step at hand [s]
+      real(c_double), value                 :: rate               !< derivative of velocities by displacements [1/s]
+      real(c_double), intent(in)            :: displacement(dofs) !< [m]
+      real(c_double), intent(in)            :: velocity(dofs)     !< there [m/s]
+      real(c_double), intent(out)           :: force(dofs)        !< that the body opposes to its displacements [N]
+      real(c_double), intent(out), optional :: tangent(entries)   !< not present: not asked for [N/m]
+      real(c_double), intent(inout)         :: energy, dissipated !< stored there, in the step [J]; left alone if not known
+    end function body_forces
+    !> The step was accepted (commit), and ended where the forces were asked for last; or undone (rollback). 0: done.
+    integer(c_int32_t) function body_history(context) bind(c)
+      import :: c_int32_t, c_ptr
+      type(c_ptr), value :: context
+    end function body_history
+    !> Numbers that save gives.
+    integer(c_int64_t) function body_state_size(context) bind(c)
+      import :: c_int64_t, c_ptr
+      type(c_ptr), value :: context
+    end function body_state_size
+    !> What is kept, for a checkpoint. 0: done.
+    integer(c_int32_t) function body_save(context, size, state) bind(c)
+      import :: c_int32_t, c_int64_t, c_double, c_ptr
+      type(c_ptr), value          :: context
+      integer(c_int64_t), value   :: size
+      real(c_double), intent(out) :: state(size)
+    end function body_save
+    !> Goes on from it. 0: done.
+    integer(c_int32_t) function body_load(context, size, state) bind(c)
+      import :: c_int32_t, c_int64_t, c_double, c_ptr
+      type(c_ptr), value         :: context
+      integer(c_int64_t), value  :: size
+      real(c_double), intent(in) :: state(size)
+    end function body_load
+    !> The simulation is gone.
+    subroutine body_destroy(context) bind(c)
+      import :: c_ptr
+      type(c_ptr), value :: context
+    end subroutine body_destroy
   end interface
 contains
 
@@ -185,6 +257,16 @@ contains
     call describe_routine(descriptor, name, kind_force, parameters)
     descriptor%prepare = c_funloc(routine)
   end subroutine describe_force
+
+  !> Fills the descriptor of a deformable body.
+  subroutine describe_body(descriptor, name, routine, parameters)
+    type(cairn_plug_descriptor), intent(inout) :: descriptor
+    character(*), intent(in)                   :: name
+    procedure(open_body)                       :: routine
+    character(*), intent(in), optional         :: parameters
+    call describe_routine(descriptor, name, kind_body, parameters)
+    descriptor%prepare = c_funloc(routine)
+  end subroutine describe_body
 
   !> Not given the routine: gfortran 12 hands on a c_funloc as the place of a copy on the stack.
   subroutine describe_routine(descriptor, name, kind, parameters)

@@ -31,10 +31,10 @@ class Pair:
         _core.unplug_pair(self.of)
 
 
-KINDS = {"solver": 2, "pair": 3, "velocity": 4, "force": 5}
+KINDS = {"solver": 2, "pair": 3, "velocity": 4, "force": 5, "body": 6}
 
 
-def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None, material=None, of=None, params=None,
+def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None, material=None, body=None, of=None, params=None,
          replace=False, thread_safe=True, state=0, routine="umat"):  # fmt: skip
     """A routine from a shared library, which describes it by `cairn_describe_NAME` (cairn/plug.h, module cairn_plug).
 
@@ -50,11 +50,13 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
     underscore may follow), with `state` numbers STATEV at each point: a function of its PROPS that gives a material of
     SolidBody, `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. It needs no
     descriptor.
+    body: forces of a deformable body and their tangent, for CallbackBody; without params a function of these,
+    `Rubber = plug("librubber.so", body="rubber")`, `CallbackBody(points, mass, Rubber(mu=1e5), pattern=pattern)`.
     params: values in the order of the descriptor, or a dict.
 
     Raises ValueError when the library or its descriptor is missing or does not fit this Cairn, naming what and the remedy.
     """
-    given = dict(law=law, solver=solver, pair=pair, velocity=velocity, force=force, material=material)
+    given = dict(law=law, solver=solver, pair=pair, velocity=velocity, force=force, material=material, body=body)
     asked = {kind: name for kind, name in given.items() if name is not None}
     if len(asked) != 1:
         raise ValueError(f"give one of {', '.join(f'{k}=' for k in given)}; there are {', '.join(asked) or 'none'}")
@@ -76,6 +78,13 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
     if kind == "pair":
         routine.plug_pair(str(of))
         return Pair(name, of)
+    if kind == "body":
+        from ..build.callbacks import CalledRoutine
+
+        parameters = routine.described()["parameters"]
+        if params is None:
+            return lambda **given: CalledRoutine(name, routine, _values(name, parameters, given))
+        return CalledRoutine(name, routine, _values(name, parameters, params))
     values = _values(name, routine.described()["parameters"], params)
     if kind == "solver":
         from ..run import strategies

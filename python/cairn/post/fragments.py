@@ -11,7 +11,7 @@ def fragments(state, beta=0.0):
     state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: from 0 to 1, what must be left of a contact
     (`contacts.beta`). Returns a list of arrays of ids, the largest piece first, pieces of a size by their smallest id; bodies
     that nothing holds are pieces of one. Nodes of one mesh of a Simulation are one body here, called by the smallest of their
-    ids.
+    ids; of a mesh whose faces open (cairn.fracture.split) nodes that its cells join.
     """
     written = isinstance(state.contacts, Fields)
     ids = np.sort(state.drawn["id"] if written else np.concatenate([state.bodies.id, state.nodes.id]))
@@ -29,10 +29,11 @@ def fragments(state, beta=0.0):
 
     meshed = np.zeros(len(ids), bool)
     for mesh in getattr(state, "meshes", ()):
-        parts = np.searchsorted(ids, np.sort(mesh.ids))
-        meshed[parts[1:]] = True
-        for part in parts[1:]:
-            join(parts[0], part)
+        for piece in _pieces_of(mesh):
+            parts = np.searchsorted(ids, np.sort(piece))
+            meshed[parts[1:]] = True
+            for part in parts[1:]:
+                join(parts[0], part)
     contacts = state.contacts
     pairs = np.column_stack([contacts["body_a"], contacts["body_b"]]) if written else np.asarray(contacts.bodies)
     for a, b in np.searchsorted(ids, pairs[np.asarray(contacts.beta) > beta]):
@@ -40,3 +41,12 @@ def fragments(state, beta=0.0):
     roots = np.array([of(i) for i in range(len(ids))], dtype=np.int64)
     pieces = [ids[(roots == r) & ~meshed] for r in np.unique(roots)]
     return sorted(pieces, key=lambda piece: (-len(piece), piece[0]))
+
+
+def _pieces_of(mesh):
+    """Ids of the nodes of each part of a mesh that is one body."""
+    opening = mesh._mesh.d.opening
+    if opening is None:
+        return [mesh.ids]
+    part = opening.parts()
+    return [mesh.ids[part == k] for k in range(part.max() + 1)]

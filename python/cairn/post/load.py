@@ -251,6 +251,20 @@ class Step:
                 out[name] = block["CellData"][name][first : first + count]
             return out
 
+    def corners_of_cells(self):
+        """Of these cells: their kinds by VTK's numbers (m,), where the corners of each begin (m + 1,), and the corners, by the
+        numbers of nodes of one mesh after the other."""
+        with told_as_damage(self.run.path):
+            block = self.run._file["cairn/meshes"]
+            part = int(block["Steps/PartOffsets"][self.index])
+            first, corner = (int(block[f"Steps/{name}"][self.index, 0]) for name in ("CellOffsets", "ConnectivityIdOffsets"))
+            count, corners = (int(block[name][part]) for name in ("NumberOfCells", "NumberOfConnectivityIds"))
+            types, begin = block["Types"][first : first + count], block["Offsets"][first + part : first + part + count + 1]
+            found = block["Connectivity"][corner : corner + corners]
+            if len(types) != count or len(begin) != count + 1 or len(found) != corners:
+                raise ValueError(f"corners of {count} cells of output {self.index} are not all there")
+            return types, begin, found
+
     def rows_of(self, ids):
         """Rows of the bodies, or of the nodes of meshes, with these ids in the arrays of `drawn`."""
         ids, own = np.asarray(ids, np.int64), self.drawn["id"] if "id" in self.drawn else np.arange(len(self.drawn))

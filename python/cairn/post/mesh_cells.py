@@ -3,18 +3,47 @@
 import numpy as np
 
 from .. import _core
+from .errors import told_as_damage
 
 # corners and middles of the edges of a flat cell, once round
 AROUND = {e["cell"]: np.array(e["sides"])[:, 0] for e in _core.elements() if e["dim"] == 2}
+VTK_CELLS = {
+    "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25,
+    "quad9": 28, "hexahedron27": 29,
+}  # fmt: skip
+KINDS = {number: kind for kind, number in VTK_CELLS.items()}
 
 
 def meshes_at(step):
-    """Of each mesh of which all nodes are there: what the scene says of it, rows of its nodes among the bodies."""
+    """Of each mesh of which all nodes are there: what the scene says of it, rows of its nodes among the bodies. Nodes and corners
+    of cells are those of the step where faces may open."""
     ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
-    out = []
+    now, out = _parted(step), []
     for _, mesh in sorted((step.run.scene.get("meshes") or {}).items()):
+        mesh = mesh | now.get(int(mesh["nodes"][0]), {})
         if np.isin(mesh["nodes"], ids).all():
             out.append((mesh, step.rows_of(mesh["nodes"])))
+    return out
+
+
+def _parted(step):
+    """Nodes and cells of each mesh at a step, by the id of its first node; {} of runs in which no faces may open."""
+    if "mesh" not in step.nodes.names or not step.cells:
+        return {}
+    number, ids, mesh = np.asarray(step.nodes["mesh"]), np.asarray(step.nodes["id"]), step.cells["mesh"]
+    types, begin, corners = step.corners_of_cells()
+    out, first = {}, 0
+    with told_as_damage(step.run.path):
+        for k in np.unique(number[number >= 0]):
+            nodes, cells = np.sort(ids[number == k]), {}
+            for kind in np.unique(types[mesh == k]):
+                rows = np.flatnonzero((mesh == k) & (types == kind))
+                of = corners[begin[rows][:, None] + np.arange(begin[rows[0] + 1] - begin[rows[0]])] - first
+                if of.min() < 0 or of.max() >= len(nodes):
+                    raise ValueError(f"cells of output {step.index} have corners that are no nodes of their mesh")
+                cells[KINDS[kind]] = of
+            out[int(nodes[0])] = {"nodes": nodes, "cells": cells}
+            first += len(nodes)
     return out
 
 

@@ -209,11 +209,11 @@ class _Recorder:
             scene = simulation.scene
             simulation.follow_rotations()
             self.written = None
-            kept, info = 0, scene_info(simulation)
+            kept, info, self.tells_meshes = 0, scene_info(simulation), None
             if probes:
                 info["probes"] = list(probes)
             if append and output.exists():
-                self.writer, kept = continued(output, simulation, info)
+                self.writer, kept, self.tells_meshes = continued(output, simulation, info)
             else:
                 cell = _cell(scene)
                 self.writer = RunWriter(output, info, provenance(), dim=scene.dim, periodic=cell, overwrite=overwrite)
@@ -230,6 +230,10 @@ class _Recorder:
         if cells is not None:
             self._keep_fields("cells", cells["fields"], len(cells["types"]))
         if nodes:
+            if self.tells_meshes is False:
+                nodes.pop("mesh", None)
+            elif self.tells_meshes:
+                nodes.setdefault("mesh", np.full(len(sim.nodes), -1))
             self._keep_fields("nodes", nodes, len(sim.nodes))
         at = info.get("time_detection", sim.time)
         self.writer.write_step(sim.time, at, sim.steps, bodies, contacts, cells=cells, nodes=nodes)
@@ -289,9 +293,15 @@ def one_number(name, value):
     return float(array)
 
 
+def _mesh_names(info):
+    """Names and first nodes of the meshes that a file or a simulation tells."""
+    return [(str(mesh["name"]), int(mesh["nodes"][0])) for _, mesh in sorted((info.get("meshes") or {}).items())]
+
+
 def continued(output, simulation, info):
     """The writer that goes on in the run at a path, and how many outputs of it stay: those up to the step that the simulation is
-    at, so that what is done again after a restart takes the place of what was done before."""
+    at, so that what is done again after a restart takes the place of what was done before. Then whether they tell the mesh of
+    each node; None: there is none."""
     from .. import load
     from ..post.errors import FileError
     from ..post.writer import RunWriter
@@ -304,12 +314,14 @@ def continued(output, simulation, info):
             old, new = ([np.asarray(table.get(name, ())) for name in names] for table in (theirs, own))
             # bodies may have come in or gone since
             old, new = ([a[np.isin(t[0], u[0])] for a in t] for t, u in ((old, new), (new, old)))
-            same = len(old[0]) > 0 and all(map(np.array_equal, old, new))
+            known = len(old[0]) > 0 or (not len(theirs.get("body", ())) and _mesh_names(run.scene) == _mesh_names(info))
+            same = known and all(map(np.array_equal, old, new))
         if not same:
             remedy = "give another name, or restore a checkpoint of the simulation that wrote it"
             raise FileError(output, "this run is of another scene, and cannot be gone on with", remedy)
+        tells_meshes = "mesh" in run[-1].nodes.names if len(run) else None
     writer = RunWriter.go_on(output, simulation.steps)
-    return writer, writer.outputs
+    return writer, writer.outputs, tells_meshes if writer.outputs else None
 
 
 def _takes_a_simulation(name, function, why):

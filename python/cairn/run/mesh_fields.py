@@ -8,12 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from ..build.elastic import ElasticBody
+from ..post.mesh_cells import VTK_CELLS
 from .views import MeshView, core_of
-
-VTK_CELLS = {
-    "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25,
-    "quad9": 28, "hexahedron27": 29,
-}  # fmt: skip
 
 
 class MeshFields:
@@ -24,7 +20,8 @@ class MeshFields:
 
     def nodes(self):
         """Fields of the nodes of all bodies, in the order of simulation.nodes, by name: displacement (n, dim) [m], and those of
-        MeshView.nodal_fields, zero of bodies that have none."""
+        MeshView.nodal_fields, zero of bodies that have none. Where faces of a mesh may open: the number of their mesh among those
+        whose cells are shown, by which a reader finds the corners of the cells of an output, -1 of none."""
         self._follow()
         n = len(self._simulation.nodes)
         out = {"displacement": np.zeros((n, self._simulation.scene.dim))}
@@ -34,6 +31,11 @@ class MeshFields:
             if hasattr(part.body, "nodal_stress"):
                 for name, values in part.nodal_fields().items():
                     out.setdefault(name, np.zeros((n, *values.shape[1:])))[place] = values
+        if any(mesh.d.opening is not None for mesh in self._seen):
+            out["mesh"] = np.full(n, -1)
+            ids = core_of(self._simulation).scene.node("id")
+            for mesh, number in zip(self._seen, self._numbers):
+                out["mesh"][np.searchsorted(ids, mesh.node_ids)] = number
         return out
 
     def cells(self):
@@ -78,6 +80,7 @@ class MeshFields:
         begins, first = np.zeros((len(views), most + 1), int), np.zeros(len(views) + 1, int)
         corners, sizes, types, meshes, row = [], [], [], [], 0
         number = np.cumsum(shown) - 1
+        self._numbers = np.where(shown, number, -1)  # of each body
         for k, (view, is_shown) in enumerate(zip(views, shown)):
             first[k + 1] = first[k] + (len(view.body.points) if is_shown else 0)
             begins[k] = row
@@ -101,7 +104,7 @@ class MeshFields:
         warm = "thermal" in self._simulation.scene.networks  # stresses of what is warm are found body by body
         for k, view in enumerate(views):
             body = view.body
-            if warm or type(body) is not ElasticBody:
+            if warm or type(body) is not ElasticBody or body.initial_stress is not None:
                 alone.append([k])
             else:
                 key = (tuple(body.cells), body.plane, body.thickness, body.elasticity.tobytes())

@@ -9,24 +9,39 @@ from ..build.meshes import MovingMesh
 
 
 class Meshes:
-    """The deformable bodies of a simulation in the order in which they came in: `meshes`, a MovingMesh each."""
+    """The deformable bodies of a simulation in the order in which they came in: `meshes`, a MovingMesh each.
 
-    def __init__(self, simulation, core, before=None, state=None):
+    before: the Meshes that were; what of these is there still stays in the core as it is, with what the last step found, unless
+    `anew`: then matrices and factors are made again, and what the next step begins with is kept.
+    state: of a simulation, what its bodies of materials go on with.
+    """
+
+    def __init__(self, simulation, core, before=None, state=None, anew=False):
         self._core, self.meshes, self._loaded = core, [], set()
-        kept = {id(m.d): core.mesh_memory(k) for k, m in enumerate(before.meshes)} if before else {}
-        self._core.forget_meshes()
+        were = {int(m.node_ids[0]): m for m in before.meshes} if before else {}
+        kept = {id(m.d): core.mesh_memory(m.number) for m in were.values()} if anew else {}
         self._call = simulation._call
         self._share = lambda: simulation.strategy.moved_by().scheme(1.0)["share"]
         self._origin = origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
+        given = []
         for d, ids in sets_of_meshes(simulation):
             mesh = MovingMesh(d, ids[0], ids[1] if len(ids) > 1 else np.zeros(0, np.int64))
             mesh.number = len(self.meshes)
             self.meshes.append(mesh)
-            self._core.add_mesh(_model(mesh, origin))
-            if mesh.follows_pressure:
+            was = were.get(int(mesh.node_ids[0]))
+            stays = was is not None and was.d is d
+            if hasattr(d.body, "model_of"):
+                mesh.called = (was.called if stays else None) or d.body.model_of(simulation, d.name)
+            if stays and not anew:
+                given.append(was.number)
+            else:
+                given.append(_model(mesh, origin) | ({} if was is None or state is not None else _forces(core, was, mesh)))
+        self._core.set_meshes(given)
+        for mesh, of in zip(self.meshes, given):
+            if isinstance(of, dict) and mesh.follows_pressure:
                 self._core.press_mesh(mesh.number, mesh.pressed_parts(origin))
-            if id(d) in kept:
-                self._core.restore_mesh(mesh.number, *kept[id(d)])
+            if id(mesh.d) in kept:
+                self._core.restore_mesh(mesh.number, *kept[id(mesh.d)])
         self._core.check_scene()
         self._core.follow_meshes()
         if state is not None:
@@ -36,9 +51,11 @@ class Meshes:
         """States of materials of bodies that are not linear, from the state of a simulation; none of what it does not name."""
         kept = state.get("meshes", {})
         for k in range(len(self.meshes)):
-            none = np.zeros(len(self._core.mesh_memory(k)[0]))
-            of = kept.get(f"{k:06d}", {"state": none, "memory": np.zeros(0)})
-            self._core.restore_mesh(k, of["state"], of["memory"])
+            of = kept.get(f"{k:06d}")
+            if of is None:
+                self._core.forget_mesh(k)
+            else:
+                self._core.restore_mesh(k, of["state"], of["memory"])
 
     def removed(self, ids):
         """After bodies went, a mesh with all of its own."""
@@ -90,12 +107,25 @@ def sets_of_meshes(simulation):
     return seen.values()
 
 
+def _forces(core, was, mesh):
+    """Impulses of contacts and forces that hold, by the last step, which a mesh has of the one that it was: nodes that parted
+    share theirs by their masses."""
+    force = [of.reshape(-1, mesh.dim) for of in core.mesh_forces(was.number)]
+    if mesh.d.opening is not None and was.d.opening is not None:
+        parent, mass = np.empty(mesh.size // mesh.dim, int), mesh.body.nodal_mass()
+        parent[mesh.d.opening.node] = was.d.opening.node
+        one = np.bincount(parent)[parent] == 1
+        mass = np.where(one | (np.bincount(parent, mass)[parent] == 0), 1.0, mass)
+        force = [of[parent] * (mass / np.bincount(parent, mass)[parent])[:, None] for of in force]
+    return {name: of.ravel() for name, of in zip(("impulse", "reaction"), force) if of.size == mesh.size}
+
+
 def _model(mesh, origin):
     """What the core keeps of a mesh, a dict of arrays; the lower triangles of the matrices on one pattern."""
     d, body, dim = mesh.d, mesh.body, mesh.dim
     own = getattr(body, "solver", None) is not None
     if own or not hasattr(body, "lower"):
-        start, row, values = _lower([body.M] if own else [body.M, body.K, body.C], mesh.size)
+        start, row, values = lower_triangles([body.M] if own else [body.M, body.K, body.C], mesh.size)
     else:
         start, row, *values = body.lower
     held = np.zeros(mesh.size, np.uint8)
@@ -133,6 +163,10 @@ def _model(mesh, origin):
     if hasattr(body, "blocks"):
         ring = getattr(body, "plane", None) == "axisymmetric"
         out["bulk"], out["bulk_place"] = body.blocks(), (body.points if ring else body.points - origin).ravel()
+    elif getattr(body, "initial_force", None) is not None:
+        out["initial_force"], out["initial_energy"] = body.initial_force, float(body.initial_energy)
+    if mesh.called is not None:
+        out["called"] = mesh.called
     if mesh.ties and own:
         raise ValueError(f"{d.name!r} has a solver of its own, which knows no rigid parts: leave `rigid` out")
     if mesh.ties:
@@ -153,7 +187,7 @@ def _wide(rows, filled):
     return out
 
 
-def _lower(matrices, n):
+def lower_triangles(matrices, n):
     """Lower triangles of symmetric scipy.sparse matrices on the pattern that holds them all: (start, row, values of each)."""
     parts, places = [a.tocoo() for a in matrices], []
     for a in parts:

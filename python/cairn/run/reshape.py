@@ -53,8 +53,9 @@ def deform(sim, id, body, *, material=None, **options):
     with _Impulses(sim, [id]) as impulses:
         sim.remove([id])
         impulses.of = sim.add(shown)
-        _account(sim, moving - at["kinetic"], 0.0)
-    return next(m for m in sim.meshes if m._mesh.d is d)
+        view = next(m for m in sim.meshes if m._mesh.d is d)
+        _account(sim, moving - at["kinetic"], _stored(sim, view) if _stressed(view.body) else 0.0)
+    return view
 
 
 def rigidify(sim, mesh, shape=None):
@@ -370,12 +371,25 @@ def _with_momentum(body, rates, momentum):
     return (rates @ np.linalg.solve(rates.T @ (body.M @ rates), momentum)).reshape(-1, body.dim)
 
 
+def _stressed(body):
+    """Whether it has a stress before it moves."""
+    return any(getattr(body, name, None) is not None for name in ("initial_force", "initial_stress"))
+
+
+def before_first_step(sim, energy):
+    """Terms of the balance before there is one, with what initial stresses of bodies store."""
+    return {**energy, "stored": energy["stored"] + sum(_stored(sim, m) for m in sim.meshes if _stressed(m.body))}
+
+
 def _stored(sim, view):
     """Energy that the displacements at hand store [J]."""
     body = view.body
     if not hasattr(body, "blocks"):
         u = view.displacement.ravel()
-        return 0.5 * float(u @ (body.K @ u))
+        twice = float(u @ (body.K @ u))
+        if body.initial_force is not None:
+            return 0.5 * twice + float(u @ np.ravel(body.initial_force)) + body.initial_energy
+        return 0.5 * twice
     memory = core_of(sim).mesh_memory(view._mesh.number)[1]
     return float(memory[-1]) if len(memory) else float(body.tangent(view.displacement)[2])
 

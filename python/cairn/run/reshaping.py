@@ -35,7 +35,26 @@ class Reshaping:
         """
         from .reshape import Watch
 
+        self.between_steps("reshape_when")
         self._watches.append(Watch(self._ids(ids), body, force, stress, back, options))
+
+    def join(self, a, b, joint):
+        """Joins two rigid bodies by their ids, or one and the world (b None), as they stand between steps, by one of the kinds of
+        Scene.join; its name. Velocities that it does not allow are an impact in the next step.
+        """
+        from .joining import join
+
+        self.between_steps("join")
+        return join(self, a, b, joint)
+
+    def unjoin(self, name):
+        """Lets a joint go between steps, by the name that join gave. What its spring stored is
+        info["energy"]["dissipated_reshaping"].
+        """
+        from .joining import unjoin
+
+        self.between_steps("unjoin")
+        unjoin(self, name)
 
     def merge(self, ids):
         """Makes rigid grains one body between steps, and returns its id, the lowest of theirs: disks, spheres, clumps of one

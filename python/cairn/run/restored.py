@@ -8,7 +8,7 @@ from ..build.scene import rules_from_dict, rules_to_dict
 from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks
-from . import time_functions
+from . import cracks, time_functions
 from .sets import mesh_from_dict
 
 
@@ -66,7 +66,7 @@ def _content(sim, path, content):
     of_ids = {s.ids.tobytes(): s for s in known[start:]}
     later = _later(path, dim, [d for _, d in sorted(content["later"].items())], of_ids, known[:start])
     rules, species = rules_from_dict(content["rules"]), {pair: k for k, pair in enumerate(names)}
-    sets = [*known[:start], *later]
+    sets = cracks.restored([*known[:start], *later], content.get("cracks", {}))
     sim.scene.law_table(species, rules, sets)
     dt = checks.positive("dt", float(content["dt"]))
     return {"state": content["state"], "species": species, "rules": rules, "sets": sets, "dt": dt, "info": {}}

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -132,15 +133,30 @@ def _input(simulation, shadow, h):
 
 def _of_mesh(simulation, mesh, h):
     """What a kernel is told of a deformable body: rows of its nodes, which stand below the rigid bodies; matrices; loads at both
-    ends of the step; held dofs and their velocities; displacement at the start."""
+    ends of the step; held dofs and their velocities; displacement at the start; forces of an initial stress, if it has one."""
     t = simulation.time
     rows = len(simulation.bodies) + mesh.rows
     reference = mesh.body.points - simulation.scene.origin
     known = {"rows": rows, "held": mesh.held, "M": mesh.body.M, "C": mesh.body.C, "K": mesh.body.K}
     known |= {"A": contact_problem.step_matrix(simulation, mesh, h)}
+    if (force := _initial_force(mesh.body)) is not None:
+        known["initial_force"] = force
     known |= {"load": [mesh.load(t), mesh.load(t + h)], "held_velocity": mesh.held_velocity(t + h)}
     displacement = np.array(simulation.raw.nodes.position_begin)[mesh.rows] - reference
     return known | {"displacement": displacement, "explicit": simulation.strategy.explicit}
+
+
+_FOUND = WeakKeyDictionary()  # forces of SolidBodies as they lie at the start
+
+
+def _initial_force(body):
+    """Forces (n dofs) of the stress that a body has before it moves [N], None without; of a SolidBody its law finds them."""
+    if getattr(body, "initial_stress", None) is None or not hasattr(body, "blocks"):
+        known = getattr(body, "initial_force", None)
+        return None if known is None else np.ravel(known)
+    if body not in _FOUND:
+        _FOUND[body] = np.ravel(body.tangent(np.zeros_like(body.points))[0])
+    return _FOUND[body]
 
 
 def _difference(simulation, shadow, given):
@@ -237,12 +253,15 @@ def plain_free_velocity(s):
 
 
 def plain_free_nodes(s, mesh):
-    """v + A^-1 h (M g + f - C v - K (q + h theta v)) of the nodes of a mesh, q + 0 in explicit steps; held dofs take theirs."""
+    """v + A^-1 h (M g + f - f0 - C v - K (q + h theta v)) of the nodes of a mesh, f0 of an initial stress, q + 0 in explicit
+    steps; held dofs take theirs."""
     dim, h, theta = s["dim"], s["h"], s["theta"]
     v, q = s["velocity"][mesh["rows"], :dim].ravel(), mesh["displacement"].ravel()
     force = mesh["M"] @ np.tile(s["gravity"][:dim], len(v) // dim)
     force += ((1 - theta) * mesh["load"][0] + theta * mesh["load"][1]).ravel()
     force -= mesh["C"] @ v + mesh["K"] @ (q if mesh["explicit"] else q + h * theta * v)
+    if "initial_force" in mesh:
+        force -= mesh["initial_force"]
     change = np.zeros(len(v))
     change[mesh["held"]] = (mesh["held_velocity"].ravel() - v)[mesh["held"]]
     free = np.setdiff1d(np.arange(len(v)), mesh["held"])

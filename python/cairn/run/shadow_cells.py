@@ -17,8 +17,11 @@ _HEXA = np.array([(*p, z) for z in (-1, 1) for p in _QUAD], float)
 
 def given_of(simulation, view, h):
     """What a kernel is told of a mesh after a step: places (n, dim) at the start [m], cells by kinds, displacements at both ends
-    of the step, materials by kinds (a class of cairn and its numbers), kinematics, plane, thickness, states of the cells."""
+    of the step, materials by kinds (a class of cairn and its numbers), kinematics, plane, thickness, states of the cells; where
+    stresses are those that are shown: a mean over the points, of linear bodies "middle" of the cell, in the plane xx yy xy."""
     body = view.body
+    if getattr(body, "initial_force", None) is not None or getattr(body, "initial_stress", None) is not None:
+        raise ValueError(f"{view.name!r} has an initial stress, which shadows of cells are not told: leave initial_stress out")
     solid = hasattr(body, "blocks")
     share = simulation.strategy.moved_by().scheme(1.0)["share"]
     v0 = np.array(simulation.raw.nodes.velocity_begin)[view.rows]
@@ -28,7 +31,7 @@ def given_of(simulation, view, h):
         "name": view.name, "h": h, "points": body.points.copy(), "cells": {kind: np.array(c) for kind, c in body.cells.items()},
         "displacement": u1, "displacement_begin": u0, "kinematics": getattr(body, "kinematics", "small"), "plane": body.plane,
         "thickness": body.thickness, "mean_dilatation": getattr(body, "mean_dilatation", False),
-        "materials": _materials(body, solid), "state": view.material_state,
+        "materials": _materials(body, solid), "state": view.material_state, "stress_at": "points" if solid else "middle",
     }  # fmt: skip
 
 
@@ -78,13 +81,15 @@ def difference(simulation, shadow, view, given):
 
 
 def plain_stresses(given):
-    """Means over the points of the cells, {kind: (m, 6)}."""
+    """Means over the points of the cells, {kind: (m, 6)}; of linear bodies in their middles, in the plane (m, 3)."""
     out = {}
+    middle = given["stress_at"] == "middle"
+    shown = [0, 1, 3] if middle and given["points"].shape[1] == 2 else slice(None)
     for kind, cells in given["cells"].items():
         rows = []
         for cell, law in zip(cells, _law_of_each(given, kind)):
-            points = list(_points(given, kind, cell, law))
-            rows.append(np.mean([cauchy for _, cauchy, _, _ in points], axis=0))
+            points = list(_points(given, kind, cell, law, middle))
+            rows.append(np.mean([cauchy for _, cauchy, _, _ in points], axis=0)[shown])
         out[kind] = np.array(rows)
     return out
 
@@ -108,13 +113,13 @@ def _law_of_each(given, kind):
     return out
 
 
-def _points(given, kind, cell, law):
-    """Of each point of a cell: first Piola stress, true stress (6,), gradients of the shape functions, volume."""
+def _points(given, kind, cell, law, middle=False):
+    """Of each point of a cell, or its middle: first Piola and true stress (6,), gradients of the shape functions, volume."""
     dim = given["points"].shape[1]
     if (dim == 2 and given["plane"] != "strain") or given["mean_dilatation"]:
         raise ValueError("the plain reference knows plane strain and 3D without mean dilatation: give a function")
     x, u = given["points"][cell], given["displacement"][cell]
-    for by, weight in _rule(kind):
+    for by, weight in _rule(kind, middle):
         jacobian = by.T @ x
         grad = by @ np.linalg.inv(jacobian).T
         f = np.eye(3)
@@ -124,8 +129,8 @@ def _points(given, kind, cell, law):
         yield first, true[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]], grad, volume
 
 
-def _rule(kind):
-    """Derivatives of the shape functions (nodes, dim) at each Gauss point, and its weight."""
+def _rule(kind, middle=False):
+    """Derivatives of the shape functions (nodes, dim) at each Gauss point, and its weight; of the middle the whole of it."""
     if kind == "triangle":
         return [(np.array([(-1.0, -1), (1, 0), (0, 1)]), 0.5)]
     if kind == "tetra":
@@ -134,10 +139,11 @@ def _rule(kind):
         raise ValueError(f"the plain reference knows cells of first order, not {kind}: give a function")
     corner = _QUAD if kind == "quad" else _HEXA
     out = []
-    for point in corner * _A:
+    for point in np.zeros((1, corner.shape[1])) if middle else corner * _A:
         one = 1 + corner * point
         others = [np.prod(np.delete(one, k, axis=1), axis=1) for k in range(corner.shape[1])]
-        out.append((corner * np.stack(others, axis=1) / 2 ** corner.shape[1], 1.0))
+        whole = 2 ** corner.shape[1]
+        out.append((corner * np.stack(others, axis=1) / whole, float(whole) if middle else 1.0))
     return out
 
 

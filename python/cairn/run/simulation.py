@@ -12,7 +12,8 @@ from ..build import missing_laws
 from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
-from . import first_overlaps, restored, views
+from . import cracks, first_overlaps, restored, views
+from .parts import ask_for_parts
 from .reshaping import Reshaping
 from .sets import found, ids_of, later_to_dict, living
 from .stages import Place, Stages
@@ -56,6 +57,7 @@ class Simulation(Reshaping, Spelt):
         self._warnings, self._shadows, self._watches = StepWarnings(), [], []
         self.check_state = self._core.check_state  # what no simulation can have written is a ValueError
         self.contactors, self._stage = views.ContactorView(self._core), Place()
+        ask_for_parts(self)
         self._start_functions()
         self._start_meshes()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
@@ -80,6 +82,7 @@ class Simulation(Reshaping, Spelt):
 
     @dt.setter
     def dt(self, value):
+        self._stage.at_rest("dt")
         self._dt = checks.positive("dt", value)
 
     @property
@@ -95,7 +98,7 @@ class Simulation(Reshaping, Spelt):
         self._given, self._strategy = value, chosen
         self._core.check_laws()
         self._constant_force_set = False
-        self._start_meshes()
+        self._start_meshes(anew=True)
 
     @property
     def time(self):
@@ -120,7 +123,12 @@ class Simulation(Reshaping, Spelt):
     @property
     def energy(self):
         """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
-        return self._core.energy()
+        found = self._core.energy()
+        if self.steps or not self.meshes:
+            return found
+        from .reshape import before_first_step
+
+        return before_first_step(self, found)
 
     @property
     def bodies(self):
@@ -189,6 +197,7 @@ class Simulation(Reshaping, Spelt):
 
     def follow_rotations(self):
         """Rotations of the bodies are kept from now on where no contact needs them, too: readers of a run look at them."""
+        self._stage.at_rest("follow_rotations")
         n = len(self.bodies)
         if (n or len(self.nodes)) and "rotation" not in self.bodies.names:
             self._core.assign_body("rotation", np.zeros(n) if self.scene.dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1)))
@@ -218,7 +227,9 @@ class Simulation(Reshaping, Spelt):
 
             return shadow.step(self, dt, self._shadows)
         h = self.ready(dt)
-        return self.stepped(self._core.step(h), h)
+        with self._stage.of_step(self):
+            report = self._core.step(h)
+        return self.stepped(report, h)
 
     def ready(self, dt=None):
         """What a step of dt [s] begins with, and its length: gravity, loads and driven velocities of its time; see stages."""
@@ -238,7 +249,8 @@ class Simulation(Reshaping, Spelt):
         return report
 
     def between_steps(self, what):
-        """Raises ValueError if a step is being made stage by stage, where `what` would find it half done."""
+        """Raises ValueError if a step is being made, by the core or stage by stage, where `what` would find it half done."""
+        self._stage.at_rest(what)
         if self._stage.due is not None:
             text = f"{what} stands between steps, and one is being made: its stage {self.stages.due} is due"
             raise ValueError(f"{text}; go on to stages.end_step(), or stages.undo_step()")
@@ -268,6 +280,7 @@ class Simulation(Reshaping, Spelt):
         """
         from .loop import run
 
+        self._stage.at_rest("run")
         return run(
             self,
             steps=steps,
@@ -298,6 +311,7 @@ class Simulation(Reshaping, Spelt):
         """
         if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
+        self._stage.at_rest("shadow")
         from . import shadow
 
         self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
@@ -319,6 +333,7 @@ class Simulation(Reshaping, Spelt):
 
     def plug(self, routine):
         """A body force or a free velocity from a library (cairn.plug) counts from now on; forces add up. Not with SmoothDEM."""
+        self._stage.at_rest("plug")
         from ..plugs.plug import Routine
 
         if not isinstance(routine, Routine):
@@ -328,6 +343,7 @@ class Simulation(Reshaping, Spelt):
 
     def interact(self, a, b, law):
         """The law between two materials or groups from now on, as Scene.interact."""
+        self._stage.at_rest("interact")
         rules = [*self._rules, rule(a, b, law)]
         self.scene.check_names(self._species, rules)
         self._use_laws(self._species, rules)
@@ -391,6 +407,7 @@ class Simulation(Reshaping, Spelt):
 
     def drive(self, ids, dofs, velocity):
         """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
+        self._stage.at_rest("drive")
         from ..build import bodies as b
 
         ids = self._ids(ids)
@@ -407,13 +424,17 @@ class Simulation(Reshaping, Spelt):
         """Writes all that the future depends on; replaced atomically, restored by `restore` to the same bits."""
         from ..post.checkpoint import save
 
+        self.between_steps("checkpoint")
+        state = self.get_state()
+        opened = state.pop("cracks", {})
         save(
             path,
             {
+                **({"cracks": opened} if opened else {}),
                 "kind": "checkpoint",
                 "dim": self.scene.dim,
                 "dt": self._dt,
-                "state": self.get_state(),
+                "state": state,
                 "species": {f"{k:06d}": {"material": m, "group": g} for (m, g), k in self._species.items()},
                 "rules": rules_to_dict(self._rules),
                 "scene": self._fingerprint(),
@@ -426,7 +447,7 @@ class Simulation(Reshaping, Spelt):
     def get_state(self):
         """All that the future depends on besides laws and functions of time, dicts of arrays: a checkpoint in memory."""
         self.between_steps("get_state")
-        return self._core.get_state()
+        return cracks.in_state(self._sets, self._core.get_state())
 
     def set_state(self, state):
         """Goes back, or on, to what get_state gave, to the same bits. Raises ValueError if bodies came in or went since."""
@@ -435,7 +456,11 @@ class Simulation(Reshaping, Spelt):
             raise ValueError(f"state is {type(state).__name__}, and none that get_state gave: give that, or restore a checkpoint")
         if not np.array_equal(ids_of(state["scene"]), self._present()):
             raise ValueError("the state is of other bodies than those that there are now: see checkpoint and restore")
+        opened = cracks.of_state(self._sets, state)
         self._core.set_state(state)
+        if opened is not None:
+            self._sets = opened
+            self._start_meshes(state, anew=True)
         self._constant_force_set = False  # a state from before the first step has none
 
     def _fingerprint(self):
@@ -461,7 +486,7 @@ class Simulation(Reshaping, Spelt):
         self._sets = sets
         self._dt, self._radii, self._info = dt, None, info
         self._start_functions()
-        self._start_meshes(state)
+        self._start_meshes(state, anew=True)
 
     def _repr_html_(self):
         from ..post.notebook import of_simulation
@@ -513,13 +538,15 @@ class Simulation(Reshaping, Spelt):
             self._core.assign_body("damping", damping)
         self._constant_force_set = False
 
-    def _start_meshes(self, state=None):
-        """Gives the deformable bodies to the core; scenes without any load nothing for them."""
+    def _start_meshes(self, state=None, anew=False):
+        """Gives the deformable bodies to the core, see Meshes; scenes without any load nothing for them."""
         before, self._meshes = getattr(self, "_meshes", None), None
         if self._core.scene.node_count:
             from .meshes import Meshes
 
-            self._meshes = Meshes(self, self._core, before, state)
+            self._meshes = Meshes(self, self._core, before, state, anew)
+            if any(mesh.d.opening is not None for mesh in self._meshes.meshes):
+                cracks.watch(self)
         self._networks = self.scene.running_networks(self, self._core)
 
     def _field(self, name, shape):

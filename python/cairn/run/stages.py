@@ -15,6 +15,9 @@ report = stages.end_step()       # the same bits as simulation.step()
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+from threading import get_ident
+
 import numpy as np
 
 from ..pre import checks
@@ -33,10 +36,43 @@ ORDER = (
 
 
 class Place:
-    """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: its length [s]."""
+    """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: its length [s]; begin:
+    when a step that may be made in parts began [s], None of others; asks: whether loads of a part of it are asked for; works:
+    the threads in which the core is at work, where what functions that it calls find is half done; others wait for its end."""
 
     def __init__(self):
-        self.due = self.h = None
+        self.due = self.h = self.begin = None
+        self.asks, self.works = False, set()
+
+    def at_rest(self, what):
+        """Raises ValueError if the core is at work on a step, where `what` would change or tell what is half done."""
+        if self.asks:
+            raise ValueError(f"{what} stands between steps, and one is being made in parts: wait for its end")
+        if get_ident() in self.works:
+            text = f"{what} stands between steps, and one is being made, which called this function"
+            raise ValueError(f"{text}: wait for its end, or do it in `callback` of run")
+
+    @contextmanager
+    def of_core(self):
+        """While the core is at work on a step or a stage."""
+        self.works.add(get_ident())
+        try:
+            yield
+        finally:
+            self.works.discard(get_ident())
+
+    @contextmanager
+    def of_step(self, simulation):
+        """While the core makes a whole step; what parts showed of those before them goes if it cannot be made."""
+        info, self.begin = simulation._info, simulation.time
+        try:
+            with self.of_core():
+                yield
+        except BaseException:
+            simulation._info = info
+            raise
+        finally:
+            self.begin = None
 
 
 class Stages:
@@ -82,7 +118,8 @@ class Stages:
                 "its stages as Carpenter and GranularElement do, or call step()"
             )
         h = simulation.ready(dt)
-        self._core.begin_step(h)
+        with self._place.of_core():
+            self._core.begin_step(h)
         self._place.due, self._place.h = 0, h
 
     def predict_configuration(self):
@@ -106,10 +143,16 @@ class Stages:
         Newton's method round it."""
         self._make("solve_contacts")
         if self._passes():
-            self._core.newton_passes()
+            with self._place.of_core():
+                self._core.newton_passes()
 
     def _passes(self):
-        return any(hasattr(mesh.body, "blocks") for mesh in self._simulation.meshes)
+        meshes = self._simulation.meshes
+        if not meshes:
+            return False
+        from ..build.meshes import is_linear
+
+        return not all(is_linear(mesh.body) for mesh in meshes)
 
     def give_impulses(self, impulses, *, converged=True, iterations=0, error=0.0, hint=""):
         """In the place of solve_contacts: impulses (m, dim) along normal and tangents of `contacts`, on the first body [N s].
@@ -143,15 +186,18 @@ class Stages:
         self._is_due("end_step")
         simulation, h = self._simulation, self._place.h
         if simulation.strategy.project_positions:
-            self._core.project_positions()
+            with self._place.of_core():
+                self._core.project_positions()
         self._place.due = self._place.h = None
         return simulation.stepped(self._core.report(), h)
 
     def undo_step(self):
         """Bodies and time as they were at begin_step; not after update_configuration."""
+        self._place.at_rest("undo_step")
         if self._place.due is not None and self._place.due == len(ORDER):
             raise ValueError("the step is made: call end_step()")
-        self._core.undo_step()
+        with self._place.of_core():
+            self._core.undo_step()
         self._place.due = self._place.h = None
 
     @property
@@ -160,6 +206,7 @@ class Stages:
         return ContactRows(self._core.contact_rows(), self._simulation.scene.dim)
 
     def _is_due(self, stage):
+        self._place.at_rest(stage)
         if self.due != stage:
             due = "begin_step" if self.due is None else self.due
             raise ValueError(f"{stage} is not due: the next stage is {due}")
@@ -167,7 +214,8 @@ class Stages:
     def _make(self, stage):
         self._is_due(stage)
         try:
-            getattr(self._core, stage)()
+            with self._place.of_core():
+                getattr(self._core, stage)()
         except BaseException:
             self.undo_step()
             raise

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 
+import numpy as np
+
 from .strategies import NSCD
+from .views import core_of
 
 
 class OverlapWarning(UserWarning):
@@ -19,17 +23,41 @@ class EnergyCreatedWarning(UserWarning):
     """Contacts made energy from nothing in a step that converged: the residual does not see a heavy body on light ones."""
 
 
+class RunawayWarning(UserWarning):
+    """A step gave a body a velocity that moves it a million times as far as all bodies reach: what follows has no meaning."""
+
+
+# a step's way over the reach of all bodies
+FAR = 1e6
 # of the energy of a step; a bounce that ends within a step may show a sixth
 MOST_CREATED = 0.25
 # overlap over the size of the smaller body
 DEEP = 0.5
 
 
+ENDED = {"iteration_limit": "ended at the limit of its iterations", "diverged": "diverged",
+         "newton_limit": "ended at the limit of Newton's method"}  # fmt: skip
+
+
+def _reach_of(simulation, h):
+    """How far apart bodies and nodes were before a step, with their radii [m], and the least mass that is finite [kg]."""
+    low, high, lightest = np.inf, -np.inf, np.inf
+    for view in (simulation.bodies, simulation.nodes):
+        if len(view):
+            mass = np.ravel(view.mass)
+            x = view.position - h * view.velocity[:, : simulation.scene.dim]
+            low, high = np.minimum(low, x.min(axis=0)), np.maximum(high, x.max(axis=0))
+            lightest = min(lightest, mass[mass > 0].min(initial=np.inf))
+    if not lightest < np.inf or not np.any(high > low):  # nothing that moves, or one place alone: no scene to leave
+        return np.inf, np.inf
+    return float(np.linalg.norm(high - low)) + 2 * float(np.max(simulation.radii(), initial=0.0)), lightest
+
+
 class StepWarnings:
     """Warns of each kind once."""
 
     def __init__(self):
-        self._told, self._first_overlap = set(), None
+        self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
 
     def look(self, simulation, info, h):
         """Looks at the report of a step of h [s]."""
@@ -39,6 +67,8 @@ class StepWarnings:
                 f"dt is {h:g} s and the stable step of the contacts {info['stable_step']:.3g} s at time {simulation.time:g} s: "
                 "give a smaller dt, softer laws or heavier bodies",
             )
+        if RunawayWarning not in self._told:
+            self._look_for_runaways(simulation, info, h)
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
         # converged are told of, too
         if type(simulation.strategy) is not NSCD or info["status"] == "diverged":
@@ -62,6 +92,30 @@ class StepWarnings:
                 "converged: the step is too long for what moves, or masses differ by more than numbers of 16 digits hold; see "
                 "sim.contacts.gap",
             )
+
+    def _look_for_runaways(self, simulation, info, h):
+        """Of all bodies by their energy and the lightest one, so that nearly all steps are done with one root."""
+        core = core_of(simulation)
+        count = (core.scene.body_count, core.scene.node_count)
+        if self._reach[:2] != count:
+            self._reach = (*count, *_reach_of(simulation, h))
+        reach, lightest = self._reach[2:]
+        kinetic = core.energy().get("kinetic", 0.0)
+        if not kinetic > 0 or h * math.sqrt(2 * kinetic / lightest) <= FAR * reach:
+            return
+        dim = simulation.scene.dim
+        for what, view in (("body", simulation.bodies), ("node", simulation.nodes)):
+            if len(view):
+                way = h * np.linalg.norm(view.velocity[:, :dim], axis=1)
+                k = int(np.argmax(way))
+                if way[k] > FAR * reach:
+                    return self._tell(
+                        RunawayWarning,
+                        f"{what} {view.id[k]} moves {way[k]:.1e} m in step {simulation.steps}, and all bodies reach over "
+                        f"{reach:.1e} m: this step, which {ENDED.get(info['status'], 'converged')}, or one before it went wrong, "
+                        "and what follows has no meaning, though it may converge; give a smaller dt, solver=cn.Auto() or softer "
+                        "laws, and look at the status of the steps before",
+                    )
 
     def _tell(self, kind, text):
         if kind not in self._told:

@@ -185,7 +185,9 @@ class NSCD(Strategy):
     impulses fell and from what Newton's method would change of them, and the solver goes on until it holds;
     info["velocity_error"] tells the estimate. None: tol alone counts.
     newton_tol: on the balance of deformable bodies that are not linear, in an energy norm without units; newton_passes: of
-    Newton's method round the contact solver, at most.
+    Newton's method round the contact solver, at most. cut_back: how often a step that Newton's method does not make, where a cell
+    turns inside out, a material has no stress or the balance stays open, is halved: its parts are made one after the other,
+    info["sub_steps"] tells how many, and what cannot be made in parts of dt / 2**cut_back leaves all as it was before the step.
     """
 
     theta: float = 0.5
@@ -200,6 +202,7 @@ class NSCD(Strategy):
     newton_tol: float = 1e-8
     newton_passes: int = 30
     integrator: Integrator | None = None
+    cut_back: int = 0
 
     def __post_init__(self):
         if self.integrator is not None:
@@ -218,6 +221,7 @@ class NSCD(Strategy):
         if not 0 < checks.number("newton_tol", self.newton_tol) < 1:
             raise ValueError(f"newton_tol is {self.newton_tol}: give a number between 0 and 1")
         checks.count("newton_passes", self.newton_passes, 1, checks.INT32)
+        checks.count("cut_back", self.cut_back, 0, 30)
         one_of("contact_point", self.contact_point, ("middle", "surface"))
         if self.accuracy is not None and not 0 < checks.number("accuracy", self.accuracy) < 1:
             raise ValueError(f"accuracy is {self.accuracy}: give a number between 0 and 1, such as 1e-3, or None")
@@ -263,6 +267,7 @@ class NSCD(Strategy):
             "refuse_unstable": self.unstable == "error",
             "newton_tol": float(self.newton_tol),
             "newton_passes": int(self.newton_passes),
+            "cut_back": int(self.cut_back),
             **self.moved_by().settings(),
             **self.solver.settings(),
         }

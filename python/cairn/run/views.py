@@ -129,6 +129,7 @@ class BodyView(_View):
     def set(self, **arrays):
         """Replaces whole arrays: set(velocity=v). Only position, velocity and rotation can be set."""
         simulation, ready = self._simulation, {}
+        simulation._stage.at_rest("bodies.set")
         for name, values in arrays.items():
             if name not in SETTABLE:
                 can = f"{', '.join(SETTABLE[:-1])} and {SETTABLE[-1]} can"
@@ -188,6 +189,7 @@ class NodeView(_View):
 
     def set(self, **arrays):
         """Replaces whole arrays: set(velocity=v). Only position and velocity can be set."""
+        self._simulation._stage.at_rest("nodes.set")
         ready = {}
         for name, values in arrays.items():
             if name not in SETTABLE_OF_NODES:

@@ -40,7 +40,7 @@ def boundary_parts(sim):
     """Boundaries and free bodies: ({name: ids of the bodies}, (n,) of bool).
 
     A boundary is a set of bodies that are held, driven in some dof or of infinite mass; its name is its group's or its number.
-    Nodes of a mesh are free where none of their displacements is held.
+    Nodes of a mesh are held where all of their displacements are: one that is guided along an axis moves.
     """
     both = movers(sim)
     ids, free = both.id, np.isfinite(both.mass)
@@ -48,7 +48,8 @@ def boundary_parts(sim):
         if s.driven and s.mesh is None:
             free &= ~np.isin(ids, s.ids)
     for mesh in sim.meshes:
-        free &= ~np.isin(ids, mesh.ids[np.unique(mesh.held // sim.scene.dim)])
+        whole = np.bincount(mesh.held // sim.scene.dim, minlength=len(mesh.ids)) == sim.scene.dim
+        free &= ~np.isin(ids, mesh.ids[whole])
     parts = {}
     for k, s in enumerate(sim._sets):
         rows = np.isin(ids, s.ids)

@@ -1,0 +1,129 @@
+// Joints hold where the next step detects them: what the flight of their law misses there, of third order in the step,
+// is found from the velocities of its solution and made good by its biases. This is SHAKE (Ryckaert, Ciccotti &
+// Berendsen 1977) by Newton's method, so that neither errors nor the energy drift.
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "body_axes.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+namespace {
+
+// Where a body will be, as long as nothing acts on it, when the next step detects contacts.
+struct Ahead {
+  double moved[3] = {}, rotation[4] = {1, 0, 0, 0};
+
+  Ahead(const Bodies& b, const cairn_record& record, std::int32_t body, int dim, double h, double share) {
+    for (int k = 0; k < dim; ++k) moved[k] = h * record.x[k];
+    if (dim == 2) {
+      rotation[0] = (b.rotation.active ? *b.rotation[body] : 0) + h * record.x[2];
+      return;
+    }
+    if (!b.rotation.active) return;
+    double momentum[3], velocity[6];
+    std::copy_n(b.rotation[body], 4, rotation);
+    std::copy_n(record.x, 6, velocity);
+    const std::int8_t* driven = b.driven.active ? reinterpret_cast<const std::int8_t*>(b.driven[body]) : nullptr;
+    if (b.angular_momentum.active) {
+      std::copy_n(b.angular_momentum[body], 3, momentum);
+      cairn_momentum_update(1, 1, b.inertia[body], rotation, b.velocity[body], velocity, momentum, driven);
+    }
+    for (const double part : {share, 1 - share}) { // to the end of the step, and on
+      std::int64_t unsolved = 0;
+      cairn_rotate(1, h * part, b.inertia[body], velocity, rotation, b.angular_momentum.active ? momentum : nullptr,
+                   driven, &unsolved);
+    }
+  }
+  // A vector of its axes in those of space.
+  void carry(int dim, const double* own, double* out) const {
+    if (dim == 3) return turn_about(rotation, 1, own, out);
+    const double c = std::cos(rotation[0]), s = std::sin(rotation[0]);
+    out[0] = c * own[0] - s * own[1];
+    out[1] = s * own[0] + c * own[1];
+  }
+};
+
+} // namespace
+
+// In the axes that B has now: what it carries along is no error.
+void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& pose) const {
+  const std::int64_t i = system.candidate[b.first + lane];
+  const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
+  const std::int32_t A = b.body_a[lane], B = b.body_b[lane];
+  const int d = dim();
+  const Ahead of_a(*bodies, system.record[A], A, d, h, theta), of_b(*bodies, system.record[B], B, d, h, theta);
+  double a[3] = {}, to_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0}, between[3] = {};
+  if (cell->any()) image_shift(*cell, candidates->image[i], shift);
+  if (sheared) image_velocity(*cell, candidates->image[i], flown);
+  of_a.carry(d, anchor.a, a);
+  of_b.carry(d, anchor.b, to_b);
+  for (int k = 0; k < d; ++k)
+    between[k] = (bodies->position[A][k] - (bodies->position[B][k] + shift[k])) +
+                 (of_a.moved[k] - (of_b.moved[k] + h * flown[k])) + (a[k] - to_b[k]);
+  const double standing[4] = {d == 2 ? 0.0 : 1.0, 0, 0, 0};
+  const double* now = bodies->rotation.active ? bodies->rotation[B] : standing;
+  turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
+  pose.turns = pose.ahead = true;
+  if (d == 2) {
+    const double back = now[0] - of_b.rotation[0], c = std::cos(back), s = std::sin(back);
+    pose.between[0] = c * between[0] - s * between[1];
+    pose.between[1] = s * between[0] + c * between[1];
+    return;
+  }
+  double own[3];
+  turn_about(of_b.rotation, -1, between, own);
+  turn_about(now, 1, own, pose.between);
+  turn_about(of_b.rotation, -1, pose.turned + 1, own);
+  turn_about(now, 1, own, pose.turned + 1);
+}
+
+bool Interactions::correct_joints(const Bodies& bodies, double least) {
+  State& s = *s_;
+  if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
+  s.system.load(s.free(bodies));
+  const cairn_schedule schedule = s.system.schedule(omp_get_max_threads());
+  cairn_add_impulses(&schedule);
+  return s.correct_joints(least);
+}
+
+// f(batch, lane, component, miss) by the records, which hold the velocities of a solution.
+template <class F>
+void Interactions::State::each_miss(F&& f) const {
+  for (const cairn_batch& b : system.batches) {
+    if (!law_infos()[b.law].joins || b.mapped_a || b.mapped_b) continue;
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      const std::int64_t i = system.candidate[b.first + lane];
+      const int blocked = int(laws->entry(entry[i]).params[joint_blocked]);
+      if (blocked == 0 || !is_anchored(i) || !(b.state[lane] > 0)) continue;
+      JointPose pose;
+      double error[6];
+      pose_ahead(b, lane, pose);
+      joint_errors(b, lane, pose, error);
+      for (int c = 0; c < b.components; ++c)
+        if (blocked >> c & 1) f(b, lane, c, error[dim() == 2 && c == 2 ? 3 : c]);
+    }
+  }
+}
+
+bool Interactions::State::correct_joints(double least) {
+  double worst = 0, fastest = 0;
+  each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
+    if (c < dim()) worst = std::max(worst, std::abs(miss) / h);
+    for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
+      const double* v = system.record[body].x;
+      fastest = std::max(fastest, v[0] * v[0] + v[1] * v[1] + (dim() == 3 ? v[2] * v[2] : 0));
+    }
+  });
+  if (least > 0 && worst <= least * std::sqrt(fastest)) return false;
+  bool some = false;
+  each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
+    b.bias[c * b.count + lane] += miss / h;
+    some = true;
+  });
+  return some;
+}
+
+} // namespace cairn

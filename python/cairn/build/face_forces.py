@@ -1,0 +1,89 @@
+"""Tractions on faces between cells that share their nodes, by the forces of these nodes.
+
+What a cell asks of its corner, K u + C v + M (a - g) and the forces of its initial stress, less what zones on open faces bear,
+its faces there give it. Round a node on the border this says what each of them bears; round one inside they may bear something
+more in a ring, and the least change from the mean stresses of both cells is taken, over the lengths of the faces: with uniform
+stress none.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from . import initial_stress as initially
+
+
+def cell_matrices(body):
+    """Stiffness, damping and mass (m, dofs, dofs) of the cells of each kind, and forces (m, dofs) [N] of their initial stress,
+    nought where there is none."""
+    out = []
+    forces = [0.0] * len(body.cells) if body.initial_stress is None else initially.forces_of_cells(body)
+    for (kind, nodes), initial in zip(body.cells.items(), forces):
+        of = body.given["density"]
+        density = np.broadcast_to(np.asarray(of[kind] if isinstance(of, dict) else of, float), len(nodes))
+        x = np.ascontiguousarray(body.points[nodes])
+        k, m, _ = _core.element_matrices(kind, x, body.thickness, body.elasticity * body.thickness)
+        m = m * density[:, None, None]
+        if body.given.get("lumped"):
+            m = m.sum(axis=2)[:, :, None] * np.eye(m.shape[1])
+        a, b = body.given.get("rayleigh", (0.0, 0.0))
+        out.append((k, a * m + b * k, m, initial))
+    return out
+
+
+class FaceForces:
+    """Of an OpeningFaces as it stands."""
+
+    def __init__(self, opening, matrices):
+        from scipy import sparse
+        from scipy.sparse.linalg import splu
+
+        from .opening_faces import parts_of
+
+        self.opening, self._matrices = opening, matrices
+        corners, n = opening.corners, len(opening.node)
+        self.joined = opening.node[corners[:, 0]] == opening.node[corners[:, 1]]  # ends of faces that are one node, (m, 2)
+        face, end = np.nonzero(self.joined)
+        i, j, length = corners[face, 0, end], corners[face, 1, end], opening.length[face]
+        self._part = parts_of(np.stack([i, j], 1), n)
+        grounded = np.zeros(n)  # a corner of each part stands still: forces on a part are in balance
+        grounded[np.unique(self._part, return_index=True)[1]] = length.mean() if len(length) else 1.0
+        entries = np.concatenate([length, length, -length, -length, grounded])
+        every = np.arange(n)
+        rows, columns = np.concatenate([i, j, i, j, every]), np.concatenate([i, j, j, i, every])
+        self._springs = splu(sparse.coo_array((entries, (rows, columns)), shape=(n, n)).tocsc())
+
+    def asked(self, u, v, a):
+        """What cells ask of their corners (corners, 2) [N], of displacements, velocities and accelerations (nodes, 2) less that
+        of gravity."""
+        out = []
+        for (k, c, m, initial), nodes in zip(self._matrices, self.opening.body.cells.values()):
+            parts = ((k, u), (c, v), (m, a))
+            moved = sum(np.einsum("eij,ej->ei", of, w[nodes].reshape(len(nodes), -1)) for of, w in parts)
+            out.append((moved + initial).reshape(-1, 2))
+        return np.concatenate(out)
+
+    def tractions(self, asked, mean, held):
+        """Tractions (m, 2, 2) [N/m2 of a metre across, times the thickness] at both ends of each face, on its first cell.
+
+        asked (corners, 2); mean (m, 2): tractions of mean stresses; held (nodes, 2): dofs whose motion is given, which need no
+        face to go together. What is left of the balance of a part, of loads, is shared evenly by its corners.
+        """
+        opening, force = self.opening, asked.copy()
+        half = mean * opening.length[:, None] / 2
+        for end in range(2):
+            joined, (one, two) = self.joined[:, end], opening.corners[:, :, end].T
+            np.add.at(force, one[joined], -half[joined])
+            np.add.at(force, two[joined], half[joined])
+        given = held[opening.node]
+        force[given] = 0
+        count = np.bincount(self._part)
+        for axis in range(2):
+            force[:, axis] -= (np.bincount(self._part, force[:, axis]) / count)[self._part]
+        moved = self._springs.solve(force)
+        out = np.repeat(mean[:, None], 2, axis=1)
+        for end in range(2):
+            one, two = opening.corners[:, :, end].T
+            out[:, end] += np.where(self.joined[:, end, None] & ~given[one], 2 * (moved[one] - moved[two]), 0.0)
+        return out

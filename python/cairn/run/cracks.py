@@ -1,0 +1,205 @@
+"""Faces of a mesh that open in a run: between two steps its nodes are split, and sides of the crack with their points come in.
+Places, velocities and what integrators keep of a node pass to the nodes that it becomes, its mass by what cells each of them has:
+mass, momentum and energy stay."""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+
+from ..build.bodies import replace
+from .views import core_of
+
+OWN = ("id", "mesh", "mass")  # of a node; all else it has from the node that it was
+
+
+class Watch:
+    """Opens, after each step, the faces whose traction is above their threshold."""
+
+    def look(self, sim):
+        """After a step."""
+        for view in sim.meshes:
+            opening = view._mesh.d.opening
+            if opening is None or opening.is_open.all() or opening.threshold == np.inf:
+                continue
+            faces = opening.above(tractions(sim, view))
+            if len(faces):
+                open_faces(sim, view._mesh, faces)
+
+
+def tractions(sim, view):
+    """At the ends of each face of a mesh, (m, 2, 2), over the last step."""
+    mesh, core, h = view._mesh, core_of(sim), sim.report["dt"]
+    opening, share = mesh.d.opening, sim.strategy.moved_by().scheme(1.0)["share"]
+    begin = {name: np.array(core.scene.raw_node(name)[view.rows]) for name in ("position_begin", "velocity_begin")}
+    origin = np.asarray(sim.scene.origin, float)[: mesh.dim]
+    u, v = view.displacement, view.velocity
+    acceleration = (v - begin["velocity_begin"]) / h - np.asarray(core.scene.gravity)[: mesh.dim]
+    before = begin["position_begin"] + origin - mesh.body.points
+    along = share * u + (1 - share) * before, share * v + (1 - share) * begin["velocity_begin"]
+    held = np.zeros(mesh.size, bool)
+    held[mesh.held] = True
+    asked = opening.forces.asked(*along, acceleration) - _of_zones(core, mesh, h)
+    return opening.forces.tractions(asked, opening.mean_traction(along[0]), held.reshape(-1, mesh.dim))
+
+
+def _of_zones(core, mesh, h):
+    """Forces (corners, 2) [N] of contacts of points of open faces with sides of open faces on the cells that these are of."""
+    from ..build.opening_faces import EDGE  # here, since scenes without such meshes read this module as well
+
+    opening = mesh.d.opening
+    out = np.zeros((len(opening.node), 2))
+    if not len(opening.shown) or not core.contact_count:
+        return out
+    carrier, contactor = core.scene.carriers(), np.ravel(core.scene.contactor("id"))
+    key, force = core.contact("key"), core.contact("impulse") / h
+
+    def among(parts, column):
+        """Places among some parts of the contactors in a column of the keys, -1: of something else."""
+        part = carrier[np.searchsorted(contactor, key[:, column])]
+        place = np.minimum(np.searchsorted(parts, part), len(parts) - 1)
+        return np.where(parts[place] == part, place, -1)
+
+    point, side = among(mesh.point_ids, 0), among(mesh.side_ids, 1)
+    kept = (point >= 0) & (side >= 0)
+    point, side, force = point[kept], side[kept], force[kept]
+    of, across = opening.shown[point // 2], opening.shown[side // 2]
+    weight = EDGE[point % 2]
+    facing = np.where((of == across)[:, None], weight, 0.5)
+    for end in range(2):
+        np.add.at(out, opening.corners[of, 0, end], weight[:, end, None] * force)
+        np.add.at(out, opening.corners[across, side % 2, end], -facing[:, end, None] * force)
+    return out
+
+
+def watch(sim):
+    """Watches a simulation, once."""
+    if not any(isinstance(w, Watch) for w in sim._watches):
+        sim._watches.append(Watch())
+
+
+def open_faces(sim, mesh, faces):
+    """Opens some faces of a mesh, a MovingMesh."""
+    before, scene = mesh.d, core_of(sim).scene
+    after = before.opening.opened(faces)
+    new, ids = _with(before, after), {"nodes": mesh.node_ids, "points": mesh.point_ids, "sides": mesh.side_ids}
+    more = len(after.former) - len(before.opening.former), len(after.shown) - len(before.opening.shown)
+    if more[0]:
+        ids["nodes"] = np.concatenate([ids["nodes"], _add_nodes(scene, mesh, after)])
+    if more[1]:
+        point, side = _add_sides(sim, mesh, after, more[1])
+        ids["points"], ids["sides"] = np.concatenate([ids["points"], point]), np.concatenate([ids["sides"], side])
+    sim._sets = [_of(s, before, new, ids) for s in sim._sets]
+    sim._mesh_numbers.pop(id(before), None)
+    if any(more):
+        sim._start_meshes()
+    else:
+        mesh.d = new
+
+
+def _with(d, opening):
+    """The Deformable with other faces open."""
+    out = copy(d)
+    out.opening, out.body, out.whole = opening, opening.body, d.whole or d
+    out.points, out.edges = opening.points(), opening.edges()
+    out.contact_nodes = np.unique(out.edges)
+    return out
+
+
+def _of(s, before, after, ids):
+    """A set of a simulation, of the mesh that it shows now."""
+    if s.mesh is not before:
+        return s
+    return replace(s, mesh=after, ids=np.concatenate([ids["nodes"], ids["points"]]) if len(s) else ids["sides"])
+
+
+def _rows(scene, ids):
+    """Of nodes, in the arrays of the scene."""
+    return np.array([scene.node_row(i) for i in ids.tolist()], int)
+
+
+def _add_nodes(scene, mesh, after):
+    """Nodes that come in, with what they have of those that they were: their ids."""
+    old = len(mesh.node_ids)
+    added = len(after.former) - old
+    is_new = after.node >= old
+    parents = np.empty(added, int)
+    parents[after.node[is_new] - old] = mesh.d.opening.node[is_new]
+    first = scene.add_nodes(_number(scene, mesh), np.zeros((added, mesh.dim)), None, np.ones(added))
+    ids = first + np.arange(added)
+    to, of = _rows(scene, ids), _rows(scene, mesh.node_ids[parents])
+    for field in scene.node_fields():
+        if field["active"] and field["name"] not in OWN:
+            values = scene.raw_node(field["name"])
+            values[to] = values[of]
+    mass = scene.raw_node("mass").reshape(-1)
+    found = after.body.nodal_mass()
+    mass[to], mass[of] = found[old:], found[parents]
+    return ids
+
+
+def _number(scene, mesh):
+    """By which nodes and contactors name their mesh."""
+    return int(np.ravel(scene.raw_node("mesh"))[scene.node_row(int(mesh.node_ids[0]))])
+
+
+def _add_sides(sim, mesh, after, faces):
+    """Points and sides of the last so many faces that came apart: ids of both."""
+    scene = core_of(sim).scene
+    species = [np.array([sim._species[s.contactors[-1].species(s.group)]], np.int32) for s in sim._sets if s.mesh is mesh.d]
+    along = after.normal[after.shown[-faces:]] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    length = after.length[after.shown[-faces:]]
+    direction = np.stack([np.column_stack([s * along, length / 2]) for s in (1.0, -1.0)], 1).reshape(-1, 3)
+    n, number = 2 * faces, _number(scene, mesh)
+    point = scene.add_parts(number, n) + np.arange(n)
+    scene.add_contactors("disk", point, species[0], np.zeros(n))
+    side = scene.add_parts(number, n) + np.arange(n)
+    scene.add_contactors("segment", side, species[1], np.full(n, after.thickness()), None, direction)
+    return point, side
+
+
+# ---------------------------------------------------------------------- checkpoints
+
+
+def to_dict(sets):
+    """What a checkpoint says of the meshes of a simulation whose faces are open, by the place of their nodes' set."""
+    out = {}
+    for k, s in enumerate(sets):
+        if s.mesh is not None and s.mesh.whole is not None and len(s):
+            sides = next(other.ids for other in sets if other.mesh is s.mesh and other is not s)
+            out[f"{k:06d}"] = {**s.mesh.opening.to_dict(), "ids": s.ids, "sides": sides}
+    return out
+
+
+def in_state(sets, state):
+    """The state of the core, with what is open where faces are."""
+    opened = to_dict(sets)
+    return {**state, "cracks": opened} if opened else state
+
+
+def of_state(sets, state):
+    """The sets with the faces open that a state says, which has the nodes that there are; None where these are open already."""
+    now, then = to_dict(sets), state.get("cracks", {})
+    same = now.keys() == then.keys() and all(
+        of.keys() == then[k].keys() and all(np.array_equal(of[name], then[k][name]) for name in of) for k, of in now.items()
+    )
+    return None if same else restored(sets, then)
+
+
+def restored(sets, content):
+    """The sets with the faces open that a checkpoint says, and no others."""
+    out = list(sets)
+    for k, s in enumerate(sets):
+        if s.mesh is None or s.mesh.opening is None or not len(s):
+            continue
+        d, of = s.mesh.whole or s.mesh, content.get(f"{k:06d}")
+        ids = {"nodes": s.ids[: len(s)], "points": np.zeros(0, np.int64), "sides": np.zeros(0, np.int64)}
+        if of is not None:
+            d = _with(d, d.opening.from_dict(of))
+            given, n = np.asarray(of["ids"], np.int64), len(d.body.points)
+            ids = {"nodes": given[:n], "points": given[n:], "sides": np.asarray(of["sides"], np.int64)}
+            if [len(part) for part in ids.values()] != [n, len(d.points[0]), len(d.edges)]:
+                raise ValueError(f"ids of {len(given)} nodes and points of the mesh {d.name!r} are not those of its open faces")
+        out = [_of(other, s.mesh, d, ids) for other in out]
+    return out

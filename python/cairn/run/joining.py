@@ -1,0 +1,95 @@
+"""Joints that are made, and let go, between the steps of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..build import bodies as sets
+from ..build.joints import ROWS, Cable, JointKind, joined
+from ..build.materials import Material
+from ..build.scene import rule
+from .reshape import _account
+from .views import core_of
+
+
+class _Present:
+    """What `joined` asks of a scene: the bodies of the joint, each in a set of its own, as they stand now."""
+
+    def __init__(self, sim, numbers):
+        self.dim, self.rules = sim.scene.dim, list(sim._rules)
+        self.sets, self.world = [_as_it_stands(sim, number) for number in numbers], []
+
+    def add(self, s):
+        self.world.append(s)
+
+    def interact(self, a, b, law):
+        self.rules.append(rule(a, b, law))
+
+
+def _as_it_stands(sim, number):
+    """A set of the one body, with a round contactor of its size."""
+    scene, dim = core_of(sim).scene, sim.scene.dim
+    present = scene.body("id")
+    row = int(np.searchsorted(present, number))
+    if row == len(present) or present[row] != number:
+        told = "a node of a mesh, which is joined by Scene.join, before the run" if number in scene.node("id") else "not there"
+        raise ValueError(f"body {number} of a joint is {told}: give the number of a rigid body")
+    names = {f["name"] for f in scene.body_fields() if f["active"]}
+    rotation = np.atleast_1d(scene.body("rotation")[row]) if "rotation" in names else None
+    if rotation is not None:
+        rotation = rotation.reshape(1) if dim == 2 else rotation[None]
+    radius = np.ravel(scene.contactor("radius"))[np.ravel(scene.contactor("body")) == number]
+    mark = sets.ContactorSet("disk" if dim == 2 else "sphere", Material("body"), np.zeros(1, int), np.array([radius.max()]))
+    position = scene.body("position")[row] + np.asarray(sim.scene.origin, float)[:dim]
+    ones = np.ones((1, 1 if dim == 2 else 3))
+    driven = _driven(scene, names, row, dim)
+    return sets.BodySet(dim, position[None], np.ones(1), ones, [mark] if radius.size else [], rotation=rotation, driven=driven,
+                        ids=np.array([number], np.int64))  # fmt: skip
+
+
+def _driven(scene, names, row, dim):
+    mask = int(np.ravel(scene.body("driven"))[row]) if "driven" in names else 0
+    return tuple(name for k, name in enumerate(sets.DOFS[dim]) if mask >> k & 1)
+
+
+def join(sim, a, b, kind):
+    """See Simulation.join."""
+    if not isinstance(kind, JointKind):
+        raise ValueError(f"joint is {kind!r}: give cairn.Hinge(...) or another of {', '.join(sorted(ROWS))}")
+    numbers = [a, *([kind.pulley] if isinstance(kind, Cable) else []), b]
+    for number in numbers:
+        if number is not None and (isinstance(number, bool) or not isinstance(number, (int, np.integer))):
+            raise ValueError(f"{number!r} of a joint is no number of a body: give one that Scene.add or Simulation.add returned")
+    if a is None:
+        raise ValueError("a of a joint is None: give a body, and b=None for the world")
+    if ROWS[type(kind).__name__]["turns"]:
+        sim.follow_rotations()
+    present = _Present(sim, dict.fromkeys(int(number) for number in numbers if number is not None))
+    name = joined(present, a, b, kind)
+    species = dict(sim._species)
+    species.setdefault((name, name), len(species))
+    sim._use_laws(species, present.rules)
+    scene = core_of(sim).scene
+    for s in present.sets:
+        for c in s.contactors:
+            if c.joint:
+                number = np.array([species[name, name]], np.int32)
+                scene.add_contactors(c.shape, s.own_ids, number, c.radius, c.offset, c.direction, None)
+    sim.add(*present.world)  # after the others: on its contact the first body is the first
+    return name
+
+
+def unjoin(sim, name):
+    """See Simulation.unjoin."""
+    there = [a for a, b, law in sim._rules if law is not None and law.name == "joint"]
+    gone = {a for a, b, law in sim._rules if law is None and a == b}
+    there = [word for word in there if word not in gone]
+    if name not in there:
+        raise ValueError(f"there is no joint {name!r}: there {'is ' if len(there) == 1 else 'are '}{', '.join(there) or 'none'}")
+    core = core_of(sim)
+    stored = 0.0
+    if core.contact_count and getattr(sim.strategy, "energy", True):
+        ends = core.scene.contactor("id")[np.ravel(core.scene.contactor("material")) == sim._species[name, name]]
+        stored = float(np.ravel(core.contact("stored"))[np.isin(core.contact("key")[:, :2], ends).all(axis=1)].sum())
+    sim.interact(name, name, None)
+    _account(sim, 0.0, -stored)
