@@ -66,6 +66,10 @@ void MeshSet::find_areas() {
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
     std::vector<std::int32_t> next(first.begin(), first.end() - 1);
     for (std::size_t p = 0; p < points; ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
+    const auto on_all_of = [&](std::int32_t p, const std::int32_t* node, int corners) {
+      const std::int32_t* own = &m.point_nodes[4 * std::size_t(p)];
+      return std::all_of(node, node + corners, [&](std::int32_t n) { return std::find(own, own + 4, n) < own + 4; });
+    };
     const auto each_point = [&](const std::int32_t* node, int corners, auto&& take) {
       for (int j = 0; j < corners; ++j)
         for (std::int32_t k = first[node[j]]; k < first[node[j] + 1]; ++k) {
@@ -99,6 +103,11 @@ void MeshSet::find_areas() {
       for (int j = 0; j < corners; ++j)
         if (of_node[node[j]]) on_face.push_back(of_node[node[j]]);
       each_point(node, corners, [&](std::int32_t p) { on_face.push_back(of_point[std::size_t(p)]); });
+      const std::int32_t* whole = &m.face_nodes[4 * s]; // of which this is a half where there is a fourth node
+      if (whole[3] >= 0)
+        each_point(whole, 4, [&](std::int32_t p) {
+          if (on_all_of(p, whole, 4)) on_face.push_back(of_point[std::size_t(p)]);
+        });
       for (double* area : on_face) *area += face_area(corner, corners) / double(on_face.size());
     }
   }

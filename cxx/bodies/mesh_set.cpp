@@ -60,6 +60,36 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   mortar_work_.reset(); // it is of the meshes that were
 }
 
+std::int32_t MeshSet::node_of(const Seat& s, int j) const {
+  const MeshModel& m = meshes[std::size_t(s.mesh)].model;
+  if (s.role == Role::node) return j == 0 ? s.index : -1;
+  if (s.role == Role::facet) return m.face_nodes[4 * std::size_t(s.index) + std::size_t(j)];
+  return (s.role == Role::point ? m.point_nodes : m.side_nodes)[4 * std::size_t(s.index) + std::size_t(j)];
+}
+
+// A side of a crack that a point on its other side was one with: its nodes stand where those of the point do.
+bool MeshSet::across(const Seat& point, const Seat& side) const {
+  if (point.role != Role::point) return false;
+  const MeshModel& m = meshes[std::size_t(point.mesh)].model;
+  bool same = true;
+  for (int j = 0; j < 4 && node_of(point, j) >= 0; ++j) {
+    const std::int32_t node = node_of(point, j);
+    std::int32_t twin = -1;
+    for (int k = 0; k < 4 && node_of(side, k) >= 0 && twin < 0; ++k)
+      if (std::equal(&m.reference[std::size_t(m.dim * node)], &m.reference[std::size_t(m.dim * node)] + m.dim,
+                     &m.reference[std::size_t(m.dim * node_of(side, k))]))
+        twin = node_of(side, k);
+    if (twin < 0) return false;
+    same = same && twin == node;
+  }
+  return !same;
+}
+
+bool MeshSet::parted_warped(std::int32_t point, std::int32_t side) const {
+  const Seat &one = seat(point), &other = seat(side);
+  return one.mesh == other.mesh && warps(side) && across(one, other);
+}
+
 // Points of bodies that touch themselves meet their own sides, but those next to them: that have a node in common, or
 // a node of a side that has.
 void MeshSet::part_from_themselves(const Contactors& contactors) {
@@ -71,12 +101,6 @@ void MeshSet::part_from_themselves(const Contactors& contactors) {
   mapped_.place = of_contactor_;
   mapped_.apart_depth.assign(seats_.size(), 0.0);
   std::vector<std::vector<std::vector<std::int32_t>>> sides(meshes.size()); // contactors of the sides at each node
-  const auto node_of = [&](const Seat& s, int j) {
-    const MeshModel& m = meshes[std::size_t(s.mesh)].model;
-    if (s.role == Role::node) return j == 0 ? s.index : -1;
-    if (s.role == Role::facet) return m.face_nodes[4 * std::size_t(s.index) + std::size_t(j)];
-    return (s.role == Role::point ? m.point_nodes : m.side_nodes)[4 * std::size_t(s.index) + std::size_t(j)];
-  };
   for (std::size_t i = 0; i < seats_.size(); ++i) {
     const Seat& s = seats_[i];
     if (carrier[std::size_t(s.mesh)] < 0 || s.role == Role::node || s.role == Role::point) continue;
@@ -100,23 +124,6 @@ void MeshSet::part_from_themselves(const Contactors& contactors) {
     constexpr double share = 0.05; // as thick as edges are
     mapped_.apart_depth[i] = std::max(*contactors.radius[mapped_.contactor[i]], share * shortest);
   }
-  // A side of a crack that a point on its other side was one with: its nodes stand where those of the point do.
-  const auto across = [&](const Seat& point, const Seat& side) {
-    if (point.role != Role::point) return false;
-    const MeshModel& m = meshes[std::size_t(point.mesh)].model;
-    bool same = true;
-    for (int j = 0; j < 4 && node_of(point, j) >= 0; ++j) {
-      const std::int32_t node = node_of(point, j);
-      std::int32_t twin = -1;
-      for (int k = 0; k < 4 && node_of(side, k) >= 0 && twin < 0; ++k)
-        if (std::equal(&m.reference[std::size_t(m.dim * node)], &m.reference[std::size_t(m.dim * node)] + m.dim,
-                       &m.reference[std::size_t(m.dim * node_of(side, k))]))
-          twin = node_of(side, k);
-      if (twin < 0) return false;
-      same = same && twin == node;
-    }
-    return !same;
-  };
   mapped_.near_start.assign(1, 0);
   for (const Seat& s : seats_) {
     const auto first = std::ptrdiff_t(mapped_.near.size());

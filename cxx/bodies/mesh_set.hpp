@@ -63,6 +63,13 @@ public:
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
+  // Whether a point and a half of a face of four nodes, of one mesh, were one before the face opened. The face may be
+  // warped then, so that they do not touch to rounding.
+  bool parted_warped(std::int32_t point, std::int32_t side) const;
+  // Whether a contactor is a half of a face of four nodes, which may be warped.
+  bool warps(std::int32_t contactor) const {
+    return seat(contactor).role == Role::facet && node_of(seat(contactor), 3) >= 0;
+  }
   bool has_areas() const { return area_.size() == seats_.size(); }
   void find_areas();
   // Nodes that a contact may rest on become contact nodes.
@@ -85,6 +92,8 @@ private:
   };
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
+  std::int32_t node_of(const Seat& s, int j) const; // in its mesh, -1: none
+  bool across(const Seat& point, const Seat& side) const;
   struct MortarContact { // of a node and a side of another mesh, by their contactors
     std::int32_t node, edge;
     Mapping there, here; // here.mesh < 0: on the node alone

@@ -173,6 +173,7 @@ void Nscd::declare_joints(Simulation& s) {
 }
 
 void Nscd::make_bonds(Simulation& s) {
+  constexpr double may_warp = 1.0 / 64; // over the size of cells
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
   double within = 0;
   bool keeping = false;
@@ -186,7 +187,9 @@ void Nscd::make_bonds(Simulation& s) {
     margins_.assign(c.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k) {
       const double size = *c.body[k] < 0 ? s.meshes.meshes[s.meshes.mesh_of(std::int32_t(k))].size() : 0;
-      margins_[k] = std::max(2 * touch * std::max(*c.radius[k], size), within);
+      const bool warps =
+          *c.body[k] < 0 && s.meshes.warps(std::int32_t(k)); // its points may stand off it, see parted_warped
+      margins_[k] = std::max((warps ? may_warp : 2 * touch) * std::max(*c.radius[k], size), within);
     }
     Margin margin{};
     margin.per_contactor = margins_.data();

@@ -98,6 +98,8 @@ bool Interactions::State::came_in_touching(std::int64_t i) const {
   const LawTable::Entry& e = laws->entry(entry[i]);
   if (law_infos()[std::size_t(e.law)].joins) return !(e.params[joint_pulley] > 0) || is_rope(i);
   const int within = law_infos()[std::size_t(e.law)].within;
+  const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
+  if (kind[ca] & kind[cb] & mapped && meshes->parted_warped(ca, cb)) return true;
   return candidates->gap[i] <= std::max(touch * effective_radius(i), within < 0 ? 0 : e.params[within]);
 }
 

@@ -161,7 +161,7 @@ def test_tractions_bring_every_corner_of_a_cell_into_balance(lumped):
     given = np.zeros_like(asked)
     for end in range(2):
         joined = opening.forces.joined[:, end]
-        force = found[joined, end] * opening.length[joined, None] / 2
+        force = found[joined, end] * opening.share[joined, end, None]
         np.add.at(given, opening.corners[joined, 0, end], force)
         np.add.at(given, opening.corners[joined, 1, end], -force)
     assert np.abs(given - asked).max() < 1e-10 * np.abs(asked).max()
@@ -420,7 +420,6 @@ def test_beside_other_bodies_and_meshes_contacts_keep_their_names():
         ({"opens": "threshold", "threshold": np.nan}, "threshold"),
         ({"opens": "threshold", "threshold": -1.0}, "threshold is -1"),
         ({"opens": "threshold", "law": cn.Bonded(mu=0.3)}, "no strength of faces"),
-        ({"opens": "threshold", "body": "space"}, "3 dimensions"),
         ({"opens": "threshold", "body": "second"}, "first order"),
         ({"opens": "threshold", "body": "single"}, "nothing to open"),
     ],
@@ -428,7 +427,6 @@ def test_beside_other_bodies_and_meshes_contacts_keep_their_names():
 def test_what_cannot_open_is_refused(given, told):
     points, quads = four_squares()
     bodies = {
-        "space": ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], {"tetra": [[0, 1, 2, 3], [1, 4, 2, 3]]}),
         "second": ([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]], {"triangle6": [[0, 1, 2, 3, 4, 5]]}),
         "single": ([[0, 0], [1, 0], [0, 1]], {"triangle": [[0, 1, 2]]}),
         None: (points, quads),

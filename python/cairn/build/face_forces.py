@@ -43,47 +43,48 @@ class FaceForces:
 
         self.opening, self._matrices = opening, matrices
         corners, n = opening.corners, len(opening.node)
-        self.joined = opening.node[corners[:, 0]] == opening.node[corners[:, 1]]  # ends of faces that are one node, (m, 2)
+        self.joined = opening.node[corners[:, 0]] == opening.node[corners[:, 1]]  # corners of faces that are one node, (m, k)
         face, end = np.nonzero(self.joined)
-        i, j, length = corners[face, 0, end], corners[face, 1, end], opening.length[face]
+        i, j, size = corners[face, 0, end], corners[face, 1, end], corners.shape[2] * opening.share[face, end]
         self._part = parts_of(np.stack([i, j], 1), n)
         grounded = np.zeros(n)  # a corner of each part stands still: forces on a part are in balance
-        grounded[np.unique(self._part, return_index=True)[1]] = length.mean() if len(length) else 1.0
-        entries = np.concatenate([length, length, -length, -length, grounded])
+        grounded[np.unique(self._part, return_index=True)[1]] = size.mean() if len(size) else 1.0
+        entries = np.concatenate([size, size, -size, -size, grounded])
         every = np.arange(n)
         rows, columns = np.concatenate([i, j, i, j, every]), np.concatenate([i, j, j, i, every])
         self._springs = splu(sparse.coo_array((entries, (rows, columns)), shape=(n, n)).tocsc())
 
     def asked(self, u, v, a):
-        """What cells ask of their corners (corners, 2) [N], of displacements, velocities and accelerations (nodes, 2) less that
-        of gravity."""
+        """What cells ask of their corners (corners, dim) [N], of displacements, velocities and accelerations (nodes, dim)
+        less that of gravity."""
         out = []
         for (k, c, m, initial), nodes in zip(self._matrices, self.opening.body.cells.values()):
             parts = ((k, u), (c, v), (m, a))
             moved = sum(np.einsum("eij,ej->ei", of, w[nodes].reshape(len(nodes), -1)) for of, w in parts)
-            out.append((moved + initial).reshape(-1, 2))
+            out.append((moved + initial).reshape(-1, self.opening.body.dim))
         return np.concatenate(out)
 
     def tractions(self, asked, mean, held):
-        """Tractions (m, 2, 2) [N/m2 of a metre across, times the thickness] at both ends of each face, on its first cell.
+        """Tractions (m, k, dim) [Pa, in 2D times the thickness] at the corners of each face, on its first cell.
 
-        asked (corners, 2); mean (m, 2): tractions of mean stresses; held (nodes, 2): dofs whose motion is given, which need no
-        face to go together. What is left of the balance of a part, of loads, is shared evenly by its corners.
+        asked (corners, dim); mean (m, dim): tractions of mean stresses; held (nodes, dim): dofs whose motion is given, which
+        need no face to go together. What is left of the balance of a part, of loads, is shared evenly by its corners.
         """
         opening, force = self.opening, asked.copy()
-        half = mean * opening.length[:, None] / 2
-        for end in range(2):
+        ends = opening.corners.shape[2]
+        for end in range(ends):
             joined, (one, two) = self.joined[:, end], opening.corners[:, :, end].T
-            np.add.at(force, one[joined], -half[joined])
-            np.add.at(force, two[joined], half[joined])
+            part = mean[joined] * opening.share[joined, end, None]
+            np.add.at(force, one[joined], -part)
+            np.add.at(force, two[joined], part)
         given = held[opening.node]
         force[given] = 0
         count = np.bincount(self._part)
-        for axis in range(2):
+        for axis in range(force.shape[1]):
             force[:, axis] -= (np.bincount(self._part, force[:, axis]) / count)[self._part]
         moved = self._springs.solve(force)
-        out = np.repeat(mean[:, None], 2, axis=1)
-        for end in range(2):
+        out = np.repeat(mean[:, None], ends, axis=1)
+        for end in range(ends):
             one, two = opening.corners[:, :, end].T
-            out[:, end] += np.where(self.joined[:, end, None] & ~given[one], 2 * (moved[one] - moved[two]), 0.0)
+            out[:, end] += np.where(self.joined[:, end, None] & ~given[one], ends * (moved[one] - moved[two]), 0.0)
         return out

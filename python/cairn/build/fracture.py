@@ -11,12 +11,6 @@ from . import bodies, opening_faces
 from .elastic import ElasticBody
 from .meshes import deformable
 
-# Where the points of a side stand: weights of its nodes, one row a point. All points of a side stand for the same part of it.
-_G = 0.5 / np.sqrt(3.0)
-_TRIANGLE = np.full((3, 3), 1 / 6) + 0.5 * np.eye(3)
-_QUAD = np.array([[(0.5 + _G) ** 2, (0.5 + _G) * (0.5 - _G), (0.5 - _G) ** 2, (0.5 + _G) * (0.5 - _G)]])
-_QUAD = np.concatenate([np.roll(_QUAD, k, axis=1) for k in range(4)])
-
 
 @dataclass
 class Pieces:
@@ -45,10 +39,11 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     softer and its waves slower, by 1/(1 + E/(stiffness size)). In 2D stiffnesses, strengths and works are those of the material
     times the thickness.
 
-    opens: None, or "threshold", in 2D of triangle and quad cells. threshold: share of the strength of the law at which a side
-    opens, from 0 (all sides, after the first step) to inf (none): (t_N+ / s_N)^2 + (t_T / s_T)^2 >= threshold^2, looked at after
-    each step. Tractions are those of nodal forces, nearest to the mean stress of both cells (Camacho & Ortiz 1996). Cells share
-    their nodes until then; a node stands twice or more once open sides separate the cells round it (Pandolfi & Ortiz 2002).
+    opens: None, or "threshold", of triangle and quad cells, or of tetra or hexahedron cells. threshold: share of the strength
+    of the law at which a side opens, from 0 (all sides, after the first step) to inf (none): (t_N+ / s_N)^2 + (t_T / s_T)^2
+    >= threshold^2, looked at after each step. Tractions are those of nodal forces, nearest to the mean stress of both cells
+    (Camacho & Ortiz 1996). Cells share their nodes until then; a node stands twice or more once open sides separate the cells
+    round it (Pandolfi & Ortiz 2002).
 
     Raises ValueError when there is nothing to join, and for cells or laws whose sides cannot open by threshold.
     """
@@ -101,7 +96,7 @@ def _opening(body, law, material, name, threshold, given):
     nodes, *_ = deformable(body, material, name=name, **given)
     attach(nodes, opening)
     cell = [(kind, number) for kind, cells in body.cells.items() for number in range(len(cells))]
-    return Pieces([nodes, sides_of(nodes)], name, law, cell, "edges")
+    return Pieces([nodes, sides_of(nodes)], name, law, cell, "edges" if body.dim == 2 else "faces")
 
 
 def attach(nodes, opening):
@@ -109,15 +104,16 @@ def attach(nodes, opening):
     d = nodes.mesh
     d.opening, d.self_contact = opening, True
     none = np.zeros(0)
-    nodes.contactors.append(bodies.ContactorSet("disk", d.material, none.astype(int), none))
+    nodes.contactors.append(bodies.ContactorSet("disk" if d.body.dim == 2 else "sphere", d.material, none.astype(int), none))
 
 
 def sides_of(nodes):
     """The set that sides of faces that open come in with: none at the start."""
     from .meshes import part_set
 
-    none = np.zeros(0)
-    return part_set(2, [bodies.ContactorSet("segment", nodes.mesh.material, none.astype(int), none)], "edges", nodes.mesh)
+    none, dim = np.zeros(0), nodes.mesh.body.dim
+    shape, what = ("segment", "edges") if dim == 2 else ("facet", "faces")
+    return part_set(dim, [bodies.ContactorSet(shape, nodes.mesh.material, none.astype(int), none)], what, nodes.mesh)
 
 
 def _points(sides, dim):
@@ -125,8 +121,7 @@ def _points(sides, dim):
     most = max((len(side) for side in sides), default=2)
     nodes, weights = [], []
     for side in sides:
-        rule = opening_faces.EDGE if dim == 2 else _TRIANGLE if len(side) == 3 else _QUAD
-        for row in rule:
+        for row in opening_faces.POINTS[len(side)]:
             nodes.append(np.concatenate([side, np.repeat(side[:1], most - len(side))]))
             weights.append(np.concatenate([row, np.zeros(most - len(side))]))
     return np.array(nodes, int).reshape(-1, most), np.array(weights).reshape(-1, most)

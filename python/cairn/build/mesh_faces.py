@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import bodies
+from .shapes import Hulls
 from .surfaces import with_neighbours
 
 
@@ -87,3 +88,29 @@ class Faces:
             for of, rows in rows_by_material("face_material", material, len(self))
         ]
         return part_set(3, contactors, "faces", d)
+
+
+# Of a face with three or four corners alone: its facets, and the corners of each, its own first.
+_HALVES = {3: [[0, 1, 2]], 4: [[0, 1, 2], [0, 2, 3]]}
+_AROUND = {3: [[0, 1, 2]], 4: [[0, 1, 2, 3], [0, 2, 3, 1]]}
+_FANS = {3: [[[0, 1, 2]]], 4: [[[0, 1, 2], [0, 2, 3]], [[0, 3, 1], [0, 1, 2]]]}
+
+
+class LoneFaces(Faces):
+    """Faces (m, 3 | 4) that see no others, the facets of each next to each other."""
+
+    def __init__(self, faces):
+        self.corners = faces.shape[1]
+        halves = len(_HALVES[self.corners])
+        self.nodes = faces[:, _HALVES[self.corners]].reshape(-1, 3)
+        self.faces = np.repeat(np.pad(faces, ((0, 0), (0, 4 - self.corners)), constant_values=-1), halves, axis=0)
+        self.around = faces[:, _AROUND[self.corners]].reshape(-1, self.corners)
+
+    def hulls(self, places):
+        """Of the facets, by the places of the nodes (n, 3)."""
+        x, m = places[self.around] - places[self.nodes].mean(axis=1)[:, None], len(self.nodes)
+        fans = np.array(_FANS[self.corners])  # of each facet of a face
+        fans = np.tile(fans, (m // len(fans), 1, 1, 1))
+        each = fans.shape[1]
+        return Hulls(x.reshape(-1, 3), self.corners * np.arange(m + 1), each * np.arange(m + 1), 3 * np.arange(m * each + 1),
+                     fans.ravel(), True)  # fmt: skip

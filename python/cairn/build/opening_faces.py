@@ -13,11 +13,18 @@ from ..pre import checks
 from .elastic import ELEMENTS, SIDES, ElasticBody
 from .face_forces import FaceForces, cell_matrices
 
-# Where the points of an edge stand, by the weights of its nodes, each for half of it.
+# Where the points of a side of so many corners stand, by the weights of these: each for the same part of it. The points of a
+# quadrilateral are Gauss's, turned in the square by 15 degrees: as exact for cubics, and not on the border of its two facets.
 _G = 0.5 / np.sqrt(3.0)
-EDGE = np.array([[0.5 + _G, 0.5 - _G], [0.5 - _G, 0.5 + _G]])
+_X, _Y = 0.5 * np.sqrt(1 / 2), 0.5 * np.sqrt(1 / 6)
+_QUAD = np.array([(0.5 + _X) * (0.5 + _Y), (0.5 - _X) * (0.5 + _Y), (0.5 - _X) * (0.5 - _Y), (0.5 + _X) * (0.5 - _Y)])
+POINTS = {
+    2: np.array([[0.5 + _G, 0.5 - _G], [0.5 - _G, 0.5 + _G]]),
+    3: np.full((3, 3), 1 / 6) + 0.5 * np.eye(3),
+    4: np.stack([np.roll(_QUAD, k) for k in range(4)]),
+}
 
-THICKNESS = 0.05  # of the sides of open faces, over the length of the shortest: as thick as edges of meshes are
+THICKNESS = 0.05  # of the edges of open faces, over the length of the shortest: as thick as edges of meshes are
 
 
 def strengths_of(law):
@@ -41,9 +48,11 @@ class OpeningFaces:
     """What of a mesh may open, and what did.
 
     body: ElasticBody as it came in; strength: (normal, tangential) [Pa]; threshold: share of it at which a face opens.
-    cells (m, 2): of each face, numbers through all kinds; corners (m, 2, 2): of each, by both cells, numbers through all cells'
-    corners, in the order of the first; normal (m, 2) out of the first; is_open (m,); node (corners,) that each corner is now;
-    former (nodes,) the node that each stands at; shown (k, 2): open faces with a node apart, in the order in which they came.
+    cells (m, 2): of each face, numbers through all kinds; corners (m, 2, k): of each, k of an edge, a triangle or a
+    quadrilateral, by both cells, numbers through all cells' corners, in the order of the first; share (m, k): what of the
+    length [m] or area [m2] each corner stands for; normal (m, dim) out of the first; is_open (m,); node (corners,) that each
+    corner is now; former (nodes,) the node that each stands at; shown (faces,): open ones with a node apart, in the order in
+    which they came.
     """
 
     def __init__(self, body, strength, threshold):
@@ -52,10 +61,8 @@ class OpeningFaces:
         self.node = np.concatenate([cells.ravel() for cells in body.cells.values()])
         self.former = np.arange(len(body.points))
         self.cells, self.corners = _inner_faces(body)
-        a, b = (body.points[self.node[self.corners[:, 0, k]]] for k in (0, 1))
-        along = b - a
-        self.length = np.linalg.norm(along, axis=1)
-        self.normal = np.stack([along[:, 1], -along[:, 0]], 1) / self.length[:, None]
+        self.normal, self.share = _normals(body.points[self.node[self.corners[:, 0]]])
+        self.rule = POINTS[self.corners.shape[2]]
         self.is_open = np.zeros(len(self.cells), bool)
         self.shown = np.zeros(0, int)
         self._links = _bare_links(self.node, self.corners)
@@ -76,20 +83,20 @@ class OpeningFaces:
         return self._forces
 
     def mean_traction(self, displacement):
-        """On each face, on its first cell, (m, 2), of the mean of the stresses in the middles of both its cells (Camacho & Ortiz
-        1996), times the thickness."""
+        """On each face, on its first cell, (m, dim), of the mean of the stresses in the middles of both its cells (Camacho &
+        Ortiz 1996), times the thickness."""
         stress = np.concatenate(list(self.body.stress(displacement).values())) * self.body.thickness
-        xx, yy, xy = (0.5 * stress[self.cells].sum(axis=1)).T
-        n, m = self.normal.T
-        return np.stack([xx * n + xy * m, xy * n + yy * m], 1)
+        mean = 0.5 * stress[self.cells].sum(axis=1)
+        full = np.array([[0, 2], [2, 1]] if self.body.dim == 2 else [[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+        return np.einsum("fij,fj->fi", mean[:, full], self.normal)
 
     def above(self, traction):
-        """Faces that are still closed and whose traction, linear between its ends (m, 2, 2), is above the threshold at a point
-        where a zone would act, (k,): (t_N+ / s_N)^2 + (t_T / s_T)^2 >= threshold^2."""
-        at = np.einsum("pe,fec->fpc", EDGE, traction)
-        n, m = self.normal.T[:, :, None]
-        normal, tangential = at[..., 0] * n + at[..., 1] * m, at[..., 1] * n - at[..., 0] * m
-        with np.errstate(over="ignore"):
+        """Faces that are still closed and whose traction, between its corners (m, k, dim), is above the threshold at a
+        point where a zone would act: (t_N+ / s_N)^2 + (t_T / s_T)^2 >= threshold^2."""
+        at = np.einsum("pe,fec->fpc", self.rule, traction)
+        with np.errstate(over="ignore", invalid="ignore"):
+            normal = np.einsum("fpc,fc->fp", at, self.normal)
+            tangential = np.linalg.norm(at - normal[..., None] * self.normal[:, None], axis=2)
             size = np.hypot(np.maximum(normal, 0) / self.strength[0], tangential / self.strength[1]).max(axis=1)
         if not np.all(np.isfinite(size)):
             at = int(np.argmin(np.isfinite(size)))
@@ -127,18 +134,19 @@ class OpeningFaces:
         return ElasticBody(**given)
 
     def points(self):
-        """Nodes (2 k, 2) and weights (2 k, 2) of the points of the faces that are apart, on their first cells."""
+        """Nodes and weights (points, k) of the points of the faces that are apart, on their first cells."""
         nodes = self.node[self.corners[self.shown, 0]]
-        return np.repeat(nodes, 2, axis=0), np.tile(EDGE, (len(nodes), 1))
+        return np.repeat(nodes, len(self.rule), axis=0), np.tile(self.rule, (len(nodes), 1))
 
-    def edges(self):
-        """Nodes (2 k, 2) of the edges on both sides of these faces, the body on their left."""
+    def sides(self):
+        """Nodes (2 faces, k) of the sides of these faces, of the first cell and of the second in turn: anticlockwise from
+        outside, of edges the body on their left."""
         first, second = (self.node[self.corners[self.shown, k]] for k in (0, 1))
-        return np.stack([first, second[:, ::-1]], 1).reshape(-1, 2)
+        return np.stack([first, second[:, ::-1]], 1).reshape(-1, first.shape[1])
 
     def thickness(self):
-        """Of these edges [m]."""
-        return THICKNESS * self.length.min()
+        """Of edges [m]."""
+        return THICKNESS * self.share.sum(axis=1).min()
 
     # ------------------------------------------------------------------ files
 
@@ -168,12 +176,14 @@ class OpeningFaces:
 
 def checked(body, law, threshold):
     """OpeningFaces of a body, refused where faces cannot open."""
-    if body.dim != 2:
-        raise ValueError(f"body is of {body.dim} dimensions: faces open by threshold in 2D alone; leave out opens")
     second = [kind for kind in body.cells if ELEMENTS[kind]["order"] > 1]
     if second:
-        told = f"cells are {listed(second, second[0])}: faces open by threshold between cells of first order, triangle and quad"
+        kinds = "triangle, quad, tetra and hexahedron"
+        told = f"cells are {listed(second, second[0])}: faces open by threshold between cells of first order, {kinds}"
         raise ValueError(f"{told}; leave out opens")
+    if body.dim == 3 and len(body.cells) > 1:
+        kinds = " and ".join(body.cells)
+        raise ValueError(f"cells are {kinds}: in 3D faces open by threshold between cells of one kind; leave out opens")
     share = checks.number("threshold", threshold, finite=False)
     if not share >= 0:
         raise ValueError(f"threshold is {threshold}: give a share of the strength of the law, from 0 on")
@@ -184,26 +194,49 @@ def checked(body, law, threshold):
 
 
 def _inner_faces(body):
-    """Faces that two cells have in common: numbers of these (m, 2), and of their corners there (m, 2, 2)."""
+    """Faces that two cells have in common: numbers of these (m, 2), and of their corners there (m, 2, k)."""
     cell, corner, node, first_cell, first_corner = [], [], [], 0, 0
     for kind, nodes in body.cells.items():
-        sides = SIDES[kind]
+        sides = SIDES[kind][:, (SIDES[kind] >= 0).all(axis=0)]
         here = np.arange(len(nodes))
         cell.append(np.repeat(first_cell + here, len(sides)))
-        corner.append((first_corner + here[:, None, None] * nodes.shape[1] + sides).reshape(-1, 2))
-        node.append(nodes[:, sides].reshape(-1, 2))
+        corner.append((first_corner + here[:, None, None] * nodes.shape[1] + sides).reshape(-1, sides.shape[1]))
+        node.append(nodes[:, sides].reshape(-1, sides.shape[1]))
         first_cell, first_corner = first_cell + len(nodes), first_corner + nodes.size
     cell, corner, node = (np.concatenate(part) for part in (cell, corner, node))
-    order = np.lexsort((cell, node.max(axis=1), node.min(axis=1)))
-    ends = np.sort(node[order], axis=1)
-    same = np.all(ends[1:] == ends[:-1], axis=1)
+    known = np.sort(node, axis=1)
+    order = np.lexsort((cell, *known.T[::-1]))
+    known = known[order]
+    same = np.all(known[1:] == known[:-1], axis=1)
     if np.any(same[1:] & same[:-1]):
-        at = ends[1:-1][same[1:] & same[:-1]][0].tolist()
+        at = known[1:-1][same[1:] & same[:-1]][0].tolist()
         raise ValueError(f"more than two cells share the side of nodes {at}: which of them part is not known; leave out opens")
     first, second = order[:-1][same], order[1:][same]
-    turned = node[first][:, :1] == node[second][:, 1:]
-    across = np.where(turned, corner[second][:, ::-1], corner[second])
+    across = np.empty_like(corner[first])
+    places, others = np.argsort(node[first], axis=1), np.argsort(node[second], axis=1)
+    np.put_along_axis(across, places, np.take_along_axis(corner[second], others, 1), 1)
     return np.stack([cell[first], cell[second]], 1), np.stack([corner[first], across], 1)
+
+
+def _normals(x):
+    """Of faces with corners at x (m, k, dim): normals (m, dim), and what each corner stands for of the length or area (m, k), of
+    a quadrilateral the integral of its function."""
+    if x.shape[2] == 2:
+        along = x[:, 1] - x[:, 0]
+        length = np.linalg.norm(along, axis=1)
+        return np.stack([along[:, 1], -along[:, 0]], 1) / length[:, None], np.repeat(length[:, None] / 2, 2, axis=1)
+    k = x.shape[1]
+    whole = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) if k == 3 else np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    size = np.linalg.norm(whole, axis=1)
+    if k == 3:
+        return whole / size[:, None], np.repeat(size[:, None] / 6, 3, axis=1)
+    share = np.zeros(x.shape[:2])
+    for weights in POINTS[4]:  # Gauss's points, by bilinear functions of the corners
+        one, two = (weights[0] + weights[1], weights[1] + weights[2])  # of the edge at the first corner, of the one on its left
+        a = one * (x[:, 1] - x[:, 0]) + (1 - one) * (x[:, 2] - x[:, 3])
+        b = two * (x[:, 2] - x[:, 1]) + (1 - two) * (x[:, 3] - x[:, 0])
+        share += weights * np.linalg.norm(np.cross(a, b), axis=1)[:, None] / 4
+    return whole / size[:, None], share
 
 
 def _by_cell(body):

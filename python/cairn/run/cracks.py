@@ -9,6 +9,7 @@ from copy import copy
 import numpy as np
 
 from ..build.bodies import replace
+from ..build.mesh_faces import LoneFaces
 from .views import core_of
 
 OWN = ("id", "mesh", "mass")  # of a node; all else it has from the node that it was
@@ -29,7 +30,7 @@ class Watch:
 
 
 def tractions(sim, view):
-    """At the ends of each face of a mesh, (m, 2, 2), over the last step."""
+    """At the corners of each face of a mesh, (m, k, dim), over the last step."""
     mesh, core, h = view._mesh, core_of(sim), sim.report["dt"]
     opening, share = mesh.d.opening, sim.strategy.moved_by().scheme(1.0)["share"]
     begin = {name: np.array(core.scene.raw_node(name)[view.rows]) for name in ("position_begin", "velocity_begin")}
@@ -45,11 +46,9 @@ def tractions(sim, view):
 
 
 def _of_zones(core, mesh, h):
-    """Forces (corners, 2) [N] of contacts of points of open faces with sides of open faces on the cells that these are of."""
-    from ..build.opening_faces import EDGE  # here, since scenes without such meshes read this module as well
-
+    """Forces (corners, dim) [N] of contacts of points of open faces with sides of open faces on the cells that these are of."""
     opening = mesh.d.opening
-    out = np.zeros((len(opening.node), 2))
+    out = np.zeros((len(opening.node), mesh.dim))
     if not len(opening.shown) or not core.contact_count:
         return out
     carrier, contactor = core.scene.carriers(), np.ravel(core.scene.contactor("id"))
@@ -64,12 +63,14 @@ def _of_zones(core, mesh, h):
     point, side = among(mesh.point_ids, 0), among(mesh.side_ids, 1)
     kept = (point >= 0) & (side >= 0)
     point, side, force = point[kept], side[kept], force[kept]
-    of, across = opening.shown[point // 2], opening.shown[side // 2]
-    weight = EDGE[point % 2]
-    facing = np.where((of == across)[:, None], weight, 0.5)
-    for end in range(2):
+    points, ends = opening.rule.shape
+    sides = len(mesh.side_ids) // len(opening.shown)
+    of, across = opening.shown[point // points], opening.shown[side // sides]
+    weight = opening.rule[point % points]
+    facing = np.where((of == across)[:, None], weight, 1 / ends)
+    for end in range(ends):
         np.add.at(out, opening.corners[of, 0, end], weight[:, end, None] * force)
-        np.add.at(out, opening.corners[across, side % 2, end], -facing[:, end, None] * force)
+        np.add.at(out, opening.corners[across, side % sides // (sides // 2), end], -facing[:, end, None] * force)
     return out
 
 
@@ -102,8 +103,12 @@ def _with(d, opening):
     """The Deformable with other faces open."""
     out = copy(d)
     out.opening, out.body, out.whole = opening, opening.body, d.whole or d
-    out.points, out.edges = opening.points(), opening.edges()
-    out.contact_nodes = np.unique(out.edges)
+    out.points, sides = opening.points(), opening.sides()
+    if out.body.dim == 2:
+        out.edges = sides
+    else:
+        out.faces = LoneFaces(sides)
+    out.contact_nodes = np.unique(sides)
     return out
 
 
@@ -148,14 +153,20 @@ def _add_sides(sim, mesh, after, faces):
     """Points and sides of the last so many faces that came apart: ids of both."""
     scene = core_of(sim).scene
     species = [np.array([sim._species[s.contactors[-1].species(s.group)]], np.int32) for s in sim._sets if s.mesh is mesh.d]
-    along = after.normal[after.shown[-faces:]] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
-    length = after.length[after.shown[-faces:]]
-    direction = np.stack([np.column_stack([s * along, length / 2]) for s in (1.0, -1.0)], 1).reshape(-1, 3)
-    n, number = 2 * faces, _number(scene, mesh)
+    n, number = len(after.rule) * faces, _number(scene, mesh)
     point = scene.add_parts(number, n) + np.arange(n)
-    scene.add_contactors("disk", point, species[0], np.zeros(n))
-    side = scene.add_parts(number, n) + np.arange(n)
-    scene.add_contactors("segment", side, species[1], np.full(n, after.thickness()), None, direction)
+    scene.add_contactors("disk" if mesh.dim == 2 else "sphere", point, species[0], np.zeros(n))
+    if mesh.dim == 2:
+        along = after.normal[after.shown[-faces:]] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        length = after.share[after.shown[-faces:]].sum(axis=1)
+        direction = np.stack([np.column_stack([s * along, length / 2]) for s in (1.0, -1.0)], 1).reshape(-1, 3)
+        side = scene.add_parts(number, 2 * faces) + np.arange(2 * faces)
+        scene.add_contactors("segment", side, species[1], np.full(2 * faces, after.thickness()), None, direction)
+        return point, side
+    hulls = LoneFaces(after.sides()[-2 * faces :]).hulls(after.body.points)
+    side = scene.add_parts(number, len(hulls)) + np.arange(len(hulls))
+    hull = (scene.add_hulls(*hulls[:5], True, hulls.plane.reshape(-1), hulls.ball) + np.arange(len(hulls))).astype(np.int32)
+    scene.add_contactors("facet", side, species[1], np.zeros(len(hulls)), None, None, hull)
     return point, side
 
 
@@ -199,7 +210,7 @@ def restored(sets, content):
             d = _with(d, d.opening.from_dict(of))
             given, n = np.asarray(of["ids"], np.int64), len(d.body.points)
             ids = {"nodes": given[:n], "points": given[n:], "sides": np.asarray(of["sides"], np.int64)}
-            if [len(part) for part in ids.values()] != [n, len(d.points[0]), len(d.edges)]:
+            if [len(part) for part in ids.values()] != [n, len(d.points[0]), len(d.faces if d.faces else d.edges)]:
                 raise ValueError(f"ids of {len(given)} nodes and points of the mesh {d.name!r} are not those of its open faces")
         out = [_of(other, s.mesh, d, ids) for other in out]
     return out
