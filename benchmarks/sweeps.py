@@ -2,6 +2,7 @@
 
     python benchmarks/sweeps.py families [--seeds 3]    kinds of contacts, frictions, mass ratios, at rest and in motion
     python benchmarks/sweeps.py dense [--count 20000]   deposits at rest, from nothing and from the last step's impulses
+        [--cases disks spheres]                         those of other counts or cases stay; above 20,000 to 1e-6 alone
     python benchmarks/sweeps.py accuracy                NSCD(accuracy=...) against the same step solved at least 100 times tighter
         [--scenes NAME...]                              these alone: rows of others stay
     python benchmarks/sweeps.py motion [--count 20000]  a hopper and a drum that move: how many steps come to 1e-4 and 1e-6
@@ -110,14 +111,19 @@ def rows_of_families(folder, options):
 
 
 def rows_of_dense(folder, options):
-    for case in ("disks", "spheres"):
+    """The speed is the mean of grains (rms) over g h: what one step of free fall gives."""
+    large = options.count > 20000
+    for case in options.cases:
         sim = at_rest(case, options.count)
+        free, dim = np.isfinite(sim.bodies.mass), sim.scene.dim
+        speed = np.sqrt(np.mean(np.sum(sim.bodies.velocity[free, :dim] ** 2, axis=1))) / (9.81 * sim.dt)
         path = folder / f"{case}.h5"
         sim.checkpoint(path)
         for warm in (True, False):
-            for tol in (1e-4, 1e-6, 1e-8):
-                for acceleration in ("none", "nesterov"):
-                    yield {"scene": case, "bodies": len(sim.bodies), **one_step(sim, path, acceleration, tol, warm, 12000)}
+            for tol in (1e-6,) if large else (1e-4, 1e-6, 1e-8):
+                for acceleration in ("none", "nesterov")[large or tol < 1e-6 :]:
+                    row = one_step(sim, path, acceleration, tol, warm, 12000)
+                    yield {"scene": case, "grains": options.count, "speed": f"{speed:.2g}", **row}
 
 
 def hopper_and_drum(count):
@@ -232,6 +238,13 @@ def rows_of_motion(folder, options):
             sim.restore(folder / "state.h5")
 
 
+def stays(row, options):
+    """Whether a row of an earlier run is not measured by this one."""
+    if options.part == "dense":
+        return int(row["grains"]) != options.count or row["scene"] not in options.cases
+    return row["scene"] not in options.scenes
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("part", choices=("families", "dense", "accuracy", "motion"))
@@ -241,11 +254,12 @@ def main():
     parser.add_argument("--ahead", type=int, default=200, help="steps before these")
     parser.add_argument("--seconds", type=float, default=120.0, help="no further steps of a row of motion after so many")
     parser.add_argument("--scenes", nargs="+", help="of accuracy: these alone")
+    parser.add_argument("--cases", nargs="+", default=["disks", "spheres"], help="of dense")
     options = parser.parse_args()
     target, kept = HERE / "results" / f"sweeps_{options.part}.csv", []
-    if options.part == "accuracy" and options.scenes:
+    if options.part == "dense" or (options.part == "accuracy" and options.scenes):
         with open(target, newline="", encoding="utf-8") as file:
-            kept = [row for row in csv.DictReader(file) if row["scene"] not in options.scenes]
+            kept = [row for row in csv.DictReader(file) if stays(row, options)]
     parts = {
         "families": rows_of_families, "dense": rows_of_dense, "accuracy": rows_of_accuracy, "motion": rows_of_motion,
     }  # fmt: skip
@@ -253,12 +267,12 @@ def main():
         tempfile.TemporaryDirectory() as folder,
         open(target, "w", newline="", encoding="utf-8") as file,
     ):
-        writer = csv.DictWriter(file, kept[0]) if kept else None
+        writer = csv.DictWriter(file, kept[0], lineterminator="\n") if kept else None
         if kept:
             writer.writeheader()
             writer.writerows(kept)
         for row in parts[options.part](Path(folder), options):
-            writer = writer or csv.DictWriter(file, row)
+            writer = writer or csv.DictWriter(file, row, lineterminator="\n")
             if file.tell() == 0:
                 writer.writeheader()
             writer.writerow(row)
