@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from ..names import one_of
 from ..pre import checks
 from .meshes import GivenBody
 
@@ -56,11 +57,12 @@ class CallbackBody(GivenBody):
     those of the columns one after the other; without it that of the tangent at rest, with all axes of nodes that it couples.
     damping (n dim, n dim) [N s/m], or
     rayleigh: (a, b) of C = a M + b K at rest [1/s, s]. groups, edges, faces: as of LinearBody. large: rotations are of any size,
-    so that rigid parts turn with them. Raises ValueError naming what is wrong and the remedy.
+    so that rigid parts turn with them. thickness [m], plane ("strain", "stress", "axisymmetric"): in 2D, what a pressure on its
+    edges takes them for. Raises ValueError naming what is wrong and the remedy.
     """
 
     def __init__(self, points, mass, forces, *, pattern=None, damping=None, rayleigh=(0.0, 0.0), groups=None, edges=None,
-                 faces=None, large=True):  # fmt: skip
+                 faces=None, large=True, thickness=1.0, plane="strain"):  # fmt: skip
         from scipy import sparse
 
         from ..run.meshes import lower_triangles
@@ -73,6 +75,8 @@ class CallbackBody(GivenBody):
         self.edges = None if edges is None else np.asarray(edges, int).reshape(-1, 2)
         self.faces = None if faces is None else np.asarray(faces, int)
         self.kinematics = "total_lagrangian" if large else "small"
+        self.thickness = checks.positive("thickness", thickness)
+        self.plane = one_of("plane", plane, ("strain", "stress", "axisymmetric"))
         self.M = self._mass(mass)
         self._routine = forces if isinstance(forces, CalledRoutine) else None
         self._caller = None if self._routine else Caller(self, forces)
@@ -87,7 +91,7 @@ class CallbackBody(GivenBody):
             self._caller.take_pattern(pattern)
         given = self._matrix("damping", damping, True) if damping is not None else sparse.csc_array((n, n))
         marks = sparse.csc_array((np.ones(pattern.nnz), pattern.indices, pattern.indptr), (n, n))
-        start, row, (m, _, c) = lower_triangles([self.M, marks + marks.T, given], n)
+        start, row, (m, _, c) = lower_triangles([self.M, marks + marks.T + self._of_sides(), given], n)
         self._lower_pattern = np.ascontiguousarray(start, np.int64), np.ascontiguousarray(row, np.int32)
         self._taken = None
         _, k, *known = self.tangent(np.zeros_like(self.points))
@@ -121,6 +125,22 @@ class CallbackBody(GivenBody):
         if symmetric and not np.all(np.isfinite(a.data)):
             raise ValueError(f"{name} holds a number that is not finite: give finite ones")
         return a
+
+    def _of_sides(self):
+        """Places of what a pressure on edges or faces adds to the tangent: all pairs of dofs of a side."""
+        from scipy import sparse
+
+        n, rows, columns = self.points.size, [], []
+        for sides in (part for part in (self.edges, self.faces) if part is not None and len(part)):
+            dofs = (self.dim * sides[:, :, None] + np.arange(self.dim)).reshape(len(sides), -1)
+            there = np.repeat(sides >= 0, self.dim, axis=1)
+            both = there[:, :, None] & there[:, None, :]
+            rows.append(np.broadcast_to(dofs[:, :, None], both.shape)[both])
+            columns.append(np.broadcast_to(dofs[:, None, :], both.shape)[both])
+        if not rows:
+            return sparse.csc_array((n, n))
+        rows, columns = np.concatenate(rows), np.concatenate(columns)
+        return sparse.csc_array((np.ones(len(rows)), (rows, columns)), (n, n))
 
     def _full(self, values):
         from scipy import sparse

@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from .elastic import ELEMENTS, SIDES
+from .meshes import GivenBody
 
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 9
 
 
 def pressed_sides(body, nodes, what):
     """Sides of the boundary with all of their nodes among some: edges (m, 2), of second order (m, 3) with the middle last, in 2D,
-    faces (m, 3 | 4) in 3D, -1 for the fourth of a triangle. Raises ValueError where there is none."""
+    faces (m, 3 | 4) in 3D, -1 for the fourth of a triangle. Those of a body whose cells another code knows are the edges and
+    faces that it was given, which are flat. Raises ValueError where there is none."""
+    if isinstance(body, GivenBody):
+        return _pressed(body, [body.boundary_edges() if body.dim == 2 else body.boundary_faces()], nodes, what)
     if not hasattr(body, "cells") or not isinstance(body.cells, dict) or any(kind not in ELEMENTS for kind in body.cells):
         kind = type(body).__name__
         raise ValueError(f"pressure on {what!r}: the cells of a {kind} are not known; give an ElasticBody or a SolidBody")
@@ -29,6 +33,10 @@ def pressed_sides(body, nodes, what):
         _, place, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
         alone = np.split(count[place.ravel()] == 1, np.cumsum([len(part) for part in sides])[:-1])
         sides = [part[keep] for part, keep in zip(sides, alone)]
+    return _pressed(body, sides, nodes, what)
+
+
+def _pressed(body, sides, nodes, what):
     kept = [part[(np.isin(part, nodes) | (part < 0)).all(axis=1)] for part in sides]
     if not sum(len(part) for part in kept):
         side = "edge" if body.dim == 2 else "face"
