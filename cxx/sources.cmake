@@ -1,9 +1,11 @@
 set(CAIRN_CXX_SOURCES
   api/contacts.cpp
   api/files.cpp
+  api/frames.cpp
   api/hulls.cpp
   api/joints.cpp
   api/meshes.cpp
+  api/motions.cpp
   api/networks.cpp
   api/problems.cpp
   api/scene.cpp
@@ -81,11 +83,13 @@ set(CAIRN_CXX_SOURCES
   networks/multigrid.cpp
   networks/network.cpp
   networks/thermal.cpp
+  scene/frames.cpp
   scene/joint_parts.cpp
   scene/mesh_draft.cpp
   scene/mesh_parts.cpp
   scene/periodic.cpp
   scene/scene.cpp
+  scene/tied_sides.cpp
   soe/banded.cpp
   soe/batched.cpp
   soe/column_factors.cpp
@@ -130,6 +134,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_solver.cpp
   strategies/contact_fields.cpp
   strategies/event_driven/flight.cpp
+  strategies/held_motions.cpp
   strategies/integrators.cpp
   strategies/meshes.cpp
   strategies/nscd/cut_back.cpp

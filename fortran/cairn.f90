@@ -8,7 +8,9 @@ module cairn
     add_polygons, add_polyhedra, add_round_hulls, add_hull_contactors, add_surface, add_joint
   use cairn_simulations
   use cairn_meshes
+  use cairn_frames
   use cairn_solids
+  use cairn_motions
   use cairn_networks
   use cairn_problems
   use cairn_files

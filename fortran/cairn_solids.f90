@@ -7,7 +7,7 @@ module cairn_solids
   use cairn_simulations, only: cairn_simulation
   implicit none
   private
-  public :: set_rigid, tie_node, set_contact, press_mesh, set_pressure, mesh_cells
+  public :: set_sides, set_rigid, tie_node, set_contact, press_mesh, set_pressure, mesh_cells
   public :: cairn_body_calls, add_solid_cells, new_body_calls, set_calls, plug_body
   public :: body_forces, body_history, body_state_size, body_save, body_load, body_create
 
@@ -107,6 +107,15 @@ module cairn_solids
       integer(c_int64_t), intent(in) :: start(*)
       integer(c_int32_t), intent(in) :: row(*)
       real(c_double), intent(in), optional :: mass(*), node_mass(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_mesh_set_sides(mesh, n, node, plane, thickness, error) bind(c, name="cairn_mesh_set_sides")
+      import
+      type(c_ptr), value :: mesh
+      integer(c_int64_t), value :: n
+      integer(c_int32_t), intent(in) :: node(*)
+      character(c_char), intent(in) :: plane(*)
+      real(c_double), value :: thickness
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_mesh_set_rigid(mesh, n, node, error) bind(c, name="cairn_mesh_set_rigid")
@@ -248,6 +257,26 @@ contains
     call report_back(c_mesh_plug_body(mesh%handle, c_text(library), c_text(body), size(params, kind=c_int32_t), params, start, &
                                       row, mass, node_mass, what), what, error)
   end subroutine plug_body
+
+  !> The sides of the boundary of a mesh whose forces another code finds, as touch_sides takes them, for pressures on them.
+  subroutine set_sides(mesh, node, plane, thickness, error)
+    type(cairn_mesh), intent(in) :: mesh
+    integer, intent(in), contiguous :: node(:, :)                !< from 0, -1 for the fourth node of a triangle
+    character(*), intent(in), optional :: plane                  !< "strain" (without), "stress", "axisymmetric", in 2D
+    real(dp), intent(in), optional :: thickness                  !< in 2D [m], 1 without
+    type(cairn_error), intent(out), optional :: error
+    character(:), allocatable :: in_plane
+    real(dp) :: depth
+    type(c_error) :: what
+
+    if (.not. has_size("node", size(node), merge(2, 4, mesh%dim == 2)*size(node, 2), error)) return
+    in_plane = "strain"
+    if (present(plane)) in_plane = plane
+    depth = 1
+    if (present(thickness)) depth = thickness
+    call report_back(c_mesh_set_sides(mesh%handle, size(node, 2, c_int64_t), int(node, c_int32_t), c_text(in_plane), depth, what), &
+                     what, error)
+  end subroutine set_sides
 
   !> Nodes that move as one rigid body; calls add parts.
   subroutine set_rigid(mesh, node, error)

@@ -1,11 +1,17 @@
 !> Compressible neo-Hookean: W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2 (Bonet & Wood 2008).
 module neo_hookean
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
-  use tensor_functions, only: inverse, determinant
+  use tensor_functions, only: determinant
   implicit none
   private
   public :: cairn_bulk_neo_hookean
   integer, parameter :: parameters = 2, states = 0
+  interface
+    pure real(c_double) function log1p(x) bind(c) ! of C: ln (1 + x)
+      import :: c_double
+      real(c_double), value :: x
+    end function
+  end interface
 contains
 
   !> Stress of n points.
@@ -24,32 +30,36 @@ contains
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
     integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
-    real(c_double) :: f(3, 3), back(3, 3), shear, lame, log_j, square
+    real(c_double) :: grown(3, 3), cofactor(3, 3), back(3, 3), shear, lame, log_j, growth, higher
     integer(c_int64_t) :: i
     integer :: k, l, p, q
     shear = params(1)/(2*(1 + params(2)))
     lame = params(1)*params(2)/((1 + params(2))*(1 - 2*params(2)))
     do i = 1, n
-      f = gradient(:, :, i)
-      do k = 1, 3
-        f(k, k) = f(k, k) + 1
-      end do
-      if (.not. determinant(f) > 0) then
+      grown = gradient(:, :, i)
+      cofactor = cofactors(grown)
+      higher = cofactor(1, 1) + cofactor(2, 2) + cofactor(3, 3) + determinant(grown)
+      growth = grown(1, 1) + grown(2, 2) + grown(3, 3) + higher ! J - 1
+      if (.not. 1 + growth > 0) then
         status(i) = 1
-        f = 0
-        do k = 1, 3
-          f(k, k) = 1
-        end do
+        grown = 0
+        cofactor = 0
+        higher = 0
+        growth = 0
       end if
-      log_j = log(determinant(f))
-      back = transpose(inverse(f)) ! F^-T
-      stress(:, :, i) = shear*(f - back) + lame*log_j*back
-      square = 0 ! trace of C - 1
+      log_j = log1p(growth)
+      back = cofactor - transpose(grown) ! F^-T
       do k = 1, 3
-        square = square + 2*gradient(k, k, i)
+        back(k, k) = back(k, k) + 1 + growth - higher
       end do
-      square = square + sum(gradient(:, :, i)**2)
-      energy(i) = 0.5_c_double*shear*(square - 2*log_j) + 0.5_c_double*lame*log_j**2
+      back = back/(1 + growth)
+      ! mu J (F - F^-T), without differences of numbers of size 1, whose rounding would be all that small strains leave
+      stress(:, :, i) = grown + transpose(grown) + growth*grown - cofactor
+      do k = 1, 3
+        stress(k, k, i) = stress(k, k, i) + higher
+      end do
+      stress(:, :, i) = shear*stress(:, :, i)/(1 + growth) + lame*log_j*back
+      energy(i) = 0.5_c_double*shear*(sum(grown**2) + 2*(beyond_log(growth) - higher)) + 0.5_c_double*lame*log_j**2
       do q = 1, 3
         do p = 1, 3
           do l = 1, 3
@@ -64,4 +74,36 @@ contains
     dissipated = 0
     state = state_begin
   end subroutine cairn_bulk_neo_hookean
+
+  !> x - ln (1 + x), of small x to their own precision.
+  pure function beyond_log(x) result(rest)
+    real(c_double), intent(in) :: x
+    real(c_double) :: rest
+    integer, parameter :: terms = 9
+    integer :: k
+    if (abs(x) > 0.01_c_double) then
+      rest = x - log1p(x)
+      return
+    end if
+    rest = 0
+    do k = terms, 2, -1
+      rest = 1.0_c_double/k - x*rest
+    end do
+    rest = x**2*rest
+  end function beyond_log
+
+  pure function cofactors(a) result(b)
+    real(c_double), intent(in) :: a(3, 3)
+    real(c_double) :: b(3, 3)
+    integer :: i, k, p, q, r, s
+    do k = 1, 3
+      r = mod(k, 3) + 1
+      s = mod(k + 1, 3) + 1
+      do i = 1, 3
+        p = mod(i, 3) + 1
+        q = mod(i + 1, 3) + 1
+        b(i, k) = a(p, r)*a(q, s) - a(p, s)*a(q, r)
+      end do
+    end do
+  end function cofactors
 end module neo_hookean

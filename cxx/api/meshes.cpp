@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "../laws/plug.hpp"
+#include "../scene/tied_sides.hpp"
 #include "objects.hpp"
 
 using cairn::Error;
@@ -262,6 +263,30 @@ int32_t cairn_mesh_touch_sides(cairn_mesh* mesh, int64_t n, const int32_t* node,
     cairn::MeshDraft& d = mesh->draft;
     const auto nodes = widened(d, counted(n), d.dim == 2 ? 2 : 4, d.dim, node);
     d.side_nodes.insert(d.side_nodes.end(), nodes.begin(), nodes.end());
+  });
+}
+
+int32_t cairn_mesh_set_sides(cairn_mesh* mesh, int64_t n, const int32_t* node, const char* plane, double thickness,
+                             cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(node, "node");
+    require(plane, "plane");
+    cairn::MeshDraft& d = mesh->draft;
+    d.take_sides(widened(d, counted(n), d.dim == 2 ? 2 : 4, d.dim, node), plane, thickness);
+  });
+}
+
+int32_t cairn_mesh_tie_sides(cairn_mesh* mesh, int64_t followers, const int32_t* follow, int64_t leaders,
+                             const int32_t* lead, double within, cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(follow, "follow");
+    require(lead, "lead");
+    cairn::MeshDraft& d = mesh->draft;
+    const int width = d.dim == 2 ? 2 : 4;
+    const auto own = widened(d, counted(followers), width, d.dim, follow);
+    cairn::tie_sides(d, own, widened(d, counted(leaders), width, d.dim, lead), within);
   });
 }
 

@@ -72,6 +72,11 @@ E choice(const std::string& what, const std::string& given, std::initializer_lis
   throw Error(what + " is '" + given + "'; give one of " + names);
 }
 
+Plane plane_named(const std::string& name) {
+  return choice<Plane>("plane", name,
+                       {{"strain", Plane::strain}, {"stress", Plane::stress}, {"axisymmetric", Plane::axisymmetric}});
+}
+
 } // namespace
 
 void MeshDraft::add_solid(const std::string& element, std::int64_t n, const std::int32_t* node,
@@ -90,8 +95,7 @@ void MeshDraft::add_solid(const std::string& element, std::int64_t n, const std:
                                                {"corotational", Kinematics::corotational},
                                                {"total_lagrangian", Kinematics::total_lagrangian},
                                                {"logarithmic", Kinematics::logarithmic}});
-  added.solid.plane = choice<Plane>(
-      "plane", plane, {{"strain", Plane::strain}, {"stress", Plane::stress}, {"axisymmetric", Plane::axisymmetric}});
+  added.solid.plane = plane_named(plane);
   if (dim == 2 && added.solid.plane == Plane::axisymmetric) added.density = density; // of the way round, not of a slice
   added.solid.mean_dilatation = mean_dilatation;
 }
@@ -175,7 +179,42 @@ void MeshDraft::take_called(std::shared_ptr<CalledForces> forces, const double* 
   called = std::move(forces);
 }
 
+void MeshDraft::take_sides(std::span<const std::int32_t> given, const std::string& plane, double across) {
+  if (!called)
+    throw Error("sides are of a mesh whose forces another code finds: give these first, by calls or a library");
+  if (!(across > 0) || !std::isfinite(across))
+    throw Error("thickness is " + std::to_string(across) + "; give a finite number > 0 [m]");
+  const bool round = plane_named(plane) == Plane::axisymmetric && dim == 2;
+  const std::int64_t n = mass.n;
+  std::vector<std::vector<std::int32_t>> more(static_cast<std::size_t>(n)); // rows of columns
+  for (std::size_t s = 0; s < given.size(); s += 4)
+    for (const std::int32_t one : given.subspan(s, 4))
+      for (const std::int32_t two : given.subspan(s, 4))
+        for (int k = 0; k < dim * dim && one >= 0 && two >= 0; ++k) {
+          const std::int32_t row = dim * one + k % dim, column = dim * two + k / dim;
+          if (row > column && place_of(mass, row, column) < 0) more[std::size_t(column)].push_back(row);
+        }
+  for (SparseMatrix* m : {&mass, &stiffness, &damping}) {
+    SparseMatrix wide;
+    wide.n = n;
+    wide.start = {0};
+    for (std::int64_t c = 0; c < n; ++c) {
+      std::map<std::int32_t, double> column;
+      for (const std::int32_t row : more[std::size_t(c)]) column[row] = 0;
+      for (std::int64_t e = m->start[c]; e < m->start[c + 1]; ++e) column[m->row[e]] = m->value[e];
+      for (const auto& [row, value] : column) wide.row.push_back(row), wide.value.push_back(value);
+      wide.start.push_back(std::int64_t(wide.row.size()));
+    }
+    *m = std::move(wide);
+  }
+  called->fit(mass);
+  sides.assign(given.begin(), given.end());
+  ring = round;
+  thickness = dim == 2 && !ring ? across : 1;
+}
+
 std::vector<std::int32_t> MeshDraft::boundary() const {
+  if (!sides.empty()) return sides;
   std::map<CellSide, int> times;
   std::vector<CellSide> all, keys;
   for (const Cells& c : cells) {

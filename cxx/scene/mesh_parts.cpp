@@ -127,10 +127,15 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
     m.mass = d.mass;
     m.stiffness = d.stiffness;
     m.damping = d.damping;
-    if (d.called) {
+    m.initial_force = d.frame_force;
+    m.initial_energy = d.frame_energy;
+    if (d.called || d.frame)
       for (std::size_t e = 0; e < m.damping.value.size(); ++e)
         m.damping.value[e] = d.by_mass * m.mass.value[e] + d.by_stiffness * m.stiffness.value[e];
+    if (d.called) {
       m.bulk = d.called;
+      m.ring = d.ring;
+      m.thickness = d.thickness;
     }
   } else if (!d.cells.empty()) {
     d.assemble(m.mass, m.stiffness, m.damping, m.node_mass);

@@ -32,11 +32,17 @@ struct MeshDraft {
   double by_mass = 0, by_stiffness = 0;  // Rayleigh's damping C = a M + b K [1/s, s]
   SparseMatrix mass, stiffness, damping; // lower triangles of one pattern, where they are given; else n is 0
   std::shared_ptr<CalledForces> called;  // forces of another code, with mass and stiffness, that at the start; or null
+  bool frame = false;                    // the matrices are of bars or beams, damped by Rayleigh's rule
+  std::vector<double> frame_force;       // of stresses that they had at first (dofs) [N]; empty: none
+  double frame_energy = 0;               // and what these store [J]
   std::vector<std::uint8_t> held;        // (dofs)
   std::vector<std::int32_t> contact_nodes, point_nodes, side_nodes; // (4, points), (4, sides), -1 where fewer
   std::vector<double> point_weights, displacement, velocity;        // (4, points), (dim, nodes) or empty
   MeshTies ties;                                                    // nodes that follow others, rigid parts
   bool self_contact = false, mortar = false;                        // see MeshModel
+  std::vector<std::int32_t> sides;                                  // (4, n) as take_sides has them
+  bool ring = false;                                                // see MeshModel
+  double thickness = 1;
 
   std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
   void check_node(std::int64_t node) const;
@@ -58,7 +64,11 @@ struct MeshDraft {
   double initial_force(std::vector<double>& force) const;
   // Takes forces of another code; its mass on the pattern of the tangent, or of the nodes alone; one is null.
   void take_called(std::shared_ptr<CalledForces> forces, const double* on_pattern, const double* of_nodes);
-  // Edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body left of an edge.
+  // Of forces of another code: edges or faces (4, n) of the boundary, flat ones, which pressures press, and what these
+  // take edges for; the pattern of the tangent holds what they couple from then on. Throws Error.
+  void take_sides(std::span<const std::int32_t> sides, const std::string& plane, double across);
+  // Those that were given, or edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body
+  // left of an edge.
   std::vector<std::int32_t> boundary() const;
   // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.
   void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const;

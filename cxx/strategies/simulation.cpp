@@ -28,6 +28,7 @@ void Simulation::use(std::unique_ptr<Strategy> next) {
 }
 
 const StepReport& Simulation::step(double h) {
+  if (!held_motions.empty()) move_held(*this, h);
   return networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
 }
 

@@ -15,6 +15,7 @@
 #include "../detection/interaction_handler.hpp"
 #include "../scene/scene.hpp"
 #include "cairn/plug.h"
+#include "held_motions.hpp"
 #include "integrators.hpp"
 #include "strategy.hpp"
 
@@ -102,6 +103,9 @@ public:
   // Called before each part of a step that is made in parts: loads and motions of its own time, over a length h [s].
   // Empty: loads of meshes go along a straight line from their begin to their end, all else stays.
   std::function<void(double h)> before_part;
+
+  // Velocities of held dofs of meshes that are functions of time, written before each step and each of its parts.
+  std::vector<HeldMotion> held_motions;
 
   // Of potential and temperature; null: none. Advanced by the step of a strategy once what contacts do is known.
   std::unique_ptr<Networks> networks;

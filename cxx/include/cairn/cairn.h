@@ -161,6 +161,19 @@ int32_t cairn_mesh_set_damping(cairn_mesh* mesh, double by_mass, double by_stiff
  * from its diagonal on, rows rising; damping may be NULL: none. [kg], [N/m], [N s/m] */
 int32_t cairn_mesh_set_matrices(cairn_mesh* mesh, const int64_t* start, const int32_t* row, const double* mass,
                                 const double* stiffness, const double* damping, cairn_error* error);
+/* Instead of cells, n bars (2, n) between nodes, about which they turn freely, half of their mass at each of both:
+ * young [Pa], area [m2], density [kg/m3] (n); initial_stress (n) along each before it moves, tension positive [Pa], or
+ * NULL: it pulls nodes back across, too. Damping: cairn_mesh_set_damping. */
+int32_t cairn_mesh_set_bars(cairn_mesh* mesh, int64_t n, const int32_t* node, const double* young, const double* area,
+                            const double* density, const double* initial_stress, cairn_error* error);
+/* The same of beams, stiffly joined: inertia [m4] (n), in 3D (2, n), of bending along the second axis of the section,
+ * which lies in the plane of up (3) and the beam, and along the third; shear_area (n) [m2], NULL: they do not shear;
+ * torsion (n) [m4], NULL: the sum of both moments; up NULL: z; clamped: nodes that do not turn. Rotations have no
+ * inertia and follow the displacements: the stiffness is full, for frames of some hundred nodes. */
+int32_t cairn_mesh_set_beams(cairn_mesh* mesh, int64_t n, const int32_t* node, const double* young, const double* area,
+                             const double* density, const double* initial_stress, const double* inertia,
+                             const double* shear_area, const double* torsion, double poisson, const double* up,
+                             int64_t clamped, const int32_t* clamped_node, cairn_error* error);
 /* Instead of cells, forces of another code by calls (cairn/body_calls.h), with the pattern of their tangent: start
  * (dofs + 1), row, rising in each column, of a lower triangle or of all entries, of which the symmetric part counts.
  * Either mass, on that pattern, or node_mass (nodes) [kg]; the other is NULL. calls is copied; its context serves the
@@ -181,11 +194,23 @@ int32_t cairn_mesh_touch_nodes(cairn_mesh* mesh, int64_t n, const int32_t* node,
 int32_t cairn_mesh_touch_points(cairn_mesh* mesh, int64_t n, const int32_t* node, const double* weight,
                                 cairn_error* error);
 int32_t cairn_mesh_touch_sides(cairn_mesh* mesh, int64_t n, const int32_t* node, cairn_error* error);
-/* Sides of one cell alone, as cairn_mesh_touch_sides takes them: *count numbers, written if capacity is enough. */
+/* Of a mesh whose forces another code finds, after these: the sides of its boundary, as cairn_mesh_touch_sides takes
+ * them, which pressures may press; the tangent then holds what a pressure couples. plane ("strain", "stress",
+ * "axisymmetric" round y) and thickness [m]: what pressures take edges for, in 2D. */
+int32_t cairn_mesh_set_sides(cairn_mesh* mesh, int64_t n, const int32_t* node, const char* plane, double thickness,
+                             cairn_error* error);
+/* Sides of one cell alone, or those that were given, as cairn_mesh_touch_sides takes them: *count numbers, written if
+ * capacity is enough. */
 int32_t cairn_mesh_boundary(const cairn_mesh* mesh, int64_t capacity, int32_t* node, int64_t* count,
                             cairn_error* error);
 /* Bit k of mask: displacement along axis k of these nodes is held, or driven by cairn_simulation_load_mesh. */
 int32_t cairn_mesh_hold(cairn_mesh* mesh, int64_t n, const int32_t* node, uint8_t mask, cairn_error* error);
+/* Sides follow others on average, by dual multipliers on what they have in common, through which a uniform stress goes
+ * to rounding; both as cairn_mesh_touch_sides takes them. Give the finer side as the one that follows. within: distance
+ * of a side that follows from the others, over its length or the root of its area, and width of the strip by which it
+ * may reach beyond their end (1e-6 as a rule). */
+int32_t cairn_mesh_tie_sides(cairn_mesh* mesh, int64_t followers, const int32_t* follow, int64_t leaders,
+                             const int32_t* lead, double within, cairn_error* error);
 /* n nodes move as one rigid body, which turns as far as it likes where strains of the cells may be large; calls add
  * parts. */
 int32_t cairn_mesh_set_rigid(cairn_mesh* mesh, int64_t n, const int32_t* node, cairn_error* error);
@@ -278,6 +303,25 @@ int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const in
  * both: none. held_velocity (dofs): of held dofs at the end of the steps [m/s], NULL: zero. */
 int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,
                                    const double* held_velocity, cairn_error* error);
+
+/* n nodes of a mesh, held along axis 'x', 'y' or 'z' by cairn_mesh_hold, whose displacement [m] or velocity [m/s] along
+ * it is a function of time from now on: a table (rows), piecewise linear, constant before its first and after its last
+ * row, or a function of the program with its context, asked at the begin (of a displacement), in the middle and at the
+ * end of each step and each of its parts. A displaced node is where the function says at the end of each step. What
+ * these nodes were given before along that axis, here or as held_velocity, counts no more. Checkpoints hold no
+ * functions: give them again after a restart. A function leaves the simulation alone. */
+int32_t cairn_simulation_displace_nodes(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node,
+                                        char axis, int64_t rows, const double* time, const double* displacement,
+                                        cairn_error* error);
+int32_t cairn_simulation_displace_nodes_by(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node,
+                                           char axis, double (*displacement)(double time, void* context), void* context,
+                                           cairn_error* error);
+int32_t cairn_simulation_drive_nodes(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node,
+                                     char axis, int64_t rows, const double* time, const double* velocity,
+                                     cairn_error* error);
+int32_t cairn_simulation_drive_nodes_by(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node,
+                                        char axis, double (*velocity)(double time, void* context), void* context,
+                                        cairn_error* error);
 
 /* Called before each part of a step that the option "cut_back" makes in parts, from time on over h [s]: gives loads and
  * motions of that part by the calls above. NULL: loads of meshes go along a straight line from begin to end of the

@@ -70,6 +70,7 @@ void Nscd::take_part(Simulation& s, double from, double share, int cuts, Whole& 
   else
     for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k)
       take_loads(s.meshes.meshes[k], whole.loads[k], from, from + share);
+  if (!s.held_motions.empty()) move_held(s, h);
   try {
     make_step(s, h);
   } catch (const StepTooLong&) {

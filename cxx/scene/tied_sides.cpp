@@ -1,0 +1,356 @@
+#include "tied_sides.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+
+#include "../base/call.hpp"
+
+namespace cairn {
+namespace {
+
+constexpr double least = 1e-12;   // of a face, that counts as common
+constexpr double rounding = 1e-9; // of a side, that counts as nothing
+
+using Point = std::array<double, 3>;
+using Flat = std::array<double, 3>; // along two axes of a face and across it, over its size
+using Side = std::array<std::int32_t, 4>;
+
+struct Sample { // of an integral over what two sides have in common
+  Side lead;
+  double lead_shape[4] = {0, 0, 0, 0}, shape[4] = {0, 0, 0, 0}, wide = 0;
+};
+
+struct Met { // of a side that follows: its nodes, its size, and what it has in common with those that lead
+  Side own{};
+  int nodes = 0;
+  double size = 0; // length or area, that wide is over
+  std::vector<Sample> samples;
+  double covered = 0, opposite = 0, far = 0, around = 0; // of it within reach, at any distance; ends over size
+};
+
+int nodes_of(const Side& side) {
+  return int(std::count_if(side.begin(), side.end(), [](auto n) { return n >= 0; }));
+}
+
+Side side_at(std::span<const std::int32_t> sides, std::size_t i) {
+  return {sides[4 * i], sides[4 * i + 1], sides[4 * i + 2], sides[4 * i + 3]};
+}
+
+std::string told(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", x);
+  return text;
+}
+
+void check_covered(const std::vector<Met>& sides, double within, bool edges) {
+  const auto wrong = [&](const Met& s) {
+    const double gone = 1 - s.covered;
+    return !(-rounding <= gone && gone <= std::max(rounding, std::min(within * s.around, 0.5)));
+  };
+  const Met* worst = nullptr;
+  for (const Met& s : sides)
+    if (wrong(s) && (!worst || std::abs(1 - s.covered) > std::abs(1 - worst->covered))) worst = &s;
+  if (!worst) return;
+  std::string text = "ties: " + told(worst->covered) + " of the " + (edges ? "edge" : "face") + " of nodes ";
+  for (int j = 0; j < worst->nodes; ++j) text += (j ? ", " : "") + std::to_string(worst->own[std::size_t(j)]);
+  text += " lies on sides that lead, within " + told(within) + " of its size, ";
+  if (worst->covered > 1) throw Error(text + told(worst->covered - 1) + " more than once: leave one of the layers out");
+  double needed = 0;
+  bool wider = true;
+  for (const Met& s : sides) {
+    if (!wrong(s)) continue;
+    wider = wider && s.covered < 1 && s.opposite >= 0.5;
+    needed = std::max({needed, s.far, (1 - s.opposite) / s.around});
+  }
+  text += told(1 - worst->covered) + " is missing: move it over the other, ";
+  if (!wider) throw Error(text + "or let the finer side follow");
+  throw Error(text + "let the finer side follow, or give a larger within, " + told(1.01 * needed) + " or more");
+}
+
+Met met_by_edge(const MeshDraft& d, const Side& own, std::span<const std::int32_t> lead, double within) {
+  constexpr double at[3] = {-0.7745966692414834, 0, 0.7745966692414834}, weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+  Met out;
+  out.own = own;
+  out.nodes = 2;
+  out.around = 2;
+  const double *a = &d.reference[std::size_t(2 * own[0])], *b = &d.reference[std::size_t(2 * own[1])];
+  const double length = std::hypot(b[0] - a[0], b[1] - a[1]);
+  if (!(length > 0))
+    throw Error("ties: the edge of nodes " + std::to_string(own[0]) + ", " + std::to_string(own[1]) + " has no length");
+  out.size = length;
+  const double along[2] = {(b[0] - a[0]) / length, (b[1] - a[1]) / length};
+  for (std::size_t k = 0; k < lead.size() / 4; ++k) {
+    const Side other = side_at(lead, k);
+    double end[2], gap[2]; // of the edge that leads, on this one
+    for (int e = 0; e < 2; ++e) {
+      const double* x = &d.reference[std::size_t(2 * other[std::size_t(e)])];
+      end[e] = ((x[0] - a[0]) * along[0] + (x[1] - a[1]) * along[1]) / length;
+      gap[e] = ((x[0] - a[0]) * along[1] - (x[1] - a[1]) * along[0]) / length;
+    }
+    const double low = std::max(std::min(end[0], end[1]), 0.0), high = std::min(std::max(end[0], end[1]), 1.0);
+    if (!(high - low > 1e-14)) continue;
+    Sample samples[3];
+    double off = 0;
+    for (int g = 0; g < 3; ++g) {
+      const double s = low + (high - low) * (at[g] + 1) / 2, eta = (s - end[0]) / (end[1] - end[0]);
+      off = std::max(off, std::abs(gap[0] + (gap[1] - gap[0]) * eta));
+      samples[g] = {other, {1 - eta, eta, 0, 0}, {1 - s, s, 0, 0}, weight[g] * (high - low)};
+    }
+    out.opposite += high - low;
+    out.far = std::max(out.far, off);
+    if (off > within) continue;
+    out.covered += high - low;
+    out.samples.insert(out.samples.end(), samples, samples + 3);
+  }
+  return out;
+}
+
+double area_of(const std::vector<Flat>& x) {
+  double twice = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const Flat& b = x[(i + 1) % x.size()];
+    twice += x[i][0] * b[1] - x[i][1] * b[0];
+  }
+  return twice / 2;
+}
+
+// The part of two convex polygons that is common, anticlockwise; empty where there is none.
+std::vector<Flat> common(const std::vector<Flat>& one, const std::vector<Flat>& other) {
+  std::vector<Flat> part = other;
+  if (!(area_of(part) > 0)) std::reverse(part.begin(), part.end());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    const Flat &a = one[i], &b = one[(i + 1) % one.size()];
+    const auto inside = [&](const Flat& p) { return (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]); };
+    std::vector<Flat> kept;
+    for (std::size_t j = 0; j < part.size(); ++j) {
+      const Flat &p = part[j], &q = part[(j + 1) % part.size()];
+      const double s = inside(p), t = inside(q);
+      if (s >= 0) kept.push_back(p);
+      if (s * t < 0) kept.push_back({p[0] + s / (s - t) * (q[0] - p[0]), p[1] + s / (s - t) * (q[1] - p[1]), 0});
+    }
+    if (kept.size() < 3) return {};
+    part = std::move(kept);
+  }
+  return area_of(part) > least * area_of(one) ? part : std::vector<Flat>{};
+}
+
+// Shape functions of a triangle or a quadrilateral in the plane at a place.
+void shapes_at(const std::vector<Flat>& x, double px, double py, double* n) {
+  if (x.size() == 3) {
+    const double ax = x[1][0] - x[0][0], ay = x[1][1] - x[0][1], bx = x[2][0] - x[0][0], by = x[2][1] - x[0][1];
+    const double cx = px - x[0][0], cy = py - x[0][1], twice = ax * by - ay * bx;
+    n[1] = (cx * by - cy * bx) / twice;
+    n[2] = (ax * cy - ay * cx) / twice;
+    n[0] = 1 - n[1] - n[2];
+    n[3] = 0;
+    return;
+  }
+  constexpr double corner[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  double r = 0, s = 0;
+  for (int turn = 0; turn < 20; ++turn) { // Newton's method on the bilinear map
+    double j[2][2] = {}, miss[2] = {px, py};
+    for (std::size_t a = 0; a < 4; ++a) {
+      const double along = 1 + corner[a][0] * r, across = 1 + corner[a][1] * s;
+      for (std::size_t k = 0; k < 2; ++k) {
+        miss[k] -= along * across / 4 * x[a][k];
+        j[k][0] += corner[a][0] * across / 4 * x[a][k];
+        j[k][1] += corner[a][1] * along / 4 * x[a][k];
+      }
+    }
+    const double whole = j[0][0] * j[1][1] - j[0][1] * j[1][0];
+    const double dr = (miss[0] * j[1][1] - miss[1] * j[0][1]) / whole;
+    const double ds = (j[0][0] * miss[1] - j[1][0] * miss[0]) / whole;
+    r += dr, s += ds;
+    if (std::max(std::abs(dr), std::abs(ds)) < 1e-14) break;
+  }
+  for (int a = 0; a < 4; ++a) n[a] = (1 + corner[a][0] * r) * (1 + corner[a][1] * s) / 4;
+}
+
+Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double norm(const Point& a) { return std::hypot(a[0], a[1], a[2]); }
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Point scaled(const Point& a, double by) { return {a[0] * by, a[1] * by, a[2] * by}; }
+
+std::vector<Point> corners(const MeshDraft& d, const Side& side) {
+  std::vector<Point> out;
+  for (int j = 0; j < nodes_of(side); ++j) {
+    const double* x = &d.reference[std::size_t(3 * side[std::size_t(j)])];
+    out.push_back({x[0], x[1], x[2]});
+  }
+  return out;
+}
+
+struct Ball { // round the corners of a face
+  Point middle{};
+  double reach = 0;
+};
+
+Ball ball_of(const std::vector<Point>& x) {
+  Ball out;
+  for (const Point& p : x)
+    for (std::size_t k = 0; k < 3; ++k) out.middle[k] += p[k] / double(x.size());
+  for (const Point& p : x) out.reach = std::max(out.reach, norm(minus(p, out.middle)));
+  return out;
+}
+
+// A rule on the common part: triangles from its first corner, each a square one side of which is a point.
+void sample(const std::vector<Flat>& part, const Side& other, const std::vector<Flat>& lead,
+            const std::vector<Flat>& own, double within, Met& out) {
+  constexpr double at[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
+  constexpr double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
+  std::vector<Sample> samples;
+  double wide = 0, off = 0;
+  for (std::size_t c = 2; c < part.size(); ++c) {
+    const Flat &a = part[0], &b = part[c - 1], &e = part[c];
+    const double twice = (b[0] - a[0]) * (e[1] - a[1]) - (b[1] - a[1]) * (e[0] - a[0]);
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const double px = a[0] + at[i] * ((b[0] - a[0]) + at[j] * (e[0] - b[0]));
+        const double py = a[1] + at[i] * ((b[1] - a[1]) + at[j] * (e[1] - b[1]));
+        Sample s;
+        s.lead = other;
+        s.wide = weight[i] * weight[j] * at[i] * twice;
+        shapes_at(lead, px, py, s.lead_shape);
+        shapes_at(own, px, py, s.shape);
+        double apart = 0;
+        for (std::size_t k = 0; k < lead.size(); ++k) apart += s.lead_shape[k] * lead[k][2];
+        off = std::max(off, std::abs(apart));
+        wide += s.wide;
+        samples.push_back(s);
+      }
+  }
+  out.opposite += wide;
+  out.far = std::max(out.far, off);
+  if (off > within) return;
+  out.covered += wide;
+  out.samples.insert(out.samples.end(), samples.begin(), samples.end());
+}
+
+Met met_by_face(const MeshDraft& d, const Side& own, std::span<const std::int32_t> lead, const std::vector<Ball>& balls,
+                double within) {
+  Met out;
+  out.own = own;
+  out.nodes = nodes_of(own);
+  const std::vector<Point> x = corners(d, own);
+  const Ball ball = ball_of(x);
+  const Point one = x.size() == 4 ? minus(x[2], x[0]) : minus(x[1], x[0]);
+  const Point two = x.size() == 4 ? minus(x[3], x[1]) : minus(x[2], x[0]), normal = cross(one, two);
+  const double size = std::sqrt(norm(normal) / 2);
+  if (!(size > 0)) throw Error("ties: the face of node " + std::to_string(own[0]) + " has no area");
+  const Point first = scaled(one, 1 / norm(one)), up = scaled(normal, 1 / norm(normal)), second = cross(up, first);
+  const auto flat = [&](const std::vector<Point>& places) {
+    std::vector<Flat> made;
+    for (const Point& p : places) {
+      const Point from = minus(p, ball.middle);
+      made.push_back({dot(from, first) / size, dot(from, second) / size, dot(from, up) / size});
+    }
+    return made;
+  };
+  const std::vector<Flat> mine = flat(x);
+  for (std::size_t k = 0; k < balls.size(); ++k) {
+    if (!(norm(minus(balls[k].middle, ball.middle)) < balls[k].reach + ball.reach)) continue;
+    const Side other = side_at(lead, k);
+    const std::vector<Flat> theirs = flat(corners(d, other)), part = common(mine, theirs);
+    if (!part.empty()) sample(part, other, theirs, mine, within, out);
+  }
+  const double whole = area_of(mine);
+  for (std::size_t j = 0; j < mine.size(); ++j) {
+    const Flat& b = mine[(j + 1) % mine.size()];
+    out.around += std::hypot(b[0] - mine[j][0], b[1] - mine[j][1], b[2] - mine[j][2]) / whole;
+  }
+  out.covered /= whole;
+  out.opposite /= whole;
+  out.size = size * size;
+  return out;
+}
+
+// Rows of diag(D) (int N N')^-1: the dual functions by the shape functions of a side.
+void duals_of(const Met& met, double dual[4][4], double of[4]) {
+  const int n = met.nodes;
+  double both[4][8] = {}; // beside it the inverse
+  for (int j = 0; j < n; ++j) {
+    of[j] = 0;
+    for (const Sample& s : met.samples) {
+      of[j] += s.wide * s.shape[j];
+      for (int i = 0; i < n; ++i) both[j][i] += s.wide * s.shape[j] * s.shape[i];
+    }
+    both[j][4 + j] = 1;
+  }
+  for (int j = 0; j < n; ++j) { // positive definite: no other pivots
+    const double pivot = both[j][j];
+    for (double& a : both[j]) a /= pivot;
+    for (int i = 0; i < n; ++i) {
+      const double share = both[i][j];
+      for (int c = 0; c < 8 && i != j; ++c) both[i][c] -= share * both[j][c];
+    }
+  }
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) dual[j][i] = of[j] * both[j][4 + i];
+}
+
+struct Row { // of a node that follows
+  double diagonal = 0;
+  std::vector<std::pair<std::int32_t, double>> lead;
+  void add(std::int32_t node, double part) {
+    for (auto& [known, sum] : lead)
+      if (known == node) {
+        sum += part;
+        return;
+      }
+    lead.emplace_back(node, part);
+  }
+};
+
+} // namespace
+
+void tie_sides(MeshDraft& d, std::span<const std::int32_t> follow, std::span<const std::int32_t> lead, double within) {
+  if (!(within >= 0) || !std::isfinite(within))
+    throw Error("within is " + std::to_string(within) + "; give a finite number from 0 on");
+  if (follow.empty() || lead.empty()) throw Error("ties: give at least one side that follows and one that leads");
+  std::vector<Ball> balls;
+  for (std::size_t k = 0; d.dim == 3 && k < lead.size() / 4; ++k)
+    balls.push_back(ball_of(corners(d, side_at(lead, k))));
+  std::vector<Met> sides;
+  for (std::size_t k = 0; k < follow.size() / 4; ++k)
+    sides.push_back(d.dim == 2 ? met_by_edge(d, side_at(follow, k), lead, within)
+                               : met_by_face(d, side_at(follow, k), lead, balls, within));
+  check_covered(sides, within, d.dim == 2);
+  std::vector<std::int32_t> order;
+  std::map<std::int32_t, Row> rows;
+  for (const Met& met : sides) {
+    double dual[4][4], of[4];
+    duals_of(met, dual, of);
+    for (int j = 0; j < met.nodes; ++j) {
+      const std::int32_t node = met.own[std::size_t(j)];
+      if (!rows.count(node)) order.push_back(node);
+      Row& row = rows[node];
+      row.diagonal += of[j] * met.size;
+      for (const Sample& s : met.samples) {
+        double psi = 0;
+        for (int i = 0; i < met.nodes; ++i) psi += dual[j][i] * s.shape[i];
+        for (int l = 0; l < nodes_of(s.lead); ++l)
+          row.add(s.lead[std::size_t(l)], s.wide * met.size * psi * s.lead_shape[l]);
+      }
+    }
+  }
+  for (const std::int32_t node : order)
+    for (int k = 0; k < d.dim; ++k) {
+      const Row& row = rows[node];
+      d.ties.dof.push_back(d.dim * node + k);
+      for (const auto& [leader, part] : row.lead) {
+        const double weight = part / row.diagonal;
+        if (!(std::abs(weight) > 1e-14)) continue;
+        d.ties.master.push_back(d.dim * leader + k);
+        d.ties.weight.push_back(weight);
+      }
+      d.ties.first.push_back(std::int64_t(d.ties.master.size()));
+    }
+}
+
+} // namespace cairn

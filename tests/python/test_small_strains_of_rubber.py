@@ -1,0 +1,64 @@
+"""The neo-Hookean law at strains of any size, against its formula in sixty digits: its own strain rounds it, not 1."""
+
+from decimal import Decimal, getcontext
+
+import cairn as cn
+import numpy as np
+import pytest
+from second_order import box
+from test_bulk_materials import found, params
+
+YOUNG, POISSON = params("neo_hookean")
+
+
+def exact(gradient):
+    """Stress mu (F - F^-T) + lambda ln J F^-T and energy of a gradient of displacement, in decimals."""
+    getcontext().prec = 60
+    young, poisson = Decimal(YOUNG), Decimal(POISSON)
+    mu, lame = young / (2 * (1 + poisson)), young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    f = [[Decimal(float(gradient[i, j])) + (i == j) for j in range(3)] for i in range(3)]
+    cofactor = [
+        [f[(i + 1) % 3][(j + 1) % 3] * f[(i + 2) % 3][(j + 2) % 3] - f[(i + 1) % 3][(j + 2) % 3] * f[(i + 2) % 3][(j + 1) % 3]
+         for j in range(3)] for i in range(3)
+    ]  # fmt: skip
+    volume = sum(f[0][j] * cofactor[0][j] for j in range(3))
+    log = volume.ln()
+    stress = [[mu * (f[i][j] - cofactor[i][j] / volume) + lame * log * cofactor[i][j] / volume for j in range(3)] for i in range(3)]
+    first = sum(f[i][j] ** 2 for i in range(3) for j in range(3))
+    return np.array(stress, float), float(mu / 2 * (first - 3 - 2 * log) + lame / 2 * log**2)
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-18, 1e-12, 1e-8, 1e-4, 2.9e-3, 3.1e-3, 0.02, 0.5])
+def test_stress_and_energy_of_strains_of_any_size(size):
+    ways = size * (np.random.default_rng(3).random((20, 3, 3)) - 0.5)
+    ways[0] = size * np.diag([0.4, 0.4, 0.4])
+    ways[1] = size * np.diag([0.5, -0.25, -0.25])  # no change of volume, to first order
+    got = found("neo_hookean", ways)
+    assert not got["status"].any()
+    for k, way in enumerate(ways):
+        stress, energy = exact(way)
+        here = np.swapaxes(got["stress"][k].reshape(3, 3), 0, 1)
+        assert np.abs(here - stress).max() < 1e-14 * np.abs(stress).max() + 1e-15 * size
+        assert got["energy"][k] == pytest.approx(energy, rel=1e-12, abs=0)
+
+
+def test_a_cell_that_is_inside_out_is_told():
+    got = found("neo_hookean", [np.diag([-1.0, 0, 0]), np.diag([-2.5, 0, 0]), np.full((3, 3), np.nan)])
+    assert list(got["status"]) == [1, 1, 1]
+
+
+@pytest.mark.parametrize("young, stress", [(1e6, 1e-6), (1e6, 1e-9), (2e11, 1e-5), (1e-6, 1e-12), (1e6, 1e5)])
+def test_an_initial_stress_is_met_however_small(young, stress):
+    points, cells = box("quad", (2, 2), (1.0, 1.0))
+    groups = {"all": np.arange(len(points))}
+    body = cn.SolidBody(points, cells, cn.NeoHookean(young=young, poisson=0.3), density=1.0, groups=groups)
+    given = stress * np.array([1.0, -0.5, 0.2, 0.3, 0, 0])
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(body, cn.Material("rock", density=1.0), initial_stress=given, fixed={"all": "xy"}))
+    sim = cn.Simulation(scene, dt=1e-3)
+    sim.step()
+    assert np.abs(sim.meshes[0].stress["quad"][:, [0, 1, 2, 3]] - given[:4]).max() < 1e-12 * stress
+    if stress < 1e-3 * young:  # Hooke's, sum of s^2 (1 + nu) / 2 E less that of the trace nu / 2 E
+        s = np.diag(given[:3]) + given[3] * (np.eye(3)[[1, 0, 2]] - np.diag([0, 0, 1]))
+        hooke = (1.3 * np.sum(s * s) - 0.3 * np.trace(s) ** 2) / (2 * young)
+        assert sim.info["energy"]["stored"] == pytest.approx(hooke, rel=1e-3 if stress > 1e-4 * young else 1e-5)
