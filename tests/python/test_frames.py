@@ -99,3 +99,12 @@ def test_what_is_wrong_is_told():
         cn.beams([[0, 0], [1, 0]], [[0, 1]], young=1.0, area=1.0, inertia=-1.0, density=1.0)
     with pytest.raises(ValueError, match="up is .* along a beam"):
         cn.beams([[0, 0, 0], [0, 0, 1]], [[0, 1]], young=1.0, area=1.0, inertia=1.0, density=1.0)
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (1.0, 1.0, 0.3)])
+def test_a_straight_beam_that_nothing_holds_has_five_rigid_motions(way):
+    """Its turn about itself, which no displacement shows, is no unknown of them."""
+    points = np.outer([0.0, 1.0, 2.0], way)
+    k = cn.beams(points, [[0, 1], [1, 2]], young=1e7, area=1e-3, inertia=1e-7, density=1000.0).K.toarray()
+    values = np.linalg.eigvalsh(k)
+    assert np.abs(values[:5]).max() < 1e-12 * values[-1] and values[5] > 1e-5 * values[-1]

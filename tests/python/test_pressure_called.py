@@ -1,4 +1,4 @@
-"""Pressure that follows bodies whose forces another code finds, or whose matrices it gave, beside the same of Cairn's own cells."""
+"""Pressure that follows bodies whose forces another code finds, or whose matrices it gave, beside those of Cairn's own cells."""
 
 import cairn as cn
 import numpy as np

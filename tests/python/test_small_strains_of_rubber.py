@@ -23,7 +23,8 @@ def exact(gradient):
     ]  # fmt: skip
     volume = sum(f[0][j] * cofactor[0][j] for j in range(3))
     log = volume.ln()
-    stress = [[mu * (f[i][j] - cofactor[i][j] / volume) + lame * log * cofactor[i][j] / volume for j in range(3)] for i in range(3)]
+    back = [[c / volume for c in row] for row in cofactor]
+    stress = [[mu * (f[i][j] - back[i][j]) + lame * log * back[i][j] for j in range(3)] for i in range(3)]
     first = sum(f[i][j] ** 2 for i in range(3) for j in range(3))
     return np.array(stress, float), float(mu / 2 * (first - 3 - 2 * log) + lame / 2 * log**2)
 

@@ -134,6 +134,14 @@ def _across(points, cells, length, pull, up):
     return out
 
 
+def _followed(turns, given):
+    """Solutions of turns x = given; the least where nothing holds a turn, as of a straight beam in space about itself."""
+    try:
+        return np.linalg.solve(turns, given)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(turns, given, rcond=1e-13)[0]
+
+
 def beams(
     points, cells, *, young, area, inertia, density, poisson=0.3, shear_area=None, torsion=None, up=(0.0, 0.0, 1.0), clamped=None,
     groups=None, rayleigh=(0.0, 0.0), initial_stress=None,
@@ -181,7 +189,7 @@ def beams(
     turned = turned.ravel()
     stiffness = full[np.ix_(moved, moved)]
     if len(turned):
-        stiffness = stiffness - full[np.ix_(moved, turned)] @ np.linalg.solve(
+        stiffness = stiffness - full[np.ix_(moved, turned)] @ _followed(
             full[np.ix_(turned, turned)], full[np.ix_(turned, moved)]
         )
     stiffness = (stiffness + stiffness.T) / 2
