@@ -1,5 +1,6 @@
 // Bars, beams, sides that are tied, and held nodes that move as functions of time, in C: numbers are those of the same
 // scenes in Python, to rounding.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -278,6 +279,48 @@ TEST_F(CMotions, a_mesh_that_goes_takes_its_motions_with_it) {
   const int asked = calls;
   steps(2);
   EXPECT_EQ(calls, asked);
+}
+
+// A block of rubber that is pressed faster than a whole step can follow.
+TEST_F(CMotions, parts_of_a_step_ask_for_their_own_times) {
+  std::vector<double> place;
+  std::vector<int32_t> cell, foot, top;
+  for (int j = 0; j < 4; ++j)
+    for (int i = 0; i < 4; ++i) {
+      const int32_t k = 4 * j + i;
+      place.insert(place.end(), {i / 3.0, j / 3.0});
+      if (i < 3 && j < 3) cell.insert(cell.end(), {k, k + 1, k + 5, k + 4});
+      if (j == 0) foot.push_back(k);
+      if (j == 3) top.push_back(k);
+    }
+  of(2, place);
+  const double none[] = {0, 0}, values[] = {1e5, 0.45};
+  const char* names[] = {"young", "poisson"};
+  ASSERT_EQ(cairn_scene_set_gravity(scene, none, &error), 0);
+  ASSERT_EQ(cairn_mesh_add_solid_cells(mesh, "q4", 9, cell.data(), "neo_hookean", 2, names, values, 1000,
+                                       "total_lagrangian", "strain", 0, 1, &error),
+            0)
+      << error.message;
+  hold(foot, 3);
+  hold(top, 3);
+  begin();
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "cut_back", 6, &error), 0) << error.message;
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "newton_passes", 3, &error), 0) << error.message;
+  std::vector<double> asked;
+  const auto press = [](double t, void* context) {
+    static_cast<std::vector<double>*>(context)->push_back(t);
+    return -6 * t;
+  };
+  ASSERT_EQ(cairn_simulation_displace_nodes_by(simulation, number, 4, top.data(), 'y', press, &asked, &error), 0);
+  steps(1, 0.1);
+  double parts = 0;
+  ASSERT_EQ(cairn_simulation_report(simulation, "sub_steps", &parts, &error), 0);
+  EXPECT_GT(parts, 1);
+  for (const double t : {0.0, 0.05, 0.1}) EXPECT_NE(std::find(asked.begin(), asked.end(), t), asked.end()) << t;
+  std::vector<double> u(32);
+  int64_t n = 0;
+  ASSERT_EQ(cairn_simulation_mesh_field(simulation, number, "displacement", 32, u.data(), &n, &error), 0);
+  for (const int32_t i : top) EXPECT_NEAR(u[2 * i + 1], -0.6, 1e-12);
 }
 
 // ---------------------------------------------------------------------- ties
