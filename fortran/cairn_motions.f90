@@ -20,7 +20,7 @@ module cairn_motions
       integer(c_int32_t), value :: mesh
       integer(c_int64_t), value :: n
       integer(c_int32_t), intent(in) :: node(*)
-      character(c_char), value :: axis
+      integer(c_int8_t), value :: axis
       integer(c_int64_t), value :: rows
       real(c_double), intent(in) :: time(*), values(*)
       type(c_error), intent(inout) :: error
@@ -31,7 +31,7 @@ module cairn_motions
       integer(c_int32_t), value :: mesh
       integer(c_int64_t), value :: n
       integer(c_int32_t), intent(in) :: node(*)
-      character(c_char), value :: axis
+      integer(c_int8_t), value :: axis
       type(c_funptr), value :: routine
       type(c_ptr), value :: context
       type(c_error), intent(inout) :: error
@@ -108,8 +108,8 @@ contains
     type(c_error) :: what
 
     if (.not. has_size(name, size(values), size(time), error)) return
-    call report_back(take(simulation%handle, int(mesh, c_int32_t), size(node, kind=c_int64_t), int(node, c_int32_t), axis, &
-                          size(time, kind=c_int64_t), time, values, what), what, error)
+    call report_back(take(simulation%handle, int(mesh, c_int32_t), size(node, kind=c_int64_t), int(node, c_int32_t), &
+                          letter(axis), size(time, kind=c_int64_t), time, values, what), what, error)
   end subroutine give_table
 
   subroutine give_function(take, simulation, mesh, node, axis, routine, context, error)
@@ -125,7 +125,14 @@ contains
 
     handed = c_null_ptr
     if (present(context)) handed = context
-    call report_back(take(simulation%handle, int(mesh, c_int32_t), size(node, kind=c_int64_t), int(node, c_int32_t), axis, &
-                          routine, handed, what), what, error)
+    call report_back(take(simulation%handle, int(mesh, c_int32_t), size(node, kind=c_int64_t), int(node, c_int32_t), &
+                          letter(axis), routine, handed, what), what, error)
   end subroutine give_function
+
+  !> A letter as C takes it by value: as a number, since compilers differ in how they hand characters over.
+  pure integer(c_int8_t) function letter(axis)
+    character, intent(in) :: axis
+
+    letter = int(iachar(axis), c_int8_t)
+  end function letter
 end module cairn_motions

@@ -161,7 +161,7 @@ contains
     call add_elastic_cells(mesh, "q4", reshape([0, 1, 4, 3, 1, 2, 5, 4], [4, 2]), 1e5_dp, 0.0_dp, 1000.0_dp)
     call add_elastic_cells(mesh, "q4", reshape([6, 7, 11, 10, 7, 8, 12, 11, 8, 9, 13, 12], [4, 3]), 1e5_dp, 0.0_dp, 1000.0_dp)
     call tie_sides(mesh, reshape([6, 7, 7, 8, 8, 9], [2, 3]), reshape([4, 3, 5, 4], [2, 2]))
-    call set_damping(mesh, 100.0_dp, 0.0_dp, .false.)
+    call set_damping(mesh, 30.0_dp, 0.0_dp, .false.)
     call hold_nodes(mesh, [0, 1, 2], [.true., .true.])
     call begin(scene, mesh, simulation, number, [0.0_dp, -9.81_dp])
     call set_number(simulation, "theta", 1.0_dp)
