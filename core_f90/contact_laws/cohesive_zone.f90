@@ -136,7 +136,11 @@ contains
       call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), &
                          state(i, s_slip:s_slip + c - 2), one, u)
       r(i, :) = one
-      if (present(status)) status(i) = merge(3, merge(1, 0, one(1) > 0), state(i, s_beta) > 0)
+      if (.not. present(status)) cycle
+      status(i) = merge(1, 0, one(1) > 0)
+      if (.not. state(i, s_beta) > 0) cycle
+      call allowed(c, own, damage, p, u, state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
+      status(i) = merge(4, 3, beta < state(i, s_beta)) ! softens, or is held as before
     end do
   end subroutine cohesive_solve
 

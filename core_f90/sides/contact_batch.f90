@@ -102,6 +102,7 @@ module contact_batch
     integer(c_int32_t) :: threads
     integer(c_int32_t) :: unused
     real(c_double) :: relaxation
+    real(c_double) :: softening_relaxation
     type(c_ptr) :: first_task
     type(c_ptr) :: first_batch
     type(c_ptr) :: batch

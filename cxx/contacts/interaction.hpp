@@ -153,6 +153,7 @@ struct SolverOptions {
   // On the velocities that impulses leave, see VelocityError; infinity: not asked for.
   double accuracy = std::numeric_limits<double>::infinity();
   bool extrapolates = true; // sweeps begin beyond the last one: see Extrapolation
+  double softening_relaxation = 1; // share of its change that a bond which softens takes in a sweep
   double max_bytes = 1e9;   // of factors, and of W where a solver takes it in blocks
 };
 

@@ -54,6 +54,7 @@ PRESSURE = 2e9  # over the chord of an arc that has sunk by the mean radius [Pa]
 SPEED = 140.0  # mean of the wheel [m/s]
 STROKE = 20 * MEAN  # ten diameters [m]
 STEP = 0.15  # of the time in which the pressure pushes a grain across its diameter
+RELAXATION = 0.5  # share of its change that a bond which softens takes in a sweep
 PRESSED = 0.25  # of a period, in which the load comes on
 LENGTH_TO_HEIGHT, SOLID = 4.0, 0.84
 PAPER, PAPER_WHEEL = 73_000, 450  # disks
@@ -70,6 +71,7 @@ def options_from(arguments):
     parser.add_argument("--stiffness", type=float, default=STIFFNESS, help="of the bonds [Pa/m] (1.4e15)")
     parser.add_argument("--tolerance", type=float, default=1e-3, help="of the solver's true error (1e-3)")
     parser.add_argument("--iterations", type=int, default=200, help="most of a step (200)")
+    parser.add_argument("--relaxation", type=float, default=RELAXATION, help="of bonds that soften (0.5; 1: none)")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=0, help="0: as many as OpenMP decides; results do not depend on it")
     parser.add_argument("--full", action="store_true", help="73,000 disks, 100 cycles")
@@ -81,7 +83,7 @@ def options_from(arguments):
     options.cycles = options.cycles or (100 if options.full else 3)
     for name in ("disks", "cycles", "iterations", "save"):
         checks.count(name, getattr(options, name), 1)
-    for name in ("step", "strength", "stiffness"):
+    for name in ("step", "strength", "stiffness", "relaxation"):
         checks.positive(name, getattr(options, name))
     return options
 
@@ -318,7 +320,7 @@ def main(arguments=None):
     options = options_from(arguments)
     options.output.mkdir(parents=True, exist_ok=True)
     pair, table = Pair(options), []
-    solver = cn.NLGS(tol=options.tolerance, max_iter=options.iterations)
+    solver = cn.NLGS(tol=options.tolerance, max_iter=options.iterations, softening_relaxation=options.relaxation)
     sim = cn.Simulation(pair.scene, pair.dt, cn.NSCD(theta=0.6, solver=solver, threads=options.threads))
     record, watch, rows = Record(options), Watch(sim, pair), []
     if options.restart and record.checkpoint.exists():

@@ -53,7 +53,8 @@ typedef void cairn_law_force(int32_t n, int32_t c, const cairn_law_context* cont
 /* k (n, 3): normal and tangential stiffness [N/m] at an overlap, damping ratio; reach (n): gap of its begin. */
 typedef void cairn_law_stiffness(int32_t n, const double* overlap, const double* radius, const double* params,
                                  double* k, double* reach);
-enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3 };
+/* softening: what solve alone may say, of a bond that loses stiffness in this step by the impulse that is found. */
+enum cairn_contact_status { cairn_open = 0, cairn_stick = 1, cairn_slip = 2, cairn_bonded = 3, cairn_softening = 4 };
 /* Which rule is about two materials. word (2, materials): of the group, -1 without, and of the material; apart
  * (materials): 1, those that do not meet each other unless a rule names both groups; alone (words): the last rule about
  * a word and anything, any: about anything and anything, -1: none; key (2, places), rule (places): a hash table of
@@ -233,6 +234,7 @@ typedef struct cairn_schedule {
   int32_t threads;
   int32_t unused;
   double relaxation; /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
+  double softening_relaxation; /* share of its change that a bond which softens takes in a sweep, up to 1 */
   const int32_t* first_task;  /* (stages + 1) */
   const int32_t* first_batch; /* (tasks + 1) */
   const cairn_batch* batch;   /* (batches) */

@@ -3,7 +3,8 @@
 !> stage share none either, so that threads take them in any order with the same bits.
 module nlgs
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
-  use contact_batch, only: cairn_schedule, cairn_record, cairn_batch, cairn_side, law_solve, batch_workspace
+  use contact_batch, only: cairn_schedule, cairn_record, cairn_batch, cairn_side, law_solve, batch_workspace, &
+    max_batch
   use contact_schedule, only: schedule_view, open_schedule
   use radial_sweep, only: sweep_radial2, sweep_radial3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
@@ -12,6 +13,7 @@ module nlgs
   implicit none
   private
   public :: cairn_nlgs_sweep, sweep_batch
+  integer(c_int32_t), parameter :: softens = 4 !< see cairn_contact_status
 contains
 
   !> Sweeps over all contacts.
@@ -30,7 +32,8 @@ contains
         !$omp do schedule(dynamic, 1)
         do task = s%first_task(stage) + 1, s%first_task(stage + 1)
           do b = s%first_batch(task) + 1, s%first_batch(task + 1)
-            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%work(:, me), change(b))
+            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
+                             s%work(:, me), change(b))
           end do
         end do
         !$omp end do
@@ -39,18 +42,20 @@ contains
     !$omp end parallel
   end subroutine cairn_nlgs_sweep
 
-  subroutine sweep_batch(batch, sides, record, general, relaxation, work, change)
+  subroutine sweep_batch(batch, sides, record, general, relaxation, softening, work, change)
     type(cairn_batch), intent(in)     :: batch
     type(cairn_side), intent(in)      :: sides(*)
     type(cairn_record), intent(inout) :: record(*)
     type(cairn_record), intent(in)    :: general(*)
     real(c_double), value             :: relaxation
+    real(c_double), value             :: softening !< share of its change that a bond which softens takes
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)       :: change
     type(batch_view) :: view
     real(c_double), pointer, contiguous :: delassus(:), state(:), packed(:)
     integer(c_int32_t), pointer, contiguous :: body_a(:), body_b(:)
     procedure(law_solve), pointer :: solve
+    integer(c_int32_t) :: status(max_batch)
     integer :: n, c, va, vb, u, dr, w, columns, i
     if (batch%pack > 0) then
       n = batch%count
@@ -100,7 +105,13 @@ contains
     else
       call leave_full(n, c, delassus, view%r, work(u), work(dr))
       if (batch%repeats /= 0) call repeat_last(n, c, batch%contacts, work(u), view%bias, view%r)
-      call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
+      if (softening < 1 .and. batch%relaxes == 0) then
+        status(:n) = -1 ! of a law that says none
+        call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r, status)
+        call take_share(n, c, status, softening, work(dr), view%r)
+      else
+        call solve(n, c, delassus, work(u), view%bias, view%params, state, view%r)
+      end if
       if (batch%repeats /= 0) call clear_dummies(n, c, batch%contacts, view%bias, view%r)
       call change_full(n, c, delassus, view%r, work(dr), change)
     end if
@@ -122,6 +133,21 @@ contains
       r(contacts + 1:n, k) = r(contacts, k)
     end do
   end subroutine repeat_last
+
+  !> Bonds that soften take a share of their change: a stress that falls as the bond opens lets its neighbours open, which
+  !> presses it together again, and whole changes send them round in circles.
+  subroutine take_share(n, c, status, share, old, r)
+    integer, value                 :: n         !< contacts
+    integer, value                 :: c         !< components
+    integer(c_int32_t), intent(in) :: status(n) !< see cairn_contact_status
+    real(c_double), value          :: share     !< [-]
+    real(c_double), intent(in)     :: old(n, c) !< impulse before [N s]
+    real(c_double), intent(inout)  :: r(n, c)   !< that the law has found, then the one that is taken [N s]
+    integer :: k
+    do k = 1, c
+      where (status == softens) r(:, k) = old(:, k) + share*(r(:, k) - old(:, k))
+    end do
+  end subroutine take_share
 
   !> Dummies give no impulse, whatever the law made of them.
   subroutine clear_dummies(n, c, contacts, bias, r)

@@ -54,7 +54,8 @@ contains
       real(c_double) :: start(max_batch*max_components)
       associate (batch => s%batch(b))
         call lean(batch, factor, r_before(1, batch%first + 1), start)
-        call sweep_batch(batch, s%side, s%record, s%general, s%relaxation, s%work(:, me), change(b))
+        call sweep_batch(batch, s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
+                         s%work(:, me), change(b))
         call note(batch, start, r_before(1, batch%first + 1), along(b))
       end associate
     end subroutine one_batch
@@ -78,7 +79,8 @@ contains
         do task = s%first_task(stage) + 1, s%first_task(stage + 1)
           if (chosen(task) == 0) cycle
           do b = s%first_batch(task) + 1, s%first_batch(task + 1)
-            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%work(:, me), change(b))
+            call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
+                             s%work(:, me), change(b))
           end do
         end do
         !$omp end do

@@ -88,6 +88,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
   if (std::isfinite(options.accuracy)) report.velocity_error = 0;
   if (system.batches.empty()) return report;
   cairn_schedule schedule = system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads());
+  schedule.softening_relaxation = options.softening_relaxation;
   const FreeScale free = measure_free(system, schedule);
   cairn_add_impulses(&schedule);
 

@@ -32,7 +32,7 @@ cairn_schedule ContactSystem::schedule(int threads) {
   s.stages = std::int32_t(first_task.size()) - 1;
   s.batches = std::int32_t(batches.size());
   s.threads = threads;
-  s.relaxation = 1;
+  s.relaxation = s.softening_relaxation = 1;
   s.first_task = first_task.data();
   s.first_batch = first_batch.data();
   s.batch = batches.data();

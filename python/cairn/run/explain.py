@@ -58,9 +58,12 @@ def _nscd(simulation):
 
 def _sweeps(solver):
     if isinstance(solver, NLGS):
+        lines = ["Sweeps are plain, over-relaxed from the tenth on"]
         if solver.acceleration == "nesterov":
-            return ["Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, if most are round"]
-        return ["Sweeps are plain, over-relaxed from the tenth on"]
+            lines = ["Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, if most are round"]
+        if solver.softening_relaxation < 1:
+            lines.append(f"Bonds that soften take {solver.softening_relaxation:g} of their change in a sweep")
+        return lines
     if isinstance(solver, Auto):
         return ["Sweeps are plain, and extrapolated where factors for Newton's method would not fit"]
     return []

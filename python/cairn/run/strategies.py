@@ -55,19 +55,29 @@ class NLGS(ContactSolver):
     more often; "none": plain sweeps, over-relaxed. Sweeps stay plain where free bodies differ by more than a million in mass, and
     where most contacts are those of polygons, polyhedra or clumps: there a step has several right answers, and plain ones stay
     with the one that is near. Iterations count sweeps over all contacts, or as much work.
+    softening_relaxation: share of its change of impulse, above 0 and up to 1, that a bond of a cohesive zone takes in a sweep while
+    it softens in the step. 1: all of it. Below 1 the sweeps are under-relaxed there alone: what they converge to is the same, and
+    0.5 mends those that go round in circles since softening bonds open and close in turn (docs/cohesion.md).
     """
 
     acceleration: str = "nesterov"
+    softening_relaxation: float = 1.0
 
     name = "nlgs"
 
     def __post_init__(self):
         super().__post_init__()
         one_of("acceleration", self.acceleration, ("nesterov", "none"))
+        if not 0 < checks.number("softening_relaxation", self.softening_relaxation) <= 1:
+            raise ValueError(f"softening_relaxation is {self.softening_relaxation}: give a number above 0 and up to 1; 1 is none")
 
     def settings(self):
         """What the core reads."""
-        return {**super().settings(), "extrapolates": self.acceleration == "nesterov"}
+        return {
+            **super().settings(),
+            "extrapolates": self.acceleration == "nesterov",
+            "softening_relaxation": float(self.softening_relaxation),
+        }
 
 
 @dataclass(frozen=True)
