@@ -443,7 +443,15 @@ class NLGS(ContactSolver):
     min_iter: int
     max_iter: int
     acceleration: str
-    def __init__(self, tol: float = 0.0001, min_iter: int = 1, max_iter: int = 1000, acceleration: str = "nesterov") -> None: ...
+    softening_relaxation: float
+    def __init__(
+        self,
+        tol: float = 0.0001,
+        min_iter: int = 1,
+        max_iter: int = 1000,
+        acceleration: str = "nesterov",
+        softening_relaxation: float = 1.0,
+    ) -> None: ...
 
 class Auto(ProblemSolver):
     tol: float
