@@ -153,8 +153,11 @@ struct SolverOptions {
   // On the velocities that impulses leave, see VelocityError; infinity: not asked for.
   double accuracy = std::numeric_limits<double>::infinity();
   bool extrapolates = true; // sweeps begin beyond the last one: see Extrapolation
+  // The same problem but for its biases was solved just now, and the step begins with its impulses: 1, or 2 where
+  // Newton's method over bodies found them.
+  int again = 0;
   double softening_relaxation = 1; // share of its change that a bond which softens takes in a sweep
-  double max_bytes = 1e9;   // of factors, and of W where a solver takes it in blocks
+  double max_bytes = 1e9;          // of factors, and of W where a solver takes it in blocks
 };
 
 enum class SolveStatus { converged, iteration_limit, diverged, newton_limit };

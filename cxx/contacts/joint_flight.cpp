@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
@@ -108,16 +110,32 @@ void Interactions::State::each_miss(F&& f) const {
   }
 }
 
+// What joints miss is small beside how fast their bodies move against each other, whatever the frame of the scene;
+// below the rounding of places and velocities there is nothing to make good.
 bool Interactions::State::correct_joints(double least) {
-  double worst = 0, fastest = 0;
+  double worst = 0, fastest = 0, rounding = 0;
   each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
     if (c < dim()) worst = std::max(worst, std::abs(miss) / h);
-    for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
-      const double* v = system.record[body].x;
-      fastest = std::max(fastest, v[0] * v[0] + v[1] * v[1] + (dim() == 3 ? v[2] * v[2] : 0));
+    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(system.candidate[b.first + lane])])];
+    const std::int32_t body[2] = {b.body_a[lane], b.body_b[lane]};
+    const double *one = system.record[body[0]].x, *two = system.record[body[1]].x;
+    double apart = 0, whole = 0, place = 0;
+    for (int k = 0; k < dim(); ++k) {
+      apart = std::hypot(apart, one[k] - two[k]);
+      whole = std::max({whole, std::abs(one[k]), std::abs(two[k])});
+      for (const std::int32_t i : body) place = std::max(place, std::abs(bodies->position[i][k]));
     }
+    rounding = std::max(rounding, std::numeric_limits<double>::epsilon() * (place / h + whole));
+    for (const auto& [x, arm] :
+         {std::pair{one, anchor.a}, std::pair{two, anchor.b}}) { // how fast an end turns about its body
+      double spin = 0, length = 0;
+      for (int k = dim(); k < 3 * dim() - 3; ++k) spin = std::hypot(spin, x[k]);
+      for (int k = 0; k < dim(); ++k) length = std::hypot(length, arm[k]);
+      apart = std::max(apart, spin * length);
+    }
+    fastest = std::max(fastest, apart);
   });
-  if (least > 0 && worst <= least * std::sqrt(fastest)) return false;
+  if (least > 0 && worst <= std::max(least * fastest, rounding)) return false;
   bool some = false;
   each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
     b.bias[c * b.count + lane] += miss / h;

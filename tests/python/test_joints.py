@@ -415,3 +415,44 @@ def test_what_a_solver_leaves_is_no_miss_of_joints(links, most):
         assert info["iterations"] <= most
     assert ended > 100
     assert np.abs(sim.bodies.velocity).max() < 1e4 * 9.81 * 0.2  # of that of a body that falls freely all the while
+
+
+def flight(speed):
+    """Two disks that turn on a hinge and fly off: the largest miss of the hinge, sweeps, and where they are at the end."""
+    scene = cn.Scene(2)
+    of = cn.Material("m", density=1000.0)
+    scene.add(cn.disks([[0.0, 0.0], [0.2, 0.0]], 0.1, of, velocity=[[speed, 0.0, 3.0], [speed, 0.0, -5.0]]))
+    scene.interact("*", "*", None)
+    scene.join(0, 1, cn.Pivot(point=(0.1, 0.0)))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-8)))
+    worst, sweeps = 0.0, 0
+    for step in range(200):
+        sweeps += sim.step()["iterations"]
+        if step > 3:
+            worst = max(worst, np.abs(np.ravel(sim.get_state()["memory"]["states"])[1:3]).max())
+    return worst, sweeps, np.abs(sim.bodies.position).max()
+
+
+def test_a_joint_that_flies_is_as_tight_as_one_that_stays():
+    """To the rounding of its places: a tolerance of speeds of the scene left 1e-11 m at 1 km/s by two thirds of the sweeps."""
+    stays, sweeps, _ = flight(0.0)
+    assert stays < 1e-8 * 1e-3 * 8.0 * 0.1  # of the step, the spin of one against the other and the arm
+    for speed in (1e3, 1e6):
+        worst, also, place = flight(speed)
+        rounding = 8 * np.finfo(float).eps * place
+        assert worst < 1.1 * stays + rounding
+        assert speed > 1e3 or also == sweeps
+
+
+@pytest.mark.parametrize(("links", "tol", "most"), [(10, 1e-8, 40), (100, 1e-8, 60)])
+def test_passes_over_joints_go_on_as_the_one_before_ended(links, tol, most):
+    """Of a chain that is let go: where Newton's method over bodies found what joints bear, what they miss is found by it, too."""
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    ids = scene.add(cn.disks(np.c_[(np.arange(links) + 0.5) * 0.1, np.zeros(links)], 0.05, cn.Material("m", density=1000.0)))
+    scene.interact("*", "*", None)
+    for k in range(links):
+        scene.join(ids[k], ids[k - 1] if k else None, cn.Pivot(point=(0.1 * k, 0)))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Auto(tol=tol)))
+    reports = [sim.step() for _ in range(12)]
+    assert all(r["status"] == "converged" for r in reports)
+    assert max(r["iterations"] for r in reports) < most

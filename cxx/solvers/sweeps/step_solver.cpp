@@ -200,7 +200,10 @@ public:
     const bool last = iterations >= options_.max_iterations;
     if (given_up_ || (iterations < patience_ && !last)) return false;
     const double passes = failures_ > 0 ? 32 : 4;
-    if (!last && !(to_come * sweep_operations(system_) >= passes * SolidCorrection::operations(system_))) return false;
+    const double sweep = sweep_operations(system_), pass = SolidCorrection::operations(system_);
+    // What joints miss moves whole chains, where errors fall fast at first and then stand: what sweeps did counts, too.
+    const bool again = failures_ == 0 && (options_.again == 2 || (options_.again == 1 && iterations * sweep >= pass));
+    if (!again && !last && !(to_come * sweep >= passes * pass)) return false;
     if (!solid_) {
       schedule_ = system_.schedule(1);
       solid_.emplace(system_, schedule_, velocity_free_);
@@ -236,7 +239,7 @@ private:
   ErrorForecast forecast_;
   cairn_schedule schedule_{};
   std::optional<SolidCorrection> solid_;
-  std::int64_t patience_ = 8; // sweeps
+  std::int64_t patience_ = options_.again == 2 ? 1 : 8; // sweeps
   int failures_ = 0;
   bool given_up_ = false;
 };

@@ -284,6 +284,8 @@ void Nscd::solve_contacts(Simulation& s) {
     options.max_iterations = settings.solver.max_iterations - before;
     if (options.max_iterations < std::max(last, options.min_iterations)) break;
     if (!s.interactions.correct_joints(s.scene.bodies, pass > 0 ? settings.solver.tolerance : 0)) break;
+    const bool by_newton = s.report.solve.solver == std::string_view("newton_over_bodies");
+    options.again = by_newton || options.again == 2 ? 2 : 1;
     s.report.solve = s.interactions.solve(s.scene.bodies, options);
     last = s.report.solve.iterations;
     s.report.solve.iterations += before;
