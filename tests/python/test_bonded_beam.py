@@ -10,11 +10,15 @@ R, YOUNG, TENSION = 0.01, 1e9, 1e6
 
 def beam(rows, columns, tip, dt=0.05, tension=np.inf):
     """Disks on a square lattice, a little smaller than their places, whose bonds are as wide as these: a full section. The first
-    column is held, the last bears a force down [N], a number or a function of time."""
+    column is held, the last bears a force down [N], a number or a function of time, or forces and torques (rows, 3) by time."""
     x, y = np.meshgrid(2 * R * np.arange(columns), 2 * R * (np.arange(rows) - (rows - 1) / 2), indexing="ij")
     places, scene = np.stack([x, y], -1), cn.Scene(dim=2)
     share = 1 - 1e-3
-    down = (lambda t: (0.0, -tip(t) / rows, 0.0)) if callable(tip) else (0.0, -tip / rows, 0.0)
+
+    def down(t):
+        now = np.asarray(tip(t) if callable(tip) else tip)
+        return now if now.ndim else (0.0, -now / rows, 0.0)
+
     scene.add(cn.disks(places[0], share * R, STONE, driven=("vx", "vy", "w")))
     scene.add(cn.disks(places[1:-1].reshape(-1, 2), share * R, STONE))
     scene.add(cn.disks(places[-1], share * R, STONE, force=down))
@@ -67,3 +71,58 @@ def test_it_breaks_at_its_strength(rows, within):
             break
     assert sim.time / (100 * dt) == pytest.approx(1, abs=within)
     assert all(a < rows <= b < 2 * rows for a, b in bonds - left)  # between the first two columns
+
+
+def network(rows, columns):
+    """Of the cantilever at rest by linear algebra alone, over M y/I: the largest stress of each bond from the first column on to
+    the second, (rows,). Bonds bear (u_n, u_t) and their turn by springs, those that would shorten by one 1e6 times as stiff."""
+    k, bonds = YOUNG / (2 * R), []
+    number = np.arange(rows * columns).reshape(columns, rows)
+    bonds += [(a, b, (1.0, 0.0)) for a, b in zip(number[:-1].ravel(), number[1:].ravel())]
+    bonds += [(a, b, (0.0, 1.0)) for a, b in zip(number[1:, :-1].ravel(), number[1:, 1:].ravel())]
+    force = np.zeros((rows * columns, 3))
+    force[-rows:, 1] = -1.0 / rows
+    rows_of = np.zeros((3, len(bonds), 3 * rows * columns))  # opening, slip and turn of each
+    for q, (a, b, (x, y)) in enumerate(bonds):
+        dofs = np.concatenate([3 * a + np.arange(3), 3 * b + np.arange(3)])
+        rows_of[:, q, dofs] = [[-x, -y, 0, x, y, 0], [y, -x, -R, -y, x, -R], [0, 0, -1, 0, 0, 1]]
+    pressed, free = np.zeros(len(bonds), bool), slice(3 * rows, None)
+    for _ in range(20):
+        one = k * 2 * R * np.ones(len(bonds))
+        stiffness = [np.where(pressed, 1e6, 1.0) * one, one, one * R**2 / 3]
+        whole = sum(part.T @ (of[:, None] * part) for part, of in zip(rows_of, stiffness))
+        u = np.zeros(force.size)
+        u[free] = np.linalg.solve(whole[free, free], force.ravel()[free])
+        opening, turn = rows_of[0] @ u, rows_of[2] @ u
+        if np.array_equal(pressed, opening < 0):
+            break
+        pressed = opening < 0
+    moment, far = section(rows)
+    stress = k * (np.maximum(opening, 0) + np.abs(turn) * R)[:rows]
+    return stress * moment / far / (2 * R * (columns - 1) - R)
+
+
+def test_shear_where_a_section_is_held_adds_stress_as_the_height_over_the_length():
+    """Nothing in one row, where there is no section to warp; half of it at twice the length."""
+    assert network(1, 13) == pytest.approx([1.0], rel=1e-9)
+    short, long = network(4, 25).max(), network(4, 49).max()
+    assert 1.03 < short < 1.06 and (long - 1) * 48 == pytest.approx((short - 1) * 24, rel=0.05)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4])
+def test_under_a_couple_alone_it_breaks_at_its_strength(rows):
+    """Pure bending, whose stress is M y/I at all joints: by forces and torques on the last column as that stress has them."""
+    columns, dt = 9, 0.05
+    y, far = 2 * R * np.arange(rows), section(rows)[1]
+    forces = np.zeros((rows, 3))
+    forces[:, 0] = TENSION * y / far * 2 * R
+    forces[0, 0] = -forces[:, 0].sum()
+    forces[:, 2] = -TENSION / far * (2 * R) ** 3 / 12
+    sim, _ = beam(rows, columns, lambda t: forces * t / (100 * dt), dt, TENSION)
+    sim.step()
+    bonds = np.count_nonzero(sim.contacts.beta > 0)
+    for _ in range(110):
+        sim.step()
+        if np.count_nonzero(sim.contacts.beta > 0) != bonds:
+            break
+    assert sim.time / (100 * dt) == pytest.approx(1, abs=0.011)
