@@ -12,6 +12,7 @@ from ..names import listed
 from ..pre import checks
 from .elastic import ELEMENTS, SIDES, ElasticBody
 from .face_forces import FaceForces, cell_matrices
+from .mesh_faces import LoneFaces
 
 # Where the points of a side of so many corners stand, by the weights of these: each for the same part of it. The points of a
 # quadrilateral are Gauss's, turned in the square by 15 degrees: as exact for cubics, and not on the border of its two facets.
@@ -143,6 +144,10 @@ class OpeningFaces:
         outside, of edges the body on their left."""
         first, second = (self.node[self.corners[self.shown, k]] for k in (0, 1))
         return np.stack([first, second[:, ::-1]], 1).reshape(-1, first.shape[1])
+
+    def facets(self, last=None):
+        """The same in 3D as a LoneFaces; of so many faces that came last, or of all."""
+        return LoneFaces(self.sides() if last is None else self.sides()[-2 * last :])
 
     def thickness(self):
         """Of edges [m]."""

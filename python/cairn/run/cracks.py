@@ -9,7 +9,6 @@ from copy import copy
 import numpy as np
 
 from ..build.bodies import replace
-from ..build.mesh_faces import LoneFaces
 from .views import core_of
 
 OWN = ("id", "mesh", "mass")  # of a node; all else it has from the node that it was
@@ -107,7 +106,7 @@ def _with(d, opening):
     if out.body.dim == 2:
         out.edges = sides
     else:
-        out.faces = LoneFaces(sides)
+        out.faces = opening.facets()
     out.contact_nodes = np.unique(sides)
     return out
 
@@ -163,7 +162,7 @@ def _add_sides(sim, mesh, after, faces):
         side = scene.add_parts(number, 2 * faces) + np.arange(2 * faces)
         scene.add_contactors("segment", side, species[1], np.full(2 * faces, after.thickness()), None, direction)
         return point, side
-    hulls = LoneFaces(after.sides()[-2 * faces :]).hulls(after.body.points)
+    hulls = after.facets(faces).hulls(after.body.points)
     side = scene.add_parts(number, len(hulls)) + np.arange(len(hulls))
     hull = (scene.add_hulls(*hulls[:5], True, hulls.plane.reshape(-1), hulls.ball) + np.arange(len(hulls))).astype(np.int32)
     scene.add_contactors("facet", side, species[1], np.zeros(len(hulls)), None, None, hull)
