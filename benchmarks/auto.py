@@ -2,6 +2,7 @@
 
     python benchmarks/auto.py problems                  those of $CAIRN_REFERENCE_DATA/problems, of piles of cubes, rods,
                                                         cylinders and tetrahedra, of vaults and stairs
+    python benchmarks/auto.py problems --scenes unseen  grains of two sizes, arches and other vaults, which no constant saw
     python benchmarks/auto.py steps [--scenes WORD...]  walls, arches, towers, piles: some steps from one state by each
 
 Problems of piles are those that `cairn run --dump-problem` would write. A solver that has not converged has no seconds. Writes
@@ -156,7 +157,7 @@ def vault(blocks, mu=0.6):
 
 def other_problems():
     """(name, problem) of kinds on which no constant of Auto was chosen before it was measured on them."""
-    for name, build, moments in (
+    yield from problems_of(
         ("400 rods", lambda: thrown("rods", 7), (60, 150)),
         ("300 cylinders", lambda: thrown("cylinders", 8, count=300), (60, 120)),
         ("400 tetrahedra", lambda: thrown("tetrahedra", 9), (60, 120)),
@@ -166,13 +167,61 @@ def other_problems():
         ("barrel vault", lambda: vault(masonry.barrel_vault(2.0, 5, span=4.0, thickness=0.3, voussoirs=21)), (1, 20)),
         ("cross vault", lambda: vault(masonry.cross_vault(4.0, 2.2, 0.3, 12, 4)), (1, 20)),
         ("stairs", lambda: vault(masonry.stairs(20, 0.3, 0.17, 1.0), 0.5), (1, 20)),
-    ):
+    )
+
+
+def problems_of(*kinds):
+    """(name, problem) of (name, what builds a simulation, steps after which one is taken)."""
+    for name, build, moments in kinds:
         sim, done = build(), 0
         for steps in moments:
             for _ in range(steps - done):
                 sim.step()
             done = steps
             yield f"{name}, step {steps}", sim.problem()
+
+
+def mixture(dim, count, seed, faced=False):
+    """A deposit in which every tenth grain is five times as large as the others."""
+    rng = np.random.default_rng(seed)
+    radii = np.where(rng.random(count) < 0.1, 0.02, 0.004) * rng.uniform(0.9, 1.1, count)
+    scene, rock = cn.Scene(dim, gravity=-9.81 * np.eye(dim)[-1]), cn.Material("rock", density=2500.0)
+    if dim == 2:
+        width = np.sqrt(np.sum(np.pi * radii**2) / 0.8)
+        x = cn.pre.deposit_disks(radii, width)
+        angle = np.arange(6) * np.pi / 3
+        corners = np.column_stack((np.cos(angle), np.sin(angle)))
+    else:
+        width = np.cbrt(np.sum(4 / 3 * np.pi * radii**3) / 0.55)
+        x = cn.pre.deposit_spheres(radii, (width, width))
+    if not faced:
+        scene.add((cn.disks if dim == 2 else cn.spheres)(x, radii, rock))
+    elif dim == 2:
+        scene.add(cn.polygons([r * corners for r in radii], rock, position=x))
+    else:
+        scene.add(cn.boxes(x, 1.1 * radii[:, None] * np.ones(3), rock))
+    scene.add(cn.box(np.zeros(dim), np.r_[[width] * (dim - 1), 2 * width], rock, lid=False))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    return sim_of(scene, 1e-3)
+
+
+def unseen_problems():
+    """(name, problem) of kinds on which no constant of Auto was chosen."""
+    yield from problems_of(
+        ("800 disks, 1:5", lambda: mixture(2, 800, 21), (60, 200)),
+        ("300 spheres, 1:5", lambda: mixture(3, 300, 22), (60, 200)),
+        ("400 hexagons, 1:5", lambda: mixture(2, 400, 23, True), (60, 200)),
+        ("300 cubes, 1:5", lambda: mixture(3, 300, 24, True), (60,)),
+        ("arch of 41", lambda: sim_of(arch.build(voussoirs=41), 2e-3), (1, 80)),
+        ("arch of 151", lambda: sim_of(arch.build(voussoirs=151), 2e-3), (1, 40)),
+        ("small cross vault", lambda: vault(masonry.cross_vault(3.0, 1.7, 0.2, 8, 3), 0.5), (1, 10)),
+        (
+            "long barrel vault",
+            lambda: vault(masonry.barrel_vault(3.0, 9, span=3.0, thickness=0.25, voussoirs=15), 0.7),
+            (1, 10),
+        ),
+        ("flat dome", lambda: vault(masonry.dome(3.0, 0.25, 6, 18), 0.7), (1, 15)),
+    )
 
 
 def seconds_of_problem(problem, solver, tol, repeats):
@@ -187,8 +236,9 @@ def seconds_of_problem(problem, solver, tol, repeats):
 
 def rows_of_problems(options, folder):
     files = [(path.stem, problems.read(path)) for path in sorted(DATA.glob("*.hdf5"))]
-    for name, problem in chain(files, pile_problems(), other_problems()):
-        if options.scenes and not any(word in name for word in options.scenes):
+    unseen = options.scenes == ["unseen"]
+    for name, problem in unseen_problems() if unseen else chain(files, pile_problems(), other_problems()):
+        if options.scenes and not unseen and not any(word in name for word in options.scenes):
             continue
         for tol in options.tol:
             row, least = {"problem": name, "contacts": len(problem.mu), "tol": tol}, np.inf
@@ -213,7 +263,8 @@ def main():
     options = parser.parse_args()
     options.tol = options.tol or ((1e-4, 1e-8) if options.part == "problems" else (1e-4, 1e-6))
     warnings.simplefilter("ignore")
-    out = options.output or HERE / "results" / f"auto_{options.part}.csv"
+    unseen = "_unseen" if options.scenes == ["unseen"] else ""
+    out = options.output or HERE / "results" / f"auto_{options.part}{unseen}.csv"
     with open(out, "w", newline="") as file, tempfile.TemporaryDirectory() as folder:
         writer, ratios = None, []
         rows = rows_of_problems if options.part == "problems" else rows_of_steps
