@@ -35,6 +35,7 @@ install(FILES ${PROJECT_BINARY_DIR}/CairnConfig.cmake ${PROJECT_BINARY_DIR}/Cair
 
 list(TRANSFORM fortran_runtime_of_cairn PREPEND -l)
 list(JOIN fortran_runtime_of_cairn " " runtime)
+list(JOIN exports_of_cairn " " exports)
 set(factorisations ${CAIRN_SUITESPARSE_LIBRARIES} ${CAIRN_LAPACK_LIBRARIES})
 list(JOIN factorisations " " factorisations)
 # the prefix may be named, or changed, after this: cairn.pc finds it from where it stands itself, unless a folder is absolute

@@ -4,6 +4,7 @@ set(CAIRN_CXX_SOURCES
   api/frames.cpp
   api/hulls.cpp
   api/joints.cpp
+  api/materials.cpp
   api/meshes.cpp
   api/motions.cpp
   api/networks.cpp
@@ -11,6 +12,7 @@ set(CAIRN_CXX_SOURCES
   api/scene.cpp
   api/simulation.cpp
   api/solids.cpp
+  api/transform.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
   bodies/mesh_area.cpp
@@ -26,6 +28,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mortar_pair.cpp
   bodies/mortar_surface.cpp
   bodies/nodes.cpp
+  bodies/rigid_motion.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp
@@ -56,6 +59,7 @@ set(CAIRN_CXX_SOURCES
   fe/elements.cpp
   fe/initial_stress.cpp
   fe/umat.cpp
+  fe/umat_library.cpp
   fe/umat_utilities.cpp
   files/checksums.cpp
   files/file_error.cpp
@@ -145,6 +149,8 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/stages.cpp
   strategies/options.cpp
   strategies/report.cpp
+  strategies/reshaping.cpp
+  strategies/transforms.cpp
   strategies/simulation.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp

@@ -41,7 +41,7 @@ extern "C" {
 
 int32_t cairn_simulation_write_checkpoint(cairn_simulation* simulation, const char* path, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_write_checkpoint");
     require(path, "path");
     cairn::write_checkpoint(simulation->simulation, simulation->fingerprint, simulation->materials, path);
   });
@@ -49,7 +49,7 @@ int32_t cairn_simulation_write_checkpoint(cairn_simulation* simulation, const ch
 
 int32_t cairn_simulation_restart(cairn_simulation* simulation, const char* path, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_restart");
     require(path, "path");
     cairn::restart(simulation->simulation, simulation->fingerprint, simulation->materials, path);
   });
@@ -58,7 +58,7 @@ int32_t cairn_simulation_restart(cairn_simulation* simulation, const char* path,
 int32_t cairn_run_writer_create(cairn_simulation* simulation, const char* path, int32_t mode, cairn_run_writer** writer,
                                 cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_run_writer_create");
     require(path, "path");
     require(writer, "writer");
     if (mode < cairn_new_file || mode > cairn_go_on)
@@ -86,7 +86,7 @@ int32_t cairn_run_writer_create(cairn_simulation* simulation, const char* path, 
 int32_t cairn_run_writer_output(cairn_run_writer* writer, cairn_simulation* simulation, cairn_error* error) {
   return guarded(error, [&] {
     require(writer, "writer");
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_run_writer_output");
     cairn::Simulation& s = simulation->simulation;
     const cairn::RunSnapshot now(s);
     const bool stepped = s.report.step == s.steps && s.steps > 0; // else it is restarted, or at its start

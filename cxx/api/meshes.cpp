@@ -117,9 +117,13 @@ int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_
     require(plane, "plane");
     std::vector<std::string> given;
     for (int32_t k = 0; k < count; ++k) {
+      require(values, "values");
+      if (!names && cairn::bulk_material_named(material).umat) { // it has PROPS by their places
+        given.push_back("props" + std::to_string(k + 1));
+        continue;
+      }
       require(names, "names");
       require(names[k], "names");
-      require(values, "values");
       given.emplace_back(names[k]);
     }
     if (mesh->draft.mass.n > 0) throw Error("the mesh has matrices of its own: give cells or matrices");
@@ -353,7 +357,7 @@ int32_t cairn_element_matrices(const char* element, int64_t n, const double* pos
 int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, const double* begin, const double* end,
                                    const double* held_velocity, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_load_mesh", true);
     cairn::MeshBody& m = mesh_of(*simulation, mesh);
     if (!end) end = begin;
     if (!begin) begin = end;
@@ -365,6 +369,7 @@ int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, c
     m.load_begin.assign(begin, begin + (begin ? n : 0));
     m.load_end.assign(end, end + (end ? n : 0));
     m.held_velocity.assign(held_velocity, held_velocity + (held_velocity ? n : 0));
+    simulation->transforms.has_loads(m);
   });
 }
 

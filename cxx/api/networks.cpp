@@ -85,6 +85,7 @@ extern "C" {
 
 int32_t cairn_simulation_add_network(cairn_simulation* simulation, const char* kind, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_add_network");
     std::optional<Network>& found = slot(simulation, kind);
     if (found) throw cairn::Error(std::string("there is a ") + kind + " network already");
     cairn::Simulation& s = simulation->simulation;
@@ -103,6 +104,7 @@ int32_t cairn_simulation_add_network(cairn_simulation* simulation, const char* k
 int32_t cairn_simulation_set_network(cairn_simulation* simulation, const char* kind, const char* name, double value,
                                      cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_set_network");
     require(name, "name");
     Network& n = network(simulation, kind);
     const std::string word = name;
@@ -135,6 +137,7 @@ int32_t cairn_simulation_set_network(cairn_simulation* simulation, const char* k
 int32_t cairn_simulation_set_network_material(cairn_simulation* simulation, const char* kind, int32_t material,
                                               const char* name, double value, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_set_network_material");
     require(name, "name");
     Network& n = network(simulation, kind);
     if (material < 0 || std::size_t(material) >= n.materials.size())
@@ -166,6 +169,7 @@ int32_t cairn_simulation_set_network_material(cairn_simulation* simulation, cons
 int32_t cairn_simulation_add_conductance(cairn_simulation* simulation, const char* kind, const char* name,
                                          int32_t parameters, const double* parameter, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_add_conductance");
     require(name, "name");
     if (parameters > 0) require(parameter, "parameter");
     Network& n = network(simulation, kind);
@@ -190,6 +194,7 @@ int32_t cairn_simulation_add_conductance(cairn_simulation* simulation, const cha
 int32_t cairn_simulation_set_film(cairn_simulation* simulation, double conductance, double power, double ratio,
                                   double sliding, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_set_film");
     network(simulation, "electrical").film =
         cairn::OxideFilm{positive("conductance", conductance), positive("power", power), positive("ratio", ratio),
                          positive("sliding", sliding)};
@@ -200,6 +205,7 @@ int32_t cairn_simulation_add_network_source(cairn_simulation* simulation, const 
                                             const int64_t* bodies, const double* value, const double* coefficient,
                                             int32_t electrode, int32_t* source, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_add_network_source");
     require(what, "what");
     Network& to = network(simulation, kind);
     if (counted(n) > 0) {
@@ -235,6 +241,7 @@ int32_t cairn_simulation_add_network_source(cairn_simulation* simulation, const 
 int32_t cairn_simulation_set_network_source(cairn_simulation* simulation, const char* kind, int32_t source, int64_t n,
                                             const double* value, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_set_network_source", true);
     Network& to = network(simulation, kind);
     if (source < 0 || std::size_t(source) >= to.sources.size())
       throw cairn::Error("source is " + std::to_string(source) + ": there are " + std::to_string(to.sources.size()) +
@@ -251,6 +258,7 @@ int32_t cairn_simulation_set_network_source(cairn_simulation* simulation, const 
 int32_t cairn_simulation_add_wires(cairn_simulation* simulation, const char* kind, int64_t n, const int64_t* bodies,
                                    const double* conductance, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_add_wires");
     Network& to = network(simulation, kind);
     if (counted(n) > 0) {
       require(bodies, "bodies");
@@ -271,6 +279,7 @@ int32_t cairn_simulation_add_wires(cairn_simulation* simulation, const char* kin
 int32_t cairn_simulation_set_temperature(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
                                          const double* temperature, cairn_error* error) {
   return guarded(error, [&] {
+    between_steps(simulation, "cairn_simulation_set_temperature");
     (void)network(simulation, "thermal");
     if (counted(n) > 0) require(temperature, "temperature");
     cairn::Scene& scene = simulation->simulation.scene;

@@ -1,5 +1,6 @@
 // What the files of the C API share: the objects behind the handles, and how what is thrown becomes a code.
 #pragma once
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "../files/file_error.hpp"
 #include "../scene/mesh_parts.hpp"
 #include "../strategies/options.hpp"
+#include "../strategies/transforms.hpp"
 #include "cairn/cairn.h"
 
 struct cairn_scene {
@@ -35,6 +37,11 @@ struct cairn_scene {
 struct cairn_simulation {
   explicit cairn_simulation(cairn::Simulation made) : simulation(std::move(made)) {}
   cairn::Simulation simulation;
+  // What it is at: laws and bodies of the program are called while a step is made, and may look at it alone; its
+  // function of cairn_simulation_before_parts may give loads, too.
+  enum Work { nothing, step, loads };
+  std::atomic<int> work{nothing};
+  cairn::Transforms transforms{};
   std::vector<std::unique_ptr<cairn::Strategy>> left{}; // strategies that were in use, with their settings
   int materials = 0;
   std::vector<std::string> material_names;
@@ -77,6 +84,31 @@ int32_t guarded(cairn_error* error, Body&& body) {
 inline void require(const void* pointer, const char* name) {
   if (!pointer) throw Error(std::string(name) + " is NULL; it has no default");
 }
+
+// The simulation, refused while it makes a step that `call` would find half done; gives_loads: but for its function
+// of cairn_simulation_before_parts.
+inline cairn_simulation& between_steps(cairn_simulation* simulation, const char* call, bool gives_loads = false) {
+  require(simulation, "simulation");
+  const int work = simulation->work;
+  if (work == cairn_simulation::step || (work == cairn_simulation::loads && !gives_loads))
+    throw Error(std::string(call) +
+                " stands between steps, and one is being made, which called this function: call it once "
+                "cairn_simulation_step has returned");
+  return *simulation;
+}
+
+// While it stands, the simulation is at that.
+class AtWork {
+public:
+  AtWork(cairn_simulation& of, cairn_simulation::Work work) : of_(of), before_(of.work.exchange(work)) {}
+  ~AtWork() { of_.work = before_; }
+  AtWork(const AtWork&) = delete;
+  AtWork& operator=(const AtWork&) = delete;
+
+private:
+  cairn_simulation& of_;
+  int before_;
+};
 
 inline std::int64_t counted(std::int64_t n) {
   if (n < 0) throw Error("n is " + std::to_string(n) + "; it must be at least 0");

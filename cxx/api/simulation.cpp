@@ -162,6 +162,7 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
       made->simulation.add_mesh(std::move(mesh));
     }
     made->simulation.strategy().check_scene(made->simulation);
+    made->transforms.came_in(made->simulation.scene);
     given.stay();
     *simulation = made.release();
   });
@@ -171,7 +172,9 @@ void cairn_simulation_destroy(cairn_simulation* simulation) { delete simulation;
 
 int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_report* report, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_step");
+    const AtWork work(*simulation, cairn_simulation::step);
+    if (h > 0) simulation->transforms.load(simulation->simulation, h);
     const cairn::StepReport& r = simulation->simulation.step(h);
     if (!report) return;
     *report = {r.step,           r.contacts,       int32_t(r.solve.status), r.solve.iterations,
@@ -185,10 +188,11 @@ int32_t cairn_simulation_before_parts(cairn_simulation* simulation,
                                                        void* context),
                                       void* context, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_before_parts");
     simulation->simulation.before_part = nullptr;
     if (function)
       simulation->simulation.before_part = [=](double h) {
+        const AtWork loads(*simulation, cairn_simulation::loads);
         function(simulation, simulation->simulation.time, h, context);
       };
   });
@@ -199,7 +203,7 @@ int32_t cairn_simulation_before_parts(cairn_simulation* simulation,
 int32_t cairn_simulation_set_option(cairn_simulation* simulation, const char* name, const char* text,
                                     cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_set_option");
     require(name, "name");
     require(text, "text");
     if (std::string(name) == "strategy")
@@ -211,7 +215,7 @@ int32_t cairn_simulation_set_option(cairn_simulation* simulation, const char* na
 
 int32_t cairn_simulation_set_number(cairn_simulation* simulation, const char* name, double value, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_set_number");
     require(name, "name");
     change_option(*simulation, [&](auto& strategy) { cairn::set_option(strategy, name, value); });
   });
@@ -242,7 +246,7 @@ int32_t cairn_simulation_get_number(const cairn_simulation* simulation, const ch
 
 int32_t cairn_simulation_set_gravity(cairn_simulation* simulation, const double* gravity, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_set_gravity", true);
     require(gravity, "gravity");
     cairn::Scene& scene = simulation->simulation.scene;
     for (int c = 0; c < scene.dim; ++c)
@@ -254,7 +258,7 @@ int32_t cairn_simulation_set_gravity(cairn_simulation* simulation, const double*
 int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const int64_t* bodies, uint8_t mask,
                                const double* velocity, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_drive", true);
     drive(simulation->simulation.scene, n, bodies, mask, velocity);
   });
 }
@@ -262,10 +266,10 @@ int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const in
 int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char* name, int64_t n,
                                         const int64_t* bodies, const double* values, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
     require(name, "name");
-    cairn::Simulation& s = simulation->simulation;
     const std::string field = name;
+    cairn::Simulation& s =
+        between_steps(simulation, "cairn_simulation_set_body_field", field == "force" || field == "damping").simulation;
     set_body_field(s.scene, field, n, bodies, values);
     if (field != "force" && field != "damping") s.strategy().changed(s, true);
   });
@@ -274,7 +278,7 @@ int32_t cairn_simulation_set_body_field(cairn_simulation* simulation, const char
 int32_t cairn_simulation_set_node_field(cairn_simulation* simulation, const char* name, int64_t n, const int64_t* nodes,
                                         const double* values, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_set_node_field");
     require(name, "name");
     require(values, "values");
     cairn::Simulation& s = simulation->simulation;
@@ -302,8 +306,9 @@ int32_t cairn_simulation_add_bodies(cairn_simulation* simulation, int64_t n, con
                                     const double* rotation, const double* velocity, const double* mass,
                                     const double* inertia, int64_t* first, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_add_bodies");
     const auto id = add_bodies(simulation->simulation.scene, n, position, rotation, velocity, mass, inertia);
+    simulation->transforms.came_in(simulation->simulation.scene, id);
     if (first) *first = id;
   });
 }
@@ -313,7 +318,7 @@ int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char
                                         const double* direction, const int32_t* hull, int64_t* first,
                                         cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_add_contactors");
     require(material, "material");
     check_materials(n, material, std::size_t(simulation->materials));
     const auto id =
@@ -325,7 +330,7 @@ int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char
 int32_t cairn_simulation_remove_bodies(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
                                        cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_remove_bodies");
     require(bodies, "bodies");
     simulation->simulation.remove_bodies(span_of(bodies, counted(n)));
   });
@@ -367,7 +372,8 @@ int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* 
     require(simulation, "simulation");
     require(term, "term");
     require(value, "value");
-    const cairn::Energy& energy = simulation->simulation.energy;
+    // before the first step bodies are looked at, which changes nothing of what the simulation does
+    const cairn::Energy energy = cairn::told_energy(const_cast<cairn_simulation*>(simulation)->simulation);
     std::string known;
     for (const auto& [name, member] : cairn::energy_terms()) {
       if (std::string(term) == name) {

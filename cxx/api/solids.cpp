@@ -54,7 +54,7 @@ int32_t cairn_mesh_set_contact(cairn_mesh* mesh, int32_t self_contact, int32_t m
 int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, int32_t nodes, int64_t n,
                                     const int32_t* node, int32_t* set, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_press_mesh");
     require(node, "node");
     cairn::MeshBody& m = mesh_of(*simulation, mesh);
     const int dim = m.model.dim;
@@ -87,7 +87,7 @@ int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, 
 int32_t cairn_simulation_set_pressure(cairn_simulation* simulation, int32_t mesh, int32_t set, double begin, double end,
                                       cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, "cairn_simulation_set_pressure", true);
     cairn::MeshBody& m = mesh_of(*simulation, mesh);
     if (set < 0 || std::size_t(set) >= m.pressed.size())
       throw Error("there is no set " + std::to_string(set) + " of pressed sides; there are " +

@@ -1,6 +1,7 @@
 #pragma once
 #include <csetjmp>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "bulk_materials.hpp"
@@ -21,5 +22,9 @@ struct UmatArrays {                                       // of the points
 // Stresses of points one after the other, by the routine of `material`.
 void call_umat_points(const BulkMaterialInfo& material, const std::vector<double>& params, std::int64_t first_cell,
                       int points_of_cell, std::int64_t points, double h, const UmatArrays& arrays);
+
+// The routine `symbol`, or that with an underscore, of a shared library, as a material of that name with so many states
+// STATEV at each point; the library stays loaded. Throws Error.
+void plug_umat(const std::string& library, const std::string& symbol, const std::string& name, int states);
 
 } // namespace cairn

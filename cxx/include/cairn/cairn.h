@@ -41,6 +41,16 @@ const char* cairn_version(void);
 /* The contact law `law` of a shared library, which describes it (cairn/plug.h), is known by that name from now on.
  * replace, not 0: it takes the place of a law of that name. */
 int32_t cairn_plug_contact_law(const char* library, const char* law, int32_t replace, cairn_error* error);
+/* A subroutine of Abaqus's interface UMAT, as Fortran compiles it, cast to this. */
+typedef void cairn_umat(void);
+/* A UMAT as a material of that name for cairn_mesh_add_solid_cells, whose values are then its PROPS in their order,
+ * with `state` numbers STATEV at each point: the routine (NULL: "umat"; an underscore may follow) of a shared library,
+ * or one that the program links. Of the same name: from now on. It may call SINV, SPRINC, SPRIND, ROTSIG and XIT; what
+ * gives no finite number, asks for a smaller step or calls XIT fails the step, with mesh, cell and nodes in the
+ * message. */
+int32_t cairn_plug_material(const char* library, const char* material, const char* routine, int32_t state,
+                            cairn_error* error);
+int32_t cairn_give_material(const char* material, cairn_umat* routine, int32_t state, cairn_error* error);
 
 /* ---------------------------------------------------------------- scene */
 int32_t cairn_scene_create(int32_t dim, cairn_scene** scene, cairn_error* error);
@@ -338,6 +348,18 @@ int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, 
 /* Pressures of a set at the begin and the end of the coming steps, from now on [Pa]; before the first: none. */
 int32_t cairn_simulation_set_pressure(cairn_simulation* simulation, int32_t mesh, int32_t set, double begin, double end,
                                       cairn_error* error);
+/* Between steps a rigid body becomes deformable: the mesh, of cells, of its shape as it stood when it came in, takes
+ * its place, mass, momentum and angular momentum, its force and damping, and what its contacts remember, which passes
+ * to the nearest ones. It touches with its whole surface where nothing else is said of it; name: NULL, "body N";
+ * materials: of its nodes and sides, -1: that of the first contactor of the body, of the nodes. *number: of the mesh.
+ * Its loads are the force of the body until cairn_simulation_load_mesh gives others. What kinetic energy it cannot keep
+ * is "dissipated_reshaping". */
+int32_t cairn_simulation_deform(cairn_simulation* simulation, int64_t body, const cairn_mesh* mesh, const char* name,
+                                int32_t material, int32_t side_material, int32_t* number, cairn_error* error);
+/* Between steps such a mesh becomes the rigid body that it was, where its nodes stand, with their momentum and angular
+ * momentum, under its number (*body). Meshes after it count one less. What it stored, and the energy of its
+ * deformation, is "dissipated_reshaping". */
+int32_t cairn_simulation_rigidify(cairn_simulation* simulation, int32_t mesh, int64_t* body, cairn_error* error);
 /* Of the cells of a mesh of materials of solids, in the order in which they came in: "stress" (6, cells), true, the
  * mean of each cell, 11 22 33 12 23 13 [Pa], or a state of their materials by its name (cells), 0 in those without. */
 int32_t cairn_simulation_mesh_cells(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,

@@ -1,0 +1,278 @@
+#include "reshaping.hpp"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "../base/call.hpp"
+#include "../base/threads.hpp"
+#include "../fe/bulk_model.hpp"
+#include "nscd/nscd.hpp"
+
+namespace cairn {
+namespace {
+
+// In 2D what is remembered stands along the normal and the tangent, in 3D in space.
+void turn_to_space(int dim, const double* normal, double* impulse) {
+  if (dim == 3) return;
+  const double n = impulse[0], t = impulse[1];
+  impulse[0] = n * normal[0] - t * normal[1];
+  impulse[1] = n * normal[1] + t * normal[0];
+}
+void turn_to_contact(int dim, const double* normal, double* impulse) {
+  if (dim == 3) return;
+  const double x = impulse[0], y = impulse[1];
+  impulse[0] = x * normal[0] + y * normal[1];
+  impulse[1] = y * normal[0] - x * normal[1];
+}
+
+bool is_stressed(const MeshModel& m) {
+  if (!m.initial_force.empty()) return true;
+  const BulkModel* solid = m.bulk ? m.bulk->solid() : nullptr;
+  return solid && std::any_of(solid->cells().begin(), solid->cells().end(),
+                              [](const BulkCells& c) { return !c.initial_stress.empty(); });
+}
+
+} // namespace
+
+RigidMotion motion_of(const Scene& scene, std::int64_t body) {
+  const std::int32_t b = scene.internal(body);
+  const int dim = scene.dim;
+  const Bodies& bodies = scene.bodies;
+  RigidMotion out;
+  out.mass = *bodies.mass[b];
+  if (bodies.rotation.active) out.rotation = rotation_of(dim, bodies.rotation[b]);
+  double way = 0;
+  for (std::size_t k = 0; k < std::size_t(dim); ++k) {
+    out.position[k] = bodies.position[b][k] + scene.origin[k];
+    out.velocity[k] = bodies.velocity[b][k];
+    way += out.velocity[k] * out.velocity[k];
+  }
+  const double* w = bodies.velocity[b] + dim;
+  double turning = 0;
+  if (dim == 2) {
+    out.spin[0] = *bodies.inertia[b] * w[0];
+    turning = w[0] * out.spin[0];
+  } else {
+    double own[3], moment[3];
+    turn(3, transposed(out.rotation), {w, 3}, own);
+    for (int k = 0; k < 3; ++k) moment[k] = bodies.inertia[b][k] * own[k];
+    turn(3, out.rotation, moment, out.spin.data());
+    for (std::size_t k = 0; k < 3; ++k) turning += w[k] * out.spin[k];
+  }
+  out.kinetic = 0.5 * (out.mass * way + turning);
+  return out;
+}
+
+MeshPlace place_of(int dim, const SparseMatrix& mass, std::span<const double> points, const RigidMotion& at,
+                   const Rotation& start, bool large) {
+  const std::vector<double> weight = node_weights(dim, mass);
+  double whole = 0;
+  for (const double w : weight) whole += w;
+  const auto centre = centre_of(dim, weight, points);
+  MeshPlace out;
+  out.factor = at.mass / whole;
+  const Rotation since = times(at.rotation, transposed(start));
+  if (!large) out.base = since;
+  out.own.assign(points.begin(), points.end());
+  for (std::size_t i = 0; i < out.own.size(); ++i) out.own[i] -= centre[i % std::size_t(dim)];
+  for (auto* values : {&out.turned, &out.reference, &out.displacement}) values->resize(out.own.size());
+  turn(dim, since, out.own, out.turned.data());
+  for (std::size_t i = 0; i < out.own.size(); ++i) {
+    const double p = at.position[i % std::size_t(dim)];
+    out.reference[i] = p + (large ? out.own[i] : out.turned[i]);
+    out.displacement[i] = p + out.turned[i] - out.reference[i];
+  }
+  return out;
+}
+
+std::vector<double> velocities_of(int dim, const SparseMatrix& mass, const MeshPlace& place, const RigidMotion& at,
+                                  double& kinetic) {
+  std::vector<double> momentum;
+  for (std::size_t k = 0; k < std::size_t(dim); ++k) momentum.push_back(at.mass * at.velocity[k]);
+  momentum.insert(momentum.end(), at.spin.begin(), at.spin.begin() + (dim == 2 ? 1 : 3));
+  const std::vector<double> out = velocities_with_momentum(dim, mass, place.turned, momentum);
+  kinetic = motion_of_nodes(dim, mass, place.turned, out).kinetic;
+  return out;
+}
+
+Rotation turn_of(int dim, const SparseMatrix& mass, std::span<const double> x, std::span<const double> own,
+                 const Rotation& base) {
+  const std::vector<double> weight = node_weights(dim, mass);
+  const auto centre = centre_of(dim, weight, x);
+  std::vector<double> arm(x.begin(), x.end()), rest(own.size());
+  for (std::size_t i = 0; i < arm.size(); ++i) arm[i] -= centre[i % std::size_t(dim)];
+  turn(dim, base, own, rest.data());
+  return times(nearest_turn(dim, rest, arm, weight), base);
+}
+
+std::vector<double> velocity_of(int dim, const NodesMotion& motion, const Rotation& axes,
+                                std::span<const double> inertia, double& kinetic) {
+  std::vector<double> out;
+  kinetic = 0;
+  for (std::size_t k = 0; k < std::size_t(dim); ++k) {
+    out.push_back(motion.momentum[k] / motion.mass);
+    kinetic += motion.momentum[k] * out[k];
+  }
+  const double* spin = &motion.momentum[std::size_t(dim)];
+  double w[3] = {spin[0] / inertia[0], 0, 0};
+  if (dim == 3) {
+    double own[3];
+    turn(3, transposed(axes), {spin, 3}, own);
+    for (std::size_t k = 0; k < 3; ++k) own[k] /= inertia[k];
+    turn(3, axes, own, w);
+  }
+  for (std::size_t k = 0; k < std::size_t(2 * dim - 3); ++k) {
+    out.push_back(w[k]);
+    kinetic += w[k] * spin[k];
+  }
+  kinetic *= 0.5;
+  return out;
+}
+
+PassedContacts::PassedContacts(Simulation& s, double h, std::span<const std::int64_t> ids) : h_(h) {
+  const auto* nscd = dynamic_cast<const Nscd*>(&s.strategy());
+  passes_ = nscd && !nscd->settings.pose.kernel && s.steps > 0;
+  if (!passes_) return;
+  memory_ = s.strategy().memory(s);
+  if (!(h_ > 0)) h_ = memory_.h;
+  if (!(passes_ = h_ > 0)) return;
+  before_ = look(s, {ids.begin(), ids.end()});
+}
+
+std::vector<PassedContacts::Seen> PassedContacts::look(Simulation& s, std::vector<std::int64_t> ids) const {
+  std::sort(ids.begin(), ids.end());
+  Nscd& nscd = stages_of(s);
+  std::vector<Seen> out;
+  const Threads threads(nscd.settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
+  nscd.begin_step(s, h_);
+  try {
+    nscd.compute_free_velocity(s);
+    nscd.detect_contacts(s);
+    const Candidates& c = s.candidates;
+    const Contactors& contactors = s.scene.contactors;
+    const auto asked_for = [&](std::int32_t i) {
+      const std::int32_t body = *contactors.body[i];
+      return std::binary_search(ids.begin(), ids.end(), body < 0 ? *contactors.part[i] : *s.scene.bodies.id[body]);
+    };
+    const auto dim = std::size_t(s.scene.dim);
+    for (std::size_t i = 0; i < std::size_t(c.count); ++i) {
+      Seen one;
+      const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+      one.key = {*contactors.id[a], *contactors.id[b], c.feature[i], c.image[i]};
+      std::copy_n(&c.point[dim * i], dim, one.point.begin());
+      std::copy_n(&c.normal[dim * i], dim, one.normal.begin());
+      one.side = asked_for(a) ? 1 : asked_for(b) ? -1 : 0;
+      out.push_back(one);
+    }
+  } catch (...) {
+    nscd.undo_step(s);
+    throw;
+  }
+  nscd.undo_step(s);
+  std::sort(out.begin(), out.end(), [](const Seen& a, const Seen& b) { return a.key < b.key; });
+  return out;
+}
+
+// near: contacts with the same other, that there are now. Where the point lies between the nearest one and another,
+// both have a part, by the lever.
+void PassedContacts::pass_one(int dim, std::size_t key, const Seen& from, const std::vector<const Seen*>& near,
+                              std::vector<Passed>& passed) const {
+  const auto along = [&](const auto& p, const auto& a, const auto& b) { // (p - a) (b - a)
+    double sum = 0;
+    for (std::size_t k = 0; k < std::size_t(dim); ++k) sum += (p[k] - a[k]) * (b[k] - a[k]);
+    return sum;
+  };
+  std::vector<const Seen*> order = near;
+  const auto square = [&](const Seen* c) { return along(from.point, c->point, from.point); };
+  std::stable_sort(order.begin(), order.end(), [&](const Seen* a, const Seen* b) { return square(a) < square(b); });
+  std::vector<std::pair<const Seen*, double>> shares = {{order[0], 1}};
+  for (std::size_t k = 1; k < order.size() && shares.size() == 1; ++k) {
+    const double whole = along(order[k]->point, order[0]->point, order[k]->point);
+    const double t = whole > 0 ? along(from.point, order[0]->point, order[k]->point) / whole : -1;
+    if (t > 0 && t <= 0.5 + 1e-9) shares = {{order[0], 1 - t}, {order[k], t}};
+  }
+  const auto components = std::size_t(memory_.impulse_components);
+  std::vector<double> impulse(memory_.impulses.begin() + std::ptrdiff_t(components * key),
+                              memory_.impulses.begin() + std::ptrdiff_t(components * (key + 1)));
+  turn_to_space(dim, from.normal.data(), impulse.data());
+  for (const auto& [to, share] : shares) {
+    auto at = std::find_if(passed.begin(), passed.end(), [to = to](const Passed& p) { return p.to == to; });
+    if (at == passed.end()) at = passed.insert(at, {to, key, std::vector<double>(components, 0.0)});
+    for (std::size_t k = 0; k < components; ++k) at->impulse[k] += from.side * to->side * share * impulse[k];
+  }
+}
+
+// What the memory has of a key, but for its impulse where the contact is another.
+void PassedContacts::keep(ContactMemory& to, std::size_t key) const {
+  const auto components = std::size_t(memory_.impulse_components), states = std::size_t(memory_.state_components);
+  const auto impulse = memory_.impulses.begin() + std::ptrdiff_t(components * key);
+  const auto state = memory_.states.begin() + std::ptrdiff_t(states * key);
+  to.keys.push_back(memory_.keys[key]);
+  to.impulses.insert(to.impulses.end(), impulse, impulse + std::ptrdiff_t(components));
+  to.states.insert(to.states.end(), state, state + std::ptrdiff_t(states));
+  if (!memory_.anchors.empty()) to.anchors.push_back(memory_.anchors[key]);
+}
+
+void PassedContacts::pass_to(Simulation& s, std::span<const std::int64_t> ids) {
+  if (!passes_) return;
+  std::vector<std::int64_t> there(s.scene.contactors.id.values.begin(), s.scene.contactors.id.values.end());
+  std::sort(there.begin(), there.end());
+  const auto is_there = [&](std::int64_t id) { return std::binary_search(there.begin(), there.end(), id); };
+  const int dim = s.scene.dim;
+  const std::vector<Seen> now = look(s, {ids.begin(), ids.end()});
+  std::map<std::int64_t, std::vector<const Seen*>> of_other; // by the contactor that they have besides
+  for (const Seen& c : now)
+    if (c.side != 0) of_other[c.side > 0 ? c.key.contactor_b : c.key.contactor_a].push_back(&c);
+  ContactMemory out = memory_;
+  for (auto* values : {&out.impulses, &out.states}) values->clear();
+  out.keys.clear();
+  out.anchors.clear();
+  std::vector<Passed> passed;
+  for (std::size_t k = 0; k < memory_.keys.size(); ++k) {
+    const ContactKey& key = memory_.keys[k];
+    const bool a = is_there(key.contactor_a), b = is_there(key.contactor_b);
+    if (a && b) keep(out, k);
+    const auto from = std::lower_bound(before_.begin(), before_.end(), key,
+                                       [](const Seen& c, const ContactKey& wanted) { return c.key < wanted; });
+    const auto near = of_other.find(a ? key.contactor_a : key.contactor_b);
+    if (a == b || from == before_.end() || !(from->key == key) || near == of_other.end()) continue;
+    pass_one(dim, k, *from, near->second, passed);
+  }
+  for (Passed& p : passed) {
+    keep(out, p.from);
+    out.keys.back() = p.to->key;
+    turn_to_contact(dim, p.to->normal.data(), p.impulse.data());
+    std::copy(p.impulse.begin(), p.impulse.end(), out.impulses.end() - std::ptrdiff_t(p.impulse.size()));
+    if (!out.anchors.empty()) out.anchors.back() = Anchor{}; // which holds nothing
+  }
+  out.contactors_seen = s.scene.next_contactor_id;
+  s.strategy().restore(s, std::move(out));
+  s.forget_contacts();
+}
+
+double stored_at_begin(MeshBody& mesh, const Nodes& nodes) {
+  const MeshModel& m = mesh.model;
+  if (mesh.linear()) return mesh.stored(nodes) + m.initial_energy;
+  if (const std::vector<double> known = mesh.memory(); !known.empty()) return known.back();
+  MeshBody::Shown before;
+  mesh.keep(before);
+  const auto n = std::size_t(m.dofs());
+  std::vector<double> u(n), v(n, 0.0), force(n);
+  for (std::size_t i = 0; i < n; ++i) u[i] = nodes.position[mesh.first_node][i] - m.reference[i];
+  const BulkResult found = m.bulk->evaluate({u.data(), v.data(), mesh.time}, force.data(), nullptr);
+  mesh.show(before);
+  if (!found.ok()) throw Error(mesh.describe(found) + " as it stands");
+  return found.energy;
+}
+
+Energy told_energy(Simulation& s) {
+  Energy out = s.energy;
+  if (s.steps > 0 || s.meshes.empty()) return out;
+  s.place_meshes();
+  for (MeshBody& mesh : s.meshes.meshes)
+    if (is_stressed(mesh.model)) out.stored += stored_at_begin(mesh, s.scene.nodes);
+  return out;
+}
+
+} // namespace cairn

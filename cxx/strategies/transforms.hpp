@@ -1,0 +1,57 @@
+// Rigid bodies made deformable in a run, and back, by hand: momentum, angular momentum, ids, contacts and impulses pass
+// over; what the kinetic and the stored energy lose is a term of the balance, dissipated_reshaping.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "../contactors/contactor.hpp"
+#include "../scene/mesh_parts.hpp"
+#include "reshaping.hpp"
+
+namespace cairn {
+
+class Transforms {
+public:
+  // How bodies stand as they come in, from a number on: a mesh is of their shape then.
+  void came_in(const Scene& scene, std::int64_t first = 0);
+
+  // A mesh of cells, of the shape of body `id` as it came in, takes its place, mass and momentum; it touches with its
+  // whole surface where it is not said with what. Materials below 0: that of the contactors of the body. Returns its
+  // number among the meshes. Throws Error; the simulation is then as it was.
+  std::size_t deform(Simulation& s, std::int64_t id, MeshDraft draft, std::string name, std::int32_t node_material,
+                     std::int32_t side_material);
+  // The body that a mesh was, where its nodes stand; returns its id, which is its own again. Throws Error as above.
+  std::int64_t rigidify(Simulation& s, std::size_t mesh);
+
+  // Forces that bodies had, on their nodes in a step of h [s]; until the mesh has loads of its own.
+  void load(Simulation& s, double h);
+  void has_loads(const MeshBody& mesh);
+
+private:
+  struct Shape { // a contactor of the body
+    cairn::Shape shape{};
+    std::int32_t material = 0, hull = -1;
+    double radius = 0;
+    std::vector<double> offset, direction; // empty: none
+  };
+  struct Former { // rigid body
+    std::int64_t id = -1;
+    Rotation start = upright, base = upright; // as it came in; to its axes from those of the mesh where it is at rest
+    std::vector<double> own;                  // places of the nodes from their centre of mass, as it came in
+    std::vector<Shape> shapes;
+    double mass = 0, damping = 0;
+    std::vector<double> inertia, force; // (1 | 3), (3 | 6) or empty
+    bool pushes = false;                // the force is still on its nodes
+  };
+  Former former_of(const Scene& scene, std::int64_t id) const;
+  void check_draft(const Simulation& s, const MeshDraft& d, std::int64_t id) const;
+  std::int64_t put_back(Scene& scene, const Former& of, const NodesMotion& motion, const Rotation& axes,
+                        double& kinetic);
+
+  std::map<std::int64_t, Rotation> start_; // of bodies that did not come in upright
+  std::map<std::int32_t, Former> formers_; // by the numbers by which contactors name meshes
+};
+
+} // namespace cairn

@@ -1,0 +1,355 @@
+// Rigid bodies made deformable in a run, and back, through the C API: what passes over, what is told, extremes.
+#include <algorithm>
+#include <cmath>
+
+#include "c_scene.hpp"
+
+namespace {
+
+struct CTransforms : CScene {
+  cairn_mesh* mesh = nullptr;
+  std::vector<double> node;
+  std::vector<int32_t> cell;
+  ~CTransforms() override { cairn_mesh_destroy(mesh); }
+
+  // A grid of n by n cells (by n), of the sizes, its lower corner there; of a linear material, or of rubber.
+  void grid(int n, std::vector<double> size, std::vector<double> corner, bool rubber, double young = 1e7) {
+    const int dim = int(size.size()), m = n + 1;
+    node.clear();
+    cell.clear();
+    for (int k = 0; k < (dim == 2 ? 1 : m); ++k)
+      for (int j = 0; j < m; ++j)
+        for (int i = 0; i < m; ++i) {
+          const double x[] = {double(i) / n, double(j) / n, double(k) / n};
+          for (std::size_t c = 0; c < size.size(); ++c) node.push_back(corner[c] + size[c] * x[c]);
+        }
+    for (int k = 0; k < (dim == 2 ? 1 : n); ++k)
+      for (int j = 0; j < n; ++j)
+        for (int i = 0; i < n; ++i) {
+          const int32_t a = (k * m + j) * m + i;
+          cell.insert(cell.end(), {a, a + 1, a + m + 1, a + m});
+          if (dim == 3) cell.insert(cell.end(), {a + m * m, a + m * m + 1, a + m * m + m + 1, a + m * m + m});
+        }
+    cairn_mesh_destroy(mesh);
+    mesh = nullptr;
+    ASSERT_EQ(cairn_mesh_create(dim, int64_t(node.size()) / dim, node.data(), &mesh, &error), 0) << error.message;
+    const char *names[] = {"young", "poisson"}, *element = dim == 2 ? "q4" : "hex8";
+    const double values[] = {young, 0.3};
+    const int64_t cells = int64_t(cell.size()) / (dim == 2 ? 4 : 8);
+    if (rubber)
+      ASSERT_EQ(cairn_mesh_add_solid_cells(mesh, element, cells, cell.data(), "neo_hookean", 2, names, values, 900,
+                                           "total_lagrangian", "strain", 0, 1, &error),
+                0)
+          << error.message;
+    else
+      ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, element, cells, cell.data(), young, 0.3, 900, 0, 1, &error), 0)
+          << error.message;
+  }
+  // A square, or a box, as a rigid body of density 1000 round its place; its number.
+  int64_t block(std::vector<double> size, std::vector<double> place, double angle = 0) {
+    const int dim = int(size.size());
+    int32_t number = -1;
+    std::vector<double> vertex;
+    for (int c = 0; c < (dim == 2 ? 4 : 8); ++c) {
+      const int x = c % 4 == 1 || c % 4 == 2, y = c % 4 > 1, z = c > 3;
+      const int upper[] = {x, y, z};
+      for (std::size_t k = 0; k < size.size(); ++k) vertex.push_back(size[k] * (upper[k] - 0.5));
+    }
+    const int64_t first_vertex[] = {0, dim == 2 ? 4 : 8}, first_face[] = {0, 6};
+    const int64_t first_corner[] = {0, 4, 8, 12, 16, 20, 24};
+    const int64_t corner[] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
+    EXPECT_EQ(dim == 2 ? cairn_scene_add_polygons(scene, 1, first_vertex, vertex.data(), &number, &error)
+                       : cairn_scene_add_polyhedra(scene, 1, first_vertex, vertex.data(), first_face, first_corner,
+                                                   corner, &number, &error),
+              0)
+        << error.message;
+    double mass = 1000, inertia[3] = {};
+    for (const double s : size) mass *= s;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t a = dim == 2 ? 0 : (k + 1) % 3, b = dim == 2 ? 1 : (k + 2) % 3;
+      inertia[k] = mass / 12 * (size[a] * size[a] + size[b] * size[b]);
+    }
+    int64_t id = -1;
+    const double rotation[] = {dim == 2 ? angle : std::cos(angle / 2), 0, 0, std::sin(angle / 2)};
+    EXPECT_EQ(cairn_scene_add_bodies(scene, 1, place.data(), rotation, nullptr, &mass, inertia, &id, &error), 0)
+        << error.message;
+    hull(dim == 2 ? "polygon" : "polyhedron", id, number);
+    return id;
+  }
+  void weightless(int dim) {
+    make(dim, 0.3);
+    const double none[3] = {};
+    ASSERT_EQ(cairn_scene_set_gravity(scene, none, &error), 0);
+  }
+  void speed(std::vector<double> v) {
+    ASSERT_EQ(cairn_scene_set_body_field(scene, "velocity", 1, nullptr, v.data(), &error), 0) << error.message;
+  }
+  int32_t deform(int64_t id) {
+    int32_t number = -1;
+    EXPECT_EQ(cairn_simulation_deform(simulation, id, mesh, nullptr, -1, -1, &number, &error), 0) << error.message;
+    return number;
+  }
+  int64_t rigidify(int32_t number) {
+    int64_t id = -1;
+    EXPECT_EQ(cairn_simulation_rigidify(simulation, number, &id, &error), 0) << error.message;
+    return id;
+  }
+  std::vector<double> nodes(int32_t number, const char* name) {
+    std::vector<double> out(node.size());
+    int64_t n = 0;
+    EXPECT_EQ(cairn_simulation_mesh_field(simulation, number, name, int64_t(out.size()), out.data(), &n, &error), 0)
+        << error.message;
+    EXPECT_EQ(n, int64_t(node.size()));
+    return out;
+  }
+  // Of the one body, or the one mesh: consistent masses of its cells, by their own quadrature here.
+  std::vector<double> momentum(int dim, double density = 0) {
+    std::vector<double> p(std::size_t(3 * dim - 3), 0.0);
+    const auto moment = [&](const double* x, const double* v, double m) {
+      for (int k = 0; k < dim; ++k) p[std::size_t(k)] += m * v[k];
+      if (dim == 2) {
+        p[2] += m * (x[0] * v[1] - x[1] * v[0]);
+        return;
+      }
+      for (int k = 0; k < 3; ++k)
+        p[std::size_t(3 + k)] += m * (x[(k + 1) % 3] * v[(k + 2) % 3] - x[(k + 2) % 3] * v[(k + 1) % 3]);
+    };
+    if (density > 0) {
+      const auto x = nodes(0, "position"), v = nodes(0, "velocity");
+      const std::size_t corners = dim == 2 ? 4 : 8;
+      const double g = 1 / std::sqrt(3.0);
+      for (std::size_t first = 0; first < cell.size(); first += corners)
+        for (std::size_t q = 0; q < corners; ++q) { // at rest cells are boxes: their mass is spread evenly
+          double at[3] = {}, speed[3] = {}, volume = 1;
+          const double xi[] = {q % 2 ? g : -g, q / 2 % 2 ? g : -g, q / 4 ? g : -g};
+          for (std::size_t c = 0; c < corners; ++c) {
+            const double side[] = {c % 4 == 1 || c % 4 == 2 ? 1.0 : -1.0, c % 4 > 1 ? 1.0 : -1.0, c > 3 ? 1.0 : -1.0};
+            double share = 1;
+            for (int k = 0; k < dim; ++k) share *= (1 + side[k] * xi[k]) / 2;
+            for (int k = 0; k < dim; ++k) {
+              at[k] += share * x[std::size_t(dim * cell[first + c] + k)];
+              speed[k] += share * v[std::size_t(dim * cell[first + c] + k)];
+            }
+          }
+          const double* low = &node[std::size_t(dim * cell[first])];
+          const double* high = &node[std::size_t(dim * cell[first + (dim == 2 ? 2 : 6)])];
+          for (int k = 0; k < dim; ++k) volume *= high[k] - low[k];
+          moment(at, speed, density * volume / double(corners));
+        }
+      return p;
+    }
+    const auto x = field("position"), v = field("velocity"), m = field("mass"), j = field("inertia");
+    moment(x.data(), v.data(), m[0]);
+    if (dim == 2) {
+      p[2] += j[0] * v[2];
+      return p;
+    }
+    const auto q = field("rotation"); // spin through the axes of the body
+    const double w = q[0], a = q[1], b = q[2], c = q[3];
+    const double r[3][3] = {{1 - 2 * (b * b + c * c), 2 * (a * b - w * c), 2 * (a * c + w * b)},
+                            {2 * (a * b + w * c), 1 - 2 * (a * a + c * c), 2 * (b * c - w * a)},
+                            {2 * (a * c - w * b), 2 * (b * c + w * a), 1 - 2 * (a * a + b * b)}};
+    for (int axis = 0; axis < 3; ++axis) {
+      double spin = 0;
+      for (int k = 0; k < 3; ++k) spin += r[k][axis] * v[std::size_t(3 + k)];
+      for (int k = 0; k < 3; ++k) p[std::size_t(3 + k)] += r[k][axis] * j[std::size_t(axis)] * spin;
+    }
+    return p;
+  }
+  static void expect_near(const std::vector<double>& is, const std::vector<double>& wanted, double share) {
+    double most = 0;
+    ASSERT_EQ(is.size(), wanted.size());
+    for (const double w : wanted) most = std::max(most, std::abs(w));
+    for (std::size_t i = 0; i < is.size(); ++i) EXPECT_NEAR(is[i] / most, wanted[i] / most, share) << i;
+  }
+};
+
+TEST_F(CTransforms, momentum_passes_over_and_back) {
+  for (const double size : {1.0, 1e-9, 1e3})
+    for (const bool rubber : {false, true}) {
+      SCOPED_TRACE(testing::Message() << size << (rubber ? " rubber" : " linear"));
+      cairn_simulation_destroy(simulation);
+      cairn_scene_destroy(scene);
+      simulation = nullptr;
+      scene = nullptr;
+      weightless(2);
+      const int64_t id = block({size, size}, {2 * size, size}, 0.7);
+      speed({size, -2 * size, 3});
+      grid(4, {size, size}, {-0.5 * size, -0.5 * size}, rubber, 1e7 * size * size);
+      start();
+      steps(20);
+      const auto before = momentum(2);
+      const double kinetic = energy("kinetic");
+      ASSERT_EQ(deform(id), 0);
+      EXPECT_EQ(cairn_simulation_bodies(simulation), 0);
+      expect_near(momentum(2, 1000), before, 1e-12);
+      EXPECT_NEAR(energy("dissipated_reshaping") / kinetic, 1 - energy("kinetic") / kinetic, 1e-12);
+      // the square has turned by 0.06 since it came in, and its mesh with it
+      const auto x = nodes(0, "position");
+      const double c = std::cos(0.06), s = std::sin(0.06);
+      expect_near({x[0] - 2.02 * size, x[1] - 0.96 * size}, {0.5 * size * (s - c), -0.5 * size * (s + c)}, 1e-11);
+      steps(10);
+      const auto later = momentum(2, 1000);
+      for (const std::size_t k : {0, 1}) EXPECT_NEAR(later[k] / before[k], 1, 1e-11);
+      EXPECT_EQ(rigidify(0), id);
+      EXPECT_EQ(cairn_simulation_nodes(simulation), 0);
+      EXPECT_EQ(field("id"), std::vector<double>{double(id)});
+      expect_near(momentum(2), later, 1e-12);
+      EXPECT_NEAR(field("mass")[0] / (1000 * size * size), 1, 1e-13);
+      EXPECT_NEAR(field("inertia")[0] / (1000 * std::pow(size, 4) / 6), 1, 1e-12);
+      steps(1);
+      EXPECT_LT(std::abs(energy("closure")), 1e-12 * energy("in_play"));
+      EXPECT_NEAR((energy("kinetic") + energy("dissipated_reshaping") + energy("dissipated_integrator")) / kinetic, 1,
+                  1e-12);
+    }
+}
+
+TEST_F(CTransforms, at_once_there_and_back_nothing_is_lost_in_space) {
+  weightless(3);
+  const int64_t id = block({1, 2, 0.5}, {3, 5, -7}, 0.4);
+  speed({1, 2, 3, 0.4, -1.2, 2});
+  start();
+  steps(30, 1e-2);
+  const auto x = field("position"), v = field("velocity"), r = field("rotation"), p = momentum(3);
+  grid(2, {1, 2, 0.5}, {-0.5, -1, -0.25}, true);
+  for (int turn = 0; turn < 2; ++turn) { // and a second time
+    ASSERT_EQ(deform(id), 0);
+    expect_near(momentum(3, 1000), p, 1e-12);
+    EXPECT_EQ(rigidify(0), id);
+  }
+  expect_near(field("position"), x, 1e-13);
+  expect_near(field("velocity"), v, 1e-12);
+  const auto now = field("rotation");
+  const double same = now[0] * r[0] + now[1] * r[1] + now[2] * r[2] + now[3] * r[3];
+  EXPECT_NEAR(std::abs(same), 1, 1e-13);
+  EXPECT_LT(std::abs(energy("dissipated_reshaping")), 1e-12 * energy("kinetic"));
+  steps(5, 1e-2);
+}
+
+// A block on the ground, and a disk on it: the solution goes on from what its contacts remember.
+TEST_F(CTransforms, impulses_and_forces_pass_over) {
+  make(2, 0.3);
+  floor(2);
+  const int64_t id = block({1, 1}, {0, 0.5});
+  ball(2, body({0.1, 1.2}, 125, 2.5), 0.2, rock);
+  start();
+  for (const char* precise : {"tol", "newton_tol"})
+    ASSERT_EQ(cairn_simulation_set_number(simulation, precise, 1e-12, &error), 0) << error.message;
+  const double push[] = {50, 0, 0};
+  ASSERT_EQ(cairn_simulation_set_body_field(simulation, "force", 1, &id, push, &error), 0) << error.message;
+  steps(50);
+  const auto up = [&] { // on the block from below, over the step [N]
+    double sum = 0;
+    const auto impulse = contact("impulse"), bodies = contact("bodies");
+    for (std::size_t i = 0; i < bodies.size() / 2; ++i)
+      if (bodies[2 * i] == 0 || bodies[2 * i + 1] == 0) sum += std::abs(impulse[2 * i + 1]) / 1e-3;
+    return sum;
+  };
+  EXPECT_NEAR(up() / (1125 * 9.81), 1, 1e-6);
+  grid(4, {1, 1}, {-0.5, 0}, true);
+  ASSERT_EQ(cairn_mesh_set_damping(mesh, 0, 5e-3, 0, &error), 0) << error.message;
+  ASSERT_EQ(deform(id), 0);
+  cairn_report report{};
+  ASSERT_EQ(cairn_simulation_step(simulation, 1e-3, &report, &error), 0) << error.message;
+  EXPECT_EQ(report.status, cairn_converged);
+  EXPECT_GT(up(), 0);
+  steps(400);
+  EXPECT_NEAR(up() / (1125 * 9.81), 1, 1e-2);
+  const auto x = nodes(0, "position");
+  EXPECT_LT(x.back(), 1); // it has settled
+  EXPECT_EQ(rigidify(0), id);
+  EXPECT_EQ(field("force")[3], 50); // bodies by their numbers: ground, block, disk
+  EXPECT_EQ(field("id"), (std::vector<double>{0, 1, 2}));
+  steps(20);
+  EXPECT_NEAR(up() / (1125 * 9.81), 1, 1e-2);
+  EXPECT_EQ(text("status"), "converged");
+  EXPECT_LT(std::abs(energy("closure")), 1e-11 * energy("in_play"));
+}
+
+TEST_F(CTransforms, a_force_and_its_torque_act_on_the_nodes) {
+  weightless(2);
+  const int64_t id = block({1, 1}, {3, -2});
+  start();
+  const double push[] = {300, 200, 50};
+  ASSERT_EQ(cairn_simulation_set_body_field(simulation, "force", 1, &id, push, &error), 0) << error.message;
+  grid(3, {1, 1}, {-0.5, -0.5}, true);
+  steps(1);
+  const auto begin = momentum(2);
+  ASSERT_EQ(deform(id), 0);
+  steps(50);
+  const auto pushed = momentum(2, 1000);
+  EXPECT_NEAR((pushed[0] - begin[0]) / (300 * 0.05), 1, 1e-9);
+  EXPECT_NEAR((pushed[1] - begin[1]) / (200 * 0.05), 1, 1e-9);
+  EXPECT_NEAR((pushed[2] - begin[2]) / ((50 + 3 * 200 + 2 * 300) * 0.05), 1, 1e-4); // its place moves by micrometres
+  const std::vector<double> none(node.size(), 0.0);
+  ASSERT_EQ(cairn_simulation_load_mesh(simulation, 0, none.data(), nullptr, nullptr, &error), 0) << error.message;
+  steps(50);
+  for (const std::size_t k : {0, 1}) EXPECT_NEAR(momentum(2, 1000)[k] / pushed[k], 1, 1e-10);
+}
+
+TEST_F(CTransforms, what_cannot_be_is_refused_and_leaves_all_as_it_was) {
+  make(2);
+  floor(2);
+  const int64_t id = block({1, 1}, {0, 0.5});
+  grid(2, {1, 1}, {-0.5, 0}, false);
+  int32_t held = -1;
+  const int32_t corner = 0;
+  cairn_mesh* second = nullptr;
+  const double place[] = {5, 5, 6, 5, 6, 6, 5, 6};
+  const int32_t one[] = {0, 1, 2, 3};
+  ASSERT_EQ(cairn_mesh_create(2, 4, place, &second, &error), 0);
+  ASSERT_EQ(cairn_mesh_add_elastic_cells(second, "q4", 1, one, 1e7, 0.3, 1000, 0, 1, &error), 0);
+  ASSERT_EQ(cairn_mesh_hold(second, 1, &corner, 3, &error), 0);
+  ASSERT_EQ(cairn_scene_add_mesh(scene, second, "held", rock, -1, nullptr, &held, &error), 0) << error.message;
+  start();
+  steps(3);
+  const auto refused = [&](int32_t code, const char* why) {
+    EXPECT_EQ(code, cairn_wrong_input) << why;
+    EXPECT_NE(std::string(error.message).find(why), std::string::npos) << error.message;
+    EXPECT_EQ(cairn_simulation_bodies(simulation), 2);
+    EXPECT_EQ(cairn_simulation_nodes(simulation), 4);
+  };
+  const auto into = [&](int64_t body, const cairn_mesh* of, int32_t material) {
+    return cairn_simulation_deform(simulation, body, of, nullptr, material, -1, nullptr, &error);
+  };
+  refused(into(77, mesh, -1), "there is no rigid body 77");
+  refused(into(0, mesh, -1), "body 0 is held or driven");
+  refused(into(id, mesh, 9), "there are");
+  refused(into(id, nullptr, -1), "mesh is NULL");
+  refused(cairn_simulation_rigidify(simulation, held, nullptr, &error), "has held dofs");
+  refused(cairn_simulation_rigidify(simulation, 5, nullptr, &error), "there is no mesh 5");
+  cairn_mesh* empty = nullptr;
+  ASSERT_EQ(cairn_mesh_create(2, 4, place, &empty, &error), 0);
+  refused(into(id, empty, -1), "no cells");
+  const int32_t flat[] = {0, 3, 2, 1};
+  ASSERT_EQ(cairn_mesh_add_elastic_cells(empty, "q4", 1, flat, 1e7, 0.3, 1000, 0, 1, &error), 0);
+  refused(into(id, empty, -1), "inside out");
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "project_positions", 1, &error), 0) << error.message;
+  grid(2, {1, 1}, {-0.5, 0}, true);
+  refused(into(id, mesh, -1), "project_positions");
+  cairn_mesh_destroy(empty);
+  cairn_mesh_destroy(second);
+  ASSERT_EQ(cairn_simulation_set_number(simulation, "project_positions", 0, &error), 0) << error.message;
+  steps(3);
+  ASSERT_EQ(cairn_simulation_remove_bodies(simulation, 1, &id, &error), 0) << error.message;
+  EXPECT_EQ(into(id, mesh, -1), cairn_wrong_input); // and of a body that is gone
+}
+
+// Numbers of other meshes follow: the first of two that were bodies goes back, and then the second.
+TEST_F(CTransforms, two_of_them_go_back_in_any_order) {
+  weightless(2);
+  const int64_t left = block({1, 1}, {0, 0}), right = block({1, 1}, {5, 0});
+  start();
+  grid(1, {1, 1}, {-0.5, -0.5}, false);
+  ASSERT_EQ(deform(left), 0);
+  ASSERT_EQ(deform(right), 1);
+  steps(3);
+  EXPECT_EQ(rigidify(0), left);
+  EXPECT_EQ(rigidify(0), right);
+  EXPECT_EQ(field("id"), (std::vector<double>{double(left), double(right)}));
+  EXPECT_EQ(cairn_simulation_rigidify(simulation, 0, nullptr, &error), cairn_wrong_input);
+  ASSERT_EQ(deform(right), 0);
+  steps(3);
+}
+
+} // namespace
