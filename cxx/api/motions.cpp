@@ -23,7 +23,7 @@ cairn::HeldMotion motion_of(const cairn::MeshBody& m, std::int64_t n, const std:
 int32_t by_table(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node, char axis, int64_t rows,
                  const double* time, const double* value, bool displaces, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, displaces ? "cairn_simulation_displace_nodes" : "cairn_simulation_drive_nodes");
     require(node, "node");
     require(time, "time");
     require(value, displaces ? "displacement" : "velocity");
@@ -39,7 +39,7 @@ int32_t by_table(cairn_simulation* simulation, int32_t mesh, int64_t n, const in
 int32_t by_function(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node, char axis,
                     double (*function)(double time, void* context), void* context, bool displaces, cairn_error* error) {
   return guarded(error, [&] {
-    require(simulation, "simulation");
+    between_steps(simulation, displaces ? "cairn_simulation_displace_nodes_by" : "cairn_simulation_drive_nodes_by");
     require(node, "node");
     if (!function) throw Error("function is NULL; it has no default");
     const cairn::MeshBody& m = mesh_of(*simulation, mesh);
