@@ -235,13 +235,13 @@ typedef struct cairn_schedule {
   int32_t unused;
   double relaxation; /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
   double softening_relaxation; /* share of its change that a bond which softens takes in a sweep, up to 1 */
-  const int32_t* first_task;  /* (stages + 1) */
-  const int32_t* first_batch; /* (tasks + 1) */
-  const cairn_batch* batch;   /* (batches) */
-  const cairn_side* side;     /* rows of sides.def */
-  cairn_record* record;       /* (bodies + 1) velocity records; the last is the spare one */
-  cairn_record* general;      /* (bodies + 1), or any address if no side is wide */
-  double* work;               /* (cairn_batch_workspace, threads) */
+  const int32_t* first_task;   /* (stages + 1) */
+  const int32_t* first_batch;  /* (tasks + 1) */
+  const cairn_batch* batch;    /* (batches) */
+  const cairn_side* side;      /* rows of sides.def */
+  cairn_record* record;        /* (bodies + 1) velocity records; the last is the spare one */
+  cairn_record* general;       /* (bodies + 1), or any address if no side is wide */
+  double* work;                /* (cairn_batch_workspace, threads) */
 } cairn_schedule;
 enum { cairn_batch_workspace = 128 * 80 };
 void cairn_nlgs_sweep(int32_t sweeps, const cairn_schedule* schedule, double* change);
