@@ -2,7 +2,7 @@
 
     python benchmarks/auto.py problems                  those of $CAIRN_REFERENCE_DATA/problems, of piles of cubes, rods,
                                                         cylinders and tetrahedra, of vaults and stairs
-    python benchmarks/auto.py problems --scenes unseen  grains of two sizes, arches and other vaults, which no constant saw
+    python benchmarks/auto.py problems --scenes unseen  grains of two sizes, arches and other vaults, half of them kept aside
     python benchmarks/auto.py steps [--scenes WORD...]  walls, arches, towers, piles: some steps from one state by each
 
 Problems of piles are those that `cairn run --dump-problem` would write. A solver that has not converged has no seconds. Writes
@@ -156,7 +156,7 @@ def vault(blocks, mu=0.6):
 
 
 def other_problems():
-    """(name, problem) of kinds on which no constant of Auto was chosen before it was measured on them."""
+    """(name, problem) of rods, cylinders, tetrahedra, vaults and stairs."""
     yield from problems_of(
         ("400 rods", lambda: thrown("rods", 7), (60, 150)),
         ("300 cylinders", lambda: thrown("cylinders", 8, count=300), (60, 120)),
@@ -206,7 +206,7 @@ def mixture(dim, count, seed, faced=False):
 
 
 def unseen_problems():
-    """(name, problem) of kinds on which no constant of Auto was chosen."""
+    """(name, problem) of kinds of which half took no part in the choice of constants of Auto, see docs/problems.md."""
     yield from problems_of(
         ("800 disks, 1:5", lambda: mixture(2, 800, 21), (60, 200)),
         ("300 spheres, 1:5", lambda: mixture(3, 300, 22), (60, 200)),

@@ -271,6 +271,7 @@ def main():
         if kept:
             writer.writeheader()
             writer.writerows(kept)
+            file.flush()  # a run that is stopped loses none of them
         for row in parts[options.part](Path(folder), options):
             writer = writer or csv.DictWriter(file, row, lineterminator="\n")
             if file.tell() == 0:

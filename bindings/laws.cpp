@@ -1,5 +1,5 @@
 #include "arrays.hpp"
-#include "contacts/interaction.hpp"
+#include "contacts/law_rows.hpp"
 #include "laws/plug.hpp"
 #include "scene/joint_parts.hpp"
 
@@ -12,6 +12,7 @@ py::dict described(const cairn::LawInfo& law) {
   row["components"] = py::make_tuple(law.components2, law.components3);
   row["state"] = law.state;
   row["library"] = law.library;
+  row["solves"] = law.has_solve;
   row["bonds"] = law.has_solve && law.anchored;
   py::list parameters;
   for (const cairn::LawParameter& p : law.parameters)
@@ -21,9 +22,44 @@ py::dict described(const cairn::LawInfo& law) {
   return row;
 }
 
+py::array_t<double> column(const std::vector<double>& values, std::int64_t contacts) {
+  const auto n = py::ssize_t(contacts), columns = n > 0 ? py::ssize_t(values.size()) / n : 0;
+  return py::array_t<double>({columns, n}, values.data());
+}
+
+// Contacts of one law, (columns, n) each, and what a law makes of them.
+void bind_law_rows(py::module_& m) {
+  using cairn::LawRows;
+  py::class_<LawRows> rows(m, "LawRows");
+  rows.def_readonly("components", &LawRows::components)
+      .def_readonly("h", &LawRows::h)
+      .def_readonly("theta", &LawRows::theta)
+      .def_property_readonly("candidate", [](const LawRows& r) {
+        return py::array_t<std::int64_t>(py::ssize_t(r.candidate.size()), r.candidate.data());
+      });
+  for (const auto& [name, member] : {std::pair{"gap", &LawRows::gap},
+                                     {"velocity", &LawRows::velocity},
+                                     {"velocity_free", &LawRows::velocity_free},
+                                     {"bias", &LawRows::bias},
+                                     {"delassus", &LawRows::delassus},
+                                     {"impulse", &LawRows::impulse},
+                                     {"params", &LawRows::params},
+                                     {"geometry", &LawRows::geometry},
+                                     {"state", &LawRows::state}})
+    rows.def_property_readonly(
+        name, [member = member](const LawRows& r) { return column(r.*member, std::int64_t(r.candidate.size())); });
+  rows.def("answer", [](const LawRows& r, int law, int dim, const Input<double>& params, const Input<double>& state) {
+    const auto all = [](const Input<double>& a) { return std::vector<double>(a.data(), a.data() + a.size()); };
+    const cairn::LawAnswer found = cairn::answer_of(cairn::Law(law), dim, r, all(params), all(state));
+    const auto n = std::int64_t(r.candidate.size());
+    return py::make_tuple(column(found.impulse, n), column(found.state, n));
+  });
+}
+
 } // namespace
 
 void bind_laws(py::module_& m) {
+  bind_law_rows(m);
   m.def("laws", [] {
     py::list rows;
     for (const cairn::LawInfo& law : cairn::law_infos()) rows.append(described(law));

@@ -10,6 +10,8 @@
 
 using cairn::Simulation;
 
+void bind_reshaping(py::module_& m);
+
 namespace {
 
 template <class T>
@@ -267,4 +269,5 @@ void bind_meshes(py::module_& m) {
            })
       .def("account_for_reshaping", &Simulation::account_for_reshaping)
       .def("follow_meshes", &Simulation::follow_meshes);
+  bind_reshaping(m);
 }

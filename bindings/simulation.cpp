@@ -1,4 +1,5 @@
 #include "base/threads.hpp"
+#include "contacts/law_rows.hpp"
 #include "files/older_states.hpp"
 #include "files/simulation_state.hpp"
 #include "laws/plug.hpp"
@@ -282,11 +283,8 @@ void bind_simulation(py::module_& m) {
              s.strategy().changed(s, true);
            })
       .def_property_readonly("order_version", [](Simulation& s) { return s.scene.order_version(); })
-      .def("set_laws",
-           [](Simulation& s, const cairn::LawTable& laws) {
-             s.laws = laws;
-             s.strategy().changed(s, false);
-           })
+      .def("set_laws", [](Simulation& s, const cairn::LawTable& laws) { s.use(laws); })
+      .def("stored_between", &cairn::stored_between)
       .def("plug_force",
            [](Simulation& s, const cairn::PluggedRoutine& r, std::vector<double> params) {
              auto* routine = reinterpret_cast<cairn_plug_body_force*>(r.routine);
@@ -356,6 +354,11 @@ void bind_simulation(py::module_& m) {
       .def("contact", &contact_field)
       .def("has_contact", &cairn::has_contact_field)
       .def("contact_rows", &contact_rows)
+      .def("law_rows", // contacts that obey a law of its own solution
+           [](Simulation& s, int law) {
+             if (!s.contacts_known) throw cairn::Error("there are no contacts at hand: make a step first");
+             return s.interactions.law_rows(cairn::Law(law));
+           })
       .def_property_readonly("contact_count", [](Simulation& s) { return cairn::contacts_to_read(s); })
       .def_property_readonly("laws_keep", &Simulation::laws_keep)
       .def_readonly("steps", &Simulation::steps)

@@ -46,6 +46,7 @@ set(CAIRN_CXX_SOURCES
   contacts/joints.cpp
   contacts/ropes.cpp
   contacts/law_commit.cpp
+  contacts/law_rows.cpp
   contacts/singular_blocks.cpp
   contacts/twin_bonds.cpp
   detection/detection_grid.cpp

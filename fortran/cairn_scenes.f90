@@ -20,6 +20,7 @@ module cairn_scenes
   procedure(bodies_adder), bind(c, name="cairn_scene_add_bodies") :: c_scene_add_bodies
   procedure(driver), bind(c, name="cairn_scene_drive") :: c_scene_drive
   procedure(field_setter), bind(c, name="cairn_scene_set_body_field") :: c_scene_set_body_field
+  procedure(joint_adder), bind(c, name="cairn_scene_add_joint") :: c_scene_add_joint
 
   interface
     integer(c_int32_t) function c_scene_create(dim, scene, error) bind(c, name="cairn_scene_create")
@@ -137,20 +138,6 @@ module cairn_scenes
       integer(c_int32_t), value :: material
       real(c_double), intent(in) :: vertex(*)
       integer(c_int32_t), intent(in) :: triangle(*)
-      type(c_error), intent(inout) :: error
-    end function
-    integer(c_int32_t) function c_scene_add_joint(scene, kind, a, b, point, axis, count, names, values, ends, error) &
-        bind(c, name="cairn_scene_add_joint")
-      import
-      type(c_ptr), value :: scene
-      character(c_char), intent(in) :: kind(*)
-      integer(c_int64_t), value :: a, b
-      real(c_double), intent(in) :: point(*)
-      real(c_double), intent(in), optional :: axis(*)
-      integer(c_int32_t), value :: count
-      type(c_ptr), intent(in) :: names(*)
-      real(c_double), intent(in) :: values(*)
-      integer(c_int64_t), intent(out) :: ends(*)
       type(c_error), intent(inout) :: error
     end function
   end interface
@@ -451,42 +438,8 @@ contains
     real(dp), intent(in), contiguous, optional :: values(:)      !< as many
     integer(c_int64_t), intent(out), optional :: ends(2)         !< ids of its contactors, that "key" of contacts names
     type(cairn_error), intent(out), optional :: error
-    character(c_char), allocatable, target :: text(:, :)
-    type(c_ptr), allocatable :: start(:)
-    real(dp), allocatable :: number(:)
-    character(:), allocatable :: word
-    integer(c_int64_t) :: other, made(2)
-    integer :: n, i, k
-    type(c_error) :: what
 
-    if (present(ends)) ends = -1
-    n = 0
-    if (present(names)) n = size(names)
-    if (.not. has_size("point", size(point), scene%dim*merge(3, merge(2, 1, kind == "Distance"), kind == "Cable"), &
-                        error)) return
-    if (present(axis)) then
-      if (.not. has_size("axis", size(axis), scene%dim, error)) return
-    end if
-    allocate (number(0))
-    if (present(values)) number = values
-    if (.not. has_size("values", size(number), n, error)) return
-    other = -1
-    if (present(b)) other = b
-    allocate (start(n))
-    if (present(names)) then
-      allocate (text(len(names) + 1, n), source=c_null_char)
-      do i = 1, n
-        word = c_text(names(i))
-        do k = 1, len(word)
-          text(k, i) = word(k:k)
-        end do
-        start(i) = c_loc(text(1, i))
-      end do
-    end if
-    made = -1
-    call report_back(c_scene_add_joint(scene%handle, c_text(kind), a, other, point, axis, int(n, c_int32_t), start, number, made, &
-                                       what), what, error)
-    if (present(ends)) ends = made
+    call give_joint(c_scene_add_joint, scene%handle, scene%dim, kind, a, point, b, axis, names, values, ends, error)
   end subroutine add_joint
 
   !> Where each of these begins in an array of all, counted from 0, and behind the last.

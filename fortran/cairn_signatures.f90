@@ -6,6 +6,7 @@ module cairn_signatures
   implicit none
   private
   public :: destroyer, counter, gravity_setter, bodies_adder, driver, field_setter, field_reader, number_reader, text_reader
+  public :: joint_adder, give_joint
   public :: give_gravity, give_bodies, give_drive, give_field, read_field, number_of, text_of
 
   abstract interface
@@ -72,6 +73,19 @@ module cairn_signatures
       character(c_char), intent(in) :: name(*)
       integer(c_int64_t), value :: capacity
       character(c_char), intent(inout) :: text(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function joint_adder(to, kind, a, b, point, axis, count, names, values, ends, error) bind(c)
+      import
+      type(c_ptr), value :: to
+      character(c_char), intent(in) :: kind(*)
+      integer(c_int64_t), value :: a, b
+      real(c_double), intent(in) :: point(*)
+      real(c_double), intent(in), optional :: axis(*)
+      integer(c_int32_t), value :: count
+      type(c_ptr), intent(in) :: names(*)
+      real(c_double), intent(in) :: values(*)
+      integer(c_int64_t), intent(out) :: ends(*)
       type(c_error), intent(inout) :: error
     end function
   end interface
@@ -229,4 +243,52 @@ contains
     if (right .and. present(rotation)) right = has_size("rotation", size(rotation), turns*n, error)
     if (right .and. present(velocity)) right = has_size("velocity", size(velocity), (dim + axes)*n, error)
   end function body_sizes
+
+  subroutine give_joint(to, handle, dim, kind, a, point, b, axis, names, values, ends, error)
+    procedure(joint_adder) :: to
+    type(c_ptr), intent(in) :: handle
+    integer, intent(in) :: dim
+    character(*), intent(in) :: kind
+    integer(c_int64_t), intent(in) :: a
+    real(dp), intent(in), contiguous :: point(:, :)
+    integer(c_int64_t), intent(in), optional :: b
+    real(dp), intent(in), contiguous, optional :: axis(:), values(:)
+    character(*), intent(in), optional :: names(:)
+    integer(c_int64_t), intent(out), optional :: ends(2)
+    type(cairn_error), intent(out), optional :: error
+    character(c_char), allocatable, target :: text(:, :)
+    type(c_ptr), allocatable :: start(:)
+    real(dp), allocatable :: number(:)
+    character(:), allocatable :: word
+    integer(c_int64_t) :: other, made(2)
+    integer :: n, i, k
+    type(c_error) :: what
+
+    if (present(ends)) ends = -1
+    n = 0
+    if (present(names)) n = size(names)
+    if (.not. has_size("point", size(point), dim*merge(3, merge(2, 1, kind == "Distance"), kind == "Cable"), error)) return
+    if (present(axis)) then
+      if (.not. has_size("axis", size(axis), dim, error)) return
+    end if
+    allocate (number(0))
+    if (present(values)) number = values
+    if (.not. has_size("values", size(number), n, error)) return
+    other = -1
+    if (present(b)) other = b
+    allocate (start(n))
+    if (present(names)) then
+      allocate (text(len(names) + 1, n), source=c_null_char)
+      do i = 1, n
+        word = c_text(names(i))
+        do k = 1, len(word)
+          text(k, i) = word(k:k)
+        end do
+        start(i) = c_loc(text(1, i))
+      end do
+    end if
+    made = -1
+    call report_back(to(handle, c_text(kind), a, other, point, axis, int(n, c_int32_t), start, number, made, what), what, error)
+    if (present(ends)) ends = made
+  end subroutine give_joint
 end module cairn_signatures

@@ -11,6 +11,7 @@ module cairn_simulations
   public :: create_simulation, destroy_simulation, step_simulation, drive_simulation
   public :: set_option, set_number, option_text, option_number, before_parts
   public :: change_gravity, change_body_field, insert_bodies, insert_contactors, remove_bodies
+  public :: insert_joint, remove_joint
   public :: node_count, node_field, change_node_field
   public :: body_count, contact_count, body_field, contact_field, contact_arrays, energy_term, report_number, report_text
 
@@ -53,6 +54,7 @@ module cairn_simulations
   procedure(destroyer), bind(c, name="cairn_simulation_destroy") :: c_simulation_destroy
   procedure(gravity_setter), bind(c, name="cairn_simulation_set_gravity") :: c_simulation_set_gravity
   procedure(bodies_adder), bind(c, name="cairn_simulation_add_bodies") :: c_simulation_add_bodies
+  procedure(joint_adder), bind(c, name="cairn_simulation_add_joint") :: c_simulation_add_joint
   procedure(driver), bind(c, name="cairn_simulation_drive") :: c_simulation_drive
   procedure(field_setter), bind(c, name="cairn_simulation_set_body_field") :: c_simulation_set_body_field
   procedure(field_setter), bind(c, name="cairn_simulation_set_node_field") :: c_simulation_set_node_field
@@ -125,6 +127,12 @@ module cairn_simulations
       real(c_double), intent(in), optional :: radius(*), offset(*), direction(*)
       integer(c_int32_t), intent(in), optional :: hull(*)
       integer(c_int64_t), intent(out) :: first
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_remove_joint(simulation, ends, error) bind(c, name="cairn_simulation_remove_joint")
+      import
+      type(c_ptr), value :: simulation
+      integer(c_int64_t), intent(in) :: ends(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_remove_bodies(simulation, n, bodies, error) &
@@ -366,6 +374,32 @@ contains
                                                  int(material, c_int32_t), radius, offset, direction, hull, first, what), &
                      what, error)
   end subroutine insert_contactors
+
+  !> As add_joint, between steps: of rigid bodies, as they stand now.
+  subroutine insert_joint(simulation, kind, a, point, b, axis, names, values, ends, error)
+    type(cairn_simulation), intent(in) :: simulation
+    character(*), intent(in) :: kind
+    integer(c_int64_t), intent(in) :: a
+    real(dp), intent(in), contiguous :: point(:, :)
+    integer(c_int64_t), intent(in), optional :: b
+    real(dp), intent(in), contiguous, optional :: axis(:), values(:)
+    character(*), intent(in), optional :: names(:)
+    integer(c_int64_t), intent(out), optional :: ends(2)
+    type(cairn_error), intent(out), optional :: error
+
+    call give_joint(c_simulation_add_joint, simulation%handle, simulation%dim, kind, a, point, b, axis, names, values, ends, &
+                    error)
+  end subroutine insert_joint
+
+  !> Lets go a joint, of the scene or of the run.
+  subroutine remove_joint(simulation, ends, error)
+    type(cairn_simulation), intent(in) :: simulation
+    integer(c_int64_t), intent(in) :: ends(2)                    !< as add_joint or insert_joint told them
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    call report_back(c_remove_joint(simulation%handle, ends, what), what, error)
+  end subroutine remove_joint
 
   !> Bodies go, with their contactors; ids of the others stay.
   subroutine remove_bodies(simulation, body, error)

@@ -30,36 +30,27 @@ contains
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
     integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
-    real(c_double) :: grown(3, 3), cofactor(3, 3), back(3, 3), shear, lame, log_j, growth, higher
+    real(c_double), parameter :: apart = 0.25_c_double !< square of the strain above which 1 rounds it no more
+    real(c_double) :: grown(3, 3), back(3, 3), shear, lame, log_j, distortion
     integer(c_int64_t) :: i
     integer :: k, l, p, q
+    logical :: sound
     shear = params(1)/(2*(1 + params(2)))
     lame = params(1)*params(2)/((1 + params(2))*(1 - 2*params(2)))
     do i = 1, n
       grown = gradient(:, :, i)
-      cofactor = cofactors(grown)
-      higher = cofactor(1, 1) + cofactor(2, 2) + cofactor(3, 3) + determinant(grown)
-      growth = grown(1, 1) + grown(2, 2) + grown(3, 3) + higher ! J - 1
-      if (.not. 1 + growth > 0) then
+      if (sum(grown**2) <= apart) then
+        call by_strain(grown, back, stress(:, :, i), log_j, distortion, sound)
+      else
+        call by_deformation(grown, back, stress(:, :, i), log_j, distortion, sound)
+      end if
+      if (.not. sound) then
         status(i) = 1
         grown = 0
-        cofactor = 0
-        higher = 0
-        growth = 0
+        call by_strain(grown, back, stress(:, :, i), log_j, distortion, sound)
       end if
-      log_j = log1p(growth)
-      back = cofactor - transpose(grown) ! F^-T
-      do k = 1, 3
-        back(k, k) = back(k, k) + 1 + growth - higher
-      end do
-      back = back/(1 + growth)
-      ! mu J (F - F^-T), without differences of numbers of size 1, whose rounding would be all that small strains leave
-      stress(:, :, i) = grown + transpose(grown) + growth*grown - cofactor
-      do k = 1, 3
-        stress(k, k, i) = stress(k, k, i) + higher
-      end do
-      stress(:, :, i) = shear*stress(:, :, i)/(1 + growth) + lame*log_j*back
-      energy(i) = 0.5_c_double*shear*(sum(grown**2) + 2*(beyond_log(growth) - higher)) + 0.5_c_double*lame*log_j**2
+      stress(:, :, i) = shear*stress(:, :, i) + lame*log_j*back
+      energy(i) = 0.5_c_double*shear*distortion + 0.5_c_double*lame*log_j**2
       do q = 1, 3
         do p = 1, 3
           do l = 1, 3
@@ -74,6 +65,52 @@ contains
     dissipated = 0
     state = state_begin
   end subroutine cairn_bulk_neo_hookean
+
+  !> F - F^-T without differences of numbers of size 1, whose rounding would be all that small strains leave.
+  pure subroutine by_strain(grown, back, pull, log_j, distortion, sound)
+    real(c_double), intent(in)  :: grown(3, 3) !< F - 1
+    real(c_double), intent(out) :: back(3, 3)  !< F^-T
+    real(c_double), intent(out) :: pull(3, 3)  !< F - F^-T
+    real(c_double), intent(out) :: log_j, distortion !< ln J; I1 - 3 - 2 ln J
+    logical, intent(out)        :: sound !< J is positive
+    real(c_double) :: cofactor(3, 3), higher, growth
+    integer :: k
+    cofactor = cofactors(grown)
+    higher = cofactor(1, 1) + cofactor(2, 2) + cofactor(3, 3) + determinant(grown)
+    growth = grown(1, 1) + grown(2, 2) + grown(3, 3) + higher ! J - 1
+    sound = 1 + growth > 0
+    if (.not. sound) growth = 0
+    log_j = log1p(growth)
+    back = cofactor - transpose(grown)
+    pull = grown + transpose(grown) + growth*grown - cofactor
+    do k = 1, 3
+      back(k, k) = back(k, k) + 1 + growth - higher
+      pull(k, k) = pull(k, k) + higher
+    end do
+    back = back/(1 + growth)
+    pull = pull/(1 + growth)
+    distortion = sum(grown**2) + 2*(beyond_log(growth) - higher)
+  end subroutine by_strain
+
+  !> The same of large strains, whose volume may be small: a difference of numbers of size 1 by 1 + trace + ...
+  pure subroutine by_deformation(grown, back, pull, log_j, distortion, sound)
+    real(c_double), intent(in)  :: grown(3, 3)
+    real(c_double), intent(out) :: back(3, 3), pull(3, 3), log_j, distortion
+    logical, intent(out)        :: sound
+    real(c_double) :: f(3, 3), volume
+    integer :: k
+    f = grown
+    do k = 1, 3
+      f(k, k) = f(k, k) + 1
+    end do
+    volume = determinant(f)
+    sound = volume > 0
+    if (.not. sound) volume = 1
+    log_j = log(volume)
+    back = cofactors(f)/volume
+    pull = f - back
+    distortion = sum(f**2) - 3 - 2*log_j
+  end subroutine by_deformation
 
   !> x - ln (1 + x), of small x to their own precision.
   pure function beyond_log(x) result(rest)

@@ -4,7 +4,7 @@
 module sintering
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
-  use mohr_coulomb, only: cairn_law_mohr_coulomb_prepare, cairn_law_mohr_coulomb_solve, cairn_law_mohr_coulomb_residual, &
+  use mohr_coulomb, only: cairn_law_mohr_coulomb_prepare, bond_solve => law_solve, bond_residual => law_residual, &
                           cairn_law_mohr_coulomb_commit
   implicit none
   private
@@ -45,7 +45,7 @@ contains
     real(c_double) :: bond(n, of_bond + 4)
     bond(:, :of_bond) = params(:, :of_bond)
     bond(:, of_bond + 1:) = params(:, own + 1:)
-    call cairn_law_mohr_coulomb_solve(n, c, w, u_free, bias, bond, state, r, status)
+    call bond_solve(n, c, w, u_free, bias, bond, state, r, status)
   end subroutine cairn_law_sintering_solve
 
   subroutine cairn_law_sintering_residual(n, c, context, rho, w, u, bias, r, params, state, f, weight, status) bind(c)
@@ -65,7 +65,7 @@ contains
     real(c_double) :: bond(n, of_bond + 4)
     bond(:, :of_bond) = params(:, :of_bond)
     bond(:, of_bond + 1:) = params(:, own + 1:)
-    call cairn_law_mohr_coulomb_residual(n, c, context, rho, w, u, bias, r, bond, state, f, weight, status)
+    call bond_residual(n, c, context, rho, w, u, bias, r, bond, state, f, weight, status)
   end subroutine cairn_law_sintering_residual
 
   !> A bond that breaks begins its dose anew.

@@ -100,7 +100,7 @@ module contact_batch
     integer(c_int32_t) :: stages
     integer(c_int32_t) :: batches
     integer(c_int32_t) :: threads
-    integer(c_int32_t) :: unused
+    integer(c_int32_t) :: associated !< 1: see radial_sweep
     real(c_double) :: relaxation
     real(c_double) :: softening_relaxation
     type(c_ptr) :: first_task

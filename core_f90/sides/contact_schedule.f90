@@ -9,6 +9,7 @@ module contact_schedule
   !> Lists count from 0 in C, from 1 here: batch b of the lists is batch(b + 1).
   type :: schedule_view
     integer :: stages = 0, batches = 0, threads = 1
+    logical :: associated = .false. !< see radial_sweep
     real(c_double) :: relaxation = 1, softening_relaxation = 1
     integer(c_int32_t), pointer, contiguous :: first_task(:) => null(), first_batch(:) => null()
     type(cairn_batch), pointer, contiguous :: batch(:) => null()
@@ -26,6 +27,7 @@ contains
     view%stages = schedule%stages
     view%batches = schedule%batches
     view%threads = schedule%threads
+    view%associated = schedule%associated /= 0
     view%relaxation = schedule%relaxation
     view%softening_relaxation = schedule%softening_relaxation
     call c_f_pointer(schedule%first_task, view%first_task, [view%stages + 1])

@@ -43,7 +43,8 @@ int32_t cairn_simulation_write_checkpoint(cairn_simulation* simulation, const ch
   return guarded(error, [&] {
     between_steps(simulation, "cairn_simulation_write_checkpoint");
     require(path, "path");
-    cairn::write_checkpoint(simulation->simulation, simulation->fingerprint, simulation->materials, path);
+    cairn::write_checkpoint(simulation->simulation, simulation->fingerprint, int(simulation->matter.materials.size()),
+                            path);
   });
 }
 
@@ -51,7 +52,8 @@ int32_t cairn_simulation_restart(cairn_simulation* simulation, const char* path,
   return guarded(error, [&] {
     between_steps(simulation, "cairn_simulation_restart");
     require(path, "path");
-    cairn::restart(simulation->simulation, simulation->fingerprint, simulation->materials, path);
+    cairn::restart(simulation->simulation, simulation->fingerprint, int(simulation->matter.materials.size()), path);
+    simulation->transforms.restarted(simulation->simulation.scene);
   });
 }
 
@@ -72,7 +74,7 @@ int32_t cairn_run_writer_create(cairn_simulation* simulation, const char* path, 
         throw cairn::FileError(path, "this run is of another scene, and cannot be gone on with", "give another name");
     } else {
       made->writer = std::make_unique<cairn::RunWriter>(path, s.scene.dim, mode == cairn_replace);
-      cairn::write_scene(made->writer->own().group("scene"), s, simulation->material_names);
+      cairn::write_scene(made->writer->own().group("scene"), s, simulation->matter.materials);
       cairn::Group& provenance = made->writer->own().group("provenance");
       provenance.array("version", cairn::StoredArray::text(CAIRN_VERSION));
       provenance.array("compiler", cairn::StoredArray::text(CAIRN_CXX_COMPILER ", " CAIRN_FORTRAN_COMPILER));

@@ -76,7 +76,7 @@ int32_t cairn_scene_add_surface(cairn_scene* scene, int64_t body, int32_t materi
     require(vertex, "vertex");
     require(triangle, "triangle");
     check_dim(*scene, 3, "surfaces");
-    check_materials(1, &material, scene->materials.size());
+    check_materials(1, &material, scene->matter.materials.size());
     cairn::Scene changed = scene->scene;
     cairn::add_surface(changed, body, material, span_of(vertex, 3 * counted(vertices)),
                        span_of(triangle, 3 * counted(triangles)));

@@ -9,7 +9,8 @@ namespace {
 cairn::HeldMotion motion_of(const cairn::MeshBody& m, std::int64_t n, const std::int32_t* node, char axis) {
   const int dim = m.model.dim, k = axis - 'x';
   if (k < 0 || k >= dim)
-    throw Error("axis is '" + std::string(1, axis) + "'; give 'x'" + (dim == 2 ? " or 'y'" : ", 'y' or 'z'"));
+    throw Error("axis is " + (axis > ' ' ? "'" + std::string(1, axis) + "'" : std::to_string(int(axis))) +
+                "; give 'x'" + (dim == 2 ? " or 'y'" : ", 'y' or 'z'"));
   cairn::HeldMotion motion;
   for (std::int64_t i = 0; i < counted(n); ++i) {
     if (node[i] < 0 || node[i] >= m.model.nodes())

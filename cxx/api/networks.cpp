@@ -92,7 +92,7 @@ int32_t cairn_simulation_add_network(cairn_simulation* simulation, const char* k
     Network n;
     const bool electrical = std::string(kind) == "electrical";
     n.kind = electrical ? Network::Kind::electrical : Network::Kind::thermal;
-    n.materials.resize(std::size_t(simulation->materials));
+    n.materials.resize(simulation->matter.materials.size());
     s.scene.activate(electrical ? cairn::Need::electrical : cairn::Need::thermal);
     if (!electrical)
       for (auto* field : {&s.scene.bodies.temperature, &s.scene.nodes.temperature})

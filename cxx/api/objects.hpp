@@ -17,8 +17,9 @@
 #include "../strategies/transforms.hpp"
 #include "cairn/cairn.h"
 
-struct cairn_scene {
-  // What is known of a pair of materials: by their numbers, -1 and -1 for all, or by words where these are given.
+// Materials, and what is known of pairs of them.
+struct cairn_matter {
+  // By numbers of materials, -1 and -1 for all, or by words where these are given.
   struct Rule {
     int a, b;
     std::string word_a, word_b;
@@ -26,12 +27,17 @@ struct cairn_scene {
     cairn::Law law;
     std::vector<double> parameters;
   };
-  explicit cairn_scene(int dim) : scene(dim) {}
-  cairn::Scene scene;
   std::vector<std::string> materials, groups; // a group for each material, "" if none
   std::vector<Rule> rules;
-  std::vector<cairn::MeshModel> meshes;
   std::vector<std::string> joints; // their names, each that of the material of its ends and of their group
+  std::vector<std::string> meshes; // their names
+};
+
+struct cairn_scene {
+  explicit cairn_scene(int dim) : scene(dim) {}
+  cairn::Scene scene;
+  cairn_matter matter{};
+  std::vector<cairn::MeshModel> meshes{};
 };
 
 struct cairn_simulation {
@@ -43,8 +49,7 @@ struct cairn_simulation {
   std::atomic<int> work{nothing};
   cairn::Transforms transforms{};
   std::vector<std::unique_ptr<cairn::Strategy>> left{}; // strategies that were in use, with their settings
-  int materials = 0;
-  std::vector<std::string> material_names;
+  cairn_matter matter{};
   std::string fingerprint; // of the scene that it was made of
 };
 
@@ -143,7 +148,7 @@ void drive(Scene& scene, std::int64_t n, const std::int64_t* bodies, std::uint8_
 // Values (components, n) of bodies, all of them in the order of insertion without ids.
 void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const std::int64_t* bodies,
                     const double* values);
-LawTable table_of(const cairn_scene& scene);
+LawTable table_of(const cairn_matter& matter, int dim);
 MeshBody& mesh_of(cairn_simulation& simulation, std::int32_t mesh);
 
 } // namespace cairn::api

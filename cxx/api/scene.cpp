@@ -32,9 +32,9 @@ cairn::Law law_named(const char* name) {
 }
 
 // A wrong parameter must leave the scene as it was.
-void keep(cairn_scene& scene, cairn_scene::Rule rule) {
+void keep(cairn_scene& scene, cairn_matter::Rule rule) {
   if (rule.meet) cairn::LawTable({""}).set_default(rule.law, rule.parameters);
-  scene.rules.push_back(std::move(rule));
+  scene.matter.rules.push_back(std::move(rule));
 }
 
 std::vector<double> parameters_of(std::int32_t n, const double* parameter) {
@@ -43,30 +43,30 @@ std::vector<double> parameters_of(std::int32_t n, const double* parameter) {
 }
 
 std::int32_t add_material(cairn_scene& scene, const char* name, const std::string& group) {
-  for (const std::string& joint : scene.joints)
+  for (const std::string& joint : scene.matter.joints)
     if (joint == name || joint == group) throw Error("'" + joint + "' is the name of a joint; give another name");
-  for (std::size_t i = 0; i < scene.materials.size(); ++i)
-    if (scene.materials[i] == name && scene.groups[i] == group)
+  for (std::size_t i = 0; i < scene.matter.materials.size(); ++i)
+    if (scene.matter.materials[i] == name && scene.matter.groups[i] == group)
       throw Error(std::string("there is a material '") + name + "' " + (group.empty() ? "" : "of '" + group + "' ") +
                   "already; give it another name");
-  scene.materials.emplace_back(name);
-  scene.groups.push_back(group);
-  return std::int32_t(scene.materials.size()) - 1;
+  scene.matter.materials.emplace_back(name);
+  scene.matter.groups.push_back(group);
+  return std::int32_t(scene.matter.materials.size()) - 1;
 }
 
 // Whether a group is that of the nodes of a mesh, or of its sides.
-bool of_nodes(const cairn_scene& scene, const std::string& group) {
-  return std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const auto& m) { return m.name == group; });
+bool of_nodes(const cairn_matter& matter, const std::string& group) {
+  return std::find(matter.meshes.begin(), matter.meshes.end(), group) != matter.meshes.end();
 }
-bool of_sides(const cairn_scene& scene, const std::string& group) {
-  return std::any_of(scene.meshes.begin(), scene.meshes.end(),
-                     [&](const auto& m) { return cairn::side_group(m.name, m.dim) == group; });
+bool of_sides(const cairn_matter& matter, int dim, const std::string& group) {
+  return std::any_of(matter.meshes.begin(), matter.meshes.end(),
+                     [&](const std::string& name) { return cairn::side_group(name, dim) == group; });
 }
 
 void check_word(const cairn_scene& scene, const std::string& word) {
   if (word == "*") return;
   std::string known = "*";
-  for (const auto* names : {&scene.materials, &scene.groups})
+  for (const auto* names : {&scene.matter.materials, &scene.matter.groups})
     for (const std::string& name : *names) {
       if (name == word) return;
       if (!name.empty()) known += ", " + name;
@@ -150,17 +150,17 @@ void set_body_field(Scene& scene, const std::string& name, std::int64_t n, const
   if (name != "force" && name != "damping") scene.state_assigned();
 }
 
-LawTable table_of(const cairn_scene& s) {
+LawTable table_of(const cairn_matter& s, int dim) {
   LawTable table(s.materials, s.groups);
   std::vector<std::int32_t> nodes;
   for (std::size_t i = 0; i < s.groups.size(); ++i)
     if (of_nodes(s, s.groups[i])) nodes.push_back(std::int32_t(i));
   table.keep_apart(nodes);
-  for (const MeshModel& m : s.meshes) table.pass_through(m.name, side_group(m.name, m.dim));
-  const auto of_joint = [&](const cairn_scene::Rule& rule) {
+  for (const std::string& name : s.meshes) table.pass_through(name, side_group(name, dim));
+  const auto of_joint = [&](const cairn_matter::Rule& rule) {
     return std::find(s.joints.begin(), s.joints.end(), rule.word_a) != s.joints.end();
   };
-  std::vector<cairn_scene::Rule> rules = s.rules; // those of joints after all others, so that they count
+  std::vector<cairn_matter::Rule> rules = s.rules; // those of joints after all others, so that they count
   std::stable_partition(rules.begin(), rules.end(), [&](const auto& rule) { return !of_joint(rule); });
   for (const auto& rule : rules) {
     if (!rule.meet)
@@ -257,7 +257,7 @@ int32_t cairn_scene_add_material_of_group(cairn_scene* scene, const char* name, 
     require(name, "name");
     require(group, "group");
     require(material, "material");
-    if (of_nodes(*scene, group) || of_sides(*scene, group))
+    if (of_nodes(scene->matter, group) || of_sides(scene->matter, scene->scene.dim, group))
       throw Error(std::string("the group '") + group + "' is of a deformable body; give another name");
     *material = add_material(*scene, name, group);
   });
@@ -268,7 +268,7 @@ int32_t cairn_scene_set_law(cairn_scene* scene, int32_t material_a, int32_t mate
   return guarded(error, [&] {
     require(scene, "scene");
     require(law, "law");
-    const int known = int(scene->materials.size());
+    const int known = int(scene->matter.materials.size());
     const bool standard = material_a == -1 && material_b == -1;
     for (int m : {material_a, material_b})
       if (!standard && (m < 0 || m >= known))
@@ -285,7 +285,7 @@ int32_t cairn_scene_set_rule(cairn_scene* scene, const char* a, const char* b, c
     require(a, "a");
     require(b, "b");
     for (const char* word : {a, b}) check_word(*scene, word);
-    cairn_scene::Rule rule{-1, -1, a, b, law != nullptr, {}, {}};
+    cairn_matter::Rule rule{-1, -1, a, b, law != nullptr, {}, {}};
     if (law) {
       rule.law = law_named(law);
       rule.parameters = parameters_of(parameters, parameter);
@@ -310,7 +310,7 @@ int32_t cairn_scene_add_contactors(cairn_scene* scene, const char* shape, int64_
   return guarded(error, [&] {
     require(scene, "scene");
     require(material, "material");
-    check_materials(n, material, scene->materials.size());
+    check_materials(n, material, scene->matter.materials.size());
     const auto id = add_contactors(scene->scene, shape, n, body, material, radius, offset, direction, nullptr);
     if (first) *first = id;
   });
@@ -323,7 +323,7 @@ int32_t cairn_scene_add_hull_contactors(cairn_scene* scene, const char* shape, i
     require(scene, "scene");
     require(material, "material");
     require(hull, "hull");
-    check_materials(n, material, scene->materials.size());
+    check_materials(n, material, scene->matter.materials.size());
     const auto id = add_contactors(scene->scene, shape, n, body, material, nullptr, offset, nullptr, hull);
     if (first) *first = id;
   });
@@ -353,22 +353,23 @@ int32_t cairn_scene_add_mesh(cairn_scene* scene, const cairn_mesh* mesh, const c
     require(mesh, "mesh");
     require(name, "name");
     const std::int32_t chosen[] = {material, side_material < 0 ? material : side_material};
-    check_materials(2, chosen, scene->materials.size());
+    check_materials(2, chosen, scene->matter.materials.size());
     const std::string group = name, sides = cairn::side_group(group, scene->scene.dim);
     if (group.empty() || group == "*") throw Error("a mesh is named '" + group + "'; give it a name of its own");
-    for (const auto* words : {&scene->materials, &scene->groups})
+    for (const auto* words : {&scene->matter.materials, &scene->matter.groups})
       for (const std::string& word : *words)
         if (word == group || word == sides)
           throw Error("the name '" + word + "' is taken already; give the mesh another one");
-    const int own = int(scene->materials.size());
+    const int own = int(scene->matter.materials.size());
     cairn::Scene changed = scene->scene;
     scene->meshes.push_back(cairn::add_mesh_parts(changed, mesh->draft, group, own, own + 1));
     const std::int64_t id = scene->meshes.back().node_ids.front();
     scene->scene = std::move(changed);
     for (int k = 0; k < 2; ++k) {
-      scene->materials.push_back(std::string(scene->materials[std::size_t(chosen[k])]));
-      scene->groups.push_back(k == 0 ? group : sides);
+      scene->matter.materials.push_back(std::string(scene->matter.materials[std::size_t(chosen[k])]));
+      scene->matter.groups.push_back(k == 0 ? group : sides);
     }
+    scene->matter.meshes.push_back(group);
     if (first) *first = id;
     if (number) *number = std::int32_t(scene->meshes.size()) - 1;
   });

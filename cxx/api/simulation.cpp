@@ -149,9 +149,9 @@ int32_t cairn_simulation_create(const cairn_scene* scene, const cairn_nscd* opti
     cairn_nscd_defaults(&chosen);
     if (options) chosen = *options;
     const cairn::NscdOptions strategy = strategy_of(chosen);
-    auto made = std::make_unique<cairn_simulation>(cairn::Simulation(scene->scene, table_of(*scene), strategy));
-    made->materials = int(scene->materials.size());
-    made->material_names = scene->materials;
+    auto made = std::make_unique<cairn_simulation>(
+        cairn::Simulation(scene->scene, table_of(scene->matter, scene->scene.dim), strategy));
+    made->matter = scene->matter;
     made->fingerprint = cairn::fingerprint(made->simulation.scene);
     GivenForces given;
     for (cairn::MeshModel mesh : scene->meshes) {
@@ -320,7 +320,7 @@ int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char
   return guarded(error, [&] {
     between_steps(simulation, "cairn_simulation_add_contactors");
     require(material, "material");
-    check_materials(n, material, std::size_t(simulation->materials));
+    check_materials(n, material, simulation->matter.materials.size());
     const auto id =
         add_contactors(simulation->simulation.scene, shape, n, body, material, radius, offset, direction, hull);
     if (first) *first = id;
@@ -372,8 +372,11 @@ int32_t cairn_simulation_energy(const cairn_simulation* simulation, const char* 
     require(simulation, "simulation");
     require(term, "term");
     require(value, "value");
-    // before the first step bodies are looked at, which changes nothing of what the simulation does
-    const cairn::Energy energy = cairn::told_energy(const_cast<cairn_simulation*>(simulation)->simulation);
+    // before the first step bodies are looked at, which changes nothing of what the simulation does; not within it,
+    // where they are asked for their forces already
+    const cairn::Energy energy = simulation->work == cairn_simulation::nothing
+                                     ? cairn::told_energy(const_cast<cairn_simulation*>(simulation)->simulation)
+                                     : simulation->simulation.energy;
     std::string known;
     for (const auto& [name, member] : cairn::energy_terms()) {
       if (std::string(term) == name) {

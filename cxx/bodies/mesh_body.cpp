@@ -116,13 +116,17 @@ void MeshBody::gather(const Field<double>& field, double* out) const {
 
 void MeshBody::scatter(const double* v, Field<double>& field) const { std::copy_n(v, model.dofs(), field[first_node]); }
 
+// Of values of the pattern of A; 0 where there is none.
+double MeshBody::on_diagonal(const std::vector<double>& value, std::int64_t row) const {
+  for (std::int64_t e = model.mass.start[row]; e < model.mass.start[row + 1]; ++e)
+    if (model.mass.row[e] == row) return value[std::size_t(e)];
+  return 0;
+}
+
 // Whether what holds a mesh that nothing else holds is below the rounding of what is added to it.
 bool MeshBody::lost_mass(std::int64_t row) const {
-  for (std::int64_t e = model.mass.start[row]; e < model.mass.start[row + 1]; ++e)
-    if (model.mass.row[e] == row)
-      return !model.stiffness.value.empty() &&
-             model.mass.value[e] < 1e-14 * scheme_.stiffness * model.stiffness.value[e];
-  return false;
+  return !model.stiffness.value.empty() &&
+         on_diagonal(model.mass.value, row) < 1e-14 * scheme_.stiffness * on_diagonal(model.stiffness.value, row);
 }
 
 void MeshBody::refuse(const SoeStatus& status) const {

@@ -59,7 +59,8 @@ struct MeshModel {
 
 // Where Newton's method of a mesh stands after a pass.
 struct NewtonError {
-  double error = 0;       // norm of what is left of the balance over those of its terms, by the inverse of A
+  double error = 0; // norm of what is left of the balance over those of its terms, by the inverse of A, or over that of
+                    // what held dofs bear where it is larger; where all is rounding, over the terms of products
   std::int64_t node = -1; // where it is largest
   bool whole = true;      // the last change was taken whole
   BulkResult fault;       // of a cell that no part of the change leaves in order
@@ -197,6 +198,7 @@ private:
   void times_velocity(const double* v); // K, C and M of it, unless they are there
   void gather(const Field<double>& field, double* out) const;
   void scatter(const double* v, Field<double>& field) const;
+  double on_diagonal(const std::vector<double>& value, std::int64_t row) const;
   bool lost_mass(std::int64_t row) const;
   [[noreturn]] void refuse(const SoeStatus& status) const;
 
@@ -216,7 +218,9 @@ private:
       velocity_end_;
   std::unique_ptr<Factors> own_; // of the pass
   BulkResult found_;             // at the end
-  NewtonError find_change(bool with_tangent);
+  NewtonError find_change(bool with_tangent, double tolerance);
+  double borne_by_held() const;
+  double rounding();
   void find_swelling_force();
   std::vector<double> swelling_force_; // see find_swelling_force; empty: nothing swells
   double warmed_ = 0;

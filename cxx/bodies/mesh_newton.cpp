@@ -7,6 +7,7 @@
 // M^-1 H p) is no part of F(q), as it is none of K q in linear bodies: stresses are known anew where the step ends.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "../base/call.hpp"
 #include "../base/stopwatch.hpp"
@@ -15,6 +16,18 @@
 
 namespace cairn {
 namespace {
+
+// |a| |x| times a factor, to out; a by the values of its lower triangle.
+void add_sizes(const SparseMatrix& pattern, const std::vector<double>& value, double factor, const double* x,
+               double* out) {
+  for (std::int64_t column = 0; column < pattern.n; ++column)
+    for (std::int64_t e = pattern.start[column]; e < pattern.start[column + 1]; ++e) {
+      const std::int32_t row = pattern.row[e];
+      const double size = factor * std::abs(value[std::size_t(e)]);
+      out[row] += size * std::abs(x[column]);
+      if (row != column) out[column] += size * std::abs(x[row]);
+    }
+}
 
 std::string advice(bool keeps) { // of a body that is light for what contacts hold accelerations lead far
   return std::string(": give a smaller dt") +
@@ -328,14 +341,48 @@ NewtonError MeshBody::judge(double tolerance) {
   NewtonError out;
   {
     const Stopwatch watch(&newton_seconds.balance);
-    out = find_change(goes_on_);
+    out = find_change(goes_on_, tolerance);
   }
   newton_seconds.balance -= newton_seconds.assembly - assembled;
   goes_on_ = !(out.error * out.error <= tolerance); // errors become their squares
   return out;
 }
 
-NewtonError MeshBody::find_change(bool with_tangent) {
+// Where a body is stretched between held sides, forces of its cells cancel at every free node, to rounding: what the
+// held dofs bear tells how large these are. Its square, by the inverse of the diagonal of A as of an energy norm, which
+// is finite at held dofs too and no larger than a few times that by the inverse of A.
+double MeshBody::borne_by_held() const {
+  double out = 0;
+  for (std::size_t i = 0; i < model.held.size(); ++i) {
+    if (!model.held[i]) continue;
+    const double force = scheme_.impulse * (c_[i] + force_of(i)), weight = on_diagonal(now_->value, std::int64_t(i));
+    if (weight > 0) out += force * force / weight; // what softens may have none there
+  }
+  return out;
+}
+
+// How much of what is left of the balance at the iterate may be rounding, by the inverse of A: that of velocities, and
+// of displacements, from which bodies that move as a whole have forces that are nothing else.
+double MeshBody::rounding() {
+  const auto n = std::size_t(model.dofs());
+  double *x = norms_.data(), *size = x + n, *right = size + n;
+  std::fill_n(size, n, 0.0);
+  for (std::size_t i = 0; i < n; ++i) x[i] = std::abs(iterate_[i]) + std::abs(v_[i]);
+  add_sizes(model.mass, now_->value, 1, x, size);
+  for (std::size_t i = 0; i < n; ++i) {
+    x[i] = q_[i] + h_ * (share_ * iterate_[i] + (1 - share_) * v_[i]);
+    if (!past_.empty()) x[i] += past_[i];
+  }
+  const std::vector<double>& stiffness = tangent_.empty() ? model.stiffness.value : tangent_;
+  add_sizes(model.mass, stiffness, scheme_.impulse, x, size);
+  for (std::size_t i = 0; i < n; ++i) right[i] = size[i] = model.held[i] ? 0 : size[i];
+  solve(size);
+  double square = 0;
+  for (std::size_t i = 0; i < n; ++i) square += size[i] * right[i];
+  return std::numeric_limits<double>::epsilon() * std::sqrt(std::max(square, 0.0));
+}
+
+NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   const auto n = std::size_t(model.dofs());
   NewtonError out;
   if (explicit_) return out;
@@ -376,10 +423,15 @@ NewtonError MeshBody::find_change(bool with_tangent) {
       for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * right[k * n + i];
     for (std::size_t i = 0; i < n; ++i)
       if (norms_[i] * right[i] > worst) worst = norms_[i] * right[i], out.node = std::int64_t(i) / model.dim;
-    const double scale =
+    double scale =
         std::sqrt(std::max(size[1], 0.0)) + std::sqrt(std::max(size[2], 0.0)) + std::sqrt(std::max(size[3], 0.0));
+    scale = std::max(scale, std::sqrt(borne_by_held()));
     const double left = std::sqrt(std::max(size[0], 0.0));
     out.error = left > 0 ? (scale > 0 ? left / scale : 1) : 0;
+    if (out.error > tolerance && left * left > 0.01 * before) { // Newton's method gains no digit: there may be none
+      const double floor = rounding();
+      if (left <= floor) out.error = std::min(out.error, std::numeric_limits<double>::epsilon() * left / floor);
+    }
     found_ = out.fault;
     out.whole = turn == 0;
     constexpr double small = 1e-6; // where rounding alone may be left

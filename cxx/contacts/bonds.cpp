@@ -1,5 +1,6 @@
 // Pairs that laws keep begin where bodies stand when they come in, before anything moves.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -20,6 +21,26 @@ void widen(std::vector<double>& values, int& has, int wants, std::size_t keys, d
     std::copy_n(values.data() + k * std::size_t(has), has, wider.data() + k * std::size_t(wants));
   values = std::move(wider);
   has = wants;
+}
+
+// How far points of a face of four nodes, one of whose halves a part of a mesh is, may stand off it, where nodes (3, n)
+// are: by a tenth of what the fourth is out of the plane of the others where they are Gauss's, at most by a quarter.
+double warp(const MeshModel& m, std::int64_t part, const double* place) {
+  const auto side = std::lower_bound(m.side_ids.begin(), m.side_ids.end(), part);
+  if (m.dim == 2 || side == m.side_ids.end() || *side != part) return 0;
+  const std::int32_t* node = &m.face_nodes[4 * std::size_t(side - m.side_ids.begin())];
+  if (node[3] < 0) return 0;
+  const double* x[4];
+  for (int j = 0; j < 4; ++j) x[j] = &place[3 * std::size_t(node[j])];
+  double out[3], across[3], square = 0, off = 0;
+  for (int k = 0; k < 3; ++k) out[k] = x[0][k] - x[1][k] + x[2][k] - x[3][k];
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    across[k] = (x[2][i] - x[0][i]) * (x[3][j] - x[1][j]) - (x[2][j] - x[0][j]) * (x[3][i] - x[1][i]);
+    square += across[k] * across[k];
+    off += out[k] * across[k];
+  }
+  return square > 0 ? std::abs(off) / (4 * std::sqrt(square)) : 0;
 }
 
 } // namespace
@@ -151,6 +172,10 @@ void Nscd::declare_joints(Simulation& s) {
   const Contactors& c = s.scene.contactors;
   std::vector<DeclaredPair>& declared = s.handler.declared();
   declared.clear();
+  const ContactMemory& memory = s.interactions.memory();
+  const auto is_new = [&](std::int64_t one, std::int64_t two) {
+    return !memory.has_seen(one) || !memory.has_seen(two);
+  };
   std::vector<std::int64_t> other(std::size_t(s.laws.materials()), -1);
   for (std::int64_t k = 0; k < c.count; ++k) {
     const int m = *c.material[k], entry = s.laws.find(m, m);
@@ -161,13 +186,12 @@ void Nscd::declare_joints(Simulation& s) {
       const RopeEnds ends = rope_ends(c, s.laws, m).value_or(RopeEnds{});
       if (ends.far < 0) continue;
       const std::int64_t one = *c.id[ends.near], two = *c.id[ends.pulley];
-      if (std::max(one, two) >= s.interactions.memory().contactors_seen)
-        declared.push_back({std::min(one, two), std::max(one, two)});
+      if (is_new(one, two)) declared.push_back({std::min(one, two), std::max(one, two)});
       continue;
     }
     if (other[std::size_t(m)] < 0)
       other[std::size_t(m)] = *c.id[k];
-    else if (std::max(*c.id[k], other[std::size_t(m)]) >= s.interactions.memory().contactors_seen)
+    else if (is_new(*c.id[k], other[std::size_t(m)]))
       declared.push_back({other[std::size_t(m)], *c.id[k]});
   }
 }
@@ -186,10 +210,14 @@ void Nscd::make_bonds(Simulation& s) {
     const Contactors& c = s.scene.contactors;
     margins_.assign(c.count, 0);
     for (std::int64_t k = 0; k < c.count; ++k) {
-      const double size = *c.body[k] < 0 ? s.meshes.meshes[s.meshes.mesh_of(std::int32_t(k))].size() : 0;
-      const bool warps =
-          *c.body[k] < 0 && s.meshes.warps(std::int32_t(k)); // its points may stand off it, see parted_warped
-      margins_[k] = std::max((warps ? may_warp : 2 * touch) * std::max(*c.radius[k], size), within);
+      if (*c.body[k] < 0) {
+        const MeshBody& mesh = s.meshes.meshes[s.meshes.mesh_of(std::int32_t(k))];
+        const double warped = warp(mesh.model, *c.part[k], s.scene.nodes.position[mesh.first_node]);
+        const bool warps = s.meshes.warps(std::int32_t(k)); // in the step, too; see parted_warped
+        margins_[k] = std::max({(warps ? may_warp : 2 * touch) * std::max(*c.radius[k], mesh.size()), warped, within});
+      } else {
+        margins_[k] = std::max(2 * touch * *c.radius[k], within);
+      }
     }
     Margin margin{};
     margin.per_contactor = margins_.data();

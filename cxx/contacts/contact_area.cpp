@@ -82,9 +82,16 @@ void Interactions::State::find_mesh_areas() {
   meshes->find_areas();
 }
 
+// Of a ball against flat sides its own, in a hollow one more than that. What has corners has no radius but that of a
+// ball round it, which stands for its size where no ball is there.
 double Interactions::State::effective_radius(std::int64_t i) const {
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
   const double ra = *contactors->radius[ca], rb = *contactors->radius[cb];
+  const ShapeInfo &a = info(Shape(*contactors->shape[ca])), &b = info(Shape(*contactors->shape[cb]));
+  if (a.ball() != b.ball()) {
+    const double r = a.ball() ? ra : rb, other = a.ball() ? rb : ra;
+    if (r > 0) return (a.ball() ? b : a).hollow() && other > r ? r * other / (other - r) : r;
+  }
   if (ra > 0 && rb > 0) return ra * rb / (ra + rb);
   if (ra > 0 || rb > 0 || !meshes) return std::max(ra, rb);
   for (const std::int32_t contactor : {ca, cb}) // a node has no size: what a cell has counts instead
@@ -94,7 +101,7 @@ double Interactions::State::effective_radius(std::int64_t i) const {
 
 bool Interactions::State::came_in_touching(std::int64_t i) const {
   const ContactKey k = key(i);
-  if (std::max(k.contactor_a, k.contactor_b) < memory.contactors_seen) return false;
+  if (memory.has_seen(k.contactor_a) && memory.has_seen(k.contactor_b)) return false;
   const LawTable::Entry& e = laws->entry(entry[i]);
   if (law_infos()[std::size_t(e.law)].joins) return !(e.params[joint_pulley] > 0) || is_rope(i);
   const int within = law_infos()[std::size_t(e.law)].within;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "../base/call.hpp"
+#include "../solvers/sweeps/associated_start.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
 
@@ -72,13 +73,14 @@ void Interactions::State::add_given(const Bodies& bodies) {
 
 // What errors of velocities are measured by.
 void Interactions::State::measure_speeds(const Bodies& bodies) {
-  double by_loads = 0, of_meshes = 0;
+  double by_loads = 0, at_begin = 0, of_meshes = 0;
   for (std::int64_t b = 0; b < bodies.count; ++b) {
     const double mass = *bodies.mass[b];
     if (!(mass > 0) || !std::isfinite(mass) || !(bodies.inverse_mass[b][0] > 0)) continue;
     for (int k = 0; k < dim(); ++k) {
       const double change = bodies.velocity_free[b][k] - bodies.velocity_begin[b][k];
       by_loads += mass * change * change;
+      at_begin += mass * bodies.velocity_begin[b][k] * bodies.velocity_begin[b][k];
     }
   }
   for (std::int64_t i = 0; meshes && i < nodes->count; ++i)
@@ -88,12 +90,13 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
       of_meshes += mass * v * v;
     }
   system.weight_speed_square = by_loads;
+  system.begin_speed_square = at_begin;
   system.mesh_speed_square = of_meshes;
 }
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
-  if (std::isfinite(options.accuracy)) s.measure_speeds(bodies);
+  if (std::isfinite(options.accuracy) || options.tolerance < AssociatedStart::loosest) s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
   SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);
@@ -189,8 +192,10 @@ void Interactions::give_meshes() const { s_->give_meshes(); }
 
 void Interactions::keep_impulses() {
   const std::int64_t seen = s_->memory.contactors_seen; // what bonds on first sight does so once a step
+  std::vector<std::int64_t> besides = std::move(s_->memory.seen_besides);
   s_->remember();
   s_->memory.contactors_seen = seen;
+  s_->memory.seen_besides = std::move(besides);
 }
 
 // The image of B moves with the cell: relative velocities of contacts see it, bodies do not.

@@ -1,6 +1,7 @@
 // Contacts of a step: assembled from candidates into batches, solved, committed; what the next step inherits follows
 // the contact's key.
 #pragma once
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -218,8 +219,12 @@ std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& 
 
 // What a restart needs to go on to the same bits.
 struct ContactMemory {
-  double h = 0;                     // step that the impulses belong to [s]; 0 before the first
-  std::int64_t contactors_seen = 0; // contactor ids below this one can no longer bond on first sight
+  double h = 0;                           // step that the impulses belong to [s]; 0 before the first
+  std::int64_t contactors_seen = 0;       // contactor ids below this one can no longer bond on first sight
+  std::vector<std::int64_t> seen_besides; // nor can these, rising: they took the place of others that were seen
+  bool has_seen(std::int64_t contactor) const {
+    return contactor < contactors_seen || std::binary_search(seen_besides.begin(), seen_besides.end(), contactor);
+  }
   int impulse_components = 0, state_components = 0;
   bool gaps_of_bonds = false;   // states of pairs that are held are their gap alone, as files had it once
   std::vector<ContactKey> keys; // contacts with an impulse or a state
@@ -244,6 +249,7 @@ struct ContactRows {
 };
 
 struct Nodes;
+struct LawRows;
 
 class Interactions {
 public:
@@ -310,6 +316,7 @@ public:
   // elsewhere; after commit [N].
   void attraction(double* out) const;
   ContactRows rows() const;              // after assemble
+  LawRows law_rows(Law) const;           // of the contacts of a law with a solution of its own; after update_velocity
   const std::vector<ContactKey>& kept(); // contacts whose first state is above 0, for laws that keep them
   void forget_impulses();                // the next step begins from none
 

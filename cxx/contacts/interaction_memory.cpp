@@ -22,7 +22,10 @@ void Interactions::State::find_places(int threads) {
     find_others(n, key_of);
   else
     find_keys(memory.keys, n, key_of, threads, scratch, place);
-  if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) follow_across_facets();
+  if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) {
+    follow_across_facets();
+    follow_bonds_across_facets();
+  }
   if (!anchor_of.empty()) hand_on_broken();
   scratch.release(searching);
 }
@@ -117,10 +120,19 @@ void Interactions::State::find_others(std::int64_t places, const KeyOf& key_of) 
   }
 }
 
+namespace {
+
+constexpr std::int32_t names_of_facets = 1 << 27; // and above: see patch_points.f90
+
+std::int64_t end_of_seen(const ContactMemory& memory) { // above all contactors that it may name
+  return std::max(memory.contactors_seen, memory.seen_besides.empty() ? 0 : memory.seen_besides.back() + 1);
+}
+
+} // namespace
+
 // A point of a body that passes from one triangle of a surface to another takes along what it had, if that pushes about
 // the way the other looks. Points named after edges and vertices of a triangle stay there.
 void Interactions::State::follow_across_facets() {
-  constexpr std::int32_t names_of_facets = 1 << 27; // and above: see patch_points.f90
   const auto n = std::int64_t(system.candidate.size());
   const auto is_lost = [&](std::int64_t c) {
     const std::int64_t i = system.candidate[c];
@@ -138,10 +150,11 @@ void Interactions::State::follow_across_facets() {
   KeyTable table(lost, scratch);
   for (std::int64_t c = 0; c < n; ++c)
     if (is_lost(c)) table.insert(on_body(c), c);
-  auto* owner = scratch.take<std::int32_t>(memory.contactors_seen);
-  std::fill_n(owner, memory.contactors_seen, -1);
+  const std::int64_t known = end_of_seen(memory);
+  auto* owner = scratch.take<std::int32_t>(known);
+  std::fill_n(owner, known, -1);
   for (std::int64_t c = 0; c < contactors->count; ++c)
-    if (*contactors->shape[c] == std::int16_t(Shape::facet) && *contactors->id[c] < memory.contactors_seen)
+    if (*contactors->shape[c] == std::int16_t(Shape::facet) && memory.has_seen(*contactors->id[c]))
       owner[*contactors->id[c]] = body(std::int32_t(c));
   auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
   std::fill_n(taken, memory.keys.size(), 0);
@@ -157,6 +170,68 @@ void Interactions::State::follow_across_facets() {
                  *m = &candidates->normal[3 * std::int64_t(system.candidate[c])];
     const double along = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
     if (along > 0 && 4 * along * along > p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) place[c] = std::int32_t(i);
+  }
+}
+
+// A bond of a round body or of a point of a mesh goes on where it passes from one triangle of a body or of a mesh to
+// another of it: to the one of the same law that looks most as the first does.
+void Interactions::State::follow_bonds_across_facets() {
+  if (memory.state_components == 0) return;
+  const auto n = std::int64_t(system.candidate.size());
+  const auto is_lost = [&](std::int64_t c) {
+    const std::int64_t i = system.candidate[c];
+    return place[c] < 0 && i >= 0 && entry[i] >= 0 && law_infos()[std::size_t(laws->entry(entry[i]).law)].keeps &&
+           *contactors->shape[candidates->contactor_b[i]] == std::int16_t(Shape::facet);
+  };
+  std::int64_t lost = 0;
+  for (std::int64_t c = 0; c < n; ++c) lost += is_lost(c);
+  if (lost == 0) return;
+  const auto on_surface = [&](std::int64_t c) { // the key with what bears the triangle in its place
+    ContactKey k = key(system.candidate[c]);
+    k.contactor_b = unit_of(candidates->contactor_b[system.candidate[c]]);
+    return k;
+  };
+  KeyTable table(lost, scratch);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (is_lost(c)) table.insert(on_surface(c), c);
+  const std::int64_t known = end_of_seen(memory);
+  auto* facet_of = scratch.take<std::int32_t>(known);
+  std::fill_n(facet_of, known, -1);
+  for (std::int64_t c = 0; c < contactors->count; ++c)
+    if (*contactors->shape[c] == std::int16_t(Shape::facet) && memory.has_seen(*contactors->id[c]))
+      facet_of[*contactors->id[c]] = std::int32_t(c);
+  auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
+  std::fill_n(taken, memory.keys.size(), 0);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (place[c] >= 0) taken[place[c]] = 1;
+  const auto looks = [&](std::int32_t facet, double* m) {
+    const Hulls& hulls = contactors->hulls;
+    std::copy_n(&hulls.normal[3 * std::size_t(hulls.first_face[*contactors->hull[facet]])], 3, m);
+    if (body(facet) >= 0) to_space_axes(*bodies, 3, body(facet), m, m);
+  };
+  for (std::size_t i = 0; i < memory.keys.size(); ++i) {
+    ContactKey k = memory.keys[i];
+    if (taken[i] || !(memory.states[i * std::size_t(memory.state_components)] > 0) || k.feature < 0 ||
+        k.feature >= names_of_facets || facet_of[k.contactor_b] < 0)
+      continue;
+    const std::int32_t facet = facet_of[k.contactor_b];
+    k.contactor_b = unit_of(facet);
+    double was[3], most = 0.5;
+    looks(facet, was);
+    std::int32_t heir = -1;
+    table.find(k, [&](std::int32_t c) { // goes through all that may be it
+      const std::int64_t at = system.candidate[c];
+      const std::int32_t a = candidates->contactor_a[at], b = candidates->contactor_b[at];
+      if (place[c] >= 0 || !(on_surface(c) == k) ||
+          laws->find(*contactors->material[a], *contactors->material[facet]) != entry[at])
+        return ContactKey{-1, -1, 0, 0};
+      double is[3];
+      looks(b, is);
+      const double alike = was[0] * is[0] + was[1] * is[1] + was[2] * is[2];
+      if (alike > most) most = alike, heir = c;
+      return ContactKey{-1, -1, 0, 0};
+    });
+    if (heir >= 0) place[heir] = std::int32_t(i);
   }
 }
 
@@ -180,6 +255,7 @@ void Interactions::State::remember() {
   }
   for (std::int64_t c = 0; c < contactors->count; ++c)
     m.contactors_seen = std::max(m.contactors_seen, *contactors->id[c] + 1);
+  m.seen_besides.clear();
   ids_in_order = contactors->id.values;
   keys_in_order = kept;
   in_order = true;

@@ -336,6 +336,7 @@ private:
   template <class KeyOf>
   void find_others(std::int64_t places, const KeyOf& key_of);
   void follow_across_facets();
+  void follow_bonds_across_facets();
   std::int64_t remember(const cairn_batch& b, std::int64_t to);
   template <int d>
   std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);

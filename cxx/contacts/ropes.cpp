@@ -80,10 +80,13 @@ void Interactions::State::fill_ropes(cairn_batch& b) const {
     std::fill_n(to, rope_numbers, 0.0);
     std::fill_n(b.rope_body + 2 * lane, 2, std::int32_t(system.bodies));
     if (lane >= b.contacts) continue;
-    const FarPart part = far_part(system.candidate[b.first + lane]);
+    const std::int64_t i = system.candidate[b.first + lane];
+    const FarPart part = far_part(i);
     double axes[3][3], near[6];
     axes_of(b, d, lane, axes);
-    const bool first = b.body_a[lane] == part.body[1]; // whether the pulley is on side A
+    // whether the pulley is on side A; where that is a mesh, body_a is no number of a rigid body
+    const bool first =
+        candidates->contactor_a[i] == rope_of[std::size_t(*contactors->material[candidates->contactor_a[i]])]->pulley;
     row_of(d, part.lever[1], axes[0], first ? 1 : -1, near);
     for (int end = 0; end < 2; ++end) {
       double *row = to + 2 + 12 * end, *answer = row + 6, mass[36], inverse[36];

@@ -1,7 +1,7 @@
 #include "bulk_materials.hpp"
 
 #include <cmath>
-#include <deque>
+#include <map>
 #include <sstream>
 
 #include "../base/call.hpp"
@@ -44,16 +44,26 @@ std::vector<BulkMaterialInfo>& all() {
   return rows;
 }
 
+// Rows of UMATs by the names that they have now: a routine that takes a name leaves the row that had it to the meshes
+// that are there, whose states are as many as that has.
+std::map<std::string, std::size_t>& plugged() {
+  static std::map<std::string, std::size_t> rows;
+  return rows;
+}
+
 } // namespace
 
 const std::vector<BulkMaterialInfo>& bulk_material_infos() { return all(); }
 
 const BulkMaterialInfo& bulk_material_named(const std::string& name) {
+  if (const auto at = plugged().find(name); at != plugged().end()) return all()[at->second];
   std::string known;
   for (const BulkMaterialInfo& m : all()) {
+    if (m.umat) continue;
     if (m.name == name || m.python_name == name) return m;
     known += (known.empty() ? "" : ", ") + m.name;
   }
+  for (const auto& [umat, row] : plugged()) known += ", " + umat;
   throw Error("there is no material of solids '" + name + "'; there are " + known);
 }
 
@@ -72,15 +82,18 @@ const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* rout
   for (int k = 1; k <= 9; ++k) m.state.push_back("gradient" + std::to_string(k));
   m.state.insert(m.state.end(), {"time", "elastic", "plastic", "creep"});
   for (int k = 1; k <= states; ++k) m.state.push_back("statev" + std::to_string(k));
-  for (BulkMaterialInfo& known : all()) {
+  for (std::size_t row = 0; row < all().size(); ++row) {
+    const BulkMaterialInfo& known = all()[row];
     if (known.name != name && known.python_name != name) continue;
     if (!known.umat) throw Error("'" + name + "' is a material of the list: give the UMAT another name");
-    known = m;
-    return bulk_material_named(name);
+    if (known.umat != routine || known.state.size() != m.state.size() || known.library != library) continue;
+    plugged()[name] = row; // it is the same again
+    return all()[row];
   }
   if (all().size() == all().capacity()) throw Error("there are too many materials: at most 256");
   all().push_back(m);
-  return bulk_material_named(name);
+  plugged()[name] = all().size() - 1;
+  return all().back();
 }
 
 std::vector<double> bulk_parameters(const BulkMaterialInfo& material, std::span<const std::string> names,

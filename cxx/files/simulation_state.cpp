@@ -89,6 +89,8 @@ StoredValue memory_of(const ContactMemory& m) {
   StoredValue out;
   out.add_real("h", m.h);
   out.add_whole("contactors_seen", m.contactors_seen);
+  if (!m.seen_besides.empty())
+    out.add_array("seen_besides", m.seen_besides.data(), {std::int64_t(m.seen_besides.size())});
   out.add_whole("impulse_components", m.impulse_components);
   out.add_whole("state_components", m.state_components);
   out.add_array("keys", keys.data(), {std::int64_t(m.keys.size()), 4});
@@ -107,6 +109,10 @@ ContactMemory memory_from(const StoredValue& tree) {
   ContactMemory m;
   m.h = tree.real("h");
   m.contactors_seen = tree.whole("contactors_seen");
+  if (const StoredValue* seen = tree.find("seen_besides")) {
+    m.seen_besides = numbers_of<std::int64_t>(seen->array, "seen_besides");
+    std::sort(m.seen_besides.begin(), m.seen_besides.end());
+  }
   m.impulse_components = int(tree.whole("impulse_components"));
   m.state_components = int(tree.whole("state_components"));
   const auto keys = numbers_of<std::int64_t>(tree.at("keys").array, "keys");
@@ -200,6 +206,31 @@ void take_meshes(Simulation& s, const StoredValue* from) {
     else
       mesh.forget();
   }
+}
+
+// Of the places where meshes are at rest, which bodies that were made deformable have from where they were then: states
+// of nodes are displacements from there.
+std::string rest_of(const Simulation& s) {
+  Blake2b digest(16);
+  for (const MeshBody& mesh : s.meshes.meshes) {
+    digest.update(std::to_string(mesh.model.nodes()) + "|");
+    digest.update(mesh.model.reference.data(), mesh.model.reference.size() * sizeof(double));
+  }
+  return digest.hexdigest();
+}
+
+// Bodies are deformable in both, and were made so where they stood in both.
+void check_meshes(const StoredValue& content, const Simulation& s, const std::string& path) {
+  if (!content.find("meshes")) return; // older
+  const std::int64_t wanted = content.whole("meshes"), there = std::int64_t(s.meshes.meshes.size());
+  if (wanted != there)
+    throw FileError(
+        path, "the checkpoint has " + std::to_string(wanted) + " meshes and the simulation " + std::to_string(there),
+        "make the same bodies deformable first, or rigid");
+  if (content.text("rest") != rest_of(s))
+    throw FileError(path, "meshes of the checkpoint are at rest elsewhere than those of the simulation",
+                    "restart from a checkpoint of before bodies were made deformable, make them deformable where they "
+                    "were, and restart from this one");
 }
 
 } // namespace
@@ -304,6 +335,8 @@ void write_checkpoint(Simulation& s, const std::string& scene, std::int64_t spec
   content.add_whole("dim", s.scene.dim);
   content.add_text("core_scene", scene);
   content.add_whole("materials", species);
+  content.add_whole("meshes", std::int64_t(s.meshes.meshes.size()));
+  content.add_text("rest", rest_of(s));
   content.add("state", state_of(s));
   save_tree(path, content);
 }
@@ -321,6 +354,7 @@ void restart(Simulation& s, const std::string& scene, std::int64_t species, cons
     if (!content.find("core_scene") ||
         (content.text("core_scene") != scene && !is_older_state_of(content.tree("state"), s.scene)))
       throw FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene");
+    check_meshes(content, s, path);
     check_state(content.tree("state"), species, s);
     before = state_of(s);
   } catch (const std::invalid_argument& e) { throw damaged(e.what()); }

@@ -283,9 +283,10 @@ void check_cell(const StoredValue& cell) {
   }
 }
 
-void check_memory(const std::string& place, const StoredValue& memory) {
+void check_memory(const std::string& place, const StoredValue& memory, std::int64_t contactors) {
   finite(place + "/h", {memory.real("h")});
   memory.whole("contactors_seen");
+  if (memory.find("seen_besides")) ids(place + "/seen_besides", wholes(memory, "seen_besides", place), contactors);
   const std::int64_t impulses = memory.whole("impulse_components", 7), states = memory.whole("state_components", 4096);
   const auto keys = wholes(memory, "keys", place);
   if (keys.size() % 4)
@@ -341,7 +342,8 @@ void check_state(const StoredValue& state, std::int64_t species, const Simulatio
   const auto count = std::int64_t(wholes(bodies, "id", "bodies").size());
   check_contactors(contactors, count, scene.whole("next_contactor_id"), species, hulls, parts);
   check_cell(scene.tree("cell"));
-  for (const char* name : {"memory", "projection_memory"}) check_memory(name, state.tree(name));
+  for (const char* name : {"memory", "projection_memory"})
+    check_memory(name, state.tree(name), scene.whole("next_contactor_id"));
   const StoredValue& energy = state.tree("energy");
   for (const EnergyTerm& term : energy_terms())
     finite(std::string("energy/") + term.name, {energy_term(energy, term.name)});

@@ -124,7 +124,8 @@ void check_end(const Scene& scene, const JointKind& kind, const char* side, std:
     throw Error(which + (scene.part(id)
                              ? ", a point, an edge or a face of a mesh; give one of its nodes, or a rigid body"
                              : "; give the id of a rigid body or of a node of the scene"));
-  if (is_rope(kind)) throw Error(which + ", a node of a mesh; give a Cable rigid bodies");
+  if (side == std::string("pulley"))
+    throw Error(which + ", a node of a mesh; give a rigid body, or leave it out: the world");
   double away = 0;
   for (int k = 0; k < scene.dim; ++k)
     away = std::max(away, std::abs(point[k] - scene.origin[std::size_t(k)] - scene.nodes.position[scene.node(id)][k]));
@@ -136,6 +137,9 @@ void check_end(const Scene& scene, const JointKind& kind, const char* side, std:
 // Nodes have no axes: what is of angles is nothing that a joint of one could hold.
 void check_nodes(const Scene& scene, const JointKind& kind, const JointDraft& draft) {
   const MeshParts *a = scene.part(draft.a), *b = draft.b < 0 ? nullptr : scene.part(draft.b);
+  if (a && b && is_rope(kind))
+    throw Error("a and b of Cable are nodes " + std::to_string(draft.a) + " and " + std::to_string(draft.b) +
+                " of meshes; give one end a rigid body, or the world");
   if (a && b && a->mesh == b->mesh)
     throw Error("a and b of a joint are nodes " + std::to_string(draft.a) + " and " + std::to_string(draft.b) +
                 " of one mesh; give nodes of two, or a cell more");
@@ -178,7 +182,12 @@ std::int64_t body_of_pulley(const JointDraft& draft) {
 }
 
 // Which mark of a, pulley and b is at the end that the contact of the other two pulls as well, from 1: one of these
-// two moves.
+// two moves. Beyond its pulley a rope pulls rigid bodies alone, so that a node is a side of the contact.
+int far_mark(const Scene& scene, const JointDraft& draft) {
+  if (is_node(scene, draft.b)) return 1;
+  return moves(scene, draft.a) || moves(scene, body_of_pulley(draft)) ? 3 : 1;
+}
+
 int far_end(const Scene& scene, const JointKind& kind, const JointDraft& draft, std::optional<double> given) {
   const std::int64_t pulley = body_of_pulley(draft);
   if (given) {
@@ -189,9 +198,9 @@ int far_end(const Scene& scene, const JointKind& kind, const JointDraft& draft, 
   if (pulley >= 0 && (pulley == draft.a || pulley == draft.b))
     throw Error("pulley of Cable is body " + std::to_string(pulley) +
                 ", which is one of its ends as well; give a Distance, or another body");
-  if (moves(scene, draft.a) || moves(scene, pulley)) return 3;
-  if (moves(scene, draft.b)) return 1;
-  throw Error("a, b and the pulley of Cable do not move; give one that does");
+  if (!moves(scene, draft.a) && !moves(scene, pulley) && !moves(scene, draft.b))
+    throw Error("a, b and the pulley of Cable do not move; give one that does");
+  return far_mark(scene, draft);
 }
 
 // The farthest that contactors of a body reach round their middles; 0 without any.
@@ -344,7 +353,7 @@ std::array<std::int64_t, 2> add_joint_ends(Scene& scene, const JointDraft& draft
   const std::int64_t first = put(draft.a, at_a);
   if (!is_rope(kind)) return {first, put(draft.b, at_a + std::size_t(kind.points - 1) * d)};
   const std::int64_t pulley = put(body_of_pulley(draft), at_a + d), last = put(draft.b, at_a + 2 * d);
-  return {moves(scene, draft.a) || moves(scene, body_of_pulley(draft)) ? first : last, pulley};
+  return {far_mark(scene, draft) == 3 ? first : last, pulley};
 }
 
 } // namespace cairn

@@ -96,6 +96,19 @@ void read_contact_field(Simulation& s, const ContactFieldInfo& field, double* ou
   }
 }
 
+double stored_between(Simulation& s, std::int32_t material) {
+  const std::int64_t n = contacts_to_read(s);
+  if (n == 0 || !has_contact_field(s, "stored")) return 0;
+  std::vector<double> stored(static_cast<std::size_t>(n));
+  read_contact_field(s, contact_field_info("stored"), stored.data());
+  const Field<std::int32_t>& of = s.scene.contactors.material;
+  double sum = 0;
+  for (std::int64_t i = 0; i < n; ++i)
+    if (*of[s.candidates.contactor_a[i]] == material && *of[s.candidates.contactor_b[i]] == material)
+      sum += stored[std::size_t(i)];
+  return sum;
+}
+
 void read_contact_field(Simulation& s, const ContactFieldInfo& field, std::int64_t* out) {
   const std::string_view name = field.name;
   const Candidates& c = s.candidates;

@@ -29,4 +29,7 @@ std::int64_t contacts_to_read(Simulation& s);
 void read_contact_field(Simulation& s, const ContactFieldInfo& field, double* out);
 void read_contact_field(Simulation& s, const ContactFieldInfo& field, std::int64_t* out); // of whole numbers alone
 
+// What contacts of that material with itself, of a joint, have stored [J].
+double stored_between(Simulation& s, std::int32_t material);
+
 } // namespace cairn

@@ -26,6 +26,18 @@ void turn_to_contact(int dim, const double* normal, double* impulse) {
   impulse[1] = y * normal[0] - x * normal[1];
 }
 
+std::vector<std::int64_t> sorted(std::span<const std::int64_t> ids) {
+  std::vector<std::int64_t> out(ids.begin(), ids.end());
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+// The body, or the part of a mesh, that a contactor is on.
+std::int64_t carrier(const Scene& scene, std::int32_t contactor) {
+  const std::int32_t body = *scene.contactors.body[contactor];
+  return body < 0 ? *scene.contactors.part[contactor] : *scene.bodies.id[body];
+}
+
 bool is_stressed(const MeshModel& m) {
   if (!m.initial_force.empty()) return true;
   const BulkModel* solid = m.bulk ? m.bulk->solid() : nullptr;
@@ -137,11 +149,11 @@ PassedContacts::PassedContacts(Simulation& s, double h, std::span<const std::int
   memory_ = s.strategy().memory(s);
   if (!(h_ > 0)) h_ = memory_.h;
   if (!(passes_ = h_ > 0)) return;
-  before_ = look(s, {ids.begin(), ids.end()});
+  before_ = look(s, ids);
 }
 
-std::vector<PassedContacts::Seen> PassedContacts::look(Simulation& s, std::vector<std::int64_t> ids) const {
-  std::sort(ids.begin(), ids.end());
+std::vector<PassedContacts::Seen> PassedContacts::look(Simulation& s, std::span<const std::int64_t> of) const {
+  const std::vector<std::int64_t> ids = sorted(of);
   Nscd& nscd = stages_of(s);
   std::vector<Seen> out;
   const Threads threads(nscd.settings.solver.threads, std::max(s.candidates.count, s.scene.bodies.count));
@@ -150,16 +162,14 @@ std::vector<PassedContacts::Seen> PassedContacts::look(Simulation& s, std::vecto
     nscd.compute_free_velocity(s);
     nscd.detect_contacts(s);
     const Candidates& c = s.candidates;
-    const Contactors& contactors = s.scene.contactors;
     const auto asked_for = [&](std::int32_t i) {
-      const std::int32_t body = *contactors.body[i];
-      return std::binary_search(ids.begin(), ids.end(), body < 0 ? *contactors.part[i] : *s.scene.bodies.id[body]);
+      return std::binary_search(ids.begin(), ids.end(), carrier(s.scene, i));
     };
     const auto dim = std::size_t(s.scene.dim);
     for (std::size_t i = 0; i < std::size_t(c.count); ++i) {
       Seen one;
       const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-      one.key = {*contactors.id[a], *contactors.id[b], c.feature[i], c.image[i]};
+      one.key = {*s.scene.contactors.id[a], *s.scene.contactors.id[b], c.feature[i], c.image[i]};
       std::copy_n(&c.point[dim * i], dim, one.point.begin());
       std::copy_n(&c.normal[dim * i], dim, one.normal.begin());
       one.side = asked_for(a) ? 1 : asked_for(b) ? -1 : 0;
@@ -214,13 +224,33 @@ void PassedContacts::keep(ContactMemory& to, std::size_t key) const {
   if (!memory_.anchors.empty()) to.anchors.push_back(memory_.anchors[key]);
 }
 
+// Contactors of what came in place of others bond no more on first sight than those did; others that came in since the
+// last step still may.
+void PassedContacts::see(const Simulation& s, std::span<const std::int64_t> ids, ContactMemory& out) const {
+  const std::vector<std::int64_t> mine = sorted(ids);
+  const Contactors& c = s.scene.contactors;
+  bool others = false;
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const std::int64_t id = *c.id[std::int32_t(i)];
+    if (memory_.has_seen(id)) continue;
+    if (std::binary_search(mine.begin(), mine.end(), carrier(s.scene, std::int32_t(i))))
+      out.seen_besides.push_back(id);
+    else
+      others = true;
+  }
+  std::sort(out.seen_besides.begin(), out.seen_besides.end());
+  if (others) return;
+  out.seen_besides.clear();
+  out.contactors_seen = s.scene.next_contactor_id;
+}
+
 void PassedContacts::pass_to(Simulation& s, std::span<const std::int64_t> ids) {
   if (!passes_) return;
   std::vector<std::int64_t> there(s.scene.contactors.id.values.begin(), s.scene.contactors.id.values.end());
   std::sort(there.begin(), there.end());
   const auto is_there = [&](std::int64_t id) { return std::binary_search(there.begin(), there.end(), id); };
   const int dim = s.scene.dim;
-  const std::vector<Seen> now = look(s, {ids.begin(), ids.end()});
+  const std::vector<Seen> now = look(s, ids);
   std::map<std::int64_t, std::vector<const Seen*>> of_other; // by the contactor that they have besides
   for (const Seen& c : now)
     if (c.side != 0) of_other[c.side > 0 ? c.key.contactor_b : c.key.contactor_a].push_back(&c);
@@ -246,7 +276,7 @@ void PassedContacts::pass_to(Simulation& s, std::span<const std::int64_t> ids) {
     std::copy(p.impulse.begin(), p.impulse.end(), out.impulses.end() - std::ptrdiff_t(p.impulse.size()));
     if (!out.anchors.empty()) out.anchors.back() = Anchor{}; // which holds nothing
   }
-  out.contactors_seen = s.scene.next_contactor_id;
+  see(s, ids, out);
   s.strategy().restore(s, std::move(out));
   s.forget_contacts();
 }

@@ -60,7 +60,8 @@ private:
     std::size_t from; // key of the memory that it first had something of
     std::vector<double> impulse;
   };
-  std::vector<Seen> look(Simulation& s, std::vector<std::int64_t> ids) const;
+  std::vector<Seen> look(Simulation& s, std::span<const std::int64_t> ids) const;
+  void see(const Simulation& s, std::span<const std::int64_t> ids, ContactMemory& out) const;
   void pass_one(int dim, std::size_t key, const Seen& from, const std::vector<const Seen*>& near,
                 std::vector<Passed>& passed) const;
   void keep(ContactMemory& to, std::size_t key) const;

@@ -1,5 +1,7 @@
 #include "simulation.hpp"
 
+#include <cmath>
+
 #include "../networks/network.hpp"
 #include "nscd/nscd.hpp"
 
@@ -27,8 +29,23 @@ void Simulation::use(std::unique_ptr<Strategy> next) {
   forget_contacts();
 }
 
+void Simulation::use(LawTable table) {
+  std::swap(laws, table);
+  try {
+    strategy_->check_laws(*this);
+  } catch (...) {
+    std::swap(laws, table);
+    throw;
+  }
+  if (networks) // they have a row for each material, those of the ends of joints too
+    for (auto* network : {&networks->electrical, &networks->thermal})
+      if (*network && (*network)->materials.size() < std::size_t(laws.materials()))
+        (*network)->materials.resize(std::size_t(laws.materials()));
+  strategy_->changed(*this, false);
+}
+
 const StepReport& Simulation::step(double h) {
-  if (!held_motions.empty()) move_held(*this, h);
+  if (!held_motions.empty() && h > 0 && std::isfinite(h)) move_held(*this, h); // else the strategy refuses the step
   return networks && networks->repeats() ? step_coupled(*this, h) : strategy_->step(*this, h);
 }
 

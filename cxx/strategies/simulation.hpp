@@ -96,6 +96,8 @@ public:
   Strategy& strategy() { return *strategy_; }
   const Strategy& strategy() const { return *strategy_; }
   void use(std::unique_ptr<Strategy> strategy);
+  // Other laws from now on. What throws leaves those that there were.
+  void use(LawTable table);
 
   // One step of length h, as the strategy makes it.
   const StepReport& step(double h);

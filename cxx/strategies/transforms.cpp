@@ -45,6 +45,15 @@ std::vector<std::int64_t> parts_of(const MeshModel& m) {
   return out;
 }
 
+// Refuses a body that is an end of a joint, which is between two rigid bodies and would go with it.
+void check_unjoined(const LawTable& laws, std::int64_t id, std::int32_t material) {
+  const int entry = laws.find(material, material);
+  if (entry >= 0 && law_infos()[std::size_t(laws.entry(entry).law)].joins)
+    throw Error(
+        "body " + std::to_string(id) +
+        " is an end of a joint, which a mesh in its place would not have: make bodies without joints deformable");
+}
+
 // What came to the balance, which begins with the first step, from the bodies as they are then.
 void account(Simulation& s, double kinetic, double stored) {
   if (s.steps > 0) s.account_for_reshaping(kinetic, stored);
@@ -53,6 +62,9 @@ void account(Simulation& s, double kinetic, double stored) {
 } // namespace
 
 void Transforms::came_in(const Scene& scene, std::int64_t first) {
+  if (first < 0) within_ = scene.next_body_id;
+  start_.erase(start_.lower_bound(first), start_.end()); // of others, that a restart took back
+  unknown_.erase(unknown_.lower_bound(first), unknown_.end());
   if (!scene.bodies.rotation.active) return;
   const int n = scene.bodies.rotation.components;
   for (const std::int32_t b : scene.insertion_order()) {
@@ -63,9 +75,21 @@ void Transforms::came_in(const Scene& scene, std::int64_t first) {
   }
 }
 
+void Transforms::restarted(const Scene& scene) {
+  start_.erase(start_.lower_bound(within_), start_.end());
+  unknown_.clear();
+  for (const std::int64_t id : scene.bodies.id.values)
+    if (id >= within_) unknown_.insert(id);
+}
+
 Transforms::Former Transforms::former_of(const Scene& scene, std::int64_t id) const {
   const std::int32_t b = scene.find_body(id);
   if (b < 0) throw Error("there is no rigid body " + std::to_string(id) + ": give the number of one that is there");
+  if (unknown_.count(id))
+    throw Error(
+        "how body " + std::to_string(id) +
+        " stood as it came in is not known after a restart, since that was within a run: make bodies deformable "
+        "that the scene was made with, or before the checkpoint");
   const Bodies& bodies = scene.bodies;
   Former out;
   out.id = id;
@@ -97,7 +121,7 @@ Transforms::Former Transforms::former_of(const Scene& scene, std::int64_t id) co
   return out;
 }
 
-// Adds the mesh to a scene of its own, and to the simulation for a look of its strategy.
+// Adds the mesh to a scene of its own, and to the simulation for a look of its strategy, and asks what it is made of.
 void Transforms::check_draft(const Simulation& s, const MeshDraft& d, std::int64_t id) const {
   Scene probe(s.scene.dim);
   probe.origin = s.scene.origin;
@@ -105,6 +129,7 @@ void Transforms::check_draft(const Simulation& s, const MeshDraft& d, std::int64
   meshes.emplace_back(add_mesh_parts(probe, d, "body " + std::to_string(id), 0, 0));
   try {
     s.strategy().check_scene(s);
+    stored_at_begin(meshes.back(), probe.nodes);
   } catch (...) {
     meshes.pop_back();
     throw;
@@ -116,6 +141,7 @@ std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, std:
                                std::int32_t node_material, std::int32_t side_material) {
   const int dim = s.scene.dim;
   Former former = former_of(s.scene, id);
+  for (const Shape& shape : former.shapes) check_unjoined(s.laws, id, shape.material);
   const bool ring = std::any_of(d.cells.begin(), d.cells.end(), [](const MeshDraft::Cells& c) {
     return c.solid.material && c.solid.plane == Plane::axisymmetric;
   });

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,10 @@ namespace cairn {
 
 class Transforms {
 public:
-  // How bodies stand as they come in, from a number on: a mesh is of their shape then.
-  void came_in(const Scene& scene, std::int64_t first = 0);
+  // How bodies stand as they come in, from a number on, or with the scene: a mesh is of their shape then.
+  void came_in(const Scene& scene, std::int64_t first = -1);
+  // After a restart: of bodies that came in within a run that is not known, nor whose their numbers were here.
+  void restarted(const Scene& scene);
 
   // A mesh of cells, of the shape of body `id` as it came in, takes its place, mass and momentum; it touches with its
   // whole surface where it is not said with what. Materials below 0: that of the contactors of the body. Returns its
@@ -50,7 +53,9 @@ private:
   std::int64_t put_back(Scene& scene, const Former& of, const NodesMotion& motion, const Rotation& axes,
                         double& kinetic);
 
+  std::int64_t within_ = 0;                // bodies from here on came in within a run
   std::map<std::int64_t, Rotation> start_; // of bodies that did not come in upright
+  std::set<std::int64_t> unknown_;         // bodies of which it is not known
   std::map<std::int32_t, Former> formers_; // by the numbers by which contactors name meshes
 };
 

@@ -292,7 +292,7 @@ def draw(sim, pair, table, options):
     for row in (table[0], table[-1]):
         speeds = [row[f"speed_{k + 1}"] for k in range(LEVELS)]
         axes["profile"].plot(speeds, -np.arange(LEVELS) - 0.5, "o-", label=f"cycle {row['cycle']:.0f}")
-    axes["profile"].set(xlabel="speed over that of the wheel", ylabel="height over the lowest of the wheel [diameters]")
+    axes["profile"].set(xlabel="speed over that of the wheel", ylabel="height over the wheel's lowest\n[diameters]")
     axes["profile"].legend()
     figure.savefig(options.output / f"{NAME}.png", dpi=110)
     plt.close(figure)

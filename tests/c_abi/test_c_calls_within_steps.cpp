@@ -1,5 +1,7 @@
-// What a body of the program may ask of the simulation that calls it: to look, and nothing that a step would find half
-// done.
+// What a body, a law or a material of the program may ask of the simulation that calls it: to look, and nothing that a
+// step would find half done.
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <functional>
@@ -117,6 +119,32 @@ TEST_F(CWithinSteps, nothing_changes_what_a_step_is_made_of) {
   }
 }
 
+// A body that is made deformable is looked at in its contacts, for which other bodies are asked for their forces.
+TEST_F(CWithinSteps, nothing_changes_a_body_that_is_being_made_deformable) {
+  springs();
+  steps(2);
+  const auto before = places();
+  cairn_mesh* square = nullptr;
+  const double corner[] = {-0.1, -0.1, 0.1, -0.1, 0.1, 0.1, -0.1, 0.1};
+  const int32_t cell[] = {0, 1, 2, 3};
+  ASSERT_EQ(cairn_mesh_create(2, 4, corner, &square, &error), 0);
+  ASSERT_EQ(cairn_mesh_add_elastic_cells(square, "q4", 1, cell, 1e7, 0.3, 1000, 0, 1, &error), 0);
+  meddler = {simulation, [](auto* s, auto* e) { return cairn_simulation_step(s, 1e-3, nullptr, e); }, 0, 0, ""};
+  int32_t number = -1;
+  EXPECT_EQ(cairn_simulation_deform(simulation, 2, square, nullptr, -1, -1, &number, &error), 0) << error.message;
+  EXPECT_GT(meddler.asked, 0);
+  EXPECT_EQ(meddler.code, cairn_wrong_input);
+  EXPECT_EQ(places(), before);
+  meddler.asked = meddler.code = 0;
+  EXPECT_EQ(cairn_simulation_rigidify(simulation, number, nullptr, &error), 0) << error.message;
+  EXPECT_GT(meddler.asked, 0);
+  EXPECT_EQ(meddler.code, cairn_wrong_input);
+  EXPECT_EQ(places(), before);
+  meddler.simulation = nullptr;
+  steps(2);
+  cairn_mesh_destroy(square);
+}
+
 TEST_F(CWithinSteps, looking_and_another_simulation_are_free) {
   springs();
   meddler = {simulation,
@@ -143,6 +171,135 @@ TEST_F(CWithinSteps, looking_and_another_simulation_are_free) {
   steps(1);
   cairn_simulation_destroy(other);
   cairn_scene_destroy(empty);
+}
+
+// Of a law or a material, which get no context.
+Meddler* asks = nullptr;
+void ask() { // laws are asked by several threads
+#pragma omp critical
+  if (asks && asks->simulation) {
+    cairn_error error{};
+    asks->code = asks->meddle(asks->simulation, &error);
+    asks->said = error.message;
+    ++asks->asked;
+  }
+}
+
+struct CWithinLaws : CWithinSteps {
+  ~CWithinLaws() override { asks = nullptr; }
+  void meddles(const std::function<void()>& scene_of) {
+    scene_of();
+    steps(2);
+    const auto as_alone = [&] {
+      steps(5);
+      std::vector<double> x = field("position");
+      if (cairn_simulation_nodes(simulation) > 0) {
+        std::vector<double> more(8);
+        int64_t n = 0;
+        EXPECT_EQ(cairn_simulation_mesh_field(simulation, 0, "position", 8, more.data(), &n, &error), 0);
+        x.insert(x.end(), more.begin(), more.end());
+      }
+      return x;
+    };
+    const auto wanted = as_alone();
+    cairn_simulation_destroy(simulation);
+    simulation = nullptr;
+    start();
+    steps(2);
+    meddler = {simulation, [](auto* s, auto* e) { return cairn_simulation_step(s, 1e-3, nullptr, e); }, 0, 0, ""};
+    asks = &meddler;
+    const auto is = as_alone();
+    EXPECT_GT(meddler.asked, 0);
+    EXPECT_EQ(meddler.code, cairn_wrong_input);
+    EXPECT_NE(meddler.said.find("cairn_simulation_step stands between steps, and one is being made"), std::string::npos)
+        << meddler.said;
+    EXPECT_EQ(is, wanted);
+    double done = 0;
+    ASSERT_EQ(cairn_simulation_report(simulation, "step", &done, &error), 0) << error.message;
+    EXPECT_EQ(done, 7);
+  }
+};
+
+TEST_F(CWithinLaws, a_law_may_not_step) {
+  ASSERT_EQ(cairn_plug_contact_law(MEDDLING_LAW, "meddling", 1, &error), 0) << error.message;
+  void* library = dlopen(MEDDLING_LAW, RTLD_NOW);
+  ASSERT_NE(library, nullptr) << dlerror();
+  auto* given = static_cast<void (**)(void)>(dlsym(library, "meddle"));
+  ASSERT_NE(given, nullptr);
+  *given = ask;
+  meddles([&] {
+    const double mu = 0.3;
+    make(2);
+    ASSERT_EQ(cairn_scene_set_law(scene, -1, -1, "meddling", 1, &mu, &error), 0) << error.message;
+    floor(2);
+    ball(2, body({0, 0.1}), 0.1, rock);
+    ball(2, body({0, 0.3}), 0.1, rock);
+    start();
+  });
+  *given = nullptr;
+  dlclose(library);
+}
+
+extern "C" {
+// Hooke's law without lateral contraction, in the order of Abaqus's interface.
+static void meddling_umat(double* stress, double*, double* tangent, double*, double*, double*, double*, double*,
+                          double*, double*, double* strain, double* change, double*, double*, double*, double*, double*,
+                          double*, char*, int* direct, int* shear, int* components, int*, double* props) {
+  ask();
+  (void)shear;
+  const int n = *components;
+  for (int i = 0; i < n; ++i) {
+    const double modulus = i < *direct ? props[0] : props[0] / 2;
+    for (int j = 0; j < n; ++j) tangent[n * j + i] = i == j ? modulus : 0;
+    stress[i] = modulus * (strain[i] + change[i]);
+  }
+}
+}
+
+TEST_F(CWithinLaws, a_material_may_not_step) {
+  ASSERT_EQ(cairn_give_material("meddling", reinterpret_cast<cairn_umat*>(meddling_umat), 0, &error), 0)
+      << error.message;
+  meddles([&] {
+    const double place[] = {0, 0, 1, 0, 1, 1, 0, 1}, young = 1e5;
+    const int32_t cell[] = {0, 1, 2, 3}, low[] = {0, 1};
+    make(2);
+    ASSERT_EQ(cairn_mesh_create(2, 4, place, &mesh, &error), 0);
+    ASSERT_EQ(cairn_mesh_add_solid_cells(mesh, "q4", 1, cell, "meddling", 1, nullptr, &young, 1000, "small", "strain",
+                                         0, 1, &error),
+              0)
+        << error.message;
+    ASSERT_EQ(cairn_mesh_hold(mesh, 2, low, 3, &error), 0);
+    ASSERT_EQ(cairn_scene_add_mesh(scene, mesh, "square", rock, -1, nullptr, nullptr, &error), 0) << error.message;
+    ball(2, body({5, 5}), 0.1, rock);
+    start();
+  });
+}
+
+// Of functions of time, and of what comes before parts of a step, loads alone.
+TEST_F(CWithinLaws, a_function_of_time_may_not_step) {
+  const auto sway = [](double t, void*) {
+    ask();
+    return 0.01 * std::sin(30 * t);
+  };
+  const int32_t foot = 0;
+  const double place[] = {0, 0, 1, 0, 1, 1, 0, 1}, young = 1e5;
+  const int32_t cell[] = {0, 1, 2, 3}, low[] = {0, 1};
+  make(2);
+  ASSERT_EQ(cairn_mesh_create(2, 4, place, &mesh, &error), 0);
+  ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, "q4", 1, cell, young, 0.3, 1000, 0, 1, &error), 0);
+  ASSERT_EQ(cairn_mesh_hold(mesh, 2, low, 3, &error), 0);
+  ASSERT_EQ(cairn_scene_add_mesh(scene, mesh, "square", rock, -1, nullptr, nullptr, &error), 0) << error.message;
+  start();
+  ASSERT_EQ(cairn_simulation_displace_nodes_by(simulation, 0, 1, &foot, 'x', sway, nullptr, &error), 0);
+  meddler = {simulation, [](auto* s, auto* e) { return cairn_simulation_step(s, 1e-3, nullptr, e); }, 0, 0, ""};
+  asks = &meddler;
+  steps(3);
+  EXPECT_EQ(meddler.asked, 9);
+  EXPECT_EQ(meddler.code, cairn_wrong_input);
+  EXPECT_NE(meddler.said.find("cairn_simulation_step stands between steps"), std::string::npos) << meddler.said;
+  double done = 0;
+  ASSERT_EQ(cairn_simulation_report(simulation, "step", &done, &error), 0) << error.message;
+  EXPECT_EQ(done, 3);
 }
 
 } // namespace

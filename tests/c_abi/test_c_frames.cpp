@@ -2,6 +2,7 @@
 // scenes in Python, to rounding.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "c_scene.hpp"
@@ -129,6 +130,53 @@ TEST_F(CFrames, beams_in_space) {
        1e-11);
 }
 
+// A checkpoint holds no functions of time: a simulation that has them goes on with them, one that is given them again
+// to the same bits, and held nodes of one that is not stand still.
+TEST_F(CFrames, functions_are_given_again_after_a_restart) {
+  plane_frame();
+  ASSERT_EQ(cairn_mesh_set_bars(mesh, 4, cells, young, area, density, stress, &error), 0) << error.message;
+  hold({0}, 3);
+  hold({1, 3}, 2);
+  begin();
+  const double time[] = {0.02, 0.05, 0.08}, way[] = {0, 0.03, 0.01};
+  const auto give = [&] {
+    ASSERT_EQ(cairn_simulation_displace_nodes_by(simulation, number, 1, &tip, 'y', wave, &calls, &error), 0);
+    ASSERT_EQ(cairn_simulation_drive_nodes(simulation, number, 1, &one, 'y', 3, time, way, &error), 0);
+  };
+  const auto there = [&] {
+    std::vector<double> u(8);
+    int64_t n = 0;
+    EXPECT_EQ(cairn_simulation_mesh_field(simulation, number, "displacement", 8, u.data(), &n, &error), 0);
+    return u;
+  };
+  give();
+  steps(30);
+  const std::string path = testing::TempDir() + "cairn_functions_of_time.h5";
+  ASSERT_EQ(cairn_simulation_write_checkpoint(simulation, path.c_str(), &error), 0) << error.message;
+  const auto half = there();
+  steps(30);
+  const auto whole = there();
+  ASSERT_EQ(cairn_simulation_restart(simulation, path.c_str(), &error), 0) << error.message;
+  EXPECT_EQ(there(), half);
+  steps(30);
+  EXPECT_EQ(there(), whole);
+  for (const bool again : {true, false}) {
+    cairn_simulation_destroy(simulation), simulation = nullptr;
+    start();
+    ASSERT_EQ(cairn_simulation_restart(simulation, path.c_str(), &error), 0) << error.message;
+    calls = 0;
+    if (again) give();
+    steps(1); // in which nodes that nothing leads come to a stop
+    const auto soon = there();
+    steps(29);
+    EXPECT_EQ(calls, again ? 90 : 0);
+    EXPECT_EQ(there() == whole, again);
+    for (const int32_t node : {one, tip})
+      EXPECT_EQ(there()[std::size_t(2 * node + 1)] == soon[std::size_t(2 * node + 1)], !again);
+  }
+  std::remove(path.c_str());
+}
+
 // A cantilever of one beam: P L^3 / 3 E I, of any size.
 TEST_F(CFrames, one_beam_of_any_size_bends_as_theory_says) {
   for (const double size : {1e-9, 1.0, 1e6}) {
@@ -244,6 +292,38 @@ TEST_F(CMotions, what_a_function_gives_that_is_no_number_is_told_and_the_state_i
   EXPECT_REFUSED(cairn_simulation_step(simulation, 1e-3, nullptr, &error), "the velocity of node 1");
 }
 
+TEST_F(CMotions, a_step_that_cannot_be_is_told_as_without_motions) {
+  bar();
+  const auto same = [](double t, void*) { return 0 * t; };
+  ASSERT_EQ(cairn_simulation_displace_nodes_by(simulation, number, 1, &one, 'x', same, nullptr, &error), 0);
+  steps(2);
+  for (const double h : {0.0, -1e-3, double(NAN), infinite}) {
+    EXPECT_EQ(cairn_simulation_step(simulation, h, nullptr, &error), cairn_wrong_input);
+    EXPECT_EQ(std::string(error.message).find("displacement"), std::string::npos) << h << ": " << error.message;
+  }
+  steps(1);
+  EXPECT_EQ(end(0), 0);
+}
+
+// As the header has it: displaced nodes are where a function of second degree says, to rounding; where its slope leaps,
+// and where it does not begin at rest, they come there in two steps.
+TEST_F(CMotions, where_displaced_nodes_end_by_the_trapezoidal_rule) {
+  of(2, {0, 0, 1, 0});
+  ASSERT_EQ(cairn_mesh_set_bars(mesh, 1, cells, young, area, density, nullptr, &error), 0);
+  hold({0, 1}, 3);
+  begin(0.5);
+  const auto bend = [](double t, void*) { return 5 * t * t; };
+  const double time[] = {0, 0.01, 1}, way[] = {0, 0.01, 0.01};
+  ASSERT_EQ(cairn_simulation_displace_nodes_by(simulation, number, 1, &one, 'x', bend, nullptr, &error), 0);
+  ASSERT_EQ(cairn_simulation_displace_nodes(simulation, number, 1, &one, 'y', 3, time, way, &error), 0);
+  for (int k = 1; k <= 14; ++k) {
+    steps(1);
+    const double t = 1e-3 * k, leap = k == 1 ? -1 : k == 11 ? 1 : 0; // of the slope, over 1 m/s
+    EXPECT_NEAR(end(0), 5 * t * t, 1e-15) << k;
+    EXPECT_NEAR(end(1), std::min(t, 0.01) + leap * 1e-3 / 4, 1e-15) << k;
+  }
+}
+
 TEST_F(CMotions, what_cannot_be_moved_is_told) {
   plane_frame();
   ASSERT_EQ(cairn_mesh_set_bars(mesh, 4, cells, young, area, density, nullptr, &error), 0);
@@ -257,6 +337,8 @@ TEST_F(CMotions, what_cannot_be_moved_is_told) {
                  "the mesh has 4 nodes");
   EXPECT_REFUSED(cairn_simulation_displace_nodes(simulation, number, 1, &foot, 'z', 2, time, value, &error),
                  "axis is 'z'; give 'x' or 'y'");
+  EXPECT_REFUSED(cairn_simulation_displace_nodes(simulation, number, 1, &foot, 0, 2, time, value, &error),
+                 "axis is 0; give 'x' or 'y'");
   EXPECT_REFUSED(cairn_simulation_displace_nodes(simulation, number, 1, &foot, 'x', 0, time, value, &error), "row");
   EXPECT_REFUSED(cairn_simulation_displace_nodes(simulation, number, 1, &foot, 'x', 3, time, value, &error), "row 2");
   const double numbers[] = {0, 1, 2};

@@ -1,6 +1,7 @@
 // Joints through the C API: what each kind holds, limits, motors, springs, strength, and what is refused.
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "c_scene.hpp"
 
@@ -15,8 +16,18 @@ struct CJoints : CScene {
       names.push_back(name);
       values.push_back(value);
     }
-    return cairn_scene_add_joint(scene, kind, a, b, point.data(), axis.empty() ? nullptr : axis.data(),
-                                 int32_t(names.size()), names.data(), values.data(), ends, &error);
+    const double* along = axis.empty() ? nullptr : axis.data();
+    if (simulation)
+      return cairn_simulation_add_joint(simulation, kind, a, b, point.data(), along, int32_t(names.size()),
+                                        names.data(), values.data(), ends, &error);
+    return cairn_scene_add_joint(scene, kind, a, b, point.data(), along, int32_t(names.size()), names.data(),
+                                 values.data(), ends, &error);
+  }
+  void end() {
+    cairn_simulation_destroy(simulation);
+    cairn_scene_destroy(scene);
+    simulation = nullptr;
+    scene = nullptr;
   }
   // Bodies of mass 1 that nothing draws, one at the middle, the other 0.25 along x.
   void two(int dim) {
@@ -150,6 +161,47 @@ TEST_F(CJoints, RopesRunOverPulleys) {
   EXPECT_REFUSED(join("Cable", 0, 1, {0, 0, 0.1, 1, 0.25, 0}, {}, {{"pulley", 1.5}}), "pulley of Cable is 1.5");
 }
 
+// A block of cells hung at a corner from a rope over a pulley, with a ball beyond: one tension on both, whichever is a.
+TEST_F(CJoints, RopesBeginAtNodes) {
+  const std::vector<double> place = {0, 0, 0.5, 0, 1, 0, 0, 0.5, 0.5, 0.5, 1, 0.5};
+  const std::vector<int32_t> cells = {0, 1, 4, 3, 1, 2, 5, 4};
+  for (const bool node_first : {true, false}) {
+    make(2);
+    cairn_mesh* mesh = nullptr;
+    const int32_t corner = 3;
+    ASSERT_EQ(cairn_mesh_create(2, 6, place.data(), &mesh, &error), 0);
+    ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, "q4", 2, cells.data(), 1e6, 0.3, 1000, 0, 1, &error), 0);
+    int64_t first = -1;
+    const int64_t before = node_first ? -1 : body({-0.5, 0}, 400, 1);
+    ASSERT_EQ(cairn_scene_add_mesh(scene, mesh, "block", rock, -1, &first, nullptr, &error), 0) << error.message;
+    const int64_t weight = node_first ? body({-0.5, 0}, 400, 1) : before;
+    ball(2, weight, 0.05, rock);
+    const std::vector<double> points = {0, 0.5, -0.25, 1, -0.5, 0}, back = {-0.5, 0, -0.25, 1, 0, 0.5};
+    EXPECT_REFUSED(join("Cable", first, first + 1, {0, 0, 0, 1, 0.5, 0}), "of meshes; give one end a rigid body, or");
+    EXPECT_REFUSED(join("Cable", first + corner, weight, {0, 0.4, -0.25, 1, -0.5, 0}), "m away from node");
+    ASSERT_EQ(node_first ? join("Cable", first + corner, weight, points) : join("Cable", weight, first + corner, back),
+              0)
+        << error.message;
+    cairn_mesh_destroy(mesh);
+    begin();
+    for (int k = 0; k < 30; ++k) {
+      const double fell = field("velocity")[1];
+      steps(1);
+      const std::vector<double> pull = contact("impulse"), x = field("position"), v = field("velocity");
+      const double tension = std::hypot(pull[0], pull[1]), up = 400 * (v[1] - fell + 9.81e-3);
+      EXPECT_GT(tension, 0);
+      // along the rope where contacts are detected, half a step before
+      const double slope = (1 - x[1]) / std::hypot(-0.25 - x[0], 1 - x[1]);
+      EXPECT_NEAR(up, tension * slope, 2e-3 * tension) << k;
+      EXPECT_LT(std::abs(energy("closure")), 1e-9 * energy("in_play"));
+    }
+    EXPECT_EQ(cairn_simulation_contacts(simulation), 1);
+    const std::vector<double> key = contact("key");
+    for (const int64_t of : ends) EXPECT_TRUE(key[0] == double(of) || key[1] == double(of));
+    end();
+  }
+}
+
 // A block of cells hung at a corner by a joint, to the world or to a body, swings as one whose corner is held.
 TEST_F(CJoints, HoldNodesOfMeshes) {
   const std::vector<double> place = {0, 0, 0.5, 0, 1, 0, 0, 0.5, 0.5, 0.5, 1, 0.5};
@@ -169,7 +221,17 @@ TEST_F(CJoints, HoldNodesOfMeshes) {
     ball(2, post, 0.05, rock);
     ASSERT_EQ(cairn_scene_drive(scene, 1, &post, 7, nullptr, &error), 0);
     if (how > 0) { ASSERT_EQ(join("Pivot", first + corner, how == 1 ? -1 : post, {0, 0.5}), 0) << error.message; }
+    if (how == 0) {
+      EXPECT_REFUSED(join("Distance", first, first + 1, {0, 0, 0.5, 0}), "nodes 0 and 1 of one mesh");
+      EXPECT_REFUSED(join("Fixed", first, post, {0, 0.1}), "m away from node 0; give the place of the node");
+      EXPECT_REFUSED(join("Fixed", first + 99, post, {0, 0.1}), "give the id of a rigid body or of a node of");
+      EXPECT_REFUSED(join("Pivot", first, post, {0, 0}, {}, {{"highest", 1.0}}), "highest of Pivot is of an angle");
+      EXPECT_REFUSED(join("Cable", post, -1, {0, 0.6, 0, 0, 1, 0}, {}, {{"pulley", double(first)}}),
+                     "pulley of a joint is 0, a node of a mesh; give a rigid body, or leave it out: the world");
+    }
     begin();
+    EXPECT_REFUSED(join("Pivot", first, post, {0, 0}),
+                   "a node of a mesh; give a rigid body, or join it by cairn_scene_");
     steps(100, 2e-3);
     int64_t count = 0;
     ends_of[how].resize(12);
@@ -177,13 +239,6 @@ TEST_F(CJoints, HoldNodesOfMeshes) {
     if (how > 0) {
       EXPECT_EQ(cairn_simulation_contacts(simulation), 1);
       EXPECT_EQ(contact("key")[0], double(ends[0]));
-    }
-    if (how == 0) {
-      EXPECT_REFUSED(join("Distance", first, first + 1, {0, 0, 0.5, 0}), "nodes 0 and 1 of one mesh");
-      EXPECT_REFUSED(join("Fixed", first, post, {0, 0.1}), "m away from node 0; give the place of the node");
-      EXPECT_REFUSED(join("Fixed", first + 99, post, {0, 0.1}), "give the id of a rigid body or of a node of");
-      EXPECT_REFUSED(join("Pivot", first, post, {0, 0}, {}, {{"highest", 1.0}}), "highest of Pivot is of an angle");
-      EXPECT_REFUSED(join("Cable", first, post, {0, 0, 0, 1, 0, 0.6}), "a node of a mesh; give a Cable rigid bodies");
     }
     cairn_simulation_destroy(simulation);
     cairn_scene_destroy(scene);
@@ -268,6 +323,176 @@ TEST_F(CJoints, EndsTouchNothing) {
       EXPECT_TRUE((first && second) || (id != double(ends[0]) && id != double(ends[1])));
   }
   EXPECT_EQ(joints, 1);
+}
+
+// In mid-flight: momentum stays, the middles too, and what is let go flies on.
+TEST_F(CJoints, AreMadeAndLetGoInARun) {
+  for (const int dim : {2, 3}) {
+    two(dim);
+    spin(dim == 2 ? std::vector<double>{0.3, -0.2, 2, -0.1, 0.3, -1}
+                  : std::vector<double>{0.3, -0.2, 0.1, 2, -1, 1.5, -0.1, 0.3, 0.2, 1, 2, -3});
+    begin();
+    steps(20);
+    EXPECT_EQ(cairn_simulation_contacts(simulation), 0);
+    const auto momentum = [&](int k) {
+      const std::vector<double> v = field("velocity");
+      return v[std::size_t(k)] + v[std::size_t(3 * dim - 3 + k)];
+    };
+    std::vector<double> before, x = field("position"), middle;
+    for (int k = 0; k < dim; ++k) {
+      before.push_back(momentum(k));
+      middle.push_back((x[std::size_t(k)] + x[std::size_t(dim + k)]) / 2);
+    }
+    ASSERT_EQ(join("Fixed", 0, 1, middle), 0) << error.message;
+    const auto apart = [&] {
+      x = field("position");
+      double square = 0;
+      for (std::size_t k = 0; k < std::size_t(dim); ++k)
+        square += (x[k] - x[std::size_t(dim) + k]) * (x[k] - x[std::size_t(dim) + k]);
+      return std::sqrt(square);
+    };
+    const double wide = apart();
+    for (int k = 0; k < 20; ++k) {
+      steps(10);
+      EXPECT_NEAR(apart(), wide, 1e-6 * wide) << dim;
+    }
+    EXPECT_EQ(cairn_simulation_contacts(simulation), 1);
+    EXPECT_EQ(contact("key")[0], double(ends[0]));
+    EXPECT_EQ(contact("beta"), std::vector<double>{1});
+    for (int k = 0; k < dim; ++k) EXPECT_NEAR(momentum(k), before[std::size_t(k)], 1e-12) << dim;
+    EXPECT_LT(std::abs(energy("closure")), 1e-10 * energy("in_play"));
+    ASSERT_EQ(cairn_simulation_remove_joint(simulation, ends, &error), 0) << error.message;
+    steps(100);
+    EXPECT_EQ(cairn_simulation_contacts(simulation), 0);
+    EXPECT_GT(std::abs(apart() - wide), 1e-3 * wide) << dim;
+    for (int k = 0; k < dim; ++k) EXPECT_NEAR(momentum(k), before[std::size_t(k)], 1e-12) << dim;
+    EXPECT_REFUSED(cairn_simulation_remove_joint(simulation, ends, &error), "which no joint has; give those of one");
+    end();
+  }
+}
+
+// A bar that rests is hung at its end in a run: it swings with the period of a physical pendulum, and a joint that was
+// there before holds as it did.
+TEST_F(CJoints, AreHungFromTheWorldInARun) {
+  for (const int dim : {2, 3}) {
+    two(dim);
+    std::vector<double> at(std::size_t(dim), 0.0);
+    at[0] = 0.25;
+    ASSERT_EQ(join(dim == 2 ? "Pivot" : "Ball", 1, -1, at), 0) << error.message;
+    begin();
+    steps(5);
+    const double g = 9.81, arm = 0.1, lean = 0.1, down[] = {0, -g, 0};
+    const std::vector<double> hung = dim == 2 ? std::vector<double>{-arm * std::sin(lean), arm * std::cos(lean)}
+                                              : std::vector<double>{-arm * std::sin(lean), arm * std::cos(lean), 0};
+    ASSERT_EQ(join(dim == 2 ? "Pivot" : "Hinge", 0, -1, hung,
+                   dim == 2 ? std::vector<double>{} : std::vector<double>{0, 0, 1}),
+              0)
+        << error.message;
+    EXPECT_EQ(cairn_simulation_bodies(simulation), 4);
+    ASSERT_EQ(cairn_simulation_set_gravity(simulation, down, &error), 0);
+    const double inertia = 0.01 + arm * arm, period = 2 * std::numbers::pi * std::sqrt(inertia / (g * arm)), h = 1e-3;
+    // that of a swing of `lean` is longer by lean^2/16
+    int turns = 0, step = 0;
+    double first = 0, last = 0;
+    for (double before = field("velocity")[0]; turns < 5; ++step) {
+      steps(1, h);
+      const double now = field("velocity")[0];
+      if (step > 0 && (now > 0) != (before > 0)) {
+        last = (step + 1) * h - h * now / (now - before);
+        if (turns++ == 0) first = last;
+      }
+      before = now;
+    }
+    EXPECT_NEAR((last - first) / 2, period * (1 + lean * lean / 16), 5e-4 * period) << dim;
+    const std::vector<double> x = field("position");
+    double square = 0;
+    for (std::size_t k = 0; k < 2; ++k) square += (x[k] - hung[k]) * (x[k] - hung[k]);
+    EXPECT_NEAR(std::sqrt(square), arm, 1e-5 * arm) << dim;
+    EXPECT_NEAR(x[std::size_t(dim)], 0.25, 1e-9);
+    end();
+  }
+}
+
+TEST_F(CJoints, SpringsThatAreLetGoAreAccountedFor) {
+  two(2);
+  spin({-0.5, 0, 0, 0.5, 0, 0});
+  begin();
+  steps(1);
+  const std::vector<double> x = field("position");
+  ASSERT_EQ(join("Distance", 0, 1, x, {}, {{"stiffness", 500.0}}), 0) << error.message;
+  steps(20);
+  const double stored = energy("stored");
+  EXPECT_GT(stored, 0.01 * energy("kinetic"));
+  ASSERT_EQ(cairn_simulation_remove_joint(simulation, ends, &error), 0) << error.message;
+  steps(5);
+  EXPECT_EQ(energy("stored"), 0);
+  EXPECT_NEAR(energy("dissipated_reshaping"), stored, 1e-12 * stored);
+  EXPECT_LT(std::abs(energy("closure")), 1e-11 * energy("in_play"));
+}
+
+// A restart goes into a simulation in which the same was joined and let go.
+TEST_F(CJoints, OfARunAreInCheckpoints) {
+  const std::string path = testing::TempDir() + "joints_of_a_run.h5";
+  std::vector<double> reached;
+  for (const bool again : {false, true}) {
+    two(2);
+    spin({0.3, -0.2, 2, -0.1, 0.3, -1});
+    begin();
+    int64_t first[2] = {-1, -1};
+    const auto hang = [&] {
+      ASSERT_EQ(join("Pivot", 0, 1, {0.1, 0}), 0) << error.message;
+      first[0] = ends[0];
+      first[1] = ends[1];
+      ASSERT_EQ(join("Pivot", 1, -1, {0.25, 0}), 0) << error.message;
+      ASSERT_EQ(cairn_simulation_remove_joint(simulation, first, &error), 0) << error.message;
+    };
+    if (again) {
+      EXPECT_EQ(cairn_simulation_restart(simulation, path.c_str(), &error), cairn_file_error);
+      EXPECT_NE(std::string(error.message).find("materials"), std::string::npos) << error.message;
+      hang();
+      ASSERT_EQ(cairn_simulation_restart(simulation, path.c_str(), &error), 0) << error.message;
+    } else {
+      hang();
+      steps(30);
+      ASSERT_EQ(cairn_simulation_write_checkpoint(simulation, path.c_str(), &error), 0) << error.message;
+    }
+    steps(30);
+    if (again) { EXPECT_EQ(field("position"), reached); }
+    reached = field("position");
+    end();
+  }
+  std::remove(path.c_str());
+}
+
+TEST_F(CJoints, OfARunThatAreWrongLeaveAllAsItWas) {
+  two(3);
+  spin({0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, -3});
+  begin();
+  steps(3);
+  const std::vector<double> at = {0.1, 0, 0};
+  EXPECT_REFUSED(join("Weld", 0, 1, at), "there is no joint 'Weld'; there are Ball, Hinge");
+  EXPECT_REFUSED(join("Ball", 0, 7, at), "b of a joint is 7; give the id of a rigid body");
+  EXPECT_REFUSED(join("Ball", 0, 0, at), "a and b of a joint are both body 0; give two bodies");
+  EXPECT_REFUSED(join("Ball", 0, 1, {NAN, 0, 0}), "point[0] of Ball is nan; give a finite number");
+  EXPECT_REFUSED(join("Ball", 0, 1, at, {}, {{"strength", -1.0}}), "strength of Ball is -1; give a force above 0 [N]");
+  EXPECT_REFUSED(join("Cable", 0, 1, {0, 0, 0, 0.1, 1, 0, 0.25, 0, 0}, {}, {{"length", 1.0}}), "length of Cable is 1");
+  EXPECT_REFUSED(
+      cairn_simulation_add_joint(simulation, nullptr, 0, 1, at.data(), nullptr, 0, nullptr, nullptr, nullptr, &error),
+      "kind is NULL");
+  EXPECT_REFUSED(cairn_simulation_remove_joint(simulation, nullptr, &error), "ends is NULL");
+  const int64_t bodies[] = {0, 1}, none[] = {77, 78};
+  EXPECT_REFUSED(cairn_simulation_remove_joint(simulation, bodies, &error), "ends are 0 and 1, which no joint has");
+  EXPECT_REFUSED(cairn_simulation_remove_joint(simulation, none, &error), "ends are 77 and 78, which no joint has");
+  EXPECT_EQ(cairn_simulation_bodies(simulation), 2);
+  steps(2);
+  EXPECT_EQ(cairn_simulation_contacts(simulation), 0);
+  const std::vector<double> v = field("velocity");
+  EXPECT_EQ(v[5], 2);
+  EXPECT_EQ(v[11], -3);
+  // a strategy that has no impulses takes no joint
+  ASSERT_EQ(cairn_simulation_set_option(simulation, "strategy", "smooth_dem", &error), 0) << error.message;
+  EXPECT_REFUSED(join("Ball", 0, 1, at), "oint");
+  EXPECT_EQ(cairn_simulation_bodies(simulation), 2);
 }
 
 TEST_F(CJoints, WhatIsWrongIsNamed) {

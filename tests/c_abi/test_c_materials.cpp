@@ -1,5 +1,6 @@
 // Materials of the program's own, UMATs, through the C API: tests/python/umat.f90, Hooke's law or plasticity, linked
 // here.
+#include <algorithm>
 #include <cmath>
 
 #include "c_scene.hpp"
@@ -8,11 +9,51 @@ extern "C" void umat_(void);
 
 namespace {
 
+// The arguments of a UMAT from the second on, as far as they are of no use here.
+using Umat = void(double* stress, double*, double*, double*, double*, double*, double*, double*, double*, double*,
+                  const double*, const double*, const double*, const double*, const double*, const double*,
+                  const double*, const double*, const char*, const int*, const int*, const int*, const int*,
+                  const double*, const int*, const double*, const double*, double*, const double*, const double*,
+                  const double*, const int*, const int*, const int*, const int*, const int*, const int*, std::size_t);
+
+void gives_no_number(double* stress, double*, double*, double*, double*, double*, double*, double*, double*, double*,
+                     const double*, const double*, const double*, const double*, const double*, const double*,
+                     const double*, const double*, const char*, const int*, const int*, const int*, const int*,
+                     const double*, const int*, const double*, const double*, double*, const double*, const double*,
+                     const double*, const int*, const int*, const int*, const int*, const int*, const int*,
+                     std::size_t) {
+  stress[0] = NAN;
+}
+Umat* const checked = gives_no_number;
+cairn_umat* const gives_up = reinterpret_cast<cairn_umat*>(checked);
+
+// Springs of the strain, whose routine looks at the energy of the simulation that calls it.
+cairn_simulation* looked_at = nullptr;
+int within = 0, deepest = 0;
+void looks(double* stress, double*, double* tangent, double* elastic, double*, double*, double*, double*, double*,
+           double*, const double* strain, const double* change, const double*, const double*, const double*,
+           const double*, const double*, const double*, const char*, const int*, const int*, const int*, const int*,
+           const double*, const int*, const double*, const double*, double*, const double*, const double*,
+           const double*, const int*, const int*, const int*, const int*, const int*, const int*, std::size_t) {
+  for (int k = 0; k < 6; ++k) {
+    tangent[7 * k] = 300;
+    stress[k] += 300 * change[k];
+    *elastic += (stress[k] - 150 * change[k]) * change[k] + 0 * strain[k];
+  }
+  if (!looked_at || within > 3) return;
+  deepest = std::max(deepest, ++within);
+  double stored = 0;
+  EXPECT_EQ(cairn_simulation_energy(looked_at, "stored", &stored, nullptr), 0);
+  --within;
+}
+Umat* const looking = looks;
+
 struct CMaterials : CScene {
   cairn_mesh* mesh = nullptr;
   ~CMaterials() override { cairn_mesh_destroy(mesh); }
   // Two squares side by side, held on the left, drawn on the right at a speed.
-  void bar(const char* material, std::vector<double> values, const char* const* names, double speed) {
+  void bar(const char* material, std::vector<double> values, const char* const* names, double speed,
+           double stress = 0) {
     const double place[] = {0, 0, 1, 0, 2, 0, 0, 1, 1, 1, 2, 1};
     const int32_t cell[] = {0, 1, 4, 3, 1, 2, 5, 4}, left[] = {0, 3}, right[] = {2, 5};
     cairn_mesh_destroy(mesh);
@@ -29,6 +70,8 @@ struct CMaterials : CScene {
                                          1e-3, "small", "strain", 0, 1, &error),
               0)
         << error.message;
+    const double given[12] = {stress, 0, 0, 0, 0, 0, stress, 0, 0, 0, 0, 0};
+    ASSERT_EQ(stress > 0 ? cairn_mesh_set_initial_stress(mesh, 2, given, &error) : 0, 0) << error.message;
     ASSERT_EQ(cairn_mesh_hold(mesh, 2, left, 3, &error), 0);
     ASSERT_EQ(cairn_mesh_hold(mesh, 2, right, 1, &error), 0);
     ASSERT_EQ(cairn_scene_add_mesh(scene, mesh, "bar", rock, -1, nullptr, nullptr, &error), 0) << error.message;
@@ -96,6 +139,57 @@ TEST_F(CMaterials, what_a_umat_refuses_is_told_and_undone) {
   EXPECT_REFUSED(cairn_scene_add_mesh(scene, wrong, "wrong", rock, -1, nullptr, nullptr, &error),
                  "quad cell 0 with nodes");
   cairn_mesh_destroy(wrong);
+}
+
+// Meshes that are there keep the routine and the states that they came in with.
+TEST_F(CMaterials, a_routine_that_takes_a_name_leaves_the_meshes_that_had_it) {
+  ASSERT_EQ(cairn_give_material("taken", umat_, 1, &error), 0) << error.message;
+  bar("taken", {300, 0.3, 2}, nullptr, 0.5);
+  steps(20, 1e-3);
+  const auto alone = displacement();
+  const double spent = energy("dissipated_material");
+  bar("taken", {300, 0.3, 2}, nullptr, 0.5);
+  steps(10, 1e-3);
+  ASSERT_EQ(cairn_give_material("taken", gives_up, 40, &error), 0) << error.message;
+  steps(10, 1e-3);
+  EXPECT_EQ(displacement(), alone);
+  EXPECT_EQ(energy("dissipated_material"), spent);
+  const double place[] = {0, 0, 1, 0, 1, 1, 0, 1}, props[] = {300, 0.3, 0};
+  const int32_t cell[] = {0, 1, 2, 3};
+  const auto add = [&] {
+    cairn_mesh* one = nullptr;
+    EXPECT_EQ(cairn_mesh_create(2, 4, place, &one, &error), 0);
+    EXPECT_EQ(
+        cairn_mesh_add_solid_cells(one, "q4", 1, cell, "taken", 3, nullptr, props, 1, "small", "strain", 0, 1, &error),
+        0)
+        << error.message;
+    const int32_t code = cairn_scene_add_mesh(scene, one, "one", rock, -1, nullptr, nullptr, &error);
+    cairn_mesh_destroy(one);
+    return code;
+  };
+  EXPECT_EQ(add(), cairn_wrong_input);   // of the routine that the name has now
+  for (int turn = 0; turn < 301; ++turn) // and as often as one likes
+    ASSERT_EQ(cairn_give_material("taken", turn % 2 ? gives_up : umat_, turn % 2 ? 40 : 1, &error), 0) << error.message;
+  EXPECT_EQ(add(), 0) << error.message;
+}
+
+// Before the first step a look at the energy asks the materials, but not while a step does.
+TEST_F(CMaterials, a_routine_may_look_at_the_simulation_that_calls_it) {
+  ASSERT_EQ(cairn_give_material("looks", reinterpret_cast<cairn_umat*>(looking), 0, &error), 0) << error.message;
+  std::vector<double> seen;
+  for (const bool looked : {false, true}) {
+    bar("looks", {}, nullptr, 0.5, 3);
+    energy("stored");
+    looked_at = looked ? simulation : nullptr;
+    deepest = 0;
+    steps(1, 1e-3);
+    looked_at = nullptr;
+    EXPECT_EQ(deepest, looked);
+    seen.push_back(displacement()[3]);
+    seen.push_back(energy("stored"));
+  }
+  EXPECT_EQ(seen[2], seen[0]);
+  EXPECT_EQ(seen[3], seen[1]);
 }
 
 TEST_F(CMaterials, what_is_missing_is_told) {

@@ -141,22 +141,29 @@ TEST(ParallelBond, HasTheSpringsOfADisk) {
     EXPECT_NEAR(one.taken, one.stored, 1e-12 * one.stored);
     EXPECT_LE(one.residual, 1e-9 * k[which] * far * one.h);
   }
-  const auto break_at = [&](int which, const OneContact::Values& strength) {
+  // opened by 0.1 m/s and 0.1 rad/s of these components, until it breaks [m]
+  const auto break_at = [&](int dim, const std::vector<int>& which, const OneContact::Values& strength) {
     OneContact::Values all = {{"normal_stiffness", kn}, {"tangential_stiffness", kt}, {"radius", 0.25}};
     all.insert(strength.begin(), strength.end());
-    OneContact one("ParallelBond", all, 3);
+    OneContact one("ParallelBond", all, dim);
     for (double& w : one.w) w = 1e-9 / (one.h * one.h * k[0]);
     std::vector<double> free(6, 0.0);
-    free[which] = 0.1;
+    for (int l : which) free[l] = 0.1;
     int step = 0;
     while (one.state[0] > 0 && step < 100000) one.advance(free), ++step;
     EXPECT_NEAR(one.released, one.taken, 1e-12 * one.taken);
     return step * 0.1 * one.h;
   };
-  EXPECT_NEAR(break_at(0, {{"tension", 1e6}}), 1e6 / kn, 2e-6);
-  EXPECT_NEAR(break_at(1, {{"shear", 1e6}}), 1e6 / kt, 2e-6);
-  EXPECT_NEAR(break_at(3, {{"shear", 1e6}}), 1e6 / kt / b, 2e-6);
-  EXPECT_NEAR(break_at(5, {{"tension", 1e6}}), 1e6 / kn / b, 2e-6);
+  EXPECT_NEAR(break_at(3, {0}, {{"tension", 1e6}}), 1e6 / kn, 2e-6);
+  EXPECT_NEAR(break_at(3, {1}, {{"shear", 1e6}}), 1e6 / kt, 2e-6);
+  EXPECT_NEAR(break_at(3, {3}, {{"shear", 1e6}}), 1e6 / kt / b, 2e-6);
+  EXPECT_NEAR(break_at(3, {5}, {{"tension", 1e6}}), 1e6 / kn / b, 2e-6);
+  // together, at the rim: what opens and bends, about both axes, what slides and twists
+  EXPECT_NEAR(break_at(3, {0, 5}, {{"tension", 1e6}}), 1e6 / kn / (1 + b), 2e-6);
+  EXPECT_NEAR(break_at(3, {4, 5}, {{"tension", 1e6}}), 1e6 / kn / (std::sqrt(2.0) * b), 2e-6);
+  EXPECT_NEAR(break_at(3, {1, 2, 3}, {{"shear", 1e6}}), 1e6 / kt / (std::sqrt(2.0) + b), 2e-6);
+  EXPECT_NEAR(break_at(2, {0, 2}, {{"tension", 1e6}}), 1e6 / kn / (1 + b), 2e-6);
+  EXPECT_NEAR(break_at(2, {0, 1}, {{"tension", 2e6}, {"shear", 1e6}}), 2e6 / kn, 2e-6);
 }
 
 // m x'' = -E A/L x - eta/L x': period and decrement of an oscillator; a wire lets go where it is slack.

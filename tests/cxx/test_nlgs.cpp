@@ -6,6 +6,7 @@
 
 #include "cairn/core.h"
 #include "contact_scene.hpp"
+#include "contacts/interaction_state.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 
 namespace cairn::test {
@@ -64,6 +65,52 @@ TEST_P(Solver, FindsWhatTheTextbookFinds) {
     worst = std::max(worst, std::abs(v[k] - s.bodies.velocity.values[k]));
   }
   EXPECT_LT(worst, 1e-9 * size);
+}
+
+// Sweeps of associated friction: impulses in the cone, velocities in its dual, nothing done by one on the other.
+// Contacts that are not packed keep Coulomb's law, whose velocities are in the dual with mu |u_T| added to the normal.
+TEST_P(Solver, SweepsOfAssociatedFrictionEndInTheDualCone) {
+  const double mu = 0.4;
+  ContactScene s = scene();
+  Interactions i(dim);
+  s.step(i, coulomb(mu), {1e-20, 1, 1, 1});
+  ContactSystem& system = i.system();
+  system.load(s.bodies.velocity_free);
+  cairn_schedule schedule = system.schedule(1);
+  cairn_add_impulses(&schedule);
+  schedule.associated = 1;
+  cairn_nlgs_sweep(20000, &schedule, system.change.data());
+  double u[6 * 128], fastest = 0, outside = 0, done = 0, most_done = 0;
+  int opened = 0, packed = 0;
+  for (std::size_t k = 0; k < system.batches.size(); ++k) {
+    const cairn_batch& b = system.batches[k];
+    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    for (int lane = 0; lane < b.contacts; ++lane) {
+      double slip = 0, push = 0, work = 0;
+      const double r_n = at(b, b.r, lane, 0);
+      for (int c = 1; c < dim; ++c) {
+        const double u_t = u[c * b.count + lane], r_t = at(b, b.r, lane, c);
+        slip += u_t * u_t;
+        push += r_t * r_t;
+        work += u_t * r_t;
+      }
+      slip = std::sqrt(slip);
+      double normal = u[lane] + at(b, b.bias, lane, 0);
+      if (!b.pack) normal += mu * slip;
+      work += normal * r_n;
+      EXPECT_LE(std::sqrt(push), mu * r_n * (1 + 1e-12));
+      fastest = std::max({fastest, std::abs(normal), slip});
+      outside = std::max(outside, mu * slip - normal);
+      done = std::max(done, std::abs(work));
+      most_done = std::max(most_done, r_n * fastest);
+      packed += b.pack != 0;
+      opened += b.pack != 0 && r_n > 0 && slip > 1e-6 * fastest;
+    }
+  }
+  EXPECT_LT(outside, 1e-9 * fastest);
+  EXPECT_LT(done, 1e-9 * most_done);
+  EXPECT_GT(packed, 50);
+  EXPECT_GT(opened, 3) << "some slip, and open by that";
 }
 
 TEST_P(Solver, GivesTheSameBitsFromAnyThreads) {

@@ -90,6 +90,17 @@ def test_cook_at_large_strain():
     assert found[2] - found[1] < 0.4 * (found[1] - found[0])
 
 
+def test_a_load_that_finds_no_rest_at_once_is_halved():
+    """Four iterations do not take the whole load, but each of its halves; one takes none of it."""
+    points, cells, held, edge = cook("quad", 4)
+    body = SolidBody(points, cells, NeoHookean(young=240.565, poisson=0.3), groups={"held": held})
+    load = along_edge(points, edge, 100.0, 1)
+    whole = body.solve({"held": "xy"}, load)
+    np.testing.assert_allclose(body.solve({"held": "xy"}, load, most=4), whole, rtol=0, atol=1e-9 * np.abs(whole).max())
+    with pytest.raises(RuntimeError, match="no rest after 1 iterations"):
+        body.solve({"held": "xy"}, load, most=1)
+
+
 @pytest.mark.parametrize("kinematics", ["corotational", "total_lagrangian"])
 def test_elastica(kinematics):
     """A clamped beam of slenderness 100 under a dead load across its end (Bisshopp & Drucker 1945)."""

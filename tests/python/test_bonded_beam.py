@@ -22,7 +22,7 @@ def beam(rows, columns, tip, dt=0.05, tension=np.inf):
     scene.add(cn.disks(places[0], share * R, STONE, driven=("vx", "vy", "w")))
     scene.add(cn.disks(places[1:-1].reshape(-1, 2), share * R, STONE))
     scene.add(cn.disks(places[-1], share * R, STONE, force=down))
-    scene.interact(STONE, STONE, cn.ParallelBond(normal_stiffness=YOUNG / (2 * R), tangential_stiffness=YOUNG / (2 * R), mu=0.3,
+    scene.interact(STONE, STONE, cn.ParallelBond(normal_stiffness=YOUNG / (2 * R), tangential_stiffness=YOUNG / (2 * R), mu=0.0,
                                                  tension=tension, radius=1 / share, within=3e-3 * R))  # fmt: skip
     sim = cn.Simulation(scene, dt, cn.NSCD(theta=1.0, solver=cn.Auto(tol=1e-10, max_iter=5000)))
     return sim, places
@@ -53,23 +53,29 @@ def test_it_bends_as_euler_and_bernoulli_have_it(rows):
     assert -middle == pytest.approx(1e-3 * length * (1.5 * half**2 - 0.5 * half**3), rel=0.02)
 
 
-@pytest.mark.parametrize(("rows", "within"), [(1, 0.011), (4, 0.04)])  # of several rows the outer one bears more where it is held
-def test_it_breaks_at_its_strength(rows, within):
-    """At the first joint, where M y/I is largest, under a load that grows by a hundredth of that in a step."""
-    columns, dt = 13 if rows == 1 else 25, 0.05
+@pytest.mark.parametrize(("rows", "columns"), [(1, 13), (2, 25), (4, 13), (4, 25)])
+def test_it_breaks_at_its_strength(rows, columns):
+    """At the first joint, where M y/I is largest and, of several rows, the outer one bears more, since the section is held. Near
+    the strength the load grows by a thousandth of it in a step of some periods."""
+    dt = 0.05 if rows == 1 else 0.01
     moment, far = section(rows)
     load = TENSION * moment / far / (2 * R * (columns - 1) - R)
-    sim, _ = beam(rows, columns, lambda t: load * t / (100 * dt), dt, TENSION)
+
+    def share(t):
+        step = t / dt
+        return 0.05 * step if step < 17 else 0.85 + 0.001 * (step - 17)
+
+    sim, _ = beam(rows, columns, lambda t: load * share(t), dt, TENSION)
     sim.step()
     held = sim.contacts.beta > 0
-    bonds, places = {tuple(pair) for pair in sim.contacts.bodies[held].tolist()}, sim.contacts.point[held, 0]
-    assert len(bonds) == len(places) == (columns - 1) * rows + (columns - 1) * (rows - 1)
-    for _ in range(110):
-        sim.step()
+    bonds = {tuple(pair) for pair in sim.contacts.bodies[held].tolist()}
+    assert len(bonds) == (columns - 1) * rows + (columns - 1) * (rows - 1)
+    while share(sim.time) < 1.1:
+        assert sim.step()["status"] == "converged"
         left = {tuple(pair) for pair in sim.contacts.bodies[sim.contacts.beta > 0].tolist()}
         if left != bonds:
             break
-    assert sim.time / (100 * dt) == pytest.approx(1, abs=within)
+    assert share(sim.time) == pytest.approx(1 / network(rows, columns).max(), abs=0.0021)
     assert all(a < rows <= b < 2 * rows for a, b in bonds - left)  # between the first two columns
 
 
@@ -109,20 +115,26 @@ def test_shear_where_a_section_is_held_adds_stress_as_the_height_over_the_length
     assert 1.03 < short < 1.06 and (long - 1) * 48 == pytest.approx((short - 1) * 24, rel=0.05)
 
 
-@pytest.mark.parametrize("rows", [1, 2, 4])
-def test_under_a_couple_alone_it_breaks_at_its_strength(rows):
-    """Pure bending, whose stress is M y/I at all joints: by forces and torques on the last column as that stress has them."""
-    columns, dt = 9, 0.05
+@pytest.mark.parametrize(("rows", "dt"), [(1, 2e-2), (2, 1e-3), (4, 1e-3)])
+def test_under_a_couple_alone_it_breaks_at_its_strength(rows, dt):
+    """Pure bending, whose stress is M y/I at all joints: by forces and torques on the last column as that stress has them. Near
+    the strength the load grows by a thousandth of it in a step, which is some periods long: far longer ones are solved less
+    well than that, and what pressed bonds then overlap by stays."""
     y, far = 2 * R * np.arange(rows), section(rows)[1]
     forces = np.zeros((rows, 3))
     forces[:, 0] = TENSION * y / far * 2 * R
     forces[0, 0] = -forces[:, 0].sum()
     forces[:, 2] = -TENSION / far * (2 * R) ** 3 / 12
-    sim, _ = beam(rows, columns, lambda t: forces * t / (100 * dt), dt, TENSION)
+
+    def share(t):
+        step = t / dt
+        return 0.05 * step if step < 19 else 0.95 + 0.001 * (step - 19)
+
+    sim, _ = beam(rows, 9, lambda t: forces * share(t), dt, TENSION)
     sim.step()
     bonds = np.count_nonzero(sim.contacts.beta > 0)
-    for _ in range(110):
-        sim.step()
+    while share(sim.time) < 1.1:
+        assert sim.step()["status"] == "converged"
         if np.count_nonzero(sim.contacts.beta > 0) != bonds:
             break
-    assert sim.time / (100 * dt) == pytest.approx(1, abs=0.011)
+    assert share(sim.time) == pytest.approx(1, abs=0.0011)

@@ -129,6 +129,56 @@ def test_functions_at_the_beginning_of_a_step_and_after_it_do_as_they_like(tmp_p
     assert len(seen) >= 3 and sim.dt == 1e-3 and (tmp_path / "after.checkpoint.h5").exists()
 
 
+def stepped_by_a_force(step):
+    def push(t, sim):
+        step(sim)
+        return np.zeros((1, 3))
+
+    push.needs_simulation = True
+    scene = cn.Scene(dim=2)
+    scene.add(cn.disks([[0.0, 0.0]], 0.1, ROCK, force=push, velocity=(1.0, 0.0, 0.0)))
+    return cn.Simulation(scene, dt=1e-3)
+
+
+def stepped_by_a_motion(step):
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    body = cn.ElasticBody(points, {"quad": np.array([[0, 1, 2, 3]])}, young=1e5, poisson=0.3, density=1e3, groups={"low": [0, 1]})
+    scene, sim = cn.Scene(dim=2), []
+
+    def sway(t):
+        if sim:
+            step(sim[0])
+        return 0.1 * t
+
+    scene.add(cn.deformable(body, ROCK, fixed={"low": "y"}, displace={"low": {"x": sway}}))
+    sim.append(cn.Simulation(scene, dt=1e-3))
+    return sim[0]
+
+
+@pytest.mark.parametrize("made", [stepped_by_a_force, stepped_by_a_motion])
+@pytest.mark.parametrize("what", ["step", "run", "begin_step"])
+@pytest.mark.parametrize("cut_back", [0, 2])
+def test_functions_at_the_beginning_of_a_step_make_none(made, what, cut_back):
+    """Not even one: the loads of the other would be those of a time that is over."""
+    steps = {
+        "step": lambda sim: sim.step(),
+        "run": lambda sim: sim.run(steps=1, progress=False),
+        "begin_step": lambda sim: sim.stages.begin_step(),
+    }
+    on = []
+    sim = made(lambda sim: steps[what](sim) if on else None)
+    sim.strategy = cn.NSCD(cut_back=cut_back)
+    sim.step()
+    kept = sim.nodes.position.copy(), sim.bodies.position.copy()
+    on.append(True)
+    with pytest.raises(ValueError, match="a step begins with what functions of time say.* steps: step in `callback` of run"):
+        sim.step()
+    assert sim.steps == 1 and sim.time == 1e-3 and sim.stages.due is None
+    assert np.array_equal(sim.nodes.position, kept[0]) and np.array_equal(sim.bodies.position, kept[1])
+    on.clear()
+    assert sim.step()["status"] == "converged"
+
+
 # ---------------------------------------------------------------------- histories that are lost
 
 

@@ -80,6 +80,20 @@ def test_a_pile_from_nothing_takes_a_third_of_the_sweeps(tmp_path):
     assert info["status"] == "converged" and info["iterations"] < plain["iterations"] / 3
 
 
+def test_what_stands_is_found_from_nothing(tmp_path):
+    """Grains that lean on each other in their own impulses do so in those found from nothing, by associated friction at first."""
+    sim = pile()
+    sim.strategy = cn.NSCD(solver=cn.NLGS(tol=1e-8, max_iter=20000), threads=1)
+    for _ in range(40):
+        info = sim.step()
+    assert info["status"] == "converged"
+    sim.checkpoint(path := tmp_path / "state.h5")
+    _, rest = one_step(sim, path, warm=True, tol=1e-8, max_iter=20000)
+    info, v = one_step(sim, path, tol=1e-6, max_iter=20000)
+    assert info["status"] == "converged"
+    assert np.abs(v - rest)[:, :2].max() < 1e-2 * 9.81 * sim.dt
+
+
 def test_a_fixed_number_of_sweeps_is_extrapolated_too(tmp_path):
     sim = pile()
     sim.checkpoint(path := tmp_path / "state.h5")

@@ -97,6 +97,9 @@ def test_what_is_wrong_is_told():
         cn.bars([[0, 0], [0, 0]], [[0, 1]], young=1.0, area=1.0, density=1.0)
     with pytest.raises(ValueError, match="inertia is -1"):
         cn.beams([[0, 0], [1, 0]], [[0, 1]], young=1.0, area=1.0, inertia=-1.0, density=1.0)
+    for poisson in (-1.0, -1.5):
+        with pytest.raises(ValueError, match="poisson is -1.*: give a number above -1"):
+            cn.beams([[0, 0], [1, 0]], [[0, 1]], young=1.0, area=1.0, inertia=1.0, density=1.0, poisson=poisson)
     with pytest.raises(ValueError, match="up is .* along a beam"):
         cn.beams([[0, 0, 0], [0, 0, 1]], [[0, 1]], young=1.0, area=1.0, inertia=1.0, density=1.0)
 
@@ -108,3 +111,14 @@ def test_a_straight_beam_that_nothing_holds_has_five_rigid_motions(way):
     k = cn.beams(points, [[0, 1], [1, 2]], young=1e7, area=1e-3, inertia=1e-7, density=1000.0).K.toarray()
     values = np.linalg.eigvalsh(k)
     assert np.abs(values[:5]).max() < 1e-12 * values[-1] and values[5] > 1e-5 * values[-1]
+
+
+def test_a_soft_beam_beside_a_stiff_one_that_nothing_holds_bends_as_alone():
+    line, sections = np.outer([0.0, 1.0, 2.0], (1.0, 0, 0)), {"area": 1e-3, "inertia": 1e-7, "density": 1000.0}
+    young, cells = [1e11, 1e11, 1e-4, 1e-4], [[0, 1], [1, 2], [3, 4], [4, 5]]
+    both = cn.beams(np.concatenate([line, line + (0, 5, 0)]), cells, young=young, **sections).K.toarray()
+    for k, part in zip((0, 9), (both[:9, :9], both[9:, 9:])):
+        alone = cn.beams(line, cells[:2], young=young[k // 3], **sections).K.toarray()
+        assert np.abs(part - alone).max() < 1e-12 * np.abs(alone).max()
+        across = np.ix_([2, 5, 8], [2, 5, 8])
+        assert part[across] == pytest.approx(alone[across], rel=1e-9)

@@ -42,3 +42,27 @@ def test_a_pendulum_of_a_program_swings_as_that_of_python(program, swung, tmp_pa
     assert told.keys() == swung.keys()
     for name, values in swung.items():
         assert np.array_equal(told[name], values), name
+
+
+def test_balls_that_a_program_joins_in_flight_fly_as_those_of_python(tmp_path):
+    """tests/consumers/fortran/coupled.f90: joined as they stand after 20 steps, let go after 50 more."""
+    told, rock = told_by("coupled", tmp_path), cn.Material("rock")
+    for dim in (2, 3):
+        speed = np.array([0.1 * (k + 1) * (-1) ** k for k in range(1, 3 * dim - 2)])
+        balls = bodies.ContactorSet("disk" if dim == 2 else "sphere", rock, np.array([0, 1]), np.array([0.02, 0.03]))
+        place, turn = np.zeros((2, dim)), np.full((2, 1 if dim == 2 else 3), 4e-4)
+        place[1, 0] = 0.25
+        scene = cn.Scene(dim)
+        scene.add(bodies.checked(bodies.BodySet(dim, place, np.array([0.5, 0.75]), turn, [balls],
+                                                velocity=np.array([speed, -0.5 * speed]))))  # fmt: skip
+        scene.interact("*", "*", None)
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-11, max_iter=50000)))
+        for steps in (20, 50, 20):
+            for _ in range(steps):
+                sim.step()
+            if steps == 20 and sim.steps == 20:
+                name = sim.join(0, 1, cn.Fixed(point=sim.bodies.position.sum(axis=0) / 2, strength=1e3))
+            elif steps == 50:
+                sim.unjoin(name)
+        assert np.array_equal(told[f"position{dim}"], sim.bodies.position.ravel())
+        assert np.array_equal(told[f"velocity{dim}"], sim.bodies.velocity.ravel())

@@ -420,6 +420,7 @@ def test_beside_other_bodies_and_meshes_contacts_keep_their_names():
         ({"opens": "threshold", "threshold": np.nan}, "threshold"),
         ({"opens": "threshold", "threshold": -1.0}, "threshold is -1"),
         ({"opens": "threshold", "law": cn.Bonded(mu=0.3)}, "no strength of faces"),
+        ({"opens": "threshold", "law": zone(1.0, normal_strength=0.0)}, "give strengths above 0"),
         ({"opens": "threshold", "body": "second"}, "first order"),
         ({"opens": "threshold", "body": "single"}, "nothing to open"),
     ],

@@ -233,3 +233,34 @@ def test_cells_of_two_kinds_are_refused():
     points = np.concatenate([points, 10 + np.vstack([np.zeros(3), np.eye(3)])])
     with pytest.raises(ValueError, match="cells of one kind"):
         cn.fracture.split(body_of(points, cells | {"tetra": tetra}), zone(1.0), ROCK, opens="threshold")
+
+
+@pytest.mark.parametrize("opens", [{}, {"opens": "threshold", "threshold": np.inf}])
+@pytest.mark.parametrize("warp", [0.0, 1e-6, 0.01, 0.1])
+def test_points_of_warped_faces_are_bonded_whatever_the_warp(warp, opens):
+    """Each once, to the face across, where nothing moves: a plate one cube thick, whose nodes move by so much of it."""
+    size = HIGH / 3
+    points, cells = blocks(3, 3, 1, size, "hexahedron")
+    body = body_of(points + warp * size * np.random.default_rng(5).uniform(-1, 1, points.shape), cells)
+    sim = pulled(body, size, speed=0.0, **opens)
+    if opens:
+        mesh = sim.meshes[0]._mesh
+        cn.run.cracks.open_faces(sim, mesh, np.arange(len(mesh.d.opening.cells)))
+    sim.step()
+    assert np.count_nonzero(sim.contacts.beta == 1) == len(sim.contacts.beta) == 4 * 12
+    assert np.abs(sim.contacts.gap).max() < 0.11 * 4 * warp * size + 1e-12 * size
+
+
+def test_a_law_that_joins_what_touches_alone_is_refused_where_faces_are_warped():
+    points, cells = blocks(2, 1, 1, 1.0, "hexahedron")
+    points[5] += 0.1
+    with pytest.raises(ValueError, match="sides of cells are warped by up to .* m: give a law with a parameter within"):
+        cn.fracture.split(body_of(points, cells), cn.Bonded(mu=0.3), ROCK)
+
+
+@pytest.mark.parametrize("opens", [{}, {"opens": "threshold"}])
+def test_sides_too_warped_for_points_to_meet_once_are_refused(opens):
+    points, cells = blocks(2, 1, 1, 1.0, "hexahedron")
+    points[5, 0] += 0.5
+    with pytest.raises(ValueError, match="a side of two cells is warped by 0.3.* of its size: give cells whose sides are plane"):
+        cn.fracture.split(body_of(points, cells), zone(1.0), ROCK, **opens)

@@ -105,6 +105,21 @@ def test_what_cannot_be_pressed_is_told():
         cn.deformable(unknown, ROCK, pressure={"top": 1.0})
     with pytest.raises(ValueError, match="pressure on 'one': no edge of the boundary has all its nodes in it"):
         cn.deformable(by_python(solid, groups={"one": [0]}), ROCK, pressure={"one": 1.0})
+    mass = full(solid, solid.lower[2])
+    given = {"points": solid.points, "mass": mass, "stiffness": mass}
+    for edges, told in (
+        ([[0, 99]], r"edges\[0, 1\] is 99: give numbers of the 12 nodes, from 0"),
+        ([[0, 1], [-1, 2]], r"edges\[1, 0\] is -1"),
+        ([[0, 1.5]], r"edges\[0, 1\] is 1.5"),
+        ([[0, np.nan]], r"edges\[0, 1\] is nan"),
+        ([[0, 1, 2]], r"edges have shape \(1, 3\): give nodes \(m, 2\)"),
+    ):
+        with pytest.raises(ValueError, match=told):
+            by_python(solid, edges=edges)
+        with pytest.raises(ValueError, match=told):
+            cn.LinearBody(**given, edges=edges)
+    with pytest.raises(ValueError, match=r"faces\[0, 3\] is -2"):
+        cn.LinearBody(**given, faces=[[0, 1, 2, -2]])
     for wrong in (0.0, -1.0, np.nan):
         with pytest.raises(ValueError, match="thickness"):
             by_python(solid, thickness=wrong)

@@ -206,16 +206,38 @@ def test_what_nothing_resists_along_the_tangent_slips(dim, tangential):
         assert result.r.ravel() == pytest.approx([1.0, -0.5] + [0.0] * (dim - 2))
 
 
-def test_auto_keeps_to_its_iterations():
-    """Vaults of few contacts send it from sweeps to Newton's method and back; turns end at the limit, wherever it falls."""
+def vault_problem(steps):
+    """Vaults of few contacts send `auto` from sweeps to Newton's method and back."""
     blocks = cairn.pre.masonry.cross_vault(4.0, 2.2, 0.3, 8, 2)
     scene = cairn.Scene(dim=3, gravity=(0, 0, -9.81))
     blocks.add_to(scene, cairn.Material("stone", density=2300.0))
     scene.interact("*", "*", cairn.Coulomb(mu=0.6))
     sim = cairn.Simulation(scene, 2e-3, cairn.NSCD(threads=1), overlap="ignore")
-    for _ in range(10):
+    for _ in range(steps):
         sim.step()
-    problem = sim.problem()
+    return sim.problem()
+
+
+@pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
+def test_auto_stays_with_sweeps_that_come_there(tol):
+    """Their errors foretell less than Newton's method would take, whose factors are dear on a vault."""
+    p = vault_problem(1)
+    alone = p.solve("nlgs_anderson", tol=tol)
+    result = p.solve("auto", tol=tol)
+    assert result.converged and result.iterations == alone.iterations and (result.r == alone.r).all()
+
+
+def test_auto_gives_velocities_a_share_of_the_work():
+    """What comes after the tolerance is met is little beside what was before."""
+    p = vault_problem(10)
+    whole = p.solve("auto", tol=1e-6)
+    assert whole.converged and whole.solver == "ppa_newton"
+    assert not p.solve("auto", tol=1e-6, max_iter=int(0.8 * whole.iterations)).converged
+
+
+def test_auto_keeps_to_its_iterations():
+    """Turns end at the limit, wherever it falls."""
+    problem = vault_problem(10)
     answered = set()
     for most in (10, 100, 150, 190, *range(200, 240, 3), 300, 1000):
         result = problem.solve("auto", tol=1e-9, max_iter=most)

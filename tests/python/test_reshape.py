@@ -145,6 +145,80 @@ def test_impulses_of_contacts_pass_over():
     assert np.abs(sim.bodies.velocity).max() < 1e-2
 
 
+GLUE = cn.Material("glue", density=1000.0)
+BONDED = 3  # as contacts.status has it
+
+
+def pair():
+    """Two disks that touch, one of them pushed: bonded they move as one."""
+    return cn.disks([[0.0, 0.0], [0.5, 0.0]], 0.25, GLUE, velocity=[[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def glued(*sets):
+    """Bodies without weight, a square and a disk of glue at first; what is of glue bonds where it touches as it comes in."""
+    scene = cn.Scene(dim=2)
+    scene.add(cn.polygons([SQUARE], ROCK, position=[[5.0, 0.0]]), cn.disks([[0.0, 20.0]], 0.25, GLUE), *sets)
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    scene.interact(ROCK, GLUE, cn.Coulomb(mu=0.3))
+    scene.interact(GLUE, GLUE, cn.Bonded())
+    return cn.Simulation(scene, 1e-3, cn.NSCD(0.5, cn.NLGS(tol=1e-9)))
+
+
+@pytest.mark.parametrize("change", ["deform", "rigidify", "merge"])
+@pytest.mark.parametrize("begun", [False, True])
+def test_others_that_come_in_meanwhile_bond_all_the_same(change, begun, tmp_path):
+    """A body that takes the place of another leaves the bonds of the next step to those that came in, by a checkpoint, too."""
+    grains = cn.disks([[9.0, 0.0], [9.5, 0.0]], 0.25, ROCK)
+
+    def made(rest):
+        sim = glued(*([grains] if begun else [pair(), grains]))
+        if begun:
+            sim.step()
+            ids = sim.add(pair())
+        else:
+            ids = [2, 3]
+        others = [i for i in sim.bodies.id if i > 1 and i not in ids]
+        if change == "merge":
+            sim.merge(others)
+        else:
+            sim.deform(0, mesh())
+        if change == "rigidify":
+            sim.rigidify(0)
+        return sim, ids
+
+    sim, ids = made(True)
+    sim.checkpoint(tmp_path / "kept")
+    again, _ = made(True)
+    again.restore(tmp_path / "kept")
+    for one in (sim, again):
+        one.step()
+        mine = np.isin(one.contacts.bodies, ids).all(axis=1)
+        assert one.contacts.status[mine].tolist() == [BONDED]
+        rows = np.isin(one.bodies.id, ids)
+        assert one.bodies.velocity[rows, 2] == pytest.approx([1 / 0.75] * 2, rel=1e-6)
+        for _ in range(20):
+            one.step()
+    assert np.array_equal(sim.bodies.velocity, again.bodies.velocity)
+
+
+def test_what_was_not_bonded_is_not_as_it_is_deformed():
+    """Squares of glue that came together: their contact is none of first sight, whatever else comes in."""
+    for more in (False, True):
+        sim = glued(
+            cn.polygons([SQUARE, SQUARE], GLUE, position=[[0.0, -5.0], [1.01, -5.0]], velocity=[[5.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+        )
+        for _ in range(10):
+            sim.step()
+        assert len(sim.contacts.status) and BONDED not in sim.contacts.status
+        if more:
+            sim.add(pair())
+        sim.deform(2, mesh(rubber()))
+        sim.step()
+        touching = ~np.isin(sim.contacts.bodies, sim.bodies.id).all(axis=1)
+        assert touching.any() and BONDED not in sim.contacts.status[touching]
+        assert (BONDED in sim.contacts.status) == more
+
+
 def test_a_criterion_makes_bodies_deformable_where_they_are_struck():
     """Of two squares that fall, the one that a threshold of force watches deforms as it strikes the ground, and is rigid again as
     it flies; the other stays as it is."""
@@ -188,6 +262,27 @@ def test_a_mesh_that_was_no_rigid_body_takes_the_shape_that_is_given():
     new = sim.rigidify(0, cn.polygons([SQUARE], ROCK))
     assert sim.bodies.id.tolist() == [new]
     assert sim.bodies.velocity[0, 0] == pytest.approx(1.0, rel=1e-12) and sim.bodies.mass[0] == pytest.approx(900.0)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_body_that_is_joined_stays_rigid_until_its_joint_is_let_go(late):
+    scene = cn.Scene(2)
+    ids = scene.add(cn.polygons([SQUARE, SQUARE, SQUARE], ROCK, position=[[0, 0], [2, 0], [5, 0]]))
+    scene.interact("*", "*", None)
+    name = None if late else scene.join(ids[0], ids[1], cn.Pivot(point=(1, 0)))
+    sim = cn.Simulation(scene, 1e-3)
+    sim.step()
+    if late:
+        name = sim.join(0, 1, cn.Pivot(point=(1, 0)))
+        sim.step()
+    for k in (0, 1):
+        with pytest.raises(ValueError, match=f"body {k} is an end of the joint '{name}', .* sim.unjoin"):
+            sim.deform(k, mesh())
+    assert sim.bodies.id.tolist() == [0, 1, 2]
+    sim.deform(2, mesh())
+    sim.unjoin(name)
+    sim.deform(1, mesh())
+    sim.step()
 
 
 def test_what_cannot_be_reshaped_is_told():

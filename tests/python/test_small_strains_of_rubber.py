@@ -43,6 +43,17 @@ def test_stress_and_energy_of_strains_of_any_size(size):
         assert got["energy"][k] == pytest.approx(energy, rel=1e-12, abs=0)
 
 
+@pytest.mark.parametrize("small", [0.5, 1e-2, 1e-4, 1e-8, 1e-15])
+def test_stress_and_energy_of_what_is_pressed_to_nearly_nothing(small):
+    """From all sides, and along two axes of a box that stretches along the third."""
+    for sides in ((small, small, small), (small, 2 * small, 1.0), (small, 1.0, 1.5)):
+        got = found("neo_hookean", [np.diag(sides) - np.eye(3)])
+        stress, energy = exact(np.diag(sides) - np.eye(3))
+        assert got["status"][0] == 0
+        assert np.abs(got["stress"][0].reshape(3, 3) - stress).max() < 1e-14 * np.abs(stress).max()
+        assert got["energy"][0] == pytest.approx(energy, rel=1e-13)
+
+
 def test_a_cell_that_is_inside_out_is_told():
     got = found("neo_hookean", [np.diag([-1.0, 0, 0]), np.diag([-2.5, 0, 0]), np.full((3, 3), np.nan)])
     assert list(got["status"]) == [1, 1, 1]

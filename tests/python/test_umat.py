@@ -92,3 +92,39 @@ def test_it_gets_the_initial_stress_at_its_first_call(umat, kinematics):
         model.commit()
         assert model.states()[0][0, -1] > 0
     assert np.allclose(*found, rtol=0, atol=1e-12)
+
+
+def test_a_body_stays_rigid_where_the_material_of_its_mesh_has_no_stress(tmp_path):
+    """A routine that knows no large rotations: the body that has turned is still there, with its contacts."""
+    (tmp_path / "upright.f90").write_text("""
+subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpldt, stran, dstran, time, dtime, temp, dtemp, &
+  predef, dpred, cmname, ndi, nshr, ntens, nstatv, props, nprops, coords, drot, pnewdt, celent, dfgrd0, dfgrd1)
+  implicit none
+  integer :: ndi, nshr, ntens, nstatv, nprops, k
+  real(8) :: stress(ntens), statev(*), ddsdde(ntens, ntens), sse, spd, scd, rpl, ddsddt(*), drplde(*), drpldt, stran(*)
+  real(8) :: dstran(ntens), time(2), dtime, temp, dtemp, predef(*), dpred(*), props(*), coords(3), drot(3, 3), pnewdt, celent
+  real(8) :: dfgrd0(3, 3), dfgrd1(3, 3)
+  character(80) :: cmname
+  ddsdde = 0
+  do k = 1, ntens
+    ddsdde(k, k) = 1d7
+    stress(k) = stress(k) + 1d7*dstran(k)
+  end do
+  if (abs(dfgrd1(2, 1)) > 0.1d0) pnewdt = 0.5d0
+end subroutine""")
+    library = tmp_path / "libupright.so"
+    command = [COMPILER, "-shared", "-fPIC", "-w", "-ffree-line-length-132", "-o", str(library), "upright.f90"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    square, rock = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]], cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2)
+    scene.add(cn.polygons([square], rock, position=[[3, 2]], velocity=[[0, 0, 5]]))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-2)
+    for _ in range(20):
+        sim.step()
+    material = cn.plug(library, material="upright", state=0, routine="umat")()
+    body = SolidBody(square, {"quad": [[0, 1, 2, 3]]}, material, density=900.0, kinematics="logarithmic")
+    with pytest.raises(ValueError, match="quad cell 0 .*upright finds no finite stress"):
+        sim.deform(0, body)
+    assert sim.bodies.id.tolist() == [0] and not len(sim.nodes.id)
+    sim.step()

@@ -52,7 +52,15 @@ int threads_of_the_environment() {
 
 thread_local Place place;
 thread_local int wanted = threads_of_the_environment();
-std::mutex critical;
+std::mutex critical, atomic;
+
+// Sections of different names may lie within each other, so each name has a lock of its own.
+std::mutex& lock_of(void** name) {
+  static std::mutex guard;
+  static std::map<void**, std::mutex> locks;
+  const std::lock_guard lock(guard);
+  return locks[name];
+}
 
 using Body = void (*)(void*);
 
@@ -120,10 +128,10 @@ void GOMP_loop_end() {
 
 void GOMP_critical_start() { critical.lock(); }
 void GOMP_critical_end() { critical.unlock(); }
-void GOMP_critical_name_start(void**) { critical.lock(); }
-void GOMP_critical_name_end(void**) { critical.unlock(); }
-void GOMP_atomic_start() { critical.lock(); }
-void GOMP_atomic_end() { critical.unlock(); }
+void GOMP_critical_name_start(void** name) { lock_of(name).lock(); }
+void GOMP_critical_name_end(void** name) { lock_of(name).unlock(); }
+void GOMP_atomic_start() { atomic.lock(); }
+void GOMP_atomic_end() { atomic.unlock(); }
 
 int omp_get_thread_num() { return place.rank; }
 int omp_get_thread_num_() { return place.rank; }

@@ -232,8 +232,8 @@ typedef struct cairn_schedule {
   int32_t stages;
   int32_t batches;
   int32_t threads;
-  int32_t unused;
-  double relaxation; /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
+  int32_t associated; /* 1: packed contacts that slip open as well, see radial_sweep.f90 */
+  double relaxation;  /* by which a change of impulse exceeds what its contact alone would ask, 1 to 2 (Cryer 1971) */
   double softening_relaxation; /* share of its change that a bond which softens takes in a sweep, up to 1 */
   const int32_t* first_task;   /* (stages + 1) */
   const int32_t* first_batch;  /* (tasks + 1) */

@@ -6,7 +6,7 @@ module nlgs
   use contact_batch, only: cairn_schedule, cairn_record, cairn_batch, cairn_side, law_solve, batch_workspace, &
     max_batch
   use contact_schedule, only: schedule_view, open_schedule
-  use radial_sweep, only: sweep_radial2, sweep_radial3
+  use radial_sweep, only: sweep_radial2, sweep_radial3, sweep_associated2, sweep_associated3
   use batch_kinematics, only: batch_view, open_batch, load_bodies, relative_velocity, add_impulse
   use contacts_in_turn, only: sweep_in_turn
   !$ use omp_lib, only: omp_get_thread_num
@@ -33,7 +33,7 @@ contains
         do task = s%first_task(stage) + 1, s%first_task(stage + 1)
           do b = s%first_batch(task) + 1, s%first_batch(task + 1)
             call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
-                             s%work(:, me), change(b))
+                             s%associated, s%work(:, me), change(b))
           end do
         end do
         !$omp end do
@@ -42,13 +42,14 @@ contains
     !$omp end parallel
   end subroutine cairn_nlgs_sweep
 
-  subroutine sweep_batch(batch, sides, record, general, relaxation, softening, work, change)
+  subroutine sweep_batch(batch, sides, record, general, relaxation, softening, associated, work, change)
     type(cairn_batch), intent(in)     :: batch
     type(cairn_side), intent(in)      :: sides(*)
     type(cairn_record), intent(inout) :: record(*)
     type(cairn_record), intent(in)    :: general(*)
     real(c_double), value             :: relaxation
     real(c_double), value             :: softening !< share of its change that a bond which softens takes
+    logical, value                    :: associated !< see radial_sweep
     real(c_double), intent(inout), target :: work(batch_workspace)
     real(c_double), intent(out)       :: change
     type(batch_view) :: view
@@ -62,10 +63,17 @@ contains
       call c_f_pointer(batch%frame, packed, [batch%pack*n])
       call c_f_pointer(batch%body_a, body_a, [n])
       call c_f_pointer(batch%body_b, body_b, [n])
-      if (batch%components == 2) &
-        call sweep_radial2(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
-      if (batch%components == 3) &
-        call sweep_radial3(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+      if (associated) then
+        if (batch%components == 2) &
+          call sweep_associated2(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+        if (batch%components == 3) &
+          call sweep_associated3(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+      else
+        if (batch%components == 2) &
+          call sweep_radial2(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+        if (batch%components == 3) &
+          call sweep_radial3(n/8, batch%contacts, body_a, body_b, relaxation, packed, record, change)
+      end if
       return
     end if
     call open_batch(batch, sides, work, view)

@@ -55,7 +55,7 @@ contains
       associate (batch => s%batch(b))
         call lean(batch, factor, r_before(1, batch%first + 1), start)
         call sweep_batch(batch, s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
-                         s%work(:, me), change(b))
+                         s%associated, s%work(:, me), change(b))
         call note(batch, start, r_before(1, batch%first + 1), along(b))
       end associate
     end subroutine one_batch
@@ -80,7 +80,7 @@ contains
           if (chosen(task) == 0) cycle
           do b = s%first_batch(task) + 1, s%first_batch(task + 1)
             call sweep_batch(s%batch(b), s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
-                             s%work(:, me), change(b))
+                             s%associated, s%work(:, me), change(b))
           end do
         end do
         !$omp end do

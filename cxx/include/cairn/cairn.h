@@ -45,7 +45,7 @@ int32_t cairn_plug_contact_law(const char* library, const char* law, int32_t rep
 typedef void cairn_umat(void);
 /* A UMAT as a material of that name for cairn_mesh_add_solid_cells, whose values are then its PROPS in their order,
  * with `state` numbers STATEV at each point: the routine (NULL: "umat"; an underscore may follow) of a shared library,
- * or one that the program links. Of the same name: from now on. It may call SINV, SPRINC, SPRIND, ROTSIG and XIT; what
+ * or one that the program links. Of the same name: new meshes. It may call SINV, SPRINC, SPRIND, ROTSIG and XIT; what
  * gives no finite number, asks for a smaller step or calls XIT fails the step, with mesh, cell and nodes in the
  * message. */
 int32_t cairn_plug_material(const char* library, const char* material, const char* routine, int32_t state,
@@ -121,9 +121,10 @@ int32_t cairn_scene_add_surface(cairn_scene* scene, int64_t body, int32_t materi
  * by names and values (count each), what is not named is without: "strength" [N]; of all but a Ball and a Fixed
  * "lowest" and "highest" of the coordinate, "stiffness", "damping" and "rest" of a spring along it; of a Hinge, a
  * Pivot and a Slider "speed" and "effort" of a motor; of a Cable none of these but "length" [m], or it is as long as
- * it then is, and "pulley", the id of the body that carries that, or the world does. ends (2), may be NULL: ids of
- * its contactors, which the field "key" of contacts names: on their contact a is the first body, "impulse" and
- * "moment" are the reaction, "beta" is 0 where it broke. The world is a body of its own, with the next id. */
+ * it then is, and "pulley", the id of the body that carries that, or the world does; one of its ends may be a node.
+ * ends (2), may be NULL: ids of its contactors, which the field "key" of contacts names: on their contact a is the
+ * first body, "impulse" and "moment" are the reaction, "beta" is 0 where it broke. The world is a body of its own, with
+ * the next id. */
 int32_t cairn_scene_add_joint(cairn_scene* scene, const char* kind, int64_t a, int64_t b, const double* point,
                               const double* axis, int32_t count, const char* const* names, const double* values,
                               int64_t* ends, cairn_error* error);
@@ -307,6 +308,15 @@ int32_t cairn_simulation_add_contactors(cairn_simulation* simulation, const char
                                         cairn_error* error);
 int32_t cairn_simulation_remove_bodies(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
                                        cairn_error* error);
+/* A joint of rigid bodies as they stand now, with the arguments of cairn_scene_add_joint: velocities that it does not
+ * allow are an impact in the next step. A restart goes into a simulation with as many joints, made in the same order.
+ */
+int32_t cairn_simulation_add_joint(cairn_simulation* simulation, const char* kind, int64_t a, int64_t b,
+                                   const double* point, const double* axis, int32_t count, const char* const* names,
+                                   const double* values, int64_t* ends, cairn_error* error);
+/* Lets go the joint of these ends (2), of the scene or of the run: what a spring of it stores is in the energy
+ * "dissipated_reshaping". */
+int32_t cairn_simulation_remove_joint(cairn_simulation* simulation, const int64_t* ends, cairn_error* error);
 int32_t cairn_simulation_drive(cairn_simulation* simulation, int64_t n, const int64_t* bodies, uint8_t mask,
                                const double* velocity, cairn_error* error);
 /* Forces on the dofs of a mesh at the begin and the end of the coming steps, from now on [N]; one NULL: as the other,
@@ -317,9 +327,9 @@ int32_t cairn_simulation_load_mesh(cairn_simulation* simulation, int32_t mesh, c
 /* n nodes of a mesh, held along axis 'x', 'y' or 'z' by cairn_mesh_hold, whose displacement [m] or velocity [m/s] along
  * it is a function of time from now on: a table (rows), piecewise linear, constant before its first and after its last
  * row, or a function of the program with its context, asked at the begin (of a displacement), in the middle and at the
- * end of each step and each of its parts. A displaced node is where the function says at the end of each step. What
- * these nodes were given before along that axis, here or as held_velocity, counts no more. Checkpoints hold no
- * functions: give them again after a restart. A function leaves the simulation alone. */
+ * end of each step and each of its parts. A displaced node ends steps where the function says, to the cube of the step
+ * (with theta 1 to rounding), two steps after its begin and after its slope leaps. What it was given before along that
+ * axis counts no more. Checkpoints hold no functions: give them again. A function leaves the simulation alone. */
 int32_t cairn_simulation_displace_nodes(cairn_simulation* simulation, int32_t mesh, int64_t n, const int32_t* node,
                                         char axis, int64_t rows, const double* time, const double* displacement,
                                         cairn_error* error);

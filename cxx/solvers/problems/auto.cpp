@@ -1,11 +1,13 @@
 // Chooses by what it measures: sweeps with memory first, which solve most problems in some tens of sweeps and give
 // every other method its start; proximal point around Newton's method where the errors foretell a long way. Where one
-// goes on for longer than it was trusted to, the other has as much work, and each goes on from where it was.
+// goes on for longer than it was trusted to, the other has its turn, and each goes on from where it was. All is decided
+// by counts of work, none by a clock: the same problem has the same bits.
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "../sweeps/error_forecast.hpp"
+#include "../sweeps/light_error.hpp"
 #include "block_factors.hpp"
 #include "nlgs_anderson.hpp"
 #include "ppa_newton.hpp"
@@ -18,17 +20,26 @@ class Auto {
 public:
   Auto(const FrictionProblem& p, const ProblemOptions& options, double* r)
       : p_(p), options_(options), inner_(inner()), r_(r), monitor_(p, inner_, r), start_(p.unknowns()),
-        far_((p.dim == 2 ? 40 : 10) * double(p.column.size()) / double(p.contacts)) {}
+        sweep_(double(p.column.size()) + 10.0 * double(p.contacts)),
+        iteration_(newton_work(0.5 * (double(p.column.size()) - double(p.contacts)), 0) / sweep_) {
+    const auto [least, most] = std::minmax_element(monitor_.w_nn().begin(), monitor_.w_nn().end());
+    differ_ = p.contacts > 0 && masses_differ(*most / *least, false);
+  }
   ProblemReport solve();
 
 private:
   ProblemOptions inner();
+  double newton_work(double blocks, double operations) const;
   void weigh_newton();
-  // So many sweeps to come are no reason to leave: errors that stood still before foretell too little.
-  double trusted() const { return newton_iterations_ > 0 ? std::min(far_, double(patience_)) : far_; }
+  bool leaves(std::int64_t sweeps, double to_come) const;
+  bool many_slip() const;
   void sweep();
   bool turn_of_newton();
   void make_velocities_right();
+
+  // What velocities that are brought right once the error is met are given of all work before. Not where they err by so
+  // many roots of the tolerance: what falls there stands on what is light beside it.
+  static constexpr double settling = 0.15, falling = 30;
 
   const FrictionProblem& p_;
   const ProblemOptions& options_;
@@ -39,12 +50,12 @@ private:
   Array<double> start_, found_; // what a turn begins from; what Newton's method found
   std::optional<ProximalNewton> newton_;
   bool has_newton_ = has_factorisations();
+  bool weighed_ = false, differ_; // whether Newton's iteration is known; whether masses differ much
   std::string last_ = "nlgs_anderson";
-  std::int64_t iterations_ = 0, newton_iterations_ = 0;
-  // In sweeps: what Newton's method is expected to take, what an iteration of it takes (0: not known yet), what sweeps
-  // are given before they are left, and what Newton's method is given.
-  double far_, iteration_ = 0, turn_ = 1000;
-  std::int64_t patience_ = 16;
+  std::int64_t iterations_ = 0, sweeps_ = 0, newton_iterations_ = 0, all_newton_iterations_ = 0;
+  double sweep_;     // work of one
+  double iteration_; // work of one of Newton's method in sweeps; before it is weighed, what blocks of W alone take
+  double turn_ = 0;  // work of the last turn of Newton's method in sweeps
   double newton_error_ = std::numeric_limits<double>::infinity();
 };
 
@@ -54,20 +65,33 @@ ProblemOptions Auto::inner() {
   return inner;
 }
 
-// Measured on piles and vaults: an iteration takes as long as five sweeps and its factors, which run at three times
-// the rate of sweeps; where these are most of it, some twenty iterations are needed.
+// An iteration, in units of what a block of W takes in a sweep, where a contact takes ten: fitted to the times of both
+// on piles, vaults and disks. Blocks of the factors beside the diagonal, and operations on them.
+double Auto::newton_work(double blocks, double operations) const {
+  constexpr double of_contact = 70, of_block = 15, of_operation = 0.04;
+  return of_contact * double(p_.contacts) + of_block * blocks + of_operation * operations / (p_.dim * p_.dim);
+}
+
 void Auto::weigh_newton() {
-  const double sweep = 2.0 * p_.dim * p_.dim * (double(p_.column.size()) + 40.0 * double(p_.contacts));
+  weighed_ = true;
   try {
     const BlockFactors factors(p_.dim, p_.row_start, p_.column, options_.max_bytes);
-    iteration_ = 5 + 0.3 * factors.operations() / sweep;
-  } catch (const FactorsTooLarge&) {
-    has_newton_ = false;
-    return;
-  }
-  const double far = 30 * (iteration_ - 5);
-  patience_ = std::max(patience_, std::int64_t(0.2 * (far - far_)));
-  far_ = std::max(far_, far);
+    iteration_ = newton_work(factors.blocks(), factors.operations()) / sweep_;
+  } catch (const FactorsTooLarge&) { has_newton_ = false; }
+}
+
+// The dearer an iteration of Newton's method, the more contacts hang together, and the more iterations it takes: by the
+// square root, measured. What few sweeps foretell is little worth, and the less, the more digits are to come: the less
+// was done beside what Newton's method would take, the more has to be to come. Between its turns sweeps are left where
+// they foretell more than half of the last turn.
+bool Auto::leaves(std::int64_t sweeps, double to_come) const {
+  constexpr double patience = 16, trial = 0.1, again = 0.5, few = 8, largest = 0.9;
+  const auto done = double(sweeps);
+  if (turn_ > 0) return done >= std::max(patience, trial * turn_) && to_come > again * turn_;
+  const double newton = few * iteration_ * std::sqrt(iteration_);
+  const double error = std::min(largest, monitor_.best_error());
+  const double ahead = std::max(1.0, std::log(error / options_.tolerance) / -std::log(error));
+  return done >= patience && ahead * ahead * ahead * to_come > newton * std::max(1.0, newton / done);
 }
 
 // Until they converge, or foretell that they take longer than Newton's method.
@@ -78,10 +102,25 @@ void Auto::sweep() {
   const std::int64_t begin = iterations_;
   iterations_ = sweep_with_memory(p_, inner_, monitor_, start_.data(), iterations_, [&](std::int64_t i, double error) {
     const double to_come = forecast.sweeps_to_come(i - begin, error);
-    const auto leaves = [&] { return has_newton_ && i - begin >= patience_ && to_come > trusted(); };
-    if (iteration_ == 0 && leaves()) weigh_newton();
-    return leaves();
+    if (!has_newton_ || !leaves(i - begin, to_come)) return false;
+    if (!weighed_) weigh_newton();
+    return has_newton_ && leaves(i - begin, to_come);
   });
+  sweeps_ += iterations_ - begin;
+}
+
+// Of the contacts that press, in the best impulses.
+bool Auto::many_slip() const {
+  constexpr double edge = 0.999, many = 0.1;
+  std::int64_t press = 0, slip = 0;
+  for (std::int64_t a = 0; a < p_.contacts; ++a) {
+    const double* r = r_ + p_.dim * a;
+    if (!(r[0] > 0)) continue;
+    const double tangential = p_.dim == 2 ? std::abs(r[1]) : std::hypot(r[1], r[2]);
+    ++press;
+    if (tangential >= edge * p_.mu[a] * r[0]) ++slip;
+  }
+  return double(slip) > many * double(press);
 }
 
 // False: its factors have no room.
@@ -92,40 +131,46 @@ bool Auto::turn_of_newton() {
     ProblemOptions options = inner_;
     options.max_seconds = options_.max_seconds - monitor_.seconds();
     // what sweeps found is worth a start from it where they came half the way, in digits
-    options.warm_start = options_.warm_start || newton_iterations_ > 0 || sweeps < std::sqrt(options_.tolerance);
+    options.warm_start = options_.warm_start || all_newton_iterations_ > 0 || sweeps < std::sqrt(options_.tolerance);
     found_.assign(r_, r_ + p_.unknowns());
     newton_iterations_ = 0;
     try {
       newton_.emplace(p_, options, found_.data());
     } catch (const FactorsTooLarge&) { return false; }
+    if (many_slip()) newton_->begin_without_sticking();
+    const double before = double(sweeps_) / iteration_ + double(all_newton_iterations_);
+    if (!differ_) newton_->settle_share(settling, before, falling * std::sqrt(options_.tolerance));
   }
-  constexpr double least = 20;
   const std::int64_t most = options_.max_iterations - iterations_;
-  const auto iterations = std::int64_t(std::min(double(most), std::max(least, turn_ / iteration_)));
+  const auto iterations = std::int64_t(std::min(double(most), turn_ / iteration_));
   const ProblemReport report = newton_->turn(iterations, most);
   last_ = report.solver;
   iterations_ += report.iterations - newton_iterations_;
+  all_newton_iterations_ += report.iterations - newton_iterations_;
   newton_iterations_ = report.iterations;
   newton_error_ = report.error;
   if (report.status != ProblemStatus::iteration_limit) newton_.reset(); // it gave up, or there is nothing left to do
   monitor_.error_of(found_.data());
-  patience_ = std::int64_t(0.5 * turn_);
-  turn_ *= 2;
   return true;
 }
 
-// The error is met. Where the velocities of some contacts are far from what they shall be, Newton's method has as much
-// work as there was to bring them right.
+// The error is met. Where the velocities of some contacts are far from what they shall be, Newton's method has a share
+// of the work so far to bring them right; where something falls, or masses differ much, as much as there was.
 void Auto::make_velocities_right() {
-  if (monitor_.best_error() > options_.tolerance || monitor_.best_power_error() <= std::sqrt(options_.tolerance))
-    return;
-  if (iteration_ == 0) weigh_newton();
-  if (!has_newton_) return;
   constexpr double least = 10;
+  const double power = monitor_.best_error() > options_.tolerance ? 0 : monitor_.best_power_error();
+  const double enough = std::sqrt(options_.tolerance);
+  if (power <= enough) return;
+  const bool all = differ_ || power >= falling * enough;
+  const auto pays = [&] { return all || settling * double(iterations_) >= least * iteration_; };
+  if (!all && all_newton_iterations_ > 0) return; // it had its share
+  if (pays() && !weighed_) weigh_newton();
+  if (!has_newton_ || !pays()) return;
   ProblemOptions options = inner_;
   options.warm_start = true;
   const double left = double(options_.max_iterations - iterations_);
-  options.max_iterations = int(std::min(left, std::max(least, double(iterations_) / iteration_)));
+  const double iterations = (all ? 1 : settling) * double(iterations_) / iteration_;
+  options.max_iterations = int(std::min(left, std::max(least, iterations)));
   if (options.max_iterations < 1) return;
   options.max_seconds = options_.max_seconds - monitor_.seconds();
   start_.assign(r_, r_ + p_.unknowns());
@@ -140,11 +185,17 @@ void Auto::make_velocities_right() {
 }
 
 ProblemReport Auto::solve() {
+  constexpr double least = 30, gain = 0.1; // iterations of a turn; of the error, where it goes on with the next at once
   monitor_.start_error();
   while (!monitor_.ended(iterations_)) {
     sweep();
     if (monitor_.ended(iterations_) || !has_newton_) break;
-    has_newton_ = turn_of_newton();
+    turn_ = std::max({least * iteration_, double(sweeps_), 2 * turn_});
+    double before = 0;
+    do {
+      before = monitor_.best_error();
+      has_newton_ = turn_of_newton();
+    } while (newton_ && newton_error_ < gain * before && !monitor_.ended(iterations_));
   }
   if (has_newton_) make_velocities_right();
   return monitor_.finish(last_, iterations_);

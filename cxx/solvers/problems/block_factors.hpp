@@ -30,6 +30,8 @@ public:
   // Of a factorisation with all rows active, and of the memory that it takes.
   double operations() const;
   double bytes() const;
+  // Of U beside the diagonal, with all rows active.
+  double blocks() const { return double(upper_.size()); }
 
 private:
   double find_order(); // returns the blocks of U beside the diagonal

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "../sweeps/active_set.hpp"
+#include "../sweeps/associated_start.hpp"
 #include "../sweeps/extrapolation.hpp"
 #include "../sweeps/light_error.hpp"
 #include "../sweeps/step_error.hpp"
@@ -99,6 +100,11 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
   Relaxation relaxation(schedule.relaxation);
   Extrapolation extrapolation(system, schedule);
   if (!options.extrapolates) extrapolation.forbid();
+  // A fixed number of sweeps asks for what those of Coulomb's law leave; velocities follow errors a thousand times
+  // smaller.
+  const double aim = std::isfinite(options.accuracy) ? 1e-3 * options.accuracy : options.tolerance;
+  AssociatedStart start(system, extrapolation.allowed() && options.min_iterations <= 1, aim, options.max_iterations,
+                        free.energy);
   BestImpulses best(system);
   VelocityError velocity(system, schedule, velocity_free, options);
   int next_check = std::max(options.min_iterations, 1), next_newton = 64;
@@ -120,6 +126,7 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
     int sweeps = std::max({1, report.iterations / 16, options.min_iterations - report.iterations});
     if (extrapolation.allowed() && !extrapolates) sweeps = std::min(sweeps, plain_sweeps - report.iterations);
     sweeps = std::min(sweeps, options.max_iterations - report.iterations);
+    schedule.associated = extrapolates && start.on();
     report.iterations += std::min(sweep_on(system, schedule, sweeps, extrapolates ? &extrapolation : nullptr),
                                   options.max_iterations - report.iterations);
     const double change = total(system.change, system.batches.size(), 1, 0);
@@ -171,6 +178,10 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
     velocity.follow(std::sqrt(error.square));
     if (!extrapolation.allowed()) relaxation.follow(report.iterations, error.square);
     ratio = change > 0 ? error.square / change : 0;
+    if (extrapolates && start.ends(report.iterations, error.square, change)) {
+      extrapolation.restart();
+      ratio = 0;
+    }
     next_check = report.iterations + std::max(8, report.iterations / (extrapolates ? 8 : 2));
   }
   StepError end = measure(system, schedule, free, true, report);

@@ -142,6 +142,10 @@ void ProximalNewton::settle() {
   const double limit = alarm * monitor.tolerance(), enough = 0.1 * monitor.tolerance();
   error_of(centre_);
   double speed = monitor.fall_error(centre_.data(), u_.data()), change = 0, energy = 0, factor = 1e-3;
+  constexpr double least = 3; // iterations that show anything
+  const double share = settle_share_ * (before_ + double(iterations_));
+  if (speed < far_ && share < double(most_ - iterations_))
+    most_ = iterations_ + (share < least ? 0 : std::int64_t(share));
   settling_ = true;
   Array<double> before(u_);
   int failures = 0;
@@ -211,7 +215,7 @@ void ProximalNewton::begin() {
   error_ = monitor.error_of(centre_.data());
   if (error_ > monitor.tolerance() && !given_.bodies) error_ = begin_with_sweeps();
   const double start = error_;
-  if (error_ > monitor.tolerance() && !follows_sweeps_) begin_sticking(error_);
+  if (error_ > monitor.tolerance() && !follows_sweeps_ && sticks_first_) begin_sticking(error_);
   if (needs_sticking_ && error_ > monitor.tolerance() && !(error_ < 0.1 * start)) pause_ = 0;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "../../contacts/interaction_state.hpp"
 #include "cairn/rows.h"
 #include "contact_rows.hpp"
 #include "side_names.hpp"
@@ -124,6 +125,14 @@ void ContactSystem::unload_and_add(Field<double>& velocity, const Velocities& mo
   };
   dim == 2 ? each<3>(bodies, both(3)) : each<6>(bodies, both(6));
   if (!condensed.empty()) add_condensed(*more.nodes);
+}
+
+bool begins_from_nothing(const ContactSystem& system) {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts; ++lane)
+      for (int c = 0; c < b.components; ++c)
+        if (at(b, b.r, lane, c) != 0) return false;
+  return true;
 }
 
 } // namespace cairn

@@ -38,6 +38,7 @@ struct ContactSystem {
   Array<double> best;                    // impulses in the order of batches: see BestImpulses
   Array<double> kept_r, kept_u;          // impulses and relative velocities in the order of batches: see VelocityError
   double weight_speed_square = 0;        // |v_free - v|_M^2 of the bodies that move, what loads alone make of them [J]
+  double begin_speed_square = 0;         // |v|_M^2 of rigid bodies that move, when the step begins [J]
   double mesh_speed_square = 0;          // |v_free|_M^2 of bodies that deform [J]
   std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
   std::shared_ptr<SolidMemory> solid;      // made where bonds make a solid
@@ -62,6 +63,9 @@ struct ContactSystem {
   // velocity = that of the records, to which `more` is then added
   void unload_and_add(Field<double>& velocity, const Velocities& more);
 };
+
+// Whether no contact has an impulse to begin with.
+bool begins_from_nothing(const ContactSystem&);
 
 // row k: side k of sides.def
 const cairn_side* sides();

@@ -67,7 +67,7 @@ int Extrapolation::sweep(int sweeps) {
     cairn_extrapolated_sweep(&schedule_, factor_, system_.bodies, system_.velocities(), system_.before.data(), stride_,
                              system_.r_before.data(), system_.change.data(), system_.along.data());
     sequence_.follow(total(system_.change, system_.batches.size(), 1, 0),
-                     total(system_.along, system_.batches.size(), 1, 0));
+                     total(system_.along, system_.batches.size(), 1, 0), schedule_.associated != 0);
     sweep_slow_tasks();
   }
   const int more = int(swept_beside_);

@@ -11,13 +11,14 @@ public:
   void restart() { since_restart_ = 0; }
   // Told of each sweep: sum of dr.W dr, dr what it changed [J], and the sum by which O'Donoghue & Candes (2015) tell
   // that the way leads back [J]. Measured over deposits at rest and in motion: where contacts slip sweeps are not the
-  // descent of a function, and their direction alone tells too late.
-  void follow(double change, double along) {
+  // descent of a function, and their direction alone tells too late. descends: they are, and it does.
+  void follow(double change, double along, bool descends = false) {
     constexpr double growth = 4; // of the change
     constexpr int longest = 200; // sweeps
     const bool first = ++since_restart_ == 1;
     least_change_ = first ? change : std::min(least_change_, change);
-    if (!first && (along > 0 || !(change <= growth * least_change_) || since_restart_ > longest)) restart();
+    const bool astray = !(change <= growth * least_change_) || since_restart_ > longest;
+    if (!first && (along > 0 || (astray && !descends))) restart();
   }
 
 private:

@@ -41,7 +41,8 @@ public:
   NewtonHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()),
-        from_nothing_(nothing()), given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()) {}
+        from_nothing_(begins_from_nothing(system)),
+        given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()) {}
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
@@ -139,14 +140,6 @@ private:
     double sum = 0;
     for (const cairn_batch& b : system_.batches) sum += b.contacts;
     return sum;
-  }
-
-  bool nothing() const {
-    for (const cairn_batch& b : system_.batches)
-      for (int lane = 0; lane < b.contacts; ++lane)
-        for (int c = 0; c < b.components; ++c)
-          if (at(b, b.r, lane, c) != 0) return false;
-    return true;
   }
 
   // Of the graph of bodies and the order of its factors (measured).

@@ -72,8 +72,7 @@ class CallbackBody(GivenBody):
             raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
         self.dim, n = self.points.shape[1], self.points.size
         self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
-        self.edges = None if edges is None else np.asarray(edges, int).reshape(-1, 2)
-        self.faces = None if faces is None else np.asarray(faces, int)
+        self.edges, self.faces = self._sides("edges", edges, (2,)), self._sides("faces", faces, (3, 4))
         self.kinematics = "total_lagrangian" if large else "small"
         self.thickness = checks.positive("thickness", thickness)
         self.plane = one_of("plane", plane, ("strain", "stress", "axisymmetric"))

@@ -37,7 +37,8 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     triangle or four of a quadrilateral (3D). material: of the contacts. fixed, drive: as of `deformable`, by groups of the body.
     velocity: (dim,) or (n, dim), of its nodes [m/s]. Returns Pieces. Stiffnesses below some 50 E/size of a cell make the body
     softer and its waves slower, by 1/(1 + E/(stiffness size)). In 2D stiffnesses, strengths and works are those of the material
-    times the thickness.
+    times the thickness. Where quadrilaterals are warped the law joins what stands apart by that, too: its `within` is as large
+    as it takes.
 
     opens: None, or "threshold", of triangle and quad cells, or of tetra or hexahedron cells. threshold: share of the strength
     of the law at which a side opens, from 0 (all sides, after the first step) to inf (none): (t_N+ / s_N)^2 + (t_T / s_T)^2
@@ -45,7 +46,8 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     (Camacho & Ortiz 1996). Cells share their nodes until then; a node stands twice or more once open sides separate the cells
     round it (Pandolfi & Ortiz 2002).
 
-    Raises ValueError when there is nothing to join, and for cells or laws whose sides cannot open by threshold.
+    Raises ValueError when there is nothing to join, where sides of hexahedra are warped by more than a fifth of their size, and
+    for cells or laws whose sides cannot open by threshold.
     """
     if not isinstance(body, ElasticBody):
         raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody")
@@ -87,7 +89,21 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
         where = {"edges": np.array(faced[piece]).reshape(-1, 2)} if dim == 2 else {"faces": _padded(faced[piece])}
         speed = None if start is None else start[nodes]
         sets += deformable(one, material, points=_points(points[piece], dim), name=name, velocity=speed, **own, **where)
+    law = _across_warps(law, [made[p][3].points[side] for p, of in enumerate(faced) for side in of if len(side) == 4])
     return Pieces(sets, name, law, [(kind, number) for kind, number, _, _ in made], "edges" if dim == 2 else "faces")
+
+
+def _across_warps(law, faces):
+    """The law whose pairs reach across faces (m, 4, 3): points of these stand off the two facets on the other side by up to a
+    tenth of what the faces are warped."""
+    warp = opening_faces.warps_of(np.array(faces)).max() if faces else 0.0
+    if not warp > 0:
+        return law
+    if "within" not in law.parameter_names:
+        told = f"law is {law!r}, which joins what touches, and sides of cells are warped by up to {warp:.3g} m"
+        raise ValueError(f"{told}: give a law with a parameter within, or cells with plane sides")
+    given = {name: getattr(law, name) for name in law.parameter_names}
+    return type(law)(**given | {"within": max(warp / 8, given["within"])})
 
 
 def _opening(body, law, material, name, threshold, given):

@@ -139,7 +139,9 @@ def _followed(turns, given):
     try:
         return np.linalg.solve(turns, given)
     except np.linalg.LinAlgError:
-        return np.linalg.lstsq(turns, given, rcond=1e-13)[0]
+        stiffness = np.abs(np.diag(turns))  # each turn on a scale of its own, so that soft beams beside stiff ones stay
+        scale = 1 / np.sqrt(np.where(stiffness > 0, stiffness, 1))[:, None]
+        return scale * np.linalg.lstsq(scale * turns * scale.T, scale * given, rcond=1e-13)[0]
 
 
 def beams(
@@ -165,11 +167,13 @@ def beams(
     turn = _each("torsion", both.sum(axis=1) if torsion is None else torsion, n)
     sheared = np.zeros(n) if shear_area is None else _each("shear_area", shear_area, n)
     along = (points[cells[:, 1]] - points[cells[:, 0]]) / length[:, None]
+    if not checks.number("poisson", poisson) > -1:
+        raise ValueError(f"poisson is {poisson}: give a number above -1")
     up = checks.real_array("up", up, (3,))
     if dim == 3 and np.any(np.linalg.norm(np.cross(along, up), axis=1) < 1e-6 * np.linalg.norm(up)):
         raise ValueError(f"up is {up}, along a beam: give another direction")
     k = _core.beam_stiffness(
-        np.ascontiguousarray(points[cells]), up, young, young / (2 * (1 + checks.number("poisson", poisson))), area,
+        np.ascontiguousarray(points[cells]), up, young, young / (2 * (1 + poisson)), area,
         np.ascontiguousarray(both), turn, sheared,
     )  # fmt: skip
     force, energy = None, 0.0

@@ -201,7 +201,8 @@ class Cable(JointKind):
     to the pulley and on to its end on the second, pulls both ends alike and the pulley by both, and is slack otherwise.
 
     points: on the first body, of the pulley, on the second, (3, dim) [m]; length: None, as long as it then is; pulley: the
-    number of the body that carries it, None: the world. strength: the tension at which it breaks."""
+    number of the body that carries it, None: the world. strength: the tension at which it breaks. One of the two ends may be a
+    node of a mesh."""
 
     points: object
     length: float | None = None
@@ -266,18 +267,22 @@ def joined(scene, a, b, kind):
 
 def _marks_of_cable(scene, places):
     """Which of its marks, by the order of their bodies from 1, is at the pulley, and which at the end beyond it. The other end
-    and the pulley are the sides of the contact, one of which moves."""
-    moves = []
-    for place in places:
-        s = None if place is None else scene.sets[place[0]]
-        if s is not None and s.mesh is not None:
-            raise ValueError(f"a, b or the pulley of Cable is {s.own_ids[place[1]]}, a node of a mesh: give rigid bodies")
-        moves.append(s is not None and not set(bodies.DOFS[scene.dim]) <= set(s.driven))
+    and the pulley are the sides of the contact, one of which moves. Beyond its pulley a rope pulls rigid bodies alone, so that a
+    node of a mesh is a side of the contact."""
+    sets = [None if place is None else scene.sets[place[0]] for place in places]
+    nodes = [s is not None and s.mesh is not None for s in sets]
+    if nodes[1]:
+        number = sets[1].own_ids[places[1][1]]
+        raise ValueError(f"pulley of Cable is {number}, a node of a mesh: give a rigid body, or leave it out: the world")
+    if nodes[0] and nodes[2]:
+        one, other = (sets[k].own_ids[places[k][1]] for k in (0, 2))
+        raise ValueError(f"a and b of Cable are {one} and {other}, nodes of meshes: give one end a rigid body, or the world")
+    moves = [node or (s is not None and not set(bodies.DOFS[scene.dim]) <= set(s.driven)) for s, node in zip(sets, nodes)]
     if any(x is not None and x == y for x, y in ((places[0], places[1]), (places[1], places[2]))):
         raise ValueError("the pulley of Cable is on a body of one of its ends: give a Distance, or another body")
     if not any(moves):
         raise ValueError("a, b and the pulley of Cable do not move: give one that does")
-    far = 2 if moves[0] or moves[1] else 0
+    far = 0 if nodes[2] or not (moves[0] or moves[1]) else 2
     # the world's marks come after all others, in this order
     order = sorted(range(3), key=lambda k: (places[k] is None, places[k] or (), k))
     return order.index(1) + 1, order.index(far) + 1

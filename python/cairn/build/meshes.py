@@ -24,6 +24,24 @@ class GivenBody:
         """Sum of the row of each node along the first axis, (n,) [kg]."""
         return np.asarray(self.M.sum(axis=1)).reshape(-1, self.dim)[:, 0]
 
+    def _sides(self, name, given, widths):
+        """Edges or faces as they were given, (m, one of widths), -1 for the fourth node of a triangle; None: not given."""
+        if given is None:
+            return None
+        sides = np.asarray(given)
+        if sides.ndim == 1 and sides.size % 2 == 0:
+            sides = sides.reshape(-1, 2)
+        if sides.size == 0:
+            return np.zeros((0, widths[0]), int)
+        if sides.ndim != 2 or sides.shape[1] not in widths:
+            raise ValueError(f"{name} have shape {sides.shape}: give nodes (m, {' | '.join(str(w) for w in widths)})")
+        lowest = np.where(np.arange(sides.shape[1]) < 3, 0, -1)
+        wrong = ~((sides >= lowest) & (sides < len(self.points)) & (sides == np.floor(sides)))
+        if np.any(wrong):
+            m, k = np.argwhere(wrong)[0]
+            raise ValueError(f"{name}[{m}, {k}] is {sides[m, k]}: give numbers of the {len(self.points)} nodes, from 0")
+        return sides.astype(int)
+
     def boundary_edges(self):
         """Edges (m, 2) of the boundary, the body on their left."""
         if self.edges is None:
@@ -62,8 +80,7 @@ class LinearBody(GivenBody):
             raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
         self.dim, n = self.points.shape[1], self.points.size
         self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
-        self.edges = None if edges is None else np.asarray(edges, int).reshape(-1, 2)
-        self.faces = None if faces is None else np.asarray(faces, int)
+        self.edges, self.faces = self._sides("edges", edges, (2,)), self._sides("faces", faces, (3, 4))
         self.solver = solver
         self.initial_force = initial_force if initial_force is None else checks.real_array("initial_force", initial_force, (n,))
         self.initial_energy = checks.number("initial_energy", initial_energy)
@@ -118,8 +135,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
     outside: they meet spheres, and points of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
-    time. displace: {group: {"x": u}} their displacement [m], a function of time: the step ends where it says. rigid: names of
-    groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
+    time. displace: {group: {"x": u}} their displacement [m], a function of time, where steps end from the second on. rigid: names
+    of groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
     {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict.
     pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their
     normals where these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement:

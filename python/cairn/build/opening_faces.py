@@ -25,6 +25,7 @@ POINTS = {
     4: np.stack([np.roll(_QUAD, k) for k in range(4)]),
 }
 
+WARP = 0.2  # of a quadrilateral over its size, beyond which its points may meet both facets across, or other sides
 THICKNESS = 0.05  # of the edges of open faces, over the length of the shortest: as thick as edges of meshes are
 
 
@@ -192,10 +193,28 @@ def checked(body, law, threshold):
     share = checks.number("threshold", threshold, finite=False)
     if not share >= 0:
         raise ValueError(f"threshold is {threshold}: give a share of the strength of the law, from 0 on")
-    out = OpeningFaces(body, strengths_of(law), share)
+    strengths = strengths_of(law)
+    if not min(strengths) > 0:
+        raise ValueError(f"law is {law!r}, whose strengths {strengths} sides cannot stay below: give strengths above 0")
+    out = OpeningFaces(body, strengths, share)
     if not len(out.cells):
         raise ValueError("no two cells of the body share a side: there is nothing to open")
+    warps_of(body.points[out.node[out.corners[:, 0]]])
     return out
+
+
+def warps_of(x):
+    """How far corners of sides (m, k, dim) are out of one plane, x0 - x1 + x2 - x3 along their normals (m,) [m]; 0 of edges and
+    triangles. Raises ValueError where points on them would not meet the side across once."""
+    if x.shape[1] < 4:
+        return np.zeros(len(x))
+    normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    size = np.sqrt(np.linalg.norm(normal, axis=1))
+    off = np.abs(np.sum((x[:, 0] - x[:, 1] + x[:, 2] - x[:, 3]) * normal, axis=1)) / size**2
+    if np.any(off > WARP * size):
+        told = f"a side of two cells is warped by {(off / size).max():.2g} of its size"
+        raise ValueError(f"{told}: give cells whose sides are plane to {WARP:g}, or tetra")
+    return np.where(off > 1e-9 * size, off, 0.0)
 
 
 def _inner_faces(body):

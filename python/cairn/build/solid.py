@@ -119,7 +119,8 @@ class SolidBody(ElasticBody):
         return force, values, energy, dissipated
 
     def solve(self, fixed, force=None, displacement=None, *, increments=1, tolerance=1e-10, most=50, start=None, model=None):
-        """Displacement at rest (n, dim) [m], by Newton's method with a line search, the load in equal increments.
+        """Displacement at rest (n, dim) [m], by Newton's method with a line search, the load in equal increments; one that finds
+        no rest is halved, up to four times.
 
         fixed: {group: axes}; force: {group: total} or (n dofs) [N]; displacement (n, dim) of the fixed dofs: zero. start: where
         to begin; model: with the states to begin from, which then are those at the end. Raises RuntimeError if it does not
@@ -142,10 +143,21 @@ class SolidBody(ElasticBody):
             if isinstance(force, dict)
             else np.asarray(force, float).ravel()
         )
-        for k in range(1, increments + 1):
-            share = k / increments
-            u = self._at_rest(model, u, free, held, first + share * (last - first), share * load, tolerance, most)
+
+        def carried(u, begin, end, halvings):
+            """From rest at a share of the load to rest at another."""
+            try:
+                u = self._at_rest(model, u, free, held, first + end * (last - first), end * load, tolerance, most)
+            except RuntimeError:
+                if not halvings:
+                    raise
+                middle = 0.5 * (begin + end)
+                return carried(carried(u, begin, middle, halvings - 1), middle, end, halvings - 1)
             model.commit()
+            return u
+
+        for k in range(1, increments + 1):
+            u = carried(u, (k - 1) / increments, k / increments, 4)
         return u.reshape(-1, self.dim)
 
     def _at_rest(self, model, u, free, held, at, load, tolerance, most):

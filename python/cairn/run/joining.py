@@ -79,17 +79,24 @@ def join(sim, a, b, kind):
     return name
 
 
+def _there(sim):
+    """Names of the joints that there are."""
+    gone = {a for a, b, law in sim._rules if law is None and a == b}
+    return [a for a, b, law in sim._rules if law is not None and law.name == "joint" and a not in gone]
+
+
+def joint_of(sim, number):
+    """The name of a joint that a rigid body is an end of, or None."""
+    scene = core_of(sim).scene
+    species = np.ravel(scene.contactor("material"))[np.ravel(scene.contactor("body")) == number]
+    return next((name for name in _there(sim) if sim._species[name, name] in species), None)
+
+
 def unjoin(sim, name):
     """See Simulation.unjoin."""
-    there = [a for a, b, law in sim._rules if law is not None and law.name == "joint"]
-    gone = {a for a, b, law in sim._rules if law is None and a == b}
-    there = [word for word in there if word not in gone]
+    there = _there(sim)
     if name not in there:
         raise ValueError(f"there is no joint {name!r}: there {'is ' if len(there) == 1 else 'are '}{', '.join(there) or 'none'}")
-    core = core_of(sim)
-    stored = 0.0
-    if core.contact_count and getattr(sim.strategy, "energy", True):
-        ends = core.scene.contactor("id")[np.ravel(core.scene.contactor("material")) == sim._species[name, name]]
-        stored = float(np.ravel(core.contact("stored"))[np.isin(core.contact("key")[:, :2], ends).all(axis=1)].sum())
+    stored = core_of(sim).stored_between(sim._species[name, name])
     sim.interact(name, name, None)
     _account(sim, 0.0, -stored)

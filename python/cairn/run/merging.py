@@ -7,10 +7,11 @@ import itertools
 
 import numpy as np
 
+from .. import _core
 from ..build import bodies as sets
 from ..build.bodies import replace
 from .carried_forces import damping_of, force_of
-from .reshape import _account, _Impulses, _pose, _set_of, _stored_rotation
+from .reshape import PassedContacts, _account, _set_of
 from .views import core_of
 
 ROUND = ("disk", "sphere")
@@ -22,7 +23,7 @@ def merge(sim, ids):
     if len(ids) < 2:
         raise ValueError(f"ids are {ids.tolist()}: give two bodies or more to merge")
     dim, found = sim.scene.dim, [_set_of(sim, int(i)) for i in ids]
-    poses = [_pose(sim, int(i)) for i in ids]
+    poses = [_core.motion_of(core_of(sim).scene, int(i)) for i in ids]
     first = found[0][0]
     for i, (s, row) in zip(ids, found):
         _check(i, s, row, first)
@@ -56,17 +57,17 @@ def merge(sim, ids):
                 contactors.append(sets.ContactorSet(c.shape, c.material, np.zeros(len(mine), int), c.radius[mine], offset))
     _check_width(core_of(sim).scene.get_cell(), high - low, np.maximum(np.abs(centre + low), np.abs(centre + high)))
     one = sets.BodySet(dim, centre[None], np.array([total]), moments[None], contactors, group=first.group)
-    one = replace(one, velocity=np.concatenate([mean, turning])[None], rotation=_stored_rotation(axes, dim))
+    one = replace(one, velocity=np.concatenate([mean, turning])[None], rotation=_core.stored_rotation(dim, axes))
     lost = kinetic - 0.5 * (total * mean @ mean + turning @ spin)
     stored = _stored_between(sim, ids)
-    with _Impulses(sim, ids) as impulses:
-        sim.remove(ids)
-        new = sim.add(sets.checked(one))
-        core_of(sim).scene.give_id(int(new[0]), int(ids[0]))
-        sim._sets[-1] = replace(sim._sets[-1], ids=ids[:1].astype(np.int64))
-        sim._start_functions()
-        impulses.of = ids[:1]
-        _account(sim, -lost, -stored)
+    contacts = PassedContacts(sim, ids)
+    sim.remove(ids)
+    new = sim.add(sets.checked(one))
+    core_of(sim).scene.give_id(int(new[0]), int(ids[0]))
+    sim._sets[-1] = replace(sim._sets[-1], ids=ids[:1].astype(np.int64))
+    sim._start_functions()
+    _account(sim, -lost, -stored)
+    contacts.pass_to(ids[:1])
     return int(ids[0])
 
 

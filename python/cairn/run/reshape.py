@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import _core
 from ..build import bodies as sets
 from ..build.bodies import replace
 from ..build.elastic import ElasticBody
@@ -12,49 +13,50 @@ from ..build.meshes import deformable
 from ..build.shapes import Hulls
 from ..build.solid import SolidBody
 from ..pre import checks
-from .carried_forces import carry, damping_of, force_of, rates_of, weights_of
+from .carried_forces import carry, damping_of, force_of
 from .views import core_of
 
 
 def deform(sim, id, body, *, material=None, **options):
     """See Simulation.deform."""
+    from .joining import joint_of
+
     s, row = _set_of(sim, id)
+    if (joint := joint_of(sim, id)) is not None:
+        told = f"body {id} is an end of the joint {joint!r}, which a mesh in its place would not have"
+        raise ValueError(f"{told}: let it go first, sim.unjoin({joint!r})")
     if type(body) not in (ElasticBody, SolidBody):
         raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody or a SolidBody, of the shape of body {id}")
     if body.dim != sim.scene.dim or getattr(body, "plane", "") == "axisymmetric":
         raise ValueError(f"body is of {body.dim} dimensions, plane {body.plane!r}: give a mesh of the scene's {sim.scene.dim}")
-    at = _pose(sim, id)
-    base = _turned_since(s, row, at["rotation"], body.dim)
     large = getattr(body, "kinematics", "small") != "small"
-    weight = weights_of(body)
-    mass = weight[:, 0].sum()
-    own = body.points - weight[:, 0] @ body.points / mass
-    turned = own @ base.T
-    reference = at["position"] + (own if large else turned)
-    factor = at["mass"] / mass
-    given = {**body.given, "points": reference, "density": _times(body.given["density"], factor)}
+    core = core_of(sim)
+    place = _core.place_of_mesh(core.scene, int(id), *body.lower[:3], body.points, _start(s, row, body.dim), large)
+    given = {**body.given, "points": place["reference"], "density": _times(body.given["density"], place["factor"])}
     if damping := damping_of(s, row):
         a, b = given.get("rayleigh", (0.0, 0.0))
         given["rayleigh"] = (a + damping, b)
     made = type(body)(**given)
-    x = at["position"] + turned
-    rates = rates_of(turned)
-    velocity = _with_momentum(made, rates, np.concatenate([at["mass"] * at["velocity"], at["spin"]]))
-    moving = 0.5 * np.sum(velocity.ravel() * (made.M @ velocity.ravel()))
+    kinetic = _core.motion_of(core.scene, int(id))["kinetic"]
     contactor = next(c for c in s.contactors if np.any(c.body == row))
     name = options.pop("name", s.group or f"body {id}")
     sides = {"edges": made.boundary_edges()} if made.dim == 2 else {"faces": made.boundary_faces()}
     around = np.unique(next(iter(sides.values())))
     given = {"contact": around[around >= 0], **sides, **options}
-    shown = deformable(made, material or contactor.material, name=name, velocity=velocity, displacement=x - reference, **given)
+    shown = deformable(
+        made, material or contactor.material, name=name, velocity=place["velocity"], displacement=place["displacement"], **given
+    )
     d = shown[0].mesh
     carry(d, s, row)
-    d.former = {"id": int(id), "set": s, "row": row, "base": np.eye(made.dim) if large else base, "own": own}
-    with _Impulses(sim, [id]) as impulses:
-        sim.remove([id])
-        impulses.of = sim.add(shown)
-        view = next(m for m in sim.meshes if m._mesh.d is d)
-        _account(sim, moving - at["kinetic"], _stored(sim, view) if _stressed(view.body) else 0.0)
+    d.former = {"id": int(id), "set": s, "row": row, "base": place["base"], "own": place["own"]}
+    if hasattr(made, "blocks"):
+        made.tangent(place["displacement"])  # a material that has no stress there is refused while the body is
+    contacts = PassedContacts(sim, [id])
+    sim.remove([id])
+    made = sim.add(shown)
+    view = next(m for m in sim.meshes if m._mesh.d is d)
+    _account(sim, place["kinetic"] - kinetic, _stored(sim, view) if _stressed(view.body) else 0.0)
+    contacts.pass_to(made)
     return view
 
 
@@ -67,49 +69,38 @@ def rigidify(sim, mesh, shape=None):
         raise ValueError(f"the mesh {d.name!r} has held dofs: a rigid body in its place would not; remove the mesh, add a wall")
     if shape is None and former is None:
         raise ValueError(f"the mesh {d.name!r} was no rigid body before: give shape, a set of one body that stands where it is")
-    dim = body.dim
-    x, v = view.displacement + body.points, view.velocity
-    weight = weights_of(body)[:, 0]
-    mass = weight.sum()
-    centre = weight @ x / mass
-    rates = rates_of(x - centre)
-    momentum = rates.T @ (body.M @ v.ravel())
-    before = 0.5 * np.sum(v.ravel() * (body.M @ v.ravel()))
-    stored = _stored(sim, view)
+    dim, core = body.dim, core_of(sim)
+    at = _core.motion_of_mesh(core, view._mesh.number)
+    centre, mass = at["centre"], at["mass"]
     if shape is None:
         s, row = former["set"], former["row"]
-        turn = _nearest_turn(former["own"] @ former["base"].T, x - centre, weight) @ former["base"]
-        one = _one_of(s, row)
-        start = np.eye(dim) if s.rotation is None else _matrix(s.rotation[row], dim)
-        one = replace(one, position=centre[None], rotation=_stored_rotation(turn @ start, dim), group=s.group)
-        axes = turn @ start
+        axes = _core.turn_of_mesh(core, view._mesh.number, former["own"], former["base"]) @ _start(s, row, dim)
+        one = replace(_one_of(s, row), position=centre[None], rotation=_core.stored_rotation(dim, axes), group=s.group)
     else:
         one = shape
         if not isinstance(one, sets.BodySet) or len(one) != 1 or one.mesh is not None or not np.isfinite(one.mass[0]):
             raise ValueError(
                 "shape is no set of one free rigid body: give cn.polygons([...]), cn.polyhedra([...]), cn.disks(...)"
             )
-        axes = np.eye(dim) if one.rotation is None else _matrix(one.rotation[0], dim)
+        axes = _start(one, 0, dim)
         one = replace(one, position=centre[None])
     factor = mass / one.mass[0]
     one = replace(one, mass=one.mass * factor, inertia=one.inertia * factor)
     if former is not None and shape is not None:  # under its id again, it has what the set that it came in with gives it
         damping = damping_of(former["set"], former["row"])
         one = replace(one, force=force_of(former["set"], former["row"]), damping=damping or None)
-    inertia = one.inertia[0]
-    spin = momentum[dim:] / inertia[0] if dim == 2 else axes @ ((axes.T @ momentum[dim:]) / inertia)
-    one = replace(one, velocity=np.concatenate([momentum[:dim] / mass, spin])[None], driven=(), drive=None)
-    after = 0.5 * (momentum[:dim] @ momentum[:dim] / mass + spin @ momentum[dim:])
-    with _Impulses(sim, view.all_ids) as impulses:
-        sim.remove(view.all_ids)
-        new = sim.add(sets.checked(one))
-        if shape is None and former["id"] not in sim.bodies.id:
-            core_of(sim).scene.give_id(int(new[0]), former["id"])
-            sim._sets[-1] = replace(sim._sets[-1], ids=np.array([former["id"]]))
-            new = sim._sets[-1].ids
-            sim._start_functions()
-        impulses.of = new
-        _account(sim, after - before, -stored)
+    velocity, kinetic = _core.velocity_of(dim, mass, at["momentum"], axes, np.atleast_1d(one.inertia[0]))
+    one = replace(one, velocity=velocity[None], driven=(), drive=None)
+    contacts = PassedContacts(sim, view.all_ids)
+    sim.remove(view.all_ids)
+    new = sim.add(sets.checked(one))
+    if shape is None and former["id"] not in sim.bodies.id:
+        core.scene.give_id(int(new[0]), former["id"])
+        sim._sets[-1] = replace(sim._sets[-1], ids=np.array([former["id"]]))
+        new = sim._sets[-1].ids
+        sim._start_functions()
+    _account(sim, kinetic - at["kinetic"], -at["stored"])
+    contacts.pass_to(new)
     return int(new[0])
 
 
@@ -170,7 +161,7 @@ class Watch:
         if self.stress is None:
             return False
         s, row = _set_of(sim, i)
-        at = _pose(sim, i)
+        at = _core.motion_of(core_of(sim).scene, int(i))
         arm = point[mine] - at["position"]
         sign = np.where(sides[mine][:, 0], 1.0, -1.0)  # impulses are those on the candidate
         density = next(c for c in s.contactors if np.any(c.body == row)).material.density
@@ -181,109 +172,17 @@ class Watch:
 # ---------------------------------------------------------------------- contacts
 
 
-class _Impulses:
-    """What contacts of bodies remember passes to those, of what comes in their place, that are nearest among the contacts with
-    the same others: a contact between two new ones is shared by its distances from them, so that sum and moment stay."""
+class PassedContacts:
+    """What contacts of bodies remember, for those of what comes in their place; see cxx/strategies/reshaping.hpp."""
 
     def __init__(self, sim, ids):
-        self.sim, self.ids, self.of = sim, np.asarray(ids), None
+        self.sim = sim
+        with sim._stage.of_core():
+            self.core = _core.PassedContacts(core_of(sim), sim._dt, np.asarray(ids, np.int64))
 
-    def __enter__(self):
-        self.before = self._look()
-        self.memory = core_of(self.sim).get_state()["memory"]
-        return self
-
-    def _look(self):
-        core = core_of(self.sim)
-        if not self.sim.strategy.stages or self.sim.strategy.pose != "moreau":
-            return None
-        core.begin_step(self.sim._dt)
-        try:
-            core.compute_free_velocity()
-            core.detect_contacts()
-            return {name: core.contact(name).copy() for name in ("key", "point", "normal", "bodies")}
-        finally:
-            core.undo_step()
-
-    def _contactors(self, ids):
-        """Ids of the contactors on bodies, or on parts of meshes."""
-        scene = core_of(self.sim).scene
-        return scene.contactor("id").ravel()[np.isin(scene.carriers(), ids)]
-
-    def __exit__(self, kind, *_):
-        if kind is not None or self.before is None:
-            return
-        old = self.memory
-        keys, columns = old["keys"], old["impulse_components"]
-        gone = ~np.isin(keys[:, :2], core_of(self.sim).scene.contactor("id").ravel())
-        kept = ~gone.any(axis=1)
-        impulses, states = old["impulses"].reshape(len(keys), columns), old["states"].reshape(len(keys), old["state_components"])
-        rows = [(keys[k], impulses[k], states[k]) for k in np.flatnonzero(kept)]
-        now = self._look()
-        mine = self._contactors(self.of)
-        touches = np.isin(now["key"][:, :2], mine)
-        seen = {tuple(key): k for k, key in enumerate(self.before["key"].tolist())}
-        passed = {}
-        for k in np.flatnonzero(~kept):
-            here = seen.get(tuple(keys[k].tolist()))
-            other = keys[k, :2][~gone[k]]
-            if here is None or len(other) != 1:
-                continue
-            found = np.flatnonzero(touches.any(axis=1) & (now["key"][:, :2] == other[0]).any(axis=1))
-            if not len(found):
-                continue
-            impulse = self._in_space(impulses[k], self.before["normal"][here])
-            impulse *= self._side(self.before, here, self.ids)
-            for to, share in self._shares(self.before["point"][here], now["point"][found], found):
-                total, state = passed.get(to, (0.0, states[k]))
-                part = impulse * share * self._side(now, to, self.of)
-                passed[to] = total + part, state
-        anchors = old["anchors"].reshape(len(keys), -1)[kept] if "anchors" in old else None
-        for to, (impulse, state) in passed.items():
-            rows.append((now["key"][to], self._of_contact(impulse, now["normal"][to]), state))
-        # contacts are found again by the order of their keys
-        state = core_of(self.sim).get_state()
-        memory = dict(old)
-        memory["keys"] = np.array([r[0] for r in rows], np.int64).reshape(-1, 4)
-        memory["impulses"] = np.array([r[1] for r in rows], float).ravel()
-        memory["states"] = np.array([r[2] for r in rows], float).ravel()
-        if anchors is not None:  # the others hold nothing
-            fresh = np.zeros((len(rows) - len(anchors), anchors.shape[1]))
-            fresh[:, -1] = -1
-            memory["anchors"] = np.concatenate([anchors, fresh])
-        memory["contactors_seen"] = state["scene"]["next_contactor_id"]
-        state["memory"] = memory
-        core_of(self.sim).set_state(state)
-        self.sim._constant_force_set = False
-
-    def _side(self, contacts, row, mine):
-        """+1 where one of these is the candidate, on which impulses act, else -1."""
-        return 1.0 if np.isin(contacts["bodies"][row][0], mine) else -1.0
-
-    def _in_space(self, impulse, normal):
-        """In 2D what is remembered stands along the normal and the tangent, in 3D in space."""
-        if len(normal) == 3:
-            return impulse.copy()
-        out = impulse.copy()
-        out[:2] = impulse[0] * normal + impulse[1] * np.array([-normal[1], normal[0]])
-        return out
-
-    def _of_contact(self, impulse, normal):
-        if len(normal) == 3:
-            return impulse
-        out = impulse.copy()
-        out[:2] = impulse[:2] @ normal, impulse[:2] @ np.array([-normal[1], normal[0]])
-        return out
-
-    def _shares(self, point, points, found):
-        order = np.argsort(np.linalg.norm(points - point, axis=1), kind="stable")
-        first = points[order[0]]
-        for k in order[1:]:
-            along = points[k] - first
-            t = (point - first) @ along / (along @ along) if np.any(along) else -1.0
-            if 0 < t <= 0.5 + 1e-9:
-                return [(int(found[order[0]]), 1 - t), (int(found[k]), t)]
-        return [(int(found[order[0]]), 1.0)]
+    def pass_to(self, ids):
+        with self.sim._stage.of_core():
+            self.core.pass_to(core_of(self.sim), np.asarray(ids, np.int64))
 
 
 # ---------------------------------------------------------------------- of bodies
@@ -303,72 +202,13 @@ def _set_of(sim, id):
     raise ValueError(f"there is no rigid body {id}: give the id of one, as Scene.add and Simulation.add return them")
 
 
-def _pose(sim, id):
-    """Where a rigid body is and how it moves: spin is its angular momentum about its centre of mass."""
-    scene, dim = core_of(sim).scene, sim.scene.dim
-    row = int(np.searchsorted(scene.body("id"), id))
-    names = {f["name"] for f in scene.body_fields() if f["active"]}
-    velocity = scene.body("velocity")[row]
-    rotation = _matrix(scene.body("rotation")[row], dim) if "rotation" in names else np.eye(dim)
-    inertia = np.atleast_1d(scene.body("inertia")[row])
-    mass = float(np.ravel(scene.body("mass")[row])[0])
-    spin = inertia[:1] * velocity[2:] if dim == 2 else rotation @ (inertia * (rotation.T @ velocity[3:]))
-    return {
-        "position": scene.body("position")[row] + np.asarray(sim.scene.origin, float)[:dim],
-        "rotation": rotation, "velocity": velocity[:dim], "mass": mass, "spin": spin,
-        "kinetic": 0.5 * (mass * velocity[:dim] @ velocity[:dim] + velocity[dim:] @ spin),
-    }  # fmt: skip
-
-
-def _turned_since(s, row, rotation, dim):
-    start = np.eye(dim) if s.rotation is None else _matrix(s.rotation[row], dim)
-    return rotation @ start.T
-
-
-def _matrix(rotation, dim):
-    if dim == 2:
-        c, s = np.cos(np.ravel(rotation)[0]), np.sin(np.ravel(rotation)[0])
-        return np.array([[c, -s], [s, c]])
-    w, x, y, z = np.asarray(rotation, float) / np.linalg.norm(rotation)
-    return np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])  # fmt: skip
-
-
-def _stored_rotation(matrix, dim):
-    """An angle (1,), or a quaternion (1, 4)."""
-    if dim == 2:
-        return np.array([np.arctan2(matrix[1, 0], matrix[0, 0])])
-    values, vectors = np.linalg.eigh(
-        np.array([
-            [matrix.trace(), *(_skew(matrix))],
-            *([_skew(matrix)[k], *((matrix + matrix.T - matrix.trace() * np.eye(3))[k])] for k in range(3)),
-        ])
-    )  # fmt: skip
-    return vectors[:, -1:].T
-
-
-def _skew(m):
-    return m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+def _start(s, row, dim):
+    """How a body of a set stood as it came in, (dim, dim)."""
+    return np.eye(dim) if s.rotation is None else _core.rotation_of(dim, np.atleast_1d(s.rotation[row]))
 
 
 def _times(density, factor):
     return {kind: of * factor for kind, of in density.items()} if isinstance(density, dict) else density * factor
-
-
-def _nearest_turn(own, x, weight):
-    """The rotation that brings `own` nearest to x, by weights (Kabsch 1976)."""
-    u, _, v = np.linalg.svd((own * weight[:, None]).T @ x)
-    flip = np.eye(own.shape[1])
-    flip[-1, -1] = np.sign(np.linalg.det(u @ v))
-    return (u @ flip @ v).T
-
-
-def _with_momentum(body, rates, momentum):
-    """Velocities (n, dim) of a rigid motion of the nodes with a momentum and an angular momentum."""
-    return (rates @ np.linalg.solve(rates.T @ (body.M @ rates), momentum)).reshape(-1, body.dim)
 
 
 def _stressed(body):
@@ -383,15 +223,7 @@ def before_first_step(sim, energy):
 
 def _stored(sim, view):
     """Energy that the displacements at hand store [J]."""
-    body = view.body
-    if not hasattr(body, "blocks"):
-        u = view.displacement.ravel()
-        twice = float(u @ (body.K @ u))
-        if body.initial_force is not None:
-            return 0.5 * twice + float(u @ np.ravel(body.initial_force)) + body.initial_energy
-        return 0.5 * twice
-    memory = core_of(sim).mesh_memory(view._mesh.number)[1]
-    return float(memory[-1]) if len(memory) else float(body.tangent(view.displacement)[2])
+    return _core.stored_by_mesh(core_of(sim), view._mesh.number)
 
 
 def _one_of(s, row):

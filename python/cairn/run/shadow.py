@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import _core
 from ..names import listed
-from . import contact_problem, shadow_cells
+from . import contact_problem, shadow_cells, shadow_laws
 from .stages import ORDER
 
 # What a stage makes, by which it is compared with its shadow: fields of bodies, all (n, components) in internal order.
@@ -30,7 +30,8 @@ INPUTS = ("position", "velocity", "mass", "inertia", "inverse_mass", "velocity_f
 @dataclass
 class Shadow:
     """What a shadow found. records: one (step, time, difference, body) a step, the difference relative to the largest value;
-    beyond: the first record above tol, or None; dump: the file that holds its input."""
+    beyond: the first record above tol, or None; dump: the file that holds its input. Of contact_laws, of: the law; columns: the
+    largest difference so far of impulse, moment and each state variable."""
 
     stage: str
     kernel: object
@@ -40,6 +41,9 @@ class Shadow:
     records: list = field(default_factory=list)
     beyond: tuple | None = None
     dump: Path | None = None
+    of: object = None
+    columns: dict = field(default_factory=dict)
+    scales: dict = field(default_factory=dict, repr=False)
 
     @property
     def largest(self):
@@ -49,12 +53,14 @@ class Shadow:
     def __repr__(self):
         said = "never beyond" if self.beyond is None else f"first beyond at step {self.beyond[0]} ({self.dump})"
         steps = f"{len(self.records)} steps, largest difference {self.largest:.3g}"
+        if self.columns:
+            steps += f" ({', '.join(f'{name} {found:.3g}' for name, found in self.columns.items())})"
         return f"<shadow of {self.stage}: {steps}, tol {self.tol:g}, {said}>"
 
 
-def add(simulation, stage, kernel, tol, folder, name):
+def add(simulation, stage, kernel, tol, folder, name, of=None):
     """Checks what was asked for; see Simulation.shadow."""
-    known = [*OUTPUTS, *shadow_cells.STAGES]
+    known = [*OUTPUTS, *shadow_cells.STAGES, *shadow_laws.STAGES]
     if stage not in known:
         raise ValueError(f"stage is {stage!r}: stages that can have a shadow are {listed(known, stage)}")
     if stage in shadow_cells.STAGES and not any(isinstance(getattr(m.body, "cells", None), dict) for m in simulation.meshes):
@@ -63,11 +69,17 @@ def add(simulation, stage, kernel, tol, folder, name):
         raise ValueError("shadows need the stages of NSCD; this simulation has another strategy")
     if not (isinstance(tol, (int, float)) and tol >= 0 and math.isfinite(tol)):
         raise ValueError(f"tol is {tol!r}: give a number >= 0, relative to the largest value")
-    if isinstance(kernel, str):
+    if stage in shadow_laws.STAGES:
+        of = shadow_laws.checked(simulation, kernel, of)
+    elif of is not None:
+        raise ValueError(f"of is {of!r}, and {stage} is of no law: leave it out")
+    if stage in shadow_laws.STAGES and (kernel == "reference" or isinstance(kernel, shadow_laws.Law)):
+        kernel = shadow_laws.asked(kernel, of)
+    elif isinstance(kernel, str):
         kernel = _named(stage, kernel)
     elif not callable(kernel):
-        raise ValueError(f"kernel is {kernel!r}: give 'reference', a solver of cairn.problems, or a function")
-    return Shadow(stage, kernel, float(tol), Path(folder), name or stage)
+        raise ValueError(f"kernel is {kernel!r}: give 'reference', a solver of cairn.problems, a law, or a function")
+    return Shadow(stage, kernel, float(tol), Path(folder), name or stage, of=of)
 
 
 def _named(stage, name):
@@ -95,8 +107,11 @@ def step(simulation, dt, shadows):
         for stage in ORDER:
             mine = [s for s in shadows if s.stage == stage]
             before = [_input(simulation, s, stages.h) for s in mine]
+            laws = [s for s in shadows if s.stage in shadow_laws.STAGES and stage == "commit_contacts"]
+            asked = [(s, shadow_laws.given_of(simulation, s.of)) for s in laws]
             getattr(stages, stage)()
             done = list(zip(mine, before))
+            found += [(s, given, shadow_laws.difference(simulation, s, given)) for s, given in asked]
             if stage == "solve_contacts":  # compared by the velocities that its impulses make: impulses need not be unique
                 solved, done = done, []
             for s, given in solved if stage == "update_velocity" else done:
@@ -198,6 +213,9 @@ def _dump(shadow, given, other, steps):
         problems.write(path, given["problem"])
         return path
     path = stem.with_suffix(".npz")
+    if shadow.stage in shadow_laws.STAGES:
+        given = given | {f"parameter_{k}": v for k, v in given["parameters"].items()}
+        given |= {f"state_{k}": v for k, v in given["state"].items()}
     if isinstance(other, dict):
         np.savez(path, **{f"given_by_shadow_{k}": v for k, v in other.items()},
                  **{k: v for k, v in given.items() if isinstance(v, (int, float, np.ndarray))})  # fmt: skip

@@ -234,9 +234,10 @@ class Simulation(Reshaping, Spelt):
     def ready(self, dt=None):
         """What a step of dt [s] begins with, and its length: gravity, loads and driven velocities of its time; see stages."""
         h = self._dt if dt is None else checks.positive("dt", dt)
-        self._follow_scene()
-        self._apply_functions(h)
-        _ = [part.load(h) for part in (self._meshes, self._networks) if part]
+        with self._stage.of_loads():
+            self._follow_scene()
+            self._apply_functions(h)
+            _ = [part.load(h) for part in (self._meshes, self._networks) if part]
         return h
 
     def stepped(self, report, h):
@@ -298,23 +299,23 @@ class Simulation(Reshaping, Spelt):
 
     # ------------------------------------------------------------------ comparisons
 
-    def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None):
+    def shadow(self, stage, kernel="reference", tol=1e-8, *, folder=".", name=None, of=None):
         """From now on a second kernel runs beside a stage of each step, on the same input; returns the Shadow that records it.
 
         stage: predict_configuration, compute_free_velocity, solve_contacts or update_configuration; of meshes stresses or
-        element_forces, see docs/shadow.md. kernel: "reference", the plain loop; for solve_contacts also the name of a solver
-        of cairn.problems; or a function of the stage's input, a dict of arrays in internal order with h, theta, gravity [SI]
-        and, for solve_contacts, the `problem`: it gives the stage's output (n, components), for solve_contacts the impulses
-        (contacts, dim) [N s], which are compared by the velocities they make. tol: relative to the largest value. The first
-        step beyond it is written into folder, under name: a problem file (FCLIB) for solve_contacts, arrays (.npz) else. The
-        simulation itself goes on as without shadows, to the same bits.
+        element_forces; contact_laws, beside the law `of`: see docs/shadow.md. kernel: "reference", the plain loop; for
+        solve_contacts also the name of a solver of cairn.problems, for contact_laws a law; or a function of the stage's input,
+        a dict of arrays in internal order with h, theta, gravity [SI] and, for solve_contacts, the `problem`: it gives the
+        stage's output (n, components), for solve_contacts the impulses (contacts, dim) [N s], which are compared by the
+        velocities they make. tol: relative to the largest value. The first step beyond it is written into folder, under name:
+        a problem file (FCLIB) for solve_contacts, arrays (.npz) else. The simulation goes on as without shadows, to the bit.
         """
         if self.strategy.pose != "moreau" or getattr(self.strategy, "integrator", None) is not None:
             raise ValueError("shadows stand beside the stages of NSCD itself: leave out other strategies and integrators")
         self._stage.at_rest("shadow")
         from . import shadow
 
-        self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name))
+        self._shadows.append(shadow.add(self, stage, kernel, tol, folder, name, of))
         return self._shadows[-1]
 
     def problem(self):

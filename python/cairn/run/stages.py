@@ -38,11 +38,12 @@ ORDER = (
 class Place:
     """Where in a step a simulation is. due: number of the stage that comes next, None between steps; h: its length [s]; begin:
     when a step that may be made in parts began [s], None of others; asks: whether loads of a part of it are asked for; works:
-    the threads in which the core is at work, where what functions that it calls find is half done; others wait for its end."""
+    the threads in which the core is at work, where what functions that it calls find is half done; others wait for its end.
+    loads: the threads in which a step begins, where its loads are asked for."""
 
     def __init__(self):
         self.due = self.h = self.begin = None
-        self.asks, self.works = False, set()
+        self.asks, self.works, self.loads = False, set(), set()
 
     def at_rest(self, what):
         """Raises ValueError if the core is at work on a step, where `what` would change or tell what is half done."""
@@ -51,6 +52,18 @@ class Place:
         if get_ident() in self.works:
             text = f"{what} stands between steps, and one is being made, which called this function"
             raise ValueError(f"{text}: wait for its end, or do it in `callback` of run")
+
+    @contextmanager
+    def of_loads(self):
+        """While functions give the loads of a step, which may do as they like but step."""
+        if get_ident() in self.loads:
+            text = "a step begins with what functions of time say, and one of them steps"
+            raise ValueError(f"{text}: step in `callback` of run, or between calls of step")
+        self.loads.add(get_ident())
+        try:
+            yield
+        finally:
+            self.loads.discard(get_ident())
 
     @contextmanager
     def of_core(self):

@@ -1,0 +1,45 @@
+// Sweeps from nothing begin with associated friction, by which slip opens a contact: that is a convex problem, and
+// where a pile can stand its solution stands, which is one of Coulomb's law too. Sweeps of Coulomb's law from nothing
+// let grains fall that could lean on each other, and end where these slide, at errors that fall no more.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "contact_system.hpp"
+
+namespace cairn {
+
+class AssociatedStart {
+public:
+  // aim: error that is sought; free_energy: that by which squares of errors are measured [J].
+  AssociatedStart(const ContactSystem& system, bool extrapolates, double aim, int max_iterations, double free_energy)
+      : aim_(aim), free_energy_(free_energy), last_(max_iterations / 4),
+        on_(extrapolates && aim < loosest &&
+            system.begin_speed_square <= at_rest * at_rest * system.weight_speed_square &&
+            begins_from_nothing(system)) {}
+  // Whether the next extrapolated sweeps are of this kind.
+  bool on() const { return on_; }
+  // Told of each true error, that of Coulomb's law, and of the sum of dr.W dr of the sweep before it, dr what that
+  // changed [J]. True: this was the last of such sweeps. The least that an error was beside the change tells the error
+  // of the convex problem.
+  bool ends(int iterations, double error_square, double change) {
+    constexpr double near = 4, beside = 0.01; // of the aim; of Coulomb's error, where that is of what slides
+    if (!on_) return false;
+    const double moved = std::sqrt(change / free_energy_), error = std::sqrt(error_square);
+    least_ratio_ = std::min(least_ratio_, error / moved);
+    on_ = iterations < last_ && moved > 0 && least_ratio_ * moved > std::max(near * aim_, beside * error);
+    return !on_;
+  }
+
+  static constexpr double loosest = 2e-5; // to a larger error sweeps of Coulomb's law come as soon
+
+private:
+  static constexpr double at_rest = 0.1; // of the speed that loads give in a step: what moves will slide
+  double aim_, free_energy_;
+  int last_; // sweep
+  bool on_;
+  double least_ratio_ = std::numeric_limits<double>::infinity();
+};
+
+} // namespace cairn
