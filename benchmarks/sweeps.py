@@ -76,9 +76,10 @@ def families(seed):
 
 
 def one_step(sim, path, acceleration, tol, warm, most=5000):
-    """Columns of a step from the state in path."""
+    """Columns of a step from the state in path. acceleration: none, nesterov, or associated: that from an associated start."""
     sim.restore(path)
-    sim.strategy = cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=most, acceleration=acceleration), threads=1, warm_start=warm)
+    how = {"acceleration": "nesterov", "associated_start": True} if acceleration == "associated" else {"acceleration": acceleration}
+    sim.strategy = cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=most, **how), threads=1, warm_start=warm)
     before = time.process_time()
     info = sim.step()
     return {
@@ -121,7 +122,7 @@ def rows_of_dense(folder, options):
         sim.checkpoint(path)
         for warm in (True, False):
             for tol in (1e-6,) if large else (1e-4, 1e-6, 1e-8):
-                for acceleration in ("none", "nesterov")[large or tol < 1e-6 :]:
+                for acceleration in ("none", "nesterov", "associated")[large or tol < 1e-6 : 2 if warm else 3]:
                     row = one_step(sim, path, acceleration, tol, warm, 12000)
                     yield {"scene": case, "grains": options.count, "speed": f"{speed:.2g}", **row}
 

@@ -153,7 +153,8 @@ struct SolverOptions {
   std::string solver = "nlgs"; // in steps: nlgs, auto, or a solver of problems (friction_problem.hpp)
   // On the velocities that impulses leave, see VelocityError; infinity: not asked for.
   double accuracy = std::numeric_limits<double>::infinity();
-  bool extrapolates = true; // sweeps begin beyond the last one: see Extrapolation
+  bool extrapolates = true;      // sweeps begin beyond the last one: see Extrapolation
+  bool associated_start = false; // see AssociatedStart
   // The same problem but for its biases was solved just now, and the step begins with its impulses: 1, or 2 where
   // Newton's method over bodies found them.
   int again = 0;

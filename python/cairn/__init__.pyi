@@ -443,6 +443,7 @@ class NLGS(ContactSolver):
     min_iter: int
     max_iter: int
     acceleration: str
+    associated_start: bool
     softening_relaxation: float
     def __init__(
         self,
@@ -450,6 +451,7 @@ class NLGS(ContactSolver):
         min_iter: int = 1,
         max_iter: int = 1000,
         acceleration: str = "nesterov",
+        associated_start: bool = False,
         softening_relaxation: float = 1.0,
     ) -> None: ...
 

@@ -89,9 +89,47 @@ def test_what_stands_is_found_from_nothing(tmp_path):
     assert info["status"] == "converged"
     sim.checkpoint(path := tmp_path / "state.h5")
     _, rest = one_step(sim, path, warm=True, tol=1e-8, max_iter=20000)
-    info, v = one_step(sim, path, tol=1e-6, max_iter=20000)
-    assert info["status"] == "converged"
-    assert np.abs(v - rest)[:, :2].max() < 1e-2 * 9.81 * sim.dt
+    off = []
+    for associated in (False, True):
+        info, v = one_step(sim, path, tol=1e-6, max_iter=20000, associated_start=associated)
+        assert info["status"] == "converged"
+        off.append(np.abs(v - rest)[:, :2].max() / (9.81 * sim.dt))
+    assert off[0] > 0.1 and off[1] < 1e-2
+
+
+def test_bonds_do_not_begin_with_associated_friction(tmp_path):
+    """They are no cones: sweeps without restarts ran away there."""
+    sim = settled(SCENES["bonds"]())
+    sim.checkpoint(path := tmp_path / "state.h5")
+    solver = {"tol": 1e-8, "max_iter": 20000}
+    (info, v), (asked, w) = (one_step(sim, path, associated_start=start, **solver) for start in (False, True))
+    assert info["iterations"] == asked["iterations"]
+    np.testing.assert_array_equal(v, w)
+
+
+def test_answers_follow_the_tolerance():
+    """The force on a wall after 150 steps of a deposit that begins from nothing: errors fall with the tolerance."""
+    radii = np.random.default_rng(3).uniform(0.04, 0.06, 120)
+    centers = cn.pre.deposit_disks(radii, 1.0)
+
+    def force(tol):
+        scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+        scene.add(cn.disks(centers, radii, ROCK), cn.wall((0, 0), (0, 1), ROCK), cn.wall((1, 0), (-1, 0), ROCK))
+        wall = scene.add(cn.wall((0, 0), (1, 0), ROCK))[0]
+        scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+        sim = cn.Simulation(scene, dt=2e-3, strategy=cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=20000)), overlap="ignore")
+        sim.run(steps=150, progress=False)
+        return abs(sim.contacts.force[np.any(sim.contacts.bodies == wall, axis=1), 0].sum())
+
+    exact = force(1e-8)
+    loose, close = (abs(force(tol) / exact - 1) for tol in (1e-2, 1e-6))
+    assert close < 1e-3 and close < loose / 10
+
+
+def test_an_associated_start_is_of_extrapolated_sweeps():
+    with pytest.raises(ValueError, match="associated_start"):
+        cn.NLGS(associated_start=True, acceleration="none")
+    assert "associated" in str(settled(SCENES["disks"](), 1, associated_start=True).explain())
 
 
 def test_a_fixed_number_of_sweeps_is_extrapolated_too(tmp_path):

@@ -100,10 +100,9 @@ SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, c
   Relaxation relaxation(schedule.relaxation);
   Extrapolation extrapolation(system, schedule);
   if (!options.extrapolates) extrapolation.forbid();
-  // A fixed number of sweeps asks for what those of Coulomb's law leave; velocities follow errors a thousand times
-  // smaller.
+  // Velocities follow errors a thousand times smaller.
   const double aim = std::isfinite(options.accuracy) ? 1e-3 * options.accuracy : options.tolerance;
-  AssociatedStart start(system, extrapolation.allowed() && options.min_iterations <= 1, aim, options.max_iterations,
+  AssociatedStart start(system, options.associated_start && extrapolation.allowed(), aim, options.max_iterations,
                         free.energy);
   BestImpulses best(system);
   VelocityError velocity(system, schedule, velocity_free, options);

@@ -61,6 +61,8 @@ def _sweeps(solver):
         lines = ["Sweeps are plain, over-relaxed from the tenth on"]
         if solver.acceleration == "nesterov":
             lines = ["Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, if most are round"]
+        if solver.associated_start:
+            lines.append("Sweeps of a pile at rest without impulses begin with associated friction")
         if solver.softening_relaxation < 1:
             lines.append(f"Bonds that soften take {solver.softening_relaxation:g} of their change in a sweep")
         return lines
