@@ -78,7 +78,8 @@ def families(seed):
 def one_step(sim, path, acceleration, tol, warm, most=5000):
     """Columns of a step from the state in path. acceleration: none, nesterov, or associated: that from an associated start."""
     sim.restore(path)
-    how = {"acceleration": "nesterov", "associated_start": True} if acceleration == "associated" else {"acceleration": acceleration}
+    start = acceleration == "associated"
+    how = {"acceleration": "nesterov" if start else acceleration, "associated_start": start}
     sim.strategy = cn.NSCD(solver=cn.NLGS(tol=tol, max_iter=most, **how), threads=1, warm_start=warm)
     before = time.process_time()
     info = sim.step()

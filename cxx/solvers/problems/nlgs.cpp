@@ -78,119 +78,179 @@ int sweep_on(ContactSystem& system, cairn_schedule& schedule, int sweeps, Extrap
   return sweeps;
 }
 
+std::int64_t contacts_of(const ContactSystem& system) {
+  std::int64_t sum = 0;
+  for (const cairn_batch& b : system.batches) sum += b.contacts;
+  return sum;
+}
+
+// One step's sweeps, and when to measure the error: the change of a sweep costs nothing; the error costs about a sweep.
+// Between two errors their squares keep about the same ratio to the change, which tells when the next one is worth it.
+class Sweeps {
+public:
+  Sweeps(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options, SweepHelp* help,
+         SolveReport& report)
+      : system_(system), velocity_free_(velocity_free), options_(options), help_(help), report_(report),
+        schedule_(system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads())),
+        free_(measure_free(system, schedule_)), extrapolation_(system, schedule_),
+        start_(system, options.associated_start && options.extrapolates && extrapolation_.allowed(), aim(options),
+               options.max_iterations, free_.energy),
+        best_(system), velocity_(system, schedule_, velocity_free, options),
+        newton_(system, schedule_, velocity_free, error_square_) {
+    schedule_.softening_relaxation = options.softening_relaxation;
+    if (!options.extrapolates) extrapolation_.forbid();
+    uneven_ = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
+    cairn_add_impulses(&schedule_);
+  }
+
+  void run() {
+    if (stays()) return;
+    while (report_.iterations < options_.max_iterations) {
+      const bool extrapolates = extrapolation_.allowed() && report_.iterations >= plain_sweeps;
+      schedule_.associated = extrapolates && start_.on();
+      report_.iterations +=
+          std::min(sweep_on(system_, schedule_, sweeps(extrapolates), extrapolates ? &extrapolation_ : nullptr),
+                   options_.max_iterations - report_.iterations);
+      const double change = total(system_.change, system_.batches.size(), 1, 0);
+      const bool promising = ratio_ > 0 && change * ratio_ <= wanted_;
+      const bool last = help_ && report_.iterations >= options_.max_iterations; // it is asked before the step fails
+      if (std::isfinite(change) && !promising && !last && report_.iterations < next_check_) continue;
+      StepError error = improve(measure_now());
+      if (!error.finite || !std::isfinite(change)) {
+        if (extrapolates && best_.give_back(error.square, velocity_free_, schedule_)) {
+          extrapolation_.forbid();
+          continue;
+        }
+        report_.status = SolveStatus::diverged;
+        give_none(system_, velocity_free_);
+        break;
+      }
+      if (enough(error)) break;
+      follow(change, extrapolates);
+    }
+  }
+
+  void finish() {
+    StepError end = measure(system_, schedule_, free_, true, report_);
+    if (report_.iterations >= options_.max_iterations && end.square > wanted_ && !velocity_.held() &&
+        best_.give_back(end.square, velocity_free_, schedule_))
+      end = measure(system_, schedule_, free_, true, report_);
+    light_error();
+    if (!velocity_.held()) velocity_.follow(report_.error);
+    report_.velocity_error = velocity_.value();
+    conclude(report_, end, options_);
+  }
+
+private:
+  // Velocities follow errors a thousand times smaller.
+  static double aim(const SolverOptions& options) {
+    return std::isfinite(options.accuracy) ? 1e-3 * options.accuracy : options.tolerance;
+  }
+  StepError measure_now() { return measure(system_, schedule_, free_, false, report_); }
+  double light_error() {
+    if (uneven_) note(measure_light(system_, schedule_, velocity_free_), report_);
+    return report_.light_error;
+  }
+  // Where faces meet a sweep shifts impulses among the points of a face, and what rests comes to tremble, step by step:
+  // impulses of the last step that meet the tolerance stay as they are.
+  bool stays() {
+    return help_ && !help_->given_up() && !uneven_ && !extrapolation_.allowed() && !std::isfinite(options_.accuracy) &&
+           options_.min_iterations <= 1 && report_.contacts > settled_unknowns && error_square_() <= wanted_;
+  }
+  // Until the next look at the change.
+  int sweeps(bool extrapolates) const {
+    int sweeps = std::max({1, report_.iterations / 16, options_.min_iterations - report_.iterations});
+    if (extrapolation_.allowed() && !extrapolates) sweeps = std::min(sweeps, plain_sweeps - report_.iterations);
+    return std::min(sweeps, options_.max_iterations - report_.iterations);
+  }
+  // By Newton's method on the active set of few contacts, and by what else there is where it pays.
+  StepError improve(StepError error) {
+    if (error.finite && error.square > wanted_ && report_.iterations >= next_newton_) {
+      newton_.improve(error.square, wanted_,
+                      help_ && !help_->given_up() ? help_->few_unknowns() : ActiveSet::most_unknowns);
+      extrapolation_.restart();
+      error = measure_now();
+      next_newton_ = 4 * report_.iterations;
+    }
+    if (help_ && error.finite && error.square > wanted_ && help_->pays(report_.iterations, std::sqrt(error.square)))
+      error = ask(std::sqrt(error.square));
+    return error;
+  }
+  StepError ask(double error) {
+    if (help_->improve(schedule_, error, error_square_)) report_.solver = help_->name();
+    extrapolation_.restart();
+    return measure_now();
+  }
+  // Whether this error ends the sweeps.
+  bool enough(StepError& error) {
+    const bool due = velocity_.due(report_.iterations) && error.square <= options_.tolerance * options_.tolerance;
+    if ((error.square <= wanted_ || due) && report_.iterations >= options_.min_iterations) {
+      if (help_ && !uneven_)
+        settle(newton_, system_, schedule_, report_.contacts, error.square, free_.energy, options_);
+      double light = light_error();
+      if (help_ && !help_->accepts(report_.iterations, light)) {
+        error = ask(options_.tolerance);
+        light = light_error();
+      }
+      if (light <= options_.tolerance && (error.square <= wanted_ || due)) {
+        velocity_.follow(std::sqrt(error.square));
+        const double before = error.square;
+        if (velocity_.holds(report_.iterations, error.square, error_square_)) return true;
+        if (error.square < before) extrapolation_.restart();
+        const double next = velocity_.wanted(std::sqrt(error.square));
+        wanted_ = next * next;
+        if (help_) help_->aim(next);
+      }
+    }
+    best_.offer(error.square, report_.iterations < options_.max_iterations);
+    velocity_.follow(std::sqrt(error.square));
+    error_ = error.square;
+    return false;
+  }
+  void follow(double change, bool extrapolates) {
+    if (!extrapolation_.allowed()) relaxation_.follow(report_.iterations, error_);
+    ratio_ = change > 0 ? error_ / change : 0;
+    if (extrapolates && start_.ends(report_.iterations, error_, change)) {
+      extrapolation_.restart();
+      ratio_ = 0;
+    }
+    next_check_ = report_.iterations + std::max(8, report_.iterations / (extrapolates ? 8 : 2));
+  }
+
+  ContactSystem& system_;
+  const Velocities& velocity_free_;
+  const SolverOptions& options_;
+  SweepHelp* help_;
+  SolveReport& report_;
+  cairn_schedule schedule_;
+  const FreeScale free_;
+  double wanted_ = options_.tolerance * options_.tolerance; // less where velocities have to be more exact
+  double ratio_ = 0;                                        // error^2 per change
+  double error_ = 0;                                        // the last one's square
+  Relaxation relaxation_{schedule_.relaxation};
+  Extrapolation extrapolation_;
+  AssociatedStart start_;
+  BestImpulses best_;
+  VelocityError velocity_;
+  std::function<double()> error_square_ = [this] { return measure_now().square; }; // a pointer: nothing is allocated
+  ActiveSet newton_;
+  int next_check_ = std::max(options_.min_iterations, 1), next_newton_ = 64;
+  bool uneven_ = false;
+};
+
 } // namespace
 
 SolveReport solve_nlgs(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options,
                        SweepHelp* help) {
   SolveReport report;
   report.penetration = system.penetration;
-  for (const cairn_batch& b : system.batches) report.contacts += b.contacts;
+  report.contacts = contacts_of(system);
   system.load(velocity_free);
   if (std::isfinite(options.accuracy)) report.velocity_error = 0;
   if (system.batches.empty()) return report;
-  cairn_schedule schedule = system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads());
-  schedule.softening_relaxation = options.softening_relaxation;
-  const FreeScale free = measure_free(system, schedule);
-  cairn_add_impulses(&schedule);
-
-  // The change of a sweep costs nothing; the error costs about a sweep. Between two errors their squares keep about the
-  // same ratio to the change, which tells when the next error is worth its cost.
-  double wanted = options.tolerance * options.tolerance; // less where velocities have to be more exact
-  double ratio = 0;                                      // error^2 per change
-  Relaxation relaxation(schedule.relaxation);
-  Extrapolation extrapolation(system, schedule);
-  if (!options.extrapolates) extrapolation.forbid();
-  // Velocities follow errors a thousand times smaller.
-  const double aim = std::isfinite(options.accuracy) ? 1e-3 * options.accuracy : options.tolerance;
-  AssociatedStart start(system, options.associated_start && extrapolation.allowed(), aim, options.max_iterations,
-                        free.energy);
-  BestImpulses best(system);
-  VelocityError velocity(system, schedule, velocity_free, options);
-  int next_check = std::max(options.min_iterations, 1), next_newton = 64;
-  const auto square = [&] { return measure(system, schedule, free, false, report).square; };
-  const std::function<double()> error_square = std::ref(square); // by reference: nothing is allocated
-  ActiveSet newton(system, schedule, velocity_free, error_square);
-  const bool uneven = system.keeps_velocity = masses_differ(mass_ratio(system), help != nullptr);
-  const auto light_error = [&] {
-    if (uneven) note(measure_light(system, schedule, velocity_free), report);
-    return report.light_error;
-  };
-  // Where faces meet a sweep shifts impulses among the points of a face, and what rests comes to tremble, step by step:
-  // impulses of the last step that meet the tolerance stay as they are.
-  const bool stays = help && !help->given_up() && !uneven && !extrapolation.allowed() &&
-                     !std::isfinite(options.accuracy) && options.min_iterations <= 1 &&
-                     report.contacts > settled_unknowns && square() <= wanted;
-  while (!stays && report.iterations < options.max_iterations) {
-    const bool extrapolates = extrapolation.allowed() && report.iterations >= plain_sweeps;
-    int sweeps = std::max({1, report.iterations / 16, options.min_iterations - report.iterations});
-    if (extrapolation.allowed() && !extrapolates) sweeps = std::min(sweeps, plain_sweeps - report.iterations);
-    sweeps = std::min(sweeps, options.max_iterations - report.iterations);
-    schedule.associated = extrapolates && start.on();
-    report.iterations += std::min(sweep_on(system, schedule, sweeps, extrapolates ? &extrapolation : nullptr),
-                                  options.max_iterations - report.iterations);
-    const double change = total(system.change, system.batches.size(), 1, 0);
-    const bool promising = ratio > 0 && change * ratio <= wanted;
-    const bool last = help && report.iterations >= options.max_iterations; // it is asked before the step fails
-    if (std::isfinite(change) && !promising && !last && report.iterations < next_check) continue;
-    StepError error = measure(system, schedule, free, false, report);
-    if (error.finite && error.square > wanted && report.iterations >= next_newton) {
-      newton.improve(error.square, wanted, help && !help->given_up() ? help->few_unknowns() : ActiveSet::most_unknowns);
-      extrapolation.restart();
-      error = measure(system, schedule, free, false, report);
-      next_newton = 4 * report.iterations;
-    }
-    if (help && error.finite && error.square > wanted && help->pays(report.iterations, std::sqrt(error.square))) {
-      if (help->improve(schedule, std::sqrt(error.square), error_square)) report.solver = help->name();
-      extrapolation.restart();
-      error = measure(system, schedule, free, false, report);
-    }
-    if (!error.finite || !std::isfinite(change)) {
-      if (extrapolates && best.give_back(error.square, velocity_free, schedule)) {
-        extrapolation.forbid();
-        continue;
-      }
-      report.status = SolveStatus::diverged;
-      give_none(system, velocity_free);
-      break;
-    }
-    const bool due = velocity.due(report.iterations) && error.square <= options.tolerance * options.tolerance;
-    if ((error.square <= wanted || due) && report.iterations >= options.min_iterations) {
-      if (help && !uneven) settle(newton, system, schedule, report.contacts, error.square, free.energy, options);
-      double light = light_error();
-      if (help && !help->accepts(report.iterations, light)) {
-        if (help->improve(schedule, options.tolerance, error_square)) report.solver = help->name();
-        extrapolation.restart();
-        error = measure(system, schedule, free, false, report);
-        light = light_error();
-      }
-      if (light <= options.tolerance && (error.square <= wanted || due)) {
-        velocity.follow(std::sqrt(error.square));
-        const double before = error.square;
-        if (velocity.holds(report.iterations, error.square, error_square)) break;
-        if (error.square < before) extrapolation.restart();
-        const double next = velocity.wanted(std::sqrt(error.square));
-        wanted = next * next;
-        if (help) help->aim(next);
-      }
-    }
-    best.offer(error.square, report.iterations < options.max_iterations);
-    velocity.follow(std::sqrt(error.square));
-    if (!extrapolation.allowed()) relaxation.follow(report.iterations, error.square);
-    ratio = change > 0 ? error.square / change : 0;
-    if (extrapolates && start.ends(report.iterations, error.square, change)) {
-      extrapolation.restart();
-      ratio = 0;
-    }
-    next_check = report.iterations + std::max(8, report.iterations / (extrapolates ? 8 : 2));
-  }
-  StepError end = measure(system, schedule, free, true, report);
-  if (report.iterations >= options.max_iterations && end.square > wanted && !velocity.held() &&
-      best.give_back(end.square, velocity_free, schedule))
-    end = measure(system, schedule, free, true, report);
-  light_error();
-  if (!velocity.held()) velocity.follow(report.error);
-  report.velocity_error = velocity.value();
-  conclude(report, end, options);
+  Sweeps sweeps(system, velocity_free, options, help, report);
+  sweeps.run();
+  sweeps.finish();
   return report;
 }
 

@@ -55,9 +55,9 @@ class NLGS(ContactSolver):
     more often; "none": plain sweeps, over-relaxed. Sweeps stay plain where free bodies differ by more than a million in mass, and
     where most contacts are those of polygons, polyhedra or clumps: there a step has several right answers, and plain ones stay
     with the one that is near. Iterations count sweeps over all contacts, or as much work.
-    associated_start: True: where a pile at rest has no impulses to begin with, extrapolated sweeps begin with associated friction,
-    a convex problem (Anitescu 2006) in which grains that can lean on each other do. It comes to 1e-6 in fewer sweeps, and of
-    several solutions to another one, at the edge of sliding: for one state whose impulses are unknown, not for a run.
+    associated_start: True: where a pile at rest has no impulses to begin with, extrapolated sweeps begin with associated
+    friction, a convex problem (Anitescu 2006) in which grains that can lean on each other do. It comes to 1e-6 in fewer sweeps,
+    and of several solutions to another one, at the edge of sliding: for one state whose impulses are unknown, not for a run.
     softening_relaxation: share of its change of impulse, above 0 and up to 1, that a bond of a cohesive zone takes in a sweep
     while it softens in the step. 1: all of it. Below 1 sweeps are under-relaxed there alone: what they converge to is the same,
     and 0.5 mends those that go round in circles since softening bonds open and close in turn (docs/cohesion.md).
