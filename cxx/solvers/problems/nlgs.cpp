@@ -93,8 +93,8 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), help_(help), report_(report),
         schedule_(system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads())),
         free_(measure_free(system, schedule_)), extrapolation_(system, schedule_),
-        start_(system, options.associated_start && options.extrapolates && extrapolation_.allowed(), aim(options),
-               options.max_iterations, free_.energy),
+        start_(system, options.associated_start && options.extrapolates, aim(options), options.max_iterations,
+               free_.energy),
         best_(system), velocity_(system, schedule_, velocity_free, options),
         newton_(system, schedule_, velocity_free, error_square_) {
     schedule_.softening_relaxation = options.softening_relaxation;
@@ -229,7 +229,7 @@ private:
   double error_ = 0;                                        // the last one's square
   Relaxation relaxation_{schedule_.relaxation};
   Extrapolation extrapolation_;
-  AssociatedStart start_;
+  AssociatedStart start_; // of extrapolated sweeps alone
   BestImpulses best_;
   VelocityError velocity_;
   std::function<double()> error_square_ = [this] { return measure_now().square; }; // a pointer: nothing is allocated
