@@ -4,8 +4,8 @@
 module abp
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
-  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, &
-    damage_along, first_own
+  use cohesive_curves, only: damage_along
+  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, first_own
   use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work
   implicit none
   private

@@ -12,10 +12,11 @@ module cohesive_zone
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
+  use cohesive_curves, only: length
   use lane_blocks, only: pushed_velocities
   implicit none
   private
-  public :: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, damage_along
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
   integer, parameter :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
   integer, parameter :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
@@ -32,15 +33,6 @@ module cohesive_zone
       real(c_double), intent(out)           :: beta    !< at its end, from 0 to old
       real(c_double), intent(out), optional :: spent   !< [J/m2]
     end subroutine cohesive_damage
-    !> One curve of stress over opening, of a contact that opens in a given mode for the first time.
-    pure subroutine cohesive_curve(p, share, opening, beta, work)
-      import :: c_double
-      real(c_double), intent(in)  :: p(*)    !< parameters
-      real(c_double), intent(in)  :: share   !< tangential part of the opening's square: 0 mode I, 1 mode II
-      real(c_double), intent(in)  :: opening !< [m]
-      real(c_double), intent(out) :: beta    !< from 1 to 0, falling with the opening
-      real(c_double), intent(out) :: work    !< that opening as far as here takes [J/m2]
-    end subroutine cohesive_curve
     !> An ellipse of openings that damage nothing that is sound: limit_1 d_N^2 + limit_2 d_T^2 <= 1.
     pure subroutine cohesive_onset(n, p, limit)
       import :: c_double, c_int32_t
@@ -49,7 +41,7 @@ module cohesive_zone
       real(c_double), intent(out)    :: limit(n, 2) !< [1/m2]
     end subroutine cohesive_onset
   end interface
-  public :: cohesive_damage, cohesive_curve, cohesive_onset
+  public :: cohesive_damage, cohesive_onset
 contains
 
   subroutine cohesive_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu)
@@ -182,8 +174,25 @@ contains
     real(c_double), intent(in)     :: u(n, c)  !< velocities as springs leave them [m/s]
     real(c_double), intent(in)     :: push(n)  !< of the contact [N s]
     logical, intent(out)           :: sound(n)
+    integer :: i
+    call stay_whole(n, c, own, onset, params, state, u, sound)
+    do i = 1, n
+      sound(i) = sound(i) .and. &
+                 merge(merge(0.0_c_double, params(i, friction), params(i, power) > 0), 0.0_c_double, push(i) > 0) <= 0
+    end do
+  end subroutine stay_sound
+
+  !> Which contacts are sound at the begin of the step and are not damaged by these velocities.
+  subroutine stay_whole(n, c, own, onset, params, state, u, whole)
+    integer(c_int32_t), intent(in) :: n        !< contacts
+    integer(c_int32_t), intent(in) :: c        !< components
+    integer, intent(in)            :: own      !< parameters of the law; behind them the step
+    procedure(cohesive_onset)      :: onset
+    real(c_double), intent(in)     :: params(n, *), state(n, *)
+    real(c_double), intent(in)     :: u(n, c)  !< [m/s]
+    logical, intent(out)           :: whole(n)
     real(c_double), parameter :: below = 1 - 2.0_c_double**(-40) ! that the law's own arithmetic finds no damage either
-    real(c_double) :: limit(n, 2), normal, slides, tangent(n)
+    real(c_double) :: limit(n, 2), normal, tangent(n)
     integer :: i, k
     call onset(n, params, limit)
     tangent = 0
@@ -193,15 +202,13 @@ contains
         tangent(i) = tangent(i) + (state(i, s_slip + k - 2) + params(i, own + 1)*u(i, k))**2
       end do
     end do
-    !$omp simd private(normal, slides)
+    !$omp simd private(normal)
     do i = 1, n
       normal = max(0.0_c_double, params(i, own + 1)*u(i, 1))
-      slides = merge(merge(0.0_c_double, params(i, friction), params(i, power) > 0), 0.0_c_double, push(i) > 0)
-      tangent(i) = merge(limit(i, 1)*normal**2 + limit(i, 2)*tangent(i), 2.0_c_double, slides <= 0)
-      tangent(i) = merge(tangent(i), 2.0_c_double, state(i, s_beta) >= 1)
+      tangent(i) = merge(limit(i, 1)*normal**2 + limit(i, 2)*tangent(i), 2.0_c_double, state(i, s_beta) >= 1)
     end do
-    sound = tangent <= below
-  end subroutine stay_sound
+    whole = tangent <= below
+  end subroutine stay_whole
 
   !> The largest beta that its own opening allows: more adhesion opens less, so that what the opening allows grows with beta.
   subroutine solve_contact(c, own, damage, square, p, w, q, old, area, slip, r, u)
@@ -417,20 +424,14 @@ contains
     intensity = merge(beta*beta, beta, square)
   end function intensity
 
-  pure real(c_double) function length(n, x)
-    integer, intent(in)        :: n
-    real(c_double), intent(in) :: x(n) !< any unit
-    length = maxval(abs(x))
-    if (n > 1 .and. length > 0) length = length*sqrt(sum((x/length)**2))
-  end function length
-
   !> The natural map of r_c, of Alart & Curnier (1991), with the beta that the velocity allows; divided by what the springs add to
-  !> 1/W, so that it is the change of r that would mend it.
-  subroutine cohesive_residual(n, c, own, damage, square, rho, u, r, params, state, f, weight, status)
+  !> 1/W, so that it is the change of r that would mend it. Contacts that keep the beta they had, most of them, go in lanes.
+  subroutine cohesive_residual(n, c, own, damage, onset, square, rho, u, r, params, state, f, weight, status)
     integer(c_int32_t), intent(in)  :: n            !< contacts
     integer(c_int32_t), intent(in)  :: c            !< components
     integer, intent(in)             :: own          !< parameters of the law; behind them the step
     procedure(cohesive_damage)      :: damage
+    procedure(cohesive_onset)       :: onset
     logical, intent(in)             :: square
     real(c_double), intent(in)      :: rho(n)       !< 1/W_NN [kg]
     real(c_double), intent(in)      :: u(n, c)      !< relative velocity, bias included [m/s]
@@ -439,30 +440,76 @@ contains
     real(c_double), intent(out)     :: f(n, c)      !< [N s]
     real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
     integer(c_int32_t), intent(out) :: status(n)    !< see cairn_contact_status
-    real(c_double) :: p(own + 1), beta, spring(c), pull(c), z(c), contact(c), slip(c - 1), limit, size
+    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), beta
+    logical :: keeps(n)
     integer :: i
+    call springs_of_all(n, c, own, square, params, state, spring, pull)
+    call stay_whole(n, c, own, onset, params, state, u, keeps)
+    keeps = keeps .or. .not. state(:n, s_beta) > 0
     do i = 1, n
-      p = params(i, 1:own + 1)
-      slip = state(i, s_slip:s_slip + c - 2)
-      beta = 0
-      if (state(i, s_beta) > 0) call allowed(c, own, damage, p, u(i, :), state(i, s_beta), slip, beta)
-      call springs(c, own, square, p, beta, state(i, s_area), slip, spring, pull)
-      contact = r(i, :) + spring*u(i, :) + pull
-      z = contact - (rho(i) + spring)*u(i, :)
-      limit = effective_friction(p(friction), p(power), beta)*max(0.0_c_double, z(1))
-      z(1) = max(0.0_c_double, z(1))
-      size = length(c - 1, z(2:))
-      status(i) = 1
-      if (size > limit) then
-        z(2:) = (limit/size)*z(2:)
-        status(i) = 2
-      end if
-      if (.not. z(1) > 0) status(i) = 0
-      if (beta > 0) status(i) = 3
-      f(i, :) = (contact - z)/(1 + spring/rho(i))
-      weight(i, :) = 1/rho(i)
+      mu(i) = merge(0.0_c_double, params(i, friction), state(i, s_beta) > 0 .and. params(i, power) > 0)
+      status(i) = merge(3, 1, state(i, s_beta) > 0)
     end do
+    if (.not. all(keeps)) then
+      do i = 1, n
+        if (keeps(i)) cycle
+        p = params(i, 1:own + 1)
+        call allowed(c, own, damage, p, u(i, :), state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
+        call springs(c, own, square, p, beta, state(i, s_area), state(i, s_slip:s_slip + c - 2), spring(i, :), pull(i, :))
+        mu(i) = effective_friction(p(friction), p(power), beta)
+        status(i) = merge(3, 1, beta > 0)
+      end do
+    end if
+    call natural_map(n, c, rho, mu, spring, pull, u, r, f, weight, status)
   end subroutine cohesive_residual
+
+  !> What springs leave of an impulse against its projection onto the cone; status of contacts that nothing holds.
+  subroutine natural_map(n, c, rho, mu, spring, pull, u, r, f, weight, status)
+    integer(c_int32_t), intent(in)    :: n            !< contacts
+    integer(c_int32_t), intent(in)    :: c            !< components
+    real(c_double), intent(in)        :: rho(n)       !< [kg]
+    real(c_double), intent(in)        :: mu(n)        !< [-]
+    real(c_double), intent(in)        :: spring(n, c) !< [kg]
+    real(c_double), intent(in)        :: pull(n, c)   !< [N s]
+    real(c_double), intent(in)        :: u(n, c)      !< [m/s]
+    real(c_double), intent(in)        :: r(n, c)      !< [N s]
+    real(c_double), intent(out)       :: f(n, c)      !< [N s]
+    real(c_double), intent(out)       :: weight(n, c) !< [1/kg]
+    integer(c_int32_t), intent(inout) :: status(n)    !< 3: held; others are found here
+    real(c_double) :: z(n, c), limit(n), size(n), most(n)
+    integer :: i, k
+    do k = 1, c
+      !$omp simd
+      do i = 1, n
+        f(i, k) = r(i, k) + spring(i, k)*u(i, k) + pull(i, k)
+        z(i, k) = f(i, k) - (rho(i) + spring(i, k))*u(i, k)
+        weight(i, k) = 1/rho(i)
+      end do
+    end do
+    z(:, 1) = max(0.0_c_double, z(:, 1))
+    limit = mu*z(:, 1)
+    most = abs(z(:, 2))
+    size = most
+    if (c > 2) then
+      most = max(most, abs(z(:, 3)))
+      !$omp simd
+      do i = 1, n
+        size(i) = merge(most(i), 1.0_c_double, most(i) > 0)
+        size(i) = most(i)*sqrt((z(i, 2)/size(i))**2 + (z(i, 3)/size(i))**2)
+      end do
+    end if
+    do i = 1, n
+      if (status(i) /= 3) status(i) = merge(merge(2, 1, size(i) > limit(i)), 0, z(i, 1) > 0)
+      limit(i) = merge(limit(i)/merge(size(i), 1.0_c_double, size(i) > 0), 1.0_c_double, size(i) > limit(i))
+    end do
+    do k = 1, c
+      if (k > 1) z(:, k) = limit*z(:, k)
+      !$omp simd
+      do i = 1, n
+        f(i, k) = (f(i, k) - z(i, k))/(1 + spring(i, k)/rho(i))
+      end do
+    end do
+  end subroutine natural_map
 
   subroutine cohesive_commit(n, c, own, context, damage, gap, u, params, state)
     integer(c_int32_t), intent(in)      :: n            !< contacts
@@ -533,40 +580,4 @@ contains
       both(2) = by*params(i, c_t)*sum(state(s_slip:)**2)
     end function held
   end subroutine cohesive_energy
-
-  !> Damage by a curve: never less than there was. What it spends is that of the curve between the opening where beta begins to
-  !> fall, in the mode of the end of the step, and that end.
-  pure subroutine damage_along(curve, p, normal, tangent, old, beta, spent)
-    procedure(cohesive_curve)             :: curve
-    real(c_double), intent(in)            :: p(*)            !< parameters
-    real(c_double), intent(in)            :: normal, tangent !< opening [m]
-    real(c_double), intent(in)            :: old             !< intensity before
-    real(c_double), intent(out)           :: beta            !< and after
-    real(c_double), intent(out), optional :: spent           !< [J/m2]
-    real(c_double) :: share, opening, work, low, high, middle, found, begun, stiffness
-    integer :: k
-    opening = length(2, [normal, tangent])
-    share = 0
-    if (opening > 0) share = (tangent/opening)**2
-    call curve(p, share, opening, beta, work)
-    beta = min(beta, old)
-    if (.not. present(spent)) return
-    spent = 0
-    if (.not. beta < old) return
-    low = 0
-    high = opening
-    do k = 1, 100
-      middle = low + (high - low)/2
-      if (middle <= low .or. middle >= high) exit
-      call curve(p, share, middle, found, begun)
-      if (found < old) then
-        high = middle
-      else
-        low = middle
-      end if
-    end do
-    call curve(p, share, high, found, begun)
-    stiffness = (1 - share)*p(c_n) + share*p(c_t)
-    spent = max(0.0_c_double, work - stiffness*beta*opening**2/2 - (begun - stiffness*found*high**2/2))
-  end subroutine damage_along
 end module cohesive_zone

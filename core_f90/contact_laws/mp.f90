@@ -3,8 +3,8 @@
 module mp
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   use law_context, only: cairn_law_context
-  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, &
-    damage_along, first_own
+  use cohesive_curves, only: damage_along
+  use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy, first_own
   implicit none
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
