@@ -46,7 +46,7 @@ def patch(above, below, mortar=True, h=1.0, steps=60, turn=0.0, law=None, shear=
 
 @pytest.mark.parametrize("cells", [(2, 3), (3, 3), (5, 3), (7, 4), (9, 9)])
 def test_a_uniform_pressure_goes_through_exactly(cells):
-    """The contact patch test: 2 cells on 3 by the numbers of PHYSICS.md 1.5, forces 1/6 1/3 1/3 1/6 on the sides below."""
+    """The contact patch test: of 2 cells on 3 forces are 1/6 1/3 1/3 1/6 on the nodes below."""
     sim, stress = patch(*cells)
     assert np.abs(stress - [0.0, -1e3, 0.0]).max() < 1e-11 * 1e3
     force = -sim.meshes[1].contact_force[sim.meshes[1].body.groups["top"], 1] / 1e3
