@@ -270,6 +270,25 @@ def test_a_damped_body_under_a_force_in_time_converges(integrator):
     assert np.log2(coarse / fine) > (0.8 if integrator in first else 1.7)
 
 
+@pytest.mark.parametrize("integrator", ALL, ids=IDS)
+def test_what_is_driven_follows_its_velocity(integrator):
+    """A disk, and a bar whose nodes are all driven: the integral of the velocity by the step, and nothing that grows."""
+    scene = cn.Scene(dim=2)
+    scene.add(cn.disks([[0, 2]], 0.1, ROCK, driven="vx", drive=lambda t: (np.cos(3 * t), 0, 0)))
+    along = {"all": {"x": lambda t: np.cos(3 * t)}}
+    scene.add(*cn.deformable(chain(), ROCK, fixed={"all": "y"}, drive=along, velocity=(1.0, 0.0)))
+    h, steps = 0.01, 300
+    sim = cn.Simulation(scene, dt=h, strategy=cn.NSCD(integrator=integrator))
+    start = sim.bodies.position[0, 0]
+    worst = 0.0
+    for k in range(1, steps + 1):
+        assert sim.step()["status"] == "converged"
+        ways = np.array([sim.bodies.position[0, 0] - start, *sim.meshes[0].displacement[:, 0]])
+        worst = max(worst, np.abs(ways - np.sin(3 * k * h) / 3).max())
+    assert worst < (2 * h if integrator.scheme(h)["share"] > 0.5 or integrator.row == "newmark" else 20 * h * h)
+    assert abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
+
+
 def test_newmarks_average_acceleration_is_the_theta_method_also_through_impacts():
     """beta = 1/4, gamma = 1/2 and theta = 1/2 give the same motion: impulses are jumps of velocity, and no accelerations."""
     runs = []
