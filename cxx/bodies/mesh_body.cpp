@@ -401,8 +401,9 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
   to_leaders(model.ties, reaction);
 }
 
-// What is stored at both ends of a step along `way`, and what the integrator takes as elastic forces K q_e are not those in the
-// middle q_m of the way: (q_e - q_m).K way, of increments and of the coefficients of the scheme, none of energies.
+// What is stored at both ends of a step along `way`, and what the integrator takes as elastic forces K q_e are not
+// those in the middle q_m of the way: (q_e - q_m).K way, of increments and of the coefficients of the scheme, none of
+// energies.
 void MeshBody::account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way) {
   const std::int64_t n = model.dofs();
   const cairn_scheme& s = scheme_;

@@ -70,8 +70,8 @@ struct NewtonError {
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
   double material = 0;                                              // dissipated at the points of the material
-  double absorbed = 0; // of `elastic`, by a code that does not tell what of it is stored, or what is spent
-  double warmed = 0;   // given by what swelled at the begin of the step
+  double absorbed = 0;   // of `elastic`, by a code that does not tell what of it is stored, or what is spent
+  double warmed = 0;     // given by what swelled at the begin of the step
   double integrator = 0; // dissipated by it: what it takes of inertia, and of elastic forces by where it knows them
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };

@@ -507,8 +507,8 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   work.warmed = warmed_;
   if (!model.bulk->knows_energy() || !model.bulk->knows_dissipation())
     work.absorbed = work.elastic - work.stored_change - work.material;
-  // Of stresses that are not linear there is no form in increments: what their forces work and the material neither stores
-  // nor takes, both of which it tells itself.
+  // Of stresses that are not linear there is no form in increments: what their forces work and the material neither
+  // stores nor takes, both of which it tells itself.
   work.integrator += work.elastic - work.stored_change - work.material - work.absorbed;
 }
 

@@ -1,5 +1,5 @@
-"""An elastic bar strikes a rigid wall: nine settings of law, theta and step, against the scheme written out for one node in contact
-and against a table."""
+"""An elastic bar strikes a rigid wall: nine settings of law, theta and step, against the scheme written out for one node in
+contact and against a table."""
 
 import cairn as cn
 import numpy as np
@@ -30,9 +30,9 @@ TABLE = [
 
 
 def scheme(law, theta, courant, ahead=1.0):
-    """The theta-method of a row of lumped springs and masses whose first node alone may touch, its impulse in closed form. Of the law
-    on gaps, `ahead` is the part of a step's way by which the gap is closed: 1, at the next detection, h (1 - theta) v beyond
-    the end of the step; theta, at its end."""
+    """The theta-method of a row of lumped springs and masses whose first node alone may touch, its impulse in closed form. Of
+    the law on gaps, `ahead` is the part of a step's way by which the gap is closed: 1, at the next detection,
+    h (1 - theta) v beyond the end of the step; theta, at its end."""
     cell = LENGTH / CELLS
     h = courant * cell / WAVE
     mass = np.full(CELLS + 1, DENSITY * cell)

@@ -1,6 +1,6 @@
-"""What integrators dissipate, by the closed form that belongs to each, on linear meshes through impacts, damping and loads in time:
-Krenk (2006) for Newmark, extended to the weights of HHT and generalised alpha, and the like for theta, central differences and
-the beta scheme. What is stored, kinetic and worked is found apart, and the balance of all closes."""
+"""What integrators dissipate, by the closed form that belongs to each, on linear meshes through impacts, damping and loads in
+time: Krenk (2006) for Newmark, extended to the weights of HHT and generalised alpha, and the like for theta, central differences
+and the beta scheme. What is stored, kinetic and worked is found apart, and the balance of all closes."""
 
 import cairn as cn
 import numpy as np
@@ -14,7 +14,8 @@ EACH = [*ALL, cn.HHT(alpha=-0.3), cn.GeneralisedAlpha(spectral_radius=0.0), cn.G
 
 
 def struck(integrator, dt, *, lumped, drives):
-    """A plate of Hooke's law, damped, loaded in time, whose corner strikes a wall with friction; its upper side is held, or driven."""
+    """A plate of Hooke's law, damped, loaded in time, whose corner strikes a wall with friction; its upper side is held, or
+    driven."""
     points, cells = box("quad", (4, 2), (1.0, 0.5))
     groups = {"top": np.flatnonzero(points[:, 1] == 0.5), "right": np.flatnonzero(points[:, 0] == 1.0), "foot": [0]}
     assert np.array_equal(points[0], [0.0, 0.0])
@@ -87,9 +88,9 @@ def test_closed_forms_and_balance(integrator, lumped, drives):
     def energy(q, v):
         return 0.5 * (v @ mass @ v + q @ stiffness @ q)
 
-    before, start, potential, known, told = state(), None, 0.0, 0.0, 0.0
+    before, start, known = state(), None, 0.0
     touched = most = 0
-    for step in range(240):
+    for _ in range(240):
         assert sim.step()["status"] == "converged"
         now, e = state(), sim.energy
         impulse = h * mesh.contact_force.ravel()
