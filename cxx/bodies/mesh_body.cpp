@@ -388,32 +388,49 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
     const double lumped = lumped_[i] * (change - x[i]); // what the points of mass take of the forces
     reaction[i] = (inertia - momentum_known_[i] - impulse[i]) / s.impulse - f_[i];
     const double extra = (inertia - momentum_known_[i] - lumped) / s.impulse, weight = lumped_[i] * gravity[i % dim];
+    const double mean = 0.5 * (end[i] + v_[i]);
     work.inertia += way[i] * extra;
-    work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia - lumped_[i] * change);
+    work.kinetic_change += mean * (inertia - lumped_[i] * change);
+    work.integrator += (way[i] - s.impulse * mean) * extra - mean * (momentum_known_[i] - lumped_[i] * x[i]);
     const bool given = model.held[i] || model.ties.bound(i);
     const double force = given ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
     nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
-  for (std::int64_t i = 0; i < n; ++i) work.stored_change -= 0.5 * q_[i] * stiff_q_[i];
-  for (std::int64_t i = 0; i < n; ++i) x[i] = q_[i] + way[i];
-  if (s.histories > 0) { // K of the way is not that of the velocities alone
-    std::vector<double>& stiff = free_;
-    stiffness_times(x.data(), stiff.data());
-    for (std::int64_t i = 0; i < n; ++i) work.stored += 0.5 * x[i] * stiff[i];
-  } else {
-    for (std::int64_t i = 0; i < n; ++i)
-      work.stored += 0.5 * x[i] * (stiff_q_[i] + (way_end * stiff_[i] + way_begin * stiff_begin_[i]));
-  }
-  const std::vector<double>& initial = model.initial_force; // half of whose work is in the products above,
-  const double known_half = s.histories > 0 ? 1 : 0.5;      // but where K was multiplied alone
-  for (std::size_t i = 0; i < initial.size(); ++i) {
-    work.stored_change -= 0.5 * q_[i] * initial[i];
-    work.stored += known_half * x[i] * initial[i];
-  }
-  work.stored_change += work.stored;
-  work.stored += model.initial_energy;
+  account_stored(nodes, end, way);
   to_leaders(model.ties, reaction);
+}
+
+// What is stored at both ends of a step along `way`, and what the integrator takes as elastic forces K q_e are not
+// those in the middle q_m of the way: (q_e - q_m).K way, of increments and of the coefficients of the scheme, none of
+// energies.
+void MeshBody::account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way) {
+  const std::int64_t n = model.dofs();
+  const cairn_scheme& s = scheme_;
+  const double way_end = s.h * s.share, way_begin = s.h * (1 - s.share);
+  const double of_begin = s.elastic_velocity - 0.5 * s.h, of_change = s.stiffness / s.impulse - 0.5 * way_end;
+  const bool keeps = s.histories > 0;
+  std::vector<double>&pull = free_, &apart = b_; // K way, q_e - q_m
+  double of_history[cairn_most_history];
+  for (int k = 0; k < cairn_most_history; ++k) of_history[k] = s.elastic[k] - 0.5 * s.position[k];
+  history_sum(nodes, of_history, apart.data());
+  for (std::int64_t i = 0; i < n && keeps; ++i) apart[i] -= 0.5 * s.position[0] / s.h * jump_[i];
+  if (keeps) // K of the way is not that of the velocities alone
+    stiffness_times(way.data(), pull.data());
+  for (std::int64_t i = 0; i < n && !keeps; ++i) pull[i] = way_end * stiff_[i] + way_begin * stiff_begin_[i];
+  double begin = 0;
+  for (std::int64_t i = 0; i < n; ++i) {
+    work.integrator += (apart[i] + of_begin * v_[i] + of_change * (end[i] - v_[i])) * pull[i];
+    begin += 0.5 * q_[i] * stiff_q_[i];
+    work.stored += 0.5 * (q_[i] + way[i]) * (stiff_q_[i] + pull[i]);
+  }
+  const std::vector<double>& initial = model.initial_force; // half of whose work is in the products above
+  for (std::size_t i = 0; i < initial.size(); ++i) {
+    begin += 0.5 * q_[i] * initial[i];
+    work.stored += 0.5 * (q_[i] + way[i]) * initial[i];
+  }
+  work.stored_change = work.stored - begin;
+  work.stored += model.initial_energy;
 }
 
 void MeshBody::solve_mass(double* b) {
@@ -460,7 +477,11 @@ void MeshBody::smooth_change(Nodes& nodes, double* change) {
   }
   gather(nodes.velocity, b_.data());
   history_sum(nodes, scheme_.velocity, known_.data());
-  for (std::int64_t i = 0; i < n; ++i) change[model.dim * first_node + i] = b_[i] - v_[i] - known_[i] - jump_[i];
+  for (std::int64_t i = 0; i < n; ++i) {
+    const double all = b_[i] - v_[i] - known_[i];
+    if (model.held[i] && scheme_.histories > 1) jump_[i] = all; // an impulse, see cairn_smooth_change
+    change[model.dim * first_node + i] = all - jump_[i];
+  }
 }
 
 std::int64_t MeshBody::bytes() const {

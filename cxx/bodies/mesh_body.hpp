@@ -70,8 +70,9 @@ struct NewtonError {
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
   double material = 0;                                              // dissipated at the points of the material
-  double absorbed = 0; // of `elastic`, by a code that does not tell what of it is stored, or what is spent
-  double warmed = 0;   // given by what swelled at the begin of the step
+  double absorbed = 0;   // of `elastic`, by a code that does not tell what of it is stored, or what is spent
+  double warmed = 0;     // given by what swelled at the begin of the step
+  double integrator = 0; // dissipated by it: what it takes of inertia, and of elastic forces by where it knows them
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
 
@@ -179,6 +180,7 @@ private:
   BulkResult stresses_there(const double* v, double rate, bool tangent);
   BulkResult forces_at_begin(double* force);
   void account_bulk(Nodes& nodes, const double* gravity);
+  void account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme) const;
   void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step

@@ -492,8 +492,10 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     const double lumped = lumped_[i] * a_[i] - of_points;
     const double extra = (inertia[i] - known - lumped) / scheme_.impulse, weight = lumped_[i] * gravity[i % dim];
     reaction[i] = (inertia[i] - known - impulse[i]) / scheme_.impulse + elastic + c_[i] - f_[i];
+    const double mean = 0.5 * (end[i] + v_[i]);
     work.inertia += way * extra;
-    work.kinetic_change += 0.5 * (end[i] + v_[i]) * (inertia[i] - lumped_[i] * a_[i]);
+    work.kinetic_change += mean * (inertia[i] - lumped_[i] * a_[i]);
+    work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points);
     const double force = model.held[i] || model.ties.bound(i) ? (lumped - impulse[i]) / scheme_.impulse - weight
                                                               : f_[i] - elastic - c_[i] - weight - extra;
     nodes.force[first_node][i] = force;
@@ -505,6 +507,9 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   work.warmed = warmed_;
   if (!model.bulk->knows_energy() || !model.bulk->knows_dissipation())
     work.absorbed = work.elastic - work.stored_change - work.material;
+  // Of stresses that are not linear there is no form in increments: what their forces work and the material neither
+  // stores nor takes, both of which it tells itself.
+  work.integrator += work.elastic - work.stored_change - work.material - work.absorbed;
 }
 
 void MeshBody::commit() {

@@ -101,71 +101,122 @@ def test_a_load_that_finds_no_rest_at_once_is_halved():
         body.solve({"held": "xy"}, load, most=1)
 
 
+LENGTH, THICK, BEAM_YOUNG = 1.0, 0.01, 1e6
+BENDING = BEAM_YOUNG * THICK**3 / 12
+
+
+def clamped_beam(kinematics, cells):
+    """A beam of slenderness 100 of cells of second order, and the nodes of its end from below."""
+    points, kinds = box("quad8", (cells, 1), (LENGTH, THICK))
+    end = np.flatnonzero(points[:, 0] > LENGTH - 1e-9)
+    end = end[np.argsort(points[end, 1])]
+    groups = {"held": np.flatnonzero(points[:, 0] < 1e-9), "end": end}
+    law = HOOKE(young=BEAM_YOUNG, poisson=0.0)
+    return SolidBody(points, kinds, law, plane="stress", kinematics=kinematics, groups=groups), end
+
+
+def turned(body, end, u, about):
+    """By how much the section at the end turned [rad], of the turns that are whole about so many."""
+    across = (body.points + u)[end[-1]] - (body.points + u)[end[0]]
+    angle = np.arctan2(-across[0], across[1])
+    return angle + 2 * np.pi * np.round((about - angle) / (2 * np.pi))
+
+
 @pytest.mark.parametrize("kinematics", ["corotational", "total_lagrangian"])
 def test_elastica(kinematics):
     """A clamped beam of slenderness 100 under a dead load across its end (Bisshopp & Drucker 1945)."""
-    table = {0.5: (0.015919, 0.162144), 1.0: (0.056433, 0.301721), 3.0: (0.254420, 0.603253), 10.0: (0.554996, 0.810609)}
-    length, young, cells = 1.0, 1e6, 40
-    thick = length / 100
-    points, kinds = box("quad8", (cells, 1), (length, thick))
-    groups = {"held": np.flatnonzero(points[:, 0] < 1e-9), "end": np.flatnonzero(points[:, 0] > length - 1e-9)}
-    body = SolidBody(points, kinds, HOOKE(young=young, poisson=0.0), plane="stress", kinematics=kinematics, groups=groups)
-    end = groups["end"]
-    middle = end[np.argmin(np.abs(points[end, 1] - thick / 2))]
-    u = np.zeros_like(points)
-    for load, (shortening, way) in table.items():
-        force = np.zeros_like(points)
-        force[end, 1] = np.where(end == middle, 4, 1) / 6 * load * young * thick**3 / 12 / length**2
+    table = {
+        0.5: (0.244534, 0.015919, 0.162144), 1.0: (0.461352, 0.056433, 0.301721), 3.0: (0.986017, 0.254420, 0.603253),
+        5.0: (1.215368, 0.387628, 0.713792), 10.0: (1.430286, 0.554996, 0.810609),
+    }  # fmt: skip
+    body, end = clamped_beam(kinematics, 40)
+    u = np.zeros_like(body.points)
+    for load, (angle, shortening, way) in table.items():
+        force = np.zeros_like(body.points)
+        force[end, 1] = np.array([1, 4, 1]) / 6 * load * BENDING / LENGTH**2
         u = body.solve({"held": "xy"}, force.ravel(), start=u, increments=1, most=200)
-        judge(f"load {load} shortening", -u[middle, 0] / length, shortening, 5e-3)
-        judge(f"load {load} way", u[middle, 1] / length, way, 5e-3)
+        judge(f"load {load} angle", turned(body, end, u, 0.0), angle, 5e-3)
+        judge(f"load {load} shortening", -u[end[1], 0] / LENGTH, shortening, 5e-3)
+        judge(f"load {load} way", u[end[1], 1] / LENGTH, way, 5e-3)
 
 
-def test_plastic_tube_and_sphere():
-    """Pressure on a thick shell of perfect plasticity, by axisymmetric cells: the plastic radius is 1.5 at 1.1963 sy."""
-    n, young = 24, 1000.0
+def test_elastica_under_a_moment():
+    """M = pi EI / L at the end bends the beam to half a circle, its end at (0, 2 L / pi); 2 pi EI / L closes it."""
+    body, end = clamped_beam("corotational", 48)
+    u, steps, middle = np.zeros_like(body.points), 16, [0.0, THICK / 2]
+    for step in range(1, steps + 1):
+        about = 2 * np.pi * step / steps
+        found = about
+        for _ in range(20):  # a couple along the section that it turns itself
+            force, given = np.zeros_like(body.points), found
+            force[end] = np.outer([1, 0, -1], [np.cos(given), np.sin(given)]) * about * BENDING / LENGTH / THICK
+            u = body.solve({"held": "xy"}, force.ravel(), start=u, increments=1, most=200)
+            found = turned(body, end, u, about)
+            if abs(found - given) < 1e-6:
+                break
+        else:
+            raise AssertionError(f"no rest after {step} of {steps} parts of the moment")
+        if step in (steps // 2, steps):
+            judge(f"angle, of {about:.4f}", found, about, 5e-3)
+            place = (body.points + u)[end[1]] - middle
+            judge("place", place, [0.0, 2 * LENGTH / np.pi if step < steps else 0.0], 5e-3, scale=LENGTH)
 
-    def shell(x):  # a sector of 20 degrees beside the equator
+
+def test_plastic_beam():
+    """Pure bending of perfect plasticity: M / My = 3/2 - (ky / k)^2 / 2 beyond the curvature ky = sy / (E h/2) of first yield."""
+    young, strength, high, cells = 1000.0, 1.0, 1.0, 40
+    points, kinds = box("quad9", (1, cells), (0.1, high), lambda x: x - [0.05, high / 2])
+    sides = [np.flatnonzero(np.abs(points[:, 0] - x) < 1e-9) for x in (-0.05, 0.05)]
+    groups = {"sides": np.concatenate(sides), "middle": np.flatnonzero(np.abs(points).sum(axis=1) < 1e-9)}
+    steel = J2Plasticity(young=young, poisson=0.3, yield_stress=strength)
+    body = SolidBody(points, kinds, steel, plane="stress", groups=groups)
+    first, of_first = strength / (young * high / 2), strength * high**2 / 6
+    model, u = body.model(), np.zeros_like(points)
+    for ratio in (0.5, 1.0, 1.5, 2.0, 4.0, 10.0):
+        wanted = np.stack([-ratio * first * points[:, 0] * points[:, 1], 0 * points[:, 0]], 1)
+        u = body.solve({"sides": "x", "middle": "y"}, displacement=wanted, start=u, model=model, increments=4)
+        force = body.tangent(u, model)[0].reshape(-1, 2)[sides[1], 0]
+        moment = -(force * points[sides[1], 1]).sum() / of_first
+        judge(f"moment at {ratio}", moment, ratio if ratio <= 1 else 1.5 - 0.5 / ratio**2, 1e-3)
+
+
+def test_plastic_sphere():
+    """Pressure in a thick sphere of perfect plasticity, a = 1, b = 2, by axisymmetric cells (Hill 1950): .583333 sy at first
+    yield, 1.196347 where the plastic part reaches 1.5, 2 ln 2 = 1.386294 where all is plastic."""
+    n, young, outer = 24, 1000.0, 2.0
+
+    def shell(x):  # a sector of 10 degrees about the equator
         r, t = 1 + x[:, 0], (x[:, 1] - 0.5) * np.deg2rad(10)
         return np.stack([r * np.cos(t), r * np.sin(t)], 1)
 
     points, cells = box("quad9", (n, 1), (1.0, 1.0), shell)
     angle, radius = np.arctan2(points[:, 1], points[:, 0]), np.hypot(*points.T)
-    # the displacement of the closed form is given everywhere, and the pressure that it needs is compared
     steel = J2Plasticity(young=young, poisson=0.3, yield_stress=1.0)
     body = SolidBody(points, cells, steel, plane="axisymmetric", groups={"all": np.arange(len(points))})
-    plastic = 1.5
     shear, bulk = young / 2.6, young / (3 * 0.4)
-    b = 2.0
-    # Hill (1950): elastic outside the plastic radius; inside the change of volume stays elastic
-    k = 2 / 3 * plastic**3 / b**3
 
-    def stress_r(r):
-        inside = -2 * np.log(plastic / r) - 2 / 3 * (1 - plastic**3 / b**3)
-        outside = -k * (b**3 / r**3 - 1)
-        return np.where(r < plastic, inside, outside)
+    def way(r, c):
+        """Of places r where all within c is plastic: u = A r + B / r^2 outside; inside div u = tr(sigma) / 3K."""
+        k = 2 / 3 * c**3 / outer**3
+        at_c = k / (3 * bulk) * c + k * outer**3 / (4 * shear) / c**2
+        x = np.linspace(1.0, c, 4001)
+        trace = 3 * (-2 * np.log(c / x) - 2 / 3 * (1 - c**3 / outer**3)) + 2
+        flux = trace / (3 * bulk) * x**2
+        area = np.concatenate([[0], np.cumsum((flux[1:] + flux[:-1]) / 2 * np.diff(x))])
+        inside = (at_c * c**2 - area[-1] + np.interp(r, x, area)) / r**2
+        return np.where(r < c, inside, k / (3 * bulk) * r + k * outer**3 / (4 * shear) / r**2)
 
-    def way(r):
-        """u = A r + B / r^2 in the elastic part, and div u = tr(sigma) / 3K inside."""
-        a_, b_ = k / (3 * bulk), k * b**3 / (4 * shear)
-        outside = a_ * r + b_ / r**2
-        at_c = a_ * plastic + b_ / plastic**2
-        # trace of the stress inside: 3 s_r + 2
-        grid = np.linspace(1.0, plastic, 4001)
-        trace = (3 * stress_r(grid) + 2) / (3 * bulk) * grid**2
-        area = np.concatenate([[0], np.cumsum((trace[1:] + trace[:-1]) / 2 * np.diff(grid))])
-        inside = (at_c * plastic**2 - np.interp(plastic, grid, area) + np.interp(r, grid, area)) / r**2
-        return np.where(r < plastic, inside, outside)
-
-    u = way(radius)[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
-    model = body.model()
-    for share in np.linspace(0.1, 1.0, 30):
-        force = body.tangent(share * u, model)[0].reshape(-1, 2)
+    # the displacement of the closed form is given everywhere, and the pressure that it needs is compared
+    model, inner = body.model(), np.isclose(radius, 1.0)
+    known = {1.0: 0.583333, 1.5: 1.196347, 2.0: 1.386294}
+    for c in np.linspace(1.0, 2.0, 41):
+        u = way(radius, c)[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
+        force = body.tangent(u, model)[0].reshape(-1, 2)
         model.commit()
-    inner = np.isclose(radius, 1.0)
-    # of the pressure on a spherical belt the part along the radius of the equator
-    pressure = (force[inner] * points[inner]).sum() / (2 * np.pi * 2 * np.sin(np.deg2rad(5)))
-    judge("inner pressure", pressure, 1.196347, 1e-2)
+        for at, pressure in known.items():
+            if abs(c - at) < 1e-9:  # of that on a spherical belt the part along the radius of the equator
+                found = (force[inner] * points[inner]).sum() / (2 * np.pi * 2 * np.sin(np.deg2rad(5)))
+                judge(f"pressure, plastic to {at}", found, pressure, 2e-3)
 
 
 def test_plastic_cylinder():

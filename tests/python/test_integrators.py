@@ -57,6 +57,9 @@ def radius(integrator, omega):
         (cn.Theta(theta=0.55), (0.999501, 0.960846, 0.824621, 0.818182)),
         (cn.Theta(theta=0.6), (0.999003, 0.923548, 0.677834, 0.666667)),
         (cn.Theta(theta=1.0), (0.995037, 0.707107, 0.099504, 0.0001)),
+        (cn.CentralDifference(), (1, 1)),
+        (cn.VelocityVerlet(), (1, 1)),
+        (cn.BetaScheme(beta=0.5), (1, 1)),
     ],
     ids=repr,
 )
@@ -88,6 +91,29 @@ def test_the_beta_scheme_takes_the_old_acceleration():
     """With the new one in its place beta would cancel, and the radius at omega h = 1 would be 0.70711 whatever it is."""
     assert radius(cn.BetaScheme(beta=0.5), 1.0) == pytest.approx(1.0, abs=1e-12)
     assert radius(cn.BetaScheme(beta=0.6), 1.0) == pytest.approx(0.94868, abs=6e-6)
+    assert radius(cn.BetaScheme(beta=1.0), 1.0) == pytest.approx(0.70711, abs=6e-6)
+
+
+@pytest.mark.parametrize(
+    "integrator, elongation",
+    [
+        (cn.Theta(), 0.020497),
+        (cn.Newmark(), 0.020497),
+        (cn.GeneralisedAlpha(spectral_radius=1.0), 0.020497),
+        (cn.CentralDifference(), -0.010607),
+        (cn.VelocityVerlet(), -0.010607),
+        (cn.BetaScheme(beta=0.5), -0.010607),
+    ],
+    ids=repr,
+)
+def test_elongation_of_the_period(integrator, elongation):
+    """At omega h = 1/2: (x/2)/atan(x/2) - 1 of the trapezoid's rule, (x/2)/asin(x/2) - 1 of central differences."""
+    trapezoid = 0.25 / np.arctan(0.25) - 1
+    assert elongation == pytest.approx(trapezoid if elongation > 0 else 0.25 / np.arcsin(0.25) - 1, abs=6e-7)
+    n = 2 + integrator.scheme(1.0)["histories"]
+    roots = np.linalg.eigvals(np.array([step_of(integrator, 1.0, e, 0.25) for e in np.eye(n)]).T)
+    turning = roots[np.argmax(roots.imag)]  # by this angle a step
+    assert 0.5 / np.angle(turning) - 1 == pytest.approx(elongation, abs=6e-7)
 
 
 @pytest.mark.parametrize(
@@ -100,6 +126,18 @@ def test_the_beta_scheme_takes_the_old_acceleration():
         (cn.GeneralisedAlpha(spectral_radius=0.8), 1.600e-4, 2),
         (cn.Theta(theta=0.51), 2.350e-3, 1),
         (cn.Theta(theta=1.0), 1.172e-1, 1),
+        (cn.CentralDifference(), 6.340e-5, 2),
+        (cn.BetaScheme(beta=0.5), 6.340e-5, 2),
+        (cn.BetaScheme(beta=0.6), None, 1),
+        (cn.BetaScheme(beta=1.0), None, 1),
+        (cn.Newmark(beta=0.3025, gamma=0.6), None, 1),
+        (cn.HHT(alpha=-0.05), None, 2),
+        (cn.HHT(alpha=-0.3), None, 2),
+        (cn.GeneralisedAlpha(spectral_radius=0.9), None, 2),
+        (cn.GeneralisedAlpha(spectral_radius=0.0), None, 2),
+        (cn.Theta(theta=0.55), None, 1),
+        (cn.Theta(theta=0.6), None, 1),
+        (cn.Gear(values=4), None, 4),
         (cn.Gear(values=5), None, 4),
         (cn.Gear(values=6), None, 5),
     ],
@@ -110,6 +148,8 @@ def test_errors_and_orders_of_an_oscillator(integrator, error, order):
 
     def error_of(h):
         state = np.array([1, 0.3, -1, -0.3, 1, 0.3][: 2 + integrator.scheme(h)["histories"]])
+        if integrator.row in ("central_difference", "beta_scheme"):  # velocities in the middle of steps
+            state[1] += h / 2
         errors = []
         for k in range(1, round(10 / h) + 1):
             state = step_of(integrator, h, state, 1.0)
@@ -228,6 +268,25 @@ def test_a_damped_body_under_a_force_in_time_converges(integrator):
     coarse, fine = error(0.02), error(0.01)
     first = {cn.Newmark(beta=0.3025, gamma=0.6), cn.CentralDifference(), cn.BetaScheme(beta=0.6)}
     assert np.log2(coarse / fine) > (0.8 if integrator in first else 1.7)
+
+
+@pytest.mark.parametrize("integrator", ALL, ids=IDS)
+def test_what_is_driven_follows_its_velocity(integrator):
+    """A disk, and a bar whose nodes are all driven: the integral of the velocity by the step, and nothing that grows."""
+    scene = cn.Scene(dim=2)
+    scene.add(cn.disks([[0, 2]], 0.1, ROCK, driven="vx", drive=lambda t: (np.cos(3 * t), 0, 0)))
+    along = {"all": {"x": lambda t: np.cos(3 * t)}}
+    scene.add(*cn.deformable(chain(), ROCK, fixed={"all": "y"}, drive=along, velocity=(1.0, 0.0)))
+    h, steps = 0.01, 300
+    sim = cn.Simulation(scene, dt=h, strategy=cn.NSCD(integrator=integrator))
+    start = sim.bodies.position[0, 0]
+    worst = 0.0
+    for k in range(1, steps + 1):
+        assert sim.step()["status"] == "converged"
+        ways = np.array([sim.bodies.position[0, 0] - start, *sim.meshes[0].displacement[:, 0]])
+        worst = max(worst, np.abs(ways - np.sin(3 * k * h) / 3).max())
+    assert worst < (2 * h if integrator.scheme(h)["share"] > 0.5 or integrator.row == "newmark" else 20 * h * h)
+    assert abs(sim.energy["closure"]) < 1e-11 * sim.energy["in_play"]
 
 
 def test_newmarks_average_acceleration_is_the_theta_method_also_through_impacts():

@@ -64,6 +64,104 @@ def test_a_model_of_gmsh_is_a_body():
     assert np.all(foot[:, 1] == 0) and np.ptp(foot[:, 0]) == 2
 
 
+@pytest.fixture
+def gmsh():
+    """gmsh with no model, silent."""
+    module = pytest.importorskip("gmsh", reason="gmsh is not installed: models of its API are not read")
+    module.initialize(interruptible=False)
+    module.option.setNumber("General.Terminal", 0)
+    yield module
+    module.finalize()
+
+
+def plate(gmsh, name, order=1):
+    """A model of triangles and quadrilaterals, in two surfaces, with names for a surface, both, an edge and a point; a third
+    surface is in no group."""
+    gmsh.model.add(name)
+    occ = gmsh.model.occ
+    both, _ = occ.fragment([(2, occ.addRectangle(0, 0, 0, 1, 1))], [(2, occ.addRectangle(1, 0, 0, 1, 1))])
+    occ.addRectangle(5, 0, 0, 1, 1)
+    occ.synchronize()
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.4)
+    gmsh.model.mesh.setRecombine(2, both[1][1])
+    gmsh.model.addPhysicalGroup(2, [both[0][1]], name="left half")
+    gmsh.model.addPhysicalGroup(2, [tag for _, tag in both], name="plate")
+    foot = [tag for _, tag in gmsh.model.getEntitiesInBoundingBox(-1, -0.1, -1, 3, 0.1, 1, dim=1)]
+    gmsh.model.addPhysicalGroup(1, foot, name="foot")
+    gmsh.model.addPhysicalGroup(0, [gmsh.model.getEntitiesInBoundingBox(-1, -1, -1, 0.1, 0.1, 1, dim=0)[0][1]], name="corner")
+    gmsh.model.addPhysicalGroup(1, foot[:1])  # without a name
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(order)
+
+
+def solid(gmsh, name, order=1):
+    """A model of hexahedra, or of tetrahedra, with names for it and for a face."""
+    gmsh.model.add(name)
+    gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    gmsh.model.occ.synchronize()
+    if name == "bricks":
+        gmsh.model.mesh.setTransfiniteAutomatic()
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.6)
+    low = gmsh.model.getEntitiesInBoundingBox(-1, -1, -0.1, 2, 2, 0.1, dim=2)
+    gmsh.model.addPhysicalGroup(2, [low[0][1]], name="low")
+    gmsh.model.addPhysicalGroup(3, [1], name="block")
+    gmsh.model.mesh.generate(3)
+    gmsh.model.mesh.setOrder(order)
+
+
+@pytest.mark.parametrize("make, name, order, kinds", [
+    (plate, "plate", 1, {"triangle", "quad"}), (plate, "plate", 2, {"triangle6", "quad9"}),
+    (solid, "bricks", 1, {"hexahedron"}), (solid, "bricks", 2, {"hexahedron27"}),
+    (solid, "stone", 1, {"tetra"}), (solid, "stone", 2, {"tetra10"}),
+])  # fmt: skip
+def test_a_model_of_gmsh_is_the_mesh_of_its_file(tmp_path, gmsh, make, name, order, kinds):
+    """The same points, cells and groups, in the same order, from the module, from the name of a model that is not the current
+    one, and from the file; and the body of each has the mass of the shape, which cells with nodes in another order have not."""
+    make(gmsh, name, order)
+    path = tmp_path / "model.msh"
+    gmsh.write(str(path))
+    here = cn.pre.mesh(gmsh)
+    gmsh.model.add("another")
+    meshes = [cn.pre.mesh(path), here, cn.pre.mesh(name), cn.pre.mesh(gmsh, model=name)]
+    assert gmsh.model.getCurrent() == "another"
+    with pytest.raises(ValueError, match="the model 'another' of gmsh has no cells"):
+        cn.pre.mesh(gmsh)
+    with pytest.raises(ValueError, match="gmsh has no model 'third'; there are"):
+        cn.pre.mesh(gmsh, model="third")
+    with pytest.raises(cn.FileError, match="third"):
+        cn.pre.mesh("third")
+    file = meshes[0]
+    assert set(file.cells) == kinds
+    for mesh in meshes[1:]:
+        assert np.abs(mesh.points - file.points).max() < 1e-15 * np.ptp(file.points)  # of 16 digits in the file
+        assert list(mesh.cells) == list(file.cells)
+        assert all(np.array_equal(mesh.cells[kind], file.cells[kind]) for kind in kinds)
+        assert set(mesh.groups) == set(file.groups)
+        assert all(np.array_equal(mesh.groups[name], file.groups[name]) for name in file.groups)
+        body = cn.ElasticBody.read(mesh, density=3.0, **STEEL)
+        assert body.M.sum() / body.dim == pytest.approx(6.0 if make is plate else 3.0, rel=1e-12)
+        made = cn.deformable(mesh, cn.Material("m", density=3.0), bulk=cn.NeoHookean(**STEEL))[0].mesh.body
+        assert made.nodal_mass().sum() == pytest.approx(6.0 if make is plate else 3.0, rel=1e-12)
+    if make is plate:
+        assert set(file.groups) == {"left half", "plate", "foot", "corner"} and len(file.groups["corner"]) == 1
+        assert file.points[:, 0].max() == 2.0 and len(file.groups["plate"]) == len(file.points)
+        assert np.all(file.points[file.groups["foot"], 1] == 0) and file.points[file.groups["left half"], 0].max() == 1.0
+
+
+def test_cells_that_are_of_no_body_are_told(gmsh):
+    """Prisms beside hexahedra were left out without a word."""
+    gmsh.model.add("layers")
+    gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+    gmsh.model.occ.addRectangle(1, 0, 0, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.setRecombine(2, 2)
+    gmsh.model.occ.extrude([(2, 1), (2, 2)], 0, 0, 1, [2], recombine=True)
+    gmsh.model.occ.synchronize()
+    gmsh.model.mesh.generate(3)
+    with pytest.raises(ValueError, match="cells of kind .* beside hexahedron: give cells of tetra, hexahedron"):
+        cn.pre.mesh(gmsh)
+
+
 def test_what_is_no_mesh_is_told(tmp_path):
     rock = cn.Material("rock", density=1200.0)
     elastic = cn.IsotropicElastic(**STEEL)

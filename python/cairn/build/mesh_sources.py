@@ -7,19 +7,35 @@ Names become groups of nodes: physical groups of gmsh, families of MED, sets of 
 from __future__ import annotations
 
 import contextlib
-import tempfile
+import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 
 from .. import _core
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
+# Kinds of cells by gmsh's numbers, and the places of our nodes among its own where the order is not the same.
+OF_GMSH = {1: "line", 2: "triangle", 3: "quad", 4: "tetra", 5: "hexahedron", 8: "line3", 9: "triangle6", 10: "quad9",
+           11: "tetra10", 12: "hexahedron27", 15: "vertex", 16: "quad8", 17: "hexahedron20"}  # fmt: skip
+_EDGES = [*range(8), 8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15]
+ORDER_OF_GMSH = {"tetra10": [*range(8), 9, 8], "hexahedron20": _EDGES, "hexahedron27": [*_EDGES, 22, 23, 21, 24, 20, 25, 26]}
+
+
+class Mesh(NamedTuple):
+    """A mesh that cairn.deformable, ElasticBody.read and SolidBody.read take: points (n, dim) [m], cells {kind: (m, nodes)} by
+    meshio's names and order of nodes, groups {name: nodes}."""
+
+    points: np.ndarray
+    cells: dict
+    groups: dict
 
 
 def is_source(mesh):
     """Whether `read` knows what to do with it."""
-    return isinstance(mesh, (str, Path)) or _of_gmsh(mesh) or _of_meshio(mesh)
+    return isinstance(mesh, (str, Path, Mesh)) or _of_gmsh(mesh) or _of_meshio(mesh)
 
 
 def _of_meshio(mesh):
@@ -30,8 +46,10 @@ def _of_gmsh(mesh):
     return hasattr(mesh, "write") and hasattr(getattr(mesh, "model", None), "mesh")
 
 
-def read(mesh):
-    """(points (n, dim), {kind: (m, nodes)}, {name: nodes}) of a file, a meshio.Mesh, or the module gmsh with its model meshed.
+def read(mesh, model=None):
+    """Mesh (points (n, dim), cells {kind: (m, nodes)}, groups {name: nodes}) of a file, a meshio.Mesh, or the module gmsh with a
+    model that is meshed: its current one, or that of the name `model`. A name in the place of a file is such a model, too, where
+    there is no such file.
 
     Cells of the largest dimension are kept, and the nodes that they have. Raises FileError for a file that is not there or holds
     no such mesh (a ValueError, too)."""
@@ -39,18 +57,66 @@ def read(mesh):
     from ..pre.importing import by_library, told_of
     from ..pre.mesh import library
 
+    if isinstance(mesh, Mesh):
+        return mesh
     if _of_gmsh(mesh):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "model.msh"
-            mesh.write(str(path))
-            return read(path)
+        return _of_model(mesh, model)
+    if model is not None:
+        raise ValueError(f"model is {model!r}, which is a name among the models of gmsh: give the module gmsh beside it")
     if _of_meshio(mesh):
         return parts(mesh)
     path = Path(mesh)
     if not path.exists():
+        gmsh = sys.modules.get("gmsh")
+        if gmsh and gmsh.isInitialized() and str(mesh) in gmsh.model.list():
+            return _of_model(gmsh, str(mesh))
         raise MissingFile(path)
     with told_of(path):
         return parts(by_library(path, library("meshio", f"to read {path.suffix} files").read))
+
+
+def _of_model(gmsh, name):
+    """The mesh of a model of gmsh, the current one if name is None. The one that was current stays so."""
+    if not gmsh.isInitialized():
+        raise ValueError("gmsh is not initialised, and holds no model: call gmsh.initialize() and make one")
+    current = gmsh.model.getCurrent()
+    name = current if name is None else name
+    if name not in gmsh.model.list():
+        raise ValueError(f"gmsh has no model {name!r}; there are {', '.join(map(repr, gmsh.model.list())) or 'none'}")
+    try:
+        gmsh.model.setCurrent(name)
+        found = _blocks(gmsh)
+    finally:
+        gmsh.model.setCurrent(current)
+    if not found.cells:
+        raise ValueError(f"the model {name!r} of gmsh has no cells: call gmsh.model.mesh.generate")
+    return parts(found)
+
+
+def _blocks(gmsh):
+    """What meshio would read of the file that gmsh writes of its current model: blocks of cells of each entity, of those in
+    physical groups alone where there are such, unless Mesh.SaveAll; names as sets of their rows."""
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    place = np.zeros(int(tags.max(initial=0)) + 1, np.int64)
+    place[tags] = np.arange(len(tags))
+    chosen = gmsh.model.getPhysicalGroups() and not gmsh.option.getNumber("Mesh.SaveAll")
+    cells, names = [], []
+    for dim, entity in gmsh.model.getEntities():
+        groups = [abs(int(tag)) for tag in gmsh.model.getPhysicalGroupsForEntity(dim, entity)]
+        if chosen and not groups:
+            continue
+        for number, _, nodes in zip(*gmsh.model.mesh.getElements(dim, entity)):
+            title, _, _, count, *_ = gmsh.model.mesh.getElementProperties(number)
+            kind = OF_GMSH.get(int(number), title)
+            rows = place[nodes].reshape(-1, count)[:, ORDER_OF_GMSH.get(kind, slice(None))]
+            cells.append(SimpleNamespace(type=kind, data=rows, dim=dim))
+            names.append({gmsh.model.getPhysicalName(dim, tag) for tag in groups} - {""})
+    sets = {
+        name: [np.arange(len(c.data)) if name in of else None for c, of in zip(cells, names)]
+        for name in sorted(set().union(*names))
+    }
+    points = places.reshape(-1, 3) * gmsh.option.getNumber("Mesh.ScalingFactor")
+    return SimpleNamespace(points=points, cells=cells, cell_sets=sets, point_sets={}, field_data={}, cell_data={})
 
 
 @contextlib.contextmanager
@@ -69,13 +135,17 @@ def told_of_contents(source, points, cells):
 
 
 def parts(mesh):
-    """The same of a meshio.Mesh."""
+    """The same of a meshio.Mesh, or of what has its fields."""
     found = {c.type for c in mesh.cells} & set(ELEMENTS)
     if not found:
         there = ", ".join(sorted({c.type for c in mesh.cells})) or "none"
         raise ValueError(f"the mesh holds cells of kind {there}: give cells of {', '.join(ELEMENTS)}")
     dim = max(ELEMENTS[kind]["dim"] for kind in found)
     kinds = [kind for kind in ELEMENTS if kind in found and ELEMENTS[kind]["dim"] == dim]
+    lost = sorted({c.type for c in mesh.cells if c.dim >= dim} - set(kinds))
+    if lost:
+        raise ValueError(f"the mesh holds cells of kind {', '.join(lost)} beside {', '.join(kinds)}: give cells of "
+                         f"{', '.join(kind for kind in ELEMENTS if ELEMENTS[kind]['dim'] == dim)}")  # fmt: skip
     cells = {kind: np.concatenate([c.data for c in mesh.cells if c.type == kind]).astype(np.int64) for kind in kinds}
     points = np.asarray(mesh.points, float)
     if dim == 2 and points.shape[1] > 2 and np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
@@ -89,7 +159,7 @@ def parts(mesh):
         kept = place[np.unique(nodes)]
         if (kept >= 0).any():
             groups[name] = np.union1d(groups.get(name, np.zeros(0, int)), kept[kept >= 0])
-    return points[used, :dim], {kind: place[part] for kind, part in cells.items()}, groups
+    return Mesh(points[used, :dim], {kind: place[part] for kind, part in cells.items()}, groups)
 
 
 def _named(mesh):

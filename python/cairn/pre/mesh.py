@@ -2,11 +2,15 @@
 
 A body needs a surface that is closed and does not cross itself, or its volume and inertia mean nothing. `check` refuses
 what is not so; `repair` mends what can be mended and says what it did.
+
+The module itself, called, reads the mesh of a body that deforms: `cairn.pre.mesh(gmsh)`, see `read`.
 """
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
@@ -43,6 +47,31 @@ class MeshReport:
         )
 
 
+def read(source, model: str | None = None):
+    """Mesh of a body that deforms: points (n, dim) [m], cells {kind: (m, nodes)} and groups {name: nodes}, for cairn.deformable,
+    ElasticBody.read or your own use.
+
+    source: a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh, whose current model
+    was meshed; model: the name of another of its models. The name alone, in the place of a file, is that model, too. Physical
+    groups are groups by their names; where there are any, cells outside them are left out unless Mesh.SaveAll, as in a file
+    that gmsh writes. Raises FileError for a file that is not there or holds no such mesh, ValueError for a model that is not
+    there or has no cells.
+    """
+    from ..build import mesh_sources
+
+    return mesh_sources.read(source, model)
+
+
+class _Called(ModuleType):
+    """This module, which reads when it is called."""
+
+    def __call__(self, source, model: str | None = None):
+        return read(source, model)
+
+
+sys.modules[__name__].__class__ = _Called
+
+
 def check(vertices, faces, name: str = "mesh") -> MeshReport:
     """Refuses (MeshError) a surface that bounds no body: vertices (n, 3) [m], faces (m, 3) or polygons, seen from outside
     anticlockwise. Faults: shape, not finite, flat triangle, open, folded, inside out, flat, crossing."""
@@ -63,9 +92,7 @@ def check(vertices, faces, name: str = "mesh") -> MeshReport:
     refuse_crossing(name, vertices, fans)
     a, b, c = (vertices[fans[:, k]] for k in range(3))
     area = float(np.sum(np.linalg.norm(np.cross(b - a, c - a), axis=1)) / 2)
-    return MeshReport(
-        len(vertices), len(fans), volume, area, float(edges.min()), float(edges.max()), is_convex(vertices, fans)
-    )
+    return MeshReport(len(vertices), len(fans), volume, area, float(edges.min()), float(edges.max()), is_convex(vertices, fans))
 
 
 def refuse_slivers(name, vertices, fans, edges):
