@@ -3,6 +3,7 @@
 #include "files/older_states.hpp"
 #include "files/simulation_state.hpp"
 #include "laws/plug.hpp"
+#include "solvers/problems/friction_problem.hpp"
 #include "solvers/sweeps/contact_system.hpp"
 #include "strategies/contact_fields.hpp"
 #include "strategies/nscd/nscd.hpp"
@@ -197,6 +198,24 @@ py::dict contact_rows(Simulation& s) {
   return out;
 }
 
+// W (blocks, dim, dim) by rows of contacts; None: no joint is in the step.
+py::object jointed_problem(Simulation& s) {
+  stages_of(s);
+  if (!s.contacts_known) throw cairn::Error("there is no contact problem at hand: make a step first");
+  if (!s.interactions.jointed()) return py::none();
+  const cairn::FrictionProblem p = s.interactions.jointed_problem(s.scene.bodies);
+  const auto d = std::size_t(p.dim);
+  std::vector<double> block(p.block.size());
+  for (std::size_t k = 0; k < block.size(); ++k) block[k / (d * d) * (d * d) + k % d * d + k / d % d] = p.block[k];
+  py::dict out;
+  out["row_start"] = array_of(p.row_start);
+  out["column"] = array_of(p.column);
+  out["data"] = array_of(block);
+  out["q"] = array_of(std::vector<double>(p.q.begin(), p.q.end()));
+  out["mu"] = array_of(std::vector<double>(p.mu.begin(), p.mu.end()));
+  return out;
+}
+
 // Impulses of all candidates, local, and how they were found.
 void give_impulses(Simulation& s, const Input<double>& impulses, const py::dict& found) {
   const std::int64_t n = s.candidates.count;
@@ -354,6 +373,7 @@ void bind_simulation(py::module_& m) {
       .def("contact", &contact_field)
       .def("has_contact", &cairn::has_contact_field)
       .def("contact_rows", &contact_rows)
+      .def("jointed_problem", &jointed_problem)
       .def("law_rows", // contacts that obey a law of its own solution
            [](Simulation& s, int law) {
              if (!s.contacts_known) throw cairn::Error("there are no contacts at hand: make a step first");

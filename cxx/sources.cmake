@@ -135,6 +135,9 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/velocity_error.cpp
   solvers/sweeps/solid_correction.cpp
   solvers/sweeps/step_error.cpp
+  solvers/sweeps/held_rows.cpp
+  solvers/sweeps/jointed_blocks.cpp
+  solvers/sweeps/jointed_problem.cpp
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
   strategies/contact_fields.cpp

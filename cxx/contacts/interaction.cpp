@@ -9,6 +9,7 @@
 
 #include "../base/call.hpp"
 #include "../solvers/sweeps/associated_start.hpp"
+#include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
 
@@ -105,6 +106,25 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& optio
       b.r[i] += s.given[std::size_t(s.dim()) * b.first + i];
   if (report.status == SolveStatus::diverged) s_->find_fault(bodies, report.iterations);
   return report;
+}
+
+bool Interactions::jointed() const { return JointedProblem::needed(s_->system); }
+
+FrictionProblem Interactions::jointed_problem(const Bodies& bodies) {
+  State& s = *s_;
+  if (const std::string obstacle = JointedProblem::obstacle(s.system); !obstacle.empty())
+    throw Error(obstacle + ": leave such laws out");
+  const Array<cairn_record> record = s.system.record; // as the stage at hand has them
+  const Array<double> condensed = s.system.condensed_velocity;
+  const cairn_schedule schedule = s.system.schedule(1);
+  JointedProblem step(s.system, schedule, s.free(bodies));
+  step.pose_all();
+  const bool held = step.hold();
+  if (held) step.form();
+  std::copy(record.begin(), record.end(), s.system.record.begin());
+  std::copy(condensed.begin(), condensed.end(), s.system.condensed_velocity.begin());
+  if (!held) throw Error("joints of the step have no factors, masses or velocities are not finite: lower dt");
+  return step.problem();
 }
 
 void Interactions::give_impulses(const double* local) {

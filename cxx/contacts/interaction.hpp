@@ -249,6 +249,7 @@ struct ContactRows {
   std::vector<double> weight;
 };
 
+struct FrictionProblem;
 struct Nodes;
 struct LawRows;
 
@@ -317,6 +318,10 @@ public:
   // elsewhere; after commit [N].
   void attraction(double* out) const;
   ContactRows rows() const;              // after assemble
+  bool jointed() const;                  // joints are among them
+  // The contacts of a step among bodies that joints hold, each limit and motor of these as a contact after the others;
+  // the impulses at hand stay. Throws Error where laws with a solution of their own are beside, or it has no factors.
+  FrictionProblem jointed_problem(const Bodies&);
   LawRows law_rows(Law) const;           // of the contacts of a law with a solution of its own; after update_velocity
   const std::vector<ContactKey>& kept(); // contacts whose first state is above 0, for laws that keep them
   void forget_impulses();                // the next step begins from none

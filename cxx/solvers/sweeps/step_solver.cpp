@@ -14,6 +14,7 @@
 #include "../problems/ppa_newton.hpp"
 #include "active_set.hpp"
 #include "error_forecast.hpp"
+#include "jointed_problem.hpp"
 #include "light_error.hpp"
 #include "newton_correction.hpp"
 #include "solid_correction.hpp"
@@ -237,6 +238,75 @@ private:
   bool given_up_ = false;
 };
 
+void tell_of_memory(ProblemReport& solved, double bytes, double most) {
+  char hint[160];
+  std::snprintf(hint, sizeof hint, "W would take %.2g bytes, memory is %.2g: allow more, or take NLGS", bytes, most);
+  solved.hint = hint;
+}
+
+// Impulses of contacts alone, and records with the velocities that they leave.
+ProblemReport solve_cones(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
+                          const SolverOptions& options, const ProblemSolverInfo& solver) {
+  StepProblem step(system, schedule, velocity_free);
+  Array<double> r(step.problem().unknowns());
+  step.read(r.data());
+  const bool over_bodies = solver.name == "ppa_newton" && !system.needs_blocks();
+  const double bytes = over_bodies ? 0 : step.bytes();
+  ProblemReport solved;
+  if (bytes > options.max_bytes) {
+    tell_of_memory(solved, bytes, options.max_bytes);
+  } else {
+    if (!over_bodies) step.form_blocks();
+    solved = solve_problem(step.problem(), solver.name, problem_options(options), r.data());
+  }
+  step.write(r.data());
+  system.load(velocity_free);
+  cairn_add_impulses(&schedule);
+  step.write_velocities(velocity_free, solved.velocity);
+  return solved;
+}
+
+// The same of contacts and joints. What the answer asks for besides is posed, and where the error of the whole is above
+// the tolerance, though that of the contacts is not, these are solved further.
+ProblemReport solve_jointed(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
+                            const SolverOptions& options, const ProblemSolverInfo& solver,
+                            const std::function<double()>& measure) {
+  constexpr int most = 64; // problems
+  constexpr double finest = 0x1p-50;
+  JointedProblem step(system, schedule, velocity_free);
+  ProblemOptions own = problem_options(options);
+  ProblemReport solved;
+  std::int64_t iterations = 0;
+  double before = std::numeric_limits<double>::infinity();
+  Array<double> r;
+  for (int pass = 0; pass < most && iterations < options.max_iterations; ++pass) {
+    own.max_iterations = options.max_iterations - int(iterations);
+    if (!step.hold()) {
+      solved.status = ProblemStatus::diverged;
+      break;
+    }
+    if (const double bytes = step.bytes(); bytes > options.max_bytes) {
+      tell_of_memory(solved, bytes, options.max_bytes);
+      break;
+    }
+    step.form();
+    step.read(r);
+    solved = solve_problem(step.problem(), solver.name, own, r.data());
+    iterations += solved.iterations;
+    step.write(r.data());
+    system.load(velocity_free);
+    cairn_add_impulses(&schedule);
+    if (step.amend()) continue;
+    const double error = measure();
+    const bool helps = error > options.tolerance && error < 0.5 * before && own.tolerance > finest;
+    if (solved.status != ProblemStatus::converged || !helps) break;
+    before = error;
+    own.tolerance = std::max(finest, 0.25 * own.tolerance * options.tolerance / error);
+  }
+  solved.iterations = iterations;
+  return solved;
+}
+
 SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options,
                              const ProblemSolverInfo& solver) {
   SolveReport report;
@@ -245,30 +315,16 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
   for (const cairn_batch& b : system.batches) report.contacts += b.contacts;
   system.load(velocity_free);
   if (system.batches.empty()) return report;
-  const std::string obstacle = StepProblem::obstacle(system);
+  const std::string obstacle = JointedProblem::obstacle(system);
   if (!obstacle.empty()) throw Error(obstacle + ": take cairn.NLGS or cairn.Auto instead of " + solver.python_name);
   const cairn_schedule schedule = system.schedule(1);
   const FreeScale free = measure_free(system, schedule);
-  StepProblem step(system, schedule, velocity_free);
-  Array<double> r(step.problem().unknowns());
-  step.read(r.data());
-  const bool over_bodies = solver.name == "ppa_newton" && !system.needs_blocks();
-  const double bytes = over_bodies ? 0 : step.bytes();
-  ProblemReport solved;
-  if (bytes > options.max_bytes) {
-    char hint[160];
-    std::snprintf(hint, sizeof hint, "W would take %.2g bytes, memory is %.2g: allow more, or take NLGS", bytes,
-                  options.max_bytes);
-    solved.hint = hint;
-  } else {
-    if (!over_bodies) step.form_blocks();
-    solved = solve_problem(step.problem(), solver.name, problem_options(options), r.data());
-  }
-  step.write(r.data());
-  system.load(velocity_free);
-  cairn_add_impulses(&schedule);
+  const auto error_now = [&] { return std::sqrt(measure(system, schedule, free, false, report).square); };
+  const ProblemReport solved =
+      JointedProblem::needed(system)
+          ? solve_jointed(system, schedule, velocity_free, options, solver, error_now)
+          : solve_cones(system, schedule, velocity_free, options, solver);
   report.iterations = int(std::min<std::int64_t>(solved.iterations, std::numeric_limits<int>::max()));
-  step.write_velocities(velocity_free, solved.velocity);
   StepError error = measure(system, schedule, free, true, report);
   if ((system.keeps_velocity = masses_differ(mass_ratio(system), true)))
     note(measure_light(system, schedule, velocity_free), report);

@@ -121,6 +121,22 @@ def inverse_mass(simulation):
     return sparse.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(6 * n, 6 * n))
 
 
+def jointed_problem_of(simulation):
+    """The Problem of the step at hand among bodies that joints hold, whose equalities are eliminated from W and q: contacts that can
+    move, then limits and motors, each a contact of its own. None where the step has no joint."""
+    from scipy import sparse
+
+    from ..problems import Problem
+
+    core = simulation.stages._core
+    p = core.jointed_problem()
+    if p is None:
+        return None
+    dim, size = simulation.scene.dim, simulation.scene.dim * len(p["mu"])
+    w = sparse.bsr_array((p["data"].reshape(-1, dim, dim), p["column"], p["row_start"]), shape=(size, size))
+    return Problem(dim, w, p["q"], p["mu"])
+
+
 def problem_of(simulation):
     """The step at hand as a dict: problem; rows, and which of them it holds; operator H' and inverse A^-1 (sparse),
     of the rigid bodies in internal order, then of the nodes of meshes."""

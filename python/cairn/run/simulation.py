@@ -319,10 +319,12 @@ class Simulation(Reshaping, Spelt):
         return self._shadows[-1]
 
     def problem(self):
-        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move."""
-        from .contact_problem import problem_of
+        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move; after
+        them limits and motors of joints (see the page on joints), whose other components are eliminated."""
+        from .contact_problem import jointed_problem_of, problem_of
 
-        return problem_of(self)["problem"]
+        jointed = jointed_problem_of(self)
+        return problem_of(self)["problem"] if jointed is None else jointed
 
     def dump_problem(self, path):
         """Writes the contact problem of the last step as `cairn.problems.write` does: FCLIB's HDF5, or .dat for Siconos."""

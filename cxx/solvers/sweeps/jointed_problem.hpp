@@ -1,0 +1,135 @@
+// The contacts of a step among bodies that joints hold, as a problem of Coulomb's cones that any solver of problems
+// takes, and the way back.
+#pragma once
+#include <algorithm>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "../problems/friction_problem.hpp"
+#include "contact_system.hpp"
+#include "held_rows.hpp"
+
+namespace cairn {
+
+// What joints block, and their springs, are equalities u_G + C r_G + e = 0, whose impulses follow from those of the
+// contacts: A^-1 becomes A^-1 - A^-1 G' S^-1 G A^-1, S = G A^-1 G' + C, in W and in q. Of the coordinate of a joint
+//   a limit is a contact without friction,
+//   a motor of speed v, of an effort E, is one with mu = 1 that is pressed by h E, whatever moves, and slips at v.
+// A motor holds its speed as an equality, and a limit is left out, until the answer asks the one for more than its
+// effort, or breaks the other: see amend.
+class JointedProblem {
+public:
+  static bool needed(const ContactSystem&); // there are joints
+  // Empty, or what keeps these contacts from being a problem: other laws with a local solution of their own.
+  static std::string obstacle(const ContactSystem&);
+  // Of the impulses at hand; records are those of these afterwards.
+  JointedProblem(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
+
+  // Whatever the answer will be: each limit, and each motor whose effort has an end.
+  void pose_all();
+  // First, of what is posed: the equalities. False: they have no factors.
+  bool hold();
+  // Bytes of W in blocks, at most.
+  double bytes() const;
+  // W and q.
+  void form();
+  const FrictionProblem& problem() const { return problem_; }
+  // Impulses (dim, contacts) to begin with, as the step has them.
+  void read(Array<double>& r) const;
+  // Those of the problem, and those of joints that follow from them, to the step; records know nothing of it.
+  void write(const double* r);
+  // Records hold the velocity that the impulses leave. Poses what this answer asks for, after the others; false: nothing.
+  bool amend();
+
+private:
+  struct Place {
+    std::int32_t batch, lane;
+  };
+  struct Part { // of a row: what the velocity of a body adds to it
+    std::int32_t row, count;
+    std::size_t begin; // among dofs, values and, of rigid bodies, answers
+  };
+  struct Coordinate {
+    Place place;
+    std::int32_t component, row, held = -1; // -1: its motor is no equality
+    double low, high, speed, effort, drag, pull; // [m/s, rad/s], [N s, N m s], see joint.f90
+    bool low_posed = false, high_posed = false, motor_posed = false;
+    bool locked() const { return !(low < high); }
+    bool driven() const { return effort > 0 && !motor_posed; }
+    // What a motor that has the power to makes of its velocity.
+    double target() const { return std::max(std::min(speed, high), low); }
+    // Whether an impulse is more than such a motor has; at a limit that keeps it from its speed the limit bears the rest.
+    bool overburdens(double r, double share) const {
+      return (r >= share * effort && !(target() > speed)) || (r <= -share * effort && !(target() < speed));
+    }
+  };
+  struct Equality {
+    std::int32_t row;
+    double compliance, q; // [1/kg], [m/s]
+    Place place;
+    std::int32_t component;
+  };
+  enum class Pose { low, high, motor };
+  struct Posed { // a contact of the problem that stands for what a coordinate may do
+    std::int32_t coordinate;
+    Pose pose;
+  };
+  struct Use { // of a row: where the problem has it, or below it the equalities
+    std::int32_t at;
+    double sign;
+  };
+
+  const cairn_batch& batch(Place place) const;
+  void take_contacts();
+  void take_joint(Place place);
+  void take_coordinate(Place place, int component, std::int32_t row);
+  std::int32_t add_row(Place place, int component);
+  void add_rigid(Place place, int side, int component);
+  void add_mapped(Place place, int side, int component);
+  void add_rope(Place place);
+  double* part_of(std::int32_t body, int dofs);
+  std::int32_t rigid(std::int32_t body);
+  double between(std::int32_t body, const Part& a, const Part& b) const;
+  void gather(std::int32_t row);
+  void read_velocities(const cairn_schedule&, std::vector<double>& u) const;
+  void pose(std::int32_t coordinate, Pose pose);
+  void pose_what_acts();
+  void list_equalities();
+  void list_uses();
+  HeldRows form_held();
+  void form_pattern();
+  void fill_blocks();
+  void eliminate();
+  void eliminate_together(const std::vector<std::int32_t>& owner, const double* x);
+  void settle_diagonal();
+  double& entry(std::int32_t row, std::int32_t column); // of W
+  std::int32_t contacts() const { return std::int32_t(contacts_.size() + posed_.size()); }
+  std::vector<std::vector<std::int32_t>> groups() const; // contacts of each body, then of each assembly
+
+  ContactSystem& system_;
+  const cairn_schedule& schedule_;
+  FrictionProblem problem_;
+  std::vector<Place> contacts_;
+  std::vector<Equality> blocked_, equalities_;
+  std::vector<Coordinate> coordinates_;
+  std::vector<Posed> posed_;
+  std::int32_t rows_ = 0; // dim for each contact, then those of joints
+  std::vector<double> q_; // (rows) without impulses [m/s]
+  std::vector<std::pair<Place, std::int32_t>> row_place_;
+  std::vector<std::vector<Part>> of_body_; // rigid ones, then those condensed
+  std::vector<std::vector<std::pair<std::int32_t, Part>>> of_row_;
+  std::vector<std::int32_t> number_; // of rigid bodies that are in it; -1
+  std::vector<double> inverse_;      // (dofs, dofs) of each
+  std::vector<std::int32_t> dof_;
+  std::vector<double> value_, answer_;
+  std::vector<std::vector<Use>> uses_;
+  std::vector<double> sum_;           // (rows) see gather
+  std::vector<std::int32_t> touched_; // rows there
+  std::optional<HeldRows> held_;
+  std::vector<std::vector<std::pair<std::int32_t, double>>> pulls_; // of each row of the problem, by equality [1/kg]
+  std::vector<double> impulse_, plain_diagonal_; // of equalities; of W before they are eliminated
+};
+
+} // namespace cairn
