@@ -1,6 +1,8 @@
 // Rigid bodies made deformable in a run, and back: what of it Python's bodies need of the core.
 #include "strategies/reshaping.hpp"
 
+#include "strategies/contact_loads.hpp"
+
 #include "alone.hpp"
 #include "arrays.hpp"
 
@@ -119,6 +121,22 @@ py::tuple velocity_of(int dim, double mass, const Input<double>& momentum, const
   return py::make_tuple(array_of({py::ssize_t(velocity.size())}, velocity), kinetic);
 }
 
+// Of the last step: largest forces (n) [N] and mean stresses (n) [Pa] of rigid bodies, by their volumes; largest forces
+// (m) [N] of meshes, by their places among those of the simulation.
+py::tuple contact_loads(Simulation& s, const Input<std::int64_t>& bodies, const Input<double>& volume,
+                        const Input<std::int64_t>& meshes) {
+  const std::vector<std::size_t> which(meshes.data(), meshes.data() + meshes.size());
+  cairn::ContactLoads loads;
+  loads.read(s, all_of(bodies), which);
+  py::array_t<double> force(bodies.size()), stress(bodies.size()), of_meshes(meshes.size());
+  for (py::ssize_t i = 0; i < bodies.size(); ++i) {
+    force.mutable_at(i) = loads.of_bodies[std::size_t(i)].force;
+    stress.mutable_at(i) = loads.of_bodies[std::size_t(i)].stress(s.scene.dim, volume.at(i));
+  }
+  for (py::ssize_t i = 0; i < meshes.size(); ++i) of_meshes.mutable_at(i) = loads.of_meshes[std::size_t(i)].force;
+  return py::make_tuple(force, stress, of_meshes);
+}
+
 } // namespace
 
 void bind_reshaping(py::module_& m) {
@@ -144,6 +162,7 @@ void bind_reshaping(py::module_& m) {
     const int dim = s.scene.dim;
     return matrix_of(dim, cairn::turn_of(dim, mesh.model.mass, x, all_of(own), rotation_from(base)));
   });
+  m.def("contact_loads", contact_loads);
   m.def("velocity_of", velocity_of);                     // of a body with the momentum of nodes, and its kinetic energy
   py::class_<cairn::PassedContacts>(m, "PassedContacts") // of bodies, or parts of meshes, in whose place others come
       .def(py::init([](Simulation& s, double h, const Input<std::int64_t>& ids) {

@@ -141,6 +141,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/step_problem.cpp
   solvers/sweeps/step_solver.cpp
   strategies/contact_fields.cpp
+  strategies/contact_loads.cpp
   strategies/event_driven/flight.cpp
   strategies/held_motions.cpp
   strategies/integrators.cpp
@@ -153,6 +154,7 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/stages.cpp
   strategies/options.cpp
   strategies/report.cpp
+  strategies/reshape_watches.cpp
   strategies/reshaping.cpp
   strategies/transforms.cpp
   strategies/simulation.cpp

@@ -14,6 +14,7 @@
 #include "../files/file_error.hpp"
 #include "../scene/mesh_parts.hpp"
 #include "../strategies/options.hpp"
+#include "../strategies/reshape_watches.hpp"
 #include "../strategies/transforms.hpp"
 #include "cairn/cairn.h"
 
@@ -29,8 +30,9 @@ struct cairn_matter {
   };
   std::vector<std::string> materials, groups; // a group for each material, "" if none
   std::vector<Rule> rules;
-  std::vector<std::string> joints; // their names, each that of the material of its ends and of their group
-  std::vector<std::string> meshes; // their names
+  std::vector<std::string> joints;          // their names, each that of the material of its ends and of their group
+  std::vector<std::string> meshes;          // their names
+  std::vector<std::string> meet_themselves; // of meshes whose points meet their own sides
 };
 
 struct cairn_scene {
@@ -48,6 +50,7 @@ struct cairn_simulation {
   enum Work { nothing, step, loads };
   std::atomic<int> work{nothing};
   cairn::Transforms transforms{};
+  cairn::ReshapeWatches watches{};
   std::vector<std::unique_ptr<cairn::Strategy>> left{}; // strategies that were in use, with their settings
   cairn_matter matter{};
   std::string fingerprint; // of the scene that it was made of

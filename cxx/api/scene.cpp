@@ -156,7 +156,9 @@ LawTable table_of(const cairn_matter& s, int dim) {
   for (std::size_t i = 0; i < s.groups.size(); ++i)
     if (of_nodes(s, s.groups[i])) nodes.push_back(std::int32_t(i));
   table.keep_apart(nodes);
-  for (const std::string& name : s.meshes) table.pass_through(name, side_group(name, dim));
+  const auto& open = s.meet_themselves;
+  for (const std::string& name : s.meshes)
+    if (std::find(open.begin(), open.end(), name) == open.end()) table.pass_through(name, side_group(name, dim));
   const auto of_joint = [&](const cairn_matter::Rule& rule) {
     return std::find(s.joints.begin(), s.joints.end(), rule.word_a) != s.joints.end();
   };
@@ -370,6 +372,7 @@ int32_t cairn_scene_add_mesh(cairn_scene* scene, const cairn_mesh* mesh, const c
       scene->matter.groups.push_back(k == 0 ? group : sides);
     }
     scene->matter.meshes.push_back(group);
+    if (mesh->draft.self_contact) scene->matter.meet_themselves.push_back(group);
     if (first) *first = id;
     if (number) *number = std::int32_t(scene->meshes.size()) - 1;
   });

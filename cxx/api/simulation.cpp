@@ -176,10 +176,16 @@ int32_t cairn_simulation_step(cairn_simulation* simulation, double h, cairn_repo
     const AtWork work(*simulation, cairn_simulation::step);
     if (h > 0) simulation->transforms.load(simulation->simulation, h);
     const cairn::StepReport& r = simulation->simulation.step(h);
-    if (!report) return;
-    *report = {r.step,           r.contacts,       int32_t(r.solve.status), r.solve.iterations,
-               r.time,           r.solve.error,    r.solve.worst_error,     r.solve.penetration,
-               r.energy.kinetic, r.energy.closure, r.energy.in_play};
+    if (report)
+      *report = {r.step,           r.contacts,       int32_t(r.solve.status), r.solve.iterations,
+                 r.time,           r.solve.error,    r.solve.worst_error,     r.solve.penetration,
+                 r.energy.kinetic, r.energy.closure, r.energy.in_play};
+    try {
+      simulation->watches.look(simulation->simulation, simulation->transforms);
+    } catch (const std::exception& e) {
+      throw Error("the step was made, cairn_simulation_reshape_when could not reshape after it: " +
+                  std::string(e.what()));
+    }
   });
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "../base/call.hpp"
+#include "../bodies/rigid_motion.hpp"
 #include "mesh_parts.hpp"
 
 namespace cairn {
@@ -297,6 +298,17 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std:
   }
   c = m;
   for (std::size_t i = 0; i < c.value.size(); ++i) c.value[i] = by_mass * m.value[i] + by_stiffness * k.value[i];
+}
+
+double MeshDraft::volume() const {
+  MeshDraft filled = *this; // with 1 kg in each m3
+  for (Cells& some : filled.cells) some.density = some.solid.thickness;
+  SparseMatrix m, k, c;
+  std::vector<double> node_mass;
+  filled.assemble(m, k, c, node_mass);
+  double sum = 0;
+  for (const double weight : node_weights(dim, m)) sum += weight;
+  return sum;
 }
 
 } // namespace cairn

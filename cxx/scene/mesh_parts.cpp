@@ -112,12 +112,22 @@ void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector
   scene.add_contactors({n, Shape::facet, m.side_ids, materials, {}, {}, {}, hull});
 }
 
+// Refuses self-contact and mortars of a mesh without what these are between.
+void check_contact(const MeshDraft& d, const std::string& name) {
+  const std::string sides = d.dim == 2 ? "edges" : "faces", give = ": give both (touch_nodes, touch_sides)";
+  if (d.self_contact && (d.side_nodes.empty() || (d.contact_nodes.empty() && d.point_nodes.empty())))
+    throw Error("self-contact of the mesh '" + name + "' is of its points and its " + sides + give);
+  if (d.mortar && (d.side_nodes.empty() || d.contact_nodes.empty()))
+    throw Error("the mortar of the mesh '" + name + "' is of contact nodes and the " + sides + " between them" + give);
+}
+
 } // namespace
 
 MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& name, std::int32_t node_material,
                          std::int32_t side_material) {
   if (d.dim != scene.dim)
     throw Error("the mesh has " + std::to_string(d.dim) + " dimensions, the scene " + std::to_string(scene.dim));
+  check_contact(d, name);
   MeshModel m;
   m.dim = d.dim;
   m.name = name;

@@ -72,6 +72,7 @@ struct MeshDraft {
   std::vector<std::int32_t> boundary() const;
   // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.
   void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const;
+  double volume() const; // of the cells, by their quadrature [m3]
 
 private:
   std::shared_ptr<BulkModel> all_cells() const;

@@ -54,6 +54,26 @@ void check_unjoined(const LawTable& laws, std::int64_t id, std::int32_t material
         " is an end of a joint, which a mesh in its place would not have: make bodies without joints deformable");
 }
 
+// Refuses what no free rigid body can be, or what these contactors cannot be given to, in a scene of its own.
+void check_shape(const Scene& scene, const OtherShape& shape, const NodesMotion& motion) {
+  bool free = shape.mass > 0 && std::isfinite(shape.mass);
+  for (const double j : shape.inertia) free = free && j > 0 && std::isfinite(j);
+  if (!free) throw Error("the shape is not of a free body: give a finite mass and moments of inertia above 0");
+  Scene probe(scene.dim);
+  probe.origin = scene.origin;
+  probe.contactors.hulls = scene.contactors.hulls;
+  double rotation[4];
+  stored_rotation(scene.dim, shape.axes, rotation);
+  const std::int64_t id = probe.add_bodies({1,
+                                            {motion.centre.data(), std::size_t(scene.dim)},
+                                            {rotation, std::size_t(scene.dim == 2 ? 1 : 4)},
+                                            {},
+                                            {&shape.mass, 1},
+                                            shape.inertia});
+  shape.add_contactors(probe, id);
+  if (probe.contactors.count == 0) throw Error("the shape has no contactors: a body of it would touch nothing");
+}
+
 // What came to the balance, which begins with the first step, from the bodies as they are then.
 void account(Simulation& s, double kinetic, double stored) {
   if (s.steps > 0) s.account_for_reshaping(kinetic, stored);
@@ -137,11 +157,8 @@ void Transforms::check_draft(const Simulation& s, const MeshDraft& d, std::int64
   meshes.pop_back();
 }
 
-std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, std::string name,
-                               std::int32_t node_material, std::int32_t side_material) {
-  const int dim = s.scene.dim;
-  Former former = former_of(s.scene, id);
-  for (const Shape& shape : former.shapes) check_unjoined(s.laws, id, shape.material);
+// Refuses what is no mesh in the place of a body.
+void Transforms::check_cells(const MeshDraft& d, std::int64_t id, int dim) {
   const bool ring = std::any_of(d.cells.begin(), d.cells.end(), [](const MeshDraft::Cells& c) {
     return c.solid.material && c.solid.plane == Plane::axisymmetric;
   });
@@ -149,6 +166,22 @@ std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, std:
     throw Error("the mesh has " + std::to_string(d.dim) + " dimensions" + (ring ? ", axisymmetric" : "") +
                 (d.cells.empty() ? " and no cells" : "") + ": give cells of the shape of body " + std::to_string(id) +
                 ", of the scene's " + std::to_string(dim));
+}
+
+void Transforms::check(const Simulation& s, std::int64_t id, const MeshDraft& draft) const {
+  for (const Shape& shape : former_of(s.scene, id).shapes) check_unjoined(s.laws, id, shape.material);
+  check_cells(draft, id, s.scene.dim);
+  MeshDraft whole = draft;
+  touch_all_around(whole);
+  check_draft(s, whole, id);
+}
+
+std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, std::string name,
+                               std::int32_t node_material, std::int32_t side_material) {
+  const int dim = s.scene.dim;
+  Former former = former_of(s.scene, id);
+  for (const Shape& shape : former.shapes) check_unjoined(s.laws, id, shape.material);
+  check_cells(d, id, dim);
   const RigidMotion at = motion_of(s.scene, id);
   SparseMatrix mass, stiffness, damping;
   std::vector<double> of_nodes;
@@ -182,30 +215,54 @@ std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, std:
   return s.meshes.meshes.size() - 1;
 }
 
-std::int64_t Transforms::rigidify(Simulation& s, std::size_t which) {
-  s.place_meshes();
-  MeshBody& mesh = s.meshes.meshes.at(which);
-  const int dim = s.scene.dim;
+std::int64_t Transforms::former_id(const MeshBody& mesh) const {
+  const auto of = formers_.find(mesh.model.number);
+  return of == formers_.end() ? -1 : of->second.id;
+}
+
+// The body that a mesh was, or one of another shape with its force and its damping. Throws Error.
+Transforms::Former Transforms::replaced(const Simulation& s, const MeshBody& mesh, const OtherShape* shape,
+                                        const NodesMotion& motion) const {
   if (std::any_of(mesh.model.held.begin(), mesh.model.held.end(), [](std::uint8_t h) { return h != 0; }))
     throw Error("the mesh '" + mesh.model.name +
                 "' has held dofs: a rigid body in its place would not; remove the mesh, add a wall");
   const auto known = formers_.find(mesh.model.number);
-  if (known == formers_.end())
+  if (known == formers_.end() && !shape)
     throw Error("the mesh '" + mesh.model.name +
-                "' was no rigid body before: remove it, and add a body with its mass and momentum");
-  const Former& former = known->second;
+                "' was no rigid body before: give the shape of one (cairn_simulation_rigidify_as)");
+  Former out = known == formers_.end() ? Former{} : known->second;
+  if (!shape) return out;
+  check_shape(s.scene, *shape, motion);
+  out.id = -1;
+  out.shapes.clear();
+  out.mass = shape->mass;
+  out.inertia = shape->inertia;
+  return out;
+}
+
+std::int64_t Transforms::rigidify(Simulation& s, std::size_t which, const OtherShape* shape) {
+  s.place_meshes();
+  MeshBody& mesh = s.meshes.meshes.at(which);
+  const int dim = s.scene.dim;
+  const std::int32_t number = mesh.model.number;
   std::vector<double> x, v;
   read_nodes(s, mesh, x, v);
   const NodesMotion motion = motion_of_nodes(dim, mesh.model.mass, x, v);
+  const Former former = replaced(s, mesh, shape, motion);
   const double stored = stored_at_begin(mesh, s.scene.nodes);
-  const Rotation turned = turn_of(dim, mesh.model.mass, x, former.own, former.base);
+  const Rotation axes =
+      shape ? shape->axes : times(turn_of(dim, mesh.model.mass, x, former.own, former.base), former.start);
 
   const std::vector<std::int64_t> gone = parts_of(mesh.model);
   PassedContacts contacts(s, s.report.h, gone);
   s.remove_bodies(gone);
   double kinetic = 0;
-  const std::int64_t id = put_back(s.scene, former, motion, times(turned, former.start), kinetic);
-  formers_.erase(known);
+  const std::int64_t id = put_back(s.scene, former, motion, axes, kinetic);
+  formers_.erase(number);
+  if (shape) {
+    shape->add_contactors(s.scene, id);
+    start_[id] = axes; // it comes in as it stands
+  }
   const std::int64_t there[] = {id};
   contacts.pass_to(s, there);
   account(s, kinetic - motion.kinetic, -stored);
@@ -234,11 +291,12 @@ std::int64_t Transforms::put_back(Scene& scene, const Former& of, const NodesMot
     scene.add_contactors(
         {1, shape.shape, {&made, 1}, {&shape.material, 1}, radius, shape.offset, shape.direction, hulls});
   }
-  if (of.id != made) scene.give_id(made, of.id);
-  const std::int32_t b = scene.internal(of.id);
+  const std::int64_t id = of.id < 0 ? made : of.id;
+  if (id != made) scene.give_id(made, id);
+  const std::int32_t b = scene.internal(id);
   if (scene.bodies.damping.active) *scene.bodies.damping[b] = of.damping;
   for (std::size_t k = 0; k < of.force.size(); ++k) scene.bodies.force[b][k] = of.force[k];
-  return of.id;
+  return id;
 }
 
 void Transforms::load(Simulation& s, double h) {

@@ -2,6 +2,7 @@
 // over; what the kinetic and the stored energy lose is a term of the balance, dissipated_reshaping.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -12,6 +13,15 @@
 #include "reshaping.hpp"
 
 namespace cairn {
+
+// A rigid body of another shape, in the place of a mesh. axes: how it stands; mass [kg] and inertia (1 | 3) [kg m2]: of
+// the shape, to be scaled to the mass of the mesh; add_contactors: gives them to the body of that id.
+struct OtherShape {
+  Rotation axes = upright;
+  double mass = 0;
+  std::vector<double> inertia;
+  std::function<void(Scene& scene, std::int64_t id)> add_contactors;
+};
 
 class Transforms {
 public:
@@ -25,8 +35,13 @@ public:
   // number among the meshes. Throws Error; the simulation is then as it was.
   std::size_t deform(Simulation& s, std::int64_t id, MeshDraft draft, std::string name, std::int32_t node_material,
                      std::int32_t side_material);
-  // The body that a mesh was, where its nodes stand; returns its id, which is its own again. Throws Error as above.
-  std::int64_t rigidify(Simulation& s, std::size_t mesh);
+  // What would be refused of that. Throws Error.
+  void check(const Simulation& s, std::int64_t id, const MeshDraft& draft) const;
+  // The body that a mesh was, where its nodes stand; returns its id, which is its own again. Of another shape, which a
+  // mesh that was no body needs: a new one. Throws Error as above.
+  std::int64_t rigidify(Simulation& s, std::size_t mesh, const OtherShape* shape = nullptr);
+  // Of the body that a mesh was, -1: of none.
+  std::int64_t former_id(const MeshBody& mesh) const;
 
   // Forces that bodies had, on their nodes in a step of h [s]; until the mesh has loads of its own.
   void load(Simulation& s, double h);
@@ -49,7 +64,9 @@ private:
     bool pushes = false;                // the force is still on its nodes
   };
   Former former_of(const Scene& scene, std::int64_t id) const;
+  static void check_cells(const MeshDraft& d, std::int64_t id, int dim);
   void check_draft(const Simulation& s, const MeshDraft& d, std::int64_t id) const;
+  Former replaced(const Simulation& s, const MeshBody& mesh, const OtherShape* shape, const NodesMotion& motion) const;
   std::int64_t put_back(Scene& scene, const Former& of, const NodesMotion& motion, const Rotation& axes,
                         double& kinetic);
 

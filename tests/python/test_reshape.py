@@ -252,6 +252,39 @@ def test_stress_as_a_criterion():
         assert bool(sim.meshes) == deforms
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_the_stress_of_what_touches_an_image_is_that_of_where_it_touches(first):
+    """A square is pressed by 10 kN on a held one through the end of a periodic cell: half of that, 5 kPa, in the mean."""
+    for threshold, deforms in ((4.9e3, True), (5.1e3, False)):
+        scene = cn.Scene(dim=2, periodic=cn.Periodic((10.0, np.inf)))
+        held = cn.polygons([SQUARE + (9.0, 0.0)], ROCK, driven=("vx", "vy", "w"))
+        free = cn.polygons([SQUARE], ROCK, force=(-1e4, 0.0, 0.0))
+        scene.add(*((held, free) if first else (free, held)))
+        scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(0.5, cn.Default(tol=1e-10)))
+        sim.reshape_when([1 if first else 0], mesh(), stress=threshold)
+        sim.run(steps=2, progress=False)
+        assert bool(sim.meshes) == deforms
+
+
+def test_criteria_look_before_any_of_them_changes_a_body():
+    """Two that watch one body, and one of the body on it, weigh the same step; what one of them deforms makes no mesh of another
+    rigid again, which all its contacts bear."""
+    scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK))
+    scene.add(cn.polygons([SQUARE + (0.0, 0.5), SQUARE + (3.0, 0.5), SQUARE + (3.0, 1.5)], ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(0.5, cn.Default(tol=1e-10)))
+    sim.deform(1, mesh(rubber(), corner=(-0.5, 0.0)))
+    for _ in range(30):  # its contacts bear its weight
+        sim.step()
+    sim.reshape_when([2, 3], mesh(corner=(-0.5, 0.0)), force=1.0)
+    sim.reshape_when([2], mesh(corner=(-0.5, 0.0)), force=2.0)
+    sim.reshape_when([1], mesh(corner=(-0.5, 0.0)), force=1e9, back=1.0)
+    sim.step()
+    assert len(sim.meshes) == 3 and sim.bodies.id.tolist() == [0]
+
+
 def test_a_mesh_that_was_no_rigid_body_takes_the_shape_that_is_given():
     scene = cn.Scene(dim=2)
     scene.add(cn.deformable(mesh(), ROCK, contact=[0], velocity=(1.0, 0.0)))

@@ -229,7 +229,8 @@ int32_t cairn_mesh_set_rigid(cairn_mesh* mesh, int64_t n, const int32_t* node, c
 int32_t cairn_mesh_tie_node(cairn_mesh* mesh, int32_t node, int64_t n, const int32_t* leader, const double* weight,
                             cairn_error* error);
 /* self_contact 1: its points meet its own sides, but for those next to them; mortar 1: its nodes meet sides of other
- * meshes on average over its own sides. Default: 0, 0. */
+ * meshes on average over its own sides, of first order. Both are of nodes (or points) and sides that touch, else the
+ * mesh is refused where it comes in. Default: 0, 0. */
 int32_t cairn_mesh_set_contact(cairn_mesh* mesh, int32_t self_contact, int32_t mortar, cairn_error* error);
 /* At the start, (dim, nodes) each [m], [m/s]; may be NULL: zero. */
 int32_t cairn_mesh_set_motion(cairn_mesh* mesh, const double* displacement, const double* velocity, cairn_error* error);
@@ -370,6 +371,26 @@ int32_t cairn_simulation_deform(cairn_simulation* simulation, int64_t body, cons
  * momentum, under its number (*body). Meshes after it count one less. What it stored, and the energy of its
  * deformation, is "dissipated_reshaping". */
 int32_t cairn_simulation_rigidify(cairn_simulation* simulation, int32_t mesh, int64_t* body, cairn_error* error);
+/* The same as a body of another shape, which keeps a new number, and for a mesh that was no rigid body before. The
+ * shape stands where the mesh is: rotation (1 | 4) as of cairn_scene_add_bodies, may be NULL: none; mass [kg] and
+ * inertia (1 | 3) [kg m2] of it, both scaled to the mass of the mesh; n contactors as of
+ * cairn_simulation_add_contactors, but without their body, each array of n. Force and damping are those of the body
+ * that the mesh was. */
+int32_t cairn_simulation_rigidify_as(cairn_simulation* simulation, int32_t mesh, const double* rotation, double mass,
+                                     const double* inertia, const char* shape, int64_t n, const int32_t* material,
+                                     const double* radius, const double* offset, const double* direction,
+                                     const int32_t* hull, int64_t* body, cairn_error* error);
+/* From now on n rigid bodies, by their ids, are made deformable (cairn_simulation_deform with that mesh and materials,
+ * "body N") after a step in which one of their contacts bore more than `force` [N], or a principal value of their mean
+ * stress, the forces times their arms over the volume of the mesh, was above `stress` [Pa] (inf: none of that); and
+ * rigid again after one in which none of their contacts bore `back` [N] (0: never). mesh is copied. A body that then
+ * cannot be reshaped is an error of cairn_simulation_step, whose step is made. */
+int32_t cairn_simulation_reshape_when(cairn_simulation* simulation, int64_t n, const int64_t* bodies,
+                                      const cairn_mesh* mesh, double force, double stress, double back,
+                                      int32_t material, int32_t side_material, cairn_error* error);
+/* The mesh that a body was made, -1: it is rigid. */
+int32_t cairn_simulation_mesh_of_body(const cairn_simulation* simulation, int64_t body, int32_t* mesh,
+                                      cairn_error* error);
 /* Of the cells of a mesh of materials of solids, in the order in which they came in: "stress" (6, cells), true, the
  * mean of each cell, 11 22 33 12 23 13 [Pa], or a state of their materials by its name (cells), 0 in those without. */
 int32_t cairn_simulation_mesh_cells(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,
@@ -386,7 +407,8 @@ int32_t cairn_simulation_body_field(cairn_simulation* simulation, const char* na
 /* The same of the nodes of meshes ("id", "position", "velocity", "mass", "temperature", ...), (components, n). */
 int32_t cairn_simulation_node_field(cairn_simulation* simulation, const char* name, int64_t capacity, double* values,
                                     int64_t* count, cairn_error* error);
-/* "position" (absolute), "displacement" or "velocity" (dim, nodes) of a mesh. */
+/* "position" (absolute), "displacement", "velocity", and of the last step "reaction", of held dofs [N], and "impulse",
+ * of contacts [N s] (dim, nodes) of a mesh. */
 int32_t cairn_simulation_mesh_field(cairn_simulation* simulation, int32_t mesh, const char* name, int64_t capacity,
                                     double* values, int64_t* count, cairn_error* error);
 /* A field of the contacts of the last step by its name in contact_fields.def ("bodies", "gap", "status", ...),

@@ -18,14 +18,16 @@ class Watch:
     """Opens, after each step, the faces whose traction is above their threshold."""
 
     def look(self, sim):
-        """After a step."""
+        """After a step: a call that opens what is above its threshold, or None."""
+        found = []
         for view in sim.meshes:
             opening = view._mesh.d.opening
             if opening is None or opening.is_open.all() or opening.threshold == np.inf:
                 continue
             faces = opening.above(tractions(sim, view))
             if len(faces):
-                open_faces(sim, view._mesh, faces)
+                found.append((view._mesh, faces))
+        return (lambda: [open_faces(sim, mesh, faces) for mesh, faces in found]) if found else None
 
 
 def tractions(sim, view):

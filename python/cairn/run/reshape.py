@@ -125,48 +125,44 @@ class Watch:
         self.meshes = {}  # Deformable by the id of the body that it was, those of a restored checkpoint too
 
     def look(self, sim):
-        """After a step: what is above its threshold."""
-        h = sim.report.get("dt", 0.0)
+        """After a step: what is above its threshold, as a call that reshapes it, or None. All watches look before any calls."""
         formers = [(getattr(m._mesh.d, "former", None) or {}).get("id") for m in sim.meshes]
         self.meshes = {i: m._mesh.d for i, m in zip(formers, sim.meshes) if i in self.ids}
-        if not h or not core_of(sim).contact_count and not self.meshes:
-            return
-        contacts = core_of(sim).contact("bodies"), core_of(sim).contact("impulse") / h, core_of(sim).contact("point")
-        size = np.linalg.norm(contacts[1], axis=1)
-        views = {id(m._mesh.d): m for m in sim.meshes}
-        rigid = [i for i in self.ids if i not in self.meshes]
-        above = [i for i in rigid if self._above(sim, i, contacts, size)]
-        back = []
-        for i, d in self.meshes.items():
-            ids = views[id(d)].ids if id(d) in views else None
-            if ids is not None and self.back is not None:
-                mine = size[np.isin(contacts[0], ids).any(axis=1)]
-                if not len(mine) or mine.max() < self.back:
-                    back.append(i)
-        for i in above:
-            body = self.body[i] if isinstance(self.body, dict) else self.body
-            self.meshes[i] = deform(sim, i, body, **self.options)._mesh.d
-        for i in back:
-            d = self.meshes.pop(i)
-            rigidify(sim, next(m for m in sim.meshes if m._mesh.d is d))
+        there = set(sim.bodies.id.tolist())
+        rigid = [i for i in self.ids if i not in self.meshes and i in there]
+        shown = [m for m in sim.meshes if any(m._mesh.d is d for d in self.meshes.values())] if self.back is not None else []
+        force, stress, of_meshes = _core.contact_loads(
+            core_of(sim),
+            np.array(rigid, np.int64),
+            np.array([self._volume(sim, i) for i in rigid], float),
+            np.array([m._mesh.number for m in shown], np.int64),
+        )
+        above = np.zeros(len(rigid), bool)
+        if self.force is not None:
+            above |= force > self.force
+        if self.stress is not None:
+            above |= stress > self.stress
+        above = [i for i, is_above in zip(rigid, above) if is_above]
+        back = [m._mesh.d for m, f in zip(shown, of_meshes) if f < self.back]
+        return (lambda: self._reshape(sim, above, back)) if above or back else None
 
-    def _above(self, sim, i, contacts, size):
-        bodies, force, point = contacts
-        sides = bodies == i
-        mine = sides.any(axis=1)
-        if not mine.any():
-            return False
-        if self.force is not None and size[mine].max() > self.force:
-            return True
+    def _reshape(self, sim, above, back):
+        for i in above:
+            if np.isin(i, sim.bodies.id):  # two watches may look at it
+                body = self.body[i] if isinstance(self.body, dict) else self.body
+                self.meshes[i] = deform(sim, i, body, **self.options)._mesh.d
+        for d in back:
+            for view in [m for m in sim.meshes if m._mesh.d is d]:
+                self.meshes.pop(d.former["id"], None)
+                rigidify(sim, view)
+
+    def _volume(self, sim, i):
+        """By mass and density; in the plane its area."""
         if self.stress is None:
-            return False
+            return 1.0
         s, row = _set_of(sim, i)
-        at = _core.motion_of(core_of(sim).scene, int(i))
-        arm = point[mine] - at["position"]
-        sign = np.where(sides[mine][:, 0], 1.0, -1.0)  # impulses are those on the candidate
         density = next(c for c in s.contactors if np.any(c.body == row)).material.density
-        tensor = np.einsum("ck,cl->kl", sign[:, None] * force[mine], arm) * density / at["mass"]
-        return np.abs(np.linalg.eigvalsh((tensor + tensor.T) / 2)).max() > self.stress
+        return _core.motion_of(core_of(sim).scene, int(i))["mass"] / density
 
 
 # ---------------------------------------------------------------------- contacts

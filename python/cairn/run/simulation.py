@@ -246,7 +246,9 @@ class Simulation(Reshaping, Spelt):
         self._warnings.look(self, report, h)
         if self._networks:
             self._networks.look(report)
-        _ = [watch.look(self) for watch in self._watches]
+        for change in [watch.look(self) for watch in self._watches]:  # all look at the contacts of the step before any change
+            if change:
+                change()
         return report
 
     def between_steps(self, what):
