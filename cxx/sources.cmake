@@ -61,6 +61,7 @@ set(CAIRN_CXX_SOURCES
   fe/initial_stress.cpp
   fe/umat.cpp
   fe/umat_library.cpp
+  fe/umat_points.cpp
   fe/umat_utilities.cpp
   files/checksums.cpp
   files/file_error.cpp
