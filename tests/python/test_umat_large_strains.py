@@ -176,8 +176,8 @@ def test_increments_of_strain_lead_to_its_logarithm(routine):
 @pytest.mark.parametrize("at_once", [False, True])
 @pytest.mark.parametrize("dim, kind", [(2, "quad"), (3, "hexahedron")])
 def test_a_metal_of_increments_is_the_built_in_one_of_finite_strain(routine, dim, kind, at_once):
-    """Perfect plasticity of a body that is drawn by a fifth and turned by a radian, in steps of their own or at once: then strains
-    of a step are in axes of its middle, and the direction of the stress lags by half of its turn."""
+    """Perfect plasticity of a body that is drawn by a fifth and turned by a radian, in steps of their own or at once: then
+    strains of a step are in axes of its middle, and the direction of the stress lags by half of its turn."""
     points, cells = box(kind, (1,) * dim, (1.0,) * dim)
     draw = np.array([0.2, -0.2]) if dim == 2 else np.array([0.2, -0.1, -0.1])
     stress, plastic = [], []
