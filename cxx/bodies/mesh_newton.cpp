@@ -54,8 +54,7 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
 // At displacements b_, where velocities are v and change with them by `rate`.
 BulkResult MeshBody::stresses_there(const double* v, double rate, bool tangent) {
   const Stopwatch watch(tangent ? &newton_seconds.assembly : nullptr); // else a part of the balance
-  const MeshMotion there{b_.data(), v, time + h_, h_, rate_share_, rate, by_energy_ ? q_.data() : nullptr,
-                         time};
+  const MeshMotion there{b_.data(), v, time + h_, h_, rate_share_, rate, by_energy_ ? q_.data() : nullptr, time};
   const BulkResult found = model.bulk->evaluate(there, force_end_.data(), tangent ? tangent_.data() : nullptr);
   if (found.ok() && !pressed.empty()) press(tangent ? tangent_.data() : nullptr);
   return found;
