@@ -144,6 +144,9 @@ py::dict report_of(const cairn::StepReport& r) {
   out["cone_distance"] = r.solve.cone_distance;
   out["energy_created"] = r.solve.energy_created;
   out["hint"] = r.solve.hint;
+  out["mesh_depth"] = r.mesh_depth;
+  out["mesh_way"] = r.mesh_way;
+  if (!r.mesh_hint.empty()) out["mesh_hint"] = r.mesh_hint;
   out["projection_error"] = r.projection_error;
   out["newton_passes"] = r.newton_passes;
   out["newton_error"] = r.newton_error;

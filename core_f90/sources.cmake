@@ -1,5 +1,6 @@
 set(CAIRN_CORE_SOURCES
   bulk_materials/initial_stress.f90
+  bulk_materials/jaumann_rate.f90
   bulk_materials/radial_return.f90
   bulk_materials/strain_measures.f90
   bulk_materials/swelling.f90

@@ -23,6 +23,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_newton.cpp
   bodies/mesh_pressure.cpp
   bodies/mesh_set.cpp
+  bodies/mesh_sizes.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
   bodies/mortar_pair.cpp
@@ -61,6 +62,7 @@ set(CAIRN_CXX_SOURCES
   fe/initial_stress.cpp
   fe/umat.cpp
   fe/umat_library.cpp
+  fe/umat_points.cpp
   fe/umat_utilities.cpp
   files/checksums.cpp
   files/file_error.cpp
@@ -149,6 +151,7 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/cut_back.cpp
   strategies/nscd/newton.cpp
   strategies/nscd/histories.cpp
+  strategies/nscd/mesh_contacts.cpp
   strategies/nscd/projection.cpp
   strategies/nscd/shown.cpp
   strategies/nscd/stages.cpp

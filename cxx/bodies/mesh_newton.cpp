@@ -54,7 +54,7 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
 // At displacements b_, where velocities are v and change with them by `rate`.
 BulkResult MeshBody::stresses_there(const double* v, double rate, bool tangent) {
   const Stopwatch watch(tangent ? &newton_seconds.assembly : nullptr); // else a part of the balance
-  const MeshMotion there{b_.data(), v, time + h_, h_, rate_share_, rate, by_energy_ ? q_.data() : nullptr};
+  const MeshMotion there{b_.data(), v, time + h_, h_, rate_share_, rate, by_energy_ ? q_.data() : nullptr, time};
   const BulkResult found = model.bulk->evaluate(there, force_end_.data(), tangent ? tangent_.data() : nullptr);
   if (found.ok() && !pressed.empty()) press(tangent ? tangent_.data() : nullptr);
   return found;
@@ -151,7 +151,7 @@ void MeshBody::take_history(Nodes& nodes) {
 }
 
 BulkResult MeshBody::forces_at_begin(double* force) {
-  return model.bulk->evaluate({q_.data(), v_.data(), time, h_, rate_share_}, force, nullptr);
+  return model.bulk->evaluate({q_.data(), v_.data(), time, h_, rate_share_, 0, nullptr, time}, force, nullptr);
 }
 
 void MeshBody::start_newton(Nodes& nodes) {
@@ -250,7 +250,8 @@ void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cai
       speed[i] = known[1][i] + more;
     }
     out.resize(n);
-    return model.bulk->evaluate({b_.data(), speed.data(), this->time + time, scheme.h}, out.data(), nullptr);
+    return model.bulk->evaluate({b_.data(), speed.data(), this->time + time, scheme.h, 1, 0, nullptr, this->time},
+                                out.data(), nullptr);
   };
   known[0] = q_;
   known[1] = v_;

@@ -53,6 +53,7 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   mapped_.direction.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
   facet_vertices_.reserve(3 * vertices);
   part_from_themselves(contactors);
+  find_sizes();
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
   by_sides_ = any_mortar_ && std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) {
                 return m.model.dim == 3 || !m.model.whole_nodes.empty();

@@ -1,8 +1,10 @@
 // The deformable bodies of a scene, and what a contact on one of them rests on.
 #pragma once
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../contactors/mapped_contactors.hpp"
@@ -71,6 +73,10 @@ public:
     return seat(contactor).role == Role::facet && node_of(seat(contactor), 3) >= 0;
   }
   bool has_areas() const { return area_.size() == seats_.size(); }
+  // How near nodes of a cell are to each other where two contactors are, as the bodies lay at the start, the lesser of
+  // both [m]; infinite where rigid bodies carry them.
+  double cell_size(std::int32_t a, std::int32_t b) const { return std::min(cell_size(a), cell_size(b)); }
+  std::string describe(std::int32_t contactor) const; // "node 3, quad cell 1, of the mesh 'block'"
   void find_areas();
   // Nodes that a contact may rest on become contact nodes.
   void want(const Mapping& mapping);
@@ -92,6 +98,11 @@ private:
   };
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
+  void find_sizes();
+  double cell_size(std::int32_t contactor) const {
+    const std::int32_t at = of_contactor_[std::size_t(contactor)];
+    return at < 0 ? std::numeric_limits<double>::infinity() : size_[std::size_t(at)];
+  }
   std::int32_t node_of(const Seat& s, int j) const; // in its mesh, -1: none
   bool across(const Seat& point, const Seat& side) const;
   struct MortarContact { // of a node and a side of another mesh, by their contactors
@@ -125,7 +136,7 @@ private:
   std::vector<std::int32_t> of_contactor_; // its place among these, -1: a rigid body carries it
   std::vector<std::int32_t> facets_;
   std::vector<double> facet_vertices_;
-  std::vector<double> area_;                      // of each of mapped_
+  std::vector<double> area_, size_;               // of each of mapped_
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
   std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
   std::vector<KeptMortar> kept_mortar_;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "umat.hpp"
+
 namespace cairn {
 
 std::int64_t BulkModel::first_not_by_energy() const {
@@ -56,6 +58,10 @@ std::string BulkModel::describe(const BulkResult& r) const {
     return text + " is too large for the fracture energy of " + c.material->python_name +
            ": give smaller cells, or a length of your own";
   if (r.fault == 4) return text + ": " + c.material->python_name + " has softened to a yield stress of zero";
+  if (r.fault == umat_writes_beyond)
+    return text + ": " + c.material->python_name +
+           " writes beyond the NTENS = 4 stresses of the plane, 11 22 33 12: give a routine that goes by NDI, NSHR and "
+           "NTENS";
   return text + ": " + c.material->python_name + " finds no finite stress";
 }
 

@@ -76,11 +76,11 @@ const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* rout
   m.symmetric = false;
   m.umat = routine;
   m.library = library;
-  // what Abaqus keeps between increments: stress, strain, gradient of displacement, time, energy that was dissipated
+  // what Abaqus keeps between increments: stress, strain, gradient of displacement, time, energies, how many there were
   for (int k = 1; k <= 6; ++k) m.state.push_back("stress" + std::to_string(k));
   for (int k = 1; k <= 6; ++k) m.state.push_back("strain" + std::to_string(k));
   for (int k = 1; k <= 9; ++k) m.state.push_back("gradient" + std::to_string(k));
-  m.state.insert(m.state.end(), {"time", "elastic", "plastic", "creep"});
+  m.state.insert(m.state.end(), {"time", "elastic", "plastic", "creep", "increment"});
   for (int k = 1; k <= states; ++k) m.state.push_back("statev" + std::to_string(k));
   for (std::size_t row = 0; row < all().size(); ++row) {
     const BulkMaterialInfo& known = all()[row];

@@ -8,7 +8,6 @@
 
 #include "../base/call.hpp"
 #include "bulk_work.hpp"
-#include "umat.hpp"
 
 namespace cairn {
 namespace {
@@ -143,6 +142,7 @@ void BulkModel::law_at_points(std::size_t block, std::int64_t first, std::int64_
   const BulkCells& c = cells_[block];
   const Block& b = blocks_[block];
   const std::int64_t points = n * c.element->bulk_points, start = first * c.element->bulk_points;
+  if (c.material->umat && c.kinematics != Kinematics::small) return rates_at_points(block, first, n, h, want, w);
   const bool measured = !c.material->takes_gradient;
   const double* measure = w.h_bar.data();
   if (measured) {
@@ -168,6 +168,7 @@ void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::i
                                    bool want, Work& w) {
   const bool flat = dim_ == 2 && cells_[block].plane == Plane::stress;
   const std::int64_t points = n * cells_[block].element->bulk_points;
+  if (flat && cells_[block].material->umat) start_from_thickness(block, first, n, w);
   law_at_points(block, first, n, h, theta, want || flat, w);
   if (!flat) return;
   constexpr int most = 40;
@@ -196,25 +197,6 @@ void BulkModel::find_swelling(std::size_t block, std::int64_t first, std::int64_
       w.swelling[std::size_t(cell * e.bulk_points + p)] = sum;
     }
   }
-}
-
-void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& w) {
-  const BulkCells& c = cells_[block];
-  const Block& b = blocks_[block];
-  const std::int64_t start = first * c.element->bulk_points * b.states;
-  const UmatArrays arrays{state_begin_.data() + b.first_state + start,
-                          w.strain.data(),
-                          w.h_bar.data(),
-                          w.length.data(),
-                          state_.data() + b.first_state + start,
-                          w.stress.data(),
-                          w.moduli.data(),
-                          w.energy.data(),
-                          w.dissipated.data(),
-                          w.status.data()};
-  // what a user wrote need not bear two threads at once
-#pragma omp critical(cairn_umat)
-  call_umat_points(*c.material, c.params, first, c.element->bulk_points, n * c.element->bulk_points, h, arrays);
 }
 
 void BulkModel::gather(std::size_t block, std::int64_t first, std::int64_t n, const double* u, Work& w) const {
@@ -432,6 +414,13 @@ void BulkModel::add_matrices(std::size_t block, std::int64_t first, std::int64_t
     else
       add(Symmetric{stiffness + cell * dofs * dofs, dofs});
   }
+}
+
+BulkResult BulkModel::evaluate(const MeshMotion& at, double* force, double* tangent) {
+  begin_time_ = at.begin_time;
+  const BulkResult found = evaluate(at.u, at.h, at.theta, force, tangent, at.begin);
+  begin_time_ = no_time;
+  return found;
 }
 
 BulkResult BulkModel::evaluate(const double* u, double h, double theta, double* force, double* tangent,

@@ -51,9 +51,7 @@ public:
   // By the state at the begin; begin: displacements there, the derivative is then twice that of the forces.
   BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent,
                       const double* begin = nullptr);
-  BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) override {
-    return evaluate(at.u, at.h, at.theta, force, tangent, at.begin);
-  }
+  BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) override;
   void commit() override;
   std::string describe(const BulkResult& result) const override;
   std::string place_of_node(std::int64_t node) const override;
@@ -111,6 +109,9 @@ private:
                           Work& work);
   void find_swelling(std::size_t block, std::int64_t first, std::int64_t n, Work& work) const;
   void call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& work);
+  void find_places(std::size_t block, std::int64_t n, Work& work) const;
+  void rates_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, bool want, Work& work);
+  void start_from_thickness(std::size_t block, std::int64_t first, std::int64_t n, Work& work) const;
   void add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force, double* to) const;
   bool halves(std::size_t block, const Step& step) const; // matrices are lower halves, some cells side by side
   void add_matrices(std::size_t block, std::int64_t first, std::int64_t n, const double* stiffness, const Step& step,
@@ -128,6 +129,7 @@ private:
   std::vector<std::int32_t> row_;
   std::vector<double> force_, stiffness_; // of the cells of a chunk
   std::vector<BulkResult> results_;
+  double begin_time_ = no_time; // of the step [s]
 };
 
 } // namespace cairn

@@ -24,6 +24,7 @@ struct BulkModel::Work {
       state, swelling;
   Array<double> share;                                // of a linear dilatation
   Array<double> begin, end, energy_begin, energy_end; // of stresses by energy: F - 1 at both ends of the step
+  Array<double> place, before, rotation;              // of users' routines: points, F - 1 at the begin, of the step
   Array<double> apart;                                // F - 1 while the law sees that of its stretch at the start
   Array<std::int32_t> status;
   void resize(int dim, const ElementInfo& e, int states, bool linear) {

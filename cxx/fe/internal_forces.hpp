@@ -2,6 +2,7 @@
 // kept from step to step; by materials of solids (bulk_model.hpp) or by another code (called_forces.hpp).
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,6 +15,8 @@ namespace cairn {
 
 class BulkModel;
 
+inline constexpr double no_time = std::numeric_limits<double>::quiet_NaN(); // that is not known
+
 // Where forces are asked for.
 struct MeshMotion {
   const double* u;               // displacements (dofs) [m]
@@ -22,6 +25,7 @@ struct MeshMotion {
   double theta = 1;              // of the end in rates of strain
   double rate = 0;               // derivative of v by u along the step [1/s]
   const double* begin = nullptr; // displacements at the begin, where forces are those whose work is the energy's change
+  double begin_time = no_time;   // of the step [s]
 };
 
 class InternalForces {

@@ -8,20 +8,34 @@
 
 namespace cairn {
 
-inline constexpr int umat_kept = 25; // numbers of a point's state before those of the routine
+// Numbers of a point's state before those of the routine: stress, strain, gradient of displacement, time, energies,
+// increments.
+inline constexpr int umat_stress = 0, umat_strain = 6, umat_gradient = 12, umat_time = 21, umat_energy = 22,
+                     umat_increment = 25, umat_kept = 26;
+inline constexpr int umat_writes_beyond = 5; // a fault
 
 // Where XIT goes to; null outside a call.
 extern thread_local std::jmp_buf* umat_exit;
 
+struct UmatCall { // what all points have in common
+  const BulkMaterialInfo& material;
+  const std::vector<double>& params;
+  bool large = false;          // strains: stresses are Cauchy's, turned with the rotation of the step
+  bool in_plane = false;       // 11 22 33 12 alone
+  std::int64_t first_cell = 0; // of these points
+  int points_of_cell = 1;
+  double h = 1, time = 0; // of the step [s]; at its begin [s], not a number: that since the start
+};
+
 struct UmatArrays {                                       // of the points
-  const double *state_begin, *strain, *gradient, *length; // (states), (6), (3, 3), ()
+  const double *state_begin, *strain, *gradient;          // (states); (6), of large strains that of the step; (3, 3)
+  const double *rotation, *length, *place;                // (3, 3) of the step, of large strains alone; (); (3)
   double *state, *stress, *tangent, *energy, *dissipated; // (states), (6), (6, 6), (), ()
   std::int32_t* status;
 };
 
-// Stresses of points one after the other, by the routine of `material`.
-void call_umat_points(const BulkMaterialInfo& material, const std::vector<double>& params, std::int64_t first_cell,
-                      int points_of_cell, std::int64_t points, double h, const UmatArrays& arrays);
+// Stresses of points one after the other.
+void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& arrays);
 
 // The routine `symbol`, or that with an underscore, of a shared library, as a material of that name with so many states
 // STATEV at each point; the library stays loaded. Throws Error.

@@ -51,6 +51,9 @@ struct StepReport {
   int newton_passes = 0;            // of the last step, 0: all is linear
   double newton_error = 0;          // what was left of the balance of the worst mesh [-]
   int sub_steps = 1;                // parts that the step was made in; h, and what contacts show, is of the last one
+  double mesh_depth = 0;            // deepest overlap on a mesh before the step / size of a cell there
+  double mesh_way = 0;              // farthest way along a normal on a mesh in the step / that size; 0: none so far
+  std::string mesh_hint;            // what is wrong with them, empty: nothing
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start

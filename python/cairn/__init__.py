@@ -28,7 +28,13 @@ from .post.load import load
 from .run import integrators, strategies
 from .run.servo import Servo
 from .run.simulation import ShapesWarning, Simulation
-from .run.step_warnings import EnergyCreatedWarning, OverlapWarning, RunawayWarning, StableStepWarning
+from .run.step_warnings import (
+    EnergyCreatedWarning,
+    OverlapWarning,
+    RunawayWarning,
+    StableStepWarning,
+    TunnellingWarning,
+)
 from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .run.time_functions import Harmonic, Table
 
@@ -110,6 +116,7 @@ __all__ = [
     "Spring",
     "StableStepWarning",
     "Table",
+    "TunnellingWarning",
     "box",
     "boxes",
     "capsules",

@@ -73,6 +73,7 @@ from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import OverlapWarning as OverlapWarning
 from .run.step_warnings import RunawayWarning as RunawayWarning
 from .run.step_warnings import StableStepWarning as StableStepWarning
+from .run.step_warnings import TunnellingWarning as TunnellingWarning
 from .run.strategies import NSCD as NSCD
 from .run.strategies import Carpenter as Carpenter
 from .run.strategies import ContactSolver, ProblemSolver, Strategy

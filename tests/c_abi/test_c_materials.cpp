@@ -32,11 +32,11 @@ cairn_simulation* looked_at = nullptr;
 int within = 0, deepest = 0;
 void looks(double* stress, double*, double* tangent, double* elastic, double*, double*, double*, double*, double*,
            double*, const double* strain, const double* change, const double*, const double*, const double*,
-           const double*, const double*, const double*, const char*, const int*, const int*, const int*, const int*,
-           const double*, const int*, const double*, const double*, double*, const double*, const double*,
+           const double*, const double*, const double*, const char*, const int*, const int*, const int* components,
+           const int*, const double*, const int*, const double*, const double*, double*, const double*, const double*,
            const double*, const int*, const int*, const int*, const int*, const int*, const int*, std::size_t) {
-  for (int k = 0; k < 6; ++k) {
-    tangent[7 * k] = 300;
+  for (int k = 0; k < *components; ++k) {
+    tangent[(*components + 1) * k] = 300;
     stress[k] += 300 * change[k];
     *elastic += (stress[k] - 150 * change[k]) * change[k] + 0 * strain[k];
   }

@@ -10,11 +10,12 @@ namespace {
 // A UMAT of springs that knows no large rotations.
 void upright_alone(double* stress, double*, double* tangent, double*, double*, double*, double*, double*, double*,
                    double*, const double*, const double* change, const double*, const double*, const double*,
-                   const double*, const double*, const double*, const char*, const int*, const int*, const int*,
-                   const int*, const double*, const int*, const double*, const double*, double*, const double*,
-                   const double*, const double* gradient, const int*, const int*, const int*, const int*, const int*,
-                   const int*, std::size_t) {
-  for (int k = 0; k < 6; ++k) tangent[7 * k] = 1e7, stress[k] += 1e7 * change[k];
+                   const double*, const double*, const double*, const char*, const int*, const int*,
+                   const int* components, const int*, const double*, const int*, const double*, const double*, double*,
+                   const double*, const double*, const double* gradient, const int*, const int*, const int*, const int*,
+                   const int*, const int*, std::size_t) {
+  const int n = *components;
+  for (int k = 0; k < n; ++k) tangent[(n + 1) * k] = 1e7, stress[k] += 1e7 * change[k];
   if (std::abs(gradient[1]) > 0.1) stress[0] = NAN;
 }
 void (*const checked)(double*, double*, double*, double*, double*, double*, double*, double*, double*, double*,

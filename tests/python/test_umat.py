@@ -23,15 +23,14 @@ def umat(tmp_path_factory):
     return cn.plug(library, material="two_in_one", state=1, routine="umat")
 
 
-@pytest.mark.parametrize("kinematics", ["small", "logarithmic"])
 @pytest.mark.parametrize("dim, kind", [(2, "quad"), (3, "hexahedron")])
-def test_it_is_the_material_of_the_list(umat, dim, kind, kinematics):
+def test_it_is_the_material_of_the_list(umat, dim, kind):
     points, cells = box(kind, (2,) * dim, (1.0,) * dim)
     for own, builtin in (
         (umat(3.0, 0.3, 0.0), IsotropicElastic(young=3.0, poisson=0.3)),
         (umat(3.0, 0.3, 0.05), J2Plasticity(young=3.0, poisson=0.3, yield_stress=0.05)),
     ):
-        bodies = [SolidBody(points, cells, m, kinematics=kinematics) for m in (own, builtin)]
+        bodies = [SolidBody(points, cells, m) for m in (own, builtin)]
         models = [b.model() for b in bodies]
         rng = np.random.default_rng(4)
         step = 0.03 * (rng.random(points.size) - 0.5)

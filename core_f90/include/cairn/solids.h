@@ -19,6 +19,12 @@ typedef void cairn_bulk_material(int64_t n, double h, double theta, const double
 void cairn_strain_measure(int32_t measure, int64_t n, const double* gradient, double* strain, int32_t* status);
 void cairn_stress_of_measure(int32_t measure, int64_t n, const double* gradient, const double* stress,
                              const double* tangent, int32_t want, double* piola, double* by_gradient);
+/* Laws that give Cauchy's stress by increments: strain (6, n) and rotation (3, 3, n) of a step from F - 1 at both ends,
+ * and P with its derivative from the stress and the moduli (6, 6, n) of Jaumann's rate; see jaumann_rate.f90. */
+void cairn_step_strain(int64_t n, const double* begin, const double* end, double* change, double* rotation,
+                       int32_t* status);
+void cairn_stress_of_rate(int64_t n, const double* gradient, const double* stress, const double* moduli, int32_t want,
+                          double* piola, double* by_gradient);
 /* n cells; plane: 0 strain, 1 stress, 2 axisymmetric round y; mean dilatation: 0 none, 1 small, 2 finite strain, 3, 4
  * linear over the cell. x, u (dim, nodes, n), d (dim, nodes, points, n), hoop (nodes, points, n), h (3, 3, points, n),
  * volume, status (points, n), share (points, points, n) of a linear dilatation alone. */

@@ -45,9 +45,10 @@ int32_t cairn_plug_contact_law(const char* library, const char* law, int32_t rep
 typedef void cairn_umat(void);
 /* A UMAT as a material of that name for cairn_mesh_add_solid_cells, whose values are then its PROPS in their order,
  * with `state` numbers STATEV at each point: the routine (NULL: "umat"; an underscore may follow) of a shared library,
- * or one that the program links. Of the same name: new meshes. It may call SINV, SPRINC, SPRIND, ROTSIG and XIT; what
- * gives no finite number, asks for a smaller step or calls XIT fails the step, with mesh, cell and nodes in the
- * message. */
+ * or one that the program links. Of the same name: new meshes. It is called as Abaqus/Standard calls it, in the plane
+ * with NTENS = 4, and at large strains as with NLGEOM: Cauchy's stress in axes of the scene. It may call SINV, SPRINC,
+ * SPRIND, ROTSIG and XIT; what gives no finite number, asks for a smaller step or calls XIT fails the step, with mesh,
+ * cell and nodes in the message. */
 int32_t cairn_plug_material(const char* library, const char* material, const char* routine, int32_t state,
                             cairn_error* error);
 int32_t cairn_give_material(const char* material, cairn_umat* routine, int32_t state, cairn_error* error);

@@ -89,6 +89,7 @@ private:
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   void measure_margins(Simulation& s);
   double margin_of_mapped(const Simulation& s, std::int32_t contactor) const;
+  void look_at_meshes(Simulation& s); // see mesh_contacts.cpp
   void check_free_velocity(const Simulation& s) const;
   void add_plugged_forces(Simulation& s);
   void leave_plugged_forces(Simulation& s);

@@ -24,7 +24,8 @@ class SolidBody(ElasticBody):
     cells of a kind are of several {kind: ([materials], number (m,) of that of each cell)}; density
     [kg/m3], or {kind: (m,)} of each cell; groups: {name: nodes}. kinematics: "small", or the strain that the law sees where it
     turns with the material: "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that
-    take the gradient of deformation are for "total_lagrangian" alone, which is what they get when none is given. plane:
+    take the gradient of deformation are for "total_lagrangian" alone, which is what they get when none is given; users'
+    routines (UMAT) are called as with NLGEOM under any but "small". plane:
     "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order
     change their volume as a whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the
     stiffness at the start. initial_stress: true stress of the body before it moves [Pa], as `cairn.deformable` takes it; the

@@ -48,8 +48,9 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
     velocity, force: the free velocity of bodies, a force on them: a Routine for Simulation.plug.
     material: a name of your choice for a routine of Abaqus's interface UMAT in the library, whose symbol is `routine` (an
     underscore may follow), with `state` numbers STATEV at each point: a function of its PROPS that gives a material of
-    SolidBody, `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. It needs no
-    descriptor.
+    SolidBody, `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. It is
+    called as Abaqus/Standard calls it, at large strains as with NLGEOM: Cauchy's stress in axes of the scene, see
+    docs/solids.md. It needs no descriptor.
     body: forces of a deformable body and their tangent, for CallbackBody; without params a function of these,
     `Rubber = plug("librubber.so", body="rubber")`, `CallbackBody(points, mass, Rubber(mu=1e5), pattern=pattern)`.
     params: values in the order of the descriptor, or a dict.

@@ -23,6 +23,10 @@ class EnergyCreatedWarning(UserWarning):
     """Contacts made energy from nothing in a step that converged: the residual does not see a heavy body on light ones."""
 
 
+class TunnellingWarning(UserWarning):
+    """A step moves a mesh and what it may touch against each other by more than a cell is wide: they may pass through."""
+
+
 class RunawayWarning(UserWarning):
     """A step gave a body a velocity that moves it a million times as far as all bodies reach: what follows has no meaning."""
 
@@ -31,7 +35,7 @@ class RunawayWarning(UserWarning):
 FAR = 1e6
 # of the energy of a step; a bounce that ends within a step may show a sixth
 MOST_CREATED = 0.25
-# overlap over the size of the smaller body
+# overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
 
 
@@ -69,6 +73,8 @@ class StepWarnings:
             )
         if RunawayWarning not in self._told:
             self._look_for_runaways(simulation, info, h)
+        if "mesh_hint" in info:
+            self._tell(OverlapWarning if info["mesh_depth"] > DEEP else TunnellingWarning, info["mesh_hint"])
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
         # converged are told of, too
         if type(simulation.strategy) is not NSCD or info["status"] == "diverged":

@@ -1,0 +1,65 @@
+// How large the cells of a mesh are where contacts are, and what a contactor of it is called.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "mesh_set.hpp"
+
+namespace cairn {
+
+namespace {
+
+constexpr double none = std::numeric_limits<double>::infinity();
+
+double distance(const MeshModel& m, std::int64_t one, std::int64_t two) {
+  double square = 0;
+  for (int k = 0; k < m.dim; ++k) {
+    const double x = m.reference[std::size_t(m.dim * one + k)] - m.reference[std::size_t(m.dim * two + k)];
+    square += x * x;
+  }
+  return std::sqrt(square);
+}
+
+// Of each node the way to the nearest one that it has a cell with, as the pattern of its matrices tells.
+std::vector<double> sizes_at_nodes(const MeshModel& m) {
+  std::vector<double> size(std::size_t(m.nodes()), none);
+  for (std::int64_t column = 0; column < m.mass.n; column += m.dim)
+    for (std::int64_t e = m.mass.start[std::size_t(column)]; e < m.mass.start[std::size_t(column) + 1]; ++e) {
+      const std::int64_t one = column / m.dim, two = m.mass.row[std::size_t(e)] / m.dim;
+      const double apart = distance(m, one, two);
+      if (!(apart > 0)) continue;
+      for (const std::int64_t node : {one, two}) size[std::size_t(node)] = std::min(size[std::size_t(node)], apart);
+    }
+  return size;
+}
+
+} // namespace
+
+void MeshSet::find_sizes() {
+  std::vector<std::vector<double>> of_node;
+  for (const MeshBody& mesh : meshes) of_node.push_back(sizes_at_nodes(mesh.model));
+  size_.clear();
+  for (const Seat& s : seats_) {
+    const MeshBody& mesh = meshes[std::size_t(s.mesh)];
+    double size = none;
+    for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j)
+      size = std::min(size, of_node[std::size_t(s.mesh)][std::size_t(node_of(s, j))]);
+    size_.push_back(size < none ? size : mesh.size());
+  }
+}
+
+std::string MeshSet::describe(std::int32_t contactor) const {
+  const Seat& s = seat(contactor);
+  const MeshModel& m = meshes[std::size_t(s.mesh)].model;
+  std::string text;
+  if (s.role == Role::node) {
+    text = m.bulk ? m.bulk->place_of_node(s.index) + "," : "node " + std::to_string(s.index);
+  } else {
+    text = s.role == Role::point ? "the point between nodes" : "the side with nodes";
+    for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j) text.append(" ").append(std::to_string(node_of(s, j)));
+  }
+  return text + " of the mesh '" + m.name + "'";
+}
+
+} // namespace cairn
