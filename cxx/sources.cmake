@@ -23,6 +23,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_newton.cpp
   bodies/mesh_pressure.cpp
   bodies/mesh_set.cpp
+  bodies/mesh_spin.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
   bodies/mortar_pair.cpp
@@ -48,6 +49,7 @@ set(CAIRN_CXX_SOURCES
   contacts/law_commit.cpp
   contacts/law_rows.cpp
   contacts/singular_blocks.cpp
+  contacts/turning_sides.cpp
   contacts/twin_bonds.cpp
   detection/detection_grid.cpp
   detection/interaction_handler.cpp
