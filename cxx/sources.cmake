@@ -15,9 +15,11 @@ set(CAIRN_CXX_SOURCES
   api/transform.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
+  bodies/element_frequencies.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
   bodies/mesh_condense.cpp
+  bodies/mesh_modes.cpp
   bodies/mesh_mortar.cpp
   bodies/mesh_mortar_sides.cpp
   bodies/mesh_newton.cpp
