@@ -6,6 +6,7 @@
 #include "bulk.hpp"
 #include "fe/called_forces.hpp"
 #include "files/run_snapshot.hpp"
+#include "scene/mesh_parts.hpp"
 #include "strategies/simulation.hpp"
 
 using cairn::Simulation;
@@ -90,6 +91,19 @@ cairn::MeshModel model_of(const py::dict& d) {
   if (d.contains("initial_force")) {
     m.initial_force = vector_of<double>(d, "initial_force");
     m.initial_energy = py::cast<double>(d["initial_energy"]);
+  }
+  if (d.contains("cells"))
+    for (const auto& item : py::cast<py::list>(d["cells"])) {
+      const auto cells = py::cast<py::tuple>(item);
+      const auto node = py::cast<Input<std::int32_t>>(cells[1]);
+      const auto elasticity = py::cast<Input<double>>(cells[2]);
+      m.cells.push_back({&cairn::element_named(py::cast<std::string>(cells[0])),
+                         {node.data(), node.data() + node.size()},
+                         {elasticity.data(), elasticity.data() + elasticity.size()}});
+    }
+  if (d.contains("modes")) {
+    m.modes = vector_of<double>(d, "modes");
+    m.mode_rates = vector_of<double>(d, "mode_rates");
   }
   if (d.contains("bulk")) {
     m.bulk = bulk_model_of(m.dim, py::cast<Input<double>>(d["bulk_place"]), py::cast<py::list>(d["bulk"]));

@@ -15,15 +15,18 @@ set(CAIRN_CXX_SOURCES
   api/transform.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
+  bodies/element_frequencies.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
   bodies/mesh_condense.cpp
+  bodies/mesh_modes.cpp
   bodies/mesh_mortar.cpp
   bodies/mesh_mortar_sides.cpp
   bodies/mesh_newton.cpp
   bodies/mesh_pressure.cpp
   bodies/mesh_set.cpp
   bodies/mesh_sizes.cpp
+  bodies/mesh_spin.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
   bodies/mortar_pair.cpp
@@ -49,6 +52,7 @@ set(CAIRN_CXX_SOURCES
   contacts/law_commit.cpp
   contacts/law_rows.cpp
   contacts/singular_blocks.cpp
+  contacts/turning_sides.cpp
   contacts/twin_bonds.cpp
   detection/detection_grid.cpp
   detection/interaction_handler.cpp

@@ -72,7 +72,7 @@ contains
     integer, intent(in)            :: first, last !< of the block
     real(c_double), intent(in)     :: limit       !< [N s]
     real(c_double), intent(inout)  :: r(c)        !< [N s]
-    real(c_double) :: free(2), a, x(2), d(2), size, v11, v22, v12, determinant
+    real(c_double) :: free(2), a, x(2), d(2), size, v11, v22, v12
     integer :: i, m
     m = last - first + 1
     r(first:last) = 0
@@ -82,21 +82,34 @@ contains
       if (w(first, first) > 0) r(first) = min(limit, max(-limit, -free(1)/w(first, first)))
       return
     end if
+    if (.not. w(first, first) + w(last, last) > 0) return ! nothing moves there
     a = 0
     v12 = (w(first, last) + w(last, first))/2
     do i = 1, 100
       v11 = w(first, first) + a
       v22 = w(last, last) + a
-      determinant = v11*v22 - v12*v12
-      x = -[v22*free(1) - v12*free(2), v11*free(2) - v12*free(1)]/determinant
+      x = -solution(v11, v22, v12, free)
       size = length(x)
       if (size <= limit*(1 + 2*epsilon(size))) exit
-      d = [v22*x(1) - v12*x(2), v11*x(2) - v12*x(1)]/determinant
+      d = solution(v11, v22, v12, x)
       a = a + (size/limit - 1)*size**2/dot_product(x, d)
     end do
     if (size > limit) x = (limit/size)*x
     r(first:last) = x
   end subroutine one_block
+
+  !> V^-1 b of a symmetric V; where V moves along one direction alone, V = l d d', the shortest answer, V b/l**2.
+  pure function solution(v11, v22, v12, b) result(x)
+    real(c_double), intent(in) :: v11, v22, v12 !< [1/kg]
+    real(c_double), intent(in) :: b(2)          !< [m/s]
+    real(c_double) :: x(2), determinant
+    determinant = v11*v22 - v12*v12
+    if (determinant > 16*epsilon(determinant)*v11*v22) then
+      x = [v22*b(1) - v12*b(2), v11*b(2) - v12*b(1)]/determinant
+    else
+      x = [v11*b(1) + v12*b(2), v12*b(1) + v22*b(2)]/(v11 + v22)**2
+    end if
+  end function solution
 
   !> r - P(r - u/W_kk), block by block (Alart & Curnier 1991).
   pure subroutine map_blocks(c, plane, w, u, mu, k, r, f)

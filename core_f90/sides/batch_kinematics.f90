@@ -3,7 +3,8 @@ module batch_kinematics
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_double, c_f_pointer, c_f_procpointer
   use contact_batch, only: cairn_record, cairn_batch, cairn_side, cairn_condensed, side_gather, side_scatter, side_delassus, &
     record_size, max_batch, batch_workspace, mapping_nodes, mapping_dofs, rope_bodies, rope_numbers
-  use condensed_bodies, only: load_mapped, add_mapped, add_responses, delassus_mapped, delassus_shared
+  use condensed_bodies, only: load_mapped, load_spins, add_mapped, add_moments, add_responses, delassus_mapped, delassus_shared
+  use condensed_bodies, only: delassus_turning
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
@@ -16,6 +17,9 @@ module batch_kinematics
     logical :: mapped_a = .false., mapped_b = .false. !< rests on nodes of a condensed body
     integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null(), node_a(:) => null(), node_b(:) => null()
     integer(c_int32_t), pointer, contiguous :: dof_a(:) => null(), dof_b(:) => null()
+    integer :: pushes = 0 !< components by which impulses move a mapped side
+    integer(c_int32_t), pointer, contiguous :: turns(:) => null() !< which of its faces have a spin
+    real(c_double), pointer, contiguous :: spin_a(:) => null(), spin_b(:) => null()
     real(c_double), pointer, contiguous :: velocity(:) => null(), response_a(:) => null(), response_b(:) => null()
     type(cairn_condensed), pointer, contiguous :: condensed(:) => null()
     real(c_double), pointer, contiguous :: frame(:) => null(), lever_a(:) => null(), lever_b(:) => null()
@@ -90,18 +94,27 @@ contains
     view%nodes_b = batch%nodes_b
     view%stride_a = batch%stride_a
     view%stride_b = batch%stride_b
+    view%pushes = view%dim
+    if (c_associated(batch%turns)) then
+      view%pushes = view%c
+      call c_f_pointer(batch%turns, view%turns, [view%n])
+    end if
     call c_f_pointer(batch%condensed, view%condensed, [many])
     call c_f_pointer(batch%condensed_velocity, view%velocity, [many])
     if (view%mapped_a) then
       call c_f_pointer(batch%node_a, view%node_a, [mapping_nodes*view%n])
       call c_f_pointer(batch%dof_a, view%dof_a, [mapping_dofs*view%n])
+      if (associated(view%turns)) call c_f_pointer(batch%spin_a, view%spin_a, &
+        [view%n*view%dim*mapping_nodes*(view%c - view%dim)])
     end if
     if (view%mapped_b) then
       call c_f_pointer(batch%node_b, view%node_b, [mapping_nodes*view%n])
       call c_f_pointer(batch%dof_b, view%dof_b, [mapping_dofs*view%n])
+      if (associated(view%turns)) call c_f_pointer(batch%spin_b, view%spin_b, &
+        [view%n*view%dim*mapping_nodes*(view%c - view%dim)])
     end if
-    if (view%stride_a > 0) call c_f_pointer(batch%response_a, view%response_a, [view%stride_a*view%dim*view%n])
-    if (view%stride_b > 0) call c_f_pointer(batch%response_b, view%response_b, [view%stride_b*view%dim*view%n])
+    if (view%stride_a > 0) call c_f_pointer(batch%response_a, view%response_a, [view%stride_a*view%pushes*view%n])
+    if (view%stride_b > 0) call c_f_pointer(batch%response_b, view%response_b, [view%stride_b*view%pushes*view%n])
   end subroutine open_mappings
 
   subroutine unpack_batch(packs, c, lines, packed, frame, lever_a, lever_b, bias, mu, r)
@@ -145,12 +158,18 @@ contains
     type(cairn_record) :: line(max_batch)
     if (view%mapped_a) then
       call load_mapped(view%n, view%contacts, view%dim, view%nodes_a, view%dof_a, view%lever_a, view%velocity, va)
+      if (view%c > view%dim) va(:, view%dim + 1:view%c) = 0
+      if (associated(view%turns)) call load_spins(view%n, view%contacts, view%c, view%dim, view%nodes_a, view%dof_a, &
+        view%spin_a, view%velocity, va(1, view%dim + 1))
     else
       call load_records(view%n, view%body_a, record, line, va)
       if (view%width_a > record_size) call load_records(view%n, view%body_a, general, line, va(1, record_size + 1))
     end if
     if (view%mapped_b) then
       call load_mapped(view%n, view%contacts, view%dim, view%nodes_b, view%dof_b, view%lever_b, view%velocity, vb)
+      if (view%c > view%dim) vb(:, view%dim + 1:view%c) = 0
+      if (associated(view%turns)) call load_spins(view%n, view%contacts, view%c, view%dim, view%nodes_b, view%dof_b, &
+        view%spin_b, view%velocity, vb(1, view%dim + 1))
     else
       call load_records(view%n, view%body_b, record, line, vb)
       if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
@@ -213,11 +232,19 @@ contains
     call leave_spins(view, u)
   end subroutine relative_velocity
 
-  !> A point of a mesh has no spin, and takes no moment: relative to it nothing turns.
+  !> A node or a point of a mesh has no spin, and takes no moment: relative to it nothing turns.
   subroutine leave_spins(view, u)
     type(batch_view), intent(in)  :: view
-    real(c_double), intent(inout) :: u(view%n*view%c) !< relative velocity [m/s, rad/s]
-    if (view%mapped_a .or. view%mapped_b) u(view%n*view%dim + 1:) = 0
+    real(c_double), intent(inout) :: u(view%n, view%c) !< relative velocity [m/s, rad/s]
+    integer :: i
+    if (.not. (view%mapped_a .or. view%mapped_b)) return
+    if (associated(view%turns)) then
+      do i = 1, view%contacts
+        if (view%turns(i) == 0) u(i, view%dim + 1:) = 0
+      end do
+    else
+      u(:, view%dim + 1:) = 0
+    end if
   end subroutine leave_spins
 
   !> u = v_A - v_B in local axes.
@@ -245,11 +272,13 @@ contains
     integer :: k
     k = batch%velocities
     if (view%stride_a > 0) then
-      call add_responses(view%n, view%contacts, view%dim, view%stride_a, 1.0_c_double, dr, view%dof_a, view%response_a, &
+      call add_responses(view%n, view%contacts, view%pushes, view%stride_a, 1.0_c_double, dr, view%dof_a, view%response_a, &
         view%velocity)
     else if (view%mapped_a) then
       call add_mapped(view%n, view%contacts, view%dim, 1.0_c_double, dr, view%frame, view%body_a, view%node_a, view%lever_a, &
         view%condensed)
+      if (associated(view%turns)) call add_moments(view%n, view%contacts, view%c, view%dim, 1.0_c_double, dr, view%body_a, &
+        view%node_a, view%spin_a, view%condensed)
     else if (batch%moves_a /= 0) then
       if (batch%hub == 1) va(:, 1:k) = 0
       call view%scatter_a(view%n, view%c, view%width_a, 1.0_c_double, dr, view%frame, view%lever_a, va)
@@ -260,11 +289,13 @@ contains
       end if
     end if
     if (view%stride_b > 0) then
-      call add_responses(view%n, view%contacts, view%dim, view%stride_b, -1.0_c_double, dr, view%dof_b, view%response_b, &
+      call add_responses(view%n, view%contacts, view%pushes, view%stride_b, -1.0_c_double, dr, view%dof_b, view%response_b, &
         view%velocity)
     else if (view%mapped_b) then
       call add_mapped(view%n, view%contacts, view%dim, -1.0_c_double, dr, view%frame, view%body_b, view%node_b, view%lever_b, &
         view%condensed)
+      if (associated(view%turns)) call add_moments(view%n, view%contacts, view%c, view%dim, -1.0_c_double, dr, view%body_b, &
+        view%node_b, view%spin_b, view%condensed)
     else if (batch%moves_b /= 0) then
       if (batch%hub == 2) vb(:, 1:k) = 0
       call view%scatter_b(view%n, view%c, view%width_b, -1.0_c_double, dr, view%frame, view%lever_b, vb)
@@ -288,6 +319,7 @@ contains
     real(c_double), intent(out)   :: w(view%n, view%c, view%c) !< full blocks [1/kg]
     procedure(side_delassus), pointer :: delassus_a, delassus_b
     real(c_double) :: times_a, times_b
+    integer :: i
     call c_f_procpointer(sides(batch%side_a)%delassus, delassus_a)
     call c_f_procpointer(sides(batch%side_b)%delassus, delassus_b)
     times_a = merge(factor, 1.0_c_double, batch%hub == 1)
@@ -296,12 +328,16 @@ contains
     if (view%mapped_a) then
       call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%nodes_a, view%frame, view%body_a, view%node_a, &
         view%lever_a, view%condensed, w)
+      if (associated(view%turns)) call delassus_turning(view%n, view%contacts, view%c, view%dim, view%frame, view%body_a, &
+        view%node_a, view%lever_a, view%spin_a, view%condensed, w)
     else if (batch%moves_a /= 0) then
       call delassus_a(view%n, view%c, view%width_a, times_a, va, view%frame, view%lever_a, w)
     end if
     if (view%mapped_b) then
       call delassus_mapped(view%n, view%contacts, view%c, view%dim, view%nodes_b, view%frame, view%body_b, view%node_b, &
         view%lever_b, view%condensed, w)
+      if (associated(view%turns)) call delassus_turning(view%n, view%contacts, view%c, view%dim, view%frame, view%body_b, &
+        view%node_b, view%lever_b, view%spin_b, view%condensed, w)
     else if (batch%moves_b /= 0) then
       call delassus_b(view%n, view%c, view%width_b, times_b, vb, view%frame, view%lever_b, w)
     end if
@@ -310,9 +346,13 @@ contains
         view%node_b, view%lever_a, view%lever_b, view%condensed, w)
     end if
     if (associated(view%rope)) w(:view%contacts, 1, 1) = w(:view%contacts, 1, 1) + view%rope(2, :view%contacts)
-    if (view%mapped_a .or. view%mapped_b) then
-      w(:, view%dim + 1:, :) = 0
-      w(:, :, view%dim + 1:) = 0
-    end if
+    if (.not. (view%mapped_a .or. view%mapped_b)) return
+    do i = 1, view%n
+      if (associated(view%turns) .and. i <= view%contacts) then
+        if (view%turns(i) /= 0) cycle
+      end if
+      w(i, view%dim + 1:, :) = 0
+      w(i, :, view%dim + 1:) = 0
+    end do
   end subroutine delassus_block
 end module batch_kinematics

@@ -1,12 +1,15 @@
 !> Bodies that deform, as contacts see them: velocities of their contact nodes and the compliance between these. A contact rests on
 !> up to four nodes with weights (its mapping); the impulse it gives changes the velocities of all contact nodes of the body:
 !>   v_c = v_c + S H dr,   S = B A^-1 B' on the contact dofs, A the matrix of the body's step.
+!> Where the contact turns with its face, columns of H are the rows by which velocities of the nodes make the spin of the face: they
+!> are zero for a translation and right for a rotation, so that a moment acts as a couple on the nodes, of that moment.
 module condensed_bodies
-  use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_ptr, c_f_pointer
+  use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_int64_t, c_double, c_ptr, c_f_pointer
   use contact_batch, only: cairn_batch, cairn_condensed, mapping_nodes, mapping_dofs
   implicit none
   private
-  public :: load_mapped, load_one, add_mapped, add_responses, delassus_mapped, delassus_shared, cairn_mapped_responses
+  public :: load_mapped, load_one, load_spins, add_mapped, add_moments, add_responses
+  public :: delassus_mapped, delassus_turning, delassus_shared, cairn_mapped_responses
 contains
 
   !> Velocity of the point of the body that each contact rests on: the mean of its nodes, by weight.
@@ -35,6 +38,30 @@ contains
     end do
   end subroutine load_mapped
 
+  !> Spins of the faces that contacts rest on, about the axes of each contact; 0 where they have none.
+  subroutine load_spins(n, contacts, c, dim, nodes, dof, spin, velocity, v)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: c            !< components of a contact
+    integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: nodes        !< of a contact, at most
+    integer(c_int32_t), intent(in)    :: dof(n, *)    !< places of the first dof of each node, from 0
+    real(c_double), intent(in)        :: spin(n, dim, mapping_nodes, c - dim) !< of nodes [1/m]
+    real(c_double), intent(in)        :: velocity(0:*) !< of all condensed bodies [m/s]
+    real(c_double), intent(out)       :: v(n, c - dim) !< [rad/s]
+    integer :: i, j, k, l
+    v = 0
+    do k = 1, c - dim
+      do j = 1, nodes
+        do l = 1, dim
+          do i = 1, contacts
+            v(i, k) = v(i, k) + spin(i, l, j, k)*velocity(dof(i, j) + l - 1)
+          end do
+        end do
+      end do
+    end do
+  end subroutine load_spins
+
   !> load_mapped of one contact, without loops over contacts.
   pure subroutine load_one(dim, nodes, dof, weight, velocity, v)
     integer, value                    :: dim          !< 2 or 3
@@ -56,7 +83,7 @@ contains
   subroutine add_responses(n, contacts, dim, stride, sign, dr, dof, response, velocity)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies
-    integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: dim          !< 2 or 3, or the components of a contact that turns
     integer, value                    :: stride       !< rows of a response
     real(c_double), value             :: sign         !< +1 on side A, -1 on side B
     real(c_double), intent(in)        :: dr(n, dim)   !< change of impulse along the axes of the contact [N s]
@@ -107,35 +134,44 @@ contains
     type(cairn_condensed), pointer, contiguous :: condensed(:)
     integer, parameter :: many = huge(0)
     call c_f_pointer(batch%condensed, condensed, [many])
-    if (batch%stride_a > 0) call one_side(batch%stride_a, batch%body_a, batch%node_a, batch%lever_a, batch%response_a)
-    if (batch%stride_b > 0) call one_side(batch%stride_b, batch%body_b, batch%node_b, batch%lever_b, batch%response_b)
+    if (batch%stride_a > 0) &
+      call one_side(batch%stride_a, batch%body_a, batch%node_a, batch%lever_a, batch%spin_a, batch%response_a)
+    if (batch%stride_b > 0) &
+      call one_side(batch%stride_b, batch%body_b, batch%node_b, batch%lever_b, batch%spin_b, batch%response_b)
   contains
-    subroutine one_side(stride, body, node, lever, response)
+    subroutine one_side(stride, body, node, lever, spin, response)
       integer(c_int32_t), value :: stride
-      type(c_ptr), value        :: body, node, lever, response
+      type(c_ptr), value        :: body, node, lever, spin, response
+      integer :: pushes
       integer(c_int32_t), pointer, contiguous :: which(:), nodes(:, :)
-      real(c_double), pointer, contiguous :: frame(:), weight(:, :), s_h(:, :, :)
+      real(c_double), pointer, contiguous :: frame(:), weight(:, :), turning(:, :, :, :), s_h(:, :, :)
       call c_f_pointer(body, which, [batch%count])
       call c_f_pointer(node, nodes, [int(batch%count), mapping_nodes])
       call c_f_pointer(lever, weight, [int(batch%count), mapping_nodes])
       call c_f_pointer(batch%frame, frame, [6*batch%count])
-      call c_f_pointer(response, s_h, [int(stride), int(dimension), int(batch%count)])
-      call fill_responses(int(batch%count), int(batch%contacts), int(dimension), int(stride), frame, which, nodes, weight, &
+      pushes = int(merge(batch%components, dimension, c_associated(batch%turns)))
+      call c_f_pointer(response, s_h, [int(stride), pushes, int(batch%count)])
+      call fill_responses(int(batch%count), int(batch%contacts), int(dimension), pushes, int(stride), frame, which, nodes, weight, &
+        condensed, s_h)
+      if (.not. c_associated(batch%turns)) return
+      call c_f_pointer(spin, turning, [int(batch%count), int(dimension), mapping_nodes, pushes - int(dimension)])
+      call fill_turning(int(batch%count), int(batch%contacts), int(dimension), pushes, int(stride), which, nodes, turning, &
         condensed, s_h)
     end subroutine one_side
   end subroutine cairn_mapped_responses
 
-  subroutine fill_responses(n, contacts, dim, stride, frame, body, node, weight, condensed, response)
+  subroutine fill_responses(n, contacts, dim, pushes, stride, frame, body, node, weight, condensed, response)
     integer, value                    :: n            !< contacts, dummies included
     integer, value                    :: contacts     !< contacts that are not dummies
     integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: pushes       !< columns of a response
     integer, value                    :: stride       !< rows of a response
     real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
     integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
     integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
     real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
     type(cairn_condensed), intent(in) :: condensed(0:*)
-    real(c_double), intent(out)       :: response(stride, dim, n) !< [1/kg]
+    real(c_double), intent(out)       :: response(stride, pushes, n) !< [1/kg]
     real(c_double), pointer, contiguous :: compliance(:, :)
     real(c_double) :: axes(3, 3), push
     integer :: i, j, k, l, dofs
@@ -158,6 +194,36 @@ contains
     end do
     response(:, :, contacts + 1:n) = 0
   end subroutine fill_responses
+
+  !> The columns of moments of contacts that turn.
+  subroutine fill_turning(n, contacts, dim, pushes, stride, body, node, spin, condensed, response)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: dim          !< 2 or 3
+    integer, value                    :: pushes       !< columns of a response
+    integer, value                    :: stride       !< rows of a response
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: spin(n, dim, mapping_nodes, pushes - dim) !< of nodes [1/m]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), intent(inout)     :: response(stride, pushes, n) !< [1/kg, 1/(kg m)]
+    real(c_double), pointer, contiguous :: compliance(:, :)
+    integer :: i, j, k, l, dofs
+    do i = 1, contacts
+      associate (of => condensed(body(i)))
+        dofs = int(of%dofs)
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+      end associate
+      do k = 1, pushes - dim
+        do j = 1, mapping_nodes
+          do l = 1, dim
+            if (abs(spin(i, l, j, k)) > 0) response(1:dofs, dim + k, i) = response(1:dofs, dim + k, i) &
+              + spin(i, l, j, k)*compliance(1:dofs, dim*node(i, j) + l)
+          end do
+        end do
+      end do
+    end do
+  end subroutine fill_turning
 
   !> v_c = v_c + sign S H dr, one contact after the other; no two contacts of a batch share a body.
   subroutine add_mapped(n, contacts, dim, sign, dr, frame, body, node, weight, condensed)
@@ -199,6 +265,37 @@ contains
       end do
     end do
   end subroutine add_mapped
+
+  !> add_mapped of the moments of contacts that turn.
+  subroutine add_moments(n, contacts, c, dim, sign, dr, body, node, spin, condensed)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: c            !< components of a contact
+    integer, value                    :: dim          !< 2 or 3
+    real(c_double), value             :: sign         !< +1 on side A, -1 on side B
+    real(c_double), intent(in)        :: dr(n, c)     !< change of impulse [N s], then of moment [N m s]
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: spin(n, dim, mapping_nodes, c - dim) !< of nodes [1/m]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), pointer, contiguous :: v_c(:), compliance(:, :)
+    real(c_double) :: p(3)
+    integer :: i, j, l
+    do i = 1, contacts
+      if (.not. any(abs(dr(i, dim + 1:)) > 0)) cycle ! nothing changed
+      associate (of => condensed(body(i)))
+        call c_f_pointer(of%velocity, v_c, [of%dofs])
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+      end associate
+      do j = 1, mapping_nodes
+        p = 0
+        do l = 1, dim
+          p(l) = sign*dot_product(spin(i, l, j, :), dr(i, dim + 1:))
+        end do
+        if (any(abs(p) > 0)) call add_columns(dim, node(i, j), p, v_c, compliance)
+      end do
+    end do
+  end subroutine add_moments
 
   !> add_columns of both nodes of an edge in one pass.
   pure subroutine add_edge(node_a, node_b, p, q, v, compliance)
@@ -271,6 +368,48 @@ contains
         + matmul(transpose(axes(1:dim, 1:dim)), matmul(of_point(1:dim, 1:dim), axes(1:dim, 1:dim)))
     end do
   end subroutine delassus_mapped
+
+  !> The part of w = w + H' S H that is of moments and spins.
+  subroutine delassus_turning(n, contacts, c, dim, frame, body, node, weight, spin, condensed, w)
+    integer, value                    :: n            !< contacts, dummies included
+    integer, value                    :: contacts     !< contacts that are not dummies
+    integer, value                    :: c            !< components of a contact
+    integer, value                    :: dim          !< 2 or 3
+    real(c_double), intent(in)        :: frame(n, *)  !< normal, in 3D first tangent [-]
+    integer(c_int32_t), intent(in)    :: body(n)      !< which condensed body, from 0
+    integer(c_int32_t), intent(in)    :: node(n, mapping_nodes) !< places among its contact nodes, from 0
+    real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
+    real(c_double), intent(in)        :: spin(n, dim, mapping_nodes, c - dim) !< of nodes [1/m]
+    type(cairn_condensed), intent(in) :: condensed(0:*)
+    real(c_double), intent(inout)     :: w(n, c, c)   !< Delassus blocks [1/kg], with rotations [1/(kg m), 1/(kg m2)]
+    real(c_double), pointer, contiguous :: compliance(:, :)
+    real(c_double) :: axes(3, 3), h(dim, mapping_nodes, c), s(dim, dim), block(c, c)
+    integer :: i, j, k, l, row, column
+    do i = 1, contacts
+      call axes_of(n, dim, i, frame, axes)
+      do j = 1, mapping_nodes
+        h(:, j, :dim) = weight(i, j)*axes(:dim, :dim)
+        h(:, j, dim + 1:) = spin(i, :, j, :)
+      end do
+      block = 0
+      associate (of => condensed(body(i)))
+        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+        do j = 1, mapping_nodes
+          do l = 1, mapping_nodes
+            if (.not. (any(abs(h(:, j, :)) > 0) .and. any(abs(h(:, l, :)) > 0))) cycle ! it rests on fewer
+            row = dim*node(i, j)
+            column = dim*node(i, l)
+            s = compliance(row + 1:row + dim, column + 1:column + dim)
+            block = block + matmul(transpose(h(:, j, :)), matmul(s, h(:, l, :)))
+          end do
+        end do
+      end associate
+      block(:dim, :dim) = 0
+      do k = 1, c
+        w(i, :, k) = w(i, :, k) + block(:, k)
+      end do
+    end do
+  end subroutine delassus_turning
 
   !> w = w - H_a' S H_b - H_b' S H_a of contacts whose sides rest on one body.
   subroutine delassus_shared(n, contacts, c, dim, frame, body_a, body_b, node_a, node_b, weight_a, weight_b, condensed, w)

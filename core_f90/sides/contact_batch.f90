@@ -65,6 +65,9 @@ module contact_batch
     type(c_ptr) :: node_b
     type(c_ptr) :: dof_a
     type(c_ptr) :: dof_b
+    type(c_ptr) :: turns
+    type(c_ptr) :: spin_a
+    type(c_ptr) :: spin_b
     type(c_ptr) :: condensed
     type(c_ptr) :: condensed_velocity
     type(c_ptr) :: response_a

@@ -32,7 +32,9 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
   for (std::int64_t column = 0; column < model.mass.n; ++column)
     for (std::int64_t e = model.mass.start[column]; e < model.mass.start[column + 1]; ++e)
       lumped_mass_ = lumped_mass_ && (model.mass.row[e] == column || vanishes(model.mass.value[e]));
-  damps_ = model.times_damping || !std::all_of(model.damping.value.begin(), model.damping.value.end(), vanishes);
+  if (!model.mode_rates.empty()) find_modal_momentum();
+  damps_ = model.times_damping || !model.mode_rates.empty() ||
+           !std::all_of(model.damping.value.begin(), model.damping.value.end(), vanishes);
   double extents[3] = {0, 0, 0};
   for (int k = 0; k < dim; ++k) {
     double low = model.reference[k], high = low;
@@ -108,6 +110,7 @@ void MeshBody::stiffness_times(const double* x, double* out) const {
 
 void MeshBody::damping_times(const double* x, double* out) const {
   model.times_damping ? model.times_damping(x, out) : multiply(model.damping, x, out);
+  if (!model.mode_rates.empty()) damp_modes(x, out);
 }
 
 void MeshBody::gather(const Field<double>& field, double* out) const {
@@ -186,6 +189,7 @@ void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
           model.mass.value[e] + scheme.damping * model.damping.value[e] + scheme.stiffness * model.stiffness.value[e];
     made->soe = make_soe();
     if (const SoeStatus status = factor(*made->soe, made->value.data()); !status) refuse(status);
+    if (!model.mode_rates.empty() && scheme.damping > 0) factorise_modes(*made);
   }
   factors_.push_back(std::move(made));
   now_ = factors_.back().get();
@@ -202,8 +206,10 @@ SoeStatus MeshBody::factor(Soe& soe, const double* value) {
 void MeshBody::solve(double* b, std::int64_t columns) {
   constexpr std::int64_t together = 8; // that the factors are gone through for at once
   solves += (columns + together - 1) / together;
-  if (now_->soe && model.ties.empty()) return now_->soe->solve(b, columns);
-  for (std::int64_t c = 0; c < columns && now_->soe; ++c) model.ties.solve(*now_->soe, b + c * model.dofs());
+  if (now_->soe && model.ties.empty()) now_->soe->solve(b, columns);
+  for (std::int64_t c = 0; c < columns && now_->soe && !model.ties.empty(); ++c)
+    model.ties.solve(*now_->soe, b + c * model.dofs());
+  if (!now_->modal_factor.empty()) solve_modes(b, columns);
   if (now_->soe) return;
   for (std::int64_t c = 0; c < columns; ++c) now_->solver(b + c * model.dofs());
 }
@@ -298,7 +304,7 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     f.compliance.swap(made);
     f.leading = std::int64_t(room);
   }
-  const bool units = f.soe && model.ties.empty();
+  const bool units = f.soe && model.ties.empty() && f.modal_factor.empty();
   if (known == 0 && units && room == size) return f.soe->solve_units(dofs, f.compliance.data());
   if (units) {
     solves += (std::int64_t(size - old) + 7) / 8;

@@ -2,8 +2,10 @@
 // of it.
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -18,7 +20,15 @@
 
 namespace cairn {
 
+struct ElementInfo;
 struct Nodes;
+
+// Cells of linear elasticity that the stiffness of a mesh is the sum of, for bounds of its frequencies.
+struct ElasticCells {
+  const ElementInfo* element = nullptr;
+  std::vector<std::int32_t> node; // (nodes, cells)
+  std::vector<double> elasticity; // times the thickness in 2D [Pa]
+};
 
 // What a mesh is made of. Dof dim i + k is the displacement of node i along axis k.
 struct MeshModel {
@@ -45,6 +55,10 @@ struct MeshModel {
   // Of stresses before the body moves, where it is linear: forces (dofs) [N], empty: none; energy that they store [J].
   std::vector<double> initial_force;
   double initial_energy = 0;
+  std::vector<ElasticCells> cells; // of a linear body, if it is made of them
+  // Modes that are damped besides, C = sum of rate (M f)(M f)': (dofs, modes), f' M f = 1, zero on held dofs, and their
+  // rates 2 zeta omega [1/s]; empty: none.
+  std::vector<double> modes, mode_rates;
   // Of another finite element code: products with stiffness and damping, and a solver of A x = b on the free dofs.
   std::function<void(const double*x, double*out)> times_stiffness, times_damping;
   std::function<std::function<void(double* b)>(double h, double theta)> make_solver;
@@ -83,6 +97,12 @@ struct NewtonSeconds {
   double assembly = 0, factorisation = 0, contacts = 0, balance = 0, all = 0;
 };
 
+// No less than the highest frequency of a mesh [1/s], and than any eigenvalue of M^-1 C [1/s]; infinity: unknown.
+struct FrequencyBound {
+  double omega = std::numeric_limits<double>::infinity(), rate = omega;
+  bool known() const { return std::isfinite(omega) && std::isfinite(rate); }
+};
+
 class MeshBody {
 public:
   explicit MeshBody(MeshModel model);
@@ -103,6 +123,8 @@ public:
   NewtonSeconds newton_seconds;
 
   double size() const { return size_; } // of a cell, about [m]
+  // A step of central differences that is certain to be stable [s], see mesh_stability.cpp.
+  double stable_step();
 
   // Velocities of nodes at the end of the step without contacts, from those in `nodes`; of a step's begin.
   // Of a body whose stresses are a material's: Newton's method round the solution of contacts. free_velocity is its
@@ -159,6 +181,9 @@ private:
     std::unique_ptr<Soe> soe;
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
+    // Of modes, by which the inverse of A is that of the matrix without them less Z B Z' (Woodbury 1950): Z (dofs,
+    // modes) and the Cholesky factor of B^-1, lower (modes, modes).
+    std::vector<double> modal_reach, modal_factor;
     std::vector<std::int32_t> active, place;
     std::int64_t leading = 0;
     Array<double> compliance; // (leading, leading)
@@ -182,11 +207,21 @@ private:
   void account_bulk(Nodes& nodes, const double* gravity);
   void account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way);
   void factorise(const cairn_scheme& scheme, bool check);
-  void check_step(const cairn_scheme& scheme) const;
+  void check_step(const cairn_scheme& scheme);
   void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step
   void history_sum(Nodes& nodes, const double* factors, double* out) const;
-  void solve_mass(double* b);                      // of held dofs: zero
-  double stable_step() const;                      // of central differences [s]
+  void solve_mass(double* b); // of held dofs: zero
+  void find_modal_momentum();
+  void factorise_modes(Factors& f);
+  void solve_modes(double* b, std::int64_t columns);
+  void damp_modes(const double* v, double* out) const;         // adds C v of modes
+  bool diagonal_mass() const;                                  // M as it is given
+  bool steady_with_modes(const Soe& soe, double h);            // by factors without them
+  FrequencyBound frequency_bound(bool by_elements) const;      // the lower of two, or that of rows alone
+  double element_bound(const std::vector<double>& mass) const; // of omega^2 [1/s2]
+  double row_bound(const SparseMatrix& a, const std::vector<double>& mass) const; // of eigenvalues of M^-1 A
+  double frequency_estimate(double* xi) const;     // no more than the highest [1/s], and what damps it
+  bool steady(double h);                           // whether central differences of h [s] are stable, by factors
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   std::unique_ptr<Soe> make_soe() const;
   SoeStatus factor(Soe& soe, const double* value);
@@ -214,6 +249,7 @@ private:
   std::vector<double> stiff_begin_, damped_begin_, momentum_begin_; // as the step began
   bool lumped_mass_ = false, damps_ = false;                        // M is diagonal; C is not zero
   std::vector<double> columns_;                                     // (some, dofs) right sides that are solved at once
+  std::vector<double> modal_momentum_, modal_pull_;                 // (dofs, modes) M f, zero on held dofs; (modes)
   // Of Newton's method: velocities of the pass, forces of stresses at both ends and of damping, derivative, rest of the
   // balance, and where the step ended.
   std::vector<double> iterate_, force_begin_, force_end_, c_, tangent_, residual_, trial_, start_, norms_, way_end_,

@@ -60,6 +60,13 @@ public:
   // The nodes that a point (dim) [m] on a mapped contactor moves with.
   // other: the contactor that it touches, whose mortar with this one counts in the place of the point.
   Mapping mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other = -1) const;
+  // Whether contacts on a mapped contactor turn with it: an edge or a face does, a node or a point has a place alone.
+  bool turns(std::int32_t contactor) const {
+    return seat(contactor).role == Role::edge || seat(contactor).role == Role::facet;
+  }
+  // The spin of the edge or face where a mapping rests on it, in space axes, as rows of the velocities of its nodes
+  // [1/m]: 2D rows[node][0][direction]. See mesh_spin.cpp.
+  void spin(const Nodes& nodes, const Mapping& mapping, double rows[4][3][3]) const;
   // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp and mesh_mortar_sides.cpp.
   void weigh_mortar(const Nodes& nodes, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the

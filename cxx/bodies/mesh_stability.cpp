@@ -1,4 +1,7 @@
-// The limit of central differences on a mesh.
+// The limit of central differences on a mesh, h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega,
+// damped by xi. A bound of omega by elements gives a step that is certain to be stable. Beyond that Lanczos' method
+// tells from below what omega is, and factors of M - h/2 C - h^2/4 K, positive definite where h is stable, have the
+// last word.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -31,11 +34,18 @@ double largest_eigenvalue(const std::vector<double>& a, const std::vector<double
   return high;
 }
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+double step_of(double omega, double xi) { return 2 / omega * (std::sqrt(1 + xi * xi) - xi); }
+
+double step_of(const FrequencyBound& bound) {
+  return bound.omega > 0 ? step_of(bound.omega, bound.rate / (2 * bound.omega)) : infinity;
+}
+
 } // namespace
 
-// h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega, damped by xi, found by Lanczos' method on M^-1 K
-// with all directions kept orthogonal in M.
-double MeshBody::stable_step() const {
+// By Lanczos' method on M^-1 K with all directions kept orthogonal in M.
+double MeshBody::frequency_estimate(double* xi) const {
   constexpr int most = 60;
   const std::int64_t n = model.dofs();
   const auto inner = [&](const double* x, const double* y) {
@@ -75,25 +85,56 @@ double MeshBody::stable_step() const {
       if (model.held[i]) w[i] = 0;
     soe->solve(w.data());
   }
-  const double square = largest_eigenvalue(a, b), infinity = std::numeric_limits<double>::infinity();
-  if (!(square > 0)) return infinity;
+  const double square = largest_eigenvalue(a, b);
+  *xi = 0;
+  if (!(square > 0)) return 0;
   // The mode itself is not made: the stiffest direction, brought to its frequency, gives a rate that is no less.
   const auto stiffest = std::max_element(a.begin(), a.end()) - a.begin();
   damping_times(q[stiffest].data(), y.data());
   const double omega = std::sqrt(square);
-  const double xi = inner(q[stiffest].data(), y.data()) * (square / a[stiffest]) / (2 * omega);
-  return 2 / omega * (std::sqrt(1 + xi * xi) - xi);
+  *xi = inner(q[stiffest].data(), y.data()) * (square / a[stiffest]) / (2 * omega);
+  return omega;
 }
 
-void MeshBody::check_step(const cairn_scheme& scheme) const {
-  const double limit = scheme.largest / 2 * stable_step();
-  if (scheme.h <= limit * (1 + 1e-3)) return; // as well as the frequency is known
+bool MeshBody::steady(double h) {
+  std::vector<double> value(model.mass.value.size());
+  for (std::size_t e = 0; e < value.size(); ++e)
+    value[e] = model.mass.value[e] - h / 2 * model.damping.value[e] - h * h / 4 * model.stiffness.value[e];
+  const std::unique_ptr<Soe> soe = make_soe();
+  if (!factor(*soe, value.data())) return false;
+  return model.mode_rates.empty() || steady_with_modes(*soe, h);
+}
+
+double MeshBody::stable_step() {
+  if (const FrequencyBound bound = frequency_bound(true); bound.known()) return step_of(bound);
+  double xi = 0;
+  const double omega = frequency_estimate(&xi);
+  if (!(omega > 0)) return infinity;
+  double h = step_of(omega, xi);
+  constexpr int passes = 20;
+  double share = 1e-3; // by which the estimate may be too long
+  for (int pass = 0; pass < passes && !model.make_solver; ++pass, share = std::min(2 * share, 0.5)) {
+    h *= 1 - share;
+    if (steady(h)) break;
+  }
+  return h;
+}
+
+void MeshBody::check_step(const cairn_scheme& scheme) {
+  const double h = scheme.h * 2 / scheme.largest; // of central differences
+  for (const bool by_elements : {false, true})    // which cost more
+    if (const FrequencyBound bound = frequency_bound(by_elements); bound.known() && h <= step_of(bound)) return;
+  double xi = 0;
+  const double omega = frequency_estimate(&xi), limit = omega > 0 ? step_of(omega, xi) : infinity;
+  constexpr double known = 1 + 1e-3; // as well as the frequency is
+  // of operators there are no factors; what is too long without damping is too long with it
+  if (model.make_solver ? h <= limit * known : !(omega * h > 2 * known) && steady(h)) return;
   char text[400];
   std::snprintf(
       text, sizeof text,
       "dt is %g s, beyond the stable step %.3g s of the mesh '%s' under this explicit integrator: give a smaller "
       "dt, larger or softer cells, Carpenter(unstable='ignore'), or an implicit integrator, which has no such limit",
-      scheme.h, limit, model.name.c_str());
+      scheme.h, scheme.largest / 2 * std::min(limit, h), model.name.c_str());
   throw StepTooLong(text);
 }
 

@@ -199,6 +199,7 @@ void Interactions::State::give_meshes() const {
       };
       if (b.mapped_a) give(b.body_a[lane], b.node_a, b.lever_a, 1);
       if (b.mapped_b) give(b.body_b[lane], b.node_b, b.lever_b, -1);
+      if (b.turns) give_moment(b, lane);
     }
 }
 

@@ -300,6 +300,7 @@ void Interactions::State::fill_mapping(cairn_batch& b, int side, int lane, std::
   }
   dof[4 * b.count + lane] = first;
   dof[5 * b.count + lane] = std::int32_t(condensed_rows(of.dofs));
+  if (b.turns) fill_spin(b, side, lane, i, m);
 }
 
 void Interactions::State::fill_impulses(cairn_batch& b) {

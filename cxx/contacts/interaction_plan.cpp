@@ -104,6 +104,7 @@ void Interactions::State::classify() {
   impulse_components = dim();
   state_components = 0;
   int known_a = -1, known_b = -1, e = -1, law = 0; // many contacts in a row are of the same materials
+  bool resists = false;
   const auto& material = contactors->material.values;
   for (std::int64_t i = 0; i < n; ++i) {
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
@@ -111,6 +112,7 @@ void Interactions::State::classify() {
     if (ma != known_a || mb != known_b) {
       e = laws->find(ma, mb);
       law = e < 0 ? 0 : laws->entry(e).place;
+      resists = e >= 0 && meshes && resists_turning(laws->entry(e));
       known_a = ma;
       known_b = mb;
     }
@@ -119,6 +121,7 @@ void Interactions::State::classify() {
                                   laws->name(mb) + "': declare one for this pair, or a default");
     const int kind_of_a = kind[a], kind_of_b = kind[b];
     entry[i] = e;
+    if (resists && ((kind_of_a | kind_of_b) & mapped)) refuse_moment(i);
     contact_class[i] = std::uint16_t((law * kinds + kind_of_a) * kinds + kind_of_b);
     if (kind_of_a & moving) ++degree[unit_of(a)];
     if (kind_of_b & moving) ++degree[unit_of(b)];
@@ -378,7 +381,7 @@ void Interactions::State::lay_out_mapping(const cairn_batch& b, std::int32_t*& n
                                           double*& response, std::int32_t stride) {
   node = scratch.take<std::int32_t>(4 * std::int64_t(b.count));
   dof = scratch.take<std::int32_t>(6 * std::int64_t(b.count));
-  response = stride ? scratch.take<double>(std::int64_t(stride) * dim() * b.count) : nullptr;
+  response = stride ? scratch.take<double>(std::int64_t(stride) * (b.turns ? b.components : dim()) * b.count) : nullptr;
 }
 
 // Blocks of numbers in the order in which a sweep reads them.
@@ -437,6 +440,7 @@ void Interactions::State::lay_out() {
     b.frame = take(frame);
     b.lever_a = take(sides()[b.side_a].lever);
     b.lever_b = take(sides()[b.side_b].lever);
+    lay_out_spins(b);
     if (b.mapped_a) lay_out_mapping(b, b.node_a, b.dof_a, b.response_a, b.stride_a);
     if (b.mapped_b) lay_out_mapping(b, b.node_b, b.dof_b, b.response_b, b.stride_b);
     if (b.contacts == 1 && is_rope(system.candidate[b.first])) {

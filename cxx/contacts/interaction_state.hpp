@@ -17,6 +17,11 @@ namespace cairn {
 // Contacts of a batch share the first cache; its size is no power of two, so that its columns do not fall on the same
 // lines of it.
 inline constexpr int batch_size = 104;
+// Of a batch with contacts that turn: the spin of a mapped side about axis k of the contact, by the velocity of its
+// node j along direction l.
+inline double& spin_of(const cairn_batch& b, int dim, int side, int lane, int j, int l, int k) {
+  return (side ? b.spin_b : b.spin_a)[((k * 4 + j) * dim + l) * b.count + lane];
+}
 // A gap over the effective radius that positions in doubles cannot tell from none.
 inline constexpr double touch = 1.0 / (1 << 30);
 // Contacts of a task: their bodies share the second cache, their batches are not short, and small scenes too have tasks
@@ -318,6 +323,9 @@ struct Interactions::State {
   void add_reactions(Bodies& bodies) const;
   void pull_driven(Bodies& bodies, const cairn_batch& b, int lane) const;
   void give_meshes() const;
+  void give_moment(const cairn_batch& b, int lane) const; // turning_sides.cpp
+  bool resists_turning(const LawTable::Entry& e) const;
+  void refuse_moment(std::int64_t candidate) const; // unless the contact turns with a face
   void push_meshes() const;
   void space_impulse(const cairn_batch& b, int lane, double p[3], double m[3]) const;
   // f(batch, lane, candidate) for every contact that is batched
@@ -330,6 +338,7 @@ private:
   void load_meshes();
   void apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance);
   void fill_mapping(cairn_batch& b, int side, int lane, std::int64_t candidate);
+  void fill_spin(const cairn_batch& b, int side, int lane, std::int64_t candidate, const Mapping& mapping);
   void find_places(int threads);
   bool follow_order();
   void number_places(std::int64_t places, bool known);
@@ -346,6 +355,7 @@ private:
   std::int32_t response_rows(const std::int32_t* contacts, int n, const std::int32_t* contactor) const;
   void lay_out_mapping(const cairn_batch& b, std::int32_t*& node, std::int32_t*& dof, double*& response,
                        std::int32_t stride);
+  void lay_out_spins(cairn_batch& b);
   void emit(const std::int32_t* contacts, int n, int hub);
   void emit_sorted(const std::vector<std::int32_t>& contacts, int largest, int hub);
   void lay_out();

@@ -42,7 +42,8 @@ public:
   BulkModel& operator=(const BulkModel&) = delete;
 
   const std::vector<BulkCells>& cells() const { return cells_; }
-  bool finite() const; // whether a cell counts large strains
+  const std::vector<double>& place() const { return place_; } // (dim, nodes) at the start [m]
+  bool finite() const;                                        // whether a cell counts large strains
   std::string not_by_energy(const std::string& mesh) const override;
   // Throws Error for a pattern in which rows of the dofs of a node do not stand side by side.
   void fit(const SparseMatrix& lower) override;

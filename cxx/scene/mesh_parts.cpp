@@ -150,6 +150,8 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
   } else if (!d.cells.empty()) {
     d.assemble(m.mass, m.stiffness, m.damping, m.node_mass);
     if ((m.bulk = d.bulk())) m.bulk->fit(m.mass);
+    for (const MeshDraft::Cells& c : d.cells)
+      if (!m.bulk) m.cells.push_back({c.element, c.node, c.elasticity});
     m.initial_energy = d.initial_force(m.initial_force);
   } else {
     throw Error("the mesh has neither cells nor matrices: give one of them");

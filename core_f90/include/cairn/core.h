@@ -161,23 +161,28 @@ typedef struct cairn_batch {
   int32_t stride_a, stride_b; /* of a mapped side: rows of a response; 0: there are none */
   int32_t *body_a, *body_b;   /* (n) places of velocity records, of condensed bodies where mapped */
   int32_t *node_a, *node_b;   /* (n, 4) of a mapped side: places among the contact nodes of its body; else null */
-  int32_t *dof_a, *dof_b; /* (n, 6) of a mapped side: places in `condensed_velocity` of the first dof of its nodes (4)
-                           * and of its body, and rows of the response that are the body's */
+  int32_t *dof_a, *dof_b;  /* (n, 6) of a mapped side: places in `condensed_velocity` of the first dof of its nodes (4)
+                            * and of its body, and rows of the response that are the body's */
+  int32_t* turns;          /* (n) 1: the mapped side has a spin, that of its face, and takes moments as couples on the
+                            * nodes of the face; null: none has, and no moment passes */
+  double *spin_a, *spin_b; /* (n, dimension, 4, c - dimension) of a mapped side that turns: its spin about the axes of
+                            * the contact by the velocities of its nodes, node by node [1/m]; else null */
   const cairn_condensed* condensed; /* bodies of mapped sides */
   double* condensed_velocity;       /* of all condensed bodies, each from the start of a cache line on [m/s] */
-  double *response_a, *response_b;  /* (stride, dimension, n) what a unit impulse along each axis of the contact does to
-                                     * the  velocities of its body, zero beyond its dofs [1/kg] */
-  double* frame;                    /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
-  double *lever_a, *lever_b;        /* (n, lever of the side) [m] */
-  double* delassus;                 /* [1/kg] */
-  double* bias;                     /* (n, c) [m/s] */
-  double* compliance;               /* (n, c) diagonal that W has besides that of bodies [1/kg]; null: none */
-  double* params;                   /* (n, p + 4) as solve has them, or mu (n) of the cone */
-  double* r;                        /* (n, c) impulse [N s] */
-  double* rho;                      /* (n) 1 / true W_NN [kg] */
-  double* scale;                    /* (n) |F(0)|^2 / rho [J] */
-  double* state;                    /* (n, s) of the law */
-  int32_t* status;                  /* (n) see cairn_contact_status */
+  double *response_a, *response_b; /* (stride, dimension, or c where it turns, n) what a unit impulse along each axis of
+                                    * the contact, then a unit moment, does to the velocities of its body, zero beyond
+                                    * its dofs [1/kg], [1/(kg m)] */
+  double* frame;                   /* 2D (n, 2) normal; 3D (n, 6) normal, first tangent */
+  double *lever_a, *lever_b;       /* (n, lever of the side) [m] */
+  double* delassus;                /* [1/kg] */
+  double* bias;                    /* (n, c) [m/s] */
+  double* compliance;              /* (n, c) diagonal that W has besides that of bodies [1/kg]; null: none */
+  double* params;                  /* (n, p + 4) as solve has them, or mu (n) of the cone */
+  double* r;                       /* (n, c) impulse [N s] */
+  double* rho;                     /* (n) 1 / true W_NN [kg] */
+  double* scale;                   /* (n) |F(0)|^2 / rho [J] */
+  double* state;                   /* (n, s) of the law */
+  int32_t* status;                 /* (n) see cairn_contact_status */
   cairn_law_solve* solve;
   cairn_law_residual* residual;     /* null: the cone's; without a cone, by what solve changes */
   const cairn_law_context* context; /* for residual */

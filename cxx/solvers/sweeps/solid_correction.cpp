@@ -172,6 +172,8 @@ int SolidCorrection::add_side(const cairn_batch& b, int lane, int side, int comp
     const std::int32_t first = rigid_[body];
     double rows[36];
     rigid_rows(system_, b, lane, side, components, &inverse_[std::size_t(n) * std::size_t(first)], rows);
+    if ((b.mapped_a || b.mapped_b) && !(b.turns && b.turns[lane])) // relative to a node nothing turns
+      for (int k = 0; k < n; ++k) std::fill_n(rows + components * k + d, components - d, 0.0);
     for (int k = 0; k < n; ++k) clique_.push_back(first + k);
     rows_.insert(rows_.end(), rows, rows + components * n);
     return n;
@@ -183,12 +185,15 @@ int SolidCorrection::add_side(const cairn_batch& b, int lane, int side, int comp
   const std::int32_t* nodes = side ? b.node_b : b.node_a;
   for (int node = 0; node < (side ? b.nodes_b : b.nodes_a); ++node) {
     const double weight = weights[node * b.count + lane];
-    if (weight == 0) continue;
+    const bool turns = b.turns && b.turns[lane];
+    if (weight == 0 && !turns) continue;
     for (int k = 0; k < d; ++k) {
       const std::size_t dof = first_dof_[body] + std::size_t(d * nodes[node * b.count + lane] + k);
       if (dof_unknown_[dof] < 0) continue;
       clique_.push_back(dof_unknown_[dof]);
-      for (int c = 0; c < components; ++c) rows_.push_back(c < d ? sign * weight * axes[c][k] : 0);
+      for (int c = 0; c < d; ++c) rows_.push_back(sign * weight * axes[c][k]);
+      for (int c = d; c < components; ++c)
+        rows_.push_back(turns ? sign * spin_of(b, d, side, lane, node, k, c - d) : 0);
       ++count;
     }
   }

@@ -55,6 +55,7 @@ public:
   void read(Simulation& s, std::string_view field, int components, double* out) override;
   void status(Simulation& s, std::int32_t* out) override;
   void changed(Simulation& s, bool places) override;
+  double stable_step(Simulation& s) override; // of meshes under an explicit integrator
   std::int64_t body_bytes() const override {
     return std::int64_t(
         (margins_.capacity() + change_.capacity() + way_.capacity() + node_change_.capacity() + node_way_.capacity()) *

@@ -21,6 +21,14 @@ const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<co
 
 } // namespace
 
+double Nscd::stable_step(Simulation& s) {
+  const cairn_scheme scheme = settings.integrator.scheme(1); // none of its shares is of the step
+  double least = std::numeric_limits<double>::infinity();
+  for (MeshBody& mesh : s.meshes.meshes)
+    if (std::isfinite(scheme.largest)) least = std::min(least, scheme.largest / 2 * mesh.stable_step());
+  return least;
+}
+
 void Nscd::begin_step(Simulation& s, double h) {
   if (!(h > 0) || !std::isfinite(h)) throw Error("dt is " + std::to_string(h) + "; give a positive, finite step [s]");
   check_scene(s);

@@ -113,6 +113,7 @@ class Deformable:
         self.contact_nodes = np.zeros(0, int)
         self.pressed = []  # sides, and the pressure on them
         self.displace, self.rigid, self.self_contact, self.mortar = {}, [], False, False
+        self.modal_damping = None  # a ratio, or those of the first modes (n,)
         self.joints = []  # (name of the joint, node)
         self.carried = None  # what it was given as a rigid body, see run/carried_forces.py
         self.opening, self.whole = None, None  # faces that open by threshold, see opening_faces.py; what it was before any did
@@ -121,7 +122,8 @@ class Deformable:
 def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), fixed=None, drive=None, displace=None, rigid=(),
                force=None, velocity=None,
                displacement=None, storage=None, name="mesh", point_material=None, edge_material=None, face_material=None,
-               bulk=None, pressure=None, self_contact=False, mortar=False, initial_stress=None, **options):  # fmt: skip
+               bulk=None, pressure=None, self_contact=False, mortar=False, initial_stress=None, modal_damping=None,
+               **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -149,7 +151,9 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     side of the finer cells. initial_stress: true (Cauchy's) stress of the body where it lies, before it moves [Pa], 11 22 33 12
     13 23: (6,) for all; a function of places (n, dim) [m] that gives (n, 6); or {name: one of these} of groups, whose cells are
     those with all nodes in them, and of kinds of cells, of which (m, 6) of each cell is taken, too. The load, or what holds the
-    body, need not be in balance with it.
+    body, need not be in balance with it. modal_damping: of a linear body, the damping ratio of all modes that vibrate, or a list
+    of those of the first ones; C = M Phi diag(2 zeta omega) Phi' M besides that of the body, of the velocities of the dofs that
+    are not held.
     """
     given = {key: value for key, value in locals().items() if key not in ("body", "bulk", "options", "initial_stress")}
     body = _made(body, material, bulk, options)
@@ -184,6 +188,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     d.displace, d.rigid = displace, _listed(rigid)
     d.mortar = checked_mortar(mortar, dim, nodes, pairs, patches)
     d.self_contact = checked_self_contact(self_contact, nodes, points[0], pairs, patches)
+    d.modal_damping = checked_modal_damping(modal_damping, body, d.rigid)
     if pressure:
         from .pressure import pressed_sides
 
@@ -251,6 +256,17 @@ def checked_mortar(wanted, dim, nodes, pairs, patches):
         sides = "edges" if dim == 2 else "faces"
         raise ValueError(f"mortar is of contact nodes and the {sides} between them: give contact and {sides} of that side")
     return bool(wanted)
+
+
+def checked_modal_damping(ratios, body, rigid):
+    """None, or the damping ratios of the modes of a body; refused where it has none."""
+    if ratios is None:
+        return None
+    from .modal_damping import checked
+
+    if rigid:
+        raise ValueError("modal_damping is of the modes of a body without rigid parts: leave `rigid` out, or give rayleigh")
+    return checked(ratios, body)
 
 
 def checked_self_contact(wanted, nodes, between, pairs, patches):
@@ -383,6 +399,17 @@ class MovingMesh:
         from .ties import rigid_parts, rows_of_ties
 
         return rows_of_ties(self.body, rigid_parts(self.body, self.d.rigid), self.held)
+
+    @cached_property
+    def modes(self):
+        """Modes (dofs, n) that are damped, of unit modal mass, and their rates (n,) [1/s]."""
+        from .modal_damping import damped_modes
+
+        if self.ties:
+            raise ValueError(f"{self.d.name!r} has ties, and modal_damping is of a body without: give rayleigh")
+        if self.d.opening is not None:
+            raise ValueError(f"{self.d.name!r} may crack, and its modes with it: leave modal_damping out, or give rayleigh")
+        return damped_modes(self.body, self.free, self.d.modal_damping, self.d.name)
 
     @cached_property
     def free(self):

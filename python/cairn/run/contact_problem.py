@@ -75,7 +75,10 @@ def step_matrix(simulation, mesh, h):
     body, step = mesh.body, simulation.strategy.moved_by().scheme(h)
     if getattr(body, "solver", None) is not None:
         raise ValueError(f"{mesh.name!r} has a solver of its own: contact problems are made of bodies that give their matrices")
-    return body.M if simulation.strategy.explicit else body.M + step["damping"] * body.C + step["stiffness"] * body.K
+    if simulation.strategy.explicit:
+        return body.M
+    a = body.M + step["damping"] * body.C + step["stiffness"] * body.K
+    return a if mesh.modal_damping is None else a + step["damping"] * mesh.modal_damping
 
 
 def with_meshes(simulation, inverse, rows, chosen, h):

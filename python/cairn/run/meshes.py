@@ -167,6 +167,11 @@ def _model(mesh, origin):
         out["initial_force"], out["initial_energy"] = body.initial_force, float(body.initial_energy)
     if mesh.called is not None:
         out["called"] = mesh.called
+    if hasattr(body, "elasticity") and hasattr(body, "lower"):
+        of = body.elasticity * body.thickness
+        out["cells"] = [(kind, nodes.astype(np.int32).ravel(), of.ravel()) for kind, nodes in body.cells.items()]
+    if d.modal_damping is not None:
+        out["modes"], out["mode_rates"] = mesh.modes[0].T.ravel(), mesh.modes[1]
     if mesh.ties and own:
         raise ValueError(f"{d.name!r} has a solver of its own, which knows no rigid parts: leave `rigid` out")
     if mesh.ties:

@@ -167,7 +167,8 @@ class Simulation(Reshaping, Spelt):
 
     @property
     def stable_step(self):
-        """Stable step of the smooth contacts as they are [s]; inf with NSCD."""
+        """Stable step [s]: of the smooth contacts as they are; of deformable bodies under an explicit integrator one that is
+        certain to be stable, by the highest frequency of their elements (Irons & Treharne 1971); inf where any step is."""
         return self._core.stable_step()
 
     @property

@@ -356,6 +356,18 @@ class MeshView(_View):
     contact_nodes = property(lambda self: self._mesh.d.contact_nodes)
 
     @property
+    def modal_damping(self):
+        """Damping of its modes (n dofs, n dofs), scipy.sparse [N s/m]; None: there is none."""
+        from scipy import sparse
+
+        if self._mesh.d.modal_damping is None:
+            return None
+        shape, rate = self._mesh.modes
+        momentum = self.body.M @ shape
+        momentum[self.held] = 0
+        return sparse.csc_array((momentum * rate) @ momentum.T)
+
+    @property
     def all_ids(self):
         """Numbers of its nodes, points between them, edges or faces, (n,)."""
         return self._mesh.all_ids
