@@ -16,7 +16,7 @@ import cairn as cn
 # Time step [s], theta and steps of each folder's script; plane where it is not strain, density where there is none.
 CASES = {
     "mecaMAILx_2D/1Q4-traction": (1e-3, 0.5, 100),
-    "mecaMAILx_2D/braudel": (1e-3, 0.5, 100),
+    "mecaMAILx_2D/braudel": (1.0, 1.0, 100, "strain", 1e-3),
     "mecaMAILx_2D/mur": (1e-3, 0.6, 1500),
     "mecaMAILx_2D/taylor": (1e-7, 0.56, 800, "axisymmetric"),
     "mecaMAILx_3D/1H8_coro": (1e-4, 0.5, 1000),

@@ -9,6 +9,8 @@ set(CAIRN_CORE_SOURCES
   contact_laws/cohesive_curves.f90
   contact_laws/cohesive_zone.f90
   contact_laws/coulomb_cone.f90
+  contact_laws/dry_friction.f90
+  contact_laws/held_components.f90
   contact_laws/lane_blocks.f90
   contact_laws/law_context.f90
   contact_laws/law_rules.f90

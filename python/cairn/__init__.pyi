@@ -301,6 +301,65 @@ class Rolling(Law):
 class Wear(Law):
     def __init__(self, *, mu: float, wear: float, recovers: float = 0.0) -> None: ...
 
+class UnilateralContact(Law):
+    def __init__(
+        self,
+        *,
+        mu: float,
+        kinetic: float = ...,
+        shift: float = 0.0,
+        from_start: float = 0.0,
+        recovers: float = 0.0,
+        normal: float = 0.0,
+        tangential: float = 0.0,
+        closing: float = 1.0,
+        within: float = 0.0,
+    ) -> None: ...
+
+class ElasticContact(Law):
+    def __init__(
+        self,
+        *,
+        stiffness: float,
+        viscosity: float = 0.0,
+        mu: float = 0.0,
+        kinetic: float = ...,
+        closing: float = 1.0,
+        from_start: float = 0.0,
+        within: float = 0.0,
+    ) -> None: ...
+
+class AdhesiveContact(Law):
+    def __init__(
+        self,
+        *,
+        force: float,
+        reach: float,
+        mu: float = 0.0,
+        kinetic: float = ...,
+        torn_force: float = ...,
+        once: float = 0.0,
+        stiffness: float = ...,
+        viscosity: float = 0.0,
+        recovers: float = 0.0,
+        normal: float = 0.0,
+        tangential: float = 0.0,
+        closing: float = 1.0,
+        within: float = 0.0,
+    ) -> None: ...
+
+class GapRescue(Law):
+    def __init__(self, *, mu: float, period: float = 8.885765876316732, tolerance: float = 0.0) -> None: ...
+
+class CoupledMotion(Law):
+    def __init__(self, *, normal: float = 1.0, tangential: float = 1.0, reach: float) -> None: ...
+
+class LimitedSlip(Law):
+    def __init__(self, *, mu: float, limit: float, recovers: float = 0.0) -> None: ...
+
+class BrittleCoating(Law):
+    def __init__(self, *, mu: float = 0.0, stiffness: float, strength: float, rest: float = 0.0, reach: float) -> None: ...
+
 class Joint(Law):
     def __init__(
         self,

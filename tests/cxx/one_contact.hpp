@@ -28,6 +28,7 @@ struct OneContact {
   int dim, c;
   double h, area = 1e-4, radius = 1, gap[n], w[6] = {1, 1, 1, 1, 1, 1};
   std::vector<double> params, state, energy = std::vector<double>(4 * n, 0.0);
+  double begin[6] = {}; // relative velocity at the start of the step
   double r[6] = {}, u[6] = {}, work = 0, stored = 0, taken = 0, released = 0, residual = 0; // of the step; sums [J]
   std::int32_t status[n];
 
@@ -50,7 +51,8 @@ struct OneContact {
   // One step from this velocity without contact.
   void advance(const std::vector<double>& free) {
     std::vector<double> block(n * c * c, 0.0), q(n * c), bias(n * c), extra(n * c), mu(n), one(n * c, 0.0), f(n * c),
-        weight(n * c), rho(n), v(n * c), zero(n * c, 0.0), geometry(3 * n);
+        weight(n * c), rho(n), v(n * c), before_step(n * c), geometry(3 * n);
+    for (int k = 0; k < c; ++k) fill(&before_step[k * n], begin[k]);
     fill(geometry.data(), area);
     fill(geometry.data() + n, radius);
     fill(geometry.data() + 2 * n, 1 / w[0]);
@@ -58,10 +60,11 @@ struct OneContact {
     fill(&params[own], h);
     std::copy_n(geometry.data(), 3 * n, &params[own + n]);
     const cairn_law_context context{h, 0.5, geometry.data(), nullptr};
-    law.prepare(n, c, &context, gap, zero.data(), params.data(), state.data(), bias.data(), extra.data(), mu.data());
+    law.prepare(n, c, &context, gap, before_step.data(), params.data(), state.data(), bias.data(), extra.data(),
+                mu.data());
     fill(rho.data(), 1 / w[0]);
     for (int k = 0; k < c; ++k) {
-      fill(&block[n * (k * c + k)], w[k]);
+      fill(&block[n * (k * c + k)], w[k] + extra[k * n]);
       for (int i = 0; i < n; ++i) q[k * n + i] = free[k] + bias[k * n + i];
     }
     if (law.solve)
@@ -70,14 +73,14 @@ struct OneContact {
       (dim == 2 ? cairn_cone_full2 : cairn_cone_full3)(n, c, block.data(), q.data(), bias.data(), mu.data(), nullptr,
                                                        one.data(), status);
     for (int k = 0; k < c; ++k)
-      for (int i = 0; i < n; ++i) v[k * n + i] = q[k * n + i] + w[k] * one[k * n + i];
+      for (int i = 0; i < n; ++i) v[k * n + i] = q[k * n + i] + block[n * (k * c + k) + i] * one[k * n + i];
     if (law.residual)
       law.residual(n, c, &context, rho.data(), block.data(), v.data(), bias.data(), one.data(), params.data(),
                    state.data(), f.data(), weight.data(), status);
     residual = 0;
     for (int k = 0; k < c; ++k) {
       residual = std::max(residual, std::abs(f[k * n]));
-      for (int i = 0; i < n; ++i) v[k * n + i] -= bias[k * n + i];
+      for (int i = 0; i < n; ++i) v[k * n + i] = free[k] + w[k] * one[k * n + i]; // a bias may be as large as it likes
       r[k] = one[k * n];
       u[k] = v[k * n];
       work -= r[k] * u[k];

@@ -15,6 +15,7 @@ VALUES = {
     "scom": 4e6, "Wthk": 1e-3, "scoh": 20.0, "dcoh": 20.0, "Fstr": 1e5, "prst": -0.01, "F/sr": 30.0, "Fmax": 500.0,
     "kcdw": 1e-12, "kanw": 2e-12, "cn": 1e10, "ct": 1e10, "b": 0.02, "w": 10.0, "smax": 2e5, "s1": 2e5, "s2": 3e5, "G1": 10.0,
     "G2": 30.0, "dp1": 3e-5, "dp2": 5e-5, "du1": 4e-4, "du2": 8e-4, "phi": 0.3, "eta": 0.01, "lbds": 1.0, "lbdc": 0.1,
+    "F/gp": 1e6, "etan": 50.0, "T/H": 10.0, "gTot": -1e-6, "dt__": 2e-5, "snmx": 150.0, "g0": 1e-4,
 }  # fmt: skip
 MOHR = dict(tension=2e5, cohesion=1e5, friction=0.5, mu=0.3, within=ALERT)
 EXPECTED = {
@@ -37,6 +38,23 @@ EXPECTED = {
     "BRITTLE_ELASTIC_WIRE": cn.Wire(stiffness=1e5, prestrain=-0.01, strength=500.0, within=ALERT),
     "RIGID_WIRE": cn.Wire(within=ALERT),
     "GAP_SGR_CLB_WEAR": cn.Wear(mu=0.3, wear=3e-12, recovers=1),
+    "GAP_WET_DS_CLB": cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, recovers=1),
+    "xQS_WET_DS_CLB": cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, once=1, within=ALERT),
+    "RST_WET_CLB": cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, normal=0.4, closing=0),
+    "ELASTIC_REPELL_WET_CLB": cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, stiffness=1e9),
+    "IQS_CLB_g0": cn.UnilateralContact(mu=0.3, from_start=1, within=ALERT),
+    "GAP_SGR_CLB_g0": cn.UnilateralContact(mu=0.3, from_start=1, recovers=1, within=ALERT),
+    "IQS_CLB_RGR": cn.GapRescue(mu=0.3, period=10.0, tolerance=-1e-6),
+    "IQS_CLB_nosldt": cn.LimitedSlip(mu=0.3, limit=2e-5),
+    "GAP_SGR_CLB_nosldt": cn.LimitedSlip(mu=0.3, limit=2e-5, recovers=1),
+    "ELASTIC_REPELL_CLB": cn.ElasticContact(stiffness=1e6, mu=0.3),
+    "ELASTIC_REPELL_CLB_g0": cn.ElasticContact(stiffness=1e6, mu=0.3, from_start=1, within=ALERT),
+    "ELASTIC_REPELL_CLB_adapt": cn.ElasticContact(stiffness=1e6, mu=0.3),
+    "VISCO_ELASTIC_REPELL_CLB": cn.ElasticContact(stiffness=1e6, viscosity=50.0, mu=0.3, closing=0),
+    "COUPLED_DOF": cn.CoupledMotion(reach=ALERT),
+    "NORMAL_COUPLED_DOF": cn.CoupledMotion(tangential=0, reach=ALERT),
+    "TANGENTIAL_COUPLED_DOF": cn.CoupledMotion(normal=0, reach=ALERT),
+    "BRITTLE_COATING_CLB": cn.BrittleCoating(mu=0.3, stiffness=1e6, strength=150.0, rest=1e-4, reach=ALERT),
     "TH_CZM": cn.TH(normal_stiffness=1e10, tangential_stiffness=1e10, mu=0.3, recovery=1, within=ALERT, normal_strength=2e5,
                     tangential_strength=3e5, normal_work=10.0, tangential_work=30.0, normal_plateau=3e-5,
                     tangential_plateau=5e-5),
@@ -72,12 +90,36 @@ def ends(scene):
     return np.concatenate([sim.bodies.position, sim.bodies.velocity[:, :2]], axis=1)
 
 
+APART = {
+    "IQS_DS_CLB": ({"dyfr": 0.2}, cn.UnilateralContact(mu=0.3, kinetic=0.2)),
+    "GAP_SGR_DS_CLB": ({"dyfr": 0.2}, cn.UnilateralContact(mu=0.3, kinetic=0.2, recovers=1)),
+    "VEL_SGR_DS_CLB": ({"dyfr": 0.2}, cn.UnilateralContact(mu=0.3, kinetic=0.2, closing=0)),
+    "RST_DS_CLB": ({"dyfr": 0.2}, cn.UnilateralContact(mu=0.3, kinetic=0.2, normal=0.4, closing=0)),
+    "preGAP_SGR_CLB": ({"pgap": -2e-5}, cn.UnilateralContact(mu=0.3, shift=-2e-5, recovers=1)),
+    "IQS_WET_DS_CLB": ({"dyfr": 0.2}, cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, kinetic=0.2)),
+    "GAP_WET_DS_CLB": ({"dyfr": 0.2}, cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, kinetic=0.2, recovers=1)),
+    "xQS_WET_DS_CLB": ({"dyfr": 0.2}, cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, kinetic=0.2, once=1, within=ALERT)),
+    "RST_WET_CLB": ({"dyfr": 0.2}, cn.AdhesiveContact(force=2e5, reach=1e-3, mu=0.3, kinetic=0.2, normal=0.4, closing=0)),
+    "IQS_SGR_CLB_WEAR": ({"dcoh": 5.0}, cn.AdhesiveContact(force=20.0, torn_force=5.0, reach=1e-3, mu=0.3)),
+}  # fmt: skip
+
+
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_each_law_is_read_run_and_written(tmp_path, name):
-    scene = legacy.read_datbox(folder_of(tmp_path / "DATBOX", name))
+    stiff = {"F/gp": 1e9} if name == "ELASTIC_REPELL_WET_CLB" else {}  # beside its attraction
+    read_run_and_written(tmp_path, name, VALUES | stiff, EXPECTED.get(name))
+
+
+@pytest.mark.parametrize("name", sorted(APART))
+def test_laws_with_values_that_differ(tmp_path, name):
+    read_run_and_written(tmp_path, name, VALUES | APART[name][0], APART[name][1])
+
+
+def read_run_and_written(tmp_path, name, values, expected):
+    scene = legacy.read_datbox(folder_of(tmp_path / "DATBOX", name, values))
     law = only_law(scene)
-    if name in EXPECTED:
-        assert law == EXPECTED[name]
+    if expected is not None:
+        assert law == expected
     legacy.write_datbox(scene, tmp_path / "again")
     again = legacy.read_datbox(tmp_path / "again")
     assert type(only_law(again)) is type(law) and np.allclose(only_law(again).values, law.values, rtol=1e-7)
@@ -98,10 +140,11 @@ def test_a_law_without_a_counterpart_is_refused_with_what_to_give(tmp_path, name
 @pytest.mark.parametrize(
     ("name", "changed", "told"),
     [
-        ("IQS_DS_CLB", {"dyfr": 0.2}, "slides and sticks apart"),
-        ("IQS_WET_DS_CLB", {"dyfr": 0.2}, "slides and sticks apart"),
-        ("IQS_SGR_CLB_WEAR", {"dcoh": 5.0}, "another after it broke"),
-        ("preGAP_SGR_CLB", {"pgap": 1e-4}, "pgap of law law00"),
+        ("IQS_MAC_CZM", {"dyfr": 0.2}, "slides and sticks apart"),
+        ("IQS_MOHR_DS_CLB", {"dyfr": 0.2}, "slides and sticks apart"),
+        ("IQS_DS_CLB", {"dyfr": 0.4}, "more where it slides: give dyfr up to stfr"),
+        ("IQS_WET_DS_CLB", {"dyfr": 0.4}, "more where it slides"),
+        ("IQS_SGR_CLB_WEAR", {"dcoh": 25.0}, "more after it broke: give dcoh up to scoh"),
         ("IQS_MOHR_DS_CLB", {"cohn": 0.0}, "without cohn: give IQS_CLB"),
     ],
 )
@@ -125,6 +168,14 @@ def test_what_a_law_has_no_word_for_is_told(tmp_path, name, changed, told):
         (cn.MAC(normal_stiffness=1e10, tangential_stiffness=1e10, mu=np.inf, work=10.0, within=ALERT), "mu, dyfr without end"),
         (cn.Wear(mu=np.inf, wear=1e-12, recovers=1), "mu without end"),
         (cn.Rod(stiffness=1e5, viscosity=np.inf, within=ALERT), "viscosity without end"),
+        (cn.UnilateralContact(mu=0.3, shift=1e-4), "shift, from_start, restitution and kinetic"),
+        (cn.UnilateralContact(mu=0.3, normal=0.5), "closing=1 with a restitution"),
+        (cn.UnilateralContact(mu=0.3, recovers=0.5), "shares of recovers"),
+        (cn.ElasticContact(stiffness=1e6, viscosity=1.0), "viscosity with closing"),
+        (cn.ElasticContact(stiffness=np.inf), "stiffness without end"),
+        (cn.AdhesiveContact(force=1.0, reach=1e-3, stiffness=1e6, viscosity=1.0), "stiffness, viscosity"),
+        (cn.AdhesiveContact(force=1.0, reach=1e-3, normal=0.5), "closing=1 with a restitution"),
+        (cn.CoupledMotion(normal=0, tangential=0, reach=1e-3), "nothing that is coupled"),
     ],
 )
 def test_what_the_format_has_no_word_for_is_named(tmp_path, law, told):
@@ -141,7 +192,10 @@ def test_what_the_format_has_no_word_for_is_named(tmp_path, law, told):
         (cn.Restitution(mu=0.3, normal=0.4), "closing=1 of law .*, which RST_CLB is read with as closing=0"),
         (cn.MohrCoulomb(**MOHR | dict(within=0)), "within=0 of law .* is read with as within=0.001"),
         (cn.Rod(stiffness=1e5, within=0), "within=0 of law .* is read with as within=0.001"),
+        (cn.UnilateralContact(mu=0.3, from_start=1), "within=0 of law .* is read with as within=0.001"),
         (cn.MohrCoulomb(**MOHR), None),
+        (cn.CoupledMotion(reach=ALERT), None),
+        (cn.BrittleCoating(stiffness=1e5, strength=10.0, reach=2e-3), None),
         (cn.Restitution(mu=0.3, normal=0.4, closing=0), None),
     ],
 )

@@ -10,29 +10,36 @@ from test_verify_meshes import block
 ELASTIC = ("elas: standard", "ani_: isotropic", "EYng= 1.0000000e+05  EPss= 3.0000000e-01")
 VISCOUS = (*ELASTIC, "visc: KelvinVoigt", "ani_: isotropic", "EYng= 2.0000000e+02  EPss= 2.5000000e-01")
 PLASTIC = (*ELASTIC, "crit: Von-Mises", "isoh: linear", "SIG0= 2.0000000e+03  K___= 5.0000000e+03", "cinh: none", "visc: none")
+SWIFT = (*PLASTIC[:4], "isoh: Swift", "C0__= 4.0000000e+03  EPS0= 2.5000000e-01  n___= 5.0000000e-01", *PLASTIC[6:])
 ALL = [
     ("small", "elas_", "ELAS", ELASTIC, None, (1e5, 0.3)),
     ("large", "elas_", "ELAS", ELASTIC, "SaintVenantKirchhoff", (1e5, 0.3)),
     ("large", "neoh_", "ELAS", ELASTIC, "NeoHookean", (1e5, 0.3)),
     ("small", "kvisc", "VISCO_ELAS", VISCOUS, "KelvinVoigt", (1e5, 0.3, 2e2, 0.25)),
+    ("small", "elas_", "ELAS_PLAS", PLASTIC, None, (1e5, 0.3)),
+    ("large", "elas_", "ELAS_PLAS", PLASTIC, "SaintVenantKirchhoff", (1e5, 0.3)),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC, "J2Plasticity", (1e5, 0.3, 2e3, 5e3)),
+    ("large", "J2iso", "ELAS_PLAS", SWIFT, "FiniteJ2", (1e5, 0.3, 2e3, 0.0, 0.25, 0.5)),
     ("large", "J2iso", "ELAS_PLAS", PLASTIC, "FiniteJ2", (1e5, 0.3, 2e3, 5e3)),
 ]
 
 
-def folder_of(folder, kinematics, law, name, rows):
+def folder_of(folder, kinematics, law, name, rows, *more):
     """A block of one cell that falls on a held bar."""
     gummy = f"$behav  lawty\n GUMMY  {name:30s}  Umas= 0.1000000D+04\n" + "".join(" " * 40 + row + "\n" for row in rows)
     bodies = body("RBDY2", BAR, at=(0.5, -0.05, 0), number=1) + block(1, [0, 0.05])
     see = SEE.format("RBDY2", "xxxxx", "JONCx", "DOWNx").replace(" RBDY2  xxxxx  BLEUx", " MAILx  CLxxx  BLUEx")
     write(folder / "DATBOX", bodies, see, LAW.replace("IQS_CLB    ", "GAP_SGR_CLB"), held("RBDY2", 1), bulk=BULK + gummy)
     model = f"$model  mdlty  finel  eleop  value\n M2D_L\n        MECAx  Q4xxx  kine_  {kinematics}\n"
-    model += "".join(f"                      {o}\n" for o in (f"mater  {law}", "mstrg  lump_"))
+    model += "".join(f"                      {o}\n" for o in (*([f"mater  {law}"] if law else []), "mstrg  lump_", *more))
     (folder / "DATBOX" / "MODELS.DAT").write_text(model)
     return folder
 
 
-@pytest.mark.parametrize("kinematics, law, name, rows, kind, values", ALL, ids=[f"{k}-{m}" for k, m, *_ in ALL])
+IDS = [f"{k}-{m}-{n}-{len(v)}" for k, m, n, _, _, v in ALL]
+
+
+@pytest.mark.parametrize("kinematics, law, name, rows, kind, values", ALL, ids=IDS)
 def test_a_folder_of_each_material_is_read_and_run(kinematics, law, name, rows, kind, values, tmp_path):
     scene = legacy.read_datbox(folder_of(tmp_path, kinematics, law, name, rows))
     assert not scene.legacy.unmapped
@@ -53,12 +60,22 @@ def test_a_folder_of_each_material_is_read_and_run(kinematics, law, name, rows, 
     assert (terms["dissipated_material"] > 1e-3) == (law in ("kvisc", "J2iso"))
 
 
+@pytest.mark.parametrize("law", ["", "elas_", "J2iso"])
+def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_path):
+    scene = legacy.read_datbox(folder_of(tmp_path, "large", law, "ELAS_PLAS", SWIFT, "form_  UpdtL", "isext  no___"))
+    (made,) = (m.body.materials["quad"] for m in cn.Simulation(scene, 1e-3).meshes)
+    assert made == cn.FiniteJ2(young=1e5, poisson=0.3, yield_stress=2e3, swift_strain=0.25, swift_power=0.5)
+    none = (*SWIFT[:5], SWIFT[5].replace("EPS0= 2.5", "EPS0= 0.0"), *SWIFT[6:])
+    with pytest.raises(legacy.LegacyError, match="EPS0=0: it would yield under no stress"):
+        legacy.read_datbox(folder_of(tmp_path, "large", law, "ELAS_PLAS", none, "isext  no___"))
+
+
 @pytest.mark.parametrize("kinematics, law, name, rows, told", [
     ("small", "neoh_", "ELAS", ELASTIC, r"MAILx 1: model M2D_L \(small, neoh_, iso__\) of material GUMMY \(ELAS\)"),
     ("small", "J2mix", "ELAS_PLAS", PLASTIC, r"MAILx 1: model M2D_L \(small, J2mix, iso__\)"),
     ("small", "J2iso", "ELAS", ELASTIC, r"model M2D_L \(small, J2iso, iso__\) of material GUMMY \(ELAS\)"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:3] + ("crit: Hill",) + PLASTIC[4:], "material GUMMY has crit: Hill, not Von-Mises"),
-    ("small", "J2iso", "ELAS_PLAS", PLASTIC[:4] + ("isoh: Swift",) + PLASTIC[5:], "hardens by isoh: Swift, not linear"),
+    ("small", "J2iso", "ELAS_PLAS", PLASTIC[:4] + ("isoh: Hollomon",) + PLASTIC[5:], "isoh: Hollomon, not linear or Swift"),
     ("small", "kvisc", "VISCO_ELAS", VISCOUS[:5], "material GUMMY lacks its EYng="),
 ])  # fmt: skip
 def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
@@ -91,7 +108,7 @@ def gummy(name, density, rows, law="ELAS"):
 
 
 def model(name, element, law="elas_", kinematics="small", mass="lump_"):
-    text = f" {name}\n        MECAx  {element}  kine_  {kinematics}\n"
+    text = f" {name}\n        MECAx  Q4xxx  kine_  {kinematics}\n"
     return text + "".join(f"                      {o}\n" for o in (f"mater  {law}", f"mstrg  {mass}"))
 
 

@@ -71,6 +71,19 @@ LAWS = {
     "Capillary": {"tension": (40.0, FORCE - LENGTH), "volume": (1e-3, 3 * LENGTH), "mu": (0.4, NONE)},
     "Rolling": {"mu": (0.4, NONE), "rolling": (0.1, NONE), "twisting": (0.1, NONE)},
     "Wear": {"mu": (0.4, NONE), "wear": (1e-7, lambda dim: area(dim) - FORCE)},
+    "UnilateralContact": {"mu": (0.4, NONE), "kinetic": (0.3, NONE), "shift": (-1e-3, LENGTH), "recovers": (1.0, NONE)},
+    "ElasticContact": {"stiffness": (1e6, FORCE - LENGTH), "viscosity": (300.0, FORCE - LENGTH + TIME), "mu": (0.4, NONE)},
+    "AdhesiveContact": {
+        "force": (30.0, FORCE), "reach": (0.02, LENGTH), "mu": (0.4, NONE), "kinetic": (0.3, NONE), "torn_force": (20.0, FORCE),
+        "stiffness": (1e6, FORCE - LENGTH), "viscosity": (300.0, FORCE - LENGTH + TIME),
+    },
+    "GapRescue": {"mu": (0.4, NONE), "period": (12.0, NONE), "tolerance": (-1e-4, LENGTH)},
+    "CoupledMotion": {"reach": (1e-3, LENGTH)},
+    "LimitedSlip": {"mu": (0.1, NONE), "limit": (1e-3, LENGTH)},
+    "BrittleCoating": {
+        "mu": (0.4, NONE), "stiffness": (1e6, FORCE - LENGTH), "strength": (60.0, FORCE), "rest": (1e-3, LENGTH),
+        "reach": (0.05, LENGTH),
+    },
 }  # fmt: skip
 SMOOTH = ("LinearSpring", "HertzMindlin", "JKR")
 ONLY_3D = ("Capillary", "HertzMindlin", "JKR")

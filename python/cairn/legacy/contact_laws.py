@@ -9,7 +9,7 @@ from ..build import laws
 # Values of a law, row by row of the file: names of ours for what stands in columns 46-59, 67-80.
 _FRICTION = ("fric",)
 _TWO = ("dyfr", "stfr")
-_COHESION, _STRAIN = ("cohn", "coht"), ("Fstr", "prst")
+_COHESION, _STRAIN, _SPRING = ("cohn", "coht"), ("Fstr", "prst"), ("F/gp",)
 LAW_VALUES = {
     "IQS_CLB": (_FRICTION,),
     "GAP_SGR_CLB": (_FRICTION,),
@@ -35,6 +35,22 @@ LAW_VALUES = {
     "BRITTLE_ELASTIC_WIRE": (_STRAIN, ("Fmax",)),
     "RIGID_WIRE": (),
     "GAP_SGR_CLB_WEAR": (("kcdw", "kanw"), _FRICTION),
+    "IQS_CLB_g0": (_FRICTION,),
+    "GAP_SGR_CLB_g0": (_FRICTION,),
+    "IQS_CLB_RGR": (("T/H", "gTot"), _FRICTION),
+    "IQS_CLB_nosldt": (("fric", "dt__"),),
+    "GAP_SGR_CLB_nosldt": (("fric", "dt__"),),
+    "ELASTIC_REPELL_CLB": (_SPRING, _FRICTION),
+    "ELASTIC_REPELL_CLB_g0": (_SPRING, _FRICTION),
+    "ELASTIC_REPELL_CLB_adapt": (_SPRING, _FRICTION),
+    "VISCO_ELASTIC_REPELL_CLB": (("F/gp", "etan"), _FRICTION),
+    "ELASTIC_REPELL_WET_CLB": (_SPRING, ("cohn", "Wthk"), _FRICTION),
+    "RST_WET_CLB": (_COHESION, ("rstn", "rstt"), ("Wthk",), _TWO),
+    "xQS_WET_DS_CLB": (_COHESION, ("Wthk",), _TWO),
+    "COUPLED_DOF": (),
+    "NORMAL_COUPLED_DOF": (),
+    "TANGENTIAL_COUPLED_DOF": (),
+    "BRITTLE_COATING_CLB": (_FRICTION, _SPRING, ("snmx",), ("g0",)),
 }
 _ZONE_ROWS = (_TWO, ("cn", "ct"))
 _MODE_ROWS = (("s1", "s2"), ("G1", "G2"))
@@ -54,6 +70,8 @@ LAW_VALUES["MP3_CZM_THER"] = (*LAW_VALUES["MP3_CZM"], ("lbds", "lbdc"))
 _MU, _STATIC = {"mu": "fric"}, {"mu": "stfr"}
 _RESTITUTION = {"normal": "rstn", "tangential": "rstt"}
 _ROD = {"stiffness": "Fstr", "prestrain": "prst"}
+_DRY = {"mu": "stfr", "kinetic": "dyfr"}
+_ATTRACTION = {"force": "cohn", "reach": "Wthk"}
 LAWS = {
     "IQS_CLB": ("Coulomb", _MU),
     "GAP_SGR_CLB": ("GapCoulomb", _MU),
@@ -69,9 +87,25 @@ LAWS = {
     "IQS_MOHR_DS_CLB": ("MohrCoulomb", _STATIC | {"tension": "cohn", "cohesion": "coht"}),
     "GAP_MOHR_DS_CLB": ("MohrCoulomb", _STATIC | {"tension": "cohn", "cohesion": "coht"}),
     "IQS_CAP_MOHR_DS_CLB": ("MohrCoulomb", _STATIC | {"tension": "sten", "cohesion": "coht", "cap": "scom"}),
-    "IQS_WET_DS_CLB": ("Wet", _STATIC | {"force": "cohn", "reach": "Wthk"}),
-    "GAP_WET_DS_CLB": ("Wet", _STATIC | {"force": "cohn", "reach": "Wthk"}),
+    "IQS_WET_DS_CLB": ("Wet", _STATIC | _ATTRACTION),
+    "GAP_WET_DS_CLB": ("AdhesiveContact", _DRY | _ATTRACTION),
+    "RST_WET_CLB": ("AdhesiveContact", _DRY | _ATTRACTION | _RESTITUTION),
+    "xQS_WET_DS_CLB": ("AdhesiveContact", _DRY | _ATTRACTION),
+    "ELASTIC_REPELL_WET_CLB": ("AdhesiveContact", _MU | _ATTRACTION | {"stiffness": "F/gp"}),
     "IQS_SGR_CLB_WEAR": ("Wet", _MU | {"force": "scoh", "reach": "Wthk"}),
+    "IQS_CLB_g0": ("UnilateralContact", _MU),
+    "GAP_SGR_CLB_g0": ("UnilateralContact", _MU),
+    "IQS_CLB_RGR": ("GapRescue", _MU | {"period": "T/H", "tolerance": "gTot"}),
+    "IQS_CLB_nosldt": ("LimitedSlip", _MU | {"limit": "dt__"}),
+    "GAP_SGR_CLB_nosldt": ("LimitedSlip", _MU | {"limit": "dt__"}),
+    "ELASTIC_REPELL_CLB": ("ElasticContact", _MU | {"stiffness": "F/gp"}),
+    "ELASTIC_REPELL_CLB_g0": ("ElasticContact", _MU | {"stiffness": "F/gp"}),
+    "ELASTIC_REPELL_CLB_adapt": ("ElasticContact", _MU | {"stiffness": "F/gp"}),
+    "VISCO_ELASTIC_REPELL_CLB": ("ElasticContact", _MU | {"stiffness": "F/gp", "viscosity": "etan"}),
+    "COUPLED_DOF": ("CoupledMotion", {}),
+    "NORMAL_COUPLED_DOF": ("CoupledMotion", {}),
+    "TANGENTIAL_COUPLED_DOF": ("CoupledMotion", {}),
+    "BRITTLE_COATING_CLB": ("BrittleCoating", _MU | {"stiffness": "F/gp", "strength": "snmx", "rest": "g0"}),
     "ELASTIC_ROD": ("Rod", _ROD),
     "VOIGT_ROD": ("Rod", _ROD | {"viscosity": "F/sr"}),
     "ELASTIC_WIRE": ("Wire", _ROD),
@@ -93,36 +127,43 @@ _ZONES = {
 }
 _ZONES["MP3_CZM_THER"] = _ZONES["MP3_CZM"]
 LAWS |= _ZONES | {"IQS_" + name: law for name, law in _ZONES.items() if name != "MP3_CZM_THER"}
+# The law of Cairn, and its parameters, where the file tells apart what the one above has as one: static and kinetic friction, a
+# force before and after it was torn; or has a gap before the surface.
+APART = {
+    "IQS_DS_CLB": ("UnilateralContact", _DRY),
+    "GAP_SGR_DS_CLB": ("UnilateralContact", _DRY),
+    "VEL_SGR_DS_CLB": ("UnilateralContact", _DRY),
+    "RST_DS_CLB": ("UnilateralContact", _DRY | _RESTITUTION),
+    "preGAP_SGR_CLB": ("UnilateralContact", _MU | {"shift": "pgap"}),
+    "IQS_WET_DS_CLB": ("AdhesiveContact", _DRY | _ATTRACTION),
+    "IQS_SGR_CLB_WEAR": ("AdhesiveContact", _MU | {"force": "scoh", "torn_force": "dcoh", "reach": "Wthk"}),
+}
 # What else the law of Cairn needs to be that of LMGC90: there a gap above zero keeps a contact open, though nothing rebounds;
 # zones between deformable bodies take an overlap back in a step.
-AS_THERE = {name: {"closing": 0} for name in ("RST_CLB", "VEL_SGR_CLB", "RST_DS_CLB", "VEL_SGR_DS_CLB")}
-AS_THERE |= {"IQS_STICK": {"mu": np.inf}, "GAP_SGR_STICK": {"mu": np.inf}, "GAP_SGR_CLB_WEAR": {"recovers": 1}}
+_OPEN, _BACK, _START = {"closing": 0}, {"recovers": 1}, {"from_start": 1}
+AS_THERE = {name: _OPEN for name in ("RST_CLB", "VEL_SGR_CLB", "RST_DS_CLB", "VEL_SGR_DS_CLB", "RST_WET_CLB")}
+AS_THERE |= {"IQS_STICK": {"mu": np.inf}, "GAP_SGR_STICK": {"mu": np.inf}, "VISCO_ELASTIC_REPELL_CLB": _OPEN}
+AS_THERE |= {name: _BACK for name in ("GAP_SGR_CLB_WEAR", "GAP_WET_DS_CLB", "GAP_SGR_CLB_nosldt")}
+AS_THERE |= {"IQS_CLB_g0": _START, "GAP_SGR_CLB_g0": _START | _BACK, "ELASTIC_REPELL_CLB_g0": _START}
+AS_THERE |= {"xQS_WET_DS_CLB": {"once": 1}}
+AS_THERE |= {"NORMAL_COUPLED_DOF": {"tangential": 0}, "TANGENTIAL_COUPLED_DOF": {"normal": 0}}
 AS_THERE |= {name: {"recovery": 1} for name in _ZONES}
+APART_THERE = {"GAP_SGR_DS_CLB": _BACK, "preGAP_SGR_CLB": _BACK, "VEL_SGR_DS_CLB": _OPEN, "RST_DS_CLB": _OPEN}
 # What is told of a law that is read otherwise than it is there.
 NOTES = {
     "GAP_MOHR_DS_CLB": "an overlap is not taken back in a step, as it is there",
-    "GAP_WET_DS_CLB": "an overlap is not taken back in a step, as it is there",
+    "RST_WET_CLB": "within reach of a gap it draws alone; there what it closes to depends on values that are not set",
+    "ELASTIC_REPELL_CLB_adapt": "its stiffness stays that of the file, whatever a script does to it",
     "MP3_CZM_THER": "what its faces conduct is a conductance of a network of heat, see scene.thermal",
     "GAP_SGR_CLB_WEAR": "wear of both sides counts in one gap",
 }
 # What to say instead of a law that Cairn has no counterpart of.
 _ZONE_INSTEAD = "EXPO_CZM has the same curve without it; or give a law of your own (docs/plugins.md)"
-_SPRING_INSTEAD = "give cairn.Rod, or a joint with cairn.Spring; springs at contacts are cairn.SmoothDEM's (LinearSpring)"
-_LIMIT_INSTEAD = "give IQS_CLB, or a Slider with limits for a way that ends"
-_DOF_INSTEAD = "join the bodies by scene.join: Pivot or Ball holds a point, Slider a way along an axis, Fixed all"
+_LIMIT_INSTEAD = "LMGC90 has its name alone; IQS_CLB_nosldt (cairn.LimitedSlip) limits the whole slip"
+_IMPULSE_INSTEAD = "its limit is an impulse, no force without a step: COUPLED_DOF, or scene.join with strength="
 REMEDIES = {
-    "IQS_CLB_g0": "IQS_CLB counts gaps from where bodies touch: move apart what overlaps at the start",
-    "GAP_SGR_CLB_g0": "GAP_SGR_CLB counts gaps from where bodies touch: move apart what overlaps at the start",
-    "IQS_CLB_RGR": "GAP_SGR_CLB takes overlaps back in a step, sim.project_positions without making energy",
-    "ELASTIC_REPELL_CLB": _SPRING_INSTEAD,
-    "ELASTIC_REPELL_CLB_g0": _SPRING_INSTEAD,
-    "ELASTIC_REPELL_CLB_adapt": _SPRING_INSTEAD,
-    "VISCO_ELASTIC_REPELL_CLB": _SPRING_INSTEAD,
-    "CRITICAL_VOIGT_CLB": _SPRING_INSTEAD,
-    "ELASTIC_REPELL_WET_CLB": "IQS_WET_DS_CLB has the same attraction on bodies that do not yield",
-    "VISCO_ELASTIC_REPELL_WET": "IQS_WET_DS_CLB has the same attraction on bodies that do not yield",
-    "RST_WET_CLB": "IQS_WET_DS_CLB has the same attraction without a bounce",
-    "xQS_WET_DS_CLB": "IQS_WET_DS_CLB draws again what comes back; cairn.MohrCoulomb joins what touches at the start alone",
+    "CRITICAL_VOIGT_CLB": "cairn.ElasticContact(stiffness=, viscosity=) is its spring and dashpot with numbers of your own",
+    "VISCO_ELASTIC_REPELL_WET": "ELASTIC_REPELL_WET_CLB (cairn.AdhesiveContact, with a viscosity) draws at the touch, too",
     "IQS_WET_CZM": "IQS_MAC_CZM is its zone, IQS_WET_DS_CLB what is left of it",
     "ELASTIC_REPELL_MAC_CZM": "MAC_CZM has the same zone on sides that do not yield",
     "postGAP_IQS_MAC_CZM": "IQS_MAC_CZM is the same zone with the gap of the step's begin",
@@ -131,17 +172,11 @@ REMEDIES = {
     "EXPO_CZM_SPRING_P": _ZONE_INSTEAD,
     "TOSI_CZM": "give MAL_CZM with its strength and work, or cells of a material with damage (docs/solids.md)",
     "GTN_CZM": "give MAL_CZM with its strength and work, or cells of a material with damage (docs/solids.md)",
-    "COUPLED_DOF": _DOF_INSTEAD,
-    "NORMAL_COUPLED_DOF": _DOF_INSTEAD,
-    "TANGENTIAL_COUPLED_DOF": _DOF_INSTEAD,
-    "PLASTIC_COUPLED_DOF": _DOF_INSTEAD,
-    "BROKEN_DOF": "join the bodies by scene.join with strength=",
+    "PLASTIC_COUPLED_DOF": _IMPULSE_INSTEAD,
+    "BROKEN_DOF": _IMPULSE_INSTEAD,
     "PERIO_DOF": "give Scene(periodic=cairn.Periodic(...)), and a stress or rate of the cell",
-    "IQS_CLB_nosldt": _LIMIT_INSTEAD,
     "IQS_CLB_noslds": _LIMIT_INSTEAD,
-    "GAP_SGR_CLB_nosldt": _LIMIT_INSTEAD,
     "GAP_SGR_CLB_noslds": _LIMIT_INSTEAD,
-    "BRITTLE_COATING_CLB": "IQS_MAC_CZM is a coating that is damaged, IQS_MOHR_DS_CLB one that breaks",
     "MD_JKRs": "give cairn.SmoothDEM() and cairn.JKR(...)",
     "LJ_POTENTIAL": "IQS_WET_DS_CLB is its form without steepness",
 }
@@ -154,19 +189,21 @@ HUGE = 1e99  # a value without limit, in columns that hold no more
 def law_of(law, alert):
     """The law of Cairn that a ContactLaw is, and what cannot be told by it, in words: (law, refused, notes). Bodies that see each
     other at the first step, within the alert distance [m], are joined."""
-    python, names = LAWS.get(law.law, (None, None))
+    given, refused = law.parameters, []
+    split = _told_apart(given) and law.law in APART
+    python, names = APART[law.law] if split else LAWS.get(law.law, (None, None))
     if python is None or python not in laws.LAWS:
         remedy = REMEDIES.get(law.law)
         return None, [f"contact law {law.name} ({law.law})" + (f", instead of which: {remedy}" if remedy else "")], []
-    given, refused = law.parameters, []
     notes = [f"law {law.name} ({law.law}): {NOTES[law.law]}"] if law.law in NOTES else []
-    values = {ours: given[theirs] for ours, theirs in names.items()} | AS_THERE.get(law.law, {})
-    if given.get("dyfr", 0) != given.get("stfr", 0):
+    there = APART_THERE if split else AS_THERE
+    values = {ours: given[theirs] for ours, theirs in names.items()} | there.get(law.law, {})
+    if given.get("dyfr", 0) != given.get("stfr", 0) and "kinetic" not in names:
         refused.append(f"friction of law {law.name} that slides and sticks apart")
-    if given.get("scoh", 0) != given.get("dcoh", 0):
-        refused.append(f"cohesion of law {law.name} that is another after it broke: give both the same, or IQS_WET_DS_CLB")
-    if given.get("pgap", 0) != 0:
-        refused.append(f"pgap of law {law.name}: give GAP_SGR_CLB, and radii or sides that are larger by half of it")
+    if given.get("dyfr", 0) > given.get("stfr", 0) and "kinetic" in names:
+        refused.append(f"friction of law {law.name} that is more where it slides: give dyfr up to stfr")
+    if given.get("dcoh", 0) > given.get("scoh", 0):
+        refused.append(f"cohesion of law {law.name} that is more after it broke: give dcoh up to scoh")
     if python == "MohrCoulomb":
         if not given["cohn"] > 0:
             refused.append(f"law {law.name} without cohn: give IQS_CLB, or a cohesion along the normal")
@@ -178,9 +215,30 @@ def law_of(law, alert):
         values["wear"] = given["kcdw"] + given["kanw"]
     if python in ("MP", "MP3") and given["cn"] != given["ct"]:
         notes.append(f"law {law.name} ({law.law}): its work is that of every mode, there the mean of two")
-    if "within" in laws.LAWS[python].parameter_names:
+    if python in ("CoupledMotion", "BrittleCoating"):
+        values["reach"] = alert
+    if "within" in laws.LAWS[python].parameter_names and _begins(python, values):
         values["within"] = alert
+    if values.get("kinetic") == values.get("mu"):
+        values.pop("kinetic", None)
     return laws.LAWS[python](**values), refused, notes
+
+
+def _told_apart(given):
+    pairs = (("dyfr", "stfr"), ("scoh", "dcoh"))
+    return given.get("pgap", 0) != 0 or any(given.get(one, 0) != given.get(other, 0) for one, other in pairs)
+
+
+def _begins(python, values):
+    """Whether it asks for how bodies stood at the start."""
+    every = python not in ("UnilateralContact", "ElasticContact", "AdhesiveContact")
+    return every or values.get("from_start", 0) == 1 or values.get("once", 0) == 1
+
+
+def told_by_alert(law):
+    """The distance [m] of a law of Cairn that a see table tells, or 0."""
+    values = dict(zip(law.parameter_names, law.values))
+    return values["reach"] if type(law).__name__ in ("CoupledMotion", "BrittleCoating") else values.get("within", 0.0)
 
 
 def words_of(law):
@@ -192,13 +250,14 @@ def words_of(law):
     name, missed = found(values)
     if missed:
         return None, f"{missed} of law {law!r}"
-    names = LAWS[name][1]
+    names = next(table[name][1] for table in (LAWS, APART) if table.get(name, ("",))[0] == python)
     given = {theirs: values[ours] for ours, theirs in names.items()}
-    given |= {"dyfr": given["stfr"]} if "stfr" in given else {}
+    given |= {"dyfr": min(given["stfr"], values.get("kinetic", np.inf))} if "stfr" in given else {}
     if python == "MohrCoulomb":
         given |= {"cohn": values["cohesion"] / values["friction"]}
         given |= {"scom": min(values["cap"], HUGE)} if "scom" in given else {}
-    given |= {"Wear": {"kcdw": values.get("wear"), "kanw": 0.0}, "Wet": {"coht": 0.0}}.get(python, {})
+    given |= {"kcdw": values["wear"], "kanw": 0.0} if python == "Wear" else {}
+    given |= {"coht": 0.0} if python in ("Wet", "AdhesiveContact") else {}
     ours = {theirs: mine for mine, theirs in names.items()}
     endless = [ours.get(theirs, theirs) for theirs, value in given.items() if not np.isfinite(value)]
     if endless:
@@ -241,7 +300,56 @@ def _wire(v):
     return "RIGID_WIRE" if rigid else "BRITTLE_ELASTIC_WIRE" if brittle else "VOIGT_WIRE" if viscous else "ELASTIC_WIRE", ""
 
 
+def _unilateral(v):
+    rebounds = v["normal"] > 0 or v["tangential"] != 0 or v["closing"] < 1
+    dry = v["kinetic"] < v["mu"] or rebounds
+    if v["recovers"] not in (0, 1) or v["from_start"] not in (0, 1) or v["closing"] not in (0, 1):
+        return "", "shares of recovers, from_start or closing"
+    shifted = v["shift"] != 0
+    if shifted + v["from_start"] + dry > 1 or (v["recovers"] and rebounds) or (shifted and not v["recovers"]):
+        return "", "shift, from_start, restitution and kinetic friction together"
+    if rebounds and v["closing"] > 0:
+        return "", "closing=1 with a restitution"
+    if shifted:
+        return "preGAP_SGR_CLB", ""
+    if v["from_start"]:
+        return "GAP_SGR_CLB_g0" if v["recovers"] else "IQS_CLB_g0", ""
+    return "RST_DS_CLB" if rebounds else "GAP_SGR_DS_CLB" if v["recovers"] else "IQS_DS_CLB", ""
+
+
+def _elastic(v):
+    viscous = v["viscosity"] > 0 or v["closing"] < 1
+    if v["kinetic"] < v["mu"] or (viscous and (v["from_start"] != 0 or v["closing"] != 0)) or v["from_start"] not in (0, 1):
+        return "", "kinetic friction, or viscosity with closing or from_start"
+    return "VISCO_ELASTIC_REPELL_CLB" if viscous else "ELASTIC_REPELL_CLB_g0" if v["from_start"] else "ELASTIC_REPELL_CLB", ""
+
+
+def _adhesive(v):
+    dry, torn, elastic = v["kinetic"] < v["mu"], v["torn_force"] < v["force"], np.isfinite(v["stiffness"])
+    rebounds = v["normal"] > 0 or v["tangential"] != 0 or v["closing"] < 1
+    sides = (elastic, v["once"] != 0, torn, v["recovers"] != 0, rebounds)
+    if sum(sides) > 1 or ((elastic or torn) and dry) or (elastic and v["viscosity"] > 0):
+        return "", "stiffness, viscosity, once, torn_force, recovers, restitution and kinetic friction together"
+    if rebounds and v["closing"] > 0:
+        return "", "closing=1 with a restitution"
+    names = ("ELASTIC_REPELL_WET_CLB", "xQS_WET_DS_CLB", "IQS_SGR_CLB_WEAR", "GAP_WET_DS_CLB", "RST_WET_CLB")
+    return next((name for name, one in zip(names, sides) if one), "IQS_WET_DS_CLB"), ""
+
+
+def _coupled(v):
+    names = {(1, 1): "COUPLED_DOF", (1, 0): "NORMAL_COUPLED_DOF", (0, 1): "TANGENTIAL_COUPLED_DOF"}
+    name = names.get((int(v["normal"] > 0), int(v["tangential"] > 0)), "")
+    return name, "" if name else "nothing that is coupled"
+
+
 _NAMES = {
+    "UnilateralContact": _unilateral,
+    "ElasticContact": _elastic,
+    "AdhesiveContact": _adhesive,
+    "CoupledMotion": _coupled,
+    "GapRescue": lambda v: ("IQS_CLB_RGR", ""),
+    "LimitedSlip": lambda v: ("GAP_SGR_CLB_nosldt" if v["recovers"] else "IQS_CLB_nosldt", ""),
+    "BrittleCoating": lambda v: ("BRITTLE_COATING_CLB", ""),
     "Coulomb": _cone("IQS_CLB", "IQS_STICK"),
     "GapCoulomb": _cone("GAP_SGR_CLB", "GAP_SGR_STICK"),
     "Restitution": lambda v: ("RST_CLB", ""),

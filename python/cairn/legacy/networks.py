@@ -18,7 +18,7 @@ def values_of(bulk):
     """{label: number} of the further lines of a material."""
     found = {}
     for _, text in bulk.parts:
-        for first in (41, 62):
+        for first in (41, 62, 83):
             label, number = text[first - 1 : first + 4], REAL.fullmatch(text[first + 4 : first + 18].replace(" ", ""))
             if label.endswith("=") and number:
                 found[label[:-1].strip()] = fortran(number)

@@ -6,10 +6,12 @@ from .networks import values_of
 from .text import LegacyError
 
 # By kine_ and mater of the model and the law of the material: the class of Cairn, None for ElasticBody. LMGC90's elas_ with large
-# kinematics is Hooke's law on Green's strain.
+# kinematics is Hooke's law on Green's strain; of a metal it takes the elastic constants alone.
 KINDS = {
     ("small", "elas_", "ELAS"): None,
+    ("small", "elas_", "ELAS_PLAS"): None,
     ("large", "elas_", "ELAS"): "SaintVenantKirchhoff",
+    ("large", "elas_", "ELAS_PLAS"): "SaintVenantKirchhoff",
     ("large", "neoh_", "ELAS"): "NeoHookean",
     ("small", "kvisc", "VISCO_ELAS"): "KelvinVoigt",
     ("small", "J2iso", "ELAS_PLAS"): "J2Plasticity",
@@ -18,8 +20,12 @@ KINDS = {
 
 
 def asked(options, material):
-    """What decides: (kine_, mater, law)."""
-    return options.get("kine_", "small"), options.get("mater", "elas_"), material.law
+    """What decides: (kine_, mater, law). Without a library of materials (isext no___) LMGC90 takes a metal at large strains
+    by its plasticity, whatever mater says."""
+    kinematics, law = options.get("kine_", "small"), material.law
+    if kinematics == "large" and options.get("isext") == "no___" and law == "ELAS_PLAS":
+        return kinematics, "J2iso", law
+    return kinematics, options.get("mater", "elas_"), law
 
 
 def why_not(model, options, material):
@@ -49,16 +55,28 @@ def solid_material(box, options, material):
         _word(path, material, "crit", "Von-Mises")
         _word(path, material, "cinh", "none")
         _word(path, material, "visc", "none")
-        found = _values(material, _section(material, "crit"))
-        values["yield_stress"] = _one(path, material, found, "SIG0")
-        hardening = _of_word(material, "isoh")
-        if hardening not in ("none", "linear"):
-            raise LegacyError(f"{path}, line {material.line}: material {material.name} hardens by isoh: {hardening}, not linear")
-        values["isotropic"] = _one(path, material, found, "K___") if hardening == "linear" else 0.0
+        values |= _hardening(path, material)
     try:
         return bulk.BULK_MATERIALS[kind](**values)
     except ValueError as error:
         raise LegacyError(f"{path}, line {material.line}: material {material.name}: {error}") from error
+
+
+def _hardening(path, material):
+    """Of a metal: linear, or by Swift's law, sigma_y = C0 (EPS0 + p)^n."""
+    found = _values(material, _section(material, "crit"))
+    word = _of_word(material, "isoh")
+    if word == "Swift":
+        size, strain, power = (_one(path, material, found, label) for label in ("C0__", "EPS0", "n___"))
+        if not strain > 0:
+            what = f"material {material.name} has EPS0={strain:g}: it would yield under no stress"
+            raise LegacyError(f"{path}, line {material.line}: {what}; give a strain above 0")
+        return {"yield_stress": size * strain**power, "swift_strain": strain, "swift_power": power}
+    if word not in ("none", "linear"):
+        what = f"material {material.name} hardens by isoh: {word}, not linear or Swift"
+        raise LegacyError(f"{path}, line {material.line}: {what}")
+    isotropic = _one(path, material, found, "K___") if word == "linear" else 0.0
+    return {"yield_stress": _one(path, material, found, "SIG0"), "isotropic": isotropic}
 
 
 def elastic(box, material):

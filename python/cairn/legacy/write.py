@@ -10,7 +10,7 @@ import numpy as np
 
 from ..build import bodies
 from ..run import time_functions
-from .contact_laws import LAW_VALUES, law_of, words_of
+from .contact_laws import LAW_VALUES, law_of, told_by_alert, words_of
 from .datbox import ContactLaw
 from .scene import UnmappedWarning
 from .text import LegacyError, real, triple
@@ -287,7 +287,7 @@ class _Writer:
                 law = s.law_between(a, b)
                 if law is None:
                     continue
-                within = dict(zip(law.parameter_names, law.values)).get("within", 0.0) or alert
+                within = told_by_alert(law) or alert
                 if law not in named:
                     legacy, there = words_of(law)
                     if legacy is None:
