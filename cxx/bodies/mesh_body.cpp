@@ -42,7 +42,7 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
       low = std::min(low, model.reference[i]), high = std::max(high, model.reference[i]);
     extents[k] = high - low;
   }
-  const double longest = *std::max_element(extents, extents + dim);
+  const double longest = std::max({extents[0], extents[1], extents[2]}); // of axes that are not there 0
   double extent = longest;
   for (const double e : extents) // a sheet, or a row of nodes, has none but rounding along some axes
     if (e > 1e-9 * longest) extent = std::min(extent, e);

@@ -29,11 +29,11 @@ def at(points, axis, value):
     return np.flatnonzero(np.abs(points[:, axis] - value) < 1e-9 * np.ptp(points))
 
 
-@pytest.mark.parametrize("material, counts, ends", [
-    ("FiniteJ2", (4, 25), (21.466e-3, 7.022e-3)), ("FiniteJ2", (6, 50), (21.432e-3, 7.132e-3)),
-    ("J2Plasticity", (4, 25), (21.466e-3, 7.022e-3)),
+@pytest.mark.parametrize("material, counts, ends, largest", [
+    ("FiniteJ2", (4, 25), (21.466e-3, 7.022e-3), 2.889), ("FiniteJ2", (6, 50), (21.432e-3, 7.132e-3), 3.166),
+    ("J2Plasticity", (4, 25), (21.466e-3, 7.022e-3), 2.889),
 ])  # fmt: skip
-def test_taylors_bar(material, counts, ends):
+def test_taylors_bar(material, counts, ends, largest):
     """Copper, 32.4 by 3.2 mm, 227 m/s, a wall without friction: length and foot after 80 us of 4 by 25 and of 6 by 50 cells."""
     length, radius, speed = 32.4e-3, 3.2e-3, 227.0
     points, cells = box("quad", counts, (radius, length))
@@ -58,7 +58,8 @@ def test_taylors_bar(material, counts, ends):
     # of J2Plasticity elastic and plastic strain are a sum of logarithms
     judge("foot", now[body.groups["foot"], 0].max(), ends[1], 2e-2 if material == "FiniteJ2" else 3e-2)
     strain = sim.meshes[0].material_state["quad"]["accumulated_plastic_strain"]
-    assert 2.0 < strain.max() < 3.2
+    # of the cells at the rim of the foot, where it grows with finer cells; the table has that of the stress rates of Jaumann
+    assert 2.0 < strain.max() < 1.1 * largest
     assert energy["kinetic"] < 5e-3 * start
     # what hardening holds counts as stored; the rest goes at the impact of the foot
     assert 0.95 < (energy["dissipated_material"] + energy["stored"]) / start < 1.0

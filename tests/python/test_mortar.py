@@ -60,8 +60,8 @@ def test_a_uniform_pressure_goes_through_exactly(cells):
 
 @pytest.mark.parametrize("cells", [(2, 3), (5, 3), (7, 4), (2, 9)])
 def test_each_row_gives_what_it_takes(cells):
-    """Sums of D and M over a row are the same: loads that differ press the rows by independent impulses, and of each the forces on
-    both meshes have no sum, to 1e-14."""
+    """Sums of D and M over a row are the same: loads that differ press the rows by independent impulses, and of each the forces
+    on both meshes have no sum, to 1e-14."""
     rows, pressed = cells[0] + 1, []
     for k in range(rows):
         share = np.full(rows, 0.5 / rows)
