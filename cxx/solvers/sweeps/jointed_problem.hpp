@@ -36,6 +36,8 @@ public:
   // W and q.
   void form();
   const FrictionProblem& problem() const { return problem_; }
+  // The same with its contacts in the order of the candidates, for those who know nothing of batches.
+  FrictionProblem in_order() const;
   // Impulses (dim, contacts) to begin with, as the step has them.
   void read(Array<double>& r) const;
   // Those of the problem, and those of joints that follow from them, to the step; records know nothing of it.
