@@ -106,8 +106,8 @@ std::vector<std::vector<std::int32_t>> JointedProblem::groups() const {
     const std::size_t beyond = std::size_t(a) < contacts_.size() ? 0 : std::size_t(a) - contacts_.size();
     const bool posed = std::size_t(a) >= contacts_.size();
     for (int c = 0; c < (posed ? 1 : d); ++c) {
-      const auto row = posed ? std::size_t(coordinates_[std::size_t(posed_[beyond].coordinate)].row)
-                             : std::size_t(d * a + c);
+      const auto row =
+          posed ? std::size_t(coordinates_[std::size_t(posed_[beyond].coordinate)].row) : std::size_t(d * a + c);
       for (const auto& [body, part] : of_row_[row]) add(std::size_t(body), a);
     }
     for (int c = 0; c < d && held_; ++c)
@@ -147,11 +147,10 @@ void JointedProblem::form_pattern() {
 double& JointedProblem::entry(std::int32_t row, std::int32_t column) {
   const int d = system_.dim;
   const auto first = problem_.column.begin();
-  const auto found =
-      std::lower_bound(first + problem_.row_start[std::size_t(row / d)],
-                       first + problem_.row_start[std::size_t(row / d) + 1], column / d);
-  return problem_.block[std::size_t(d) * std::size_t(d) * std::size_t(found - first) +
-                        std::size_t(d * (column % d) + row % d)];
+  const auto found = std::lower_bound(first + problem_.row_start[std::size_t(row / d)],
+                                      first + problem_.row_start[std::size_t(row / d) + 1], column / d);
+  return problem_
+      .block[std::size_t(d) * std::size_t(d) * std::size_t(found - first) + std::size_t(d * (column % d) + row % d)];
 }
 
 void JointedProblem::fill_blocks() {
