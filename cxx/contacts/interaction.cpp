@@ -124,7 +124,7 @@ FrictionProblem Interactions::jointed_problem(const Bodies& bodies) {
   std::copy(record.begin(), record.end(), s.system.record.begin());
   std::copy(condensed.begin(), condensed.end(), s.system.condensed_velocity.begin());
   if (!held) throw Error("joints of the step have no factors, masses or velocities are not finite: lower dt");
-  return step.problem();
+  return step.in_order();
 }
 
 void Interactions::give_impulses(const double* local) {

@@ -317,8 +317,8 @@ public:
   // (count) forces with which liquids between bodies that touch draw them: these press a spot beside impulses; 0
   // elsewhere; after commit [N].
   void attraction(double* out) const;
-  ContactRows rows() const;              // after assemble
-  bool jointed() const;                  // joints are among them
+  ContactRows rows() const; // after assemble
+  bool jointed() const;     // joints are among them
   // The contacts of a step among bodies that joints hold, each limit and motor of these as a contact after the others;
   // the impulses at hand stay. Throws Error where laws with a solution of their own are beside, or it has no factors.
   FrictionProblem jointed_problem(const Bodies&);

@@ -1,6 +1,7 @@
 // W and q of contacts among bodies that joints hold: the equalities of the joints are eliminated.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "../../contacts/interaction_state.hpp"
 #include "jointed_problem.hpp"
@@ -105,8 +106,8 @@ std::vector<std::vector<std::int32_t>> JointedProblem::groups() const {
     const std::size_t beyond = std::size_t(a) < contacts_.size() ? 0 : std::size_t(a) - contacts_.size();
     const bool posed = std::size_t(a) >= contacts_.size();
     for (int c = 0; c < (posed ? 1 : d); ++c) {
-      const auto row = posed ? std::size_t(coordinates_[std::size_t(posed_[beyond].coordinate)].row)
-                             : std::size_t(d * a + c);
+      const auto row =
+          posed ? std::size_t(coordinates_[std::size_t(posed_[beyond].coordinate)].row) : std::size_t(d * a + c);
       for (const auto& [body, part] : of_row_[row]) add(std::size_t(body), a);
     }
     for (int c = 0; c < d && held_; ++c)
@@ -146,11 +147,10 @@ void JointedProblem::form_pattern() {
 double& JointedProblem::entry(std::int32_t row, std::int32_t column) {
   const int d = system_.dim;
   const auto first = problem_.column.begin();
-  const auto found =
-      std::lower_bound(first + problem_.row_start[std::size_t(row / d)],
-                       first + problem_.row_start[std::size_t(row / d) + 1], column / d);
-  return problem_.block[std::size_t(d) * std::size_t(d) * std::size_t(found - first) +
-                        std::size_t(d * (column % d) + row % d)];
+  const auto found = std::lower_bound(first + problem_.row_start[std::size_t(row / d)],
+                                      first + problem_.row_start[std::size_t(row / d) + 1], column / d);
+  return problem_
+      .block[std::size_t(d) * std::size_t(d) * std::size_t(found - first) + std::size_t(d * (column % d) + row % d)];
 }
 
 void JointedProblem::fill_blocks() {
@@ -218,6 +218,36 @@ void JointedProblem::eliminate_together(const std::vector<std::int32_t>& owner, 
     for (const auto& [e, pull] : pulls_[std::size_t(row)])
       if (const std::int32_t column = owner[std::size_t(held_->assembly(e))]; column >= 0)
         entry(row, column) -= pull * x[e];
+}
+
+FrictionProblem JointedProblem::in_order() const {
+  const std::size_t n = std::size_t(contacts()), size = std::size_t(system_.dim) * std::size_t(system_.dim);
+  std::vector<std::int32_t> from(n), to(n); // old and new numbers
+  std::iota(from.begin(), from.end(), 0);
+  std::sort(from.begin(), from.begin() + std::ptrdiff_t(contacts_.size()), [&](std::int32_t a, std::int32_t b) {
+    const auto candidate = [&](const Place& p) { return system_.candidate[std::size_t(batch(p).first + p.lane)]; };
+    return candidate(contacts_[std::size_t(a)]) < candidate(contacts_[std::size_t(b)]);
+  });
+  for (std::size_t k = 0; k < n; ++k) to[std::size_t(from[k])] = std::int32_t(k);
+  FrictionProblem made = problem_;
+  made.row_start.assign(1, 0);
+  std::vector<std::pair<std::int32_t, std::int64_t>> row; // columns and their blocks
+  std::size_t at_block = 0;
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto a = std::size_t(from[k]);
+    made.mu[k] = problem_.mu[a];
+    std::copy_n(&problem_.q[std::size_t(system_.dim) * a], system_.dim, &made.q[std::size_t(system_.dim) * k]);
+    row.clear();
+    for (std::int64_t e = problem_.row_start[a]; e < problem_.row_start[a + 1]; ++e)
+      row.push_back({to[std::size_t(problem_.column[std::size_t(e)])], e});
+    std::sort(row.begin(), row.end());
+    for (const auto& [column, e] : row) {
+      made.column[at_block] = column;
+      std::copy_n(&problem_.block[size * std::size_t(e)], size, &made.block[size * at_block++]);
+    }
+    made.row_start.push_back(std::int64_t(at_block));
+  }
+  return made;
 }
 
 // What joints hold fast has no inverse mass left but rounding: a share of what the bodies alone have stands for it,

@@ -172,8 +172,7 @@ void JointedProblem::add_mapped(Place place, int side, int component) {
   const double *weights = side ? b.lever_b : b.lever_a, sign = side ? -1 : 1;
   const std::int32_t *nodes = side ? b.node_b : b.node_a, body = (side ? b.body_b : b.body_a)[lane];
   const int count = side ? b.nodes_b : b.nodes_a;
-  const std::size_t begin =
-      std::size_t(part_of(std::int32_t(system_.bodies) + 1 + body, d * count) - value_.data());
+  const std::size_t begin = std::size_t(part_of(std::int32_t(system_.bodies) + 1 + body, d * count) - value_.data());
   for (int node = 0; node < count; ++node)
     for (int k = 0; k < d; ++k) {
       dof_[begin + std::size_t(d * node + k)] = d * nodes[node * b.count + lane] + k;
@@ -192,8 +191,8 @@ double JointedProblem::between(std::int32_t body, const Part& a, const Part& b) 
   const cairn_condensed& c = system_.condensed_dofs[std::size_t(body - system_.bodies - 1)];
   for (std::int32_t l = 0; l < b.count; ++l)
     for (std::int32_t k = 0; k < a.count && (other[l] < 0 || other[l] > 0); ++k)
-      sum += one[k] * other[l] *
-             c.compliance[c.leading * dof_[b.begin + std::size_t(l)] + dof_[a.begin + std::size_t(k)]];
+      sum +=
+          one[k] * other[l] * c.compliance[c.leading * dof_[b.begin + std::size_t(l)] + dof_[a.begin + std::size_t(k)]];
   return sum;
 }
 
@@ -225,8 +224,8 @@ void JointedProblem::read_velocities(const cairn_schedule& schedule, std::vector
 void JointedProblem::pose(std::int32_t coordinate, Pose pose) {
   Coordinate& c = coordinates_[std::size_t(coordinate)];
   bool& posed = pose == Pose::motor ? c.motor_posed : pose == Pose::low ? c.low_posed : c.high_posed;
-  const bool ends = pose == Pose::motor ? c.effort > 0 && std::isfinite(c.effort)
-                                        : std::isfinite(pose == Pose::low ? c.low : c.high);
+  const bool ends =
+      pose == Pose::motor ? c.effort > 0 && std::isfinite(c.effort) : std::isfinite(pose == Pose::low ? c.low : c.high);
   if (posed || !ends || c.locked()) return;
   posed = true;
   posed_.push_back({coordinate, pose});
@@ -292,7 +291,8 @@ void JointedProblem::read(Array<double>& r) const {
 void JointedProblem::write(const double* r) {
   const auto d = std::size_t(system_.dim);
   for (std::size_t a = 0; a < contacts_.size(); ++a)
-    for (std::size_t c = 0; c < d; ++c) at(batch(contacts_[a]), batch(contacts_[a]).r, contacts_[a].lane, int(c)) = r[d * a + c];
+    for (std::size_t c = 0; c < d; ++c)
+      at(batch(contacts_[a]), batch(contacts_[a]).r, contacts_[a].lane, int(c)) = r[d * a + c];
   for (const cairn_batch& b : system_.batches)
     for (int lane = 0; joins(b) && lane < b.contacts; ++lane)
       for (int c = 0; c < b.components; ++c) at(b, b.r, lane, c) = 0;
@@ -302,13 +302,14 @@ void JointedProblem::write(const double* r) {
     for (const auto& [e, pull] : pulls_[i]) impulse_[std::size_t(e)] -= pull * r[i];
   held_->solve(impulse_.data(), 1);
   for (std::size_t e = 0; e < equalities_.size(); ++e)
-    at(batch(equalities_[e].place), batch(equalities_[e].place).r, equalities_[e].place.lane, equalities_[e].component) +=
-        impulse_[e];
+    at(batch(equalities_[e].place), batch(equalities_[e].place).r, equalities_[e].place.lane,
+       equalities_[e].component) += impulse_[e];
   for (std::size_t k = 0; k < posed_.size(); ++k) {
     const Coordinate& c = coordinates_[std::size_t(posed_[k].coordinate)];
     const double* own = r + d * (contacts_.size() + k);
-    at(batch(c.place), batch(c.place).r, c.place.lane, c.component) +=
-        posed_[k].pose == Pose::motor ? own[1] : posed_[k].pose == Pose::low ? own[0] : -own[0];
+    at(batch(c.place), batch(c.place).r, c.place.lane, c.component) += posed_[k].pose == Pose::motor ? own[1]
+                                                                       : posed_[k].pose == Pose::low ? own[0]
+                                                                                                     : -own[0];
   }
 }
 

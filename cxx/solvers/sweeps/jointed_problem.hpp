@@ -36,11 +36,14 @@ public:
   // W and q.
   void form();
   const FrictionProblem& problem() const { return problem_; }
+  // The same with its contacts in the order of the candidates, for those who know nothing of batches.
+  FrictionProblem in_order() const;
   // Impulses (dim, contacts) to begin with, as the step has them.
   void read(Array<double>& r) const;
   // Those of the problem, and those of joints that follow from them, to the step; records know nothing of it.
   void write(const double* r);
-  // Records hold the velocity that the impulses leave. Poses what this answer asks for, after the others; false: nothing.
+  // Records hold the velocity that the impulses leave. Poses what this answer asks for, after the others; false:
+  // nothing.
   bool amend();
 
 private:
@@ -53,14 +56,15 @@ private:
   };
   struct Coordinate {
     Place place;
-    std::int32_t component, row, held = -1; // -1: its motor is no equality
+    std::int32_t component, row;
+    std::int32_t held = -1;                      // the equality of its motor; -1: none
     double low, high, speed, effort, drag, pull; // [m/s, rad/s], [N s, N m s], see joint.f90
     bool low_posed = false, high_posed = false, motor_posed = false;
     bool locked() const { return !(low < high); }
     bool driven() const { return effort > 0 && !motor_posed; }
     // What a motor that has the power to makes of its velocity.
     double target() const { return std::max(std::min(speed, high), low); }
-    // Whether an impulse is more than such a motor has; at a limit that keeps it from its speed the limit bears the rest.
+    // Whether an impulse is more than such a motor has; a limit that keeps it from its speed bears the rest.
     bool overburdens(double r, double share) const {
       return (r >= share * effort && !(target() > speed)) || (r <= -share * effort && !(target() < speed));
     }
@@ -129,7 +133,8 @@ private:
   std::vector<std::int32_t> touched_; // rows there
   std::optional<HeldRows> held_;
   std::vector<std::vector<std::pair<std::int32_t, double>>> pulls_; // of each row of the problem, by equality [1/kg]
-  std::vector<double> impulse_, plain_diagonal_; // of equalities; of W before they are eliminated
+  std::vector<double> impulse_;                                     // of equalities
+  std::vector<double> plain_diagonal_;                              // of W before they are eliminated
 };
 
 } // namespace cairn

@@ -320,10 +320,9 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
   const cairn_schedule schedule = system.schedule(1);
   const FreeScale free = measure_free(system, schedule);
   const auto error_now = [&] { return std::sqrt(measure(system, schedule, free, false, report).square); };
-  const ProblemReport solved =
-      JointedProblem::needed(system)
-          ? solve_jointed(system, schedule, velocity_free, options, solver, error_now)
-          : solve_cones(system, schedule, velocity_free, options, solver);
+  const ProblemReport solved = JointedProblem::needed(system)
+                                   ? solve_jointed(system, schedule, velocity_free, options, solver, error_now)
+                                   : solve_cones(system, schedule, velocity_free, options, solver);
   report.iterations = int(std::min<std::int64_t>(solved.iterations, std::numeric_limits<int>::max()));
   StepError error = measure(system, schedule, free, true, report);
   if ((system.keeps_velocity = masses_differ(mass_ratio(system), true)))

@@ -125,8 +125,8 @@ def inverse_mass(simulation):
 
 
 def jointed_problem_of(simulation):
-    """The Problem of the step at hand among bodies that joints hold, whose equalities are eliminated from W and q: contacts that can
-    move, then limits and motors, each a contact of its own. None where the step has no joint."""
+    """The Problem of the step at hand among bodies that joints hold, whose equalities are eliminated from W and q: contacts that
+    can move, then limits and motors, each a contact of its own. None where the step has no joint."""
     from scipy import sparse
 
     from ..problems import Problem

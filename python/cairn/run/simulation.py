@@ -322,8 +322,8 @@ class Simulation(Reshaping, Spelt):
         return self._shadows[-1]
 
     def problem(self):
-        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move; after
-        them limits and motors of joints (see the page on joints), whose other components are eliminated."""
+        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move;
+        after them limits and motors of joints (see the page on joints), whose other components are eliminated."""
         from .contact_problem import jointed_problem_of, problem_of
 
         jointed = jointed_problem_of(self)

@@ -152,7 +152,7 @@ def solver_class(name, python_name, summary):
     """The class by which a strategy names a solver of problems."""
     text = f"""{summary[0].upper()}{summary[1:]}.
 
-    The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones alone.
+    The step is handed on as a problem of its own, from the impulses of the last step: Coulomb's cones, joints eliminated from W.
     tol: on the true error. max_iter: iterations of a step. memory: bytes that W and its factors may take; above them the step
     ends with the impulses it began with, and says so.
     """
