@@ -43,9 +43,9 @@ void Interactions::State::refuse_moment(std::int64_t i) const {
                               (mesh_a && mesh_b ? "" : ", or let an edge or a face of the mesh touch a round body"));
 }
 
-// A rigid body turns against the face of a mesh; between meshes what holds at several points takes moments. What is held
-// fast does not: near a node that is bonded to one side, the next side would turn the body about that node with a lever
-// of almost nothing, and the bond would bear as much as that takes.
+// A rigid body turns against the face of a mesh; between meshes what holds at several points takes moments. What is
+// held fast does not: near a node that is bonded to one side, the next side would turn the body about that node with a
+// lever of almost nothing, and the bond would bear as much as that takes.
 void Interactions::State::lay_out_spins(cairn_batch& b) {
   if (b.components == dim() || b.mapped_a == b.mapped_b || law_infos()[b.law].holds) return;
   const auto numbers = 4 * dim() * (b.components - dim()) * std::int64_t(b.count);
