@@ -176,7 +176,7 @@ void Transforms::check(const Simulation& s, std::int64_t id, const MeshDraft& dr
   check_draft(s, whole, id);
 }
 
-std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, std::string name,
+std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, const std::string& name,
                                std::int32_t node_material, std::int32_t side_material) {
   const int dim = s.scene.dim;
   Former former = former_of(s.scene, id);

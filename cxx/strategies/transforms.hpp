@@ -33,8 +33,8 @@ public:
   // A mesh of cells, of the shape of body `id` as it came in, takes its place, mass and momentum; it touches with its
   // whole surface where it is not said with what. Materials below 0: that of the contactors of the body. Returns its
   // number among the meshes. Throws Error; the simulation is then as it was.
-  std::size_t deform(Simulation& s, std::int64_t id, MeshDraft draft, std::string name, std::int32_t node_material,
-                     std::int32_t side_material);
+  std::size_t deform(Simulation& s, std::int64_t id, MeshDraft draft, const std::string& name,
+                     std::int32_t node_material, std::int32_t side_material);
   // What would be refused of that. Throws Error.
   void check(const Simulation& s, std::int64_t id, const MeshDraft& draft) const;
   // The body that a mesh was, where its nodes stand; returns its id, which is its own again. Of another shape, which a

@@ -37,6 +37,7 @@ __all__: list[str] = [
     "bulk_on_measure",
     "bulk_points",
     "conductances",
+    "contact_loads",
     "element_matrices",
     "element_stress",
     "elements",
@@ -629,6 +630,12 @@ def bulk_points(
     arg6: typing.SupportsFloat | typing.SupportsIndex,
 ) -> dict: ...
 def conductances() -> list: ...
+def contact_loads(
+    arg0: Simulation,
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+) -> tuple: ...
 def element_matrices(
     arg0: str,
     arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
