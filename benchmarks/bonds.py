@@ -47,9 +47,9 @@ def rates(few=40, more=200, rounds=15):
                 sim.step()
                 cost.append(time.process_time() - begin)
             times[name].append((cost[1] - cost[0]) / len(sims[0].contacts.gap) / more)
-    coulomb = np.median(times["Coulomb"])
+    coulomb = float(np.median(times["Coulomb"]))
     for name, found in times.items():
-        cost = np.median(found)
+        cost = float(np.median(found))
         yield {"law": name, "million_a_second": round(1e-6 / cost, 1), "times_coulomb": round(cost / coulomb, 2)}
 
 
