@@ -69,6 +69,7 @@ contains
     end do
     r(:, 1) = r(:, 1) + push
     if (present(status)) status = merge(3, merge(1, 0, r(:, 1) > 0), state(:, s_held) > 0)
+    if (.not. any(params(:, 5) > 0)) return
     do first = 1, n, lanes
       if (any(params(first:min(n, first + lanes - 1), 5) > 0 .and. push(first:min(n, first + lanes - 1)) > 0)) &
         call solve_strip(n, c, merge(2, 3, c == 3), first, w, u_free, params(:, 5), spring, pull, r)
@@ -123,8 +124,24 @@ contains
     real(c_double), intent(in)     :: state(n, *)        !< see prepare
     real(c_double), intent(out)    :: spring(n, c)       !< [kg]
     real(c_double), intent(out)    :: pull(n, c)         !< [N s]
-    real(c_double) :: h
+    real(c_double) :: h, area
     integer :: i, k, s
+    if (c == 3) then
+      !$omp simd private(h, area)
+      do i = 1, n
+        h = merge(params(i, own + 1), 0.0_c_double, state(i, s_held) > 0)
+        area = 2*state(i, s_radius)
+        spring(i, 1) = h*(h*(params(i, 1)*area))
+        spring(i, 2) = h*(params(i, 2)*area)
+        spring(i, 3) = h*(params(i, 1)*(2*state(i, s_radius)**3/3))
+        pull(i, 1) = 0
+        pull(i, 2) = spring(i, 2)*state(i, s_slip)
+        pull(i, 3) = spring(i, 3)*state(i, s_slip + 1)
+        spring(i, 2) = h*spring(i, 2)
+        spring(i, 3) = h*spring(i, 3)
+      end do
+      return
+    end if
     do k = 1, c
       s = drawn(c, k)
       !$omp simd private(h)

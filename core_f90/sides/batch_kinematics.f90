@@ -13,6 +13,7 @@ module batch_kinematics
   !> A batch with its blocks as Fortran arrays (component c of contact i at (c-1) n + i).
   type :: batch_view
     integer(c_int32_t) :: n = 0, c = 0, width_a = 0, width_b = 0
+    integer(c_int32_t) :: numbers = 0 !< of a record: in the plane the last two are none
     integer :: contacts = 0, dim = 0, nodes_a = 0, nodes_b = 0, stride_a = 0, stride_b = 0
     logical :: mapped_a = .false., mapped_b = .false. !< rests on nodes of a condensed body
     integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null(), node_a(:) => null(), node_b(:) => null()
@@ -44,6 +45,7 @@ contains
     c = batch%components
     view%n = n
     view%c = c
+    view%numbers = merge(6, record_size, batch%velocities == 3)
     ! of what does not move the velocity alone is read
     view%width_a = merge(sides(batch%side_a)%width, record_size, batch%moves_a /= 0)
     view%width_b = merge(sides(batch%side_b)%width, record_size, batch%moves_b /= 0)
@@ -162,8 +164,9 @@ contains
       if (associated(view%turns)) call load_spins(view%n, view%contacts, view%c, view%dim, view%nodes_a, view%dof_a, &
         view%spin_a, view%velocity, va(1, view%dim + 1))
     else
-      call load_records(view%n, view%body_a, record, line, va)
-      if (view%width_a > record_size) call load_records(view%n, view%body_a, general, line, va(1, record_size + 1))
+      call load_records(view%n, view%numbers, view%body_a, record, line, va)
+      if (view%width_a > record_size) &
+        call load_records(view%n, record_size, view%body_a, general, line, va(1, record_size + 1))
     end if
     if (view%mapped_b) then
       call load_mapped(view%n, view%contacts, view%dim, view%nodes_b, view%dof_b, view%lever_b, view%velocity, vb)
@@ -171,8 +174,9 @@ contains
       if (associated(view%turns)) call load_spins(view%n, view%contacts, view%c, view%dim, view%nodes_b, view%dof_b, &
         view%spin_b, view%velocity, vb(1, view%dim + 1))
     else
-      call load_records(view%n, view%body_b, record, line, vb)
-      if (view%width_b > record_size) call load_records(view%n, view%body_b, general, line, vb(1, record_size + 1))
+      call load_records(view%n, view%numbers, view%body_b, record, line, vb)
+      if (view%width_b > record_size) &
+        call load_records(view%n, record_size, view%body_b, general, line, vb(1, record_size + 1))
     end if
     if (associated(view%rope)) call load_ropes(view%contacts, view%velocities, view%rope_body, record, view%rope)
   end subroutine load_bodies
@@ -268,7 +272,6 @@ contains
     real(c_double), intent(inout)     :: va(view%n, view%width_a) !< columns of side A
     real(c_double), intent(inout)     :: vb(view%n, view%width_b) !< columns of side B
     type(cairn_record), intent(inout) :: record(0:*)              !< velocity records of bodies
-    type(cairn_record) :: line(max_batch)
     integer :: k
     k = batch%velocities
     if (view%stride_a > 0) then
@@ -285,7 +288,7 @@ contains
       if (batch%hub == 1) then
         call add_to_hub(view%n, k, va, record(view%body_a(1))%x)
       else
-        call store_records(view%n, batch%contacts, view%body_a, va, line, record)
+        call store_records(view%n, batch%contacts, k, view%body_a, va, record)
       end if
     end if
     if (view%stride_b > 0) then
@@ -302,7 +305,7 @@ contains
       if (batch%hub == 2) then
         call add_to_hub(view%n, k, vb, record(view%body_b(1))%x)
       else
-        call store_records(view%n, batch%contacts, view%body_b, vb, line, record)
+        call store_records(view%n, batch%contacts, k, view%body_b, vb, record)
       end if
     end if
     if (associated(view%rope)) call pull_ropes(view%contacts, k, dr(:view%contacts, 1), view%rope_body, view%rope, record)

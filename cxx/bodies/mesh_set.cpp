@@ -151,6 +151,7 @@ MeshSet::Seat MeshSet::find_seat(std::int32_t which, std::int64_t part) const {
   const MeshModel& m = mesh.model;
   Seat s;
   s.mesh = which;
+  s.first_node = mesh.node(0);
   const auto among = [&](const std::vector<std::int64_t>& ids, Role role) {
     const auto at = std::lower_bound(ids.begin(), ids.end(), part);
     if (at == ids.end() || *at != part) return false;
@@ -282,33 +283,27 @@ Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const doubl
     if (const MortarContact* mortar = mortar_of(contactor, other); mortar && mortar->here.mesh >= 0)
       return mortar->here;
   const Seat& place = seat(contactor);
-  const MeshBody& mesh = meshes[place.mesh];
   Mapping m;
   m.mesh = place.mesh;
-  if (place.role == Role::node) {
-    m.node[0] = place.index;
-    m.weight[0] = 1;
-    return m;
-  }
-  if (place.role == Role::point) {
-    for (int j = 0; j < 4; ++j) {
-      m.node[j] = mesh.model.point_nodes[4 * place.index + j];
-      m.weight[j] = mesh.model.point_weights[4 * place.index + j];
+  if (place.role == Role::node || place.role == Role::point) {
+    for (int j = 0; j < 4 && place.middle.node[j] >= 0; ++j) {
+      m.node[j] = place.middle.node[j] - place.first_node;
+      m.weight[j] = place.middle.weight[j];
     }
     return m;
   }
-  const std::int32_t* node = &mesh.model.side_nodes[4 * place.index];
   if (place.role == Role::edge) {
-    const double *one = nodes.position[mesh.node(node[0])], *two = nodes.position[mesh.node(node[1])];
+    const double *one = nodes.position[place.middle.node[0]], *two = nodes.position[place.middle.node[1]];
     const double x = two[0] - one[0], y = two[1] - one[1];
     // beyond an end it is the end that touches
     const double t = std::clamp(((point[0] - one[0]) * x + (point[1] - one[1]) * y) / (x * x + y * y), 0.0, 1.0);
-    m.node[0] = node[0];
-    m.node[1] = node[1];
+    for (int j = 0; j < 2; ++j) m.node[j] = place.middle.node[j] - place.first_node;
     m.weight[0] = 1 - t;
     m.weight[1] = t;
     return m;
   }
+  const MeshBody& mesh = meshes[place.mesh];
+  const std::int32_t* node = &mesh.model.side_nodes[4 * place.index];
   const std::int32_t* face = &mesh.model.face_nodes[4 * place.index];
   Point corner[4];
   const auto corners = [&](const std::int32_t* of, int n) {

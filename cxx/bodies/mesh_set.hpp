@@ -101,6 +101,7 @@ private:
   struct Seat { // of a mapped contactor
     std::int32_t mesh = -1, index = -1;
     Role role = Role::node;
+    std::int32_t first_node = 0; // of its mesh, so that mappings of many small meshes open none of them
     Middle middle;
   };
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }

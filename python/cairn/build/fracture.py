@@ -57,11 +57,11 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
         return _opening(body, law, material, name, threshold, {"fixed": fixed, "drive": drive, "velocity": velocity})
     dim, made, sides_of, owner, joined = body.dim, [], [], {}, 0
     of_all = ("points", "cells", "groups", "initial_stress")
+    member = {group: np.isin(np.arange(len(body.points)), nodes) for group, nodes in body.groups.items()}
     made_of = {name: value for name, value in body.given.items() if name not in of_all}
     for kind, cells in body.cells.items():
         for number, nodes in enumerate(cells):
-            groups = {group: np.flatnonzero(np.isin(nodes, members)) for group, members in body.groups.items()}
-            groups = {group: local for group, local in groups.items() if len(local)}
+            groups = {group: np.flatnonzero(of[nodes]) for group, of in member.items() if of[nodes].any()}
             stress = body.initial_stress and {kind: body.initial_stress[kind][[number]]}
             cell = {kind: [np.arange(len(nodes))]}
             one = ElasticBody(body.points[nodes], cell, groups=groups, initial_stress=stress, **made_of)

@@ -100,9 +100,11 @@ class Meshes:
 
 def sets_of_meshes(simulation):
     """(Deformable, [ids of each of its sets]) of the sets of a simulation that are there."""
-    seen, present = {}, simulation.nodes.id
-    for s in simulation._sets:
-        if s.mesh is not None and (np.isin(s.own_ids, present).all() if len(s) else id(s.mesh) in seen):
+    seen, sets = {}, [s for s in simulation._sets if s.mesh is not None]
+    there = np.isin(np.concatenate([np.zeros(0, np.int64), *(s.own_ids for s in sets)]), simulation.nodes.id)
+    end = np.cumsum([len(s.own_ids) for s in sets])
+    for s, last in zip(sets, end):
+        if there[last - len(s.own_ids) : last].all() if len(s) else id(s.mesh) in seen:
             seen.setdefault(id(s.mesh), (s.mesh, []))[1].append(s.ids)
     return seen.values()
 
