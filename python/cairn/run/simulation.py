@@ -167,8 +167,7 @@ class Simulation(Reshaping, Spelt):
 
     @property
     def stable_step(self):
-        """Stable step [s]: of the smooth contacts as they are; of deformable bodies under an explicit integrator one that is
-        certain to be stable, by the highest frequency of their elements (Irons & Treharne 1971); inf where any step is."""
+        """Stable step [s] of smooth contacts as they are; of deformable bodies by bounds of frequencies; inf where any step is."""
         return self._core.stable_step()
 
     @property
@@ -247,9 +246,8 @@ class Simulation(Reshaping, Spelt):
         self._warnings.look(self, report, h)
         if self._networks:
             self._networks.look(report)
-        for change in [watch.look(self) for watch in self._watches]:  # all look at the contacts of the step before any change
-            if change:
-                change()
+        for change in list(filter(None, [watch.look(self) for watch in self._watches])):  # all look before any change
+            change()
         return report
 
     def between_steps(self, what):
@@ -322,12 +320,11 @@ class Simulation(Reshaping, Spelt):
         return self._shadows[-1]
 
     def problem(self):
-        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move;
-        after them limits and motors of joints (see the page on joints), whose other components are eliminated."""
-        from .contact_problem import jointed_problem_of, problem_of
+        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move, then
+        limits and motors of joints (see the page on joints), whose other components are eliminated."""
+        from . import contact_problem as step
 
-        jointed = jointed_problem_of(self)
-        return problem_of(self)["problem"] if jointed is None else jointed
+        return step.jointed_problem_of(self) or step.problem_of(self)["problem"]
 
     def dump_problem(self, path):
         """Writes the contact problem of the last step as `cairn.problems.write` does: FCLIB's HDF5, or .dat for Siconos."""
