@@ -167,7 +167,7 @@ class Simulation(Reshaping, Spelt):
 
     @property
     def stable_step(self):
-        """Stable step [s] of smooth contacts as they are; of deformable bodies by bounds of frequencies; inf where any step is."""
+        """Stable step [s] of smooth contacts as they are; of deformable bodies by bounds of frequencies; else inf."""
         return self._core.stable_step()
 
     @property
@@ -320,7 +320,7 @@ class Simulation(Reshaping, Spelt):
         return self._shadows[-1]
 
     def problem(self):
-        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of all contacts that can move, then
+        """The contact problem of the last step, a cairn.problems.Problem: bias, friction and W of contacts that can move, then
         limits and motors of joints (see the page on joints), whose other components are eliminated."""
         from . import contact_problem as step
 
