@@ -14,7 +14,7 @@ contains
     integer(c_int32_t), value     :: c            !< components: 3, or 6 with rotations
     integer(c_int32_t), value     :: width        !< numbers of a record
     real(c_double), value         :: sign         !< +1 on side A, -1 on side B
-    real(c_double), intent(in)    :: v(n, width)  !< of the points, one a contact [m/s, rad/s]
+    real(c_double), intent(in)    :: v(n, width)  !< of the points, one a contact [m/s]; of their faces in local axes [rad/s]
     real(c_double), intent(in)    :: frame(n, 6)  !< normal, first tangent [-]
     real(c_double), intent(in)    :: lever(n, 4)  !< weights of the nodes, in the velocity already [-]
     real(c_double), intent(inout) :: u(n, c)      !< relative velocity (n, t, s) [m/s], then spins [rad/s]

@@ -121,9 +121,10 @@ double MeshBody::stable_step() {
 }
 
 void MeshBody::check_step(const cairn_scheme& scheme) {
+  constexpr double rounding = 1 + 0x1p-48;
   const double h = scheme.h * 2 / scheme.largest; // of central differences
   for (const bool by_elements : {false, true})    // which cost more
-    if (const FrequencyBound bound = frequency_bound(by_elements); bound.known() && h <= step_of(bound)) return;
+    if (const FrequencyBound bound = frequency_bound(by_elements); bound.known() && h <= step_of(bound) * rounding) return;
   double xi = 0;
   const double omega = frequency_estimate(&xi), limit = omega > 0 ? step_of(omega, xi) : infinity;
   constexpr double known = 1 + 1e-3; // as well as the frequency is

@@ -108,7 +108,7 @@ def gummy(name, density, rows, law="ELAS"):
 
 
 def model(name, element, law="elas_", kinematics="small", mass="lump_"):
-    text = f" {name}\n        MECAx  Q4xxx  kine_  {kinematics}\n"
+    text = f" {name}\n        MECAx  {element}  kine_  {kinematics}\n"
     return text + "".join(f"                      {o}\n" for o in (f"mater  {law}", f"mstrg  {mass}"))
 
 
