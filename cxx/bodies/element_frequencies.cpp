@@ -172,7 +172,7 @@ bool MeshBody::diagonal_mass() const {
 }
 
 // Of the elements, infinity where they are not known.
-double MeshBody::element_bound(const std::vector<double>& mass) const {
+double MeshBody::element_bound(const std::vector<double>& mass, double slack) const {
   const std::size_t n = mass.size();
   if (model.bulk ? !model.bulk->solid() : model.cells.empty()) return infinity;
   std::vector<double> hold(n, 0.0), diagonal(n, 0.0), a, l, d, b, root;
@@ -193,7 +193,6 @@ double MeshBody::element_bound(const std::vector<double>& mass) const {
   const double largest = *std::max_element(diagonal.begin(), diagonal.end());
   for (std::size_t i = 0; i < n && !model.bulk; ++i) // matrices may be others than those of the cells
     if (std::abs(diagonal[i] - on_diagonal(model.stiffness.value, std::int64_t(i))) > 1e-9 * largest) return infinity;
-  constexpr double slack = 1 + 1e-6;
   std::vector<int> kept;
   double square = 0;
   bool finite = true;
@@ -251,14 +250,14 @@ double MeshBody::row_bound(const SparseMatrix& a, const std::vector<double>& mas
   return bound * (1 + 1e-12);
 }
 
-FrequencyBound MeshBody::frequency_bound(bool by_elements) const {
+FrequencyBound MeshBody::frequency_bound(bool by_elements, double slack) const {
   FrequencyBound found;
   if (!diagonal_mass() || model.make_solver) return found;
   const auto n = std::size_t(model.dofs());
   std::vector<double> mass(n);
   for (std::size_t i = 0; i < n; ++i) mass[i] = on_diagonal(model.mass.value, std::int64_t(i));
   const double by_rows = row_bound(model.stiffness, mass);
-  found.omega = std::sqrt(by_elements ? std::min(element_bound(mass), by_rows) : by_rows);
+  found.omega = std::sqrt(by_elements ? std::min(element_bound(mass, slack), by_rows) : by_rows);
   const double of_modes =
       model.mode_rates.empty() ? 0 : *std::max_element(model.mode_rates.begin(), model.mode_rates.end());
   found.rate = damps_ ? row_bound(model.damping, mass) + of_modes : 0;

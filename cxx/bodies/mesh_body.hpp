@@ -214,11 +214,14 @@ private:
   void find_modal_momentum();
   void factorise_modes(Factors& f);
   void solve_modes(double* b, std::int64_t columns);
-  void damp_modes(const double* v, double* out) const;         // adds C v of modes
-  bool diagonal_mass() const;                                  // M as it is given
-  bool steady_with_modes(const Soe& soe, double h);            // by factors without them
-  FrequencyBound frequency_bound(bool by_elements) const;      // the lower of two, or that of rows alone
-  double element_bound(const std::vector<double>& mass) const; // of omega^2 [1/s2]
+  void damp_modes(const double* v, double* out) const; // adds C v of modes
+  bool diagonal_mass() const;                          // M as it is given
+  bool steady_with_modes(const Soe& soe, double h);    // by factors without them
+  static constexpr double quick =
+      1 + 1e-6; // a bound of omega^2 may be so much larger: most elements are told by factors
+  FrequencyBound frequency_bound(bool by_elements,
+                                 double slack = quick) const;                // the lower of two, or that of rows alone
+  double element_bound(const std::vector<double>& mass, double slack) const; // of omega^2 [1/s2]
   double row_bound(const SparseMatrix& a, const std::vector<double>& mass) const; // of eigenvalues of M^-1 A
   double frequency_estimate(double* xi) const;     // no more than the highest [1/s], and what damps it
   bool steady(double h);                           // whether central differences of h [s] are stable, by factors

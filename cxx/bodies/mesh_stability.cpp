@@ -121,10 +121,14 @@ double MeshBody::stable_step() {
 }
 
 void MeshBody::check_step(const cairn_scheme& scheme) {
-  constexpr double rounding = 1 + 0x1p-48;
+  constexpr double rounding = 1 + 0x1p-40;
   const double h = scheme.h * 2 / scheme.largest; // of central differences
-  for (const bool by_elements : {false, true})    // which cost more
-    if (const FrequencyBound bound = frequency_bound(by_elements); bound.known() && h <= step_of(bound) * rounding) return;
+  const auto allows = [&](const FrequencyBound& bound, double more) {
+    return bound.known() && h <= step_of(bound) * more;
+  };
+  if (allows(frequency_bound(false), 1)) return; // elements cost more
+  const FrequencyBound bound = frequency_bound(true);
+  if (allows(bound, 1) || (allows(bound, quick) && allows(frequency_bound(true, 1), rounding))) return;
   double xi = 0;
   const double omega = frequency_estimate(&xi), limit = omega > 0 ? step_of(omega, xi) : infinity;
   constexpr double known = 1 + 1e-3; // as well as the frequency is

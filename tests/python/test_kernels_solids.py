@@ -90,3 +90,52 @@ def test_stress_by_energy():
     at = [neo_hookean(h - np.eye(3)) for h in mean]
     np.testing.assert_allclose(p, [q for _, q, _ in at], rtol=1e-3, atol=1e-3)
     np.testing.assert_allclose(tangent.transpose(0, 4, 3, 2, 1), [a for _, _, a in at], rtol=1e-2, atol=1e-2)
+
+
+def test_strains_of_steps():
+    """A rotation gives no strain, and itself; a stretch 2 (l - 1)/(l + 1) and no rotation; both the formula of Hughes and Winget."""
+    n = 6
+    begin, end = 0.2 * RNG.standard_normal((2, n, 3, 3))
+    q = np.linalg.qr(RNG.standard_normal((3, 3)))[0]
+    q *= np.linalg.det(q)
+    end[0], end[1], begin[1] = q @ (np.eye(3) + begin[0]) - np.eye(3), np.diag([0.5, -0.2, 0.1]), 0
+    end[2] = np.diag([-3.0, 0, 0])  # inside out
+    columns = [np.ascontiguousarray(h.transpose(0, 2, 1)) for h in (begin, end)]
+    change, rotation, status = np.zeros((n, 6)), np.zeros((n, 3, 3)), np.zeros(n, np.int32)
+    kernel("cairn_step_strain")(n, *columns, change, rotation, status)
+    rotation = rotation.transpose(0, 2, 1)
+    assert status.tolist() == [0, 0, 1, 0, 0, 0] and not change[2].any()
+    np.testing.assert_allclose(change[0], 0, atol=1e-12)
+    np.testing.assert_allclose(rotation[0], q, atol=1e-12)
+    np.testing.assert_allclose(change[1], [2 * 0.5 / 2.5, -2 * 0.2 / 1.8, 2 * 0.1 / 2.1, 0, 0, 0], rtol=1e-13)
+    for i in (1, 3, 4, 5):
+        rate = 2 * (end[i] - begin[i]) @ np.linalg.inv(2 * np.eye(3) + begin[i] + end[i])
+        d, w = (rate + rate.T) / 2, (rate - rate.T) / 2
+        np.testing.assert_allclose(change[i], [*np.diag(d), 2 * d[0, 1], 2 * d[1, 2], 2 * d[0, 2]], rtol=1e-12, atol=1e-14)
+        turned = np.linalg.solve(np.eye(3) - w / 2, np.eye(3) + w / 2)
+        np.testing.assert_allclose(rotation[i], turned, rtol=1e-12, atol=1e-14)
+
+
+def test_stresses_of_rates():
+    """Of Cauchy's stress of a neo-Hookean body and the moduli of Jaumann's rate, its P and dP/dF."""
+    n, mu, lame = 5, 2.0, 3.0
+    gradients = 0.2 * RNG.standard_normal((n, 3, 3))
+    pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)]
+    stress, moduli = np.zeros((n, 6)), np.zeros((n, 6, 6))
+    for i, h in enumerate(gradients):
+        f = np.eye(3) + h
+        b, j = f @ f.T, np.linalg.det(f)
+        sigma = (mu * (b - np.eye(3)) + lame * np.log(j) * np.eye(3)) / j
+        stress[i] = [sigma[p] for p in pairs]
+        for k, (a, c) in enumerate(pairs):
+            d = np.zeros((3, 3))
+            d[a, c] += 0.5
+            d[c, a] += 0.5
+            rate = (mu * (d @ b + b @ d) + lame * np.trace(d) * np.eye(3)) / j
+            moduli[i, k] = [rate[p] for p in pairs]  # a column of Fortran's
+    columns = np.ascontiguousarray(gradients.transpose(0, 2, 1))
+    piola, tangent = np.zeros((n, 3, 3)), np.zeros((n, 3, 3, 3, 3))
+    kernel("cairn_stress_of_rate")(n, columns, stress, moduli, 1, piola, tangent)
+    law = [neo_hookean(h) for h in gradients]
+    np.testing.assert_allclose(piola.transpose(0, 2, 1), [p for _, p, _ in law], rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(tangent.transpose(0, 4, 3, 2, 1), [a for _, _, a in law], rtol=1e-11, atol=1e-12)
