@@ -8,8 +8,8 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   integer :: ndi, nshr, ntens, nstatv, nprops, noel, npt, layer, kspt, kstep(4), kinc, i, k
   real(8) :: stress(ntens), statev(nstatv), ddsdde(ntens, ntens), sse, spd, scd, rpl, ddsddt(ntens), drplde(ntens), drpldt
   real(8) :: stran(ntens), dstran(ntens), time(2), dtime, temp, dtemp, predef(1), dpred(1), props(nprops), coords(3), drot(3, 3)
-  real(8) :: pnewdt, celent, dfgrd0(3, 3), dfgrd1(3, 3), shear, lame, mean, mises, n(ntens), dgamma, share, before(ntens)
-  real(8) :: ps(3), an(3, 3), turned(ntens), off
+  real(8) :: pnewdt, celent, dfgrd0(3, 3), dfgrd1(3, 3), shear, lame, mean, mises, n(6), dgamma, share, before(6)
+  real(8) :: ps(3), an(3, 3), turned(6), off ! of a length that is known: what XIT leaves was not allocated
   shear = props(1)/(2*(1 + props(2)))
   lame = props(1)*props(2)/((1 + props(2))*(1 - 2*props(2)))
   if (stran(1) + dstran(1) > 0.5d0) call xit
@@ -21,7 +21,7 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   do i = ndi + 1, ntens
     ddsdde(i, i) = shear
   end do
-  before = stress
+  before(:ntens) = stress
   stress = stress + matmul(ddsdde, dstran)
   call sinv(stress, mean, mises, ndi, nshr)
   ! principal values give the same invariants, and a turn keeps them
@@ -32,11 +32,11 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
   off = off + sum(abs(turned(ndi + 1:ntens))) + abs(turned(1) - ps(1))
   if (off > 1d-9*(abs(mean) + mises + 1d-30)) pnewdt = 0.5d0
   if (props(3) > 0 .and. mises > props(3)) then
-    n = stress
+    n(:ntens) = stress
     n(1:ndi) = n(1:ndi) - mean
-    n = 1.5d0*n/mises
+    n(:ntens) = 1.5d0*n(:ntens)/mises
     dgamma = (mises - props(3))/(3*shear)
-    stress = stress - 2*shear*dgamma*n
+    stress = stress - 2*shear*dgamma*n(:ntens)
     statev(1) = statev(1) + dgamma
     spd = spd + props(3)*dgamma
     share = props(3)/mises
@@ -55,5 +55,5 @@ subroutine umat(stress, statev, ddsdde, sse, spd, scd, rpl, ddsddt, drplde, drpl
       end do
     end do
   end if
-  sse = sse + 0.5d0*dot_product(before + stress, dstran)
+  sse = sse + 0.5d0*dot_product(before(:ntens) + stress, dstran)
 end subroutine umat
