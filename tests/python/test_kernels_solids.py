@@ -93,7 +93,7 @@ def test_stress_by_energy():
 
 
 def test_strains_of_steps():
-    """A rotation gives no strain, and itself; a stretch 2 (l - 1)/(l + 1) and no rotation; both the formula of Hughes and Winget."""
+    """A rotation gives no strain, and itself; a stretch l gives 2 (l - 1)/(l + 1), and no rotation (Hughes & Winget 1980)."""
     n = 6
     begin, end = 0.2 * RNG.standard_normal((2, n, 3, 3))
     q = np.linalg.qr(RNG.standard_normal((3, 3)))[0]
