@@ -9,6 +9,7 @@
 
 #include "../fe/bulk_model.hpp"
 #include "../fe/elements.hpp"
+#include "../soe/lapack.hpp"
 #include "mesh_body.hpp"
 
 namespace cairn {
@@ -17,54 +18,14 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Largest eigenvalue of a symmetric matrix (n, n), which is lost: brought to three diagonals by reflections
-// (Householder 1958), then by bisection on Sturm's counts, from above.
-double largest_of(int n, std::vector<double>& a, std::vector<double>& diagonal, std::vector<double>& beside) {
-  diagonal.assign(std::size_t(n), 0.0);
-  beside.assign(std::size_t(n), 0.0);
-  std::vector<double> p(std::size_t(n), 0.0);
-  const auto at = [&](int i, int j) -> double& { return a[std::size_t(j * n + i)]; };
-  for (int k = 0; k + 2 < n; ++k) {
-    double square = 0;
-    for (int i = k + 2; i < n; ++i) square += at(i, k) * at(i, k);
-    if (!(square > 0)) continue;
-    const double first = at(k + 1, k), size = std::copysign(std::sqrt(first * first + square), first);
-    at(k + 1, k) = first + size; // v, below the diagonal
-    const double half = size * (first + size);
-    double along = 0;
-    for (int i = k + 1; i < n; ++i) {
-      double sum = 0;
-      for (int j = k + 1; j < n; ++j) sum += at(std::max(i, j), std::min(i, j)) * at(j, k);
-      p[std::size_t(i)] = sum / half;
-      along += at(i, k) * p[std::size_t(i)];
-    }
-    for (int i = k + 1; i < n; ++i) p[std::size_t(i)] -= along / (2 * half) * at(i, k);
-    for (int j = k + 1; j < n; ++j)
-      for (int i = j; i < n; ++i) at(i, j) -= at(i, k) * p[std::size_t(j)] + p[std::size_t(i)] * at(j, k);
-    beside[std::size_t(k)] = -size;
-  }
-  for (int k = 0; k < n; ++k) diagonal[std::size_t(k)] = at(k, k);
-  if (n > 1) beside[std::size_t(n - 2)] = at(n - 1, n - 2);
-  for (int k = 0; k + 2 < n; ++k)
-    if (!(std::abs(beside[std::size_t(k)]) > 0)) beside[std::size_t(k)] = at(k + 1, k);
-  double low = 0, high = 0;
-  for (int i = 0; i < n; ++i)
-    high = std::max(high, diagonal[std::size_t(i)] + (i > 0 ? std::abs(beside[std::size_t(i - 1)]) : 0) +
-                              std::abs(i + 1 < n ? beside[std::size_t(i)] : 0));
-  constexpr int halvings = 40;
-  for (int pass = 0; pass < halvings; ++pass) {
-    const double middle = 0.5 * (low + high);
-    bool above = false;
-    double pivot = 1;
-    for (int i = 0; i < n; ++i) {
-      const double b = i > 0 ? beside[std::size_t(i - 1)] : 0;
-      pivot = diagonal[std::size_t(i)] - middle - (i > 0 ? b * b / pivot : 0);
-      above = above || pivot > 0;
-      if (!(std::abs(pivot) > 0)) pivot = -std::numeric_limits<double>::min();
-    }
-    (above ? low : high) = middle;
-  }
-  return high;
+// Largest eigenvalue of a symmetric matrix (n, n), which is lost; infinity: it was not found.
+double largest_of(int n, std::vector<double>& a, std::vector<double>& eigenvalues, std::vector<double>& work) {
+  const int size = 3 * n;
+  int info = 0;
+  eigenvalues.resize(std::size_t(n));
+  work.resize(std::size_t(size));
+  dsyev_("N", "L", &n, a.data(), &n, eigenvalues.data(), work.data(), &size, &info, 1, 1);
+  return info == 0 ? eigenvalues.back() : infinity;
 }
 
 // Whether all eigenvalues of a symmetric matrix (n, n) are below a number, by Cholesky's factors of the difference.
@@ -175,7 +136,7 @@ bool MeshBody::diagonal_mass() const {
 double MeshBody::element_bound(const std::vector<double>& mass, double slack) const {
   const std::size_t n = mass.size();
   if (model.bulk ? !model.bulk->solid() : model.cells.empty()) return infinity;
-  std::vector<double> hold(n, 0.0), diagonal(n, 0.0), a, l, d, b, root;
+  std::vector<double> hold(n, 0.0), diagonal(n, 0.0), a, l, eigenvalues, work, root;
   const auto free = [&](std::int32_t dof) { return !model.held[std::size_t(dof)]; };
   const auto row = [&](int dofs, const std::int32_t* dof, const double* k, int i) {
     double sum = 0;
@@ -214,7 +175,7 @@ double MeshBody::element_bound(const std::vector<double>& mass, double slack) co
         finite = finite && std::isfinite(a[std::size_t(j * m + i)]);
       }
     if (m == 0 || !finite || all_below(m, slack * square, a, l)) return;
-    square = std::max(square, largest_of(m, a, d, b));
+    square = std::max(square, largest_of(m, a, eigenvalues, work));
   });
   return finite ? slack * square : infinity;
 }

@@ -8,33 +8,23 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../soe/lapack.hpp"
 #include "mesh_body.hpp"
 
 namespace cairn {
 
 namespace {
 
-// Largest eigenvalue of a symmetric tridiagonal matrix without negative ones, by bisection on Sturm's counts.
-double largest_eigenvalue(const std::vector<double>& a, const std::vector<double>& b) {
-  double high = 0, low = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    high = std::max(high, a[i] + (i > 0 ? std::abs(b[i - 1]) : 0) + (i + 1 < a.size() ? std::abs(b[i]) : 0));
-  constexpr int halvings = 60;
-  for (int pass = 0; pass < halvings; ++pass) {
-    const double middle = 0.5 * (low + high);
-    bool above = false; // one of them is
-    double pivot = 1;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      pivot = a[i] - middle - (i > 0 ? b[i - 1] * b[i - 1] / pivot : 0);
-      above = above || pivot > 0;
-      if (!(std::abs(pivot) > 0)) pivot = -std::numeric_limits<double>::min();
-    }
-    (above ? low : high) = middle;
-  }
-  return high;
-}
-
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// Largest eigenvalue of a symmetric tridiagonal matrix; infinity: it was not found.
+double largest_eigenvalue(std::vector<double> diagonal, std::vector<double> beside) {
+  const int n = int(diagonal.size());
+  int info = 0;
+  if (n == 0) return 0;
+  dsterf_(&n, diagonal.data(), beside.data(), &info);
+  return info == 0 ? diagonal.back() : infinity;
+}
 
 double step_of(double omega, double xi) { return 2 / omega * (std::sqrt(1 + xi * xi) - xi); }
 
