@@ -24,14 +24,14 @@ contains
     real(c_double), intent(in)      :: x(dim, nodes, n)         !< places of their nodes [m]
     real(c_double), intent(in)      :: u(dim, nodes, n)         !< displacements [m]
     integer(c_int32_t), value       :: want                     !< 1: the stiffness too
-    real(c_double), intent(out)     :: force(dim*nodes, n)      !< [N]
+    real(c_double), intent(out)     :: force(dim, nodes, n)     !< [N]
     real(c_double), intent(out)     :: half(8, dim*nodes*(dim*nodes + 1)/2) !< by columns, cells side by side [N/m]
     real(c_double), intent(out)     :: stress(6, points, n)     !< 11 22 33 12 23 13 [Pa]
     real(c_double), intent(out)     :: energy(n)                !< [J]
     integer(c_int32_t), intent(out) :: status(n)                !< 1: flat or inside out
     real(c_double) :: at(lanes, dim, nodes), moved(lanes, dim, nodes), pushed(lanes, dim, nodes), d(lanes, dim, nodes, points), &
                       volume(lanes, points), stored(lanes), s(lanes, 6)
-    integer :: lane, p
+    integer :: a, k, lane, p
     do lane = 1, lanes
       at(lane, :, :) = x(:, :, min(int(lane, c_int64_t), n)) ! the last one fills up
       moved(lane, :, :) = u(:, :, min(int(lane, c_int64_t), n))
@@ -51,7 +51,11 @@ contains
       end do
     end do
     do lane = 1, int(n)
-      force(:, lane) = reshape(pushed(lane, :, :), [dim*nodes])
+      do a = 1, nodes
+        do k = 1, dim
+          force(k, a, lane) = pushed(lane, k, a)
+        end do
+      end do
       energy(lane) = stored(lane)
     end do
     if (want /= 0) call stiffnesses(dim, nodes, points, d, volume, lambda, shear, half)

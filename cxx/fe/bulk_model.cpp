@@ -27,6 +27,24 @@ constexpr std::int64_t entry_of(std::int64_t at, std::int64_t wide, int i, int j
   return at + j * wide - j * (j - 1) / 2 + i - j;
 }
 
+template <int dim>
+void gather_nodes(const std::int32_t* node, std::size_t n, const double* place, const double* u, double* x,
+                  double* moved) {
+  for (std::size_t a = 0; a < n; ++a) {
+    const std::size_t at = dim * std::size_t(node[a]);
+    for (std::size_t k = 0; k < dim; ++k) {
+      x[dim * a + k] = place[at + k];
+      moved[dim * a + k] = u[at + k];
+    }
+  }
+}
+
+template <int dim>
+void scatter_nodes(const std::int32_t* node, std::size_t n, const double* force, double* to) {
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t k = 0; k < dim; ++k) to[dim * std::size_t(node[a]) + k] += force[dim * a + k];
+}
+
 } // namespace
 
 // Entries of a matrix are found by pairs of nodes, which a cell names once each.
@@ -201,14 +219,11 @@ void BulkModel::find_swelling(std::size_t block, std::int64_t first, std::int64_
 
 void BulkModel::gather(std::size_t block, std::int64_t first, std::int64_t n, const double* u, Work& w) const {
   const BulkCells& c = cells_[block];
-  const int nodes = c.element->nodes, dofs = dim_ * nodes;
-  for (std::int64_t cell = 0; cell < n; ++cell)
-    for (int a = 0; a < nodes; ++a)
-      for (int k = 0; k < dim_; ++k) {
-        const std::size_t at = std::size_t(dim_ * c.node[std::size_t((first + cell) * nodes + a)] + k);
-        w.x[std::size_t(cell * dofs + dim_ * a + k)] = place_[at];
-        w.u[std::size_t(cell * dofs + dim_ * a + k)] = u[at];
-      }
+  const int nodes = c.element->nodes;
+  const auto corners = std::size_t(n * nodes);
+  const std::int32_t* node = &c.node[std::size_t(first * nodes)];
+  dim_ == 2 ? gather_nodes<2>(node, corners, place_.data(), u, w.x.data(), w.u.data())
+            : gather_nodes<3>(node, corners, place_.data(), u, w.x.data(), w.u.data());
 }
 
 // Gradients of the displacements that were gathered; whether all volumes are positive.
@@ -336,9 +351,9 @@ void BulkModel::add_forces(std::size_t block, std::int64_t first, std::int64_t n
                            double* to) const {
   const BulkCells& c = cells_[block];
   const int nodes = c.element->nodes;
-  for (std::int64_t cell = 0; cell < n; ++cell)
-    for (int a = 0; a < nodes; ++a)
-      for (int k = 0; k < dim_; ++k) to[dim_ * c.node[std::size_t((first + cell) * nodes + a)] + k] += *force++;
+  const std::int32_t* node = &c.node[std::size_t(first * nodes)];
+  dim_ == 2 ? scatter_nodes<2>(node, std::size_t(n * nodes), force, to)
+            : scatter_nodes<3>(node, std::size_t(n * nodes), force, to);
 }
 
 bool BulkModel::halves(std::size_t block, const Step& step) const {
