@@ -27,13 +27,18 @@ ContactMemory after_lean(ContactMemory memory, int k, int i, int cells) {
   return memory;
 }
 
-// Internal number of a contactor, -1 if it is gone.
+// Internal number of a contactor, -1 if it is gone. Numbers of its user rise by at least one from contactor to contactor,
+// so that it stands where they would rise by just one, as they do while none is removed, or before.
 std::int32_t Simulation::contactor(std::int64_t id) const {
   const Contactors& c = scene.contactors;
   const auto& order = scene.contactor_insertion_order();
-  const auto found = std::lower_bound(order.begin(), order.end(), id,
-                                      [&](std::int32_t i, std::int64_t wanted) { return *c.id[i] < wanted; });
-  return found == order.end() || *c.id[*found] != id ? -1 : *found;
+  if (order.empty() || id < *c.id[order.front()]) return -1;
+  const auto last = std::min(id - *c.id[order.front()], std::int64_t(order.size()) - 1);
+  auto found = order.begin() + last;
+  if (*c.id[*found] != id)
+    found = std::lower_bound(order.begin(), found, id,
+                             [&](std::int32_t i, std::int64_t wanted) { return *c.id[i] < wanted; });
+  return *c.id[*found] == id ? *found : -1;
 }
 
 // Brings centres back into the cell, a mesh whole by the middle of its nodes; what crosses a moving boundary takes the
