@@ -163,8 +163,15 @@ class Scene(Spelt):
                 if word not in names:
                     raise ValueError(
                         f"an interaction names {word!r}, which is no material and no group of the scene; "
-                        f"there are {listed(sorted(names - {'*'}), word)}"
+                        f"there are {listed(sorted(names - {'*'}), word)}{self._untouched(word)}"
                     )
+
+    def _untouched(self, word):
+        """What to add where a mesh has this material or group, and nothing of it can touch."""
+        for s in self.sets:
+            if s.mesh is not None and word in (s.group, getattr(s.mesh.material, "name", s.mesh.material)):
+                return f"; nothing of the mesh {s.mesh.name!r} touches: give deformable(contact=...), edges or faces"
+        return ""
 
     def law_table(self, species, rules=None, sets=None):
         """The core's table of laws. rules, sets: those of the scene unless others are given."""
