@@ -97,7 +97,8 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
-  if (std::isfinite(options.accuracy) || options.associated_start) s.measure_speeds(bodies);
+  if (std::isfinite(options.accuracy) || options.associated_start || s.system.has_own_solution())
+    s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
   SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);

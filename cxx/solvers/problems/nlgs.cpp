@@ -92,7 +92,7 @@ public:
          SolveReport& report)
       : system_(system), velocity_free_(velocity_free), options_(options), help_(help), report_(report),
         schedule_(system.schedule(options.threads > 0 ? options.threads : omp_get_max_threads())),
-        free_(measure_free(system, schedule_)), extrapolation_(system, schedule_),
+        free_(measure_free(system, schedule_, options.tolerance)), extrapolation_(system, schedule_),
         start_(system, options.associated_start && options.extrapolates, aim(options), options.max_iterations,
                free_.energy),
         best_(system), velocity_(system, schedule_, velocity_free, options),

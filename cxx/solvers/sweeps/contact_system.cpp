@@ -135,4 +135,21 @@ bool begins_from_nothing(const ContactSystem& system) {
   return true;
 }
 
+bool ContactSystem::has_own_solution() const {
+  return std::any_of(batches.begin(), batches.end(), [](const cairn_batch& b) { return law_infos()[b.law].has_solve; });
+}
+
+double ContactSystem::speed() const {
+  double sum = mesh_speed_square;
+  const int d = dim, n = velocities();
+  for (std::int64_t b = 0; b < bodies; ++b) {
+    const double* x = record[b].x;
+    for (int k = 0; k < n; ++k) {
+      const double inverse = d == 2 ? x[3 + k] : x[k < 3 ? 6 : 7];
+      if (inverse > 0 && (k < d || general.empty())) sum += x[k] * x[k] / inverse;
+    }
+  }
+  return std::sqrt(std::max(sum, weight_speed_square));
+}
+
 } // namespace cairn

@@ -15,10 +15,11 @@ struct StepError {
 // hides.
 struct FreeScale {
   double energy = 0, rounding = 0;
+  double least = 1; // of the scale, where velocities may make it smaller, over that by impulses
 };
 
 // Records hold the free velocity.
-FreeScale measure_free(ContactSystem&, const cairn_schedule&);
+FreeScale measure_free(ContactSystem&, const cairn_schedule&, double tolerance);
 // Records hold the velocity that the impulses leave. last: the status of each contact too.
 StepError measure(ContactSystem&, const cairn_schedule&, FreeScale, bool last, SolveReport&);
 // Of values (n), stride apart, in the order of batches, whatever thread did them.

@@ -318,7 +318,7 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
   const std::string obstacle = JointedProblem::obstacle(system);
   if (!obstacle.empty()) throw Error(obstacle + ": take cairn.NLGS or cairn.Auto instead of " + solver.python_name);
   const cairn_schedule schedule = system.schedule(1);
-  const FreeScale free = measure_free(system, schedule);
+  const FreeScale free = measure_free(system, schedule, options.tolerance);
   const auto error_now = [&] { return std::sqrt(measure(system, schedule, free, false, report).square); };
   const ProblemReport solved = JointedProblem::needed(system)
                                    ? solve_jointed(system, schedule, velocity_free, options, solver, error_now)

@@ -34,7 +34,7 @@ void VelocityError::follow(double error) {
     keep(error);
   }
   if (!known_) return;
-  value_ = safety * std::max(slope_, slope_before_) * error / speed();
+  value_ = safety * std::max(slope_, slope_before_) * error / system_.speed();
   if (!(value_ <= accuracy_))
     held_at_ = 0, confirmed_ = false;
   else if (!(held_at_ > 0))
@@ -51,9 +51,9 @@ bool VelocityError::holds(int iterations, double& error_square, const std::funct
   for (int k = 0; k < most && taken && !holds_ && value_ <= accuracy_; ++k) {
     const double change = newton_.find(iterations);
     if (std::isnan(change)) return holds_ = confirmed_;
-    const bool small = change <= accuracy_ * speed(),
+    const bool small = change <= accuracy_ * system_.speed(),
                again = small && small_since_ > 0 && iterations >= to_confirm * small_since_;
-    value_ = std::max(value_, change / speed());
+    value_ = std::max(value_, change / system_.speed());
     next_newton_ = int(std::min(patience * iterations, 1e9));
     if (!small || small_since_ == 0) small_since_ = small ? iterations : 0;
     taken = newton_.take(error_square, measure);
@@ -96,19 +96,6 @@ double VelocityError::change_square() const {
         sum += (at(b, b.r, lane, c) - system_.kept_r[from]) * (u[c * b.count + lane] - system_.kept_u[from]);
   }
   return std::max(sum, 0.0);
-}
-
-double VelocityError::speed() const {
-  double sum = system_.mesh_speed_square;
-  const int d = system_.dim, n = system_.velocities();
-  for (std::int64_t b = 0; b < system_.bodies; ++b) {
-    const double* x = system_.record[b].x;
-    for (int k = 0; k < n; ++k) {
-      const double inverse = d == 2 ? x[3 + k] : x[k < 3 ? 6 : 7];
-      if (inverse > 0 && (k < d || system_.general.empty())) sum += x[k] * x[k] / inverse;
-    }
-  }
-  return std::sqrt(std::max(sum, system_.weight_speed_square));
 }
 
 } // namespace cairn

@@ -40,7 +40,6 @@ public:
 private:
   void keep(double error);
   double change_square() const; // |v - v kept|_M^2
-  double speed() const;         // max(|v|_M, |h g|_M)
   ContactSystem& system_;
   const cairn_schedule& schedule_;
   NewtonCorrection newton_;
