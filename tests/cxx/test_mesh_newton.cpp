@@ -173,7 +173,9 @@ TEST(MeshNewton, PlasticWorkIsToldAndLessThanWhatWasThere) {
 }
 
 TEST(MeshNewton, ARestartGoesOnToTheSameBits) {
-  const auto made = [] { return square("finite_j2", {1e6, 0.3, 2e4, 1e4, 0, 1, 0}, cairn::Kinematics::total_lagrangian); };
+  const auto made = [] {
+    return square("finite_j2", {1e6, 0.3, 2e4, 1e4, 0, 1, 0}, cairn::Kinematics::total_lagrangian);
+  };
   World w(made(), 5e-4, 0.5), other(made(), 5e-4, 0.5);
   stretch(w, 20.0);
   for (int k = 0; k < 20; ++k) w.step();

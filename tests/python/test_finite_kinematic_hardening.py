@@ -213,8 +213,8 @@ def sheared(law, steps, most):
 
 
 def test_simple_shear_has_one_crest_and_no_waves():
-    """Where elastic strains are small, Fp = F: tau = sigma_y/sqrt 3 + 2/3 H arsinh(g/2)/sqrt(1 + g^2/4), the largest at g = 3.018,
-    and normal stresses of 2/3 H arsinh(g/2) (g/2)/sqrt(1 + g^2/4)."""
+    """Where elastic strains are small, Fp = F: tau = sigma_y/sqrt 3 + 2/3 H arsinh(g/2)/sqrt(1 + g^2/4), the largest at
+    g = 3.018, and normal stresses of 2/3 H arsinh(g/2) (g/2)/sqrt(1 + g^2/4)."""
     law = dict(young=1e5, poisson=0.3, yield_stress=1.0, kinematic=1.0)
     left = []
     for steps in (300, 600):
@@ -310,8 +310,8 @@ def test_a_unit_of_stress_changes_no_digit(name, hard):
 
 
 @pytest.mark.parametrize("kind, options", [
-    ("quad", {"plane": "strain"}), ("quad", {"plane": "stress"}), ("quad", {"plane": "axisymmetric"}), ("quad9", {"plane": "strain"}),
-    ("quad", {"plane": "strain", "mean_dilatation": True}), ("hexahedron", {}), ("tetra", {}),
+    ("quad", {"plane": "strain"}), ("quad", {"plane": "stress"}), ("quad", {"plane": "axisymmetric"}),
+    ("quad9", {"plane": "strain"}), ("quad", {"plane": "strain", "mean_dilatation": True}), ("hexahedron", {}), ("tetra", {}),
 ])  # fmt: skip
 def test_cells_of_every_plane(kind, options):
     """Of bodies drawn, then sheared: tangents against differences of forces, forces against those of energy and dissipation."""
