@@ -1,7 +1,6 @@
 // Materials of solids, and the stresses of a mesh from them, for Python.
 #include "fe/bulk_model.hpp"
-
-#include <dlfcn.h>
+#include "fe/umat.hpp"
 
 #include "bulk.hpp"
 
@@ -161,16 +160,5 @@ void bind_bulk(py::module_& m) {
   m.def("bulk_materials", &materials);
   m.def("bulk_points", &points);
   m.def("bulk_on_measure", &on_measure);
-  m.def("plug_umat", [](const std::string& library, const std::string& symbol, const std::string& name, int states) {
-    Dl_info here{}; // what UMATs call is in this module, whose names others do not see until it is opened so
-    if (dladdr(reinterpret_cast<const void*>(&cairn::bulk_material_named), &here) && here.dli_fname)
-      dlopen(here.dli_fname, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
-    void* opened = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!opened) throw cairn::Error(library + " cannot be loaded: " + dlerror());
-    void* found = nullptr;
-    for (const std::string& spelling : {symbol, symbol + "_"})
-      if (!found) found = dlsym(opened, spelling.c_str());
-    if (!found) throw cairn::Error(library + " has no routine " + symbol + ": give the name that the library exports");
-    cairn::register_umat(name, reinterpret_cast<cairn::UmatRoutine*>(found), states, library);
-  });
+  m.def("plug_umat", &cairn::plug_umat);
 }

@@ -1,4 +1,5 @@
 set(CAIRN_CORE_SOURCES
+  bulk_materials/finite_back_stress.f90
   bulk_materials/initial_stress.f90
   bulk_materials/jaumann_rate.f90
   bulk_materials/radial_return.f90

@@ -68,7 +68,22 @@ module cairn_transforms
       integer(c_int32_t), value :: state
       type(c_error), intent(inout) :: error
     end function
+    integer(c_int32_t) function c_plug_plane_stress_material(library, material, routine, state, error) &
+        bind(c, name="cairn_plug_plane_stress_material")
+      import
+      character(c_char), intent(in) :: library(*), material(*), routine(*)
+      integer(c_int32_t), value :: state
+      type(c_error), intent(inout) :: error
+    end function
     integer(c_int32_t) function c_give_material(material, routine, state, error) bind(c, name="cairn_give_material")
+      import
+      character(c_char), intent(in) :: material(*)
+      type(c_funptr), value :: routine
+      integer(c_int32_t), value :: state
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_give_plane_stress_material(material, routine, state, error) &
+        bind(c, name="cairn_give_plane_stress_material")
       import
       character(c_char), intent(in) :: material(*)
       type(c_funptr), value :: routine
@@ -194,28 +209,51 @@ contains
   end function mesh_of_body
 
   !> A subroutine UMAT of a shared library as a material of that name for add_solid_cells, whose values are its PROPS.
-  subroutine plug_material(library, material, state, routine, error)
+  subroutine plug_material(library, material, state, routine, error, plane_stress)
     character(*), intent(in) :: library                          !< path
     character(*), intent(in) :: material
     integer, intent(in) :: state                                 !< numbers STATEV at each point
     character(*), intent(in), optional :: routine                !< "umat" without; an underscore may follow
     type(cairn_error), intent(out), optional :: error
+    logical, intent(in), optional :: plane_stress                !< it is written for elements of plane stress, NDI = 2
     character(:), allocatable :: symbol
     type(c_error) :: what
+    integer(c_int32_t) :: numbers, status
 
     symbol = "umat"
     if (present(routine)) symbol = routine
-    call report_back(c_plug_material(c_text(library), c_text(material), c_text(symbol), int(state, c_int32_t), what), what, error)
+    numbers = int(state, c_int32_t)
+    if (given(plane_stress)) then
+      status = c_plug_plane_stress_material(c_text(library), c_text(material), c_text(symbol), numbers, what)
+    else
+      status = c_plug_material(c_text(library), c_text(material), c_text(symbol), numbers, what)
+    end if
+    call report_back(status, what, error)
   end subroutine plug_material
 
+  logical function given(choice)
+    logical, intent(in), optional :: choice
+
+    given = .false.
+    if (present(choice)) given = choice
+  end function given
+
   !> The same of one that the program links: c_funloc(umat), of an external subroutine.
-  subroutine give_material(material, routine, state, error)
+  subroutine give_material(material, routine, state, error, plane_stress)
     character(*), intent(in) :: material
     type(c_funptr), intent(in) :: routine
     integer, intent(in) :: state                                 !< numbers STATEV at each point
     type(cairn_error), intent(out), optional :: error
+    logical, intent(in), optional :: plane_stress
     type(c_error) :: what
+    integer(c_int32_t) :: numbers, status
 
-    call report_back(c_give_material(c_text(material), routine, int(state, c_int32_t), what), what, error)
+    numbers = int(state, c_int32_t)
+    if (given(plane_stress)) then
+      status = c_give_plane_stress_material(c_text(material), routine, numbers, what)
+    else
+      status = c_give_material(c_text(material), routine, numbers, what)
+    end if
+    call report_back(status, what, error)
   end subroutine give_material
 end module cairn_transforms

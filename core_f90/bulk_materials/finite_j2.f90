@@ -1,14 +1,15 @@
 !> Mises' plasticity at large strains: F = Fe Fp, Hencky's energy, the radial return on the logarithm of the trial left stretch
-!> (Simo 1992). Its state is the inverse of Fp'Fp, less the identity.
+!> (Simo 1992); with kinematic hardening the return about a back stress. Its state is the inverse of Fp'Fp, less the identity.
 module finite_j2
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use tensor_functions, only: symmetric_eigen, inverse, determinant, to_strain, to_stress, from_stress, from_strain, &
                               half_log_difference
   use radial_return, only: hardening_law, mises, hardening_energy
+  use finite_back_stress, only: point_with_back_stress
   implicit none
   private
   public :: cairn_bulk_finite_j2
-  integer, parameter :: parameters = 6, states = 7
+  integer, parameter :: parameters = 7, states = 7
 contains
 
   !> Stress of n points.
@@ -30,10 +31,10 @@ contains
     type(hardening_law) :: law
     real(c_double) :: shear, bulk, f(3, 3), plastic(3, 3), begin
     integer(c_int64_t) :: i
-    integer :: k
+    integer :: k, fault
     shear = params(1)/(2*(1 + params(2)))
     bulk = params(1)/(3*(1 - 2*params(2)))
-    law = hardening_law(params(3), params(4), 0.0_c_double, params(5), params(6))
+    law = hardening_law(params(3), params(4), params(5), params(6), params(7))
     do i = 1, n
       f = gradient(:, :, i)
       plastic = from_stress(state_begin(1:6, i))
@@ -51,6 +52,15 @@ contains
         cycle
       end if
       begin = state(7, i)
+      if (law%kinematic > 0) then
+        plastic = from_stress(state_begin(1:6, i))
+        call point_with_back_stress(bulk, shear, law, gradient(:, :, i), plastic, state(7, i), stress(:, :, i), &
+                                    tangent(:, :, :, :, i), energy(i), fault)
+        if (fault /= 0) status(i) = fault
+        state(1:6, i) = to_stress(plastic)
+        dissipated(i) = law%yield*(state(7, i) - begin)
+        cycle
+      end if
       call point(bulk, shear, law, f, plastic, state(7, i), stress(:, :, i), tangent(:, :, :, :, i), energy(i), status(i))
       do k = 1, 3
         plastic(k, k) = plastic(k, k) - 1

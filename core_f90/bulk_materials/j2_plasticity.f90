@@ -41,8 +41,9 @@ contains
       state(1:6, i) = state(1:6, i) + flow
       elastic = strain(:, i) - state(1:6, i)
       energy(i) = 0.5_c_double*dot_product(stress(:, i), elastic) + hardening_energy(law, state(13, i))
-      if (law%kinematic > 0) &
-        energy(i) = energy(i) + 0.75_c_double/law%kinematic*(sum(state(7:9, i)**2) + 2*sum(state(10:12, i)**2))
+      if (law%kinematic > 0) & ! squares may leave the range of numbers
+        energy(i) = energy(i) + 0.75_c_double*(sum(state(7:9, i)*(state(7:9, i)/law%kinematic)) &
+                                               + 2*sum(state(10:12, i)*(state(10:12, i)/law%kinematic)))
       dissipated(i) = law%yield*(state(13, i) - begin)
     end do
   end subroutine cairn_bulk_j2_plasticity

@@ -5,7 +5,7 @@ module radial_return
   use tensor_functions, only: identity6
   implicit none
   private
-  public :: mises, yield_stress, hardening_energy
+  public :: mises, yield_stress, hardening_slope, hardening_energy
 
   type, public :: hardening_law
     real(c_double) :: yield, isotropic, kinematic, swift_strain, swift_power
@@ -18,6 +18,14 @@ contains
     real(c_double) :: y
     y = law%yield*(1 + strain/law%swift_strain)**law%swift_power + law%isotropic*strain
   end function yield_stress
+
+  !> Of the yield stress by the accumulated plastic strain [Pa].
+  pure function hardening_slope(law, strain) result(slope)
+    type(hardening_law), intent(in) :: law
+    real(c_double), intent(in)      :: strain
+    real(c_double) :: slope
+    slope = law%isotropic + law%yield*law%swift_power/law%swift_strain*(1 + strain/law%swift_strain)**(law%swift_power - 1)
+  end function hardening_slope
 
   !> Stored by isotropic hardening: what the yield stress grew by, along the plastic strain [J/m3].
   pure function hardening_energy(law, strain) result(w)
@@ -41,7 +49,7 @@ contains
     real(c_double), intent(out)     :: flow(6)     !< change of plastic strain, shear twice
     real(c_double), intent(out)     :: stress(6), tangent(6, 6)
     integer, intent(out)            :: fault
-    real(c_double) :: trace, deviator(6), relative(6), size, multiplier, slope, n(6), share, twist, f
+    real(c_double) :: trace, deviator(6), relative(6), size, multiplier, slope, n(6), share, twist, f, unit
     integer :: i, k, pass
     integer, parameter :: most = 50
     real(c_double), parameter :: root = sqrt(2.0_c_double/3)
@@ -50,7 +58,9 @@ contains
     deviator(:3) = 2*shear*(elastic(:3) - trace/3)
     deviator(4:) = shear*elastic(4:)
     relative = deviator - back
-    size = sqrt(sum(relative(:3)**2) + 2*sum(relative(4:)**2))
+    unit = scale(1.0_c_double, max(-1000, min(1000, exponent(maxval(abs(relative)))))) ! squares stay within what numbers reach
+    n = relative/unit
+    size = unit*sqrt(sum(n(:3)**2) + 2*sum(n(4:)**2))
     flow = 0
     share = 1
     twist = 0
@@ -58,9 +68,7 @@ contains
     if (size > root*yield_stress(law, accumulated)) then
       multiplier = 0
       do pass = 1, most ! convex in the multiplier where hardening bends down: Newton's method comes from one side
-        slope = law%isotropic + law%yield*law%swift_power/law%swift_strain &
-                *(1 + (accumulated + root*multiplier)/law%swift_strain)**(law%swift_power - 1)
-        slope = 2*shear + 2*(slope + law%kinematic)/3
+        slope = 2*shear + 2*(hardening_slope(law, accumulated + root*multiplier) + law%kinematic)/3
         f = size - (2*shear + 2*law%kinematic/3)*multiplier - root*yield_stress(law, accumulated + root*multiplier)
         multiplier = multiplier + f/slope
         if (abs(f) <= 4*epsilon(f)*size) exit

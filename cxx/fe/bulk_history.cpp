@@ -59,9 +59,10 @@ std::string BulkModel::describe(const BulkResult& r) const {
            ": give smaller cells, or a length of your own";
   if (r.fault == 4) return text + ": " + c.material->python_name + " has softened to a yield stress of zero";
   if (r.fault == umat_writes_beyond)
-    return text + ": " + c.material->python_name +
-           " writes beyond the NTENS = 4 stresses of the plane, 11 22 33 12: give a routine that goes by NDI, NSHR and "
-           "NTENS";
+    return text + ": " + c.material->python_name + " writes beyond the NTENS = " +
+           (c.material->plane_stress ? "3 stresses of plane stress, 11 22 12"
+                                     : "4 stresses of the plane, 11 22 33 12") +
+           ": give a routine that goes by NDI, NSHR and NTENS";
   return text + ": " + c.material->python_name + " finds no finite stress";
 }
 

@@ -68,13 +68,14 @@ const BulkMaterialInfo& bulk_material_named(const std::string& name) {
 }
 
 const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* routine, int states,
-                                      const std::string& library) {
+                                      const std::string& library, bool plane_stress) {
   if (name.empty() || name.size() > 80) throw Error("the name of a UMAT has 1 to 80 characters: give a shorter one");
   if (states < 0) throw Error("a UMAT has " + std::to_string(states) + " states: give a whole number >= 0");
   BulkMaterialInfo m;
   m.name = m.python_name = name;
   m.symmetric = false;
   m.umat = routine;
+  m.plane_stress = plane_stress;
   m.library = library;
   // what Abaqus keeps between increments: stress, strain, gradient of displacement, time, energies, how many there were
   for (int k = 1; k <= 6; ++k) m.state.push_back("stress" + std::to_string(k));
@@ -86,7 +87,9 @@ const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* rout
     const BulkMaterialInfo& known = all()[row];
     if (known.name != name && known.python_name != name) continue;
     if (!known.umat) throw Error("'" + name + "' is a material of the list: give the UMAT another name");
-    if (known.umat != routine || known.state.size() != m.state.size() || known.library != library) continue;
+    if (known.umat != routine || known.state.size() != m.state.size() || known.library != library ||
+        known.plane_stress != plane_stress)
+      continue;
     plugged()[name] = row; // it is the same again
     return all()[row];
   }
@@ -118,7 +121,12 @@ std::vector<double> bulk_parameters(const BulkMaterialInfo& material, std::span<
   for (const std::string& name : names) {
     bool fits = false;
     for (const BulkParameter& p : material.parameters) fits = fits || p.name == name;
-    if (!fits) throw Error(material.python_name + " has no parameter '" + name + "'; it has " + known);
+    if (!fits)
+      throw Error(std::string(material.python_name)
+                      .append(" has no parameter '")
+                      .append(name)
+                      .append("'; it has ")
+                      .append(known));
   }
   return out;
 }

@@ -68,6 +68,11 @@ BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> 
       throw Error("mean dilatation has no use in plane stress: leave it out");
     if (c.material->takes_gradient && c.kinematics != Kinematics::total_lagrangian)
       throw Error(c.material->python_name + " is for large strains: give kinematics='total_lagrangian'");
+    if (c.material->plane_stress && !(dim == 2 && c.plane == Plane::stress))
+      throw Error(
+          c.material->python_name +
+          " is a routine for plane stress, NDI = 2: give plane='stress' to a body in two dimensions, or a routine "
+          "that is plugged without plane='stress'");
     Block b;
     b.value.resize(std::size_t(e.nodes * e.bulk_points));
     b.gradient.resize(b.value.size() * std::size_t(dim));
@@ -186,6 +191,10 @@ void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::i
                                    bool want, Work& w) {
   const bool flat = dim_ == 2 && cells_[block].plane == Plane::stress;
   const std::int64_t points = n * cells_[block].element->bulk_points;
+  if (cells_[block].material->plane_stress) {
+    keep_volume(points, w);
+    return law_at_points(block, first, n, h, theta, want, w);
+  }
   if (flat && cells_[block].material->umat) start_from_thickness(block, first, n, w);
   law_at_points(block, first, n, h, theta, want || flat, w);
   if (!flat) return;

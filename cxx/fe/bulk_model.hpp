@@ -112,6 +112,7 @@ private:
   void call_umat(std::size_t block, std::int64_t first, std::int64_t n, double h, Work& work);
   void find_places(std::size_t block, std::int64_t n, Work& work) const;
   void rates_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, bool want, Work& work);
+  static void keep_volume(std::int64_t points, Work& work);
   void start_from_thickness(std::size_t block, std::int64_t first, std::int64_t n, Work& work) const;
   void add_forces(std::size_t block, std::int64_t first, std::int64_t n, const double* force, double* to) const;
   bool halves(std::size_t block, const Step& step) const; // matrices are lower halves, some cells side by side

@@ -1,6 +1,7 @@
 // A user's routine for the stress of a point, as Abaqus calls it (UMAT): 11 22 33 12 13 23, twice the shear in strains,
-// in the plane 11 22 33 12. Axes are those of the scene. At large strains STRESS is Cauchy's and comes turned with the
-// rotation DROT of the step, as does STRAN; DSTRAN is the strain of the step from its middle.
+// in the plane 11 22 33 12, of a routine for plane stress 11 22 12. Axes are those of the scene. At large strains
+// STRESS is Cauchy's and comes turned with the rotation DROT of the step, as does STRAN; DSTRAN is the strain of the
+// step from its middle.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -102,36 +103,41 @@ struct Point {
 int ask(const UmatCall& call, const char* name, const double* rotation, double length, Point& at, double* own_state) {
   const BulkMaterialInfo& material = call.material;
   const int own = int(material.state.size()) - umat_kept, parameters = int(call.params.size()), one = 1;
-  const int direct = 3, shear = call.in_plane ? 1 : 3, components = direct + shear;
+  const int direct = call.direct, shear = call.shear, components = direct + shear;
   const int step[4] = {1, 1, call.large, 0};
   const double none = 0;
   double heat = 0, heat_t = 0, new_dt = 1, by_temperature[6] = {}, heat_by_strain[6] = {}, no_state = 0;
-  double* const beyond_stress = at.stress + components;
+  double stress[6], strain[6] = {}, change[6] = {};
+  double* const beyond_stress = stress + components;
   double* const beyond_tangent = at.tangent + components * components;
-  double out_of_plane[2] = {at.stress[4], at.stress[5]};
+  for (int k = 0; k < components; ++k) {
+    stress[k] = at.stress[call.place(k)];
+    strain[k] = at.strain[call.place(k)];
+    change[k] = at.change[call.place(k)];
+  }
   std::fill(at.tangent, beyond_tangent, 0.0);
-  std::fill(beyond_stress, at.stress + 6, std::bit_cast<double>(untouched));
+  std::fill(beyond_stress, stress + 6, std::bit_cast<double>(untouched));
   std::fill(beyond_tangent, at.tangent + 36, std::bit_cast<double>(untouched));
   const bool back = comes_back([&] {
-    material.umat(at.stress, own > 0 ? own_state : &no_state, at.tangent, &at.elastic, &at.plastic, &at.creep, &heat,
-                  by_temperature, heat_by_strain, &heat_t, at.strain, at.change, at.time, &call.h, &none, &none, &none,
-                  &none, name, &direct, &shear, &components, &own, parameters == 0 ? &none : call.params.data(),
-                  &parameters, at.place, rotation, &new_dt, &length, at.gradient_begin, at.gradient, &at.cell,
-                  &at.point, &one, &one, step, &at.increment, 80);
+    material.umat(stress, own > 0 ? own_state : &no_state, at.tangent, &at.elastic, &at.plastic, &at.creep, &heat,
+                  by_temperature, heat_by_strain, &heat_t, strain, change, at.time, &call.h, &none, &none, &none, &none,
+                  name, &direct, &shear, &components, &own, parameters == 0 ? &none : call.params.data(), &parameters,
+                  at.place, rotation, &new_dt, &length, at.gradient_begin, at.gradient, &at.cell, &at.point, &one, &one,
+                  step, &at.increment, 80);
   });
-  if (!all_untouched(beyond_stress, at.stress + 6) || !all_untouched(beyond_tangent, at.tangent + 36))
+  if (!all_untouched(beyond_stress, stress + 6) || !all_untouched(beyond_tangent, at.tangent + 36))
     return umat_writes_beyond;
+  for (int k = 0; k < components; ++k) at.stress[call.place(k)] = stress[k];
   const bool sound = back && !(new_dt < 1) && // else it asks for a smaller step
-                     all_finite(at.stress, components) && all_finite(at.tangent, components * components) &&
+                     all_finite(stress, components) && all_finite(at.tangent, components * components) &&
                      all_finite(own_state, own);
-  if (call.in_plane) std::copy_n(out_of_plane, 2, beyond_stress);
   return sound ? 0 : 2;
 }
 
 } // namespace
 
 void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& a) {
-  const int states = int(call.material.state.size()), components = call.in_plane ? 4 : 6;
+  const int states = int(call.material.state.size()), components = call.direct + call.shear;
   const double upright[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   char name[80];
   std::fill_n(name, 80, ' ');
@@ -149,8 +155,10 @@ void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArray
     if (status != 0) a.status[p] = status;
     at.keep(call, a, p, states);
     for (int k = 0; k < components; ++k) {
-      a.stress[6 * p + order[k]] = at.stress[k];
-      for (int l = 0; l < components; ++l) a.tangent[36 * p + 6 * order[l] + order[k]] = at.tangent[components * l + k];
+      const int row = order[call.place(k)];
+      a.stress[6 * p + row] = at.stress[call.place(k)];
+      for (int l = 0; l < components; ++l)
+        a.tangent[36 * p + 6 * order[call.place(l)] + row] = at.tangent[components * l + k];
     }
   }
 }

@@ -21,10 +21,11 @@ struct UmatCall { // what all points have in common
   const BulkMaterialInfo& material;
   const std::vector<double>& params;
   bool large = false;          // strains: stresses are Cauchy's, turned with the rotation of the step
-  bool in_plane = false;       // 11 22 33 12 alone
+  int direct = 3, shear = 3;   // in the plane 11 22 33 12, 11 22 12 of a routine for plane stress
   std::int64_t first_cell = 0; // of these points
   int points_of_cell = 1;
   double h = 1, time = 0; // of the step [s]; at its begin [s], not a number: that since the start
+  int place(int k) const { return k < direct ? k : 3 + k - direct; } // of the routine's among 11 22 33 12 13 23
 };
 
 struct UmatArrays {                                       // of the points
@@ -38,7 +39,9 @@ struct UmatArrays {                                       // of the points
 void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& arrays);
 
 // The routine `symbol`, or that with an underscore, of a shared library, as a material of that name with so many states
-// STATEV at each point; the library stays loaded. Throws Error.
-void plug_umat(const std::string& library, const std::string& symbol, const std::string& name, int states);
+// STATEV at each point; plane_stress: it is written for elements of plane stress. The library stays loaded. Throws
+// Error.
+void plug_umat(const std::string& library, const std::string& symbol, const std::string& name, int states,
+               bool plane_stress);
 
 } // namespace cairn

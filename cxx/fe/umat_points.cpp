@@ -31,7 +31,8 @@ void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n,
   const std::int64_t start = b.first_state + first * points * b.states;
   find_places(block, n, w);
   const bool large = c.kinematics != Kinematics::small;
-  const UmatCall call{*c.material, c.params, large, dim_ == 2, first, points, h, begin_time_};
+  const int direct = c.material->plane_stress ? 2 : 3, shear = dim_ == 2 ? 1 : 3;
+  const UmatCall call{*c.material, c.params, large, direct, shear, first, points, h, begin_time_};
   const UmatArrays arrays{state_begin_.data() + start,
                           w.strain.data(),
                           w.h_bar.data(),
@@ -61,6 +62,16 @@ void BulkModel::rates_at_points(std::size_t block, std::int64_t first, std::int6
   call_umat(block, first, n, h, w);
   cairn_stress_of_rate(points, w.h_bar.data(), w.stress.data(), w.moduli.data(), want, w.piola.data(),
                        w.tangent.data());
+}
+
+// What a routine for plane stress is told of the stretch across, which it finds for itself: as Abaqus, one that keeps
+// the volume, so that its stress is that of the volume at the start, too.
+void BulkModel::keep_volume(std::int64_t points, Work& w) {
+  for (std::int64_t p = 0; p < points; ++p) {
+    double* h = &w.h_bar[std::size_t(9 * p)];
+    const double growth = h[0] + h[4] + h[0] * h[4] - h[1] * h[3];
+    h[8] = -growth / (1 + growth);
+  }
 }
 
 // In plane stress the strain across is sought from where the step begins: a law of rates is asked for no more than the

@@ -444,6 +444,7 @@ class FiniteJ2(BulkMaterial):
         poisson: float = 0.0,
         yield_stress: float,
         isotropic: float = 0.0,
+        kinematic: float = 0.0,
         swift_strain: float = 1.0,
         swift_power: float = 0.0,
     ) -> None: ...

@@ -48,12 +48,31 @@ void looks(double* stress, double*, double* tangent, double* elastic, double*, d
 }
 Umat* const looking = looks;
 
+// What it is told in the plane, and springs. The same in plane stress alone.
+int direct_stresses = 0, all_stresses = 0;
+double stretch_across = 0;
+void tells(double* stress, double*, double* tangent, double*, double*, double*, double*, double*, double*, double*,
+           const double*, const double* change, const double*, const double*, const double*, const double*,
+           const double*, const double*, const char*, const int* direct, const int*, const int* components, const int*,
+           const double*, const int*, const double*, const double*, double*, const double*, const double*,
+           const double* gradient, const int*, const int*, const int*, const int*, const int*, const int*,
+           std::size_t) {
+  for (int k = 0; k < *components; ++k) {
+    tangent[(*components + 1) * k] = 300;
+    stress[k] += 300 * change[k];
+  }
+  direct_stresses = *direct;
+  all_stresses = *components;
+  stretch_across = gradient[8];
+}
+Umat* const telling = tells;
+
 struct CMaterials : CScene {
   cairn_mesh* mesh = nullptr;
   ~CMaterials() override { cairn_mesh_destroy(mesh); }
   // Two squares side by side, held on the left, drawn on the right at a speed.
-  void bar(const char* material, std::vector<double> values, const char* const* names, double speed,
-           double stress = 0) {
+  void bar(const char* material, std::vector<double> values, const char* const* names, double speed, double stress = 0,
+           const char* plane = "strain") {
     const double place[] = {0, 0, 1, 0, 2, 0, 0, 1, 1, 1, 2, 1};
     const int32_t cell[] = {0, 1, 4, 3, 1, 2, 5, 4}, left[] = {0, 3}, right[] = {2, 5};
     cairn_mesh_destroy(mesh);
@@ -67,7 +86,7 @@ struct CMaterials : CScene {
     ASSERT_EQ(cairn_scene_set_gravity(scene, none, &error), 0);
     ASSERT_EQ(cairn_mesh_create(2, 6, place, &mesh, &error), 0);
     ASSERT_EQ(cairn_mesh_add_solid_cells(mesh, "q4", 2, cell, material, int32_t(values.size()), names, values.data(),
-                                         1e-3, "small", "strain", 0, 1, &error),
+                                         1e-3, "small", plane, 0, 1, &error),
               0)
         << error.message;
     const double given[12] = {stress, 0, 0, 0, 0, 0, stress, 0, 0, 0, 0, 0};
@@ -171,6 +190,34 @@ TEST_F(CMaterials, a_routine_that_takes_a_name_leaves_the_meshes_that_had_it) {
   for (int turn = 0; turn < 301; ++turn) // and as often as one likes
     ASSERT_EQ(cairn_give_material("taken", turn % 2 ? gives_up : umat_, turn % 2 ? 40 : 1, &error), 0) << error.message;
   EXPECT_EQ(add(), 0) << error.message;
+}
+
+TEST_F(CMaterials, a_routine_for_plane_stress_is_called_for_it_alone) {
+  cairn_umat* const springs = reinterpret_cast<cairn_umat*>(telling);
+  ASSERT_EQ(cairn_give_plane_stress_material("springs", springs, 0, &error), 0) << error.message;
+  bar("springs", {}, nullptr, 0.5, 0, "stress");
+  steps(10, 1e-3);
+  EXPECT_EQ(text("status"), "converged");
+  EXPECT_EQ(direct_stresses, 2);
+  EXPECT_EQ(all_stresses, 3);
+  EXPECT_LT(stretch_across, 1);
+  EXPECT_GT(stretch_across, 0.9);
+  const double place[] = {0, 0, 1, 0, 1, 1, 0, 1};
+  const int32_t cell[] = {0, 1, 2, 3};
+  cairn_mesh* wrong = nullptr;
+  ASSERT_EQ(cairn_mesh_create(2, 4, place, &wrong, &error), 0);
+  EXPECT_REFUSED(cairn_mesh_add_solid_cells(wrong, "q4", 1, cell, "springs", 0, nullptr, place, 1, "small", "strain", 0,
+                                            1, &error),
+                 "springs is a routine for plane stress, NDI = 2: give plane='stress'");
+  cairn_mesh_destroy(wrong);
+  // the same routine under another name is called for bodies of any plane
+  ASSERT_EQ(cairn_give_material("all_springs", springs, 0, &error), 0) << error.message;
+  bar("all_springs", {}, nullptr, 0.5, 0, "stress");
+  EXPECT_EQ(direct_stresses, 3);
+  EXPECT_EQ(all_stresses, 4);
+  EXPECT_REFUSED(cairn_give_plane_stress_material("none", nullptr, 0, &error), "routine is NULL");
+  EXPECT_REFUSED(cairn_plug_plane_stress_material("./no_such_library.so", "none", nullptr, 0, &error),
+                 "cannot be loaded");
 }
 
 // Before the first step a look at the energy asks the materials, but not while a step does.

@@ -19,7 +19,7 @@ ALL = [
     ("small", "elas_", "ELAS_PLAS", PLASTIC, None, (1e5, 0.3)),
     ("large", "elas_", "ELAS_PLAS", PLASTIC, "SaintVenantKirchhoff", (1e5, 0.3)),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC, "J2Plasticity", (1e5, 0.3, 2e3, 5e3)),
-    ("large", "J2iso", "ELAS_PLAS", SWIFT, "FiniteJ2", (1e5, 0.3, 2e3, 0.0, 0.25, 0.5)),
+    ("large", "J2iso", "ELAS_PLAS", SWIFT, "FiniteJ2", (1e5, 0.3, 2e3, 0.0, 0.0, 0.25, 0.5)),
     ("large", "J2iso", "ELAS_PLAS", PLASTIC, "FiniteJ2", (1e5, 0.3, 2e3, 5e3)),
 ]
 

@@ -52,6 +52,11 @@ typedef void cairn_umat(void);
 int32_t cairn_plug_material(const char* library, const char* material, const char* routine, int32_t state,
                             cairn_error* error);
 int32_t cairn_give_material(const char* material, cairn_umat* routine, int32_t state, cairn_error* error);
+/* The same of routines that are written for elements of plane stress, for cells of plane "stress": NDI = 2, NTENS = 3,
+ * stresses and strains 11 22 12; the strain across is theirs to find, DFGRD1(3,3) keeps the volume. */
+int32_t cairn_plug_plane_stress_material(const char* library, const char* material, const char* routine, int32_t state,
+                                         cairn_error* error);
+int32_t cairn_give_plane_stress_material(const char* material, cairn_umat* routine, int32_t state, cairn_error* error);
 
 /* ---------------------------------------------------------------- scene */
 int32_t cairn_scene_create(int32_t dim, cairn_scene** scene, cairn_error* error);

@@ -41,8 +41,26 @@ program metal
     call draw("plugged", names, props, other)
     call expect(maxval(abs(own - other)) < 1e-9_dp*maxval(abs(own)), "of a library it is the same")
     call destroy_simulation(bar)
+    call plug_material(library, "flat", 1, plane_stress=.true.)
+    call add_flat(error)
+    call expect(index(error%message, "flat is a routine for plane stress") > 0, "of plane stress alone: "//error%message)
   end if
+  call give_material("flat", c_funloc(umat), 1, plane_stress=.true.)
+  call add_flat(error)
+  call expect(index(error%message, "flat is a routine for plane stress") > 0, "of plane stress alone: "//error%message)
 contains
+  !> One that is for plane stress, in plane strain.
+  subroutine add_flat(error)
+    type(cairn_error), intent(out) :: error
+    real(dp), parameter :: place(2, 4) = reshape([0, 0, 1, 0, 1, 1, 0, 1], [2, 4])
+    type(cairn_mesh) :: mesh
+
+    call create_mesh(mesh, place)
+    call add_solid_cells(mesh, "q4", reshape([0, 1, 2, 3], [4, 1]), "flat", names, props, 1e-3_dp, error=error)
+    call destroy_mesh(mesh)
+  end subroutine add_flat
+
+
   !> Two squares side by side, held on the left, drawn on the right.
   subroutine draw(material, words, values, moved)
     character(*), intent(in) :: material, words(:)
