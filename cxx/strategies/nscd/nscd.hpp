@@ -49,7 +49,7 @@ public:
   ContactMemory memory(const Simulation& s) const override;
   void restore(Simulation& s, ContactMemory memory) override;
   ContactMemory projection_memory() const override;
-  void restore_projection(const Simulation& s, ContactMemory memory) override;
+  void restore_projection(const Simulation& s, const ContactMemory& memory) override;
   void move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) override;
   void lean_images(int k, int i, int cells) override;
   void read(Simulation& s, std::string_view field, int components, double* out) override;
