@@ -34,7 +34,7 @@ struct Energy {
   double released = 0;             // by contact laws: damage, viscosity, wear
   double dissipated_material = 0;  // at the points of materials of deformable bodies
   double dissipated_reshaping = 0; // by bodies that were made rigid or deformable between steps
-  double absorbed = 0;             // by bodies of another code, which does not tell what of it is stored
+  double absorbed = 0;             // by bodies of another code or law, which does not tell what of it is stored
   double work_projection = 0;      // potential energy that project_positions gave
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
