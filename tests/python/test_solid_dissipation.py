@@ -110,7 +110,7 @@ def test_what_newtons_method_leaves_is_closure_and_no_dissipation(integrator):
 
 
 def test_closure_is_as_large_as_newtons_method_leaves_it():
-    """It falls with the error that a step ends with; of stresses whose work is the energy's change the integrator takes nothing."""
+    """It falls with the error that a step ends with; stresses by energy leave the integrator nothing."""
     for integrator in (cn.Theta(), cn.HHT(alpha=-0.1), cn.DiscreteGradient()):
         left = []
         for tol in (1e-4, 1e-6, 1e-12):
