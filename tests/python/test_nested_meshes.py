@@ -153,6 +153,23 @@ def test_a_rigid_body_within_a_mesh_is_told_of():
     quiet(placed(touching(body("quad", 1, 1.0, (0.0, 0.0)), "outer"), cn.disks([[1.06, 0.5]], 0.05, ROCK)))
 
 
+def test_a_mesh_within_a_rigid_surface_is_told_of():
+    """Of triangles that close, solid behind them; in the hollow of one, or by one with a hole, it may be at home."""
+    corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    small = touching(body("hexahedron", 2, 0.3, (0.2, -0.4, 0.1)), "block")
+    outside = touching(body("hexahedron", 2, 0.3, (1.0, -0.4, 0.1)), "block")
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    for x in (corners, corners @ turn.T):
+        sim = placed(cn.surface(x, faces, ROCK), small, dim=3)
+        told(sim, r"node \d+ of the mesh 'block', which lies wholly within body \d+ at the begin of step 1: no side")
+        quiet(sim)
+        quiet(placed(cn.surface(x, [face[::-1] for face in faces], ROCK), small, dim=3))
+        quiet(placed(cn.surface(x, faces[1:], ROCK), small, dim=3))
+    quiet(placed(cn.surface(corners, faces, ROCK), outside, dim=3))
+
+
 def test_many_are_told_of_by_their_number():
     grid = 0.1 * np.stack(np.meshgrid(*[np.arange(1, 10)] * 2), -1).reshape(-1, 2) + 0.003
     sim = placed(touching(body("quad", 1, 1.0, (0.0, 0.0)), "outer"), cn.disks(grid, 0.02, ROCK))

@@ -1,8 +1,10 @@
-// Meshes that begin wholly within each other, and rigid bodies within meshes: no side is near, so that no contact
-// tells. They are looked for once, when they come in.
+// Meshes that begin wholly within each other or within rigid surfaces, and rigid bodies within meshes: no side is near,
+// so that no contact tells. They are looked for once, when they come in.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -10,6 +12,7 @@
 
 #include "../../bodies/closed_surface.hpp"
 #include "../../contactors/shapes.hpp"
+#include "../../contacts/body_axes.hpp"
 #include "../../detection/detection_grid.hpp"
 #include "../../fe/bulk_model.hpp"
 #include "../../fe/elements.hpp"
@@ -24,6 +27,21 @@ struct Piece {
   double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
   std::array<std::int32_t, 6> extreme{-1, -1, -1, -1, -1, -1}; // the nodes that are farthest along each axis
 };
+
+// The facets of a rigid body.
+struct Shell {
+  std::vector<std::int32_t> material;
+  std::vector<double> corner; // (9, facets) [m]
+  double low[3] = {0, 0, 0}, high[3] = {0, 0, 0};
+};
+
+// Whether a box is within another, or as large.
+template <class Inner, class Outer>
+bool boxed(int dim, const Inner& inner, const Outer& outer) {
+  bool is = true;
+  for (int k = 0; k < dim; ++k) is = is && inner.low[k] >= outer.low[k] && inner.high[k] <= outer.high[k];
+  return is;
+}
 
 class NestedMeshes {
 public:
@@ -43,19 +61,27 @@ private:
   bool meet_rigid(std::int32_t contactor, std::int32_t mesh) const;
   const ClosedSurface* surface(std::int32_t mesh);
   void centre_of(std::int32_t contactor, double* x) const;
+  void find_shells();
+  std::vector<std::array<double, 3>> outermost(const Piece& piece) const;
   bool within(const Piece& inner, std::int32_t outer);
+  bool within(const Piece& inner, const Shell& outer) const;
   bool within(std::int32_t contactor, const Piece& outer);
   std::vector<std::pair<std::int32_t, std::int32_t>> find_pairs() const;
   bool is_fresh(std::int32_t mesh) const { return model(mesh).node_ids.back() >= fresh_; }
   bool is_told(const Piece& inner, const Piece& outer);
   bool is_told(std::int32_t contactor, const Piece& outer);
+  bool is_told(const Piece& inner, std::int32_t body, const Shell& outer) const;
+  void tell(const std::string& inner, const std::string& outer);
   std::string name(const Piece& p) const;
 
   const Simulation& s_;
   int dim_;
   std::int64_t fresh_;
   std::vector<Piece> pieces_;
-  std::vector<std::int32_t> rigid_;                       // contactors of bodies, but for walls
+  std::vector<std::int32_t> rigid_;      // contactors of bodies, but for walls
+  std::map<std::int32_t, Shell> shells_; // by their bodies
+  std::string told_;                     // the first one
+  std::int64_t more_ = 0;
   std::vector<std::vector<std::int32_t>> points_, sides_; // materials that each mesh has, of what touches
   std::vector<std::optional<ClosedSurface>> surface_;
   std::vector<std::int8_t> tried_; // surfaces that were made, or are none
@@ -141,31 +167,90 @@ const ClosedSurface* NestedMeshes::surface(std::int32_t mesh) {
   return surface_[at] ? &*surface_[at] : nullptr;
 }
 
-// Whether the first cell with each of its outermost nodes has its middle there: nodes may touch from either side. A
-// mesh without cells has nodes alone.
-bool NestedMeshes::within(const Piece& inner, std::int32_t outer) {
-  const ClosedSurface* round = surface(outer);
-  if (!round) return false;
-  const MeshModel& m = model(inner.mesh);
-  const double* x = place(inner.mesh);
-  std::array<std::array<double, 3>, 6> middle{};
+// Places by which it is judged where a piece is: middles of the first cells with its outermost nodes, as nodes may
+// touch from either side; of a mesh without cells these nodes.
+std::vector<std::array<double, 3>> NestedMeshes::outermost(const Piece& piece) const {
+  const MeshModel& m = model(piece.mesh);
+  const double* x = place(piece.mesh);
+  std::vector<std::array<double, 3>> out(std::size_t(2 * dim_), {0, 0, 0});
   std::array<bool, 6> found{};
   const auto look = [&](const ElementInfo& e, const std::vector<std::int32_t>& node) {
     for (std::size_t i = 0; i < node.size(); ++i)
-      for (std::size_t k = 0; k < std::size_t(2 * dim_); ++k) {
-        if (found[k] || node[i] != inner.extreme[k]) continue;
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        if (found[k] || node[i] != piece.extreme[k]) continue;
         found[k] = true;
         const std::size_t first = i - i % std::size_t(e.nodes);
         for (std::size_t j = first; j < first + std::size_t(e.nodes); ++j)
-          for (int d = 0; d < dim_; ++d) middle[k][std::size_t(d)] += x[dim_ * node[j] + d] / e.nodes;
+          for (int d = 0; d < dim_; ++d) out[k][std::size_t(d)] += x[dim_ * node[j] + d] / e.nodes;
       }
   };
   for (const ElasticCells& c : m.cells) look(*c.element, c.node);
   if (const BulkModel* solid = m.bulk ? m.bulk->solid() : nullptr)
     for (const BulkCells& c : solid->cells()) look(*c.element, c.node);
-  for (std::size_t k = 0; k < std::size_t(2 * dim_); ++k)
-    if (round->turns(found[k] ? middle[k].data() : x + dim_ * inner.extreme[k]) < 1) return false;
-  return true;
+  for (std::size_t k = 0; k < out.size(); ++k)
+    if (!found[k]) std::copy_n(x + dim_ * piece.extreme[k], dim_, out[k].begin());
+  return out;
+}
+
+bool NestedMeshes::within(const Piece& inner, std::int32_t outer) {
+  const ClosedSurface* round = surface(outer);
+  if (!round) return false;
+  const auto at = outermost(inner);
+  return std::all_of(at.begin(), at.end(), [&](const auto& x) { return round->turns(x.data()) >= 1; });
+}
+
+void NestedMeshes::find_shells() {
+  const Contactors& c = s_.scene.contactors;
+  const Bodies& b = s_.scene.bodies;
+  for (std::int32_t i = 0; i < std::int32_t(c.count); ++i) {
+    const std::int32_t body = *c.body[i];
+    if (Shape(*c.shape[i]) != Shape::facet || body < 0) continue;
+    const auto [at, fresh] = shells_.try_emplace(body);
+    Shell& shell = at->second;
+    if (std::find(shell.material.begin(), shell.material.end(), *c.material[i]) == shell.material.end())
+      shell.material.push_back(*c.material[i]);
+    double centre[3];
+    centre_of(i, centre);
+    const double* vertex = &c.hulls.vertex[std::size_t(3 * c.hulls.first_vertex[std::size_t(*c.hull[i])])];
+    for (int j = 0; j < 3; ++j) { // its own vertices are the first of a facet
+      double x[3] = {vertex[3 * j], vertex[3 * j + 1], vertex[3 * j + 2]};
+      if (b.rotation.active) turn_about(b.rotation_begin[body], 1, x, x);
+      for (int k = 0; k < 3; ++k) {
+        x[k] += centre[k];
+        shell.low[k] = std::min(fresh && j == 0 ? x[k] : shell.low[k], x[k]);
+        shell.high[k] = std::max(fresh && j == 0 ? x[k] : shell.high[k], x[k]);
+      }
+      shell.corner.insert(shell.corner.end(), x, x + 3);
+    }
+  }
+}
+
+// Part of the directions from a point that facets cover from behind, each by its solid angle (Van Oosterom & Strackee
+// 1983): 1 within what they close, -1 in a hollow of it, 0 outside, between these where there is a hole. Corners of
+// neighbours, each from a centre of its own, are the same but for rounding.
+double covered(const std::vector<double>& corner, const double* point) {
+  double sum = 0;
+  for (std::size_t f = 0; f < corner.size(); f += 9) {
+    double u[3][3], dot[3] = {0, 0, 0};
+    for (int j = 0; j < 3; ++j) {
+      double square = 0;
+      for (int k = 0; k < 3; ++k) u[j][k] = corner[f + std::size_t(3 * j + k)] - point[k], square += u[j][k] * u[j][k];
+      for (double& x : u[j]) x /= square > 0 ? std::sqrt(square) : 1;
+    }
+    for (int j = 0; j < 3; ++j)
+      for (int k = 0; k < 3; ++k) dot[j] += u[j][k] * u[(j + 1) % 3][k];
+    double volume = 0;
+    for (int k = 0; k < 3; ++k)
+      volume += u[0][k] * (u[1][(k + 1) % 3] * u[2][(k + 2) % 3] - u[1][(k + 2) % 3] * u[2][(k + 1) % 3]);
+    sum += std::atan2(volume, 1 + dot[0] + dot[1] + dot[2]);
+  }
+  return sum / (2 * std::numbers::pi);
+}
+
+bool NestedMeshes::within(const Piece& inner, const Shell& outer) const {
+  constexpr double whole = 1 - 1e-6; // what may miss by rounding
+  const auto at = outermost(inner);
+  return std::all_of(at.begin(), at.end(), [&](const auto& x) { return covered(outer.corner, x.data()) > whole; });
 }
 
 void NestedMeshes::centre_of(std::int32_t contactor, double* x) const {
@@ -240,10 +325,8 @@ std::vector<std::pair<std::int32_t, std::int32_t>> NestedMeshes::find_pairs() co
 }
 
 bool NestedMeshes::is_told(const Piece& inner, const Piece& outer) {
-  if (inner.mesh == outer.mesh || !(is_fresh(inner.mesh) || is_fresh(outer.mesh))) return false;
-  for (int k = 0; k < dim_; ++k)
-    if (inner.low[k] < outer.low[k] || inner.high[k] > outer.high[k]) return false;
-  return meet(inner.mesh, outer.mesh) && within(inner, outer.mesh);
+  return inner.mesh != outer.mesh && (is_fresh(inner.mesh) || is_fresh(outer.mesh)) && boxed(dim_, inner, outer) &&
+         meet(inner.mesh, outer.mesh) && within(inner, outer.mesh);
 }
 
 bool NestedMeshes::is_told(std::int32_t contactor, const Piece& outer) {
@@ -251,43 +334,54 @@ bool NestedMeshes::is_told(std::int32_t contactor, const Piece& outer) {
   return (body >= fresh_ || is_fresh(outer.mesh)) && meet_rigid(contactor, outer.mesh) && within(contactor, outer);
 }
 
+bool NestedMeshes::is_told(const Piece& inner, std::int32_t body, const Shell& outer) const {
+  if (!(*s_.scene.bodies.id[body] >= fresh_ || is_fresh(inner.mesh)) || !boxed(dim_, inner, outer)) return false;
+  const std::vector<std::int32_t>& points = points_[std::size_t(inner.mesh)];
+  const bool meet = std::any_of(points.begin(), points.end(), [&](std::int32_t i) {
+    return std::any_of(outer.material.begin(), outer.material.end(), [&](std::int32_t j) { return act(i, j); });
+  });
+  return meet && within(inner, outer);
+}
+
+void NestedMeshes::tell(const std::string& inner, const std::string& outer) {
+  if (told_.empty())
+    told_ = inner + ", which lies wholly within " + outer + " at the begin of step " + std::to_string(s_.steps + 1);
+  else
+    ++more_;
+}
+
 std::string NestedMeshes::text() {
   const auto meshes = std::int32_t(s_.meshes.meshes.size());
   const Contactors& c = s_.scene.contactors;
   for (std::int32_t i = 0; i < std::int32_t(c.count); ++i)
     if (const ShapeInfo& shape = info(Shape(*c.shape[i])); *c.body[i] >= 0 && shape.mover) rigid_.push_back(i);
-  if (meshes < 2 && rigid_.empty()) return {};
+  if (dim_ == 3) find_shells();
+  if (meshes < 2 && rigid_.empty() && shells_.empty()) return {};
   find_materials();
   surface_.resize(std::size_t(meshes));
   tried_.assign(std::size_t(meshes), 0);
   for (std::int32_t mesh = 0; mesh < meshes; ++mesh)
     if (!points_[std::size_t(mesh)].empty() || !sides_[std::size_t(mesh)].empty()) find_pieces(mesh);
   const auto pieces = std::int32_t(pieces_.size());
-  std::string first;
-  std::int64_t more = 0;
+  const auto name_of_body = [](std::int64_t id) { return "body " + std::to_string(id); };
   std::pair<std::int32_t, std::int32_t> last{-1, -1}; // an inner one, and a mesh: pieces of it follow each other
   for (const auto& [inner, outer] : find_pairs()) {
     const Piece& round = pieces_[std::size_t(outer)];
+    const std::int32_t contactor = inner < pieces ? -1 : rigid_[std::size_t(inner - pieces)];
     const std::pair both{inner, round.mesh};
-    const bool rigid = inner >= pieces;
-    if (both == last ||
-        !(rigid ? is_told(rigid_[std::size_t(inner - pieces)], round) : is_told(pieces_[std::size_t(inner)], round)))
-      continue;
+    if (both == last) continue;
+    if (!(contactor < 0 ? is_told(pieces_[std::size_t(inner)], round) : is_told(contactor, round))) continue;
     last = both;
-    if (!first.empty()) {
-      ++more;
-      continue;
-    }
-    first = rigid ? "body " + std::to_string(carrier_id(s_.scene.bodies, c, rigid_[std::size_t(inner - pieces)]))
-                  : name(pieces_[std::size_t(inner)]);
-    first += ", which lies wholly within the mesh '" + model(round.mesh).name + "' at the begin of step " +
-             std::to_string(s_.steps + 1);
+    tell(contactor < 0 ? name(pieces_[std::size_t(inner)]) : name_of_body(carrier_id(s_.scene.bodies, c, contactor)),
+         "the mesh '" + model(round.mesh).name + "'");
   }
-  if (first.empty()) return {};
-  if (more > 0) first += ", as " + std::to_string(more) + " more do";
-  return first +
-         ": no side is near, and contacts do not push them apart; let them begin apart, or let them pass through "
-         "each other, with no law";
+  for (const auto& [body, shell] : shells_)
+    for (const Piece& p : pieces_)
+      if (is_told(p, body, shell)) tell(name(p), name_of_body(*s_.scene.bodies.id[body]));
+  if (told_.empty()) return {};
+  if (more_ > 0) told_ += ", as " + std::to_string(more_) + " more do";
+  return told_ + ": no side is near, and contacts do not push them apart; let them begin apart, or let them pass "
+                 "through each other, with no law";
 }
 
 } // namespace
