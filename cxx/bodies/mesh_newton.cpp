@@ -499,6 +499,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     work.inertia += way * extra;
     work.kinetic_change += mean * (inertia[i] - lumped_[i] * a_[i]);
     work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points);
+    if (model.ties.bound(i)) work.binding += way * reaction[i];
     const double force = model.held[i] || model.ties.bound(i) ? (lumped - impulse[i]) / scheme_.impulse - weight
                                                               : f_[i] - elastic - c_[i] - weight - extra;
     nodes.force[first_node][i] = force;

@@ -222,3 +222,35 @@ def test_it_falls_where_the_material_dissipates_as_well(material, options, integ
     orders = np.log2(np.abs(own[:-1]) / np.abs(own[1:]))
     assert np.abs(orders - order).max() < 0.2
     assert by_material[-1] == pytest.approx(by_material[-2], rel=1e-2) and by_material[-1] > 5e-3
+
+
+@pytest.mark.parametrize("integrator", [cn.Theta(), cn.HHT(alpha=-0.1), cn.DiscreteGradient()], ids=repr)
+def test_what_is_left_where_nodes_are_bound_is_no_work_from_outside(integrator):
+    """A bar with a rigid end turns freely, and strikes a wall: forces that bind its nodes work nothing, and what one pass of
+    Newton's method leaves of their balance is closure as elsewhere."""
+    points, cells = box("quad", (4, 2), (2.0, 0.5))
+    groups = {"end": np.flatnonzero(points[:, 0] > 1.4)}
+    x, rock = points - points.mean(axis=0), cn.Material("rock", density=2500.0)
+    law = {"density": 1000.0, "groups": groups}
+    for passes, wall, solid in ((1, False, True), (40, True, True), (40, True, False)):
+        body = cn.SolidBody(points, cells, MATERIALS["neo_hookean"], **law)
+        if not solid:
+            body = cn.ElasticBody(points, cells, young=2e4, poisson=0.3, **law)
+        turn = np.stack([-4 * x[:, 1], 4 * x[:, 0] - 2 * wall], -1) if solid else np.array([0.0, -2.0])
+        scene = cn.Scene(dim=2)
+        scene.add(cn.deformable(body, rock, rigid=("end",), velocity=turn, contact=np.arange(len(points))))
+        if wall:
+            scene.add(cn.wall((0, -0.05), (0, 1), rock))
+            scene.interact(rock, rock, cn.Coulomb(mu=0.0))
+        solver = cn.NLGS(tol=1e-14, max_iter=10**5)
+        strategy = cn.NSCD(integrator=integrator, newton_tol=1e-12, newton_passes=passes, solver=solver)
+        sim = cn.Simulation(scene, dt=5e-3, strategy=strategy)
+        struck = 0.0
+        for _ in range(40):
+            report = sim.step()
+            assert report["status"] == ("newton_limit" if passes == 1 else "converged")
+            struck += np.abs(sim.meshes[0].contact_force).sum()
+        terms = sim.info["energy"]
+        assert abs(terms["work_external"]) < 1e-13 * terms["in_play"] and (struck > 0) == wall
+        left = abs(terms["closure"]) / terms["in_play"]
+        assert left > 1e-9 if passes == 1 else left < 1e-11
