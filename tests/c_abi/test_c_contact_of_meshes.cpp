@@ -192,6 +192,31 @@ TEST_F(CParabolicBlocks, a_mortar_of_parabolic_sides_passes_the_patch_test) {
     }
 }
 
+TEST_F(CContactOfMeshes, a_mesh_within_another_is_told_of_once) {
+  for (const int dim : {2, 3}) {
+    begin(dim);
+    block(dim, 3, {0, 0, 0});
+    elastic(dim);
+    touch_sides(dim, level(dim, 1));
+    add("outer");
+    block(dim, 1, {0.3, 0.4, 0.2});
+    for (std::size_t i = 0; i < node.size(); ++i) node[i] = 0.3 + 0.2 * node[i];
+    cairn_mesh_destroy(mesh);
+    mesh = nullptr;
+    ASSERT_EQ(cairn_mesh_create(dim, int64_t(node.size()) / dim, node.data(), &mesh, &error), 0) << error.message;
+    elastic(dim);
+    touch({0});
+    add("inner");
+    start();
+    steps(1, 1e-6);
+    EXPECT_EQ(text("status"), "converged");
+    EXPECT_EQ(text("hint").rfind("node 0 of the mesh 'inner', which lies wholly within the mesh 'outer'", 0), 0u)
+        << text("hint");
+    steps(1, 1e-6);
+    EXPECT_EQ(text("hint"), "");
+  }
+}
+
 // Two arms on a back with a narrow slot between them, one of which is pushed on to the other.
 TEST_F(CContactOfMeshes, a_mesh_meets_its_own_sides) {
   const double gap = 0.02;

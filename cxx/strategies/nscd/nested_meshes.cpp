@@ -125,8 +125,13 @@ void NestedMeshes::find_materials() {
   sides_.resize(s_.meshes.meshes.size());
   for (const std::int32_t i : s_.meshes.mapped().contactor) {
     auto& of = (info(Shape(*c.shape[i])).ball() ? points_ : sides_)[std::size_t(s_.meshes.mesh_of(i))];
-    if (std::find(of.begin(), of.end(), *c.material[i]) == of.end()) of.push_back(*c.material[i]);
+    if (of.empty() || of.back() != *c.material[i]) of.push_back(*c.material[i]);
   }
+  for (auto* of_meshes : {&points_, &sides_})
+    for (std::vector<std::int32_t>& of : *of_meshes) {
+      std::sort(of.begin(), of.end());
+      of.erase(std::unique(of.begin(), of.end()), of.end());
+    }
 }
 
 // Whether something acts between materials that pushes apart.
