@@ -151,6 +151,10 @@ void bind_elements(py::module_& m) {
       py::list sides;
       for (const cairn::CellSide& side : cairn::sides_of(e)) sides.append(py::cast(side));
       row["sides"] = sides;
+      py::list wholes;
+      for (const cairn::WholeSide& side : cairn::whole_sides_of(e))
+        wholes.append(py::make_tuple(side.node, side.pieces));
+      row["whole_sides"] = wholes;
       row["bulk_shapes"] = bulk_shapes(e);
       rows.append(row);
     }

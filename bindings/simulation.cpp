@@ -147,6 +147,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["mesh_depth"] = r.mesh_depth;
   out["mesh_way"] = r.mesh_way;
   if (!r.mesh_hint.empty()) out["mesh_hint"] = r.mesh_hint;
+  if (!r.mesh_within.empty()) out["mesh_within"] = r.mesh_within;
   out["projection_error"] = r.projection_error;
   out["newton_passes"] = r.newton_passes;
   out["newton_error"] = r.newton_error;

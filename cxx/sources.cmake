@@ -15,6 +15,7 @@ set(CAIRN_CXX_SOURCES
   api/transform.cpp
   base/space_filling_order.cpp
   bodies/body.cpp
+  bodies/closed_surface.cpp
   bodies/element_frequencies.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
@@ -156,6 +157,7 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/newton.cpp
   strategies/nscd/histories.cpp
   strategies/nscd/mesh_contacts.cpp
+  strategies/nscd/nested_meshes.cpp
   strategies/nscd/projection.cpp
   strategies/nscd/shown.cpp
   strategies/nscd/stages.cpp

@@ -366,7 +366,7 @@ void to_leaders(const MeshTies& ties, std::vector<double>& force) {
 void MeshBody::account(Nodes& nodes, const double* gravity) {
   if (!linear()) {
     account_bulk(nodes, gravity);
-    return to_leaders(model.ties, reaction);
+    return account_ties();
   }
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
@@ -398,12 +398,20 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
     work.inertia += way[i] * extra;
     work.kinetic_change += mean * (inertia - lumped_[i] * change);
     work.integrator += (way[i] - s.impulse * mean) * extra - mean * (momentum_known_[i] - lumped_[i] * x[i]);
+    if (model.ties.bound(i)) work.binding += way[i] * reaction[i];
     const bool given = model.held[i] || model.ties.bound(i);
     const double force = given ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
     nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
   account_stored(nodes, end, way);
+  account_ties();
+}
+
+// What holds a node that is bound as well works through it on all that it binds.
+void MeshBody::account_ties() {
+  for (std::int64_t i = 0; i < model.dofs(); ++i)
+    if (model.held[i] && model.ties.bound(i)) work.binding = 0;
   to_leaders(model.ties, reaction);
 }
 

@@ -86,6 +86,7 @@ struct MeshWork {
   double material = 0;                                              // dissipated at the points of the material
   double absorbed = 0;   // of `elastic`, by a code that does not tell what of it is stored, or what is spent
   double warmed = 0;     // given by what swelled at the begin of the step
+  double binding = 0;    // by what ties nodes and keeps parts rigid: none, but for what is left of their balance
   double integrator = 0; // dissipated by it: what it takes of inertia, and of elastic forces by where it knows them
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
@@ -205,6 +206,7 @@ private:
   BulkResult stresses_there(const double* v, double rate, bool tangent);
   BulkResult forces_at_begin(double* force);
   void account_bulk(Nodes& nodes, const double* gravity);
+  void account_ties(); // after the reactions, before what follows hands its own on
   void account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme);

@@ -468,7 +468,9 @@ void MeshBody::find_stresses_at_end(const std::vector<double>& end) {
   if (!found_.ok()) throw StepTooLong(describe(found_) + " at the end of the step" + advice(!past_.empty()));
 }
 
-// As `account`, with the forces of the stresses at both ends.
+// As `account`, with the forces of the stresses over the step. With F those, f all others, h' the impulse of a force of
+// 1 N, v_m the middle of both velocities and s a what the history adds to them, the integrator takes
+//   (f - F - C v_d).(dq - h' v_m) - v_m.M s a + F.dq - (dU + D).
 void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   const int dim = model.dim;
   const std::int64_t n = model.dofs();
@@ -497,6 +499,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     work.inertia += way * extra;
     work.kinetic_change += mean * (inertia[i] - lumped_[i] * a_[i]);
     work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points);
+    if (model.ties.bound(i)) work.binding += way * reaction[i];
     const double force = model.held[i] || model.ties.bound(i) ? (lumped - impulse[i]) / scheme_.impulse - weight
                                                               : f_[i] - elastic - c_[i] - weight - extra;
     nodes.force[first_node][i] = force;
@@ -506,11 +509,12 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   work.stored_change = found_.energy - stored_begin_;
   work.material = found_.dissipated;
   work.warmed = warmed_;
-  if (!model.bulk->knows_energy() || !model.bulk->knows_dissipation())
-    work.absorbed = work.elastic - work.stored_change - work.material;
-  // Of stresses that are not linear there is no form in increments: what their forces work and the material neither
-  // stores nor takes, both of which it tells itself.
-  work.integrator += work.elastic - work.stored_change - work.material - work.absorbed;
+  // Along the way of the step, straight from where it began to where it ended, stresses themselves would work what the
+  // material tells that it stores and takes, sums over its points. The forces of the step work along the same way, and
+  // what they work beyond that is the integrator's: the balance of the nodes is in none of these.
+  const double beyond = work.elastic - work.stored_change - work.material;
+  const bool told = model.bulk->knows_energy() && model.bulk->knows_dissipation();
+  (told ? work.integrator : work.absorbed) += beyond;
 }
 
 void MeshBody::commit() {

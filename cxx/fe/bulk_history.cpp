@@ -28,6 +28,10 @@ std::string BulkModel::not_by_energy(const std::string& mesh) const {
          why;
 }
 
+bool BulkModel::knows_energy() const {
+  return std::none_of(blocks_.begin(), blocks_.end(), [](const Block& b) { return b.silent; });
+}
+
 bool BulkModel::finite() const {
   return std::any_of(cells_.begin(), cells_.end(),
                      [](const BulkCells& c) { return c.kinematics != Kinematics::small; });

@@ -82,6 +82,7 @@ BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> 
     for (int p = 0; p < e.bulk_points; ++p)
       e.shape(&xi[p * dim], &b.value[p * e.nodes], &b.gradient[p * dim * e.nodes]);
     b.states = int(c.material->state.size());
+    b.silent = c.material->umat != nullptr;
     b.first_state = states;
     b.first_stress = stresses;
     states += c.count() * e.bulk_points * b.states;

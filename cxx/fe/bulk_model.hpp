@@ -62,6 +62,9 @@ public:
   void forget_history() override;
   std::shared_ptr<InternalForces> another() override;
   BulkModel* solid() override { return this; }
+  // Routines of users may leave their energies alone: then those of their stresses are not known.
+  bool knows_energy() const override;
+  bool knows_dissipation() const override { return knows_energy(); }
   std::span<double> shown() override { return stress_; }
 
   std::vector<double> state_at_start() const; // of the first step: nought, but for an initial stress
@@ -81,6 +84,7 @@ private:
     std::vector<std::int32_t> entry;
     std::int64_t first_state = 0, first_stress = 0;
     int states = 0;
+    bool silent = false;         // a routine of a user that has told no energy so far, stored or spent
     std::vector<double> stretch; // (3, 3, points, cells) U0 - 1 at which the law has the initial stress; empty: none
   };
   struct Work;  // of a thread

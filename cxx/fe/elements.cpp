@@ -103,6 +103,31 @@ const std::vector<CellSide>& sides_of(const ElementInfo& e) {
   throw Error("the sides of " + cell + " cells are not known: give those that touch yourself");
 }
 
+// The first pieces of a side of second order begin at its corners, each with the middle of the edge behind it next.
+std::vector<WholeSide> whole_sides_of(const ElementInfo& e) {
+  const Sides& pieces = sides_of(e);
+  const bool parabolic = e.order > 1, about_middle = parabolic && pieces[0][3] >= 0; // quadrilaterals of nine nodes
+  const bool quadrilaterals = about_middle || (parabolic && e.dim == 3 && pieces[4][3] >= 0);
+  const std::size_t corners = e.dim == 2 ? 2 : (quadrilaterals ? 4 : 3);
+  const std::size_t each = !parabolic ? 1 : (e.dim == 2 || about_middle ? corners : corners + 1);
+  std::vector<WholeSide> out;
+  for (auto first = pieces.begin(); first != pieces.end(); first += std::ptrdiff_t(each)) {
+    WholeSide side{{}, {first, first + std::ptrdiff_t(each)}};
+    const Sides& of = side.pieces;
+    if (!parabolic) {
+      side.node.assign(of[0].begin(), std::find(of[0].begin(), of[0].end(), -1));
+    } else if (e.dim == 2) {
+      side.node = {of[0][0], of[1][1], of[0][1]};
+    } else {
+      for (std::size_t k = 0; k < corners; ++k) side.node.push_back(of[k][0]);
+      for (std::size_t k = 0; k < corners; ++k) side.node.push_back(of[k][1]);
+      if (about_middle) side.node.push_back(of[0][2]);
+    }
+    out.push_back(std::move(side));
+  }
+  return out;
+}
+
 void lump_by_diagonal(const ElementInfo& e, const double* mass, double* node_mass) {
   const int dofs = e.dim * e.nodes;
   double total = 0, diagonal = 0;

@@ -38,6 +38,13 @@ struct ElementShape {
 // triangle, in the last two of an edge. Those of second order are cut along their middle nodes into flat ones.
 using CellSide = std::array<std::int32_t, 4>;
 const std::vector<CellSide>& sides_of(const ElementInfo& e);
+// A side as a whole, in the order of its shape functions: corners, the middles of edges, the middle; and what it is cut
+// into.
+struct WholeSide {
+  std::vector<std::int32_t> node;
+  std::vector<CellSide> pieces;
+};
+std::vector<WholeSide> whole_sides_of(const ElementInfo& e);
 
 // Masses of the nodes of a cell of second order: the diagonal of its consistent mass, scaled to the mass of the cell
 // (Hinton, Rock & Zienkiewicz 1976). mass (dim nodes, dim nodes), node_mass (nodes).

@@ -47,7 +47,14 @@ void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n,
                           w.status.data()};
   // what a user wrote need not bear two threads at once
 #pragma omp critical(cairn_umat)
-  call_umat_points(call, n * points, arrays);
+  {
+    call_umat_points(call, n * points, arrays);
+    for (std::int64_t p = 0; p < n * points && blocks_[block].silent; ++p)
+      for (int k = 0; k < 3; ++k) {
+        const double told = arrays.state[p * b.states + umat_energy + k];
+        blocks_[block].silent = blocks_[block].silent && !(told < 0 || told > 0);
+      }
+  }
 }
 
 // Of gradients in h_bar, by the strain and the rotation of the step.

@@ -4,6 +4,7 @@
 #include <map>
 
 #include "../base/call.hpp"
+#include "../bodies/mortar_surface.hpp"
 #include "../bodies/rigid_motion.hpp"
 #include "mesh_parts.hpp"
 
@@ -234,6 +235,37 @@ std::vector<std::int32_t> MeshDraft::boundary() const {
   std::vector<std::int32_t> out;
   for (std::size_t i = 0; i < all.size(); ++i)
     if (times[keys[i]] == 1) out.insert(out.end(), all[i].begin(), all[i].end());
+  return out;
+}
+
+std::vector<std::int32_t> MeshDraft::whole_sides(std::span<const std::int32_t> pieces) const {
+  const auto second = [](const Cells& c) { return c.element->order > 1; };
+  if (pieces.empty() || std::none_of(cells.begin(), cells.end(), second)) return {};
+  std::vector<std::int32_t> out(pieces.size() / 4 * most_side_nodes, -1);
+  std::map<CellSide, std::vector<std::size_t>> places; // by the nodes of a piece, in their order; a face has two halves
+  for (std::size_t i = 0; i < pieces.size() / 4; ++i) {
+    CellSide key;
+    std::copy_n(&pieces[4 * i], 4, key.begin());
+    std::copy(key.begin(), key.end(), &out[most_side_nodes * i]);
+    std::sort(key.begin(), key.end());
+    places[key].push_back(i);
+  }
+  for (const Cells& c : cells) {
+    if (!second(c)) continue;
+    const std::vector<WholeSide> wholes = whole_sides_of(*c.element);
+    for (std::size_t first = 0; first < c.node.size(); first += std::size_t(c.element->nodes))
+      for (const WholeSide& whole : wholes)
+        for (CellSide piece : whole.pieces) {
+          for (std::int32_t& i : piece)
+            if (i >= 0) i = c.node[first + std::size_t(i)];
+          std::sort(piece.begin(), piece.end());
+          const auto found = places.find(piece);
+          if (found == places.end()) continue;
+          for (const std::size_t at : found->second)
+            for (std::size_t k = 0; k < whole.node.size(); ++k)
+              out[most_side_nodes * at + k] = c.node[first + std::size_t(whole.node[k])];
+        }
+  }
   return out;
 }
 

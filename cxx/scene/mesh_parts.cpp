@@ -52,6 +52,7 @@ void add_nodes(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector
   std::vector<std::int32_t> nodes = d.contact_nodes;
   std::sort(nodes.begin(), nodes.end());
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  touching.reserve(nodes.size() + m.point_ids.size());
   for (const std::int32_t i : nodes) touching.push_back(first + i);
   m.contact_nodes = nodes;
   touching.insert(touching.end(), m.point_ids.begin(), m.point_ids.end());
@@ -78,6 +79,7 @@ void add_edges(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector
   const std::vector<double> radius(std::size_t(n), 0.05 * *std::min_element(length.begin(), length.end()));
   m.side_ids = add_numbers(scene, m, n);
   m.side_nodes = d.side_nodes;
+  m.whole_nodes = d.whole_sides(m.side_nodes);
   const std::int32_t materials[] = {material};
   scene.add_contactors({n, Shape::segment, m.side_ids, materials, radius, {}, direction});
 }
@@ -95,6 +97,7 @@ void add_faces(Scene& scene, const MeshDraft& d, MeshModel& m, const std::vector
       m.side_nodes.insert(m.side_nodes.end(), {f[0], f[1 + half], f[2 + half], -1});
       m.face_nodes.insert(m.face_nodes.end(), f, f + 4);
     }
+  m.whole_nodes = d.whole_sides(m.face_nodes);
   used = triangle;
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());

@@ -70,6 +70,9 @@ struct MeshDraft {
   // Those that were given, or edges (2D) or faces (3D) of one cell alone, (4, n), anticlockwise from outside, the body
   // left of an edge.
   std::vector<std::int32_t> boundary() const;
+  // Of pieces (4, n) of the boundary the sides of cells of second order that they are cut from (9, n), as a MeshModel
+  // has them; of other pieces themselves. Empty where no cell is of second order.
+  std::vector<std::int32_t> whole_sides(std::span<const std::int32_t> pieces) const;
   // mass, stiffness and damping from the cells; masses of nodes where cells are of second order, else none.
   void assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std::vector<double>& node_mass) const;
   double volume() const; // of the cells, by their quadrature [m3]

@@ -34,7 +34,7 @@ struct Energy {
   double released = 0;             // by contact laws: damage, viscosity, wear
   double dissipated_material = 0;  // at the points of materials of deformable bodies
   double dissipated_reshaping = 0; // by bodies that were made rigid or deformable between steps
-  double absorbed = 0;             // by bodies of another code, which does not tell what of it is stored
+  double absorbed = 0;             // by bodies of another code or law, which does not tell what of it is stored
   double work_projection = 0;      // potential energy that project_positions gave
   double closure = 0;
   double largest_kinetic = 0, turned_over = 0;
@@ -54,6 +54,7 @@ struct StepReport {
   double mesh_depth = 0;            // deepest overlap on a mesh before the step / size of a cell there
   double mesh_way = 0;              // farthest way along a normal on a mesh in the step / that size; 0: none so far
   std::string mesh_hint;            // what is wrong with them, empty: nothing
+  std::string mesh_within;          // what began wholly within a mesh, in the step that it came in with, or empty
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start

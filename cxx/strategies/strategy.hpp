@@ -60,7 +60,7 @@ public:
   virtual ContactMemory memory(const Simulation& s) const = 0;
   virtual void restore(Simulation& s, ContactMemory memory) = 0;
   virtual ContactMemory projection_memory() const { return {}; }
-  virtual void restore_projection(const Simulation&, ContactMemory) {}
+  virtual void restore_projection(const Simulation&, const ContactMemory&) {}
   // Keys of contacts follow bodies that went over into another image of the cell, and a cell that leans less.
   virtual void move_images(const Simulation&, const std::vector<std::array<int, 3>>&) {}
   virtual void lean_images(int, int, int) {}

@@ -61,7 +61,7 @@ struct CMeshes : CScene {
     for (std::size_t s = 0; s < sides.size(); s += width) {
       bool all = true;
       for (std::size_t k = 0; k < width; ++k)
-        all = all && std::find(nodes.begin(), nodes.end(), sides[s + k]) != nodes.end();
+        all = all && (sides[s + k] < 0 || std::find(nodes.begin(), nodes.end(), sides[s + k]) != nodes.end());
       if (all) kept.insert(kept.end(), &sides[s], &sides[s] + width);
     }
     ASSERT_GT(kept.size(), 0u);

@@ -1,6 +1,7 @@
 // Mortar and self-contact of meshes through the C API.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "c_meshes.hpp"
 
@@ -90,6 +91,130 @@ TEST_F(CContactOfMeshes, a_mortar_passes_the_patch_test) {
         EXPECT_GT(bent, 1e-3);
       }
     }
+}
+
+// The same of cells of second order, whose sides are integrated as wholes: 2 on 3 again, as a block and the nodes in
+// the middles of its edges.
+struct CParabolicBlocks : CContactOfMeshes {
+  void promote(int dim) {
+    const std::vector<std::pair<int, int>> edges =
+        dim == 2 ? std::vector<std::pair<int, int>>{{0, 1}, {1, 2}, {2, 3}, {3, 0}}
+                 : std::vector<std::pair<int, int>>{{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6},
+                                                    {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+    const std::size_t corners = dim == 2 ? 4 : 8, count = cell.size() / corners;
+    std::map<std::pair<int32_t, int32_t>, int32_t> middle;
+    std::vector<int32_t> wide;
+    for (std::size_t c = 0; c < count; ++c) {
+      const int32_t* own = &cell[corners * c];
+      wide.insert(wide.end(), own, own + corners);
+      for (const auto& [one, other] : edges) {
+        const std::pair both{std::min(own[one], own[other]), std::max(own[one], own[other])};
+        const auto [at, fresh] = middle.try_emplace(both, int32_t(node.size() / std::size_t(dim)));
+        wide.push_back(at->second);
+        for (std::size_t k = 0; k < std::size_t(dim) && fresh; ++k)
+          node.push_back(0.5 * (node[std::size_t(dim) * std::size_t(both.first) + k] +
+                                node[std::size_t(dim) * std::size_t(both.second) + k]));
+      }
+    }
+    cell = wide;
+    cairn_mesh_destroy(mesh);
+    mesh = nullptr;
+    ASSERT_EQ(cairn_mesh_create(dim, int64_t(node.size()) / dim, node.data(), &mesh, &error), 0) << error.message;
+    ASSERT_EQ(cairn_mesh_add_elastic_cells(mesh, dim == 2 ? "q8" : "hex20", int64_t(count), cell.data(), 1e6, 0.3, 1000,
+                                           0, 1, &error),
+              0)
+        << error.message;
+    ASSERT_EQ(cairn_mesh_set_damping(mesh, 0, 5e-3, 0, &error), 0) << error.message;
+  }
+  // Forces of the nodes of cells with a side there, of a unit pressure: by Simpson's rule, or by that of eight nodes.
+  std::vector<double> pressed(int dim, int n, double height) const {
+    std::vector<double> force(node.size(), 0.0);
+    const std::size_t nodes = dim == 2 ? 8 : 20, corners = dim == 2 ? 4 : 8;
+    const auto up = std::size_t(dim - 1);
+    for (std::size_t c = 0; c < cell.size(); c += nodes) {
+      std::vector<std::size_t> there;
+      for (std::size_t j = 0; j < nodes; ++j)
+        if (std::abs(node[std::size_t(dim) * std::size_t(cell[c + j]) + up] - height) < 1e-9) there.push_back(j);
+      if (there.size() != (dim == 2 ? 3u : 8u)) continue;
+      for (const std::size_t j : there) {
+        const double share = dim == 2 ? (j < corners ? 1.0 / 6 : 4.0 / 6) : (j < corners ? -1.0 / 12 : 4.0 / 12);
+        force[std::size_t(dim) * std::size_t(cell[c + j]) + up] -= share / (dim == 2 ? n : n * n);
+      }
+    }
+    return force;
+  }
+};
+
+TEST_F(CParabolicBlocks, a_mortar_of_parabolic_sides_passes_the_patch_test) {
+  for (const int dim : {2, 3})
+    for (const bool mortar : {true, false}) {
+      SCOPED_TRACE(testing::Message() << dim << (mortar ? " mortar" : " nodes on sides"));
+      begin(dim);
+      const double pressure = 1e3, young = 1e6, h = 0.1;
+      block(dim, 2, {0, dim == 2 ? 1.0 : 0.0, 1});
+      promote(dim);
+      hold(dim, false);
+      touch(level(dim, 1));
+      ASSERT_EQ(cairn_mesh_set_contact(mesh, 0, mortar, &error), 0);
+      touch_sides(dim, level(dim, 1));
+      std::vector<double> force = pressed(dim, 2, 2), over = node;
+      for (double& f : force) f *= pressure;
+      const int32_t upper = add("over");
+      block(dim, 3, {0, 0, 0});
+      promote(dim);
+      hold(dim, true);
+      touch_sides(dim, level(dim, 1));
+      const int32_t lower = add("under");
+      start();
+      precise(1e-13);
+      ASSERT_EQ(cairn_simulation_load_mesh(simulation, upper, force.data(), nullptr, nullptr, &error), 0);
+      steps(60, h);
+      const double strain = pressure / young * (dim == 2 ? 1 - 0.3 * 0.3 : 1);
+      double bent = 0;
+      for (const auto& [number, at] : {std::pair{upper, over}, std::pair{lower, node}}) {
+        const auto u = mesh_field(number, "displacement");
+        for (std::size_t i = std::size_t(dim) - 1; i < u.size(); i += std::size_t(dim))
+          bent = std::max(bent, std::abs(u[i] / strain + at[i]));
+      }
+      const auto impulse = mesh_field(lower, "impulse"), share = pressed(dim, 3, 1);
+      double off = 0;
+      for (std::size_t i = 0; i < share.size(); ++i) {
+        const bool up = i % std::size_t(dim) == std::size_t(dim) - 1;
+        if (up) off = std::max(off, std::abs(impulse[i] / (h * pressure) - share[i]));
+      }
+      if (mortar) {
+        EXPECT_LT(bent, 1e-9);
+        EXPECT_LT(off, 1e-9);
+      } else {
+        EXPECT_GT(bent, 1e-3);
+        EXPECT_GT(off, 1e-2);
+      }
+    }
+}
+
+TEST_F(CContactOfMeshes, a_mesh_within_another_is_told_of_once) {
+  for (const int dim : {2, 3}) {
+    begin(dim);
+    block(dim, 3, {0, 0, 0});
+    elastic(dim);
+    touch_sides(dim, level(dim, 1));
+    add("outer");
+    block(dim, 1, {0.3, 0.4, 0.2});
+    for (std::size_t i = 0; i < node.size(); ++i) node[i] = 0.3 + 0.2 * node[i];
+    cairn_mesh_destroy(mesh);
+    mesh = nullptr;
+    ASSERT_EQ(cairn_mesh_create(dim, int64_t(node.size()) / dim, node.data(), &mesh, &error), 0) << error.message;
+    elastic(dim);
+    touch({0});
+    add("inner");
+    start();
+    steps(1, 1e-6);
+    EXPECT_EQ(text("status"), "converged");
+    EXPECT_EQ(text("hint").rfind("node 0 of the mesh 'inner', which lies wholly within the mesh 'outer'", 0), 0u)
+        << text("hint");
+    steps(1, 1e-6);
+    EXPECT_EQ(text("hint"), "");
+  }
 }
 
 // Two arms on a back with a narrow slot between them, one of which is pushed on to the other.

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from cairn import IsotropicElastic, J2Plasticity, SolidBody
 from second_order import box
+from test_solid_scenes import dropped
 
 COMPILER = shutil.which("gfortran")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs gfortran")
@@ -45,6 +46,38 @@ def test_it_is_the_material_of_the_list(umat, dim, kind):
         if builtin.name == "j2_plasticity":
             assert np.allclose(models[0].states()[0][:, -1], models[1].states()[0][:, -1], atol=1e-14)
             assert models[0].states()[0][:, -1].max() > 1e-3
+
+
+def test_what_a_routine_does_not_tell_of_its_energy_is_no_dissipation(umat, tmp_path):
+    """The same law with SSE left alone: what its stresses work is absorbed, and what the integrator takes is of inertia alone."""
+    text = Path(__file__).with_name("umat.f90").read_text()
+    line = next(line for line in text.splitlines() if line.strip().startswith("sse = sse"))
+    (tmp_path / "silent.f90").write_text(text.replace(line, ""))
+    command = [COMPILER, "-shared", "-fPIC", "-O1", "-ffree-line-length-132", "-o", "libsilent.so", "silent.f90"]
+    subprocess.run(command, check=True, cwd=tmp_path)
+    silent = cn.plug(tmp_path / "libsilent.so", material="silent", state=1, routine="umat")
+    told = {}
+    for integrator in (cn.Theta(theta=0.6), cn.HHT(alpha=-0.1)):
+        for name, material in (("told", umat(2e5, 0.3, 0.0)), ("silent", silent(2e5, 0.3, 0.0))):
+            strategy = cn.NSCD(integrator=integrator, solver=cn.NLGS(tol=1e-13, max_iter=10**5), newton_tol=1e-13)
+            sim = dropped(2, material, kinematics="small", speed=1.0, strategy=strategy)
+            for k in range(120):
+                assert sim.step()["status"] == "converged"
+                if k == 60:
+                    sim.checkpoint(tmp_path / f"{name}.checkpoint.h5")
+            told[name] = terms = sim.info["energy"]
+            again = dropped(2, material, kinematics="small", speed=1.0, strategy=strategy)
+            again.restore(tmp_path / f"{name}.checkpoint.h5")
+            for _ in range(59):
+                again.step()
+            assert again.info["energy"] == terms
+            assert abs(terms["closure"]) < 1e-11 * terms["in_play"] and terms["dissipated_normal"] > 0
+        one, other = told["told"], told["silent"]
+        assert one["kinetic"] == other["kinetic"] and one["absorbed"] == 0
+        assert other["stored"] == 0 and one["stored"] > 1e-4 * one["in_play"]
+        split = one["stored"] + one["dissipated_integrator"] - other["dissipated_integrator"]
+        assert abs(other["absorbed"] - split) < 1e-12 * one["in_play"] and other["absorbed"] > 1e-4 * one["in_play"]
+        assert other["dissipated_integrator"] != one["dissipated_integrator"]
 
 
 def test_xit_and_nan_name_the_cell(umat):

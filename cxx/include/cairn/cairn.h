@@ -235,8 +235,8 @@ int32_t cairn_mesh_set_rigid(cairn_mesh* mesh, int64_t n, const int32_t* node, c
 int32_t cairn_mesh_tie_node(cairn_mesh* mesh, int32_t node, int64_t n, const int32_t* leader, const double* weight,
                             cairn_error* error);
 /* self_contact 1: its points meet its own sides, but for those next to them; mortar 1: its nodes meet sides of other
- * meshes on average over its own sides, of first order. Both are of nodes (or points) and sides that touch, else the
- * mesh is refused where it comes in. Default: 0, 0. */
+ * meshes on average over its own sides, those of cells of second order as wholes. Both are of nodes (or points) and
+ * sides that touch, else the mesh is refused where it comes in. Default: 0, 0. */
 int32_t cairn_mesh_set_contact(cairn_mesh* mesh, int32_t self_contact, int32_t mortar, cairn_error* error);
 /* At the start, (dim, nodes) each [m], [m/s]; may be NULL: zero. */
 int32_t cairn_mesh_set_motion(cairn_mesh* mesh, const double* displacement, const double* velocity, cairn_error* error);

@@ -49,7 +49,7 @@ public:
   ContactMemory memory(const Simulation& s) const override;
   void restore(Simulation& s, ContactMemory memory) override;
   ContactMemory projection_memory() const override;
-  void restore_projection(const Simulation& s, ContactMemory memory) override;
+  void restore_projection(const Simulation& s, const ContactMemory& memory) override;
   void move_images(const Simulation& s, const std::vector<std::array<int, 3>>& moved) override;
   void lean_images(int k, int i, int cells) override;
   void read(Simulation& s, std::string_view field, int components, double* out) override;
@@ -90,7 +90,8 @@ private:
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   void measure_margins(Simulation& s);
   double margin_of_mapped(const Simulation& s, std::int32_t contactor) const;
-  void look_at_meshes(Simulation& s); // see mesh_contacts.cpp
+  void look_at_meshes(Simulation& s);         // see mesh_contacts.cpp
+  void look_for_nested_meshes(Simulation& s); // see nested_meshes.cpp
   void check_free_velocity(const Simulation& s) const;
   void add_plugged_forces(Simulation& s);
   void leave_plugged_forces(Simulation& s);
@@ -113,6 +114,8 @@ private:
   Candidates projection_candidates_;
   std::optional<LawTable> projection_laws_;
   Array<double> reaction_kept_;
+  std::int64_t nested_seen_ = 0, nested_step_ = -1; // ids below which were looked at, in which step
+  std::string nested_hint_;
 };
 
 // In bonds.cpp: memories of files in which the state of a bond was its gap alone.

@@ -13,9 +13,9 @@ namespace cairn {
 
 ContactMemory Nscd::projection_memory() const { return projector_ ? projector_->memory() : ContactMemory{}; }
 
-void Nscd::restore_projection(const Simulation& s, ContactMemory memory) {
+void Nscd::restore_projection(const Simulation& s, const ContactMemory& memory) {
   if (!projector_) projector_.emplace(s.scene.dim);
-  projector_->restore(std::move(memory));
+  projector_->restore(memory);
 }
 
 // A condition on the gap at the end, without friction: overlap is pushed back.

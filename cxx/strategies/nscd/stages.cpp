@@ -266,6 +266,7 @@ void Nscd::detect_contacts(Simulation& s) {
   s.meshes.weigh_mortar(s.scene.nodes, s.candidates);
   measure_anchored(s);
   look_at_meshes(s);
+  look_for_nested_meshes(s);
 }
 
 void Nscd::prepare_contacts(Simulation& s) {
@@ -413,6 +414,7 @@ void Nscd::update_configuration(Simulation& s) {
   s.report.time = s.time += h_;
   s.report.contacts = s.candidates.count;
   s.report.energy = s.energy;
+  if (s.report.solve.hint.empty()) s.report.solve.hint = s.report.mesh_within;
   if (s.report.solve.hint.empty()) s.report.solve.hint = s.report.mesh_hint;
   begun_ = false;
   for (MeshBody& mesh : s.meshes.meshes) mesh.commit();

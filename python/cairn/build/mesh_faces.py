@@ -16,7 +16,7 @@ from .surfaces import with_neighbours
 def whole_sides(body, pieces):
     """Nodes (m, 9) of the side of a cell that each flat piece (m, 2 | 4) of the boundary is a part of, -1 where fewer: corners,
     the middles of edges, the middle. Empty where no cell is of second order."""
-    from .elastic import ELEMENTS, SIDES
+    from .elastic import ELEMENTS
 
     cells = getattr(body, "cells", None)
     second = [kind for kind in cells if ELEMENTS[kind]["order"] > 1] if isinstance(cells, dict) else []
@@ -27,30 +27,14 @@ def whole_sides(body, pieces):
     for k, piece in enumerate(np.sort(pieces, axis=1).tolist()):
         places.setdefault(tuple(piece), []).append(k)
     for kind in second:
-        for whole, parts in _whole_sides(SIDES[kind]):
+        for whole, parts in ELEMENTS[kind]["whole_sides"]:
             of_cells = np.pad(cells[kind][:, whole], ((0, 0), (0, 9 - len(whole))), constant_values=-1)
             for part in parts:
-                nodes = np.where(np.array(part) < 0, -1, cells[kind][:, part])
+                part = np.array(part[: pieces.shape[1]])
+                nodes = np.where(part < 0, -1, cells[kind][:, part])
                 for cell, key in enumerate(map(tuple, np.sort(nodes, axis=1).tolist())):
                     if key in places:
                         out[places[key]] = of_cells[cell]
-    return out
-
-
-def _whole_sides(pieces):
-    """Of a cell of second order, its sides with the flat pieces that they are cut into: [(nodes, pieces)]. The first pieces of a
-    side have its corners first, each with the middle of the edge behind it next."""
-    pieces = [list(piece) for piece in pieces]
-    if len(pieces[0]) == 2:
-        return [([one[0], two[1], one[1]], [one, two]) for one, two in zip(pieces[::2], pieces[1::2])]
-    quadrilaterals = pieces[0][3] >= 0  # nine nodes; of triangles six, or eight with a quadrilateral in the middle
-    corners = 4 if quadrilaterals or pieces[4][3] >= 0 else 3
-    step = 4 if quadrilaterals else corners + 1
-    out = []
-    for first in range(0, len(pieces), step):
-        parts = pieces[first : first + step]
-        whole = [part[0] for part in parts[:corners]] + [part[1] for part in parts[:corners]]
-        out.append((whole + ([parts[0][2]] if quadrilaterals else []), parts))
     return out
 
 

@@ -12,7 +12,8 @@ from .views import core_of
 
 
 class OverlapWarning(UserWarning):
-    """Bodies overlap at the start by more than the share that was allowed, or sink into each other in steps that converge."""
+    """Bodies overlap at the start by more than the share that was allowed, or sink into each other in steps that converge; or one
+    begins deep in a mesh, or wholly within it."""
 
 
 class StableStepWarning(UserWarning):
@@ -73,6 +74,8 @@ class StepWarnings:
             )
         if RunawayWarning not in self._told:
             self._look_for_runaways(simulation, info, h)
+        if "mesh_within" in info:
+            self._tell(OverlapWarning, info["mesh_within"])
         if "mesh_hint" in info:
             self._tell(OverlapWarning if info["mesh_depth"] > DEEP else TunnellingWarning, info["mesh_hint"])
         # the springs of GranularElement give back what they stored, and overlap; steps that only light bodies keep from having
