@@ -13,7 +13,6 @@ module cohesive_zone
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
   use coulomb_cone, only: cairn_cone_full2, cairn_cone_full3
-  use dry_friction, only: friction_of
   use cohesive_curves, only: length
   use lane_blocks, only: pushed_velocities
   implicit none
@@ -73,7 +72,7 @@ contains
       end if
       bias(i, 1) = bias_of(gap(i), params(i, recovery), state(i, s_beta), state(i, s_first), context%h)
       mu(i) = params(i, friction)
-      if (.not. state(i, s_beta) > 0) mu(i) = friction_of(mu(i), params(i, own), state(i, s_slip + c + slides_behind))
+      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) mu(i) = min(mu(i), params(i, own))
       state(i, s_slip + c) = u_begin(i, 1)
     end do
   end subroutine cohesive_prepare
@@ -123,8 +122,7 @@ contains
       if (sound(i)) cycle
       p = params(i, 1:own + 1)
       call begun_at(n, c, i, plastic, state, at)
-      if (.not. state(i, s_beta) > 0) &
-        p(friction) = friction_of(p(friction), p(own), state(i, s_slip + c + slides_behind))
+      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) p(friction) = min(p(friction), p(own))
       ! many are not damaged further, and slide on nothing
       if (state(i, s_beta) > 0 .and. (.not. push(i) > 0 .or. &
                                       .not. effective_friction(p(friction), p(power), state(i, s_beta)) > 0)) then
@@ -472,7 +470,7 @@ contains
     keeps = keeps .or. .not. state(:n, s_beta) > 0
     do i = 1, n
       mu(i) = merge(0.0_c_double, params(i, friction), state(i, s_beta) > 0 .and. params(i, power) > 0)
-      if (.not. state(i, s_beta) > 0) mu(i) = friction_of(mu(i), params(i, own), state(i, s_slip + c + slides_behind))
+      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) mu(i) = min(mu(i), params(i, own))
       status(i) = merge(3, 1, state(i, s_beta) > 0)
     end do
     if (.not. all(keeps)) then
