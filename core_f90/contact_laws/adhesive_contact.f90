@@ -135,11 +135,12 @@ contains
     end do
   end subroutine cairn_law_adhesive_contact_energy
 
-  !> How far within its reach a gap is.
+  !> How far within its reach a gap is; from the touch on where that has no end.
   pure real(c_double) function depth(reach, gap, touching)
     real(c_double), intent(in) :: reach, gap !< [m]
     real(c_double), intent(in) :: touching   !< above 0: the attraction goes on in an overlap
-    depth = max(0.0_c_double, reach - merge(gap, max(gap, 0.0_c_double), touching > 0))
+    depth = -merge(gap, max(gap, 0.0_c_double), touching > 0)
+    if (reach < huge(reach)) depth = max(0.0_c_double, reach + depth)
   end function depth
 
   !> Attraction along the normal and limits of the blocks, as impulses.

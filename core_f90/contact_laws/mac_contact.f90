@@ -173,10 +173,11 @@ contains
     if (springs(k, gap)) held = k*min(most, -gap)**2/2
   end function held
 
-  !> What an attraction gives on the way to a gap.
+  !> What an attraction gives on the way to a gap; to it from the touch where its reach has no end.
   pure real(c_double) function attracted(f, far, gap)
     real(c_double), intent(in) :: f, far, gap !< [N], [m]
     attracted = 0
-    if (f > 0) attracted = f*max(0.0_c_double, far - gap)
+    if (f > 0) attracted = -f*gap
+    if (f > 0 .and. far < huge(far)) attracted = f*max(0.0_c_double, far - gap)
   end function attracted
 end module mac_contact

@@ -118,6 +118,20 @@ TEST(AdhesiveContact, DrawsUpToTheTouchAlone) {
   }
 }
 
+// Of an attraction without end the energy counts from the touch.
+TEST(AdhesiveContact, HasAnEnergyWhateverItsReach) {
+  for (int dim : {2, 3}) {
+    OneContact one("AdhesiveContact", {{"force", 10}, {"reach", std::numeric_limits<double>::infinity()}}, dim, 1e-3,
+                   0);
+    for (int step = 0; step < 5; ++step) {
+      one.advance({0.03, 0, 0});
+      EXPECT_NEAR(one.u[0], 0.02, 1e-15);
+      EXPECT_NEAR(one.stored, 10 * one.gap[0], 1e-15);
+      EXPECT_NEAR(one.taken, one.stored, 1e-15);
+    }
+  }
+}
+
 // It yields by pulling with its limit, the tangents held; or breaks behind a step in which it pushed with more.
 TEST(CoupledMotion, YieldsOrBreaks) {
   for (int dim : {2, 3}) {
@@ -301,6 +315,17 @@ TEST(PlasticEXPO, KeepsAnOpening) {
   EXPECT_NEAR(closed.open[0], 0, 1e-3 * stays);
   EXPECT_LT(closed.stress[0], -beta * 1e12 * stays);
   EXPECT_NEAR(closed.taken, closed.stored + closed.released, 1e-11 * closed.taken);
+  // sheared to its end while its springs push: what they held is spent, too
+  Pulled sheared("PlasticEXPO", with(zone, {{"damage_share", 0.3}}), 2);
+  for (int k = 1; k <= 100; ++k) sheared.go_to(1e-7 * k);
+  const double half = (sheared.open[0] - sheared.state[sheared.n]) / 2;
+  sheared.go_to(half);
+  const double work = sheared.work, taken = sheared.taken,
+               held = sheared.state[0] * 1e12 * half * half / 2 * sheared.area;
+  for (int k = 1; k <= 20000; ++k) sheared.go_to(half, 1e-8 * k);
+  ASSERT_EQ(sheared.state[0] < 0.01, true);
+  EXPECT_GT(held, 0.02 * (sheared.work - work));
+  EXPECT_NEAR(sheared.taken - taken, sheared.work - work, 0.003 * (sheared.work - work));
 }
 
 // A spring in series adds stress/K to the opening, under pressure too; broken, it is without force. It stores s^2/(2
