@@ -7,7 +7,8 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn import legacy
-from cairn.legacy.contact_laws import LAW_VALUES, LAWS, REMEDIES
+from cairn.legacy.contact_laws import LAW_VALUES, LAWS, REMEDIES, law_of
+from cairn.legacy.datbox import ContactLaw
 
 ALERT = 2e-3
 VALUES = {
@@ -137,6 +138,22 @@ def test_each_law_is_read_run_and_written(tmp_path, name):
 @pytest.mark.parametrize("name", sorted(APART))
 def test_laws_with_values_that_differ(tmp_path, name):
     read_run_and_written(tmp_path, name, VALUES | APART[name][0], APART[name][1])
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_tangential_spring_of_voigt_contacts_is_as_stiff_as_w_has_it(dim):
+    """k_T W_TT = k_N W_NN of round and solid bodies of whatever sizes."""
+    scene, rock, along = cn.Scene(dim), cn.Material("rock", density=1000.0), np.eye(dim)[0]
+    make, velocity = cn.disks if dim == 2 else cn.spheres, np.zeros((2, 3 * dim - 3))
+    velocity[1, 0] = -1.0
+    scene.add(make([0 * along, 0.3 * along], [0.1, 0.2], rock, velocity=velocity))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-9, overlap="ignore")  # they hardly overlap
+    sim.step()
+    w = sim.problem().W
+    w = w.toarray() if hasattr(w, "toarray") else np.asarray(w)
+    law, _, notes = law_of(ContactLaw("cv", "CRITICAL_VOIGT_CLB", parameters={"T/H": 10.0, "v/cv": 2.0, "fric": 0.3}), ALERT, dim)
+    assert law.ratio == pytest.approx(w[0, 0] / w[1, 1], rel=1e-7) and "solid disks or spheres" in notes[0]
 
 
 def read_run_and_written(tmp_path, name, values, expected):
