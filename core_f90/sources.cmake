@@ -8,6 +8,7 @@ set(CAIRN_CORE_SOURCES
   bulk_materials/tensor_functions.f90
   contact_laws/block_cones.f90
   contact_laws/cohesive_curves.f90
+  contact_laws/cohesive_history.f90
   contact_laws/cohesive_zone.f90
   contact_laws/coulomb_cone.f90
   contact_laws/dry_friction.f90

@@ -2,7 +2,8 @@
 !> made at the start alone, a spring and a dashpot under it (see elastic_contact), or Newton's restitution. LMGC90's IQS_WET_DS_CLB,
 !> GAP_WET_DS_CLB, xQS_WET_DS_CLB, RST_WET_CLB, ELASTIC_REPELL_WET_CLB, IQS_SGR_CLB_WEAR.
 !> Parameters: force [N], reach [m], friction, kinetic friction [-], force once torn [N], once, k [N/m], eta [N s/m], recovers,
-!> normal and tangential restitution [-], closing, within [m].
+!> normal and tangential restitution [-], closing, within [m], touching (0: the attraction ends at the touch, and what closes within
+!> its reach stops there; LMGC90's VISCO_ELASTIC_REPELL_WET).
 module adhesive_contact
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -14,7 +15,7 @@ module adhesive_contact
   public :: cairn_law_adhesive_contact_prepare, law_solve, law_residual
   public :: cairn_law_adhesive_contact_commit, cairn_law_adhesive_contact_energy
   character(*), parameter :: row = "adhesive_contact"
-  integer, parameter :: own = 13, states = 4 !< parameters, states
+  integer, parameter :: own = 14, states = 4 !< parameters, states
   integer, parameter :: bond(0) = [integer ::] !< no state says that bodies are held fast
   logical, parameter :: rolls = .false. !< friction against rolling
   integer, parameter :: s_started = 1, s_torn = 2, s_slides = 3, s_pull = 4
@@ -40,7 +41,9 @@ contains
     do i = 1, n
       if (state(i, s_started) > 0) state(i, s_started) = merge(2, 0, params(i, 6) > 0 .and. gap(i) <= params(i, 2))
       state(i, s_pull) = pull_of(gap(i), params(i, :), state(i, :))
-      if (params(i, 7) < huge(gap)) then
+      if (gap(i) > 0 .and. .not. params(i, 14) > 0) then
+        bias(i, 1) = merge(gap(i)/context%h, sqrt(huge(gap)), params(i, 12) > 0 .or. gap(i) <= params(i, 2))
+      else if (params(i, 7) < huge(gap)) then
         call spring_and_dashpot(context%h, params(i, 7), params(i, 8), params(i, 12), gap(i), bias(i, 1), compliance(i, 1))
         ! the spring bears the impulse and the pull, its compliance meets the impulse alone
         bias(i, 1) = bias(i, 1) + compliance(i, 1)*(state(i, s_pull)*context%h)
@@ -62,10 +65,20 @@ contains
     real(c_double), intent(in) :: p(own)    !< see above
     real(c_double), intent(in) :: s(states) !< see prepare
     pull_of = 0
-    if (gap > p(2) .or. (p(6) > 0 .and. .not. s(s_started) > 0)) return
-    pull_of = p(1)
-    if (s(s_torn) > 0) pull_of = min(p(1), p(5))
+    if (.not. (gap > 0 .or. p(14) > 0)) return
+    pull_of = strength_of(gap, p, s)
   end function pull_of
+
+  !> The same whether or not an attraction goes on in an overlap.
+  pure real(c_double) function strength_of(gap, p, s)
+    real(c_double), intent(in) :: gap       !< [m]
+    real(c_double), intent(in) :: p(own)    !< see above
+    real(c_double), intent(in) :: s(states) !< see prepare
+    strength_of = 0
+    if (gap > p(2) .or. (p(6) > 0 .and. .not. s(s_started) > 0)) return
+    strength_of = p(1)
+    if (s(s_torn) > 0) strength_of = min(p(1), p(5))
+  end function strength_of
 
   !> Torn is what its attraction did not hold; whether it slid.
   subroutine cairn_law_adhesive_contact_commit(n, c, context, gap, u, r, params, state) bind(c)
@@ -101,7 +114,7 @@ contains
     real(c_double), intent(in)          :: params(n, own) !< see above
     real(c_double), intent(in)          :: state_begin(n, states), state(n, states) !< see prepare
     real(c_double), intent(out)         :: energy(n, 4)   !< see cairn/core.h [J]
-    real(c_double) :: g, pull, was, now, spent
+    real(c_double) :: g, pull, was, now, spent, first, last
     integer :: i
     energy = 0
     do i = 1, n
@@ -109,21 +122,25 @@ contains
       pull = state(i, s_pull)
       was = spring_energy(params(i, 7), gap(i))
       now = spring_energy(params(i, 7), g)
-      energy(i, 1) = now - pull_of(g, params(i, :), state(i, :))*depth(params(i, 2), g)
-      energy(i, 2) = pull*(depth(params(i, 2), gap(i)) - depth(params(i, 2), g))
+      first = depth(params(i, 2), gap(i), params(i, 14))
+      last = depth(params(i, 2), g, params(i, 14))
+      energy(i, 1) = now - strength_of(g, params(i, :), state(i, :))*last
+      energy(i, 2) = pull*(first - last)
       spent = 0
       if (r(i, 1) + pull*context%h > 0) then
         if (.not. gap(i) > 0 .and. params(i, 7) < huge(g)) spent = params(i, 8)*u(i, 1)**2*context%h
         energy(i, 2) = energy(i, 2) + now - was + spent
       end if
-      energy(i, 4) = energy(i, 2) - (energy(i, 1) - was + pull*depth(params(i, 2), gap(i)))
+      energy(i, 4) = energy(i, 2) - (energy(i, 1) - was + strength_of(gap(i), params(i, :), state_begin(i, :))*first)
     end do
   end subroutine cairn_law_adhesive_contact_energy
 
-  !> How far within its reach a gap is; the attraction goes on in an overlap.
-  pure real(c_double) function depth(reach, gap)
+  !> How far within its reach a gap is; from the touch on where that has no end.
+  pure real(c_double) function depth(reach, gap, touching)
     real(c_double), intent(in) :: reach, gap !< [m]
-    depth = max(0.0_c_double, reach - gap)
+    real(c_double), intent(in) :: touching   !< above 0: the attraction goes on in an overlap
+    depth = -merge(gap, max(gap, 0.0_c_double), touching > 0)
+    if (reach < huge(reach)) depth = max(0.0_c_double, reach + depth)
   end function depth
 
   !> Attraction along the normal and limits of the blocks, as impulses.

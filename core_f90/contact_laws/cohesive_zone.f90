@@ -6,8 +6,9 @@
 !> Damage is solved with the impulse: with beta held, the springs make of W and the free velocity (1 + W K)^-1 times them, and
 !> Coulomb's cone gives r_c; beta is the largest that its own opening allows.
 !> Parameters of all: stiffnesses [Pa/m], friction, power p, share of an overlap that is recovered in a step, gap up to which bodies
-!> that come in together are held; then those of the law; pressure in the crack [Pa] and its power a last. What is broken stays a
-!> pair under pressure, with an adhesion that is nothing.
+!> that come in together are held; then those of the law; pressure in the crack [Pa] and its power a, friction of what is broken and
+!> slid in the step before, the last of them. What is broken stays a pair under pressure, with an adhesion that is nothing.
+!> A plastic law has an opening that stays, d_p: springs pull by d - d_p, and push where d_N is less than that.
 module cohesive_zone
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
   use law_context, only: cairn_law_context
@@ -16,11 +17,12 @@ module cohesive_zone
   use lane_blocks, only: pushed_velocities
   implicit none
   private
-  public :: cohesive_prepare, cohesive_solve, cohesive_residual, cohesive_commit, cohesive_energy
+  public :: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, intensity
   integer, parameter, public :: first_own = 7 !< place of the first parameter of the law itself
-  integer, parameter :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
-  integer, parameter :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
-  real(c_double), parameter :: broken = 2.0_c_double**(-40) !< what is less than this share of adhesion is none
+  integer, parameter, public :: c_n = 1, c_t = 2, friction = 3, power = 4, recovery = 5
+  integer, parameter, public :: s_beta = 1, s_opening = 2, s_area = 3, s_first = 4, s_released = 5, s_slip = 6
+  integer, parameter, public :: slides_behind = 1, rest_behind = 2 !< places of states behind s_slip + c
+  real(c_double), parameter, public :: broken = 2.0_c_double**(-40) !< what is less than this share of adhesion is none
 
   abstract interface
     !> The intensity of adhesion that an opening leaves, and what that took for good.
@@ -44,15 +46,16 @@ module cohesive_zone
   public :: cohesive_damage, cohesive_onset
 contains
 
-  subroutine cohesive_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu)
+  subroutine cohesive_prepare(n, c, own, context, gap, u_begin, params, state, bias, compliance, mu)
     integer(c_int32_t), intent(in)      :: n                !< contacts
     integer(c_int32_t), intent(in)      :: c                !< components
+    integer, intent(in)                 :: own              !< parameters of the law
     type(cairn_law_context), intent(in) :: context          !< step, geometry
     real(c_double), intent(in)          :: gap(n)           !< [m]
     real(c_double), intent(in)          :: u_begin(n, c)    !< relative velocity at the start of the step [m/s]
     real(c_double), intent(in)          :: params(n, *)     !< see above
     real(c_double), intent(inout)       :: state(n, *)      !< beta, opening [m], area [m2], first gap [m], released [J], slip [m],
-    !< work of the pressure in the step [J], velocity along the normal at its start [m/s]
+    !< work of the pressure in the step [J], velocity along the normal at its start [m/s], 1 slid; of plastic laws what stays [m]
     real(c_double), intent(out)         :: bias(n, c)       !< [m/s]
     real(c_double), intent(out)         :: compliance(n, c) !< none [1/kg]
     real(c_double), intent(out)         :: mu(n)            !< [-]
@@ -69,6 +72,7 @@ contains
       end if
       bias(i, 1) = bias_of(gap(i), params(i, recovery), state(i, s_beta), state(i, s_first), context%h)
       mu(i) = params(i, friction)
+      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) mu(i) = min(mu(i), params(i, own))
       state(i, s_slip + c) = u_begin(i, 1)
     end do
   end subroutine cohesive_prepare
@@ -86,22 +90,23 @@ contains
     bias_of = (max(g, 0.0_c_double) + recovered*min(g, 0.0_c_double))/h
   end function bias_of
 
-  subroutine cohesive_solve(n, c, own, damage, onset, square, w, u_free, params, state, r, status)
+  subroutine cohesive_solve(n, c, own, damage, onset, square, plastic, w, u_free, params, state, r, status)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: own          !< parameters of the law; behind them the step
     procedure(cohesive_damage)     :: damage
     procedure(cohesive_onset)      :: onset
     logical, intent(in)            :: square       !< phi = beta^2, else beta
+    logical, intent(in)            :: plastic      !< an opening stays
     real(c_double), intent(in)     :: w(n, c, c)   !< Delassus blocks [1/kg]
     real(c_double), intent(in)     :: u_free(n, c) !< relative velocity with r = 0 here, bias included [m/s]
     real(c_double), intent(in)     :: params(n, *), state(n, *)
     real(c_double), intent(inout)  :: r(n, c)      !< impulse [N s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
-    real(c_double) :: p(own + 1), q(c), block(c, c), u(c), one(c), spring(n, c), pull(n, c), trial(n, c), push(n), beta
+    real(c_double) :: p(own + 1), q(c), block(c, c), u(c), one(c), at(c), spring(n, c), pull(n, c), trial(n, c), push(n), beta
     logical :: sound(n)
     integer :: i, k
-    call springs_of_all(n, c, own, square, params, state, spring, pull)
+    call springs_of_all(n, c, own, square, plastic, params, state, spring, pull)
     call pushed_velocities(n, c, w, u_free, spring, pull, trial, push)
     call stay_sound(n, c, own, onset, params, state, trial, push, sound)
     do k = 1, c
@@ -116,32 +121,47 @@ contains
     do i = 1, n
       if (sound(i)) cycle
       p = params(i, 1:own + 1)
+      call begun_at(n, c, i, plastic, state, at)
+      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) p(friction) = min(p(friction), p(own))
       ! many are not damaged further, and slide on nothing
       if (state(i, s_beta) > 0 .and. (.not. push(i) > 0 .or. &
                                       .not. effective_friction(p(friction), p(power), state(i, s_beta)) > 0)) then
         u = trial(i, :)
-        call allowed(c, own, damage, p, u, state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
+        call allowed(c, own, damage, p, u, state(i, s_beta), at, beta)
         if (beta >= state(i, s_beta)) cycle
       end if
       block = w(i, :, :)
       q = u_free(i, :)
-      call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), &
-                         state(i, s_slip:s_slip + c - 2), one, u)
+      call solve_contact(c, own, damage, square, p, block, q, state(i, s_beta), state(i, s_area), at, one, u)
       r(i, :) = one
       if (.not. present(status)) cycle
       status(i) = merge(1, 0, one(1) > 0)
       if (.not. state(i, s_beta) > 0) cycle
-      call allowed(c, own, damage, p, u, state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
+      call allowed(c, own, damage, p, u, state(i, s_beta), at, beta)
       status(i) = merge(4, 3, beta < state(i, s_beta)) ! softens, or is held as before
     end do
   end subroutine cohesive_solve
 
+  !> How far the springs are drawn at the begin of the step, but for the gap, which stands in the bias.
+  pure subroutine begun_at(n, c, i, plastic, state, at)
+    integer(c_int32_t), intent(in) :: n           !< contacts
+    integer(c_int32_t), intent(in) :: c           !< components
+    integer, intent(in)            :: i           !< contact
+    logical, intent(in)            :: plastic     !< an opening stays
+    real(c_double), intent(in)     :: state(n, *)
+    real(c_double), intent(out)    :: at(c)       !< [m]
+    at(1) = 0
+    if (plastic) at(1) = -state(i, s_slip + c + rest_behind)
+    at(2:) = state(i, s_slip:s_slip + c - 2)
+  end subroutine begun_at
+
   !> r = -(spring u + pull) with the beta of the step's begin.
-  pure subroutine springs_of_all(n, c, own, square, params, state, spring, pull)
+  pure subroutine springs_of_all(n, c, own, square, plastic, params, state, spring, pull)
     integer(c_int32_t), intent(in) :: n            !< contacts
     integer(c_int32_t), intent(in) :: c            !< components
     integer, intent(in)            :: own          !< parameters of the law; behind them the step
     logical, intent(in)            :: square       !< phi = beta^2, else beta
+    logical, intent(in)            :: plastic      !< an opening stays
     real(c_double), intent(in)     :: params(n, *), state(n, *)
     real(c_double), intent(out)    :: spring(n, c) !< [kg]
     real(c_double), intent(out)    :: pull(n, c)   !< [N s]
@@ -153,8 +173,9 @@ contains
       spring(i, 1) = by(i)*params(i, c_n)*params(i, own + 1)
       pull(i, 1) = 0
     end do
-    if (any(params(:n, own - 1) > 0)) &
-      pull(:, 1) = -crack_push(params(:n, own - 1), params(:n, own), params(:n, own + 1), state(:n, s_beta), state(:n, s_area))
+    if (any(params(:n, own - 2) > 0)) &
+      pull(:, 1) = -crack_push(params(:n, own - 2), params(:n, own - 1), params(:n, own + 1), state(:n, s_beta), state(:n, s_area))
+    if (plastic) pull(:, 1) = pull(:, 1) - by*params(:n, c_n)*state(:n, s_slip + c + rest_behind)
     do k = 2, c
       !$omp simd
       do i = 1, n
@@ -211,7 +232,7 @@ contains
   end subroutine stay_whole
 
   !> The largest beta that its own opening allows: more adhesion opens less, so that what the opening allows grows with beta.
-  subroutine solve_contact(c, own, damage, square, p, w, q, old, area, slip, r, u)
+  subroutine solve_contact(c, own, damage, square, p, w, q, old, area, at, r, u)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters
     procedure(cohesive_damage)     :: damage
@@ -221,26 +242,26 @@ contains
     real(c_double), intent(in)     :: q(c)        !< [m/s]
     real(c_double), intent(in)     :: old         !< beta at the begin of the step
     real(c_double), intent(in)     :: area        !< [m2]
-    real(c_double), intent(in)     :: slip(c - 1) !< at the begin of the step [m]
+    real(c_double), intent(in)     :: at(c)       !< drawn at the begin of the step, see begun_at [m]
     real(c_double), intent(out)    :: r(c)        !< [N s]
     real(c_double), intent(out)    :: u(c)        !< relative velocity, bias included [m/s]
     real(c_double) :: beta, low, high, f_low, f_high, f
     integer :: k, side
-    call with_beta(c, own, square, p, w, q, old, area, slip, r, u)
+    call with_beta(c, own, square, p, w, q, old, area, at, r, u)
     if (.not. old > 0) return
     high = old
-    call allowed(c, own, damage, p, u, old, slip, f_high)
+    call allowed(c, own, damage, p, u, old, at, f_high)
     f_high = f_high - old
     if (.not. f_high < 0) return
-    call find_below(c, own, damage, square, p, w, q, old, area, slip, high, f_high, low, f_low, r, u)
+    call find_below(c, own, damage, square, p, w, q, old, area, at, high, f_high, low, f_low, r, u)
     if (.not. f_low > 0) return
     side = 0
     do k = 1, 200
       beta = (low*f_high - high*f_low)/(f_high - f_low) ! regula falsi, the end that stays halved (Illinois)
       if (.not. (beta > low .and. beta < high)) beta = low + (high - low)/2
       if (beta <= low .or. beta >= high) exit
-      call with_beta(c, own, square, p, w, q, beta, area, slip, r, u)
-      call allowed(c, own, damage, p, u, old, slip, f)
+      call with_beta(c, own, square, p, w, q, beta, area, at, r, u)
+      call allowed(c, own, damage, p, u, old, at, f)
       f = f - beta
       if (f < 0) then
         high = beta
@@ -260,12 +281,12 @@ contains
   !> What an opening allows grows with the adhesion, so that following it down from the begin of the step passes no beta that holds:
   !> to a beta that allows more than itself, or to one that is its own (0 too), whose impulse and velocity are then there. Under a
   !> large free velocity beta = 0 allows itself, and a contact that holds would break if the search began there.
-  subroutine find_below(c, own, damage, square, p, w, q, old, area, slip, above, f_above, below, f_below, r, u)
+  subroutine find_below(c, own, damage, square, p, w, q, old, area, at, above, f_above, below, f_below, r, u)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters
     procedure(cohesive_damage)     :: damage
     logical, intent(in)            :: square
-    real(c_double), intent(in)     :: p(own + 1), w(c, c), q(c), old, area, slip(c - 1) !< as solve_contact has them
+    real(c_double), intent(in)     :: p(own + 1), w(c, c), q(c), old, area, at(c) !< as solve_contact has them
     real(c_double), intent(inout)  :: above, f_above !< beta that allows less than itself, and by how much: less than 0
     real(c_double), intent(out)    :: below, f_below !< beta that allows more, and by how much; 0: it is found
     real(c_double), intent(out)    :: r(c), u(c)     !< [N s], [m/s]
@@ -281,8 +302,8 @@ contains
       if (ahead) beta = below + 2*f_below*(above - below)/(f_below - f_above) ! twice as far as a line through both has it
       if (i == most) ahead = .false.
       if (i == most .or. .not. beta > 0) beta = 0
-      call with_beta(c, own, square, p, w, q, beta, area, slip, r, u)
-      call allowed(c, own, damage, p, u, old, slip, allows)
+      call with_beta(c, own, square, p, w, q, beta, area, at, r, u)
+      call allowed(c, own, damage, p, u, old, at, allows)
       f = allows - beta
       if (.not. ahead .or. f > 0) then
         above = below
@@ -299,23 +320,23 @@ contains
   end subroutine find_below
 
   !> The intensity that a velocity leaves.
-  pure subroutine allowed(c, own, damage, p, u, old, slip, beta)
+  pure subroutine allowed(c, own, damage, p, u, old, at, beta)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters
     procedure(cohesive_damage)     :: damage
     real(c_double), intent(in)     :: p(own + 1)  !< parameters, step
     real(c_double), intent(in)     :: u(c)        !< relative velocity, bias included [m/s]
     real(c_double), intent(in)     :: old         !< intensity at the begin of the step, above 0
-    real(c_double), intent(in)     :: slip(c - 1) !< at the begin of the step [m]
+    real(c_double), intent(in)     :: at(c)       !< drawn at the begin of the step, see begun_at [m]
     real(c_double), intent(out)    :: beta        !< [-]
     real(c_double) :: h
     h = p(own + 1)
-    call damage(p, h, max(0.0_c_double, h*u(1)), length(c - 1, slip + h*u(2:)), old, beta)
-    if (beta < broken) beta = merge(broken, 0.0_c_double, p(own - 1) > 0)
+    call damage(p, h, max(0.0_c_double, at(1) + h*u(1)), length(c - 1, at(2:) + h*u(2:)), old, beta)
+    if (beta < broken) beta = merge(broken, 0.0_c_double, p(own - 2) > 0)
   end subroutine allowed
 
   !> Impulse and velocity with beta held.
-  subroutine with_beta(c, own, square, p, w, q, beta, area, slip, r, u)
+  subroutine with_beta(c, own, square, p, w, q, beta, area, at, r, u)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters
     logical, intent(in)            :: square
@@ -324,12 +345,12 @@ contains
     real(c_double), intent(in)     :: q(c)        !< [m/s]
     real(c_double), intent(in)     :: beta        !< held
     real(c_double), intent(in)     :: area        !< [m2]
-    real(c_double), intent(in)     :: slip(c - 1) !< [m]
+    real(c_double), intent(in)     :: at(c)       !< [m]
     real(c_double), intent(out)    :: r(c)        !< [N s]
     real(c_double), intent(out)    :: u(c)        !< [m/s]
     real(c_double) :: spring(c), pull(c), m(c, c), block(c, c), free(c), mu(1), none(1)
     integer :: k
-    call springs(c, own, square, p, beta, area, slip, spring, pull)
+    call springs(c, own, square, p, beta, area, at, spring, pull)
     block = w
     free = q
     if (beta > 0) then
@@ -357,22 +378,23 @@ contains
   end subroutine with_beta
 
   !> r_a = -(spring u + pull).
-  pure subroutine springs(c, own, square, p, beta, area, slip, spring, pull)
+  pure subroutine springs(c, own, square, p, beta, area, at, spring, pull)
     integer(c_int32_t), intent(in) :: c           !< components
     integer, intent(in)            :: own         !< parameters
     logical, intent(in)            :: square
     real(c_double), intent(in)     :: p(own + 1)  !< parameters, step
     real(c_double), intent(in)     :: beta        !< [-]
     real(c_double), intent(in)     :: area        !< [m2]
-    real(c_double), intent(in)     :: slip(c - 1) !< [m]
+    real(c_double), intent(in)     :: at(c)       !< [m]
     real(c_double), intent(out)    :: spring(c)   !< [kg]
     real(c_double), intent(out)    :: pull(c)     !< [N s]
     real(c_double) :: by
     by = area*intensity(square, beta)*p(own + 1)
     spring(1) = by*p(c_n)*p(own + 1)
     spring(2:) = by*p(c_t)*p(own + 1)
-    pull(1) = -crack_push(p(own - 1), p(own), p(own + 1), beta, area)
-    pull(2:) = by*p(c_t)*slip
+    pull(1) = -crack_push(p(own - 2), p(own - 1), p(own + 1), beta, area)
+    if (abs(at(1)) > 0) pull(1) = pull(1) + by*p(c_n)*at(1)
+    pull(2:) = by*p(c_t)*at(2:)
   end subroutine springs
 
   !> b = m^-1 b, x = m^-1 x without pivots: m is 1 and a product of two matrices that are not negative.
@@ -426,13 +448,13 @@ contains
 
   !> The natural map of r_c, of Alart & Curnier (1991), with the beta that the velocity allows; divided by what the springs add to
   !> 1/W, so that it is the change of r that would mend it. Contacts that keep the beta they had, most of them, go in lanes.
-  subroutine cohesive_residual(n, c, own, damage, onset, square, rho, u, r, params, state, f, weight, status)
+  subroutine cohesive_residual(n, c, own, damage, onset, square, plastic, rho, u, r, params, state, f, weight, status)
     integer(c_int32_t), intent(in)  :: n            !< contacts
     integer(c_int32_t), intent(in)  :: c            !< components
     integer, intent(in)             :: own          !< parameters of the law; behind them the step
     procedure(cohesive_damage)      :: damage
     procedure(cohesive_onset)       :: onset
-    logical, intent(in)             :: square
+    logical, intent(in)             :: square, plastic
     real(c_double), intent(in)      :: rho(n)       !< 1/W_NN [kg]
     real(c_double), intent(in)      :: u(n, c)      !< relative velocity, bias included [m/s]
     real(c_double), intent(in)      :: r(n, c)      !< impulse [N s]
@@ -440,22 +462,27 @@ contains
     real(c_double), intent(out)     :: f(n, c)      !< [N s]
     real(c_double), intent(out)     :: weight(n, c) !< [1/kg]
     integer(c_int32_t), intent(out) :: status(n)    !< see cairn_contact_status
-    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), beta
+    real(c_double) :: spring(n, c), pull(n, c), mu(n), p(own + 1), v(c), at(c), one(c), other(c), beta
     logical :: keeps(n)
     integer :: i
-    call springs_of_all(n, c, own, square, params, state, spring, pull)
+    call springs_of_all(n, c, own, square, plastic, params, state, spring, pull)
     call stay_whole(n, c, own, onset, params, state, u, keeps)
     keeps = keeps .or. .not. state(:n, s_beta) > 0
     do i = 1, n
       mu(i) = merge(0.0_c_double, params(i, friction), state(i, s_beta) > 0 .and. params(i, power) > 0)
+      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) mu(i) = min(mu(i), params(i, own))
       status(i) = merge(3, 1, state(i, s_beta) > 0)
     end do
     if (.not. all(keeps)) then
       do i = 1, n
         if (keeps(i)) cycle
         p = params(i, 1:own + 1)
-        call allowed(c, own, damage, p, u(i, :), state(i, s_beta), state(i, s_slip:s_slip + c - 2), beta)
-        call springs(c, own, square, p, beta, state(i, s_area), state(i, s_slip:s_slip + c - 2), spring(i, :), pull(i, :))
+        v = u(i, :)
+        call begun_at(n, c, i, plastic, state, at)
+        call allowed(c, own, damage, p, v, state(i, s_beta), at, beta)
+        call springs(c, own, square, p, beta, state(i, s_area), at, one, other)
+        spring(i, :) = one
+        pull(i, :) = other
         mu(i) = effective_friction(p(friction), p(power), beta)
         status(i) = merge(3, 1, beta > 0)
       end do
@@ -510,74 +537,4 @@ contains
       end do
     end do
   end subroutine natural_map
-
-  subroutine cohesive_commit(n, c, own, context, damage, gap, u, params, state)
-    integer(c_int32_t), intent(in)      :: n            !< contacts
-    integer(c_int32_t), intent(in)      :: c            !< components
-    integer, intent(in)                 :: own          !< parameters of the law
-    type(cairn_law_context), intent(in) :: context      !< step
-    procedure(cohesive_damage)          :: damage
-    real(c_double), intent(in)          :: gap(n)       !< at detection [m]
-    real(c_double), intent(in)          :: u(n, c)      !< relative velocity at the end of the step [m/s]
-    real(c_double), intent(in)          :: params(n, *)
-    real(c_double), intent(inout)       :: state(n, *)
-    real(c_double) :: p(own), h, beta, spent, slip(c - 1), opening
-    integer :: i
-    h = context%h
-    do i = 1, n
-      state(i, s_slip + c - 1) = 0
-      if (.not. state(i, s_beta) > 0) cycle
-      p = params(i, 1:own)
-      opening = max(0.0_c_double, h*(u(i, 1) + bias_of(gap(i), p(recovery), state(i, s_beta), state(i, s_first), h)))
-      slip = state(i, s_slip:s_slip + c - 2) + h*u(i, 2:)
-      call damage(p, h, opening, length(c - 1, slip), state(i, s_beta), beta, spent)
-      if (p(own - 1) > 0) beta = max(beta, min(broken, state(i, s_beta)))
-      state(i, s_slip + c - 1) = crack_push(p(own - 1), p(own), h, beta, state(i, s_area))*(u(i, 1) + state(i, s_slip + c))/2
-      if (beta < broken) then
-        beta = 0
-        opening = 0
-        slip = 0
-      end if
-      state(i, s_beta) = beta
-      state(i, s_opening) = opening
-      state(i, s_released) = state(i, s_released) + state(i, s_area)*spent
-      state(i, s_slip:s_slip + c - 2) = slip
-    end do
-  end subroutine cohesive_commit
-
-  !> What the springs hold, and what went into them and into damage since the begin of the step.
-  subroutine cohesive_energy(n, c, square, params, before, after, energy)
-    integer(c_int32_t), intent(in) :: n            !< contacts
-    integer(c_int32_t), intent(in) :: c            !< components
-    logical, intent(in)            :: square
-    real(c_double), intent(in)     :: params(n, *), before(n, *), after(n, *) !< states
-    real(c_double), intent(out)    :: energy(n, 4) !< see cairn/core.h [J]
-    real(c_double) :: now(2), was(2), spent, opened, slipped
-    integer :: i
-    do i = 1, n
-      now = held(after(i, :s_slip + c - 2))
-      was = held(before(i, :s_slip + c - 2))
-      spent = after(i, s_released) - before(i, s_released)
-      opened = max(now(1), was(1))
-      slipped = max(now(2), was(2))
-      energy(i, 1) = now(1) + now(2)
-      energy(i, 2) = now(1) - was(1)
-      energy(i, 3) = now(2) - was(2)
-      energy(i, 4) = spent
-      if (opened + slipped > 0) then
-        energy(i, 2) = energy(i, 2) + spent*(opened/(opened + slipped))
-        energy(i, 3) = energy(i, 3) + spent*(slipped/(opened + slipped))
-      else
-        energy(i, 2) = energy(i, 2) + spent
-      end if
-    end do
-  contains
-    pure function held(state) result(both)
-      real(c_double), intent(in) :: state(s_slip + c - 2)
-      real(c_double) :: both(2), by
-      by = state(s_area)*intensity(square, state(s_beta))/2
-      both(1) = by*params(i, c_n)*state(s_opening)**2
-      both(2) = by*params(i, c_t)*sum(state(s_slip:)**2)
-    end function held
-  end subroutine cohesive_energy
 end module cohesive_zone

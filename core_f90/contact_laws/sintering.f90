@@ -9,9 +9,18 @@ module sintering
   implicit none
   private
   public :: cairn_law_sintering_prepare, cairn_law_sintering_solve, cairn_law_sintering_residual, cairn_law_sintering_commit
-  integer, parameter :: own = 7, of_bond = 6 !< parameters: five of a bond, then threshold [Pa] and dose [Pa s]
+  integer, parameter :: own = 7, of_bond = 7 !< parameters: five of a bond, then threshold [Pa] and dose [Pa s]
   integer, parameter :: s_sound = 1, s_area = 2, s_gap = 3, s_dose = 4, s_seen = 5, states = 5
 contains
+
+  !> Parameters of mohr_coulomb: one friction of what is broken, whose kinetic one it asks a state for that is another here.
+  pure subroutine bond_of(n, params, bond)
+    integer(c_int32_t), intent(in) :: n                  !< contacts
+    real(c_double), intent(in)     :: params(n, own)     !< see laws.def
+    real(c_double), intent(inout)  :: bond(n, of_bond)   !< see mohr_coulomb
+    bond(:, :of_bond - 1) = params(:, :of_bond - 1)
+    bond(:, of_bond) = huge(bond)
+  end subroutine bond_of
 
   !> Bodies that come in touching are not joined.
   subroutine cairn_law_sintering_prepare(n, c, context, gap, u_begin, params, state, bias, compliance, mu) bind(c)
@@ -28,7 +37,7 @@ contains
     real(c_double) :: bond(n, of_bond)
     where (.not. state(:, s_seen) > 0) state(:, s_sound) = 0
     state(:, s_seen) = 1
-    bond = params(:, :of_bond)
+    call bond_of(n, params, bond)
     call cairn_law_mohr_coulomb_prepare(n, c, context, gap, u_begin, bond, state, bias, compliance, mu)
   end subroutine cairn_law_sintering_prepare
 
@@ -43,7 +52,7 @@ contains
     real(c_double), intent(inout) :: r(n, c)            !< impulse [N s]
     integer(c_int32_t), intent(out), optional :: status(n) !< see cairn_contact_status
     real(c_double) :: bond(n, of_bond + 4)
-    bond(:, :of_bond) = params(:, :of_bond)
+    call bond_of(n, params, bond)
     bond(:, of_bond + 1:) = params(:, own + 1:)
     call bond_solve(n, c, w, u_free, bias, bond, state, r, status)
   end subroutine cairn_law_sintering_solve
@@ -63,7 +72,7 @@ contains
     real(c_double), intent(out)         :: weight(n, c)       !< [1/kg]
     integer(c_int32_t), intent(out)     :: status(n)          !< see cairn_contact_status
     real(c_double) :: bond(n, of_bond + 4)
-    bond(:, :of_bond) = params(:, :of_bond)
+    call bond_of(n, params, bond)
     bond(:, of_bond + 1:) = params(:, own + 1:)
     call bond_residual(n, c, context, rho, w, u, bias, r, bond, state, f, weight, status)
   end subroutine cairn_law_sintering_residual
@@ -83,7 +92,7 @@ contains
     logical :: was(n)
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
-    bond = params(:, :of_bond)
+    call bond_of(n, params, bond)
     was = state(:, s_sound) > 0
     call cairn_law_mohr_coulomb_commit(n, c, context, gap, u, r, bond, state)
     do i = 1, n

@@ -123,6 +123,7 @@ class MAC(Law):
         viscosity: float = 0.0,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class MP(Law):
@@ -138,6 +139,7 @@ class MP(Law):
         work: float,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class MP3(Law):
@@ -154,6 +156,7 @@ class MP3(Law):
         work: float,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class MAL(Law):
@@ -172,6 +175,7 @@ class MAL(Law):
         tangential_work: float,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class TH(Law):
@@ -192,6 +196,7 @@ class TH(Law):
         tangential_plateau: float = 0.0,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class ABP(Law):
@@ -213,6 +218,7 @@ class ABP(Law):
         first_share: float,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class EXPO(Law):
@@ -232,11 +238,20 @@ class EXPO(Law):
         rest: float = 0.001,
         pressure: float = 0.0,
         pressure_power: float = 1.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class MohrCoulomb(Law):
     def __init__(
-        self, *, tension: float, cohesion: float, friction: float = 0.0, mu: float = 0.0, cap: float = ..., within: float = 0.0
+        self,
+        *,
+        tension: float,
+        cohesion: float,
+        friction: float = 0.0,
+        mu: float = 0.0,
+        cap: float = ...,
+        within: float = 0.0,
+        kinetic: float = ...,
     ) -> None: ...
 
 class Sintering(Law):
@@ -346,19 +361,75 @@ class AdhesiveContact(Law):
         tangential: float = 0.0,
         closing: float = 1.0,
         within: float = 0.0,
+        touching: float = 1.0,
     ) -> None: ...
 
 class GapRescue(Law):
     def __init__(self, *, mu: float, period: float = 8.885765876316732, tolerance: float = 0.0) -> None: ...
 
 class CoupledMotion(Law):
-    def __init__(self, *, normal: float = 1.0, tangential: float = 1.0, reach: float) -> None: ...
+    def __init__(
+        self, *, normal: float = 1.0, tangential: float = 1.0, reach: float, impulse: float = ..., breaks: float = 0.0
+    ) -> None: ...
 
 class LimitedSlip(Law):
     def __init__(self, *, mu: float, limit: float, recovers: float = 0.0) -> None: ...
 
 class BrittleCoating(Law):
     def __init__(self, *, mu: float = 0.0, stiffness: float, strength: float, rest: float = 0.0, reach: float) -> None: ...
+
+class MACContact(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        work: float,
+        viscosity: float = 0.0,
+        force: float = 0.0,
+        reach: float = 0.0,
+        stiffness: float = ...,
+        limit: float = ...,
+        loss: float = 0.0,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
+        kinetic: float = ...,
+    ) -> None: ...
+
+class PlasticEXPO(Law):
+    def __init__(
+        self,
+        *,
+        normal_stiffness: float,
+        tangential_stiffness: float,
+        mu: float = 0.0,
+        power: float = 1.0,
+        recovery: float = 0.0,
+        within: float = 0.0,
+        normal_strength: float,
+        tangential_strength: float,
+        normal_work: float,
+        tangential_work: float,
+        rest: float = 0.001,
+        damage_share: float = 1.0,
+        normal_spring: float = ...,
+        tangential_spring: float = ...,
+        pressure: float = 0.0,
+        pressure_power: float = 1.0,
+        kinetic: float = ...,
+    ) -> None: ...
+
+class CriticalVoigt(Law):
+    def __init__(self, *, mu: float, period: float = 1.0, damping: float = 1.0, ratio: float = 1.0) -> None: ...
+
+class AdhesiveSpring(Law):
+    def __init__(
+        self, *, stiffness: float, adhesion: float = 0.0, damping: float = 0.0, viscosity: float = 0.0, mu: float = 0.0
+    ) -> None: ...
 
 class Joint(Law):
     def __init__(

@@ -33,10 +33,11 @@ TEST_F(CCohesion, AZoneHasItsStrengthAndItsWorkInModeI) {
   for (const int dim : {2, 3}) {
     end();
     weightless(dim);
-    //                         stiffness             mu power recovery within strengths    works    pressure, power
-    const double parameters[] = {stiffness, stiffness, 0.3, 1, 0, 0, strength, strength, work, work, 0, 1};
+    //                         stiffness             mu power recovery within kinetic  strengths    works    pressure,
+    //                         power
+    const double parameters[] = {stiffness, stiffness, 0.3, 1, 0, 0, strength, strength, work, work, 0, 1, 0.3};
     EXPECT_REFUSED(cairn_scene_set_law(scene, -1, -1, "MAL", 3, parameters, &error), "MAL");
-    ASSERT_EQ(cairn_scene_set_law(scene, -1, -1, "MAL", 12, parameters, &error), 0) << error.message;
+    ASSERT_EQ(cairn_scene_set_law(scene, -1, -1, "MAL", 13, parameters, &error), 0) << error.message;
     const int64_t held = body(std::vector<double>(std::size_t(dim), 0.0), 1, 1);
     std::vector<double> place(std::size_t(dim), 0.0), moving(std::size_t(3 * dim - 3), 0.0);
     place[0] = 2 * radius;

@@ -1,9 +1,11 @@
 // A step allocates nothing once the sizes of its scene are settled.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "contactors/shapes.hpp"
 #include "laws/law_names.hpp"
@@ -100,6 +102,45 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Step,
                                          Case{"projected_disks", 2, 40, false, Law::signorini_coulomb, true},
                                          Case{"projected_spheres", 3, 10, false, Law::signorini_coulomb, true}),
                          [](const auto& info) { return std::string(info.param.name); });
+
+// Every slot of every law that a step of NSCD calls, sound contacts and others.
+TEST(Laws, AllocateNothing) {
+  constexpr int n = 8;
+  for (const LawInfo& law : law_infos())
+    for (int dim : {2, 3}) {
+      const int c = law.components(dim);
+      if (c == 0 || !law.prepare) continue;
+      std::vector<double> w(n * c * c), u(n * c), bias(n * c), compliance(n * c), mu(n), r(n * c), rho(n, 1.0),
+          f(n * c), weight(n * c), params(n * (law.parameters.size() + 4), 1e-3), state(std::size_t(16 * n), 0.0),
+          energy(4 * n), gap(n), geometry(3 * n, 1.0);
+      for (std::size_t p = 0; p < law.parameters.size(); ++p) {
+        const LawParameter& one = law.parameters[p];
+        const double value = one.required ? std::clamp(0.5, one.smallest, one.largest) : one.standard;
+        std::fill_n(&params[p * n], n,
+                    std::clamp(value, -std::numeric_limits<double>::max(), std::numeric_limits<double>::max()));
+      }
+      for (int i = 0; i < n; ++i) {
+        state[i] = i % 2, gap[i] = 1e-4 * (i - 3);
+        for (int k = 0; k < c; ++k) w[n * (k * c + k) + i] = 1, u[k * n + i] = (k + 1) * (0.3 * i - 1);
+      }
+      const cairn_law_context context{1e-3, 0.5, geometry.data(), nullptr};
+      const std::int64_t before = allocations;
+      law.prepare(n, c, &context, gap.data(), u.data(), params.data(), state.data(), bias.data(), compliance.data(),
+                  mu.data());
+      if (law.solve) {
+        law.solve(n, c, w.data(), u.data(), bias.data(), params.data(), state.data(), r.data(), nullptr);
+        std::int32_t status[n];
+        law.residual(n, c, &context, rho.data(), w.data(), u.data(), bias.data(), r.data(), params.data(), state.data(),
+                     f.data(), weight.data(), status);
+      }
+      const std::vector<double>& begun = state;
+      if (law.commit) law.commit(n, c, &context, gap.data(), u.data(), r.data(), params.data(), state.data());
+      if (law.energy)
+        law.energy(n, c, &context, gap.data(), u.data(), r.data(), params.data(), begun.data(), state.data(),
+                   energy.data());
+      EXPECT_EQ(allocations - before, 0) << law.name << " in " << dim << "D";
+    }
+}
 
 } // namespace
 } // namespace cairn::test

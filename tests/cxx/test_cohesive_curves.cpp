@@ -84,6 +84,13 @@ const Law laws[] = {
        return d > i - std::log(1e-3) / rate ? 0 : i / d * std::exp(rate * (i - d));
      },
      60e-6},
+    {"PlasticEXPO", modes({{"rest", 1e-3}}), false,
+     [](double t, double d) {
+       const double i = first(t), rate = stiffness(t) * i / (work_of(t) - stiffness(t) * i * i / 2);
+       return d > i - std::log(1e-3) / rate ? 0 : i / d * std::exp(rate * (i - d));
+     },
+     60e-6},
+    {"MACContact", one_work({}), true, [](double t, double d) { return 10 / (stiffness(t) * d * d); }, 30e-6},
 };
 double beta_at(const Law& law, double t, double d) { return d > 0 ? std::clamp(law.beta(t, d), 0.0, 1.0) : 1.0; }
 

@@ -351,10 +351,17 @@ TEST(OwnSolutions, OnFullBlocks) {
           for (int l = 0; l < c; ++l) u[k] += w[l * c + k] * r[l];
         }
       };
-      const double coupled[] = {1, 1, 1, h, 0, 0, 0}, yes = 1;
-      test::law_called("CoupledMotion").solve(1, c, w, q, q, coupled, &yes, r, nullptr);
+      const double coupled[] = {1, 1, 1, std::numeric_limits<double>::max(), 0, h, 0, 0, 0}, yes[] = {1, 0};
+      test::law_called("CoupledMotion").solve(1, c, w, q, q, coupled, yes, r, nullptr);
       left();
       for (int k = 0; k < c; ++k) EXPECT_NEAR(u[k], 0, 1e-13);
+      const double pulls = 0.2, yields[] = {1, 1, 1, pulls, 0, h, 0, 0, 0};
+      test::law_called("CoupledMotion").solve(1, c, w, q, q, yields, yes, r, nullptr);
+      left();
+      EXPECT_GE(r[0], -pulls);
+      if (r[0] > -pulls) { EXPECT_NEAR(u[0], 0, 1e-13); }
+      EXPECT_GE(u[0], -1e-13);
+      for (int k = 1; k < c; ++k) EXPECT_NEAR(u[k], 0, 1e-13);
       const double k = 300, rest = 0.01 * normal(random), mu = 0.4;
       const double coating[] = {mu, k, 1, rest, 1, h, 0, 0, 0}, acts[] = {1, 0};
       test::law_called("BrittleCoating").solve(1, c, w, q, q, coating, acts, r, nullptr);

@@ -113,6 +113,38 @@ def test_smooth_laws(law, c):
         np.testing.assert_allclose(energy[0, i], stored + sizes, rtol=1e-5 if law == "jkr" else 1e-9, atol=1e-12)
 
 
+@pytest.mark.parametrize("c", [2, 3])
+def test_adhesive_spring(c):
+    """Its force as it is written down; what it stored is the integral of its force, what friction takes its work."""
+    k, adhesion, ratio, viscosity, friction = p = [400.0, 30.0, 0.3, 2.0, 0.4]
+    gap, u, geometry = -RNG.uniform(0.001, 0.05, N), 0.5 * some(c, N), positive(3, N)
+    gap[:3] = [0.002, -0.0, 0.3]
+    f, energy = np.empty((c, N)), np.empty((3, N))
+    context = Context(H, 0.5, geometry.ctypes.data, None)
+    state = np.zeros((1, N))
+    kernel("cairn_law_adhesive_spring_force", "cairn_law_force")(N, c, context, gap, u, np.array(p), state, f, energy)
+    sliding = 0
+    for i in range(N):
+        radius, mass = geometry[1:, i]
+        if gap[i] >= 0:
+            assert not f[:, i].any() and not energy[:, i].any()
+            continue
+        delta, damping = -gap[i], 2 * ratio * math.sqrt(k * mass)
+        force = k * delta - adhesion * math.sqrt(radius * delta)
+        normal = (force - damping * u[0, i]) / (1 + H * damping / (2 * mass))
+        speed = np.linalg.norm(u[1:, i])
+        limit = friction * max(0.0, normal + adhesion**2 * radius / (4 * k))
+        size = min(limit, viscosity * speed / (1 + H * viscosity * 3.5 / mass))
+        sliding += size == limit
+        np.testing.assert_allclose(f[:, i], [normal, *(-size * u[1:, i] / speed)], rtol=1e-9, atol=1e-12)
+        x, weight = np.polynomial.legendre.leggauss(4)  # of the root of the overlap, in which the force is a polynomial
+        x, weight = math.sqrt(delta) * (x + 1) / 2, math.sqrt(delta) * weight / 2
+        stored = weight @ (2 * x * (k * x**2 - adhesion * math.sqrt(radius) * x))
+        taken = [(force - normal) * u[0, i] * H, size * (speed - H * size * 3.5 / (2 * mass)) * H]
+        np.testing.assert_allclose(energy[:, i], [stored, *taken], rtol=1e-9, atol=1e-12 * k * delta**2)
+    assert 0 < sliding < N - 3
+
+
 @pytest.mark.parametrize("law", SMOOTH)
 def test_stiffness_of_smooth_laws(law):
     """The slope of the force by differences, and the tangential stiffness that damping and springs have."""

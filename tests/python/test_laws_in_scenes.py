@@ -81,6 +81,11 @@ HELD = {  # law and its strength [N] of a radius and an area
     "MohrCoulomb": (cn.MohrCoulomb(tension=TENSION, cohesion=TENSION, mu=0.3), lambda r, a: TENSION * a),
     "MAL": (cn.MAL(normal_stiffness=1e10, tangential_stiffness=1e10, mu=0.3, normal_strength=TENSION, tangential_strength=TENSION,
                    normal_work=0.1, tangential_work=0.1), lambda r, a: TENSION * a),
+    "PlasticEXPO": (cn.PlasticEXPO(normal_stiffness=1e10, tangential_stiffness=1e10, mu=0.3, normal_strength=TENSION,
+                                   tangential_strength=TENSION, normal_work=0.1, tangential_work=0.1, damage_share=0.5,
+                                   normal_spring=2e10, tangential_spring=1e10), lambda r, a: TENSION * a),
+    "MACContact": (cn.MACContact(normal_stiffness=1e10, tangential_stiffness=1e10, mu=0.3, work=TENSION**2 / 1e10, stiffness=1e7,
+                                 force=1.0, reach=1e-6), lambda r, a: TENSION * a),
     "ParallelBond": (cn.ParallelBond(normal_stiffness=1e10, tangential_stiffness=1e10, tension=TENSION, shear=TENSION, mu=0.3),
                      lambda r, a: TENSION * a * (2 if a == r else 1)),  # a strip of twice the radius, a disk of it
     "Capillary": (cn.Capillary(**WATER, mu=0.3), lambda r, a: 4 * np.pi * r * 0.072 * np.cos(0.3)),

@@ -24,6 +24,7 @@ def cohesive(**more):
         "mu": (0.4, NONE),
         "power": (2.0, NONE),
         "within": (0.05, LENGTH),
+        "kinetic": (0.3, NONE),
         **more,
     }
 
@@ -55,7 +56,10 @@ LAWS = {
     "TH": cohesive(**MODES, normal_plateau=(1e-4, LENGTH), tangential_plateau=(1e-4, LENGTH)),
     "ABP": cohesive(**MODES, normal_end=(2e-2, LENGTH), tangential_end=(3e-2, LENGTH), first_share=(0.6, NONE)),
     "EXPO": cohesive(**MODES),
-    "MohrCoulomb": {"tension": STRESS, "cohesion": STRESS, "friction": (0.3, NONE), "mu": (0.4, NONE), "within": (0.05, LENGTH)},
+    "MohrCoulomb": {
+        "tension": STRESS, "cohesion": STRESS, "friction": (0.3, NONE), "mu": (0.4, NONE), "within": (0.05, LENGTH),
+        "kinetic": (0.3, NONE),
+    },
     "Sintering": {
         "tension": STRESS, "cohesion": STRESS, "friction": (0.3, NONE), "mu": (0.4, NONE), "pressure": (10.0, STRESS[1]),
         "dose": (5.0, lambda dim: FORCE - area(dim) + TIME),
@@ -78,14 +82,27 @@ LAWS = {
         "stiffness": (1e6, FORCE - LENGTH), "viscosity": (300.0, FORCE - LENGTH + TIME),
     },
     "GapRescue": {"mu": (0.4, NONE), "period": (12.0, NONE), "tolerance": (-1e-4, LENGTH)},
-    "CoupledMotion": {"reach": (1e-3, LENGTH)},
+    "CoupledMotion": {"reach": (1e-3, LENGTH), "impulse": (0.5, FORCE + TIME)},
     "LimitedSlip": {"mu": (0.1, NONE), "limit": (1e-3, LENGTH)},
     "BrittleCoating": {
         "mu": (0.4, NONE), "stiffness": (1e6, FORCE - LENGTH), "strength": (60.0, FORCE), "rest": (1e-3, LENGTH),
         "reach": (0.05, LENGTH),
     },
+    "MACContact": cohesive(
+        work=WORK, viscosity=(1e-2, lambda dim: FORCE + LENGTH + TIME - area(dim)), force=(30.0, FORCE), reach=(0.02, LENGTH),
+        stiffness=(1e6, FORCE - LENGTH), limit=(1e-3, LENGTH), loss=(1e-4, LENGTH),
+    ),
+    "PlasticEXPO": cohesive(
+        **MODES, damage_share=(0.6, NONE), normal_spring=(2e6, lambda dim: FORCE - LENGTH - area(dim)),
+        tangential_spring=(1e6, lambda dim: FORCE - LENGTH - area(dim)),
+    ),
+    "AdhesiveSpring": {
+        "stiffness": (1e6, FORCE - LENGTH), "adhesion": (3e3, FORCE - LENGTH), "damping": (0.1, NONE), "mu": (0.4, NONE),
+        "viscosity": (300.0, FORCE - LENGTH + TIME),
+    },
+    "CriticalVoigt": {"mu": (0.4, NONE), "period": (6.0, NONE), "damping": (1.5, NONE), "ratio": (0.4, NONE)},
 }  # fmt: skip
-SMOOTH = ("LinearSpring", "HertzMindlin", "JKR")
+SMOOTH = ("LinearSpring", "HertzMindlin", "JKR", "AdhesiveSpring")
 ONLY_3D = ("Capillary", "HertzMindlin", "JKR")
 BITS = ("Coulomb", "Restitution", "Frictionless", "Bonded", "GapCoulomb", "Rolling", "Wear", "Wet", "Rod", "Wire")
 

@@ -51,6 +51,14 @@ LAW_VALUES = {
     "NORMAL_COUPLED_DOF": (),
     "TANGENTIAL_COUPLED_DOF": (),
     "BRITTLE_COATING_CLB": (_FRICTION, _SPRING, ("snmx",), ("g0",)),
+    "CRITICAL_VOIGT_CLB": (("T/H", "v/cv"), _FRICTION),
+    "VISCO_ELASTIC_REPELL_WET": (("F/gp", "etan"), ("cohn", "Wthk"), _FRICTION),
+    "PLASTIC_COUPLED_DOF": (("thsh",),),
+    "BROKEN_DOF": (("thsh",),),
+    "MD_JKRs": (("kn", "kt"), ("damp", "gamm"), _FRICTION),
+    "IQS_WET_CZM": (("cohn", "Wthk"), ("cn", "ct"), ("b", "w")),
+    "ELASTIC_REPELL_MAC_CZM": (("F/gp", "gcmx"), ("cn", "ct"), ("b", "w")),
+    "postGAP_IQS_MAC_CZM": (_TWO, ("cn", "ct"), ("b", "w")),
 }
 _ZONE_ROWS = (_TWO, ("cn", "ct"))
 _MODE_ROWS = (("s1", "s2"), ("G1", "G2"))
@@ -62,6 +70,9 @@ for _name, _rows in {
     "TH_CZM": (*_ZONE_ROWS, *_MODE_ROWS, ("dp1", "dp2")),
     "ABP_CZM": (*_ZONE_ROWS, *_MODE_ROWS, ("du1", "du2"), ("phi",)),
     "EXPO_CZM": (*_ZONE_ROWS, *_MODE_ROWS, ("eta",)),
+    "EXPO_CZM_P": (*_ZONE_ROWS, *_MODE_ROWS, ("mu_g", "eta")),
+    "EXPO_CZM_SPRING": (*_ZONE_ROWS, *_MODE_ROWS, ("eta",), ("k1", "k2")),
+    "EXPO_CZM_SPRING_P": (*_ZONE_ROWS, *_MODE_ROWS, ("mu_g", "eta"), ("k1", "k2")),
 }.items():
     LAW_VALUES |= {_name: _rows, "IQS_" + _name: _rows}
 LAW_VALUES["MP3_CZM_THER"] = (*LAW_VALUES["MP3_CZM"], ("lbds", "lbdc"))
@@ -84,9 +95,9 @@ LAWS = {
     "RST_DS_CLB": ("Restitution", _STATIC | _RESTITUTION),
     "IQS_STICK": ("Coulomb", {}),
     "GAP_SGR_STICK": ("GapCoulomb", {}),
-    "IQS_MOHR_DS_CLB": ("MohrCoulomb", _STATIC | {"tension": "cohn", "cohesion": "coht"}),
-    "GAP_MOHR_DS_CLB": ("MohrCoulomb", _STATIC | {"tension": "cohn", "cohesion": "coht"}),
-    "IQS_CAP_MOHR_DS_CLB": ("MohrCoulomb", _STATIC | {"tension": "sten", "cohesion": "coht", "cap": "scom"}),
+    "IQS_MOHR_DS_CLB": ("MohrCoulomb", _DRY | {"tension": "cohn", "cohesion": "coht"}),
+    "GAP_MOHR_DS_CLB": ("MohrCoulomb", _DRY | {"tension": "cohn", "cohesion": "coht"}),
+    "IQS_CAP_MOHR_DS_CLB": ("MohrCoulomb", _DRY | {"tension": "sten", "cohesion": "coht", "cap": "scom"}),
     "IQS_WET_DS_CLB": ("Wet", _STATIC | _ATTRACTION),
     "GAP_WET_DS_CLB": ("AdhesiveContact", _DRY | _ATTRACTION),
     "RST_WET_CLB": ("AdhesiveContact", _DRY | _ATTRACTION | _RESTITUTION),
@@ -113,9 +124,22 @@ LAWS = {
     "BRITTLE_ELASTIC_WIRE": ("Wire", _ROD | {"strength": "Fmax"}),
     "RIGID_WIRE": ("Wire", {}),
     "GAP_SGR_CLB_WEAR": ("Wear", _MU),
+    "CRITICAL_VOIGT_CLB": ("CriticalVoigt", _MU | {"period": "T/H", "damping": "v/cv"}),
+    "VISCO_ELASTIC_REPELL_WET": ("AdhesiveContact", _MU | _ATTRACTION | {"stiffness": "F/gp", "viscosity": "etan"}),
+    "PLASTIC_COUPLED_DOF": ("CoupledMotion", {"impulse": "thsh"}),
+    "BROKEN_DOF": ("CoupledMotion", {"impulse": "thsh"}),
+    "MD_JKRs": ("AdhesiveSpring", _MU | {"stiffness": "kn", "adhesion": "gamm", "viscosity": "kt"}),
 }
-_ZONE = {"mu": "stfr", "normal_stiffness": "cn", "tangential_stiffness": "ct"}
+_SPRINGS = {"normal_stiffness": "cn", "tangential_stiffness": "ct"}
+_ZONE = _DRY | _SPRINGS
+_MAC = _SPRINGS | {"viscosity": "b", "work": "w"}
+LAWS |= {
+    "IQS_WET_CZM": ("MACContact", _MAC | _ATTRACTION),
+    "ELASTIC_REPELL_MAC_CZM": ("MACContact", _MAC | {"stiffness": "F/gp"}),
+    "postGAP_IQS_MAC_CZM": ("MACContact", _MAC | _DRY),
+}
 _MODES = {"normal_strength": "s1", "tangential_strength": "s2", "normal_work": "G1", "tangential_work": "G2"}
+_PLASTIC, _SERIES = {"damage_share": "mu_g"}, {"normal_spring": "k1", "tangential_spring": "k2"}
 _ZONES = {
     "MAC_CZM": ("MAC", _ZONE | {"viscosity": "b", "work": "w"}),
     "MP_CZM": ("MP", _ZONE | {"work": "w"}),
@@ -124,6 +148,9 @@ _ZONES = {
     "TH_CZM": ("TH", _ZONE | _MODES | {"normal_plateau": "dp1", "tangential_plateau": "dp2"}),
     "ABP_CZM": ("ABP", _ZONE | _MODES | {"normal_end": "du1", "tangential_end": "du2", "first_share": "phi"}),
     "EXPO_CZM": ("EXPO", _ZONE | _MODES | {"rest": "eta"}),
+    "EXPO_CZM_P": ("PlasticEXPO", _ZONE | _MODES | {"rest": "eta"} | _PLASTIC),
+    "EXPO_CZM_SPRING": ("PlasticEXPO", _ZONE | _MODES | {"rest": "eta"} | _SERIES),
+    "EXPO_CZM_SPRING_P": ("PlasticEXPO", _ZONE | _MODES | {"rest": "eta"} | _PLASTIC | _SERIES),
 }
 _ZONES["MP3_CZM_THER"] = _ZONES["MP3_CZM"]
 LAWS |= _ZONES | {"IQS_" + name: law for name, law in _ZONES.items() if name != "MP3_CZM_THER"}
@@ -148,6 +175,8 @@ AS_THERE |= {"IQS_CLB_g0": _START, "GAP_SGR_CLB_g0": _START | _BACK, "ELASTIC_RE
 AS_THERE |= {"xQS_WET_DS_CLB": {"once": 1}}
 AS_THERE |= {"NORMAL_COUPLED_DOF": {"tangential": 0}, "TANGENTIAL_COUPLED_DOF": {"normal": 0}}
 AS_THERE |= {name: {"recovery": 1} for name in _ZONES}
+AS_THERE |= {"VISCO_ELASTIC_REPELL_WET": _OPEN | {"touching": 0}, "BROKEN_DOF": {"breaks": 1}}
+AS_THERE |= {"postGAP_IQS_MAC_CZM": {"loss": 2e-3}}
 APART_THERE = {"GAP_SGR_DS_CLB": _BACK, "preGAP_SGR_CLB": _BACK, "VEL_SGR_DS_CLB": _OPEN, "RST_DS_CLB": _OPEN}
 # What is told of a law that is read otherwise than it is there.
 NOTES = {
@@ -156,37 +185,28 @@ NOTES = {
     "ELASTIC_REPELL_CLB_adapt": "its stiffness stays that of the file, whatever a script does to it",
     "MP3_CZM_THER": "what its faces conduct is a conductance of a network of heat, see scene.thermal",
     "GAP_SGR_CLB_WEAR": "wear of both sides counts in one gap",
+    "CRITICAL_VOIGT_CLB": "its tangential spring is that of solid disks or spheres, whatever its bodies are",
+    "MD_JKRs": "a law of cairn.SmoothDEM(); mu bounds friction by force and attraction together, there by their difference",
+    "PLASTIC_COUPLED_DOF": "its limit is the impulse of a step, another force in another step",
+    "BROKEN_DOF": "its limit is the impulse of a step, by which it pushes, as there; it breaks from the step after",
+    "postGAP_IQS_MAC_CZM": "its sides lose 2 mm when it breaks, whatever their size, as there",
 }
 # What to say instead of a law that Cairn has no counterpart of.
-_ZONE_INSTEAD = "EXPO_CZM has the same curve without it; or give a law of your own (docs/plugins.md)"
 _LIMIT_INSTEAD = "LMGC90 has its name alone; IQS_CLB_nosldt (cairn.LimitedSlip) limits the whole slip"
-_IMPULSE_INSTEAD = "its limit is an impulse, no force without a step: COUPLED_DOF, or scene.join with strength="
+_CELLS_INSTEAD = "give MAL_CZM with its strength and work, or cells of a material with damage (docs/solids.md)"
 REMEDIES = {
-    "CRITICAL_VOIGT_CLB": "cairn.ElasticContact(stiffness=, viscosity=) is its spring and dashpot with numbers of your own",
-    "VISCO_ELASTIC_REPELL_WET": "ELASTIC_REPELL_WET_CLB (cairn.AdhesiveContact, with a viscosity) draws at the touch, too",
-    "IQS_WET_CZM": "IQS_MAC_CZM is its zone, IQS_WET_DS_CLB what is left of it",
-    "ELASTIC_REPELL_MAC_CZM": "MAC_CZM has the same zone on sides that do not yield",
-    "postGAP_IQS_MAC_CZM": "IQS_MAC_CZM is the same zone with the gap of the step's begin",
-    "EXPO_CZM_P": _ZONE_INSTEAD,
-    "EXPO_CZM_SPRING": _ZONE_INSTEAD,
-    "EXPO_CZM_SPRING_P": _ZONE_INSTEAD,
-    "TOSI_CZM": "give MAL_CZM with its strength and work, or cells of a material with damage (docs/solids.md)",
-    "GTN_CZM": "give MAL_CZM with its strength and work, or cells of a material with damage (docs/solids.md)",
-    "PLASTIC_COUPLED_DOF": _IMPULSE_INSTEAD,
-    "BROKEN_DOF": _IMPULSE_INSTEAD,
+    "TOSI_CZM": f"its stress follows from the triaxiality and temperature of the cells beside: {_CELLS_INSTEAD}",
+    "TOSI_CZM_INCRE": f"its stress follows from the triaxiality and temperature of the cells beside: {_CELLS_INSTEAD}",
+    "GTN_CZM": f"LMGC90 has its name alone; {_CELLS_INSTEAD}",
     "PERIO_DOF": "give Scene(periodic=cairn.Periodic(...)), and a stress or rate of the cell",
     "IQS_CLB_noslds": _LIMIT_INSTEAD,
     "GAP_SGR_CLB_noslds": _LIMIT_INSTEAD,
-    "MD_JKRs": "give cairn.SmoothDEM() and cairn.JKR(...)",
-    "LJ_POTENTIAL": "IQS_WET_DS_CLB is its form without steepness",
+    "LJ_POTENTIAL": "LMGC90 has its name alone; IQS_WET_DS_CLB is its form without steepness",
 }
-for _name in ("EXPO_CZM_P", "EXPO_CZM_SPRING", "EXPO_CZM_SPRING_P"):
-    REMEDIES["IQS_" + _name] = REMEDIES[_name]
-REMEDIES["TOSI_CZM_INCRE"] = REMEDIES["TOSI_CZM"]
 HUGE = 1e99  # a value without limit, in columns that hold no more
 
 
-def law_of(law, alert):
+def law_of(law, alert, dim=2):
     """The law of Cairn that a ContactLaw is, and what cannot be told by it, in words: (law, refused, notes). Bodies that see each
     other at the first step, within the alert distance [m], are joined."""
     given, refused = law.parameters, []
@@ -198,8 +218,6 @@ def law_of(law, alert):
     notes = [f"law {law.name} ({law.law}): {NOTES[law.law]}"] if law.law in NOTES else []
     there = APART_THERE if split else AS_THERE
     values = {ours: given[theirs] for ours, theirs in names.items()} | there.get(law.law, {})
-    if given.get("dyfr", 0) != given.get("stfr", 0) and "kinetic" not in names:
-        refused.append(f"friction of law {law.name} that slides and sticks apart")
     if given.get("dyfr", 0) > given.get("stfr", 0) and "kinetic" in names:
         refused.append(f"friction of law {law.name} that is more where it slides: give dyfr up to stfr")
     if given.get("dcoh", 0) > given.get("scoh", 0):
@@ -213,6 +231,14 @@ def law_of(law, alert):
             values["cap"] = np.inf
     if python == "Wear":
         values["wear"] = given["kcdw"] + given["kanw"]
+    if python == "CriticalVoigt":
+        values["ratio"] = 1 / 3 if dim == 2 else 2 / 7  # 1/W_TT over 1/W_NN of what is round and solid
+    if python == "AdhesiveSpring" and given["kn"] > 0:
+        values["damping"] = given["damp"] / (2 * np.sqrt(given["kn"]))
+    elif python == "AdhesiveSpring":
+        refused.append(f"law {law.name} without kn: give a stiffness")
+    if "gcmx" in given:
+        values["limit"] = np.inf if given["gcmx"] <= -HUGE else max(0.0, -given["gcmx"])
     if python in ("MP", "MP3") and given["cn"] != given["ct"]:
         notes.append(f"law {law.name} ({law.law}): its work is that of every mode, there the mean of two")
     if python in ("CoupledMotion", "BrittleCoating"):
@@ -258,6 +284,8 @@ def words_of(law):
         given |= {"scom": min(values["cap"], HUGE)} if "scom" in given else {}
     given |= {"kcdw": values["wear"], "kanw": 0.0} if python == "Wear" else {}
     given |= {"coht": 0.0} if python in ("Wet", "AdhesiveContact") else {}
+    given |= {"damp": 2 * values["damping"] * np.sqrt(values["stiffness"])} if python == "AdhesiveSpring" else {}
+    given |= {"gcmx": -min(values["limit"], HUGE)} if name == "ELASTIC_REPELL_MAC_CZM" else {}
     ours = {theirs: mine for mine, theirs in names.items()}
     endless = [ours.get(theirs, theirs) for theirs, value in given.items() if not np.isfinite(value)]
     if endless:
@@ -275,6 +303,21 @@ def _zone(name):
         return name if v["recovery"] == 1 else "IQS_" + name, "recovery, power and pressure" if other else ""
 
     return named
+
+
+def _plastic(v):
+    springs = np.isfinite(v["normal_spring"]) or np.isfinite(v["tangential_spring"])
+    stays = v["damage_share"] < 1
+    return _zone("EXPO_CZM_SPRING_P" if springs and stays else "EXPO_CZM_SPRING" if springs else "EXPO_CZM_P")(v)
+
+
+def _mac_contact(v):
+    sides = (v["force"] > 0, np.isfinite(v["stiffness"]), v["loss"] > 0)
+    if sum(sides) != 1:
+        return "", "all but one of force, stiffness and loss"
+    if v["recovery"] != 0 or v["power"] != 1 or v["pressure"] != 0 or (v["mu"] != 0 and not sides[2]):
+        return "", "friction beside force or stiffness, recovery, power and pressure"
+    return ("IQS_WET_CZM", "ELASTIC_REPELL_MAC_CZM", "postGAP_IQS_MAC_CZM")[sides.index(True)], ""
 
 
 def _mohr(v):
@@ -327,6 +370,11 @@ def _elastic(v):
 def _adhesive(v):
     dry, torn, elastic = v["kinetic"] < v["mu"], v["torn_force"] < v["force"], np.isfinite(v["stiffness"])
     rebounds = v["normal"] > 0 or v["tangential"] != 0 or v["closing"] < 1
+    if v["touching"] == 0 and elastic and v["closing"] == 0:
+        more = dry or torn or v["once"] != 0 or v["recovers"] != 0 or v["normal"] != 0 or v["tangential"] != 0
+        return ("", "more than a spring and a dashpot") if more else ("VISCO_ELASTIC_REPELL_WET", "")
+    if v["touching"] < 1:
+        return "", "touching=0 without a stiffness and closing=0"
     sides = (elastic, v["once"] != 0, torn, v["recovers"] != 0, rebounds)
     if sum(sides) > 1 or ((elastic or torn) and dry) or (elastic and v["viscosity"] > 0):
         return "", "stiffness, viscosity, once, torn_force, recovers, restitution and kinetic friction together"
@@ -339,6 +387,10 @@ def _adhesive(v):
 def _coupled(v):
     names = {(1, 1): "COUPLED_DOF", (1, 0): "NORMAL_COUPLED_DOF", (0, 1): "TANGENTIAL_COUPLED_DOF"}
     name = names.get((int(v["normal"] > 0), int(v["tangential"] > 0)), "")
+    if name == "COUPLED_DOF" and (np.isfinite(v["impulse"]) or v["breaks"] > 0):
+        return "BROKEN_DOF" if v["breaks"] > 0 else "PLASTIC_COUPLED_DOF", ""
+    if name and np.isfinite(v["impulse"]):
+        return "", "a limit of what is coupled in part"
     return name, "" if name else "nothing that is coupled"
 
 
@@ -359,4 +411,8 @@ _NAMES = {
     "Wire": _wire,
     "Wear": lambda v: ("GAP_SGR_CLB_WEAR", "" if v["recovers"] == 1 else "an overlap that stays"),
     **{law: _zone(name) for name, (law, _) in _ZONES.items() if name != "MP3_CZM_THER"},
+    "PlasticEXPO": _plastic,
+    "MACContact": _mac_contact,
+    "CriticalVoigt": lambda v: ("CRITICAL_VOIGT_CLB", ""),
+    "AdhesiveSpring": lambda v: ("MD_JKRs", ""),
 }

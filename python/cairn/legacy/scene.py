@@ -412,7 +412,7 @@ def _add_laws(scene, box, materials, origin):
         if not any(s.law == name and _sides(s, materials) for s in box.see):
             continue
         try:
-            made, refused, notes = law_of(law, max((see.alert for see in box.see if see.law == name), default=0.0))
+            made, refused, notes = law_of(law, max((see.alert for see in box.see if see.law == name), default=0.0), scene.dim)
         except ValueError as error:
             raise LegacyError(f"{box.folder / 'TACT_BEHAV.DAT'}, line {law.line}: law {name} ({law.law}): {error}") from error
         origin.unmapped += [f"{text} (TACT_BEHAV.DAT, line {law.line})" for text in refused]

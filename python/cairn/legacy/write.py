@@ -293,7 +293,7 @@ class _Writer:
                     if legacy is None:
                         self.missed.append(there)
                         continue
-                    self.changed += _changed(law, legacy, there, within)
+                    self.changed += _changed(law, legacy, there, within, self.dim)
                     named[law] = f"law{len(named):02d}"
                     head = f" {named[law]}  {legacy:<30}".ljust(40)
                     rows = [[(f"{word:<4}=", there[word]) for word in row] for row in LAW_VALUES[legacy]]
@@ -336,9 +336,9 @@ class _Writer:
         }
 
 
-def _changed(law, name, given, alert):
+def _changed(law, name, given, alert, dim):
     """What is read again otherwise than it is, to the digits of a file, in words."""
-    back, _, _ = law_of(ContactLaw(name, name, parameters=given), alert)
+    back, _, _ = law_of(ContactLaw(name, name, parameters=given), alert, dim)
     pairs = zip(law.parameter_names, law.values, back.values)
     return [
         f"{what}={mine:g} of law {law!r}, which {name} is read with as {what}={theirs:g}"
