@@ -97,7 +97,8 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
 
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
-  if (std::isfinite(options.accuracy) || options.associated_start || s.system.has_own_solution())
+  s.system.grows = bodies.stretch.active;
+  if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold())
     s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};

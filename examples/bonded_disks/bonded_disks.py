@@ -7,7 +7,7 @@ without friction press the sides. Broken bonds leave contacts with friction.
 
 Steps are longer than what the springs of a disk take to swing; `Auto` solves them, by Newton's method over the bodies where
 sweeps take too long. All sizes and strengths are chosen here: grains of 1 to 1.5 mm, bonds of 10 GPa, 10 MPa in tension and 20 in
-shear, 1 MPa on the sides, a strain rate of 2/s, at which a wave goes 30 times from end to end until the peak (8 times with
+shear, 1 MPa on the sides, a strain rate of 2/s, at which a wave goes 20 times from end to end until the peak (5 times with
 --full).
 
 Run it:  python bonded_disks.py                 1,200 disks, half a minute
@@ -32,7 +32,7 @@ SHARE = 0.995  # of them that the disks fill
 DENSITY, YOUNG, TENSION, SHEAR, FRICTION = 2500.0, 10e9, 10e6, 20e6, 0.5
 WITHIN = 0.1 * SMALLEST  # gap that a bond bridges
 RATE = 2.0  # [1/s]
-PRESSED = 2e-4  # time in which the pressure on the sides comes on [s]
+PRESSED = 5e-5  # time in which the pressure on the sides comes on [s]
 
 
 def options_from(arguments):

@@ -135,8 +135,11 @@ bool begins_from_nothing(const ContactSystem& system) {
   return true;
 }
 
-bool ContactSystem::has_own_solution() const {
-  return std::any_of(batches.begin(), batches.end(), [](const cairn_batch& b) { return law_infos()[b.law].has_solve; });
+bool ContactSystem::may_hold() const {
+  return std::any_of(batches.begin(), batches.end(), [](const cairn_batch& b) {
+    const LawInfo& law = law_infos()[b.law];
+    return law.joins || (law.keeps && law.has_solve);
+  });
 }
 
 double ContactSystem::speed() const {

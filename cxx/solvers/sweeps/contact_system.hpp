@@ -42,14 +42,15 @@ struct ContactSystem {
   double mesh_speed_square = 0;          // |v_free|_M^2 of bodies that deform [J]
   std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
   std::shared_ptr<SolidMemory> solid;      // made where bonds make a solid
+  bool grows = false;                      // bodies change their size
   bool keeps_velocity = false;             // records hold velocities of bodies to more digits than impulses give
   double penetration = 0;                  // deepest overlap / size of the smaller body
 
   int velocities() const { return dim == 2 ? 3 : 6; }
   std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
   cairn_schedule schedule(int threads);
-  bool has_own_solution() const; // a law of its contacts, which may hold more than cones do
-  double speed() const;          // max(|v|_M, |h g|_M), of velocities in the records [sqrt(J)]
+  bool may_hold() const; // a contact's law is one of bonds or joints
+  double speed() const;  // max(|v|_M, |h g|_M), of velocities in the records [sqrt(J)]
   bool compliant = false; // a batch has a compliance of its own
   // W is more than what bodies of six dofs give: contacts of a condensed body see each other, or have a compliance.
   bool needs_blocks() const { return compliant || !condensed.empty(); }
