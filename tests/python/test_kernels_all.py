@@ -61,7 +61,7 @@ def kernels():
 
 def laws_driven_by_one_contact():
     """All slots of the laws that the C++ tests of laws drive step by step, against closed forms."""
-    files = ("test_bond_laws.cpp", "test_cohesive_laws.cpp", "test_contact_variants.cpp")
+    files = ("test_bond_laws.cpp", "test_cohesive_laws.cpp", "test_contact_variants.cpp", "test_zone_variants.cpp")
     text = "".join((CXX / name).read_text(encoding="utf-8") for name in files)
     return [row[0] for row in rows("contact_laws/laws.def", "CAIRN_LAW") if f'"{row[1]}"' in text]
 

@@ -145,6 +145,26 @@ def test_adhesive_spring(c):
     assert 0 < sliding < N - 3
 
 
+def test_stiffness_of_the_adhesive_spring():
+    """The slope of the force by differences, of two bodies at rest, and what the attraction takes from it."""
+    stiffness, adhesion, ratio = 400.0, 30.0, 0.3
+    p = np.array([stiffness, adhesion, ratio, 2.0, 0.4])
+    overlap, radius, k, reach = RNG.uniform(0.01, 0.05, N), positive(N), np.empty((3, N)), np.empty(N)
+    kernel("cairn_law_adhesive_spring_stiffness", "cairn_law_stiffness")(N, overlap, radius, p, k, reach)
+    geometry, forces, undamped = np.ones((3, N)), [], np.array([stiffness, adhesion, 0.0, 2.0, 0.4])
+    geometry[1] = radius
+    for d in (-1e-6, 1e-6):
+        f, energy, context = np.empty((2, N)), np.empty((3, N)), Context(H, 0.5, geometry.ctypes.data, None)
+        kernel("cairn_law_adhesive_spring_force", "cairn_law_force")(
+            N, 2, context, -overlap - d, np.zeros((2, N)), undamped, np.zeros((1, N)), f, energy
+        )
+        forces.append(f[0].copy())
+    slope = (forces[1] - forces[0]) / 2e-6 + adhesion / 2 * np.sqrt(radius / overlap)
+    np.testing.assert_allclose(k[0], slope, rtol=1e-6)
+    np.testing.assert_array_equal(k[1:], [np.zeros(N), np.full(N, ratio)])
+    assert not reach.any()
+
+
 @pytest.mark.parametrize("law", SMOOTH)
 def test_stiffness_of_smooth_laws(law):
     """The slope of the force by differences, and the tangential stiffness that damping and springs have."""
