@@ -98,8 +98,7 @@ void Interactions::State::measure_speeds(const Bodies& bodies) {
 SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& options) {
   State& s = *s_;
   s.system.grows = bodies.stretch.active;
-  if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold())
-    s.measure_speeds(bodies);
+  if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold()) s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
   SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);

@@ -27,8 +27,8 @@ ContactMemory after_lean(ContactMemory memory, int k, int i, int cells) {
   return memory;
 }
 
-// Internal number of a contactor, -1 if it is gone. Numbers of its user rise by at least one from contactor to contactor,
-// so that it stands where they would rise by just one, as they do while none is removed, or before.
+// Internal number of a contactor, -1 if it is gone. Numbers of its user rise by at least one from contactor to
+// contactor, so that it stands where they would rise by just one, as they do while none is removed, or before.
 std::int32_t Simulation::contactor(std::int64_t id) const {
   const Contactors& c = scene.contactors;
   const auto& order = scene.contactor_insertion_order();

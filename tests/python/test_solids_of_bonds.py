@@ -174,7 +174,7 @@ def test_velocities_are_right_where_bonds_converged(length):
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 @pytest.mark.parametrize("h", [1e-3, 1e-4])
 def test_a_solid_under_its_weight_does_not_run_away_by_default(law, h):
-    """A clamped wall by default settings, beside the same at 1e-9: its speeds are alike, or a hundredth of what a step of free fall gives."""
+    """A clamped wall by default settings, beside the same at 1e-9: speeds are alike, or a hundredth of a step of free fall."""
     fast = []
     for solver in (cn.Default(), cn.Auto(tol=1e-9, max_iter=20000)):
         sim = wall(law, h, solver)

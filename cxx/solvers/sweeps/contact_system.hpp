@@ -49,8 +49,8 @@ struct ContactSystem {
   int velocities() const { return dim == 2 ? 3 : 6; }
   std::int64_t places() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
   cairn_schedule schedule(int threads);
-  bool may_hold() const; // a contact's law is one of bonds or joints
-  double speed() const;  // max(|v|_M, |h g|_M), of velocities in the records [sqrt(J)]
+  bool may_hold() const;  // a contact's law is one of bonds or joints
+  double speed() const;   // max(|v|_M, |h g|_M), of velocities in the records [sqrt(J)]
   bool compliant = false; // a batch has a compliance of its own
   // W is more than what bodies of six dofs give: contacts of a condensed body see each other, or have a compliance.
   bool needs_blocks() const { return compliant || !condensed.empty(); }

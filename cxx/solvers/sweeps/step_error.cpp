@@ -73,8 +73,8 @@ double rounding_of(const ContactSystem& system) {
 } // namespace
 
 // What bonds hold can have impulses in balance with each other, thousands of times those that its weight asks for. An
-// error beside them alone could be as much as the weight: the solid would fall, with each step called converged. So there
-// the error is beside the velocities, and what loads make of them, if that is less. What stands without loads has
+// error beside them alone could be as much as the weight: the solid would fall, with each step called converged. So
+// there the error is beside the velocities, and what loads make of them, if that is less. What stands without loads has
 // neither: it is solved to some digits above rounding. What growth presses is no load, so that it says nothing there.
 FreeScale measure_free(ContactSystem& system, const cairn_schedule& schedule, double tolerance) {
   constexpr double digits = 0x1p-30;

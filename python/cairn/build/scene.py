@@ -33,9 +33,7 @@ class Periodic:
         """periodic (3,), vectors (3, 3) by rows, corner (3,), velocity gradient (3, 3)."""
         lengths = checks.reals("lengths of the periodic cell", self.lengths)
         if lengths.shape != (dim,) or np.any(np.isnan(lengths)) or np.any(lengths < 0):
-            raise ValueError(
-                f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic"
-            )
+            raise ValueError(f"lengths of the periodic cell is {self.lengths}: give {dim} lengths >= 0, inf where not periodic")
         periodic = np.zeros(3, bool)
         periodic[:dim] = np.isfinite(lengths) & (lengths > 0)
         vectors, corner, gradient = np.zeros((3, 3)), np.zeros(3), np.zeros((3, 3))
@@ -62,9 +60,7 @@ class Scene(Spelt):
     def __init__(self, dim, gravity=None, *, origin=None, depth=1.0, periodic=None):
         self._dim = checks.dimension(dim)
         self.gravity = np.zeros(dim) if gravity is None else gravity
-        self.origin = checks.real_array(
-            "origin", np.zeros(dim) if origin is None else origin, (dim,)
-        )
+        self.origin = checks.real_array("origin", np.zeros(dim) if origin is None else origin, (dim,))
         self.depth = checks.positive("depth", depth)
         self.periodic = periodic
         if periodic is not None:
@@ -387,9 +383,7 @@ def rule(a, b, law):
 def _word(what, given):
     word = given.name if isinstance(given, Material) else given
     if not isinstance(word, str) or not word:
-        raise ValueError(
-            f"{what} of an interaction is {given!r}: give a Material, the name of one or of a group, or '*'"
-        )
+        raise ValueError(f"{what} of an interaction is {given!r}: give a Material, the name of one or of a group, or '*'")
     return word
 
 
