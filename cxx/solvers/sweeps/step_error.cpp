@@ -107,7 +107,7 @@ StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeSca
     scale = std::clamp(speed * speed, free.least * scale, scale);
   }
   // the projection on a cone can swallow a velocity that is no number, so bodies are asked too
-  bool finite = std::isfinite(residual) && std::isfinite(size) && std::isfinite(free.energy);
+  bool finite = std::isfinite(residual) && std::isfinite(size) && std::isfinite(free.energy) && std::isfinite(scale);
   for (const cairn_record& r : system.record)
     finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
   StepError e{residual > free.rounding && scale > 0 ? residual / scale : 0, finite};
