@@ -209,14 +209,21 @@ void Nscd::make_bonds(Simulation& s) {
   if (keeping) {
     const Contactors& c = s.scene.contactors;
     margins_.assign(c.count, 0);
+    const auto digits = [&](const double* place) {
+      double furthest = 0;
+      for (int i = 0; i < s.scene.bodies.dim; ++i) furthest = std::max(furthest, std::abs(place[i]));
+      return rounding_of_gaps(furthest);
+    };
     for (std::int64_t k = 0; k < c.count; ++k) {
       if (*c.body[k] < 0) {
         const MeshBody& mesh = s.meshes.meshes[s.meshes.mesh_of(std::int32_t(k))];
-        const double warped = warp(mesh.model, *c.part[k], s.scene.nodes.position[mesh.first_node]);
+        const double* place = s.scene.nodes.position[mesh.first_node];
+        const double warped = warp(mesh.model, *c.part[k], place);
         const bool warps = s.meshes.warps(std::int32_t(k)); // in the step, too; see parted_warped
-        margins_[k] = std::max({(warps ? may_warp : 2 * touch) * std::max(*c.radius[k], mesh.size()), warped, within});
+        const double size = (warps ? may_warp : 2 * touch) * std::max(*c.radius[k], mesh.size());
+        margins_[k] = std::max({size, warped, within}) + digits(place);
       } else {
-        margins_[k] = std::max(2 * touch * *c.radius[k], within);
+        margins_[k] = std::max(2 * touch * *c.radius[k], within) + digits(s.scene.bodies.position[*c.body[k]]);
       }
     }
     Margin margin{};

@@ -107,7 +107,10 @@ bool Interactions::State::came_in_touching(std::int64_t i) const {
   const int within = law_infos()[std::size_t(e.law)].within;
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
   if (kind[ca] & kind[cb] & mapped && meshes->parted_warped(ca, cb)) return true;
-  return candidates->gap[i] <= std::max(touch * effective_radius(i), within < 0 ? 0 : e.params[within]);
+  double furthest = 0;
+  for (int k = 0; k < dim(); ++k) furthest = std::max(furthest, std::abs(candidates->point[dim() * i + k]));
+  return candidates->gap[i] <=
+         std::max(touch * effective_radius(i), within < 0 ? 0 : e.params[within]) + rounding_of_gaps(furthest);
 }
 
 } // namespace cairn

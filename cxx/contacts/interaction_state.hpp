@@ -24,6 +24,8 @@ inline double& spin_of(const cairn_batch& b, int dim, int side, int lane, int j,
 }
 // A gap over the effective radius that positions in doubles cannot tell from none.
 inline constexpr double touch = 1.0 / (1 << 30);
+// A gap between places so far from the origin is known to this.
+inline double rounding_of_gaps(double distance) { return 8 * std::numeric_limits<double>::epsilon() * distance; }
 // Contacts of a task: their bodies share the second cache, their batches are not short, and small scenes too have tasks
 // for threads.
 inline constexpr int smallest_tile = 600, largest_tile = 2000, tiles = 24;

@@ -38,6 +38,7 @@ THROUGH = [
     (r"pair_superquadric_tube", "python/test_round_tubes.py", "test_superquadrics_have_the_clearance_of_their_reach"),
     (r"add_impulses|relative_velocities", "python/test_passes.py", "test_impulses_move_bodies_as_the_matrices_do"),
     (r"contact_(error|scale)", "python/test_passes.py", "test_the_error_is_that_of_the_matrices"),
+    (r"law_misses", "python/test_solids_of_bonds.py", "test_the_error_of_light_bodies_under_bonds_is_that_by_hand"),
     (r"extrapolated_sweep|mapped_responses", "python/test_passes.py", "test_extrapolated_sweeps_end_where_newtons_method_does"),
     (r"pair_disk_polygon", "python/test_hull_gaps.py", "test_disks_and_polygons"),
     (r"pair_polygon_half_plane|pair_polyhedron_plane", "python/test_hull_gaps.py", "test_corners_before_a_half_space"),

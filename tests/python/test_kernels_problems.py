@@ -292,7 +292,8 @@ def test_answers_of_springs_are_their_stiffness():
     target = solve(q)
     nudged = np.stack([columns(solve(q + np.eye(c)[k] * nudges[k][:, None])) for k in range(c)])
     answer, known = np.full((n, c, c), np.nan), np.full((n, c), np.nan)
-    kernel("cairn_contact_responses")(n, c, contacts, blocks, columns(r), columns(target), nudged, nudges, answer, known)
+    blocks_of = (blocks, columns(r), columns(target), nudged, nudges, answer, known)
+    kernel("cairn_contact_responses")(n, c, contacts, 2.0**-20, *blocks_of)
     for i in range(contacts):
         # to the proximal share of 2^-20 and what differences leave
         np.testing.assert_allclose(
@@ -311,7 +312,7 @@ def test_answers_of_springs_are_their_stiffness():
     nudged = np.stack([columns(make(q + np.eye(2)[k] * 2.0**-16)) for k in range(2)])
     answer, known, r = np.empty((2, 2, 2)), np.empty((2, 2)), np.zeros((2, 2))
     args = (np.ascontiguousarray(w.transpose(2, 1, 0)), columns(r), columns(make(q)), nudged, nudges, answer, known)
-    kernel("cairn_contact_responses")(2, 2, 2, *args)
+    kernel("cairn_contact_responses")(2, 2, 2, 2.0**-20, *args)
     np.testing.assert_allclose(answer[0], np.diag([2.0**20 / 2, 2.0**20 / 3]), rtol=1e-4)
     np.testing.assert_allclose(answer[1], np.diag([2.0**20 / 2, 0]), rtol=1e-4, atol=1e-12)
     np.testing.assert_allclose(known, [[2.0**19, -(2.0**20) / 6], [2.0**19, 0]], rtol=1e-4)

@@ -197,3 +197,72 @@ def wall(law, h, solver):
     scene.add(cn.disks(places[left], r, stone, driven=("vx", "vy", "w")), cn.disks(places[~left], r, stone))
     scene.interact(stone, stone, law)
     return cn.Simulation(scene, dt=h, strategy=cn.NSCD(theta=0.6, solver=solver))
+
+
+@pytest.mark.parametrize("ratio", [1e3, 1e6, 1e9, 1e12])
+@pytest.mark.parametrize("solver", [cn.Auto(), cn.NLGS()], ids=["auto", "nlgs"])
+def test_a_heavy_end_of_a_bonded_bar_stands_or_its_steps_are_not_called_converged(ratio, solver):
+    """The error of the whole is one of energies, of which light disks that fall under a heavy one have no share."""
+    r = 0.01
+    places = 2 * r * np.array([[i, j] for i in range(8) for j in range(4)], float)
+    stone, heavy = cn.Material("stone", density=2500.0), cn.Material("heavy", density=2500.0 * ratio)
+    left, last = places[:, 0] < r, (places[:, 0] > 13 * r) & (places[:, 1] < r)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks(places[left], r, stone, driven=("vx", "vy", "w")), cn.disks(places[~left & ~last], r, stone),
+              cn.disks(places[last], r, heavy))  # fmt: skip
+    scene.interact("*", "*", cn.Bonded(mu=0.3))
+    sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(solver=solver), overlap="ignore")
+    free, converged = 9.81 * 1e-3, []
+    for _ in range(10):
+        info = sim.step()
+        converged.append(info["status"] == "converged")
+        if converged[-1] and all(converged):  # the error of one step is the start of the next
+            assert np.abs(sim.bodies.velocity[-1, :2]).max() < 0.01 * free
+            assert np.abs(sim.bodies.velocity[:, :2]).max() < 0.1 * free
+        assert not converged[-1] or info["light_error"] <= 1e-4
+    if isinstance(solver, cn.Auto):
+        assert sum(converged) == (10 if ratio <= 1e9 else 0)
+
+
+@pytest.mark.parametrize("origin", [0.0, 1e6, 1e9])
+def test_disks_that_touch_bond_wherever_they_are(origin):
+    """Far from the origin gaps of disks that touch are as large as the rounding of places."""
+    r = 0.01
+    places = 2 * r * np.array([[i, j] for i in range(8) for j in range(4)], float)
+    stone, left = cn.Material("stone", density=2500.0), places[:, 0] < r
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks(places[left] + origin, r, stone, driven=("vx", "vy", "w")), cn.disks(places[~left] + origin, r, stone))
+    scene.interact("*", "*", cn.Bonded(mu=0.3))
+    sim = cn.Simulation(scene, dt=1e-3)
+    for _ in range(10):
+        assert sim.step()["status"] == "converged"
+    assert (sim.contacts.status == 3).all() and len(sim.contacts) == 49
+    assert np.abs(sim.bodies.velocity).max() < 0.1 * 9.81 * 1e-3
+
+
+def test_the_error_of_light_bodies_under_bonds_is_that_by_hand():
+    """After three sweeps: by how fast each bond breaks its law, in the norm of its block, over the change of its lighter body."""
+    r, g, h = 0.01, 9.81, 1e-3
+    places = 2 * r * np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]])
+    rho = np.array([2500.0, 2500.0, 2500.0, 2.5e6])
+    scene = cn.Scene(dim=2, gravity=(0.0, -g))
+    for k, driven in enumerate([("vx", "vy", "w"), (), (), ()]):
+        scene.add(cn.disks(places[k : k + 1], r, cn.Material(f"m{k}", density=rho[k]), driven=driven))
+    scene.interact("*", "*", cn.Bonded())
+    sim = cn.Simulation(scene, dt=h, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-12, max_iter=3)))
+    info = sim.step()
+    assert info["status"] == "iteration_limit" and info["contacts"] == 3
+    v, mass = sim.bodies.velocity, rho * np.pi * r**2
+    inertia = mass * r**2 / 2
+    inverse, inverse_inertia = np.r_[0, 1 / mass[1:]], np.r_[0, 1 / inertia[1:]]
+    change = np.hypot(v[1:, 0], v[1:, 1] + g * h)
+    mean = np.sqrt((mass[1:] * change**2).sum() / mass[1:].sum())
+    found = 0.0
+    for a, b in ((0, 1), (1, 2), (2, 3)):
+        u = np.array([v[b, 0] - v[a, 0], v[b, 1] - v[a, 1] - r * (v[a, 2] + v[b, 2]), v[b, 2] - v[a, 2]])
+        arms = inverse[a] + inverse[b]
+        w = np.array([arms, arms + r**2 * (inverse_inertia[a] + inverse_inertia[b]), inverse_inertia[a] + inverse_inertia[b]])
+        lighter = max((inverse[k], -k) for k in (a, b))
+        found = max(found, np.sqrt(w[0] * (u**2 / w).sum()) / max(change[-lighter[1] - 1], mean))
+    assert found > 1e-3
+    assert info["light_error"] == pytest.approx(found, rel=1e-9)

@@ -260,6 +260,7 @@ void cairn_delassus(const cairn_schedule* schedule, int32_t batch, int32_t threa
 void cairn_contact_work(const cairn_schedule* schedule, double* sums);
 void cairn_contact_scale(const cairn_schedule* schedule, double* sums);
 void cairn_contact_error(const cairn_schedule* schedule, int32_t want_status, double least_scale, double* sums);
+void cairn_law_misses(const cairn_schedule* schedule, int32_t batch, double* missed);
 
 /* The textbook's sweep, one contact after the other: what batches are checked against and timed by. */
 void cairn_plain_sweep2(int64_t n, const int32_t* body, const double* normal, const double* lever, const double* mu,
@@ -340,7 +341,7 @@ void cairn_newton_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, 
                               int64_t blocks, double* matrix);
 void cairn_contact_nudges(int32_t n, int32_t c, int32_t axes, const double* w, const double* q, const double* r,
                           double speed, double* nudges);
-void cairn_contact_responses(int32_t n, int32_t c, int32_t contacts, const double* w, const double* r,
+void cairn_contact_responses(int32_t n, int32_t c, int32_t contacts, double proximal, const double* w, const double* r,
                              const double* target, const double* nudged, const double* nudges, double* answer,
                              double* known);
 void cairn_newton_body_step(int32_t dim, int64_t n, const double* answer, const double* known, const double* change,

@@ -14,7 +14,7 @@ module contact_error
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
-  public :: cairn_contact_scale, cairn_contact_error
+  public :: cairn_contact_scale, cairn_contact_error, cairn_law_misses
   integer, parameter :: sums_size = 6
 contains
 
@@ -35,6 +35,40 @@ contains
     !< largest (distance outside the cone/|r|)^2, unused
     call all_batches(schedule, 2 + want_status, least_scale, sums)
   end subroutine cairn_contact_error
+
+  !> Of each contact of one batch whose law has its own local solution: |F|^2/rho.
+  subroutine cairn_law_misses(schedule, batch, missed) bind(c)
+    type(cairn_schedule), intent(in) :: schedule    !< see cairn/core.h; records hold the velocity that the impulses leave
+    integer(c_int32_t), value        :: batch       !< from 0
+    real(c_double), intent(out)      :: missed(*)   !< per contact, dummies too [J]
+    type(schedule_view) :: s
+    type(contact_columns) :: at
+    real(c_double), pointer, contiguous :: rho(:), f(:), weight(:)
+    integer(c_int32_t) :: found(max_batch)
+    integer :: n, c
+    call open_schedule(schedule, s)
+    call find_columns(s%batch(batch + 1), s%side, s%record, s%general, .true., s%work(:, 1), at)
+    n = at%n
+    c = at%c
+    f => at%free(1:c*n)
+    weight => at%free(c*n + 1:2*c*n)
+    call c_f_pointer(s%batch(batch + 1)%rho, rho, [n])
+    call law_residual_of(s%batch(batch + 1), n, c, .true., rho, at, f, weight, found)
+    call energies(n, c, weight, f, missed)
+  end subroutine cairn_law_misses
+
+  pure subroutine energies(n, c, weight, f, energy)
+    integer, value              :: n            !< contacts
+    integer, value              :: c            !< components
+    real(c_double), intent(in)  :: weight(n, c) !< [1/kg]
+    real(c_double), intent(in)  :: f(n, c)      !< [N s]
+    real(c_double), intent(out) :: energy(n)    !< weight f^2 [J]
+    integer :: k
+    energy = 0
+    do k = 1, c
+      energy = energy + weight(:, k)*f(:, k)**2
+    end do
+  end subroutine energies
 
   subroutine all_batches(schedule, what, least_scale, sums)
     type(cairn_schedule), intent(in) :: schedule
@@ -92,7 +126,7 @@ contains
     call cone_status(n, axes, at%mu, at%r, status)
   end subroutine one_batch
 
-  !> Contacts of a law with its own local solution: the law says how far they are from it, or it is solved once more.
+  !> Contacts of a law with its own local solution.
   subroutine law_batch(batch, n, c, what, least_scale, rho, scale, at, sums)
     type(cairn_batch), intent(in)   :: batch
     integer, value                  :: n        !< contacts
@@ -103,16 +137,39 @@ contains
     real(c_double), intent(inout)   :: scale(n) !< |F(0)|^2 [J]
     type(contact_columns), intent(in) :: at     !< velocities, impulses, workspace
     real(c_double), intent(inout)   :: sums(sums_size)
-    real(c_double), pointer, contiguous :: delassus(:), bias(:), params(:), state(:), f(:), weight(:), r(:), b(:)
+    real(c_double), pointer, contiguous :: f(:), weight(:)
     integer(c_int32_t), pointer, contiguous :: status(:)
+    integer(c_int32_t) :: found(max_batch)
+    f => at%free(1:c*n)
+    weight => at%free(c*n + 1:2*c*n)
+    call law_residual_of(batch, n, c, what > 1, rho, at, f, weight, found)
+    if (what == 1) then
+      call keep_scale(n, c, weight, f, scale, sums)
+      return
+    end if
+    call add_up(n, c, least_scale, weight, scale, at%r, f, at%u, sums)
+    if (what < 3) return
+    call c_f_pointer(batch%status, status, [n])
+    status = found(1:n)
+  end subroutine law_batch
+
+  !> The law says how far its contacts are from it, or they are solved once more.
+  subroutine law_residual_of(batch, n, c, loaded, rho, at, f, weight, found)
+    type(cairn_batch), intent(in)   :: batch
+    integer, value                  :: n        !< contacts
+    integer, value                  :: c        !< components
+    logical, value                  :: loaded   !< by the impulses, or by none
+    real(c_double), intent(in)      :: rho(n)   !< 1/W_NN [kg]
+    type(contact_columns), intent(in) :: at     !< velocities, impulses, workspace, of which f and weight are the first 2 c n
+    real(c_double), intent(inout)   :: f(n*c)      !< F [N s]
+    real(c_double), intent(inout)   :: weight(n*c) !< [1/kg]
+    integer(c_int32_t), intent(out) :: found(max_batch) !< status
+    real(c_double), pointer, contiguous :: delassus(:), bias(:), params(:), state(:), r(:), b(:)
     type(cairn_law_context), pointer :: context
     procedure(law_residual), pointer :: residual
     procedure(law_solve), pointer :: solve
-    integer(c_int32_t) :: found(max_batch)
     integer :: some
     some = c*n
-    f => at%free(1:some)
-    weight => at%free(some + 1:2*some)
     r => at%free(2*some + 1:3*some)
     b => at%free(3*some + 1:4*some)
     call c_f_pointer(batch%delassus, delassus, [c*some])
@@ -120,7 +177,7 @@ contains
     call c_f_pointer(batch%params, params, [n])
     state => at%free(:0) ! a law without state is handed an array of nothing
     if (c_associated(batch%state)) call c_f_pointer(batch%state, state, [n])
-    call keep(some, what > 1, at%r, r)
+    call keep(some, loaded, at%r, r)
     call keep(some, .true., bias, b)
     call repeat_last(n, c, batch%contacts, at%u, r, b)
     if (c_associated(batch%residual)) then
@@ -132,15 +189,7 @@ contains
       call solve_again(n, c, solve, rho, delassus, at%u, b, r, params, state, at%r, f, weight, found)
     end if
     call clear_dummies(n, c, batch%contacts, f)
-    if (what == 1) then
-      call keep_scale(n, c, weight, f, scale, sums)
-      return
-    end if
-    call add_up(n, c, least_scale, weight, scale, at%r, f, at%u, sums)
-    if (what < 3) return
-    call c_f_pointer(batch%status, status, [n])
-    status = found(1:n)
-  end subroutine law_batch
+  end subroutine law_residual_of
 
   !> As a procedure of its own, so that the compiler makes no copy of what pointers may share.
   pure subroutine keep(n, whole, from, to)

@@ -11,7 +11,6 @@ module contact_responses
   integer, parameter :: most = 6
   real(c_double), parameter :: nudge = 2.0_c_double**(-16)  !< share of the velocities at hand by which q is changed
   real(c_double), parameter :: least = 2.0_c_double**(-10)  !< of the largest velocity of the step, of what rests
-  real(c_double), parameter :: proximal = 2.0_c_double**(-20) !< by which 1 is more
   real(c_double), parameter :: skew = 0.25_c_double !< share of an answer that is not symmetric, beyond which it is a cone's
 contains
 
@@ -44,10 +43,12 @@ contains
 
   !> Answers of contacts, symmetric and not negative, so that the matrix of bodies is positive definite. What slides answers along
   !> its normal alone; what softens, as if it did not.
-  subroutine cairn_contact_responses(n, c, contacts, w, r, target, nudged, nudges, answer, known) bind(c)
+  subroutine cairn_contact_responses(n, c, contacts, proximal, w, r, target, nudged, nudges, answer, known) &
+    bind(c)
     integer(c_int32_t), value   :: n               !< contacts, dummies included
     integer(c_int32_t), value   :: c               !< components
     integer(c_int32_t), value   :: contacts        !< that are not dummies
+    real(c_double), value       :: proximal        !< by which 1 is more
     real(c_double), intent(in)  :: w(n, c, c)      !< Delassus blocks [1/kg]
     real(c_double), intent(in)  :: r(n, c)         !< impulse [N s]
     real(c_double), intent(in)  :: target(n, c)    !< that the law wants [N s]

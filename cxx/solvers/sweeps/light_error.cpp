@@ -73,6 +73,36 @@ double mass_ratio(const ContactBodies& bodies) {
   return range.ratio();
 }
 
+namespace {
+
+// By how fast each contact of a batch breaks Coulomb's law, and the size of its impulse.
+void cone_breaks(int d, const cairn_schedule& schedule, std::size_t batch, const cairn_batch& b, double* speed,
+                 double* impulse) {
+  double u[6 * 128], flat_u[3 * 128], flat_r[3 * 128], mu[128], w_nn[128], broken[3 * 128];
+  cairn_relative_velocities(&schedule, std::int32_t(batch), 0, u);
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    mu[lane] = at(b, b.params, lane, 0);
+    w_nn[lane] = 1 / b.rho[lane];
+    for (int c = 0; c < d; ++c) {
+      flat_u[d * lane + c] = u[c * b.count + lane] + (b.pack && c > 0 ? 0 : at(b, b.bias, lane, c));
+      flat_r[d * lane + c] = at(b, b.r, lane, c);
+    }
+  }
+  cairn_law_breaks(d, b.contacts, mu, w_nn, flat_r, flat_u, broken);
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    speed[lane] = size(broken + d * lane, d);
+    impulse[lane] = size(flat_r + d * lane, d);
+  }
+}
+
+// The same of a law with a local solution of its own, by the impulse that it misses: rho times a velocity.
+void law_misses(const cairn_schedule& schedule, std::size_t batch, const cairn_batch& b, double* speed) {
+  cairn_law_misses(&schedule, std::int32_t(batch), speed);
+  for (int lane = 0; lane < b.contacts; ++lane) speed[lane] = std::sqrt(speed[lane] / b.rho[lane]);
+}
+
+} // namespace
+
 LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free) {
   const int d = system.dim, mass = d == 2 ? 3 : 6;
   LightSum sum;
@@ -86,28 +116,19 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
   };
   for (std::int64_t b = 0; b < system.bodies; ++b) sum.add_body(system.record[b].x[mass], change_square(b));
   sum.close_bodies();
-  double u[6 * 128], flat_u[3 * 128], flat_r[3 * 128], mu[128], w_nn[128], broken[3 * 128];
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
-    if (law_infos()[b.law].has_solve) continue;
-    cairn_relative_velocities(&schedule, std::int32_t(k), 0, u);
+    double speed[128], impulse[128];
+    const bool own = law_infos()[b.law].has_solve;
+    own ? law_misses(schedule, k, b, speed) : cone_breaks(d, schedule, k, b, speed, impulse);
     for (int lane = 0; lane < b.contacts; ++lane) {
-      mu[lane] = at(b, b.params, lane, 0);
-      w_nn[lane] = 1 / b.rho[lane];
-      for (int c = 0; c < d; ++c) {
-        flat_u[d * lane + c] = u[c * b.count + lane] + (b.pack && c > 0 ? 0 : at(b, b.bias, lane, c));
-        flat_r[d * lane + c] = at(b, b.r, lane, c);
-      }
-    }
-    cairn_law_breaks(d, b.contacts, mu, w_nn, flat_r, flat_u, broken);
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      const double speed = size(broken + d * lane, d);
-      if (!(speed > 0)) continue;
+      if (!(speed[lane] > 0)) continue;
       const auto side = [&](std::int32_t body, bool moves) -> LightSum::Side {
         if (!moves || body >= system.bodies) return {};
         return {system.record[body].x[mass], std::sqrt(change_square(body))};
       };
-      sum.add_contact(speed, size(flat_r + d * lane, d), side(b.body_a[lane], b.moves_a != 0 && !b.mapped_a),
+      // bonds in balance with each other press and pull by more than any load: what they would do is not asked
+      sum.add_contact(speed[lane], own ? 0 : impulse[lane], side(b.body_a[lane], b.moves_a != 0 && !b.mapped_a),
                       side(b.body_b[lane], b.moves_b != 0 && !b.mapped_b), system.candidate[b.first + lane]);
     }
   }

@@ -34,7 +34,7 @@ inline bool masses_differ(double ratio, bool has_newton) { return ratio > (has_n
 // on by as much as it weighs.
 inline double light_enough(double tolerance, double ratio) { return 0.1 * tolerance * std::min(1.0, 10 / ratio); }
 
-// Records hold the velocity that the impulses leave. Laws with a local solution of their own are left out.
+// Records hold the velocity that the impulses leave. Laws with a local solution of their own have no power.
 LightError measure_light(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 
 // Of a problem over bodies: r and u as the problem has them, bodies.velocity the change of velocity that r makes; unit

@@ -6,6 +6,7 @@
 
 #include "../../contacts/interaction_state.hpp"
 #include "contact_rows.hpp"
+#include "light_error.hpp"
 
 namespace cairn {
 
@@ -19,6 +20,10 @@ constexpr double stiffer = 0.25;
 constexpr std::int64_t most_dofs = 96; // of a condensed body, whose matrix is full
 
 double never() { return 0.5 * std::sqrt(std::numeric_limits<double>::max()); } // see singular_blocks.cpp
+
+// What is held fast answers by so many times its own block. Under heavy bodies that has to be more than their mass, and
+// costs digits.
+double proximal(double mass_ratio) { return std::clamp(0x1p-10 / mass_ratio, 0x1p-30, 0x1p-20); }
 
 SolidMemory& room(ContactSystem& system) {
   if (!system.solid) system.solid = std::make_shared<SolidMemory>();
@@ -41,7 +46,8 @@ std::string SolidCorrection::obstacle(const ContactSystem& system) {
 }
 
 SolidCorrection::SolidCorrection(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free)
-    : system_(system), schedule_(schedule), velocity_free_(velocity_free), memory_(room(system)) {
+    : system_(system), schedule_(schedule), velocity_free_(velocity_free), memory_(room(system)),
+      proximal_(proximal(mass_ratio(system))) {
   number_unknowns();
   if (!possible_ || unknowns_ == 0) {
     possible_ = false;
@@ -291,8 +297,8 @@ void SolidCorrection::linearise_batch(std::int32_t batch, double speed) {
                                        [](const Contact& x, std::int32_t y) { return x.batch < y; });
   first = std::size_t(begins - contacts_.begin());
   found_.resize(std::size_t(c) * std::size_t((c + 1) * n));
-  cairn_contact_responses(n, c, b.contacts, w_.data(), r_.data(), target_.data(), nudged_.data(), nudges_.data(),
-                          found_.data(), found_.data() + c * c * n);
+  cairn_contact_responses(n, c, b.contacts, proximal_, w_.data(), r_.data(), target_.data(), nudged_.data(),
+                          nudges_.data(), found_.data(), found_.data() + c * c * n);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const Contact& contact = contacts_[first + std::size_t(lane)];
     const bool moves = bias_[lane] < never();

@@ -55,6 +55,7 @@ private:
   const cairn_schedule& schedule_;
   const Velocities& velocity_free_;
   SolidMemory& memory_;
+  double proximal_;
   bool possible_ = true;
   std::int32_t unknowns_ = 0;
   std::vector<std::int32_t> rigid_, condensed_; // first unknown of each body, -1: none

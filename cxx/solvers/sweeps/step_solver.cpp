@@ -198,19 +198,23 @@ public:
     // What joints miss moves whole chains, where errors fall fast at first and then stand: what sweeps did counts, too.
     const bool again = failures_ == 0 && (options_.again == 2 || (options_.again == 1 && iterations * sweep >= pass));
     if (!again && !last && !(to_come * sweep >= passes * pass)) return false;
-    if (!solid_) {
-      schedule_ = system_.schedule(1);
-      solid_.emplace(system_, schedule_, velocity_free_);
-      given_up_ = !solid_->possible();
-    }
-    return !given_up_;
+    return possible();
   }
 
-  bool accepts(int, double) override { return true; }
+  // Under what is heavy the error of the whole does not see light bodies: passes go on to a smaller one, for their
+  // sake.
+  bool accepts(int, double light) override {
+    constexpr double margin = 0.25;
+    if (light <= options_.tolerance || given_up_ || refinements_ >= most_refinements || !possible()) return true;
+    finer_ *= margin * std::max(options_.tolerance / light, 0x1p-20);
+    ++refinements_;
+    return false;
+  }
 
   bool improve(const cairn_schedule&, double error, const std::function<double()>& measure) override {
     constexpr double fall = 4;
-    const int passes = solid_->improve(error * error, options_.tolerance * options_.tolerance, measure);
+    const double wanted = finer_ * options_.tolerance;
+    const int passes = solid_->improve(error * error, wanted * wanted, measure);
     const double now = std::sqrt(measure());
     // with short steps, whose inertia is more than the springs, sweeps find what is pressed and what is drawn sooner
     if (!(now <= options_.tolerance || now * fall <= error)) given_up_ = ++failures_ > 1;
@@ -227,6 +231,16 @@ public:
   int few_unknowns() const override { return ActiveSet::most_unknowns; }
 
 private:
+  bool possible() {
+    if (!solid_) {
+      schedule_ = system_.schedule(1);
+      solid_.emplace(system_, schedule_, velocity_free_);
+      given_up_ = !solid_->possible();
+    }
+    return !given_up_;
+  }
+
+  static constexpr int most_refinements = 16;
   ContactSystem& system_;
   const Velocities& velocity_free_;
   SolverOptions options_;
@@ -234,7 +248,8 @@ private:
   cairn_schedule schedule_{};
   std::optional<SolidCorrection> solid_;
   std::int64_t patience_ = options_.again == 2 ? 1 : 8; // sweeps
-  int failures_ = 0;
+  int failures_ = 0, refinements_ = 0;
+  double finer_ = 1; // share of the tolerance that passes aim at
   bool given_up_ = false;
 };
 
