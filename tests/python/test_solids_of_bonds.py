@@ -266,3 +266,31 @@ def test_the_error_of_light_bodies_under_bonds_is_that_by_hand():
         found = max(found, np.sqrt(w[0] * (u**2 / w).sum()) / max(change[-lighter[1] - 1], mean))
     assert found > 1e-3
     assert info["light_error"] == pytest.approx(found, rel=1e-9)
+
+
+def lattice(law, disks, solver):
+    """A step of .1 ms of a lattice under its weight, clamped on its left."""
+    r, rows = 0.01, round(np.sqrt(disks / 2))
+    places = np.array([[2 * r * (i + 0.5 * (j % 2)), np.sqrt(3) * r * j] for j in range(rows) for i in range(2 * rows)])
+    held, stone = places[:, 0] < 1.5 * r, cn.Material("stone", density=2500.0)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.disks(places[held], r, stone, driven=("vx", "vy", "w")), cn.disks(places[~held], r, stone))
+    scene.interact(stone, stone, law)
+    sim = cn.Simulation(scene, 1e-4, cn.NSCD(theta=0.6, solver=solver, threads=1), overlap="ignore")
+    info = sim.step()
+    assert info["status"] == "converged"
+    terms = sim.info["energy"]
+    assert abs(terms["closure"]) <= 1e-10 * terms["in_play"]
+    return info, sim.bodies.velocity.copy()
+
+
+@pytest.mark.parametrize("law, disks", [(LAWS[2], 1500), (LAWS[1], 3000)], ids=["MAL", "ParallelBond"])
+def test_short_steps_from_nothing_find_what_is_pressed_and_what_is_drawn(law, disks):
+    """Whole steps of Newton's method stray there; sweeps take thousands at 1e-4, ten thousands below: proximal points lead on."""
+    loose, _ = lattice(law, disks, cn.Auto(tol=1e-4, max_iter=20000))
+    tight, velocity = lattice(law, disks, cn.Auto(tol=1e-8, max_iter=20000))
+    for info in (loose, tight):
+        assert info["solver"] == "newton_over_bodies" and info["iterations"] < 400
+    if disks < 2000:
+        _, by_sweeps = lattice(law, disks, cn.NLGS(tol=1e-6, max_iter=200000))
+        np.testing.assert_allclose(velocity[:, :2], by_sweeps[:, :2], rtol=0, atol=1e-3 * np.abs(by_sweeps[:, :2]).max())

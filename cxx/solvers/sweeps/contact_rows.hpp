@@ -1,11 +1,15 @@
 // The matrix H' of a contact, side by side, and the masses of the bodies that it moves.
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "contact_system.hpp"
 
 namespace cairn {
 
+// Biases above it belong to contacts that nothing moves: see singular_blocks.cpp.
+inline double never() { return 0.5 * std::sqrt(std::numeric_limits<double>::max()); }
 // Whether a side of a batch is a rigid body that moves, or nodes of a condensed one.
 inline bool moves_rigid(const cairn_batch& b, int side) {
   return side ? b.moves_b != 0 && b.mapped_b == 0 : b.moves_a != 0 && b.mapped_a == 0;

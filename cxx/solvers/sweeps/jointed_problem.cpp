@@ -15,7 +15,6 @@ constexpr int p_lowest = 5, p_highest = 6, p_speed = 7, p_effort = 8, p_h = 16, 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 bool joins(const cairn_batch& b) { return law_infos()[std::size_t(b.law)].joins; }
-double never() { return 0.5 * std::sqrt(std::numeric_limits<double>::max()); } // see singular_blocks.cpp
 
 } // namespace
 

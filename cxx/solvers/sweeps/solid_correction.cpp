@@ -19,8 +19,6 @@ constexpr int most_components = 6, most_lanes = 128;
 constexpr double stiffer = 0.25;
 constexpr std::int64_t most_dofs = 96; // of a condensed body, whose matrix is full
 
-double never() { return 0.5 * std::sqrt(std::numeric_limits<double>::max()); } // see singular_blocks.cpp
-
 // What is held fast answers by so many times its own block. Under heavy bodies that has to be more than their mass, and
 // costs digits.
 double proximal(double mass_ratio) { return std::clamp(0x1p-10 / mass_ratio, 0x1p-30, 0x1p-20); }
@@ -227,8 +225,8 @@ int SolidCorrection::add_rope(const cairn_batch& b, int lane, int components, st
   return more;
 }
 
-// Blocks, velocities and impulses of a batch as its law has them.
-void SolidCorrection::open_batch(std::int32_t batch) {
+// Blocks, of which a share is taken, velocities and impulses of a batch as its law has them.
+void SolidCorrection::open_batch(std::int32_t batch, double share) {
   const cairn_batch& b = system_.batches[batch];
   const int n = b.count, c = b.components;
   cairn_delassus(&schedule_, batch, 0, w_.data(), w_true_.data(), u_.data());
@@ -242,7 +240,7 @@ void SolidCorrection::open_batch(std::int32_t batch) {
       if (b.compliance) q_[i] += b.compliance[i] * r_[i];     // which u does not have in it
       if (b.compliance) w_[k * c * n + i] += b.compliance[i]; // (lane, k, k)
     }
-  for (int i = 0; i < c * c * n; ++i) w_[i] *= stiffer;
+  for (int i = 0; i < c * c * n; ++i) w_[i] *= share;
   for (int l = 0; l < c; ++l)
     for (int k = 0; k < c; ++k)
       for (int lane = 0; lane < n; ++lane) q_[k * n + lane] -= w_[(l * c + k) * n + lane] * r_[l * n + lane];
@@ -256,7 +254,7 @@ double SolidCorrection::fastest() {
   double speed = 0;
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
     const cairn_batch& b = system_.batches[k];
-    open_batch(std::int32_t(k));
+    open_batch(std::int32_t(k), stiffer);
     for (int c = 0; c < std::min(system_.dim, b.components); ++c)
       for (int lane = 0; lane < b.contacts; ++lane)
         if (bias_[lane] < never()) speed = std::max(speed, std::abs(q_[c * b.count + lane]));
@@ -264,52 +262,65 @@ double SolidCorrection::fastest() {
   return speed;
 }
 
-void SolidCorrection::linearise() {
+void SolidCorrection::size_columns() {
   constexpr std::size_t lanes = most_lanes, c = most_components;
   for (std::vector<double>* columns : {&u_, &q_, &r_, &bias_, &target_, &nudges_, &told_, &found_})
     columns->resize(c * lanes);
   for (std::vector<double>* blocks : {&w_, &w_true_, &nudged_}) blocks->resize(c * c * lanes);
   params_.resize(lanes);
-  const double speed = fastest();
-  for (std::size_t k = 0; k < system_.batches.size(); ++k) linearise_batch(std::int32_t(k), speed);
 }
 
-void SolidCorrection::linearise_batch(std::int32_t batch, double speed) {
+void SolidCorrection::linearise() {
+  size_columns();
+  const double speed = fastest();
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    open_batch(std::int32_t(k), stiffer);
+    respond(std::int32_t(k), {w_.data(), q_.data(), r_.data(), bias_.data(), params_.data()}, speed, w_.data(),
+            proximal_);
+  }
+}
+
+// Impulses that the law of a batch wants.
+void SolidCorrection::ask(const cairn_batch& b, const Question& with, double* r) const {
+  const bool own = law_infos()[b.law].has_solve;
+  std::copy_n(with.begun, b.components * b.count, r);
+  (own                ? b.solve
+   : system_.dim == 2 ? cairn_cone_full2
+                      : cairn_cone_full3)(b.count, b.components, with.block, with.velocity, with.bias,
+                                          own ? b.params : with.params, b.state, r, nullptr);
+}
+
+// Answers of the contacts of a batch: of the law beside its block, or of both where the block is eliminated.
+void SolidCorrection::respond(std::int32_t batch, Question with, double speed, const double* eliminated,
+                              double proximal) {
   const cairn_batch& b = system_.batches[batch];
   const int n = b.count, c = b.components, d = system_.dim;
-  open_batch(batch);
-  cairn_law_solve* const cone = d == 2 ? cairn_cone_full2 : cairn_cone_full3;
-  const bool own = law_infos()[b.law].has_solve;
-  const auto solve = [&](double* r) {
-    std::copy_n(r_.data(), c * n, r);
-    (own ? b.solve : cone)(n, c, w_.data(), q_.data(), bias_.data(), own ? b.params : params_.data(), b.state, r,
-                           nullptr);
-  };
-  solve(target_.data());
-  cairn_contact_nudges(n, c, std::min(c, d), w_.data(), q_.data(), r_.data(), speed, nudges_.data());
+  ask(b, with, target_.data());
+  cairn_contact_nudges(n, c, std::min(c, d), with.block, with.velocity, with.begun, speed, nudges_.data());
+  const double* velocity = with.velocity;
+  std::copy_n(velocity, c * n, told_.data());
+  with.velocity = told_.data();
   for (int l = 0; l < c; ++l) {
-    for (int i = l * n; i < (l + 1) * n; ++i) told_[i] = q_[i], q_[i] += nudges_[i], nudges_[i] = q_[i] - told_[i];
-    solve(nudged_.data() + std::size_t(l) * std::size_t(c * n));
-    std::copy_n(&told_[l * n], n, &q_[l * n]);
+    for (int i = l * n; i < (l + 1) * n; ++i) told_[i] = velocity[i] + nudges_[i], nudges_[i] = told_[i] - velocity[i];
+    ask(b, with, nudged_.data() + std::size_t(l) * std::size_t(c * n));
+    std::copy_n(velocity + l * n, n, &told_[l * n]);
   }
-  std::size_t first = 0;
   const auto begins = std::lower_bound(contacts_.begin(), contacts_.end(), batch,
                                        [](const Contact& x, std::int32_t y) { return x.batch < y; });
-  first = std::size_t(begins - contacts_.begin());
+  const std::size_t first = std::size_t(begins - contacts_.begin());
   found_.resize(std::size_t(c) * std::size_t((c + 1) * n));
-  cairn_contact_responses(n, c, b.contacts, proximal_, w_.data(), r_.data(), target_.data(), nudged_.data(),
+  cairn_contact_responses(n, c, b.contacts, proximal, eliminated, with.begun, target_.data(), nudged_.data(),
                           nudges_.data(), found_.data(), found_.data() + c * c * n);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const Contact& contact = contacts_[first + std::size_t(lane)];
-    const bool moves = bias_[lane] < never();
+    const bool moves = with.bias[lane] < never();
     for (int k = 0; k < c * c; ++k) answer_[contact.answer + std::size_t(k)] = moves ? found_[c * c * lane + k] : 0;
     for (int k = 0; k < c; ++k) known_[contact.known + std::size_t(k)] = moves ? found_[c * c * n + c * lane + k] : 0;
   }
 }
 
-// A + H answer H' dv = H known
+// A + H answer H' dv = H known, to which the right side at hand is added.
 bool SolidCorrection::factor() {
-  std::fill(velocity_.begin(), velocity_.end(), 0.0);
   std::size_t to = contacts_begin_;
   std::int64_t clique = clique_start_[clique_start_.size() - 1 - contacts_.size()];
   double product[most_components * (2 * most_dofs)];
@@ -368,23 +379,26 @@ void SolidCorrection::refresh() {
   cairn_add_impulses(&schedule_);
 }
 
+// From the impulses of contacts, or back to them.
+void SolidCorrection::copy_impulses(bool back) {
+  for (const Contact& contact : contacts_)
+    for (int k = 0; k < contact.components; ++k) {
+      double &there = kept_[contact.known + std::size_t(k)],
+             &here = at(system_.batches[contact.batch], system_.batches[contact.batch].r, contact.lane, k);
+      (back ? here : there) = back ? there : here;
+    }
+}
+
 int SolidCorrection::improve(double error_square, double wanted_square, const std::function<double()>& measure) {
   constexpr int most = 12, patient = 3; // passes; those that may follow each other without a smaller error
-  const auto copy = [&](bool back) {
-    for (const Contact& contact : contacts_)
-      for (int k = 0; k < contact.components; ++k) {
-        double &there = kept_[contact.known + std::size_t(k)],
-               &here = at(system_.batches[contact.batch], system_.batches[contact.batch].r, contact.lane, k);
-        (back ? here : there) = back ? there : here;
-      }
-  };
   kept_.resize(known_.size());
-  copy(false);
+  copy_impulses(false);
   int best = 0, pass = 0;
   double now = error_square;
   // whole steps: which springs are drawn and which contacts pressed may take some of them to find, with larger errors
   while (pass < most && pass < best + patient && now > wanted_square) {
     linearise();
+    std::fill(velocity_.begin(), velocity_.end(), 0.0);
     if (!factor()) break;
     change_impulses();
     refresh();
@@ -394,12 +408,17 @@ int SolidCorrection::improve(double error_square, double wanted_square, const st
     if (!(now < error_square)) continue;
     error_square = now;
     best = pass;
-    copy(false);
+    copy_impulses(false);
   }
-  if (best < pass) {
-    copy(true);
+  const auto go_back = [&] {
+    copy_impulses(true);
     refresh();
     measure(); // for the report
+  };
+  if (best < pass) go_back();
+  if (error_square > wanted_square) {
+    if (const int more = improve_by_proximal_points(error_square, wanted_square, measure)) best = pass + more;
+    go_back();
   }
   return best;
 }

@@ -1,5 +1,8 @@
 // Newton's method over the bodies of a step whose laws have local solutions of their own: where bonds make a solid of
 // many bodies, sweeps carry an impulse from one body to the next alone, and factors of the whole carry it at once.
+// Whole steps end soon where most of what is pressed and what is drawn is known. Where it is not they stray, and
+// proximal points are found one after the other, each by steps that are cut where the energy along them begins to rise
+// (Rockafellar 1976; as for Coulomb's cones in ppa_newton.cpp).
 #pragma once
 #include <functional>
 #include <memory>
@@ -43,13 +46,37 @@ private:
   void place_contacts();
   int add_side(const cairn_batch& b, int lane, int side, int components);
   int add_rope(const cairn_batch& b, int lane, int components, std::size_t begin);
+  // What a law is asked with.
+  struct Question {
+    const double *block, *velocity, *begun, *bias, *params; // (n, c, c), (n, c), (n, c), (n, c), (n)
+  };
+  void size_columns();
   void linearise();
-  void linearise_batch(std::int32_t batch, double speed);
+  void ask(const cairn_batch& b, const Question& with, double* r) const;
+  void respond(std::int32_t batch, Question with, double speed, const double* eliminated, double proximal);
   double fastest();
-  void open_batch(std::int32_t batch);
+  void open_batch(std::int32_t batch, double share);
   bool factor();
   void change_impulses();
+  void copy_impulses(bool back);
   void refresh();
+
+  // See solid_proximal.cpp.
+  struct Proximal {
+    std::vector<std::size_t> first; // contact of each batch, dummies counted
+    std::vector<double> block, free, begun, moved, moving, bias,
+        params;                                   // columns of each batch, from its first contact on
+    std::vector<double> way, mass_way, mass_step; // of unknowns
+  };
+  int improve_by_proximal_points(double& error_square, double wanted_square, const std::function<double()>& measure);
+  int find_proximal_point(double share);
+  void begin_proximal(double share);
+  Question question(std::size_t batch, const double* velocity) const;
+  void linearise_proximal();
+  double slope(double step);
+  double step_length();
+  void velocities_of_contacts();
+  void mass_times(const std::vector<double>& x, std::vector<double>& y) const;
 
   ContactSystem& system_;
   const cairn_schedule& schedule_;
@@ -68,6 +95,7 @@ private:
   std::size_t contacts_begin_ = 0;    // in clique_matrix_
   std::vector<std::int64_t> entry_;   // place in the matrix of each entry of clique_matrix_; -1: above the diagonal
   std::vector<Contact> contacts_;
+  Proximal proximal_point_;
   std::vector<double> rows_, answer_, known_, velocity_, kept_;
   std::vector<double> w_, w_true_, u_, q_, r_, bias_, params_, target_, nudged_, nudges_, found_, told_; // of a batch
 };

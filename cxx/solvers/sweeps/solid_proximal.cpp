@@ -1,0 +1,185 @@
+// Proximal points: the step's problem with contacts that give way by a share of their own block, about impulses that it
+// had before. Such a problem has an energy of the bodies' velocities alone, whose slope along a step of Newton's method
+// says how far to go. The share falls while steps are whole, and impulses come to be those of the step's own problem.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../../contacts/interaction_state.hpp"
+#include "contact_rows.hpp"
+#include "solid_correction.hpp"
+
+namespace cairn {
+
+namespace {
+
+constexpr int most_components = 6;
+constexpr double level = 0.25; // slope at which a step ends, over that at which it begins
+
+} // namespace
+
+// From the velocities and impulses at hand.
+void SolidCorrection::begin_proximal(double share) {
+  Proximal& p = proximal_point_;
+  p.first.assign(1, 0);
+  for (const cairn_batch& b : system_.batches) p.first.push_back(p.first.back() + std::size_t(b.count));
+  const std::size_t all = most_components * p.first.back();
+  for (std::vector<double>* columns : {&p.free, &p.begun, &p.moved, &p.moving, &p.bias}) columns->assign(all, 0.0);
+  p.block.assign(most_components * all, 0.0);
+  p.params.assign(p.first.back(), 0.0);
+  for (std::vector<double>* unknowns : {&p.way, &p.mass_way, &p.mass_step}) unknowns->assign(velocity_.size(), 0.0);
+  size_columns();
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    const cairn_batch& b = system_.batches[k];
+    open_batch(std::int32_t(k), share);
+    const std::size_t n = std::size_t(b.count * b.components), at = most_components * p.first[k];
+    std::copy_n(q_.data(), n, &p.free[at]);
+    std::copy_n(r_.data(), n, &p.begun[at]);
+    std::copy_n(bias_.data(), n, &p.bias[at]);
+    std::copy_n(w_.data(), n * std::size_t(b.components), &p.block[most_components * at]);
+    std::copy_n(params_.data(), b.count, &p.params[p.first[k]]);
+  }
+}
+
+SolidCorrection::Question SolidCorrection::question(std::size_t batch, const double* velocity) const {
+  const Proximal& p = proximal_point_;
+  const std::size_t at = most_components * p.first[batch];
+  return {&p.block[most_components * at], velocity, &p.begun[at], &p.bias[at], &p.params[p.first[batch]]};
+}
+
+void SolidCorrection::linearise_proximal() {
+  const Proximal& p = proximal_point_;
+  const double speed = fastest();
+  std::vector<double>& none = w_true_;
+  std::fill(none.begin(), none.end(), 0.0);
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    const cairn_batch& b = system_.batches[k];
+    const std::size_t at = most_components * p.first[k];
+    for (std::size_t i = 0; i < std::size_t(b.components * b.count); ++i) q_[i] = p.free[at + i] + p.moved[at + i];
+    respond(std::int32_t(k), question(k, q_.data()), speed, none.data(), 0);
+  }
+}
+
+void SolidCorrection::mass_times(const std::vector<double>& x, std::vector<double>& y) const {
+  std::fill(y.begin(), y.end(), 0.0);
+  const double* matrix = clique_matrix_.data();
+  for (std::size_t c = 0; c + 1 + contacts_.size() < clique_start_.size(); ++c) {
+    const std::int32_t* unknown = &clique_[std::size_t(clique_start_[c])];
+    const std::int64_t m = clique_start_[c + 1] - clique_start_[c];
+    for (std::int64_t j = 0; j < m; ++j)
+      for (std::int64_t i = 0; i < m; ++i) y[std::size_t(unknown[i])] += matrix[m * j + i] * x[std::size_t(unknown[j])];
+    matrix += m * m;
+  }
+}
+
+// Of the step at hand.
+void SolidCorrection::velocities_of_contacts() {
+  Proximal& p = proximal_point_;
+  std::int64_t clique = clique_start_[clique_start_.size() - 1 - contacts_.size()];
+  for (const Contact& contact : contacts_) {
+    const std::size_t batch = std::size_t(contact.batch), c = std::size_t(contact.components);
+    const std::size_t n = std::size_t(system_.batches[batch].count);
+    double* u = &p.moving[most_components * p.first[batch] + std::size_t(contact.lane)];
+    for (std::size_t k = 0; k < c; ++k) u[k * n] = 0;
+    for (std::size_t j = 0; j < std::size_t(contact.unknowns); ++j) {
+      const double v = velocity_[std::size_t(clique_[std::size_t(clique) + j])];
+      for (std::size_t k = 0; k < c; ++k) u[k * n] += rows_[contact.rows + c * j + k] * v;
+    }
+    clique += contact.unknowns;
+  }
+  for (std::size_t k = 0; k < system_.batches.size(); ++k)
+    repeat_last(system_.batches[k], &p.moving[most_components * p.first[k]], system_.batches[k].components);
+}
+
+// Of the energy, at a share of the step at hand.
+double SolidCorrection::slope(double step) {
+  const Proximal& p = proximal_point_;
+  double sum = 0;
+  for (std::size_t k = 0; k < system_.batches.size(); ++k) {
+    const cairn_batch& b = system_.batches[k];
+    const std::size_t at = most_components * p.first[k], n = std::size_t(b.count);
+    for (std::size_t i = 0; i < n * std::size_t(b.components); ++i)
+      q_[i] = p.free[at + i] + p.moved[at + i] + step * p.moving[at + i];
+    ask(b, question(k, q_.data()), target_.data());
+    for (std::size_t c = 0; c < std::size_t(b.components); ++c)
+      for (std::size_t lane = 0; lane < std::size_t(b.contacts); ++lane)
+        if (p.bias[at + lane] < never())
+          sum -= p.moving[at + c * n + lane] * (target_[c * n + lane] - p.begun[at + c * n + lane]);
+  }
+  for (std::size_t i = 0; i < velocity_.size(); ++i) sum += velocity_[i] * (p.mass_way[i] + step * p.mass_step[i]);
+  return sum;
+}
+
+// 1, or where the slope of the energy is small, by false position.
+double SolidCorrection::step_length() {
+  constexpr int most = 12;
+  const double begin = slope(0), least = level * std::abs(begin);
+  double low = 0, high = 1, at_low = begin, at_high = slope(1);
+  if (!(at_high > least)) return 1;
+  double step = 1;
+  for (int look = 0; look < most; ++look) {
+    // every third one in the middle, as an end of a curve that bends may stay
+    step = look % 3 == 0 ? 0.5 * (low + high) : low - at_low * (high - low) / (at_high - at_low);
+    const double now = slope(step);
+    if (std::abs(now) <= least) break;
+    (now > 0 ? high : low) = step;
+    (now > 0 ? at_high : at_low) = now;
+  }
+  return step;
+}
+
+// Impulses of contacts at the proximal point, in balance with the velocities. Returns after how many passes; 0: not in
+// as many as are worth it.
+int SolidCorrection::find_proximal_point(double share) {
+  constexpr int most = 12;
+  Proximal& p = proximal_point_;
+  begin_proximal(share);
+  for (int pass = 1; pass <= most; ++pass) {
+    linearise_proximal();
+    mass_times(p.way, p.mass_way);
+    for (std::size_t i = 0; i < velocity_.size(); ++i) velocity_[i] = -p.mass_way[i];
+    if (!factor()) return 0;
+    velocities_of_contacts();
+    mass_times(velocity_, p.mass_step);
+    const double step = step_length();
+    if (!(step < 1)) {
+      change_impulses();
+      return pass;
+    }
+    for (std::size_t i = 0; i < p.way.size(); ++i) p.way[i] += step * velocity_[i];
+    for (std::size_t i = 0; i < p.moved.size(); ++i) p.moved[i] += step * p.moving[i];
+  }
+  return 0;
+}
+
+// The best impulses are kept. Returns how many passes led to them, 0: none did.
+int SolidCorrection::improve_by_proximal_points(double& error_square, double wanted_square,
+                                                const std::function<double()>& measure) {
+  constexpr int most = 48; // passes
+  constexpr double first = 0x1p-10, least = 0x1p-40;
+  double share = first;
+  int best = 0, failures = 0;
+  for (int passes = 0; passes < most && failures < 4;) {
+    const int found = find_proximal_point(share);
+    if (found == 0) {
+      ++failures;
+      passes += 12;
+      share = std::min(1.0, 16 * share);
+      continue;
+    }
+    passes += found;
+    refresh();
+    const double now = measure();
+    if (!std::isfinite(now)) break;
+    if (now < error_square) {
+      error_square = now;
+      best = passes;
+      copy_impulses(false);
+    }
+    if (now <= wanted_square) break;
+    share = std::clamp(share * (found == 1 ? 0.25 : found <= 3 ? 0.5 : found <= 5 ? 1 : 4), least, 1.0);
+  }
+  return best;
+}
+
+} // namespace cairn
