@@ -69,12 +69,12 @@ private:
     std::vector<double> way, mass_way, mass_step; // of unknowns
   };
   int improve_by_proximal_points(double& error_square, double wanted_square, const std::function<double()>& measure);
-  int find_proximal_point(double share);
+  int find_proximal_point(double share, int most);
   void begin_proximal(double share);
   Question question(std::size_t batch, const double* velocity) const;
   void linearise_proximal();
   double slope(double step);
-  double step_length();
+  double step_length(bool cut);
   void velocities_of_contacts();
   void mass_times(const std::vector<double>& x, std::vector<double>& y) const;
 

@@ -110,12 +110,13 @@ double SolidCorrection::slope(double step) {
   return sum;
 }
 
-// 1, or where the slope of the energy is small, by false position.
-double SolidCorrection::step_length() {
+// 1, or where the slope of the energy is small, by false position; 0 where a step may not be cut.
+double SolidCorrection::step_length(bool cut) {
   constexpr int most = 12;
   const double begin = slope(0), least = level * std::abs(begin);
   double low = 0, high = 1, at_low = begin, at_high = slope(1);
   if (!(at_high > least)) return 1;
+  if (!cut) return 0;
   double step = 1;
   for (int look = 0; look < most; ++look) {
     // every third one in the middle, as an end of a curve that bends may stay
@@ -130,8 +131,7 @@ double SolidCorrection::step_length() {
 
 // Impulses of contacts at the proximal point, in balance with the velocities. Returns after how many passes; 0: not in
 // as many as are worth it.
-int SolidCorrection::find_proximal_point(double share) {
-  constexpr int most = 12;
+int SolidCorrection::find_proximal_point(double share, int most) {
   Proximal& p = proximal_point_;
   begin_proximal(share);
   for (int pass = 1; pass <= most; ++pass) {
@@ -141,7 +141,7 @@ int SolidCorrection::find_proximal_point(double share) {
     if (!factor()) return 0;
     velocities_of_contacts();
     mass_times(velocity_, p.mass_step);
-    const double step = step_length();
+    const double step = step_length(pass < most);
     if (!(step < 1)) {
       change_impulses();
       return pass;
@@ -155,19 +155,21 @@ int SolidCorrection::find_proximal_point(double share) {
 // The best impulses are kept. Returns how many passes led to them, 0: none did.
 int SolidCorrection::improve_by_proximal_points(double& error_square, double wanted_square,
                                                 const std::function<double()>& measure) {
-  constexpr int most = 48; // passes
+  constexpr int most = 48, many = 12; // passes; for a point
   constexpr double first = 0x1p-10, least = 0x1p-40;
   double share = first;
-  int best = 0, failures = 0;
-  for (int passes = 0; passes < most && failures < 4;) {
-    const int found = find_proximal_point(share);
+  int best = 0, points = 0, failures = 0;
+  for (int passes = 0; passes < most;) {
+    // where not even the first one is found by a whole step, as where laws soften, the others are not worth it
+    const int found = find_proximal_point(share, points == 0 ? 1 : many);
     if (found == 0) {
-      ++failures;
-      passes += 12;
+      if (points == 0 || ++failures > 2) break;
+      passes += many;
       share = std::min(1.0, 16 * share);
       continue;
     }
     passes += found;
+    ++points;
     refresh();
     const double now = measure();
     if (!std::isfinite(now)) break;
