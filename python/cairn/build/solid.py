@@ -109,8 +109,9 @@ class SolidBody(ElasticBody):
         """Stresses and states of the cells, of their own: see _core.BulkModel."""
         return _core.BulkModel(self.dim, self.points.ravel(), self.blocks())
 
-    def tangent(self, displacement, model=None, h=1.0):
+    def tangent(self, displacement, model=None, h=np.inf):
         """Forces (n dofs) [N] and the values of the lower triangle of their derivative [N/m] at a displacement, energy [J].
+        h: the time in which it gets there [s], at rest an endless one; users' routines are told 1 s there.
         Raises ValueError naming the cell that is inside out or has no finite stress."""
         model = model or self.model()
         u = np.ascontiguousarray(displacement, float).ravel()
@@ -179,7 +180,7 @@ class SolidBody(ElasticBody):
             before = abs(step[free] @ right[free]) if turn else np.inf
             share = 1.0
             while True:
-                internal, _, wrong, *_ = model.evaluate(u + share * step, 1.0, 1.0)
+                internal, _, wrong, *_ = model.evaluate(u + share * step, np.inf, 1.0)
                 if wrong is None:
                     left = load - internal
                     size = max(size, np.abs(load).max(), np.abs(internal).max())
@@ -202,7 +203,7 @@ class SolidBody(ElasticBody):
     def stress(self, displacement, model=None):
         """True stress, mean of each cell, {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive."""
         model = model or self.model()
-        *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), 1.0, 1.0)
+        *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), np.inf, 1.0)
         if wrong is not None:
             raise ValueError(wrong)
         return by_kinds(self, model.stress())
