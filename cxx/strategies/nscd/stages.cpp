@@ -5,6 +5,7 @@
 
 #include "../../base/call.hpp"
 #include "../../base/stopwatch.hpp"
+#include "../../bodies/mesh_rates.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
 #include "nscd.hpp"
@@ -25,7 +26,8 @@ double Nscd::stable_step(Simulation& s) {
   const cairn_scheme scheme = settings.integrator.scheme(1); // none of its shares is of the step
   double least = std::numeric_limits<double>::infinity();
   for (MeshBody& mesh : s.meshes.meshes)
-    if (std::isfinite(scheme.largest)) least = std::min(least, scheme.largest / 2 * mesh.stable_step());
+    if (std::isfinite(scheme.largest))
+      least = std::min(least, scheme.largest / 2 * mesh.stable_step(rate_share(scheme)));
   return least;
 }
 
