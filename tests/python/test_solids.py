@@ -185,3 +185,59 @@ def test_a_dashpot_bears_nothing_at_rest(kinematics):
         found.append((u, body.stress(u)["quad"], body.C.toarray()))
     for elastic, viscous in zip(*found):
         np.testing.assert_allclose(viscous, elastic, rtol=1e-9, atol=1e-11 * np.abs(elastic).max())
+
+
+def blocks():
+    """A linear and a rubber body of the same cells."""
+    points, cells = box("quad", (2, 2), (1.0, 1.0))
+    groups = {"foot": np.flatnonzero(points[:, 1] == 0), "top": np.flatnonzero(points[:, 1] == 1)}
+    yield cn.ElasticBody(points, cells, young=1.0, poisson=0.3, density=1.0, groups=groups)
+    yield SolidBody(points, cells, RUBBER, density=1.0, groups=groups)
+
+
+def test_axes_that_are_none_are_told():
+    """A third axis in the plane would be the first one of the next node."""
+    skin = cn.Material("skin", density=1.0)
+    for body in blocks():
+        for axes, told in (("xyz", "along 'z': in 2D give x, y"), ("q", "along 'q'"), (True, "True: give axes, such as 'xy'")):
+            with pytest.raises(ValueError, match=f"fixed of 'foot' is {told}"):
+                body.solve(fixed={"foot": axes})
+            with pytest.raises(ValueError, match=f"fixed of 'foot' is {told}"):
+                scene = cn.Scene(dim=2)
+                scene.add(cn.deformable(body, skin, fixed={"foot": axes}))
+                cn.Simulation(scene, dt=1.0)
+        for field, value in (("drive", 1.0), ("displace", lambda t: t)):
+            with pytest.raises(ValueError, match=f"{field} of 'top' is along 'z': in 2D give x, y"):
+                cn.deformable(body, skin, **{field: {"top": {"z": value}}})
+
+
+def test_what_has_no_meaning_is_told():
+    skin = cn.Material("skin", density=1.0)
+    square, flat = box("quad", (1, 1), (1.0, 1.0))
+    cube, solid = box("hexahedron", (1, 1, 1), (1.0, 1.0, 1.0))
+    for plane in ("stress", "axisymmetric"):
+        with pytest.raises(ValueError, match=f"plane is '{plane}', and points are of space"):
+            SolidBody(cube, solid, RUBBER, plane=plane)
+    with pytest.raises(ValueError, match=r"node \d has the radius -0.5 m: give x >= 0"):
+        SolidBody(square - [0.5, 0.0], flat, RUBBER, plane="axisymmetric")
+    for rayleigh, told in (((1.0,), "give shape"), ((np.nan, 0.0), "finite"), ((-1.0, 0.0), "give a, b >= 0")):
+        for make in (lambda r: SolidBody(square, flat, RUBBER, rayleigh=r),
+                     lambda r: cn.ElasticBody(square, flat, young=1.0, poisson=0.3, density=1.0, rayleigh=r)):  # fmt: skip
+            with pytest.raises(ValueError, match=f"rayleigh.*{told}"):
+                make(rayleigh)
+    for body in blocks():
+        for field in ("velocity", "displacement"):
+            with pytest.raises(ValueError, match=rf"{field} has shape \(3,\): give \(2,\), or \(9, 2\) of the nodes"):
+                cn.deformable(body, skin, **{field: (1.0, 2.0, 3.0)})
+        scene = cn.Scene(dim=2)
+        scene.add(cn.deformable(body, skin, drive={"top": {"x": lambda t: np.nan}}))
+        with pytest.raises(ValueError, match="drive of 'top' is nan: give a finite number"):
+            cn.Simulation(scene, dt=1e-3).step()
+    with pytest.raises(ValueError, match="increments is 0: give a whole number >= 1"):
+        body.solve(fixed={"foot": "xy"}, increments=0)
+
+
+def test_a_body_that_nothing_holds_has_no_rest():
+    for body in blocks():
+        with pytest.raises(RuntimeError, match="no rest"):
+            body.solve(fixed={"foot": "x"}, force={"top": (0.0, -1e-3)})
