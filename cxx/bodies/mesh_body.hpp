@@ -125,7 +125,7 @@ public:
 
   double size() const { return size_; } // of a cell, about [m]
   // A step of central differences that is certain to be stable [s], see mesh_stability.cpp; what opposes velocities
-  // counts so many times, by rate_share of the integrator.
+  // counts so many times, by drag_bound of the integrator.
   double stable_step(double rate_share);
 
   // Velocities of nodes at the end of the step without contacts, from those in `nodes`; of a step's begin.

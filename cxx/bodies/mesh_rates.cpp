@@ -49,19 +49,26 @@ bool sees_rates(int dim, const BulkModel& whole) {
 
 } // namespace
 
-// Without stiffness a step multiplies the velocity and what is kept by A - c b d', where A of them is [1 velocity; 0
-// update], b = impulse [1; gain], and d = [1; damping_history] gives the velocity that drag is of: the step is at its
-// limit where -1 is an eigenvalue, 1/c = d' (A + 1)^-1 b. Drag at the end of the step has none.
-double rate_share(const cairn_scheme& scheme) {
-  constexpr int most = 1 + cairn_most_history;
-  if (scheme.damping > 0 || !std::isfinite(scheme.largest)) return 1;
-  const int n = 1 + scheme.histories;
-  double a[most][most + 1] = {};
+// A step of an oscillator multiplies place, velocity and what is kept by A - b (k e' + c d'): k is its stiffness, c its
+// drag, A the motion without both, b what a force does, and e and d give the place and the velocity that it is of. At
+// the limit -1 is an eigenvalue, k e'x + c d'x = 1 with (A + 1) x = b, and `largest` has its own reasons below that.
+// Drag at the end of the step has no such limit.
+DragBound drag_bound(const cairn_scheme& scheme) {
+  constexpr int most = 2 + cairn_most_history;
+  if (scheme.damping > 0 || !std::isfinite(scheme.largest)) return {};
+  const int n = 2 + scheme.histories;
+  double a[most][most + 1] = {}, place[most] = {1, scheme.elastic_velocity}, velocity[most] = {0, 1};
+  a[0][1] = scheme.h;
+  for (int k = 2; k < n; ++k) {
+    a[0][k] = scheme.position[k - 2] + scheme.h * scheme.share * scheme.velocity[k - 2];
+    a[1][k] = scheme.velocity[k - 2];
+    for (int j = 2; j < n; ++j) a[j][k] = scheme.update[cairn_most_history * (k - 2) + j - 2];
+    place[k] = scheme.elastic[k - 2];
+    velocity[k] = scheme.damping_history[k - 2];
+  }
   for (int j = 0; j < n; ++j) {
-    for (int k = 1; k < n; ++k)
-      a[j][k] = j == 0 ? scheme.velocity[k - 1] : scheme.update[cairn_most_history * (k - 1) + j - 1];
-    a[j][j] += j == 0 ? 2 : 1;
-    a[j][n] = scheme.impulse * (j == 0 ? 1 : scheme.gain[j - 1]);
+    a[j][j] += j < 2 ? 2 : 1;
+    a[j][n] = scheme.impulse * (j == 0 ? scheme.h * scheme.share : j == 1 ? 1 : scheme.gain[j - 2]);
   }
   for (int k = 0; k < n; ++k) { // Gauss's elimination
     int pivot = k;
@@ -73,9 +80,16 @@ double rate_share(const cairn_scheme& scheme) {
       for (int l = k; l <= n; ++l) a[j][l] -= share * a[k][l];
     }
   }
-  double inverse = a[0][n] / a[0][0]; // of the largest rate [s]
-  for (int k = 1; k < n; ++k) inverse += scheme.damping_history[k - 1] * a[k][n] / a[k][k];
-  return scheme.largest * inverse / scheme.h;
+  double of_place = 0, of_velocity = 0; // 1/k [s2], 1/c [s] at the limit
+  for (int k = 0; k < n; ++k) {
+    of_place += place[k] * a[k][n] / a[k][k];
+    of_velocity += velocity[k] * a[k][n] / a[k][k];
+  }
+  constexpr double rounding = 1e-12;
+  DragBound out{scheme.largest * std::sqrt(of_place) / scheme.h, 1};
+  if (std::abs(out.frequency - 1) < rounding) out.frequency = 1;
+  out.rate = scheme.largest * of_velocity / scheme.h / out.frequency;
+  return out;
 }
 
 std::vector<double> rate_values(const MeshModel& model) {

@@ -7,8 +7,11 @@ namespace cairn {
 // Values of the lower triangle of the damping matrix and of what materials add that see a rate of strain [N s/m].
 std::vector<double> rate_values(const MeshModel& model);
 
-// How many times the rate c of a drag counts for the step of an explicit integrator, beside a frequency, of what it
-// does for that of central differences.
-double rate_share(const cairn_scheme& scheme);
+// What bounds a damped step of an explicit integrator, in terms of central differences of h' = h 2 / largest without
+// damping, and of `frequency` h' where what opposes velocities counts `rate` times.
+struct DragBound {
+  double frequency = 1, rate = 1;
+};
+DragBound drag_bound(const cairn_scheme& scheme);
 
 } // namespace cairn

@@ -1,8 +1,8 @@
 // The limit of central differences on a mesh, h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega,
 // damped by xi. A bound of omega by elements gives a step that is certain to be stable. Beyond that Lanczos' method
 // tells from below what omega is, and factors of M - h/2 C - h^2/4 K, positive definite where h is stable, have the
-// last word. Explicit integrators beside central differences are stable for h^2 omega^2/L^2 + h c/d < 1, c what opposes
-// velocities: what c counts more for them is rate_share.
+// last word. Explicit integrators beside central differences are stable for h omega < L and h^2 omega^2/A + h c/d < 1,
+// c what opposes velocities: see drag_bound.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,6 +34,11 @@ double step_of(const FrequencyBound& bound, double rate_share) {
   const double rate = rate_share * bound.rate;
   if (!(bound.omega > 0)) return rate > 0 ? 2 / rate : infinity;
   return step_of(bound.omega, rate / (2 * bound.omega));
+}
+
+double step_of(const FrequencyBound& bound, const DragBound& drag) {
+  const double damped = step_of(bound, drag.rate) / drag.frequency;
+  return drag.frequency < 1 ? std::min(damped, step_of(bound, 0.0)) : damped;
 }
 
 } // namespace
@@ -124,18 +129,22 @@ double MeshBody::stable_step(double rate_share) {
 
 void MeshBody::check_step(const cairn_scheme& scheme) {
   constexpr double rounding = 1 + 0x1p-40;
-  const double h = scheme.h * 2 / scheme.largest, times = rate_share(scheme); // of central differences
+  const double h = scheme.h * 2 / scheme.largest; // of central differences
+  const DragBound drag = drag_bound(scheme);
   const auto allows = [&](const FrequencyBound& bound, double more) {
-    return bound.known() && h <= step_of(bound, times) * more;
+    return bound.known() && h <= step_of(bound, drag) * more;
   };
   if (allows(frequency_bound(false), 1)) return; // elements cost more
   const FrequencyBound bound = frequency_bound(true);
   if (allows(bound, 1) || (allows(bound, quick) && allows(frequency_bound(true, 1), rounding))) return;
   double xi = 0;
-  const double omega = frequency_estimate(&xi), limit = omega > 0 ? step_of(omega, times * xi) : infinity;
+  const double omega = frequency_estimate(&xi), limit = step_of(FrequencyBound{omega, 2 * omega * xi}, drag);
   constexpr double known = 1 + 1e-3; // as well as the frequency is
   // of operators there are no factors; what is too long without damping is too long with it
-  if (model.make_solver ? h <= limit * known : !(omega * h > 2 * known) && steady(h, times)) return;
+  if (model.make_solver ? h <= limit * known
+                        : !(omega * h > 2 * known) && steady(drag.frequency * h, drag.rate) &&
+                              (!(drag.frequency < 1) || steady(h, 0)))
+    return;
   char text[400];
   std::snprintf(
       text, sizeof text,
