@@ -162,7 +162,8 @@ def beams(
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
     both = np.asarray(inertia, float)
-    both = np.broadcast_to(both[..., None] if both.shape in ((), (n,)) and both.shape != (2,) else both, (n, 2))
+    one = both.shape == () or (both.shape == (n,) and (dim == 2 or n != 2))  # each has, in 3D two numbers are a pair
+    both = np.broadcast_to(both[..., None] if one else both, (n, 2))
     for column in both.T:
         _each("inertia", column, n)
     turn = _each("torsion", both.sum(axis=1) if torsion is None else torsion, n)
