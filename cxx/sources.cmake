@@ -25,6 +25,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_mortar_sides.cpp
   bodies/mesh_newton.cpp
   bodies/mesh_pressure.cpp
+  bodies/mesh_rates.cpp
   bodies/mesh_set.cpp
   bodies/mesh_sizes.cpp
   bodies/mesh_spin.cpp

@@ -36,7 +36,8 @@ contains
       stress(:, i) = matmul(c, strain(:, i)) + matmul(viscous, state(7:12, i))
       tangent(:, :, i) = c + viscous/(h*theta)
       energy(i) = 0.5_c_double*dot_product(strain(:, i), matmul(c, strain(:, i)))
-      dissipated(i) = h*dot_product(mean, matmul(viscous, mean))
+      dissipated(i) = 0 ! at rest, which is a step without end
+      if (h <= huge(h)) dissipated(i) = h*dot_product(mean, matmul(viscous, mean))
     end do
   end subroutine cairn_bulk_kelvin_voigt
 end module kelvin_voigt

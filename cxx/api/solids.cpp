@@ -61,9 +61,9 @@ int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, 
     if (m.linear())
       throw Error("the mesh '" + m.model.name +
                   "' is linear: give the forces of a pressure to cairn_simulation_load_mesh, or cells of a material");
-    if (nodes != dim && nodes != dim + 1)
-      throw Error("nodes of a side is " + std::to_string(nodes) + "; give " + std::to_string(dim) + " or " +
-                  std::to_string(dim + 1));
+    if (nodes != dim && nodes != dim + 1 && !(dim == 3 && (nodes == 6 || nodes == 8 || nodes == 9)))
+      throw Error("nodes of a side is " + std::to_string(nodes) + "; give " +
+                  (dim == 2 ? "2 or 3" : "3, 4, 6, 8 or 9"));
     for (std::int64_t i = 0; i < nodes * counted(n); ++i)
       if (node[i] < 0 || node[i] >= m.model.nodes())
         throw Error("node[" + std::to_string(i) + "] is " + std::to_string(node[i]) + "; the mesh has " +

@@ -11,6 +11,7 @@
 #include "../fe/elements.hpp"
 #include "../soe/lapack.hpp"
 #include "mesh_body.hpp"
+#include "mesh_rates.hpp"
 
 namespace cairn {
 
@@ -94,7 +95,8 @@ bool each_solid(const MeshModel& m, Use&& use) {
   std::vector<double> none(place.size(), 0.0), force(place.size()), value(pattern.row.size(), 0.0), stiffness;
   BulkModel apart(m.dim, std::move(place), std::move(cells));
   apart.fit(pattern);
-  if (const BulkResult found = apart.evaluate(none.data(), 1, 1, force.data(), value.data()); !found.ok()) return false;
+  if (const BulkResult found = apart.evaluate(none.data(), infinity, 1, force.data(), value.data()); !found.ok())
+    return false;
   std::size_t cell = 0;
   std::vector<std::int32_t> dof;
   for (const BulkCells& c : whole.cells())
@@ -221,7 +223,9 @@ FrequencyBound MeshBody::frequency_bound(bool by_elements, double slack) const {
   found.omega = std::sqrt(by_elements ? std::min(element_bound(mass, slack), by_rows) : by_rows);
   const double of_modes =
       model.mode_rates.empty() ? 0 : *std::max_element(model.mode_rates.begin(), model.mode_rates.end());
-  found.rate = damps_ ? row_bound(model.damping, mass) + of_modes : 0;
+  SparseMatrix rates = model.mass;
+  rates.value = rate_values(model);
+  found.rate = (rates.value.empty() ? 0 : row_bound(rates, mass)) + of_modes;
   return found;
 }
 

@@ -124,8 +124,9 @@ public:
   NewtonSeconds newton_seconds;
 
   double size() const { return size_; } // of a cell, about [m]
-  // A step of central differences that is certain to be stable [s], see mesh_stability.cpp.
-  double stable_step();
+  // A step of central differences that is certain to be stable [s], see mesh_stability.cpp; what opposes velocities
+  // counts so many times, by drag_bound of the integrator.
+  double stable_step(double rate_share);
 
   // Velocities of nodes at the end of the step without contacts, from those in `nodes`; of a step's begin.
   // Of a body whose stresses are a material's: Newton's method round the solution of contacts. free_velocity is its
@@ -226,7 +227,7 @@ private:
   double element_bound(const std::vector<double>& mass, double slack) const; // of omega^2 [1/s2]
   double row_bound(const SparseMatrix& a, const std::vector<double>& mass) const; // of eigenvalues of M^-1 A
   double frequency_estimate(double* xi) const;     // no more than the highest [1/s], and what damps it
-  bool steady(double h);                           // whether central differences of h [s] are stable, by factors
+  bool steady(double h, double rate_share);        // whether central differences of h [s] are stable, by factors
   void solve(double* b, std::int64_t columns = 1); // held dofs bring their given x
   std::unique_ptr<Soe> make_soe() const;
   SoeStatus factor(Soe& soe, const double* value);

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../fe/elements.hpp"
 #include "../soe/soe.hpp"
 
 namespace cairn {
 namespace {
 
-constexpr int widest = 4; // nodes of a side
+constexpr int widest = 9; // nodes of a side
 constexpr double pi = 3.14159265358979323846;
 
 struct Point { // of a Gauss rule on a side: shape functions, and their derivatives along it
@@ -32,7 +33,24 @@ int edge_points(int nodes, Point* out) {
   return 3;
 }
 
+// A face of second order is a flat element that is bent in space; its rule of integration is exact where it is flat.
+int bent_face_points(int nodes, Point* out) {
+  const auto all = element_infos();
+  const auto e =
+      std::find_if(all.begin(), all.end(), [&](const ElementInfo& i) { return i.dim == 2 && i.nodes == nodes; });
+  double at[2 * widest], weight[widest], slope[2 * widest];
+  e->rule(at, weight);
+  for (int g = 0; g < e->points; ++g) {
+    Point& p = out[g];
+    p.weight = weight[g];
+    e->shape(&at[2 * g], p.n, slope);
+    for (int a = 0; a < nodes; ++a) p.by[0][a] = slope[2 * a], p.by[1][a] = slope[2 * a + 1];
+  }
+  return e->points;
+}
+
 int face_points(int nodes, Point* out) {
+  if (nodes > 4) return bent_face_points(nodes, out);
   if (nodes == 3) { // the normal is one, and forces are a third each
     Point& p = out[0];
     p.weight = 0.5;

@@ -1,7 +1,8 @@
 // The limit of central differences on a mesh, h = (2/omega) (sqrt(1 + xi^2) - xi) at the highest frequency omega,
 // damped by xi. A bound of omega by elements gives a step that is certain to be stable. Beyond that Lanczos' method
 // tells from below what omega is, and factors of M - h/2 C - h^2/4 K, positive definite where h is stable, have the
-// last word.
+// last word. Explicit integrators beside central differences are stable for h omega < L and h^2 omega^2/A + h c/d < 1,
+// c what opposes velocities: see drag_bound.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +11,7 @@
 #include "../base/call.hpp"
 #include "../soe/lapack.hpp"
 #include "mesh_body.hpp"
+#include "mesh_rates.hpp"
 
 namespace cairn {
 
@@ -28,8 +30,15 @@ double largest_eigenvalue(std::vector<double> diagonal, std::vector<double> besi
 
 double step_of(double omega, double xi) { return 2 / omega * (std::sqrt(1 + xi * xi) - xi); }
 
-double step_of(const FrequencyBound& bound) {
-  return bound.omega > 0 ? step_of(bound.omega, bound.rate / (2 * bound.omega)) : infinity;
+double step_of(const FrequencyBound& bound, double rate_share) {
+  const double rate = rate_share * bound.rate;
+  if (!(bound.omega > 0)) return rate > 0 ? 2 / rate : infinity;
+  return step_of(bound.omega, rate / (2 * bound.omega));
+}
+
+double step_of(const FrequencyBound& bound, const DragBound& drag) {
+  const double damped = step_of(bound, drag.rate) / drag.frequency;
+  return drag.frequency < 1 ? std::min(damped, step_of(bound, 0.0)) : damped;
 }
 
 } // namespace
@@ -81,31 +90,39 @@ double MeshBody::frequency_estimate(double* xi) const {
   // The mode itself is not made: the stiffest direction, brought to its frequency, gives a rate that is no less.
   const auto stiffest = std::max_element(a.begin(), a.end()) - a.begin();
   damping_times(q[stiffest].data(), y.data());
+  if (model.bulk) {
+    SparseMatrix rates = model.mass;
+    rates.value = rate_values(model);
+    for (std::size_t e = 0; e < rates.value.size(); ++e) rates.value[e] -= model.damping.value[e];
+    multiply(rates, q[stiffest].data(), w.data());
+    for (std::int64_t i = 0; i < n; ++i) y[i] += w[i];
+  }
   const double omega = std::sqrt(square);
   *xi = inner(q[stiffest].data(), y.data()) * (square / a[stiffest]) / (2 * omega);
   return omega;
 }
 
-bool MeshBody::steady(double h) {
+bool MeshBody::steady(double h, double rate_share) {
+  const std::vector<double> rate = rate_values(model);
   std::vector<double> value(model.mass.value.size());
   for (std::size_t e = 0; e < value.size(); ++e)
-    value[e] = model.mass.value[e] - h / 2 * model.damping.value[e] - h * h / 4 * model.stiffness.value[e];
+    value[e] = model.mass.value[e] - h / 2 * rate_share * rate[e] - h * h / 4 * model.stiffness.value[e];
   const std::unique_ptr<Soe> soe = make_soe();
   if (!factor(*soe, value.data())) return false;
-  return model.mode_rates.empty() || steady_with_modes(*soe, h);
+  return model.mode_rates.empty() || steady_with_modes(*soe, rate_share * h);
 }
 
-double MeshBody::stable_step() {
-  if (const FrequencyBound bound = frequency_bound(true); bound.known()) return step_of(bound);
+double MeshBody::stable_step(double rate_share) {
+  if (const FrequencyBound bound = frequency_bound(true); bound.known()) return step_of(bound, rate_share);
   double xi = 0;
   const double omega = frequency_estimate(&xi);
   if (!(omega > 0)) return infinity;
-  double h = step_of(omega, xi);
+  double h = step_of(omega, rate_share * xi);
   constexpr int passes = 20;
   double share = 1e-3; // by which the estimate may be too long
   for (int pass = 0; pass < passes && !model.make_solver; ++pass, share = std::min(2 * share, 0.5)) {
     h *= 1 - share;
-    if (steady(h)) break;
+    if (steady(h, rate_share)) break;
   }
   return h;
 }
@@ -113,17 +130,21 @@ double MeshBody::stable_step() {
 void MeshBody::check_step(const cairn_scheme& scheme) {
   constexpr double rounding = 1 + 0x1p-40;
   const double h = scheme.h * 2 / scheme.largest; // of central differences
+  const DragBound drag = drag_bound(scheme);
   const auto allows = [&](const FrequencyBound& bound, double more) {
-    return bound.known() && h <= step_of(bound) * more;
+    return bound.known() && h <= step_of(bound, drag) * more;
   };
   if (allows(frequency_bound(false), 1)) return; // elements cost more
   const FrequencyBound bound = frequency_bound(true);
   if (allows(bound, 1) || (allows(bound, quick) && allows(frequency_bound(true, 1), rounding))) return;
   double xi = 0;
-  const double omega = frequency_estimate(&xi), limit = omega > 0 ? step_of(omega, xi) : infinity;
+  const double omega = frequency_estimate(&xi), limit = step_of(FrequencyBound{omega, 2 * omega * xi}, drag);
   constexpr double known = 1 + 1e-3; // as well as the frequency is
   // of operators there are no factors; what is too long without damping is too long with it
-  if (model.make_solver ? h <= limit * known : !(omega * h > 2 * known) && steady(h)) return;
+  if (model.make_solver ? h <= limit * known
+                        : !(omega * h > 2 * known) && steady(drag.frequency * h, drag.rate) &&
+                              (!(drag.frequency < 1) || steady(h, 0)))
+    return;
   char text[400];
   std::snprintf(
       text, sizeof text,

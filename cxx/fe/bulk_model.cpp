@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "../base/call.hpp"
 #include "bulk_work.hpp"
@@ -187,6 +188,39 @@ void BulkModel::law_at_points(std::size_t block, std::int64_t first, std::int64_
                             w.tangent.data());
 }
 
+namespace {
+
+// Strains across the thickness go where Newton's method has led from those before, or, where that leaves what lies
+// between a pressed and a pulled one, or takes long, to the middle of these: laws whose slope leaps at yield would send
+// it to and fro.
+void keep_between(int pass, std::int64_t points, const double* stress, double* strain, BulkAcross& a) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  constexpr int quick = 10;
+  for (std::int64_t p = 0; p < points; ++p) {
+    double &now = strain[9 * p], &low = a.pressed[std::size_t(p)], &high = a.pulled[std::size_t(p)];
+    const double before = a.before[std::size_t(p)];
+    if (pass == 0) low = -infinity, high = infinity;
+    if (!(now < before || now > before)) continue;
+    const bool thicker = stress[9 * p] < 0;
+    (thicker ? low : high) = before;
+    if (!std::isfinite(low) || !std::isfinite(high)) { // twice or half as thick where the slope leads the other way
+      if (thicker ? now < before : now > before) now = thicker ? 2 * before + 1 : 0.5 * (before - 1);
+      continue;
+    }
+    if (!(now > low && now < high) || (pass > quick && pass % 2 == 0)) now = low + 0.5 * (high - low);
+  }
+}
+
+// Stresses across, of points and of their slopes, that the rounding of the thickness makes are none: laws of F have no
+// smaller ones where strains are small.
+void drop_rounding(std::int64_t points, const double* tangent, const double* strain, double* stress) {
+  constexpr double few = 16 * std::numeric_limits<double>::epsilon();
+  for (std::int64_t p = 0; p < points; ++p)
+    if (std::abs(stress[9 * p]) <= few * std::abs(tangent[81 * p]) * (1 + std::abs(strain[9 * p]))) stress[9 * p] = 0;
+}
+
+} // namespace
+
 // The same, where no stress acts across the thickness of plane stress: the strain there is sought by the tangent.
 void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta,
                                    bool want, Work& w) {
@@ -199,11 +233,14 @@ void BulkModel::material_at_points(std::size_t block, std::int64_t first, std::i
   if (flat && cells_[block].material->umat) start_from_thickness(block, first, n, w);
   law_at_points(block, first, n, h, theta, want || flat, w);
   if (!flat) return;
-  constexpr int most = 40;
+  constexpr int most = 40, soon = 6; // passes, and those in which Newton's method ends where numbers let it
   for (int pass = 0; pass < most; ++pass) {
     std::int64_t left = 0;
+    for (std::int64_t p = 0; p < points; ++p) w.across.before[std::size_t(p)] = w.h_bar[std::size_t(9 * p + 8)];
+    if (pass >= soon) drop_rounding(points, w.tangent.data() + 80, w.h_bar.data() + 8, w.piola.data() + 8);
     cairn_thickness_strain(points, w.piola.data(), w.tangent.data(), w.h_bar.data(), &left);
     if (left == 0) return;
+    keep_between(pass, points, w.piola.data() + 8, w.h_bar.data() + 8, w.across);
     law_at_points(block, first, n, h, theta, true, w);
   }
   for (std::int64_t p = 0; p < points; ++p)

@@ -19,13 +19,19 @@ inline std::int32_t mean_of(const BulkCells& c) {
   return (c.kinematics == Kinematics::small ? 1 : 2) + (linear_dilatation(c) ? 2 : 0);
 }
 
+// Of points, strains across the thickness: of the pass before, and those between which none has a stress.
+struct BulkAcross {
+  Array<double> before, pressed, pulled;
+};
+
 struct BulkModel::Work {
   Array<double> x, u, d, hoop, h, h_bar, volume, piola, tangent, strain, stress, moduli, energy, dissipated, length,
       state, swelling;
   Array<double> share;                                // of a linear dilatation
   Array<double> begin, end, energy_begin, energy_end; // of stresses by energy: F - 1 at both ends of the step
   Array<double> place, before, rotation;              // of users' routines: points, F - 1 at the begin, of the step
-  Array<double> apart;                                // F - 1 while the law sees that of its stretch at the start
+  BulkAcross across;
+  Array<double> apart; // F - 1 while the law sees that of its stretch at the start
   Array<std::int32_t> status;
   void resize(int dim, const ElementInfo& e, int states, bool linear) {
     const std::size_t n = bulk_tile, points = n * e.bulk_points, nodes = std::size_t(e.nodes);
@@ -39,7 +45,9 @@ struct BulkModel::Work {
     most(strain, 6 * points);
     most(stress, 6 * points);
     most(moduli, 36 * points);
-    for (Array<double>* a : {&volume, &energy, &dissipated, &length, &swelling}) most(*a, points);
+    for (Array<double>* a :
+         {&volume, &energy, &dissipated, &length, &swelling, &across.before, &across.pressed, &across.pulled})
+      most(*a, points);
     most(state, std::max<std::size_t>(1, std::size_t(states)) * points);
     status.resize(std::max(status.size(), points));
     most(share, linear ? points * std::size_t(e.bulk_points) : 1);

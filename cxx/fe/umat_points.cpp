@@ -32,7 +32,8 @@ void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n,
   find_places(block, n, w);
   const bool large = c.kinematics != Kinematics::small;
   const int direct = c.material->plane_stress ? 2 : 3, shear = dim_ == 2 ? 1 : 3;
-  const UmatCall call{*c.material, c.params, large, direct, shear, first, points, h, begin_time_};
+  const double step = std::isfinite(h) ? h : 1; // at rest no time passes, and routines divide by theirs
+  const UmatCall call{*c.material, c.params, large, direct, shear, first, points, step, begin_time_};
   const UmatArrays arrays{state_begin_.data() + start,
                           w.strain.data(),
                           w.h_bar.data(),

@@ -1,6 +1,7 @@
 // Matrices of a mesh from its elements, and the sides of its boundary.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "../base/call.hpp"
@@ -325,7 +326,9 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std:
     std::vector<double> none(reference.size(), 0.0), force(reference.size());
     solid->fit(m);
     std::fill(k.value.begin(), k.value.end(), 0.0);
-    if (const BulkResult found = solid->evaluate(none.data(), 1, 1, force.data(), k.value.data()); !found.ok())
+    if (const BulkResult found =
+            solid->evaluate(none.data(), std::numeric_limits<double>::infinity(), 1, force.data(), k.value.data());
+        !found.ok())
       throw Error(solid->describe(found) + " at the start");
   }
   c = m;

@@ -122,3 +122,14 @@ def test_a_soft_beam_beside_a_stiff_one_that_nothing_holds_bends_as_alone():
         assert np.abs(part - alone).max() < 1e-12 * np.abs(alone).max()
         across = np.ix_([2, 5, 8], [2, 5, 8])
         assert part[across] == pytest.approx(alone[across], rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_beams_of_several_moments_of_inertia(n):
+    """The end of a cantilever of unit lengths under a force across it: the sum of M^2/EI; in the plane two are no pair."""
+    young, inertia = 2e11, np.array([1e-6, 3e-6, 5e-6])[:n]
+    points, cells = np.c_[np.arange(n + 1.0), np.zeros(n + 1)], np.stack([np.arange(n), np.arange(1, n + 1)], axis=1)
+    body = cn.beams(points, cells, young=young, area=1e-2, inertia=inertia, density=7800.0, clamped=[0])
+    way = np.linalg.solve(body.K.toarray()[2:, 2:], np.eye(2 * n)[-1])[-1]
+    arm = n - np.arange(n)
+    assert way == pytest.approx(np.sum((arm**3 - (arm - 1.0) ** 3) / (3 * young * inertia)), rel=1e-9)

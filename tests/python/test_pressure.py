@@ -4,7 +4,9 @@ import cairn as cn
 import numpy as np
 import pytest
 from cairn.build.pressure import forces, pressed_sides
-from second_order import box
+from second_order import CELLS, box
+
+SOLID = CELLS[3]
 
 
 def tube(kind, around, across, inner=1.0, outer=1.5, turn=0.5 * np.pi):
@@ -21,9 +23,9 @@ def tube(kind, around, across, inner=1.0, outer=1.5, turn=0.5 * np.pi):
     return points, cells, groups
 
 
-@pytest.mark.parametrize("kind", ["triangle", "quad", "triangle6", "quad8", "quad9", "tetra", "hexahedron"])
+@pytest.mark.parametrize("kind", ["triangle", "quad", "triangle6", "quad8", "quad9", *SOLID])
 def test_forces_on_a_closed_surface_have_no_sum_and_work_as_the_volume_changes(kind):
-    dim = 3 if kind in ("tetra", "hexahedron") else 2
+    dim = 3 if kind in SOLID else 2
     rng = np.random.default_rng(3)
     points, cells = box(kind, (2,) * dim, (1.0,) * dim)
     body = cn.ElasticBody(points, cells, young=1.0, poisson=0.3, density=1.0, thickness=0.7 if dim == 2 else 1.0)
@@ -39,7 +41,7 @@ def test_forces_on_a_closed_surface_have_no_sum_and_work_as_the_volume_changes(k
         return found.nodal_mass().sum()
 
     way = rng.standard_normal(points.shape)
-    step = 1e-5
+    step = 3e-6
     change = (volume(x + step * way) - volume(x - step * way)) / (2 * step)
     assert (force * way).sum() == pytest.approx(-change, rel=1e-8)
 
@@ -128,10 +130,10 @@ def test_pressure_is_part_of_newtons_method():
     assert abs(sim.info["energy"]["closure"]) < 1e-8 * sim.info["energy"]["in_play"]
 
 
-@pytest.mark.parametrize("kind", ["triangle", "quad9", "tetra", "hexahedron"])
+@pytest.mark.parametrize("kind", ["triangle", "quad9", *SOLID])
 def test_a_closed_surface_under_pressure_is_at_rest_as_a_whole(kind):
     """Any body under one pressure all round, in one long step: it shrinks evenly by p (1 - 2 nu) / E, in three passes."""
-    dim = 3 if kind in ("tetra", "hexahedron") else 2
+    dim = 3 if kind in SOLID else 2
     points, cells = box(kind, (2,) * dim, (1.0,) * dim)
     law = cn.SaintVenantKirchhoff(young=1e5, poisson=0.3)
     body = cn.SolidBody(points, cells, law, density=1.0, groups={"all": np.arange(len(points))})
@@ -149,10 +151,6 @@ def test_a_closed_surface_under_pressure_is_at_rest_as_a_whole(kind):
 
 def test_what_cannot_be_pressed_is_told():
     skin = cn.Material("skin", density=1.0)
-    points, cells = box("hexahedron20", (1,) * 3, (1.0,) * 3)
-    body = cn.ElasticBody(points, cells, young=1.0, poisson=0.3, density=1.0, groups={"all": np.arange(len(points))})
-    with pytest.raises(ValueError, match="pressure on 'all' presses faces of first order: these are of hexahedron20 cells"):
-        cn.deformable(body, skin, pressure={"all": 1.0})
     points, kinds, groups = tube("quad", 2, 2)
     body = cn.ElasticBody(points, kinds, young=1.0, poisson=0.3, density=1.0, groups=groups | {"one": [0]})
     with pytest.raises(ValueError, match="pressure on 'one': no edge of the boundary has all its nodes in it"):

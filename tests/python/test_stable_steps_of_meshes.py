@@ -140,6 +140,39 @@ def test_of_other_integrators(integrator):
     assert limit / SHORT < step <= limit
 
 
+def made_of(law, b=0.0):
+    """A block of a law of solids, lumped, with damping by b times its stiffness; of none: a linear one."""
+    points, cells = mesh(2, "quad", (3, 2), 8)
+    if law is None:
+        return cn.ElasticBody(points, cells, young=1e7, poisson=0.3, density=2000.0, lumped=True, rayleigh=(0.0, b))
+    return cn.SolidBody(points, cells, law, density=2000.0, lumped=True, rayleigh=(0.0, b), kinematics="small")
+
+
+EXPLICIT = [cn.CentralDifference(), cn.VelocityVerlet(), *(cn.BetaScheme(beta=b) for b in (0.6, 1.0)),
+            *(cn.Gear(values=k) for k in (4, 5, 6))]  # fmt: skip
+
+
+@pytest.mark.parametrize("ratio", [3e-5, 3e-4, 3e-3])
+@pytest.mark.parametrize("law", ["linear", "solid", "dashpot"])
+@pytest.mark.parametrize("integrator", EXPLICIT, ids=repr)
+def test_what_is_damped_is_stable_at_its_step(integrator, law, ratio):
+    """Drag shortens the step of each method by as much as that method bears, that of a material as that of a matrix."""
+    hooke, dashpot = {"young": 1e7, "poisson": 0.3}, {"viscous_young": ratio * 1e7, "viscous_poisson": 0.3}
+    laws = {"linear": None, "solid": cn.IsotropicElastic(**hooke), "dashpot": cn.KelvinVoigt(**hooke, **dashpot)}
+    body = made_of(laws[law], 0.0 if law == "dashpot" else ratio)
+    assert simulation(body, 1e-12, integrator).stable_step == pytest.approx(
+        simulation(made_of(None, ratio), 1e-12, integrator).stable_step, rel=0.2
+    )
+    step = simulation(body, 1e-12, integrator).stable_step
+    sim = simulation(body, 0.99 * step, integrator, velocity=1e-3 * np.random.default_rng(1).normal(size=body.points.shape))
+    first = np.sum(sim.nodes.mass[:, None] * sim.nodes.velocity**2) / 2
+    for _ in range(400):
+        sim.step()
+    assert np.sum(sim.nodes.mass[:, None] * sim.nodes.velocity**2) / 2 < 10 * first
+    with pytest.raises(ValueError, match="beyond the stable step .* of the mesh 'mesh'"):
+        simulation(body, 1.5 * step, integrator).step()
+
+
 def test_implicit_integrators_have_none():
     assert simulation(body_of(2, "quad", 0), 1e-3, cn.Theta()).stable_step == np.inf
 

@@ -359,7 +359,7 @@ int32_t cairn_simulation_before_parts(cairn_simulation* simulation,
                                       void* context, cairn_error* error);
 
 /* Pressure on n sides of the boundary of a mesh that is not linear, of `nodes` nodes each as cairn_mesh_boundary has
- * them (2D: 2, or 3 with the middle last; 3D: 3 or 4), which follows their normals; *set: its number, from 0. */
+ * them (2D: 2, or 3 with the middle last; 3D: 3 or 4; 6, 8, 9: triangle6, quad8, quad9); *set: its number, from 0. */
 int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, int32_t nodes, int64_t n,
                                     const int32_t* node, int32_t* set, cairn_error* error);
 /* Pressures of a set at the begin and the end of the coming steps, from now on [Pa]; before the first: none. */

@@ -5,6 +5,7 @@
 
 #include "../../base/call.hpp"
 #include "../../base/stopwatch.hpp"
+#include "../../bodies/mesh_rates.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
 #include "nscd.hpp"
@@ -23,9 +24,13 @@ const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<co
 
 double Nscd::stable_step(Simulation& s) {
   const cairn_scheme scheme = settings.integrator.scheme(1); // none of its shares is of the step
+  const DragBound drag = drag_bound(scheme);
   double least = std::numeric_limits<double>::infinity();
-  for (MeshBody& mesh : s.meshes.meshes)
-    if (std::isfinite(scheme.largest)) least = std::min(least, scheme.largest / 2 * mesh.stable_step());
+  for (MeshBody& mesh : s.meshes.meshes) {
+    if (!std::isfinite(scheme.largest)) continue;
+    least = std::min(least, scheme.largest / 2 * mesh.stable_step(drag.rate) / drag.frequency);
+    if (drag.frequency < 1) least = std::min(least, scheme.largest / 2 * mesh.stable_step(0));
+  }
   return least;
 }
 

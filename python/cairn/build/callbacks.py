@@ -96,7 +96,8 @@ class CallbackBody(GivenBody):
         _, k, *known = self.tangent(np.zeros_like(self.points))
         #: whether energy and dissipation are told
         self.tells = tuple(value is not None for value in known)
-        self.lower = start, row, m, k, c + rayleigh[0] * m + rayleigh[1] * k
+        a, b = checks.rayleigh(rayleigh)
+        self.lower = start, row, m, k, c + a * m + b * k
         self.K, self.C = (self._full(values) for values in self.lower[3:])
 
     def _mass(self, mass):

@@ -6,6 +6,7 @@ u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)})
 
 from __future__ import annotations
 
+import warnings
 from functools import cached_property
 
 import numpy as np
@@ -96,7 +97,8 @@ class ElasticBody:
             m = np.zeros(len(row))
             m[start[:-1]] = self._mass  # a column begins with its diagonal entry
         #: start, row and values of mass, stiffness and damping: lower triangles by columns, on one pattern
-        self.lower = start, row, m, k, rayleigh[0] * m + rayleigh[1] * k
+        a, b = checks.rayleigh(rayleigh)
+        self.lower = start, row, m, k, a * m + b * k
         if initial_stress is not None:
             self._take_stress(initial_stress)
             self.initial_force, self.initial_energy = initially.forces(self)
@@ -206,7 +208,7 @@ class ElasticBody:
 
     def dofs(self, fixed):
         """Numbers of the dofs of {group: "x" | "xy" | ...}."""
-        out = [self.dim * self.nodes(g) + "xyz".index(axis) for g, axes in fixed.items() for axis in axes]
+        out = [self.dim * self.nodes(g) + k for g, axes in fixed.items() for k in checks.fixed_axes(g, axes, self.dim)]
         return np.unique(np.concatenate(out)) if out else np.zeros(0, int)
 
     def load(self, force):
@@ -219,7 +221,7 @@ class ElasticBody:
 
     def solve(self, fixed, force=None, displacement=None):
         """Displacement at rest (n, dim) [m]. fixed: {group: axes}; force: {group: total} or (n dofs); displacement (n, dim) of
-        the fixed dofs: zero."""
+        the fixed dofs: zero. Raises RuntimeError where nothing holds the body."""
         from scipy.sparse.linalg import spsolve
 
         held = self.dofs(fixed)
@@ -230,7 +232,15 @@ class ElasticBody:
         f = np.zeros(len(u)) if force is None else self.load(force) if isinstance(force, dict) else np.asarray(force, float)
         if self.initial_force is not None:
             f = f - self.initial_force
-        u[free] = spsolve(self.K[free][:, free], (f - self.K @ u)[free])
+        right = (f - self.K @ u)[free]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a singular matrix: what is left tells
+            u[free] = spsolve(self.K[free][:, free], right)
+        left, size = np.abs((f - self.K @ u)[free]), np.abs(right)
+        if not left.max(initial=0) <= 1e-6 * size.max(initial=0):
+            node = int(free[np.argmax(left)]) // self.dim
+            told = f"no rest: forces of {left.max():g} N are left at node {node}, of {size.max():g} N"
+            raise RuntimeError(f"{told}: the body moves as a whole, or a part of it; hold more dofs in `fixed`")
         return u.reshape(-1, self.dim)
 
     def stress(self, displacement):

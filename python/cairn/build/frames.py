@@ -88,7 +88,8 @@ def bars(points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0
     dofs = (dim * cells[:, :, None] + np.arange(dim)).reshape(n, -1)
     stiffness = _sum(points.size, dofs, k)
     mass = _masses(points, cells, _each("density", density, n) * area * length)
-    damping = rayleigh[0] * mass + rayleigh[1] * stiffness
+    a, b = checks.rayleigh(rayleigh)
+    damping = a * mass + b * stiffness
     return LinearBody(
         points, mass, (stiffness + stiffness.T) / 2, damping=(damping + damping.T) / 2, groups=groups, initial_force=force,
         initial_energy=energy,
@@ -161,7 +162,8 @@ def beams(
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
     both = np.asarray(inertia, float)
-    both = np.broadcast_to(both[..., None] if both.shape in ((), (n,)) and both.shape != (2,) else both, (n, 2))
+    one = both.shape == () or (both.shape == (n,) and (dim == 2 or n != 2))  # each has, in 3D two numbers are a pair
+    both = np.broadcast_to(both[..., None] if one else both, (n, 2))
     for column in both.T:
         _each("inertia", column, n)
     turn = _each("torsion", both.sum(axis=1) if torsion is None else torsion, n)
@@ -193,10 +195,9 @@ def beams(
     turned = turned.ravel()
     stiffness = full[np.ix_(moved, moved)]
     if len(turned):
-        stiffness = stiffness - full[np.ix_(moved, turned)] @ _followed(
-            full[np.ix_(turned, turned)], full[np.ix_(turned, moved)]
-        )
+        stiffness = stiffness - full[np.ix_(moved, turned)] @ _followed(full[np.ix_(turned, turned)], full[np.ix_(turned, moved)])
     stiffness = (stiffness + stiffness.T) / 2
     mass = _masses(points, cells, _each("density", density, n) * area * length)
-    damping = rayleigh[0] * mass.toarray() + rayleigh[1] * stiffness
+    a, b = checks.rayleigh(rayleigh)
+    damping = a * mass.toarray() + b * stiffness
     return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)

@@ -200,8 +200,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     if not np.all(mass > 0):
         at = int(np.argmin(mass))
         raise ValueError(f"node {at} has mass {mass[at]:g} kg: give a density above 0, and leave out nodes without cells")
-    start = np.zeros((n, dim)) if displacement is None else np.broadcast_to(np.asarray(displacement, float), (n, dim))
-    speed = np.zeros((n, dim)) if velocity is None else np.broadcast_to(np.asarray(velocity, float), (n, dim))
+    start, speed = _of_nodes("displacement", displacement, n, dim), _of_nodes("velocity", velocity, n, dim)
     size = np.ptp(places, axis=0).max()
     between = len(points[0])
     touching = np.concatenate([nodes, np.arange(n, n + between)])
@@ -250,6 +249,14 @@ def _made(body, material, bulk, options):
         return SolidBody(points, cells, bulk, **options)
 
 
+def _of_nodes(name, given, n, dim):
+    """What all nodes have at the start, (n, dim), of (dim,) for all of them or (n, dim); None: nought."""
+    given = np.zeros(dim) if given is None else checks.reals(name, given)
+    if given.shape not in ((), (dim,), (1, dim), (n, dim)):
+        raise ValueError(f"{name} has shape {given.shape}: give ({dim},), or ({n}, {dim}) of the nodes")
+    return np.broadcast_to(given, (n, dim))
+
+
 def checked_mortar(wanted, dim, nodes, pairs, patches):
     """Whether contact nodes of a mesh meet other meshes on average; refused where their sides are not known."""
     if wanted and (not len(nodes) or not (len(pairs) if dim == 2 else patches)):
@@ -285,7 +292,7 @@ def checked_displacements(body, displace, drive):
                 if what == "displace" and not callable(value):
                     remedy = "give a function of time, such as cn.Table; `fixed` holds a group where it is"
                     raise ValueError(f"displace of {group!r} along {axis} is {value!r}: {remedy}")
-                for dof in (body.dim * _group(body, group) + "xyz".index(axis)).tolist():
+                for dof in (body.dim * _group(body, group) + checks.axis(f"{what} of {group!r}", axis, body.dim)).tolist():
                     if what == "displace" and dof in taken:
                         named = f"node {dof // body.dim} along {axis}"
                         raise ValueError(f"displace of {group!r} moves {named}, which is moved already: leave it out of one")
@@ -382,7 +389,7 @@ class MovingMesh:
         self.d, self.body = d, d.body
         self.node_ids, self.point_ids, self.side_ids = node_ids[:n], node_ids[n:], side_ids
         self.dim, self.size = d.body.dim, d.body.points.size
-        held = [self.dim * _group(d.body, g) + "xyz".index(axis) for g, axes in d.fixed.items() for axis in axes]
+        held = [self.dim * _group(d.body, g) + k for g, axes in d.fixed.items() for k in checks.fixed_axes(g, axes, self.dim)]
         self.held = np.unique(np.concatenate(held)) if held else np.zeros(0, int)
         self.called = None  # forces of another code, as the core calls them
 
@@ -466,7 +473,9 @@ class MovingMesh:
         out = np.zeros(self.size)
         for group, by_axis in self.d.drive.items():
             for axis, v in by_axis.items():
-                out[self.dim * _group(self.body, group) + "xyz".index(axis)] = v(t) if callable(v) else v
+                out[self.dim * _group(self.body, group) + "xyz".index(axis)] = checks.number(
+                    f"drive of {group!r}", v(t) if callable(v) else v
+                )
         return out
 
     def displaced_velocity(self, t, h, share, u, v, out):

@@ -7,23 +7,25 @@ import numpy as np
 from .elastic import ELEMENTS, SIDES
 from .meshes import GivenBody
 
+# Of faces of second order by their nodes: places of these in the parent, and powers of both coordinates in what they span.
+_QUAD = [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)]
+_POWERS = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (2, 1), (1, 2), (2, 2)]
+_PARENTS = {6: [(0, 0), (1, 0), (0, 1), (0.5, 0), (0.5, 0.5), (0, 0.5)], 8: _QUAD[:8], 9: _QUAD}
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 9
 
 
 def pressed_sides(body, nodes, what):
     """Sides of the boundary with all of their nodes among some: edges (m, 2), of second order (m, 3) with the middle last, in 2D,
-    faces (m, 3 | 4) in 3D, -1 for the fourth of a triangle. Those of a body whose cells another code knows are the edges and
-    faces that it was given, which are flat. Raises ValueError where there is none."""
+    faces (m, 4) in 3D, -1 for the fourth of a triangle, of second order (m, 6 | 8 | 9). Those of a body whose cells another
+    code knows are the edges and faces that it was given, which are flat. Raises ValueError where there is none."""
     if isinstance(body, GivenBody):
         return _pressed(body, [body.boundary_edges() if body.dim == 2 else body.boundary_faces()], nodes, what)
     if not hasattr(body, "cells") or not isinstance(body.cells, dict) or any(kind not in ELEMENTS for kind in body.cells):
         kind = type(body).__name__
         raise ValueError(f"pressure on {what!r}: the cells of a {kind} are not known; give an ElasticBody or a SolidBody")
     second = [kind for kind in body.cells if ELEMENTS[kind]["order"] > 1]
-    if body.dim == 3 and second:
-        raise ValueError(f"pressure on {what!r} presses faces of first order: these are of {second[0]} cells; give force")
     if body.dim == 3:
-        sides = [body.boundary_faces()]
+        sides = _whole_faces(body, second) if second else [body.boundary_faces()]
     else:
         sides = [_edges_of_second_order(body.cells[kind], len(SIDES[kind]) // 2) for kind in second]
         first = {kind: cells for kind, cells in body.cells.items() if kind not in second}
@@ -44,6 +46,24 @@ def _pressed(body, sides, nodes, what):
     return [part for part in kept if len(part)]
 
 
+def _whole_faces(body, second):
+    """Faces of the boundary, those of cells of second order whole, by the number of their nodes."""
+    found = {}
+    for kind, cells in body.cells.items():
+        if kind in second:
+            for whole, _ in ELEMENTS[kind]["whole_sides"]:
+                found.setdefault(len(whole), []).append(cells[:, whole])
+        else:
+            faces = np.where(SIDES[kind] < 0, -1, cells[:, SIDES[kind]])
+            found.setdefault(4, []).append(faces.reshape(-1, 4))
+    out = []
+    for parts in found.values():
+        faces = np.concatenate(parts)
+        _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+        out.append(faces[np.sort(first[count == 1])])
+    return out
+
+
 def _edges_of_second_order(cells, corners):
     k = np.arange(corners)
     return cells[:, np.stack([k, (k + 1) % corners, corners + k], axis=1)].reshape(-1, 3)
@@ -54,7 +74,7 @@ def forces(body, sides, x):
     round one."""
     out = np.zeros(x.shape)
     for part in sides:
-        push = _on_edges if body.dim == 2 else _on_faces
+        push = _on_edges if body.dim == 2 else _on_faces if part.shape[1] <= 4 else _on_bent_faces
         push(body, part, x, out)
     return out
 
@@ -88,3 +108,27 @@ def _on_faces(body, faces, x, out):
             inward = -np.cross(np.einsum("a,nak->nk", by_r, of), np.einsum("a,nak->nk", by_s, of))
             for a, column in enumerate(faces[wide].T):
                 np.add.at(out, column, value[a] * inward)
+
+
+def _rule(nodes):
+    """Points and weights on the parent of a face of second order: for triangles exact to degree four (Dunavant 1985)."""
+    if nodes != 6:
+        return [((r, s), a * b) for r, a in zip(*GAUSS) for s, b in zip(*GAUSS)]
+    out = []
+    for a, weight in ((0.4459484909159649, 0.2233815896780115), (0.0915762135097707, 0.1099517436553219)):
+        out += [(at, weight / 2) for at in ((a, a), (1 - 2 * a, a), (a, 1 - 2 * a))]
+    return out
+
+
+def _on_bent_faces(body, faces, x, out):
+    """Of second order: shape functions are the polynomials of the parent that are one at a node and nought at the others."""
+    nodes = faces.shape[1]
+    p, q = np.array(_POWERS[:nodes]).T
+    r, s = np.array(_PARENTS[nodes], float).T[:, :, None]
+    of, shape = x[faces], np.linalg.inv(r**p * s**q)
+    for (r, s), weight in _rule(nodes):
+        value = (r**p * s**q) @ shape
+        by_r, by_s = (p * r ** np.maximum(p - 1, 0) * s**q) @ shape, (q * r**p * s ** np.maximum(q - 1, 0)) @ shape
+        inward = -weight * np.cross(np.einsum("a,nak->nk", by_r, of), np.einsum("a,nak->nk", by_s, of))
+        for a, column in enumerate(faces.T):
+            np.add.at(out, column, value[a] * inward)

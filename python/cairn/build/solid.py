@@ -48,6 +48,11 @@ class SolidBody(ElasticBody):
         if plane not in ("strain", "stress", "axisymmetric"):
             raise ValueError(f"plane is {plane!r}: give 'strain', 'stress' or 'axisymmetric'")
         points = np.ascontiguousarray(points, float)
+        if plane != "strain" and points.ndim == 2 and points.shape[1] == 3:
+            raise ValueError(f"plane is {plane!r}, and points are of space: leave it out, or give points (n, 2)")
+        if plane == "axisymmetric" and points.ndim == 2 and np.any(points[:, 0] < 0):
+            at = int(np.argmin(points[:, 0]))
+            raise ValueError(f"node {at} has the radius {points[at, 0]:g} m: give x >= 0, the body goes round the axis x = 0")
         # mass alone is taken from the elements as they are; of a ring that of its way round
         if plane == "axisymmetric" and isinstance(density, dict):
             raise ValueError("density of cells round an axis is one number: tie bodies of others (cairn.tied)")
@@ -65,7 +70,7 @@ class SolidBody(ElasticBody):
             self._take_stress(initial_stress)
         start, row, mass = self.lower[:3]
         stiffness = self.tangent(np.zeros_like(self.points))[1]
-        a, b = rayleigh
+        a, b = checks.rayleigh(rayleigh)
         self.lower = start, row, mass, stiffness, a * mass + b * stiffness
 
     def _weigh_rings(self, lumped, density):
@@ -109,8 +114,9 @@ class SolidBody(ElasticBody):
         """Stresses and states of the cells, of their own: see _core.BulkModel."""
         return _core.BulkModel(self.dim, self.points.ravel(), self.blocks())
 
-    def tangent(self, displacement, model=None, h=1.0):
+    def tangent(self, displacement, model=None, h=np.inf):
         """Forces (n dofs) [N] and the values of the lower triangle of their derivative [N/m] at a displacement, energy [J].
+        h: the time in which it gets there [s], at rest an endless one; users' routines are told 1 s there.
         Raises ValueError naming the cell that is inside out or has no finite stress."""
         model = model or self.model()
         u = np.ascontiguousarray(displacement, float).ravel()
@@ -157,7 +163,7 @@ class SolidBody(ElasticBody):
             model.commit()
             return u
 
-        for k in range(1, increments + 1):
+        for k in range(1, checks.count("increments", increments, 1) + 1):
             u = carried(u, (k - 1) / increments, k / increments, 4)
         return u.reshape(-1, self.dim)
 
@@ -179,7 +185,7 @@ class SolidBody(ElasticBody):
             before = abs(step[free] @ right[free]) if turn else np.inf
             share = 1.0
             while True:
-                internal, _, wrong, *_ = model.evaluate(u + share * step, 1.0, 1.0)
+                internal, _, wrong, *_ = model.evaluate(u + share * step, np.inf, 1.0)
                 if wrong is None:
                     left = load - internal
                     size = max(size, np.abs(load).max(), np.abs(internal).max())
@@ -202,7 +208,7 @@ class SolidBody(ElasticBody):
     def stress(self, displacement, model=None):
         """True stress, mean of each cell, {kind: (m, 6)} in the order xx yy zz xy yz zx [Pa], tension positive."""
         model = model or self.model()
-        *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), 1.0, 1.0)
+        *_, wrong, _, _ = model.evaluate(np.ascontiguousarray(displacement, float).ravel(), np.inf, 1.0)
         if wrong is not None:
             raise ValueError(wrong)
         return by_kinds(self, model.stress())

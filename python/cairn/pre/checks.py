@@ -30,6 +30,21 @@ def count(name: str, value, smallest: int = 0, largest: int = 2**53) -> int:
     return whole
 
 
+def axis(name: str, value, dim: int) -> int:
+    """Number of an axis of the plane or of space: "x", "y", "z"."""
+    known = "xyz"[:dim]
+    if not isinstance(value, str) or len(value) != 1 or value not in known:
+        raise ValueError(f"{name} is along {value!r}: in {dim}D give {', '.join(known)}")
+    return known.index(value)
+
+
+def fixed_axes(group, axes, dim: int) -> list[int]:
+    """Numbers of the axes along which a group is fixed, given as "xy"."""
+    if not isinstance(axes, str):
+        raise ValueError(f"fixed of {group!r} is {axes!r}: give axes, such as {'xyz'[:dim]!r}")
+    return [axis(f"fixed of {group!r}", one, dim) for one in axes]
+
+
 INT32 = 2**31 - 1  # the largest whole number that an int of the core holds
 
 
@@ -102,6 +117,14 @@ def real_array(name: str, values, shape: tuple[int | None, ...]) -> np.ndarray:
             f"{name}[{', '.join(map(str, index))}] is {array[index]}: give finite numbers ({len(bad)} of {array.size} are not)"
         )
     return array
+
+
+def rayleigh(values) -> tuple[float, float]:
+    """a [1/s] and b [s] of damping a M + b K."""
+    a, b = real_array("rayleigh", values, (2,)).tolist()
+    if min(a, b) < 0:
+        raise ValueError(f"rayleigh is ({a:g}, {b:g}): give a, b >= 0 of C = a M + b K")
+    return a, b
 
 
 def positive_array(name: str, values) -> np.ndarray:
