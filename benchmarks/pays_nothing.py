@@ -91,7 +91,8 @@ def serve(case, count, steps):
         sim = deposit(scene, count, tol=1e-15, max_iter=sweeps, min_iter=sweeps, steps=5)
     bodies, of_contacts = (sim if hasattr(sim, "_core") else sim.raw)._core.bytes()  # where the core stood has changed
     contacts = len(sim.contacts)
-    carriers = len(sim.bodies) + sum(len(mesh.displacement) for mesh in getattr(sim, "meshes", ()))  # a wall is none
+    # nodes stood among the bodies once
+    carriers = sum(len(mesh.displacement) for mesh in sim.meshes) if scene == "meshes" else len(sim.bodies)
     result = {"contacts": contacts, "bytes_a_body": bodies / carriers, "bytes_a_contact": of_contacts / contacts}
     print(json.dumps(result | {"process_growth_bytes_a_body": (resident() - before) / carriers}), flush=True)
     for _ in sys.stdin:
@@ -145,16 +146,8 @@ def row_of(scene, quantity, before, after, chance):
     """Medians, the median of paired ratios, and its 95 % interval."""
     ratios = [b / a for a, b in zip(before, after, strict=True) if a > 0]
     samples = sorted(statistics.median(chance.choices(ratios, k=len(ratios))) for _ in range(2000))
-    return {
-        "scene": scene,
-        "quantity": quantity,
-        "before": statistics.median(before),
-        "after": statistics.median(after),
-        "ratio": statistics.median(ratios),
-        "low": samples[49],
-        "high": samples[1950],
-        "pairs": len(ratios),
-    }
+    return {"scene": scene, "quantity": quantity, "before": statistics.median(before), "after": statistics.median(after),
+            "ratio": statistics.median(ratios), "low": samples[49], "high": samples[1950], "pairs": len(ratios)}
 
 
 def hash_of(commit):
