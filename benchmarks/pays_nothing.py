@@ -172,11 +172,11 @@ def main():
     if options.serve:
         serve(options.serve, options.count, options.steps)
         return
-    rows, chance = [], random.Random(1)
+    rows, chance, after_all = [], random.Random(1), hash_of(options.after)
     with tempfile.TemporaryDirectory() as folder:
         for case in options.cases:
-            wanted = (options.before or (BEFORE_SOLIDS if case.startswith("meshes") else BEFORE), options.after)
-            commits = [hash_of(commit) for commit in wanted]
+            before = options.before or (BEFORE_SOLIDS if case.startswith("meshes") else BEFORE)
+            commits = [hash_of(before), after_all]
             pythons = [build(commit, options.builds or Path(folder)) for commit in commits]
             groups = [imports(pythons, options)] if case == "import" else turns(pythons, case, options)
             for before, after in groups:
