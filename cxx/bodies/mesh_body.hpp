@@ -184,6 +184,7 @@ private:
     std::unique_ptr<Soe> soe;
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
+    bool known = false;        // of the pass: these are its factors
     // Of modes, by which the inverse of A is that of the matrix without them less Z B Z' (Woodbury 1950): Z (dofs,
     // modes) and the Cholesky factor of B^-1, lower (modes, modes).
     std::vector<double> modal_reach, modal_factor;

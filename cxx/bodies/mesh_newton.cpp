@@ -317,12 +317,19 @@ void MeshBody::factorise_tangent() {
   now_->place.assign(std::size_t(model.nodes()), -1);
   now_->leading = 0;
   const auto with = [&](const std::vector<double>& stiffness) {
-    for (std::size_t e = 0; e < now_->value.size(); ++e)
-      now_->value[e] =
+    bool same = now_->known && !model.ties.rigid_parts_turn();
+    for (std::size_t e = 0; e < now_->value.size(); ++e) {
+      const double a =
           explicit_ ? model.mass.value[e] + scheme_.damping * model.damping.value[e]
                     : model.mass.value[e] + scheme_.damping * model.damping.value[e] + scheme_.stiffness * stiffness[e];
+      same = same && a == now_->value[e];
+      now_->value[e] = a;
+    }
+    if (same) return SoeStatus{}; // to the bit, as of Hooke's law at small strains, or an explicit integrator
     ++factorisations;
-    return factor(*now_->soe, now_->value.data());
+    const SoeStatus found = factor(*now_->soe, now_->value.data());
+    now_->known = bool(found);
+    return found;
   };
   SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
   // where the material softens, the stiffness at the start is a direction that goes down
