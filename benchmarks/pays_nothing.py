@@ -1,12 +1,13 @@
-"""What scenes of disks and of spheres pay for all that they do not use: two commits built and measured side by side in one run.
+"""What scenes of disks, spheres and linear meshes pay for all that they do not use: two commits measured side by side in one run.
 
-    script/bench pays_nothing [--before 91c23ba] [--after HEAD] [--count 4000] [--pairs 200] [--builds FOLDER] [--cases CASE ...]
+    script/bench pays_nothing [--before COMMIT] [--after HEAD] [--count 4000] [--pairs 200] [--builds FOLDER] [--cases CASE ...]
 
-`before` is the last commit before the house was rebuilt. Both commits are built with the release preset. Then a process of each
-takes turns with the other, a few steps at a time on the same deposit with a fixed number of sweeps: pairs of CPU times a step
-that stand a fraction of a second apart, and seconds of the stages.
-`one_sweep` is a step with a single sweep: what is left is everything but the solver. Bytes are by Cairn's own count and by the
-growth of the process; `import` is `import cairn`, a process each time.
+`before` is the last commit before the house was rebuilt; of `meshes`, four blocks of Q4 or two of HEX8 on a plane and on one
+another, the last before Newton's method and materials of solids. Both commits are built with the release preset. Then a process
+of each takes turns with the other, a few steps at a time on the same scene with a fixed number of sweeps: pairs of CPU times a
+step that stand a fraction of a second apart, and seconds of the stages.
+`one_sweep` is a step with a single sweep: what is left is everything but the solver. Bytes are by Cairn's own count (of meshes a
+node) and by the growth of the process; `import` is `import cairn`, a process each time.
 Writes benchmarks/results/pays_nothing.csv: a row for a scene and quantity, medians of both commits, the median of the ratios of
 pairs and its 95 % interval (2,000 samples with replacement).
 """
@@ -25,7 +26,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SWEEPS = 20
-CASES = ("import", "disks", "disks one_sweep", "spheres", "spheres one_sweep")
+CASES = ("import", "disks", "disks one_sweep", "spheres", "spheres one_sweep", "meshes Q4", "meshes HEX8")
+BEFORE, BEFORE_SOLIDS = "91c23ba", "d2d1e4a"
 
 
 def build(commit, folder):
@@ -50,6 +52,25 @@ def resident():
         return int(file.read().split()[1]) * 4096
 
 
+def stacked(kind):
+    """Linear blocks on a plane and on one another, after five steps; a step has a fixed number of sweeps."""
+    import cairn as cn
+    import numpy as np
+    from meshes import ROCK, block
+
+    dim, nodes, levels = (2, 400, 4) if kind == "Q4" else (3, 343, 2)
+    down = np.eye(dim)[-1]
+    scene = cn.Scene(dim, gravity=-9.81 * down)
+    scene.add(*(block(kind, nodes, float(level), f"block {level}") for level in range(levels)))
+    scene.add(cn.wall((0.0,) * dim, tuple(down), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    solver = cn.Default(tol=1e-15, max_iter=SWEEPS, min_iter=SWEEPS)
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=solver), overlap="ignore")
+    for _ in range(5):
+        sim.step()
+    return sim
+
+
 def serve(case, count, steps):
     """In a process of its own: answers each line of input with a line of JSON."""
     begin, bytes_before = time.process_time(), resident()
@@ -59,16 +80,21 @@ def serve(case, count, steps):
     print(json.dumps(result), flush=True)
     if case == "import":
         return
-    from scenes import deposit
-
     scene, _, kind = case.partition(" ")
-    sweeps = 1 if kind else SWEEPS
     before = resident()
-    sim = deposit(scene, count, tol=1e-15, max_iter=sweeps, min_iter=sweeps, steps=5)
+    if scene == "meshes":
+        sim = stacked(kind)
+    else:
+        from scenes import deposit
+
+        sweeps = 1 if kind else SWEEPS
+        sim = deposit(scene, count, tol=1e-15, max_iter=sweeps, min_iter=sweeps, steps=5)
     bodies, of_contacts = (sim if hasattr(sim, "_core") else sim.raw)._core.bytes()  # where the core stood has changed
     contacts = len(sim.contacts)
-    result = {"contacts": contacts, "bytes_a_body": bodies / len(sim.bodies), "bytes_a_contact": of_contacts / contacts}
-    print(json.dumps(result | {"process_growth_bytes_a_body": (resident() - before) / len(sim.bodies)}), flush=True)
+    # nodes stood among the bodies once
+    carriers = sum(len(mesh.displacement) for mesh in sim.meshes) if scene == "meshes" else len(sim.bodies)
+    result = {"contacts": contacts, "bytes_a_body": bodies / carriers, "bytes_a_contact": of_contacts / contacts}
+    print(json.dumps(result | {"process_growth_bytes_a_body": (resident() - before) / carriers}), flush=True)
     for _ in sys.stdin:
         stages, begin, solved = dict(sim.info["seconds"]), time.process_time(), 0
         for _ in range(steps):
@@ -124,9 +150,15 @@ def row_of(scene, quantity, before, after, chance):
             "ratio": statistics.median(ratios), "low": samples[49], "high": samples[1950], "pairs": len(ratios)}
 
 
+def hash_of(commit):
+    """As short as git makes it."""
+    command = ["git", "-C", str(ROOT), "rev-parse", "--short", commit]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--before", default="91c23ba")
+    parser.add_argument("--before", help=f"{BEFORE}, of meshes {BEFORE_SOLIDS}, unless another is given")
     parser.add_argument("--after", default="HEAD")
     parser.add_argument("--count", type=int, default=4000)
     parser.add_argument("--steps", type=int, default=5, help="of a turn")
@@ -140,22 +172,21 @@ def main():
     if options.serve:
         serve(options.serve, options.count, options.steps)
         return
+    rows, chance, after_all = [], random.Random(1), hash_of(options.after)
     with tempfile.TemporaryDirectory() as folder:
-        short = ["git", "-C", str(ROOT), "rev-parse", "--short"]
-        wanted = (options.before, options.after)
-        commits = [subprocess.run([*short, c], check=True, capture_output=True, text=True).stdout.strip() for c in wanted]
-        pythons = [build(c, options.builds or Path(folder)) for c in commits]
-        rows, chance = [], random.Random(1)
         for case in options.cases:
+            before = options.before or (BEFORE_SOLIDS if case.startswith("meshes") else BEFORE)
+            commits = [hash_of(before), after_all]
+            pythons = [build(commit, options.builds or Path(folder)) for commit in commits]
             groups = [imports(pythons, options)] if case == "import" else turns(pythons, case, options)
             for before, after in groups:
                 for name in before[0]:
                     if not all(name in one for one in after):
                         continue
                     unit = "_microseconds_a_contact" if before is not groups[0][0] else ""
-                    rows.append(row_of(case, name + unit, [r[name] for r in before], [r[name] for r in after], chance))
-        rows = [{"commit_before": commits[0], "commit_after": commits[1]}
-                | {k: v if isinstance(v, (str, int)) else f"{v:.4g}" for k, v in row.items()} for row in rows]
+                    row = row_of(case, name + unit, [r[name] for r in before], [r[name] for r in after], chance)
+                    values = {k: v if isinstance(v, (str, int)) else f"{v:.4g}" for k, v in row.items()}
+                    rows.append({"commit_before": commits[0], "commit_after": commits[1]} | values)
         with open(options.output, "w", newline="") as file:
             writer = csv.DictWriter(file, list(rows[0]))
             writer.writeheader()

@@ -42,7 +42,7 @@ public:
     options.storage = choice_of<cairn::SoeStorage>(
         "storage", storage, {"automatic", "diagonal", "banded", "dense", "sparse", "unsymmetric"});
     options.order = choice_of<cairn::SoeOrder>("order", order, {"automatic", "amd", "metis", "natural"});
-    options.blocks = choice_of<cairn::SoeBlocks>("blocks", blocks, {"automatic", "simplicial", "supernodal"});
+    options.blocks = choice_of<cairn::SoeBlocks>("blocks", blocks, {"automatic", "simplicial", "supernodal", "own"});
     if (held) options.held.assign(held->data(), held->data() + held->size());
     entries_ = a.row.size();
     symmetric_ = options.storage != cairn::SoeStorage::unsymmetric;

@@ -31,6 +31,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_spin.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
+  bodies/mesh_turning.cpp
   bodies/mortar_pair.cpp
   bodies/mortar_surface.cpp
   bodies/nodes.cpp

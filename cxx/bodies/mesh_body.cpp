@@ -21,6 +21,7 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
       if (model.mass.row[e] != column) lumped_[column] += model.mass.value[e];
     }
   for (std::size_t i = 0; i < n && !model.node_mass.empty(); ++i) lumped_[i] = model.node_mass[i / dim];
+  for (const double mass : lumped_) mean_mass_ += mass / double(n);
   for (std::vector<double>* v :
        {&q_, &v_, &free_, &f_, &a_, &b_, &stiff_q_, &stiff_, &damped_, &momentum_, &stiff_begin_, &damped_begin_,
         &momentum_begin_, &known_, &stiff_known_, &damped_known_, &momentum_known_})
@@ -344,6 +345,11 @@ void MeshBody::push(Nodes& nodes) {
   }
   if (any) solve(a_.data());
   for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] += free_[i];
+  if (!linear() && model.ties.rigid_parts_turn()) { // the last pass is linear in their spins as well
+    iterate_ = a_;
+    turn_iterate();
+    return scatter(iterate_.data(), nodes.velocity);
+  }
   scatter(a_.data(), nodes.velocity);
 }
 
@@ -449,15 +455,20 @@ void MeshBody::account_stored(Nodes& nodes, const std::vector<double>& end, cons
 
 void MeshBody::solve_mass(double* b) {
   const bool own = lumped_mass_ && model.ties.empty(); // each dof for itself
-  if (!own && !mass_) {
-    mass_ = make_soe();
-    if (const SoeStatus status = factor(*mass_, model.mass.value.data()); !status) refuse(status);
-  }
   for (std::int64_t i = 0; i < model.dofs(); ++i) {
     if (model.held[i]) b[i] = 0;
     if (own) b[i] /= lumped_[i];
   }
-  if (!own) model.ties.empty() ? mass_->solve(b) : model.ties.solve(*mass_, b);
+  if (!own) solve_bound_mass(b);
+}
+
+// As solve_mass, but that held dofs bring their given x; by where rigid parts that turn stand.
+void MeshBody::solve_bound_mass(double* b) {
+  if (!mass_ || model.ties.rigid_parts_turn()) {
+    if (!mass_) mass_ = make_soe();
+    if (const SoeStatus status = factor(*mass_, model.mass.value.data()); !status) refuse(status);
+  }
+  model.ties.empty() ? mass_->solve(b) : model.ties.solve(*mass_, b);
 }
 
 // M a = F - C v - K q, and the derivatives of that under constant loads.
@@ -484,6 +495,7 @@ void MeshBody::start_history(Nodes& nodes, const double* gravity, const cairn_sc
 
 void MeshBody::smooth_change(Nodes& nodes, double* change) {
   const std::int64_t n = model.dofs();
+  const bool turns = !linear() && model.ties.rigid_parts_turn();
   jump_.assign(std::size_t(n), 0.0);
   if (std::any_of(impulse.begin(), impulse.end(), [](double p) { return p < 0 || p > 0; })) {
     std::copy(impulse.begin(), impulse.end(), jump_.begin());
@@ -494,6 +506,12 @@ void MeshBody::smooth_change(Nodes& nodes, double* change) {
   for (std::int64_t i = 0; i < n; ++i) {
     const double all = b_[i] - v_[i] - known_[i];
     if (model.held[i] && scheme_.histories > 1) jump_[i] = all; // an impulse, see cairn_smooth_change
+    if (turns && !model.held[i]) {
+      const double load = pressed.empty() ? f_[i] : f_[i] + press_[i];
+      change[model.dim * first_node + i] =
+          scheme_.impulse * (load - c_[i] - force_of(std::size_t(i))) / force_weight(i);
+      continue;
+    }
     change[model.dim * first_node + i] = all - jump_[i];
   }
 }

@@ -158,6 +158,8 @@ public:
   // contacts.
   void start_history(Nodes& nodes, const double* gravity, const cairn_scheme& scheme);
   void smooth_change(Nodes& nodes, double* change);
+  // The way of the step beside that of the velocities at its ends, where rigid parts turn; else it is left as it is.
+  void turn_way(const Nodes& nodes, double* way);
   // Contact nodes from now on, in this order after those that are: compliance between them.
   void touch(const std::vector<std::int32_t>& more);
   std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
@@ -183,6 +185,7 @@ private:
     std::unique_ptr<Soe> soe;
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
+    bool known = false;        // of the pass: these are its factors
     // Of modes, by which the inverse of A is that of the matrix without them less Z B Z' (Woodbury 1950): Z (dofs,
     // modes) and the Cholesky factor of B^-1, lower (modes, modes).
     std::vector<double> modal_reach, modal_factor;
@@ -214,6 +217,7 @@ private:
   void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step
   void history_sum(Nodes& nodes, const double* factors, double* out) const;
   void solve_mass(double* b); // of held dofs: zero
+  void solve_bound_mass(double* b);
   void find_modal_momentum();
   void factorise_modes(Factors& f);
   void solve_modes(double* b, std::int64_t columns);
@@ -232,6 +236,9 @@ private:
   std::unique_ptr<Soe> make_soe() const;
   SoeStatus factor(Soe& soe, const double* value);
   void turn_iterate();
+  double force_weight(std::int64_t i) const;
+  void kept_momentum(double* out) const;
+  void find_kept_way(Nodes& nodes);
   void press(double* tangent);
   void multiply(const SparseMatrix& a, const double* x, double* out) const;
   void stiffness_times(const double* x, double* out) const;
@@ -280,10 +287,11 @@ private:
   bool tangent_known_ = false;             // at iterate_, with its stresses
   bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
-  std::vector<double> jump_;  // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]
-  std::unique_ptr<Soe> mass_; // factors of M, for histories alone
-  double size_ = 0;
-  cairn_scheme scheme_{}; // of the step at hand
+  std::vector<double> way_beside_;  // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]
+  std::vector<double> jump_;        // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]
+  std::unique_ptr<Soe> mass_;       // factors of M, for histories alone
+  double size_ = 0, mean_mass_ = 0; // of a dof [kg]
+  cairn_scheme scheme_{};           // of the step at hand
 };
 
 } // namespace cairn

@@ -86,31 +86,17 @@ void MeshBody::damped_velocity(const std::vector<double>& v) {
 void MeshBody::residual_of(const std::vector<double>& v) {
   const std::int64_t n = model.dofs();
   for (std::int64_t i = 0; i < n; ++i) a_[i] = v[i] - v_[i];
-  for (std::size_t i = 0; i < kicked_past_.size(); ++i) a_[i] -= kicked_past_[i];
+  const bool turns = model.ties.rigid_parts_turn();
+  for (std::size_t i = 0; i < kicked_past_.size() && !turns; ++i) a_[i] -= kicked_past_[i];
   multiply_mass(a_.data(), b_.data());
+  for (std::size_t i = 0; i < kicked_past_.size() && turns; ++i)
+    b_[i] -= force_weight(std::int64_t(i)) * kicked_past_[i];
   damped_velocity(v);
   if (damps_) damping_times(a_.data(), c_.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double load = pressed.empty() ? f_[i] : f_[i] + press_[i];
     residual_[i] = model.held[i] ? 0 : scheme_.impulse * (load - c_[i] - force_of(std::size_t(i))) - b_[i];
   }
-}
-
-// Rigid parts turn as a whole over the step, from velocities of the pass that are linear in their spins.
-void MeshBody::turn_iterate() {
-  if (!model.ties.rigid_parts_turn()) return;
-  std::vector<double>&way = a_, &place = b_;
-  const auto past = [&](std::size_t i) { return past_.empty() ? 0.0 : past_[i] / h_; };
-  for (std::size_t i = 0; i < iterate_.size(); ++i) {
-    way[i] = share_ * iterate_[i] + (1 - share_) * v_[i] + past(i);
-    place[i] = model.reference[i] + q_[i];
-  }
-  model.ties.turn(way.data(), place.data(), h_);
-  for (const std::int32_t node : model.ties.rigid_node)
-    for (int k = 0; k < model.dim; ++k) {
-      const auto i = std::size_t(model.dim * node + k);
-      iterate_[i] = (way[i] - past(i) - (1 - share_) * v_[i]) / share_;
-    }
 }
 
 // What an integrator asks of stresses: at the end of the step, at a mean of both ends, or where it predicts them.
@@ -126,6 +112,11 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
   if (explicit_ && model.ties.rigid_parts_turn())
     throw Error("rigid parts of the mesh '" + model.name +
                 "' turn over a step, which explicit integrators do not know: give Theta(), or hold these nodes");
+  if (share_ < 0.5 * (1 - 4 * std::numeric_limits<double>::epsilon()) && model.ties.rigid_parts_turn())
+    throw Error(
+        "rigid parts of the mesh '" + model.name +
+        "' turn over a step, and what their velocities are beside a rigid motion would grow by gamma/beta - 1 a "
+        "step of Newmark: give a beta of gamma/2 or more");
   if (const std::string why = by_energy_ ? model.bulk->not_by_energy(model.name) : ""; !why.empty())
     throw Error(why + ": DiscreteGradient is for hyperelastic materials at large strains in 3D, plane strain and round "
                       "an axis, without mean dilatation; give Theta(0.5)");
@@ -139,12 +130,16 @@ void MeshBody::take_scheme(const cairn_scheme& scheme, bool check) {
 // What the history adds to the way of the step, to where stresses are predicted, to what is damped and to velocities.
 void MeshBody::take_history(Nodes& nodes) {
   const std::size_t n = scheme_.histories > 0 ? std::size_t(model.dofs()) : 0;
+  way_beside_.clear();
   for (std::vector<double>* v : {&past_, &elastic_past_, &damped_past_, &kicked_past_}) v->resize(n);
   if (n == 0) {
     elastic_past_.assign(explicit_ ? std::size_t(model.dofs()) : 0, 0.0);
     return;
   }
-  history_sum(nodes, scheme_.position, past_.data());
+  if (model.ties.rigid_parts_turn())
+    find_kept_way(nodes);
+  else
+    history_sum(nodes, scheme_.position, past_.data());
   history_sum(nodes, scheme_.elastic, elastic_past_.data());
   history_sum(nodes, scheme_.damping_history, damped_past_.data());
   history_sum(nodes, scheme_.velocity, kicked_past_.data());
@@ -281,7 +276,10 @@ void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cai
       if (k == 3) force = (at[4][i] - 2 * at[3][i] + 2 * at[1][i] - at[0][i]) / (2 * time * time * time);
       next[i] = (k == 0 ? f_[i] : 0) - force - drag[i];
     }
-    solve_mass(next.data());
+    if (!model.ties.rigid_parts_turn())
+      solve_mass(next.data());
+    else
+      for (std::size_t i = 0; i < n; ++i) next[i] = model.held[i] ? 0 : next[i] / force_weight(std::int64_t(i));
     known[k + 2] = next;
     std::copy_n(next.begin(), n, nodes.history(k) + model.dim * first_node);
   }
@@ -319,12 +317,19 @@ void MeshBody::factorise_tangent() {
   now_->place.assign(std::size_t(model.nodes()), -1);
   now_->leading = 0;
   const auto with = [&](const std::vector<double>& stiffness) {
-    for (std::size_t e = 0; e < now_->value.size(); ++e)
-      now_->value[e] =
+    bool same = now_->known && !model.ties.rigid_parts_turn();
+    for (std::size_t e = 0; e < now_->value.size(); ++e) {
+      const double a =
           explicit_ ? model.mass.value[e] + scheme_.damping * model.damping.value[e]
                     : model.mass.value[e] + scheme_.damping * model.damping.value[e] + scheme_.stiffness * stiffness[e];
+      same = same && a == now_->value[e];
+      now_->value[e] = a;
+    }
+    if (same) return SoeStatus{}; // to the bit, as of Hooke's law at small strains, or an explicit integrator
     ++factorisations;
-    return factor(*now_->soe, now_->value.data());
+    const SoeStatus found = factor(*now_->soe, now_->value.data());
+    now_->known = bool(found);
+    return found;
   };
   SoeStatus status = with(explicit_ ? model.stiffness.value : tangent_);
   // where the material softens, the stiffness at the start is a direction that goes down
@@ -450,6 +455,7 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
 // The way of the step of node dofs that end with velocities v.
 double MeshBody::way_of(std::size_t i, double v) const {
   const double way = h_ * (share_ * v + (1 - share_) * v_[i]);
+  if (!way_beside_.empty()) return way + way_beside_[i];
   return past_.empty() ? way : way + past_[i] + scheme_.position[0] / h_ * jump_[i];
 }
 
@@ -485,7 +491,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   multiply_mass(a_.data(), inertia.data());
   multiply_mass(end.data(), b_.data());
   const bool keeps = !kicked_past_.empty();
-  if (keeps) multiply_mass(kicked_past_.data(), momentum_known_.data());
+  if (keeps) kept_momentum(momentum_known_.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double way = way_of(std::size_t(i), end[i]), elastic = force_step_[i];
     work.elastic += way * elastic;
@@ -500,6 +506,8 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     work.kinetic_change += mean * (inertia[i] - lumped_[i] * a_[i]);
     work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points);
     if (model.ties.bound(i)) work.binding += way * reaction[i];
+    if (model.ties.bound(i) && !way_beside_.empty()) // what the jumps of impulses turned rigid parts by beside
+      work.integrator -= (way_beside_[i] - past_[i] - scheme_.position[0] / h_ * jump_[i]) * reaction[i];
     const double force = model.held[i] || model.ties.bound(i) ? (lumped - impulse[i]) / scheme_.impulse - weight
                                                               : f_[i] - elastic - c_[i] - weight - extra;
     nodes.force[first_node][i] = force;

@@ -232,6 +232,24 @@ void MeshTies::follow(double* v) const {
   }
 }
 
+void MeshTies::centripetal(const double* v, double* out) const {
+  std::fill_n(out, dofs_, 0.0);
+  for (std::size_t p = 0; p + 1 < rigid_first.size(); ++p) {
+    double mean[3], spin[3], once[3], twice[3];
+    fit(p, v, mean, spin);
+    for (std::int64_t j = rigid_first[p]; j < rigid_first[p + 1]; ++j) {
+      const double* r = &arm_[std::size_t(dim_ * j)];
+      if (dim_ == 2) {
+        twice[0] = -spin[0] * spin[0] * r[0], twice[1] = -spin[0] * spin[0] * r[1];
+      } else {
+        across(spin, r, once);
+        across(spin, once, twice);
+      }
+      for (int k = 0; k < dim_; ++k) out[dim_ * rigid_node[std::size_t(j)] + k] = twice[k];
+    }
+  }
+}
+
 // A part that turns by Cayley's rotation of its spin has, over the step, velocities that are those of the spin about
 // where its nodes are in the middle.
 void MeshTies::turn(double* way, const double* place, double h) {

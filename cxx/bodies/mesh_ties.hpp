@@ -39,6 +39,10 @@ public:
   // Mean velocities of a step from places (dim, nodes), in which rigid parts turn whole: nearest to those given. From
   // now on they turn as at the middle of that way.
   void turn(double* way, const double* place, double h);
+  // From now on T is that of nodes at some places (dim, nodes).
+  void stand_at(const double* place) { set_arms(place, nullptr, 0); }
+  // What nodes of rigid parts, where they stand, accelerate by their spin alone (dofs) [m/s2]; of others zero.
+  void centripetal(const double* v, double* out) const;
 
 private:
   struct Term { // of an entry of the matrix of the unknowns: a product of two weights and an entry of A

@@ -1,4 +1,4 @@
-"""Meshed bodies of DATBOX folders whose models name neoh_, J2iso, kvisc, or elas_ at large strains: read, run, refused."""
+"""Meshed bodies of DATBOX folders whose models name neoh_, J2iso, J2mix, kvisc, or elas_ at large strains: read, run, refused."""
 
 import cairn as cn
 import numpy as np
@@ -11,6 +11,7 @@ ELASTIC = ("elas: standard", "ani_: isotropic", "EYng= 1.0000000e+05  EPss= 3.00
 VISCOUS = (*ELASTIC, "visc: KelvinVoigt", "ani_: isotropic", "EYng= 2.0000000e+02  EPss= 2.5000000e-01")
 PLASTIC = (*ELASTIC, "crit: Von-Mises", "isoh: linear", "SIG0= 2.0000000e+03  K___= 5.0000000e+03", "cinh: none", "visc: none")
 SWIFT = (*PLASTIC[:4], "isoh: Swift", "C0__= 4.0000000e+03  EPS0= 2.5000000e-01  n___= 5.0000000e-01", *PLASTIC[6:])
+MIXED = (*PLASTIC[:6], "cinh: linear", "K___= 7.0000000e+03", PLASTIC[7])
 ALL = [
     ("small", "elas_", "ELAS", ELASTIC, None, (1e5, 0.3)),
     ("large", "elas_", "ELAS", ELASTIC, "SaintVenantKirchhoff", (1e5, 0.3)),
@@ -19,6 +20,8 @@ ALL = [
     ("small", "elas_", "ELAS_PLAS", PLASTIC, None, (1e5, 0.3)),
     ("large", "elas_", "ELAS_PLAS", PLASTIC, "SaintVenantKirchhoff", (1e5, 0.3)),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC, "J2Plasticity", (1e5, 0.3, 2e3, 5e3)),
+    ("small", "J2mix", "ELAS_PLAS", MIXED, "J2Plasticity", (1e5, 0.3, 2e3, 5e3, 7e3)),
+    ("small", "J2mix", "ELAS_PLAS", PLASTIC, "J2Plasticity", (1e5, 0.3, 2e3, 5e3, 0.0)),
     ("large", "J2iso", "ELAS_PLAS", SWIFT, "FiniteJ2", (1e5, 0.3, 2e3, 0.0, 0.0, 0.25, 0.5)),
     ("large", "J2iso", "ELAS_PLAS", PLASTIC, "FiniteJ2", (1e5, 0.3, 2e3, 5e3)),
 ]
@@ -57,7 +60,7 @@ def test_a_folder_of_each_material_is_read_and_run(kinematics, law, name, rows, 
     terms = sim.info["energy"]
     assert struck > 0 and np.abs(sim.meshes[0].displacement).max() > 1e-3
     assert abs(terms["closure"]) < 1e-7 * terms["in_play"]
-    assert (terms["dissipated_material"] > 1e-3) == (law in ("kvisc", "J2iso"))
+    assert (terms["dissipated_material"] > 1e-3) == (law in ("kvisc", "J2iso", "J2mix"))
 
 
 @pytest.mark.parametrize("law", ["", "elas_", "J2iso"])
@@ -72,7 +75,10 @@ def test_a_metal_without_a_library_is_plastic_whatever_its_model_says(law, tmp_p
 
 @pytest.mark.parametrize("kinematics, law, name, rows, told", [
     ("small", "neoh_", "ELAS", ELASTIC, r"MAILx 1: model M2D_L \(small, neoh_, iso__\) of material GUMMY \(ELAS\)"),
-    ("small", "J2mix", "ELAS_PLAS", PLASTIC, r"MAILx 1: model M2D_L \(small, J2mix, iso__\)"),
+    ("large", "J2mix", "ELAS_PLAS", MIXED, r"MAILx 1: model M2D_L \(large, J2mix, iso__\)"),
+    ("small", "J2iso", "ELAS_PLAS", MIXED, "material GUMMY has cinh: linear, not none"),
+    ("small", "J2mix", "ELAS_PLAS", MIXED[:7] + MIXED[8:], "material GUMMY lacks its K___="),
+    ("small", "J2mix", "ELAS_PLAS", MIXED[:7] + ("K___=-1.0000000e+00", MIXED[8]), "K___=-1 behind cinh: give 0 or more"),
     ("small", "J2iso", "ELAS", ELASTIC, r"model M2D_L \(small, J2iso, iso__\) of material GUMMY \(ELAS\)"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:3] + ("crit: Hill",) + PLASTIC[4:], "material GUMMY has crit: Hill, not Von-Mises"),
     ("small", "J2iso", "ELAS_PLAS", PLASTIC[:4] + ("isoh: Hollomon",) + PLASTIC[5:], "isoh: Hollomon, not linear or Swift"),

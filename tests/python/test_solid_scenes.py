@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from cairn import J2Plasticity, KelvinVoigt, NeoHookean, SolidBody, _core
 from cairn.build.bulk import BULK_MATERIALS
+from cairn.run.views import core_of
 from second_order import box
 
 
@@ -65,6 +66,25 @@ def test_one_pass_where_the_law_is_linear():
     assert np.abs(ways[0][0] - ways[1][0]).max() < 1e-9
     for term in ("kinetic", "stored", "dissipated_bulk", "dissipated_integrator"):
         assert ways[0][1][term] == pytest.approx(ways[1][1][term], rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("material, kinematics, some", [
+    (BULK_MATERIALS["IsotropicElastic"](young=2e5, poisson=0.3), "small", False),
+    (J2Plasticity(young=2e5, poisson=0.3, yield_stress=1e3), "small", True),
+    (NeoHookean(young=2e5, poisson=0.3), None, True),
+])  # fmt: skip
+def test_a_matrix_that_stays_is_factorised_once(material, kinematics, some):
+    """Hooke's law at small strains has one tangent, to the bit: factors are made anew where it, or the step, is another."""
+    options = {"kinematics": kinematics} if kinematics else {}
+    sim = dropped(2, material, speed=2.0, strategy=cn.NSCD(solver=cn.NLGS(tol=1e-12)), **options)
+    count = lambda: core_of(sim).mesh_work()["factorisations"]  # noqa: E731
+    passes = sum(sim.step()["newton_passes"] for _ in range(30))
+    assert sim.contacts.impulse.any()
+    assert (1 < count() <= passes) if some else (count() == 1 and passes == 30)
+    before = count()
+    sim.dt = 2e-3
+    sim.step()
+    assert count() > before
 
 
 def test_kelvin_and_voigts_body_is_rayleigh_damping():

@@ -60,6 +60,7 @@ void Nscd::measure_histories(Simulation& s) {
   cairn_history_way(nodes.dim, nodes.count, &scheme_, nodes.velocity_begin.values.data(), nodes.velocity.values.data(),
                     node_change_.data(), node_way_.data(), nodes.history(0), nodes.history(1), nodes.history(2),
                     nodes.history(3));
+  for (MeshBody& mesh : s.meshes.meshes) mesh.turn_way(nodes, node_way_.data());
 }
 
 // Places, velocities or the integrator are others: what is kept does not belong to them.

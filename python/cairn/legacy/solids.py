@@ -15,6 +15,7 @@ KINDS = {
     ("large", "neoh_", "ELAS"): "NeoHookean",
     ("small", "kvisc", "VISCO_ELAS"): "KelvinVoigt",
     ("small", "J2iso", "ELAS_PLAS"): "J2Plasticity",
+    ("small", "J2mix", "ELAS_PLAS"): "J2Plasticity",
     ("large", "J2iso", "ELAS_PLAS"): "FiniteJ2",
 }
 
@@ -53,9 +54,12 @@ def solid_material(box, options, material):
         values |= {"viscous_young": _one(path, material, found, "EYng"), "viscous_poisson": _one(path, material, found, "EPss")}
     if kind in ("J2Plasticity", "FiniteJ2"):
         _word(path, material, "crit", "Von-Mises")
-        _word(path, material, "cinh", "none")
         _word(path, material, "visc", "none")
         values |= _hardening(path, material)
+        if asked(options, material)[1] == "J2mix" and _of_word(material, "cinh") == "linear":
+            values["kinematic"] = _back_stress(path, material)
+        else:
+            _word(path, material, "cinh", "none")
     try:
         return bulk.BULK_MATERIALS[kind](**values)
     except ValueError as error:
@@ -64,7 +68,7 @@ def solid_material(box, options, material):
 
 def _hardening(path, material):
     """Of a metal: linear, or by Swift's law, sigma_y = C0 (EPS0 + p)^n."""
-    found = _values(material, _section(material, "crit"))
+    found = _values(material, _section(material, "crit"), _section(material, "cinh"))
     word = _of_word(material, "isoh")
     if word == "Swift":
         size, strain, power = (_one(path, material, found, label) for label in ("C0__", "EPS0", "n___"))
@@ -77,6 +81,15 @@ def _hardening(path, material):
         raise LegacyError(f"{path}, line {material.line}: {what}")
     isotropic = _one(path, material, found, "K___") if word == "linear" else 0.0
     return {"yield_stress": _one(path, material, found, "SIG0"), "isotropic": isotropic}
+
+
+def _back_stress(path, material):
+    """Of a metal of J2mix, by Prager's law: the back stress is 2/3 K of the plastic strain (J2PlasticityMixed of MatLib)."""
+    modulus = _one(path, material, _values(material, _section(material, "cinh"), _section(material, "visc")), "K___")
+    if modulus < 0:
+        what = f"material {material.name} has K___={modulus:g} behind cinh: give 0 or more"
+        raise LegacyError(f"{path}, line {material.line}: {what}")
+    return modulus
 
 
 def elastic(box, material):
