@@ -183,12 +183,13 @@ void MeshTies::fit(std::size_t part, const double* v, double* mean, double* spin
 
 // Arms of the nodes of rigid parts at place + half * way, and with them their rows of T.
 void MeshTies::set_arms(const double* place, const double* way, double half) {
+  const int axes = dim_ == 2 ? 2 : 3;
   for (std::size_t p = 0; p + 1 < rigid_first.size(); ++p) {
     const std::int64_t begin = rigid_first[p], end = rigid_first[p + 1];
     double mean[3] = {0, 0, 0};
     for (int turn = 0; turn < 2; ++turn)
       for (std::int64_t j = begin; j < end; ++j)
-        for (int k = 0; k < dim_; ++k) {
+        for (int k = 0; k < axes; ++k) {
           const std::int64_t i = dim_ * std::int64_t(rigid_node[std::size_t(j)]) + k;
           const double x = place[i] + (way ? half * way[i] : 0);
           if (turn == 0)
@@ -198,7 +199,7 @@ void MeshTies::set_arms(const double* place, const double* way, double half) {
         }
     for (std::int64_t j = begin; j < end; ++j) {
       const double* r = &arm_[std::size_t(dim_ * j)];
-      for (int k = 0; k < dim_; ++k) {
+      for (int k = 0; k < axes; ++k) {
         double* row = &value_[std::size_t(start_[std::size_t(dim_ * rigid_node[std::size_t(j)] + k)])];
         if (dim_ == 2) {
           row[1] = k == 0 ? -r[1] : r[0];
@@ -212,6 +213,7 @@ void MeshTies::set_arms(const double* place, const double* way, double half) {
 }
 
 void MeshTies::follow(double* v) const {
+  const int axes = dim_ == 2 ? 2 : 3;
   for (std::size_t t = 0; t < dof.size(); ++t) {
     double sum = 0;
     for (std::int64_t e = first[t]; e < first[t + 1]; ++e) sum += weight[std::size_t(e)] * v[master[std::size_t(e)]];
@@ -227,12 +229,13 @@ void MeshTies::follow(double* v) const {
         turned[0] = -spin[0] * r[1], turned[1] = spin[0] * r[0];
       else
         across(spin, r, turned);
-      for (int k = 0; k < dim_; ++k) v[dim_ * rigid_node[std::size_t(j)] + k] = mean[k] + turned[k];
+      for (int k = 0; k < axes; ++k) v[dim_ * rigid_node[std::size_t(j)] + k] = mean[k] + turned[k];
     }
   }
 }
 
 void MeshTies::centripetal(const double* v, double* out) const {
+  const int axes = dim_ == 2 ? 2 : 3;
   std::fill_n(out, dofs_, 0.0);
   for (std::size_t p = 0; p + 1 < rigid_first.size(); ++p) {
     double mean[3], spin[3], once[3], twice[3];
@@ -245,7 +248,7 @@ void MeshTies::centripetal(const double* v, double* out) const {
         across(spin, r, once);
         across(spin, once, twice);
       }
-      for (int k = 0; k < dim_; ++k) out[dim_ * rigid_node[std::size_t(j)] + k] = twice[k];
+      for (int k = 0; k < axes; ++k) out[dim_ * rigid_node[std::size_t(j)] + k] = twice[k];
     }
   }
 }
@@ -253,19 +256,20 @@ void MeshTies::centripetal(const double* v, double* out) const {
 // A part that turns by Cayley's rotation of its spin has, over the step, velocities that are those of the spin about
 // where its nodes are in the middle.
 void MeshTies::turn(double* way, const double* place, double h) {
+  const int axes = dim_ == 2 ? 2 : 3;
   set_arms(place, way, h / 2);
   for (std::size_t p = 0; p + 1 < rigid_first.size(); ++p) {
     const std::int64_t begin = rigid_first[p], end = rigid_first[p + 1];
     double mean[3], spin[3], centre[3] = {0, 0, 0};
     fit(p, way, mean, spin);
     for (std::int64_t j = begin; j < end; ++j)
-      for (int k = 0; k < dim_; ++k) centre[k] += place[dim_ * rigid_node[std::size_t(j)] + k] / double(end - begin);
+      for (int k = 0; k < axes; ++k) centre[k] += place[dim_ * rigid_node[std::size_t(j)] + k] / double(end - begin);
     double a[3] = {0, 0, 0}, square = 0;
     for (int k = 0; k < (dim_ == 2 ? 1 : 3); ++k) a[k] = h / 2 * spin[k], square += a[k] * a[k];
     for (std::int64_t j = begin; j < end; ++j) {
       const std::int64_t i = dim_ * std::int64_t(rigid_node[std::size_t(j)]);
       double r[3] = {0, 0, 0}, once[3] = {0, 0, 0}, twice[3] = {0, 0, 0};
-      for (int k = 0; k < dim_; ++k) r[k] = place[i + k] - centre[k];
+      for (int k = 0; k < axes; ++k) r[k] = place[i + k] - centre[k];
       if (dim_ == 2) {
         once[0] = -a[0] * r[1], once[1] = a[0] * r[0];
         twice[0] = -square * r[0], twice[1] = -square * r[1];
@@ -273,7 +277,7 @@ void MeshTies::turn(double* way, const double* place, double h) {
         across(a, r, once);
         across(a, once, twice);
       }
-      for (int k = 0; k < dim_; ++k) way[i + k] = mean[k] + 2 / (1 + square) * (once[k] + twice[k]) / h;
+      for (int k = 0; k < axes; ++k) way[i + k] = mean[k] + 2 / (1 + square) * (once[k] + twice[k]) / h;
     }
   }
   set_arms(place, way, h / 2);
