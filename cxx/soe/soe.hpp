@@ -42,9 +42,9 @@ enum class SoeStorage {
 enum class SoeOrder { automatic, amd, metis, natural };
 
 // Factors of CHOLMOD: simplicial ones are LDL' by columns (LGPL); supernodal ones LL' by dense blocks, in LAPACK (GPL).
-// Own: the same blocks factorised by a kernel of the core, the same bits whatever LAPACK there is, five times sooner
-// than the plain one; simplicial where the build has no blocks. Automatic is own where CHOLMOD finds at least 40
-// operations for an entry of L, and the build may.
+// Own: the same blocks factorised by a kernel of the core, five times sooner than by the plain LAPACK, in 1.2 to 1.6
+// times the time of OpenBLAS; simplicial where the build has no blocks. Automatic has blocks where CHOLMOD finds at
+// least 40 operations for an entry of L, and the build may: own ones, or in LAPACK where its BLAS is a tuned one.
 enum class SoeBlocks { automatic, simplicial, supernodal, own };
 
 struct SoeOptions {

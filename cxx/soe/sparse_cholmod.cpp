@@ -86,7 +86,8 @@ public:
       put_last(a, options.last);
     order_ = static_cast<const std::int32_t*>(factor_->Perm);
     most_rows_ = factor_->is_super ? most_of(factor_->pi) : 0;
-    if (options.blocks != SoeBlocks::supernodal && factor_->is_super) place_entries(pattern);
+    const bool own = options.blocks == SoeBlocks::own || (options.blocks == SoeBlocks::automatic && !has_tuned_blas());
+    if (own && factor_->is_super) place_entries(pattern);
   }
 
   ~Cholmod() override {
