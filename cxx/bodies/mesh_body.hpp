@@ -285,7 +285,7 @@ private:
   double end_weight_ = 0, rate_share_ = 0;  // of the end in forces of stresses, and in rates of strain
   bool explicit_ = false, by_energy_ = false;
   bool tangent_known_ = false;             // at iterate_, with its stresses
-  int passes_ = 0;                         // of the step
+  double error_before_ = 0;                // of the pass before
   bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> way_beside_;  // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]

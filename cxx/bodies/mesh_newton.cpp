@@ -182,7 +182,7 @@ void MeshBody::start_newton(Nodes& nodes) {
     press_ = press_begin_;
   }
   tangent_known_ = false;
-  passes_ = 0;
+  error_before_ = std::numeric_limits<double>::infinity();
   goes_on_ = went_on_; // as the step before
   went_on_ = false;
   iterate_ = v_;
@@ -348,8 +348,8 @@ NewtonError MeshBody::judge(double tolerance) {
   NewtonError out;
   {
     const Stopwatch watch(&newton_seconds.balance);
-    ++passes_;
     out = find_change(goes_on_, tolerance);
+    error_before_ = out.error;
   }
   newton_seconds.balance -= newton_seconds.assembly - assembled;
   goes_on_ = !(out.error * out.error <= tolerance); // errors become their squares
@@ -406,7 +406,7 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   for (std::size_t i = 0; i < n; ++i) moved = moved || (model.held[i] && (change[i] < 0 || change[i] > 0));
   const bool swells = !swelling_force_.empty();
   const std::size_t terms = swells ? 4 : 3;
-  constexpr int halvings = 10, few = 3;
+  constexpr int halvings = 10;
   double share = 1;
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
     for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
@@ -436,8 +436,8 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
     scale = std::max(scale, std::sqrt(borne_by_held()));
     const double left = std::sqrt(std::max(size[0], 0.0));
     out.error = left > 0 ? (scale > 0 ? left / scale : 1) : 0;
-    // Newton's method gains no digit, or not enough of them in some passes: there may be none
-    if (out.error > tolerance && (left * left > 0.01 * before || passes_ > few)) {
+    // Newton's method gains no digit, or its error does not fall from pass to pass: there may be none
+    if (out.error > tolerance && (left * left > 0.01 * before || out.error > 0.5 * error_before_)) {
       const double floor = rounding();
       if (left <= floor) out.error = std::min(out.error, std::numeric_limits<double>::epsilon() * left / floor);
     }

@@ -85,7 +85,7 @@ DragBound drag_bound(const cairn_scheme& scheme) {
     of_place += place[k] * a[k][n] / a[k][k];
     of_velocity += velocity[k] * a[k][n] / a[k][k];
   }
-  constexpr double rounding = 1e-12;
+  constexpr double rounding = 0x1p-40; // of a ratio, in a solution of six equations at most: both limits are one
   DragBound out{scheme.largest * std::sqrt(of_place) / scheme.h, 1};
   if (std::abs(out.frequency - 1) < rounding) out.frequency = 1;
   out.rate = scheme.largest * of_velocity / scheme.h / out.frequency;

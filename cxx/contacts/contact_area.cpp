@@ -109,8 +109,8 @@ bool Interactions::State::came_in_touching(std::int64_t i) const {
   if (kind[ca] & kind[cb] & mapped && meshes->parted_warped(ca, cb)) return true;
   double furthest = 0;
   for (int k = 0; k < dim(); ++k) furthest = std::max(furthest, std::abs(candidates->point[dim() * i + k]));
-  return candidates->gap[i] <=
-         std::max(touch * effective_radius(i), within < 0 ? 0 : e.params[within]) + rounding_of_gaps(furthest);
+  const double radius = effective_radius(i), coarse = std::min(rounding_of_gaps(furthest), radius / 64);
+  return candidates->gap[i] <= std::max(touch * radius, within < 0 ? 0 : e.params[within]) + coarse;
 }
 
 } // namespace cairn

@@ -63,10 +63,13 @@ private:
 
   // See solid_proximal.cpp.
   struct Proximal {
-    std::vector<std::size_t> first; // contact of each batch, dummies counted
-    std::vector<double> block, free, begun, moved, moving, bias,
-        params;                                   // columns of each batch, from its first contact on
-    std::vector<double> way, mass_way, mass_step; // of unknowns
+    struct Place {
+      std::size_t contact = 0, value = 0, block = 0;
+    };
+    std::vector<Place> places; // where the columns of each batch begin, dummies counted
+    std::vector<double> block, free, begun, moved, moving, bias, params; // columns
+    std::vector<double> way, mass_way, mass_step;                        // of unknowns
+    double speed = 0;                                                    // the largest where it begins
   };
   int improve_by_proximal_points(double& error_square, double wanted_square, const std::function<double()>& measure);
   int find_proximal_point(double share, int most);

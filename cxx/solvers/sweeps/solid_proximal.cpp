@@ -13,7 +13,6 @@ namespace cairn {
 
 namespace {
 
-constexpr int most_components = 6;
 constexpr double level = 0.25; // slope at which a step ends, over that at which it begins
 
 } // namespace
@@ -21,42 +20,48 @@ constexpr double level = 0.25; // slope at which a step ends, over that at which
 // From the velocities and impulses at hand.
 void SolidCorrection::begin_proximal(double share) {
   Proximal& p = proximal_point_;
-  p.first.assign(1, 0);
-  for (const cairn_batch& b : system_.batches) p.first.push_back(p.first.back() + std::size_t(b.count));
-  const std::size_t all = most_components * p.first.back();
-  for (std::vector<double>* columns : {&p.free, &p.begun, &p.moved, &p.moving, &p.bias}) columns->assign(all, 0.0);
-  p.block.assign(most_components * all, 0.0);
-  p.params.assign(p.first.back(), 0.0);
+  p.places.assign(1, {});
+  for (const cairn_batch& b : system_.batches) {
+    const auto n = std::size_t(b.count), c = std::size_t(b.components);
+    const auto& [contact, value, block] = p.places.back();
+    p.places.push_back({contact + n, value + n * c, block + n * c * c});
+  }
+  const auto& all = p.places.back();
+  for (std::vector<double>* columns : {&p.free, &p.begun, &p.moved, &p.moving, &p.bias})
+    columns->assign(all.value, 0.0);
+  p.block.resize(all.block);
+  p.params.resize(all.contact);
   for (std::vector<double>* unknowns : {&p.way, &p.mass_way, &p.mass_step}) unknowns->assign(velocity_.size(), 0.0);
   size_columns();
+  p.speed = fastest();
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
     const cairn_batch& b = system_.batches[k];
+    const Proximal::Place& at = p.places[k];
     open_batch(std::int32_t(k), share);
-    const std::size_t n = std::size_t(b.count * b.components), at = most_components * p.first[k];
-    std::copy_n(q_.data(), n, &p.free[at]);
-    std::copy_n(r_.data(), n, &p.begun[at]);
-    std::copy_n(bias_.data(), n, &p.bias[at]);
-    std::copy_n(w_.data(), n * std::size_t(b.components), &p.block[most_components * at]);
-    std::copy_n(params_.data(), b.count, &p.params[p.first[k]]);
+    const std::size_t n = std::size_t(b.count * b.components);
+    std::copy_n(q_.data(), n, &p.free[at.value]);
+    std::copy_n(r_.data(), n, &p.begun[at.value]);
+    std::copy_n(bias_.data(), n, &p.bias[at.value]);
+    std::copy_n(w_.data(), n * std::size_t(b.components), &p.block[at.block]);
+    std::copy_n(params_.data(), b.count, &p.params[at.contact]);
   }
 }
 
 SolidCorrection::Question SolidCorrection::question(std::size_t batch, const double* velocity) const {
   const Proximal& p = proximal_point_;
-  const std::size_t at = most_components * p.first[batch];
-  return {&p.block[most_components * at], velocity, &p.begun[at], &p.bias[at], &p.params[p.first[batch]]};
+  const Proximal::Place& at = p.places[batch];
+  return {&p.block[at.block], velocity, &p.begun[at.value], &p.bias[at.value], &p.params[at.contact]};
 }
 
 void SolidCorrection::linearise_proximal() {
   const Proximal& p = proximal_point_;
-  const double speed = fastest();
   std::vector<double>& none = w_true_;
   std::fill(none.begin(), none.end(), 0.0);
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
     const cairn_batch& b = system_.batches[k];
-    const std::size_t at = most_components * p.first[k];
+    const std::size_t at = p.places[k].value;
     for (std::size_t i = 0; i < std::size_t(b.components * b.count); ++i) q_[i] = p.free[at + i] + p.moved[at + i];
-    respond(std::int32_t(k), question(k, q_.data()), speed, none.data(), 0);
+    respond(std::int32_t(k), question(k, q_.data()), p.speed, none.data(), 0);
   }
 }
 
@@ -79,7 +84,7 @@ void SolidCorrection::velocities_of_contacts() {
   for (const Contact& contact : contacts_) {
     const std::size_t batch = std::size_t(contact.batch), c = std::size_t(contact.components);
     const std::size_t n = std::size_t(system_.batches[batch].count);
-    double* u = &p.moving[most_components * p.first[batch] + std::size_t(contact.lane)];
+    double* u = &p.moving[p.places[batch].value + std::size_t(contact.lane)];
     for (std::size_t k = 0; k < c; ++k) u[k * n] = 0;
     for (std::size_t j = 0; j < std::size_t(contact.unknowns); ++j) {
       const double v = velocity_[std::size_t(clique_[std::size_t(clique) + j])];
@@ -88,7 +93,7 @@ void SolidCorrection::velocities_of_contacts() {
     clique += contact.unknowns;
   }
   for (std::size_t k = 0; k < system_.batches.size(); ++k)
-    repeat_last(system_.batches[k], &p.moving[most_components * p.first[k]], system_.batches[k].components);
+    repeat_last(system_.batches[k], &p.moving[p.places[k].value], system_.batches[k].components);
 }
 
 // Of the energy, at a share of the step at hand.
@@ -97,7 +102,7 @@ double SolidCorrection::slope(double step) {
   double sum = 0;
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
     const cairn_batch& b = system_.batches[k];
-    const std::size_t at = most_components * p.first[k], n = std::size_t(b.count);
+    const std::size_t at = p.places[k].value, n = std::size_t(b.count);
     for (std::size_t i = 0; i < n * std::size_t(b.components); ++i)
       q_[i] = p.free[at + i] + p.moved[at + i] + step * p.moving[at + i];
     ask(b, question(k, q_.data()), target_.data());
@@ -110,10 +115,11 @@ double SolidCorrection::slope(double step) {
   return sum;
 }
 
-// 1, or where the slope of the energy is small, by false position; 0 where a step may not be cut.
+// 1, or where the slope of the energy is small, by false position; 0 where a step may not be cut, or leads upwards.
 double SolidCorrection::step_length(bool cut) {
   constexpr int most = 12;
   const double begin = slope(0), least = level * std::abs(begin);
+  if (begin > 0) return 0;
   double low = 0, high = 1, at_low = begin, at_high = slope(1);
   if (!(at_high > least)) return 1;
   if (!cut) return 0;
@@ -146,6 +152,7 @@ int SolidCorrection::find_proximal_point(double share, int most) {
       change_impulses();
       return pass;
     }
+    if (!(step > 0)) return 0;
     for (std::size_t i = 0; i < p.way.size(); ++i) p.way[i] += step * velocity_[i];
     for (std::size_t i = 0; i < p.moved.size(); ++i) p.moved[i] += step * p.moving[i];
   }
