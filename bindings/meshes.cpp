@@ -4,7 +4,7 @@
 #include "alone.hpp"
 #include "arrays.hpp"
 #include "bulk.hpp"
-#include "fe/called_forces.hpp"
+#include "fe/internal_forces.hpp"
 #include "files/run_snapshot.hpp"
 #include "scene/mesh_parts.hpp"
 #include "strategies/simulation.hpp"
@@ -110,7 +110,7 @@ cairn::MeshModel model_of(const py::dict& d) {
     m.bulk->fit(m.mass);
   }
   if (d.contains("called")) {
-    m.bulk = py::cast<std::shared_ptr<cairn::CalledForces>>(d["called"]);
+    m.bulk = py::cast<std::shared_ptr<cairn::InternalForces>>(d["called"]);
     m.bulk->fit(m.mass);
   }
   m.options.storage = storage_of(py::cast<std::string>(d["storage"]));
