@@ -14,8 +14,8 @@ module corotational_frames
 contains
 
   !> n bars of reference vectors d0 between their ends, and vectors w by which the second end moved more than the first.
-  !> by_energy not 0: forces along the way from `begin` to w + (w - begin), whose work is the change of the energy that is given,
-  !> that of the end; tangents are then the symmetric part, by w.
+  !> by_energy not 0: forces along the straight way from `begin` to w whose work is the change of the energy, along the mean of both
+  !> directions so that they keep the angular momentum (Simo & Tarnow 1992); tangents are then the symmetric part.
   pure subroutine cairn_bars_moved(n, kinematics, d0, moved, begin, by_energy, axial, pull, energy, force, tangent, fault) bind(c)
     integer(c_int64_t), value       :: n
     integer(c_int32_t), value       :: kinematics, by_energy
@@ -27,22 +27,21 @@ contains
     real(c_double), intent(out)     :: force(3, n)   !< on the second end; the other way on the first [N]
     real(c_double), intent(out)     :: tangent(3, 3, n) !< [N/m]
     integer(c_int32_t), intent(out) :: fault(n)      !< 1: it has no length, or one that is not finite
-    real(c_double) :: d(3), d1(3), u1(3), size, long, long0, strain, strain0, tension, by_length, rate
+    real(c_double) :: d(3), d1(3), size, long, long0, strain, strain0, tension, by_length, rate
     integer(c_int64_t) :: i
     integer :: k
     do i = 1, n
       size = norm2(d0(:, i))
-      u1 = moved(:, i)
-      if (by_energy /= 0) u1 = u1 + (moved(:, i) - begin(:, i))
-      d1 = d0(:, i) + u1
-      d = d0(:, i) + moved(:, i)
+      d1 = d0(:, i) + moved(:, i)
+      d = d1
+      if (by_energy /= 0) d = d0(:, i) + (moved(:, i) + begin(:, i))/2
       long = norm2(d1)
       fault(i) = merge(0, 1, long > 0 .and. long <= huge(long))
       energy(i) = 0
       force(:, i) = 0
       tangent(:, :, i) = 0
       if (fault(i) /= 0) cycle
-      strain = strain_of(kinematics, d0(:, i), u1, size, long)
+      strain = strain_of(kinematics, d0(:, i), moved(:, i), size, long)
       energy(i) = size*(pull(i) + axial(i)*strain)**2/(2*axial(i))
       long0 = long
       strain0 = strain
@@ -62,11 +61,10 @@ contains
           rate = (axial(i)/size - by_length)/long**2
         end if
       end if
-      if (by_energy /= 0) rate = 2*rate ! the end moves twice as far as the middle
       force(:, i) = by_length*d
       tangent(:, :, i) = 0.5_c_double*rate*(spread(d, 2, 3)*spread(d1, 1, 3) + spread(d1, 2, 3)*spread(d, 1, 3))
       do k = 1, 3
-        tangent(k, k, i) = tangent(k, k, i) + by_length
+        tangent(k, k, i) = tangent(k, k, i) + by_length*merge(0.5_c_double, 1.0_c_double, by_energy /= 0)
       end do
     end do
   end subroutine cairn_bars_moved
