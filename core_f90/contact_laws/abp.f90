@@ -27,12 +27,15 @@ contains
     first = mixed_length(share, p(first_own)/p(1), p(first_own + 1)/p(2))
     g = mixed_work(share, p(1), p(2), p(first_own + 2), p(first_own + 3))
     last = mixed_length(share, p(first_own + 4), p(first_own + 5))
-    stress = k*first
-    knee = 2*g*(1 - p(first_own + 6))/last
-    at = (2*g*p(first_own + 6) + knee*first)/stress
     beta = 1
     work = k*opening**2/2
     if (opening <= first) return
+    beta = 0
+    work = k*first**2/2
+    if (.not. (first > 0 .and. last > first)) return
+    stress = k*first
+    knee = 2*g*(1 - p(first_own + 6))/last
+    at = (2*g*p(first_own + 6) + knee*first)/stress
     d = min(opening, at)
     beta = (stress + (knee - stress)*(d - first)/(at - first))/(k*d)
     work = stress*first/2 + (d - first)*(stress + k*beta*d)/2

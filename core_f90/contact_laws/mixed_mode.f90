@@ -54,6 +54,7 @@ contains
     if (opening <= first) return
     beta = 0
     work = k*first**2/2
+    if (.not. first > 0) return
     length = 1.5_c_double*(g - work)/(k*first)
     if (.not. length > 0) return
     x = min((opening - first)/length, 1.0_c_double)

@@ -144,7 +144,7 @@ contains
     if (d <= first) return
     g = mixed_work(share, p(c_n), p(c_t), p(first_own + 2), p(first_own + 3))
     stored = k*first**2/2
-    if (.not. g > stored) then
+    if (.not. (g > stored .and. first > 0)) then ! of no strength, it opens without work
       beta = 0
       if (present(spent)) spent = k*old*first**2/2
       return

@@ -26,11 +26,14 @@ contains
     k = (1 - share)*p(1) + share*p(2)
     first = mixed_length(share, p(first_own)/p(1), p(first_own + 1)/p(2))
     g = mixed_work(share, p(1), p(2), p(first_own + 2), p(first_own + 3))
-    flat = max(first, mixed_length(share, p(first_own + 4), p(first_own + 5)))
-    last = max(flat, 2*g/(k*first) - flat + first)
     beta = 1
     work = k*opening**2/2
     if (opening <= first) return
+    beta = 0
+    work = k*first**2/2
+    if (.not. first > 0) return
+    flat = max(first, mixed_length(share, p(first_own + 4), p(first_own + 5)))
+    last = max(flat, 2*g/(k*first) - flat + first)
     d = min(opening, flat)
     beta = first/d
     work = k*first*(first/2 + (d - first))

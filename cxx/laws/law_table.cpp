@@ -161,6 +161,23 @@ double LawTable::Curve::at(double t) const {
 
 namespace {
 
+// The first of the two lines must end after the strength and before all is broken: else the curve would fall at once,
+// or break by other work than its own.
+void check_lines(const LawInfo& info, const std::string& mode, double stored_opening, double strength, double work,
+                 double end, double share) {
+  if (!(strength > 0)) return;
+  const double knee = 2 * work * (1 - share) / end;
+  const double at = (2 * work * share + knee * stored_opening) / strength;
+  if (at >= stored_opening && at < end) return;
+  std::ostringstream message;
+  message << info.python_name << ": the first line of " << mode << "strength = " << strength << " Pa, " << mode
+          << "work = " << work << " J/m2, " << mode << "end = " << end << " m and first_share = " << share
+          << " would end at an opening of " << at << " m, which must lie between that of the strength, "
+          << stored_opening << " m, and " << mode << "end: give "
+          << (at < stored_opening ? "a larger first_share" : "a larger end or strength, or less work");
+  throw std::invalid_argument(message.str());
+}
+
 // What a joint spends must be what it has stored at its strength or more: less would be a strength that it never
 // reaches.
 void check_works(const LawInfo& info, const double* values) {
@@ -177,7 +194,11 @@ void check_works(const LawInfo& info, const double* values) {
     const double softness =
         mode.empty() ? 0.5 / *normal + 0.5 / *tangential : 1 / (mode == "normal_" ? *normal : *tangential);
     const double stored = *strength * (*strength * softness) / 2;
-    if (stored * (1 + 8 * std::numeric_limits<double>::epsilon()) < *work) continue;
+    if (stored * (1 + 8 * std::numeric_limits<double>::epsilon()) < *work) {
+      const double *end = of(mode + "end"), *share = of("first_share");
+      if (end && share) check_lines(info, mode, *strength * softness, *strength, *work, *end, *share);
+      continue;
+    }
     std::ostringstream message;
     message << info.python_name << ": " << mode << "work = " << *work << " J/m2 is no more than the " << stored
             << " J/m2 that are stored at " << mode << "strength = " << *strength

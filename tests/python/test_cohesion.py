@@ -360,3 +360,47 @@ def test_a_crack_under_pressure_is_broken_for_who_counts_pieces():
         sim.step()
     assert len(cn.post.fragments(sim)) == 2 and not sim.contacts.beta.any()
     assert len(sim.contacts.gap) == 1 and sim.contacts.impulse[0, 0] != 0  # pressed apart, far beyond what detection looks at
+
+
+@pytest.mark.parametrize("mode", ["normal", "tangential"])
+@pytest.mark.parametrize("name", ["MP3", "MAL", "TH", "ABP", "EXPO", "PlasticEXPO"])
+def test_a_zone_of_no_strength_opens_without_work(name, mode):
+    """Its onset is at no opening: stresses, works and energies are numbers, and the grain flies off as without a zone."""
+    own = dict(ZONES.get(name, ZONES["EXPO"]))
+    own["strength" if name == "MP3" else f"{mode}_strength"] = 0.0
+    along = np.array([1.0, 0.0] if mode == "normal" else [0.0, 1.0])
+    law = getattr(cn, name)(normal_stiffness=1e10, tangential_stiffness=7e9, **own)
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0.0, 0.0], [0.1, 0.0]], 0.05, ROCK, velocity=[[0.0, 0.0, 0.0], [*along, 0.0]]))
+    scene.interact(ROCK, ROCK, law)
+    sim = simulate(scene, 1e-5)
+    for _ in range(20):
+        assert sim.step()["status"] == "converged"
+        energy = sim.info["energy"]
+        assert np.isfinite([e for e in energy.values() if isinstance(e, float)]).all()
+        assert abs(energy["closure"]) < 1e-10 * energy["in_play"]
+    assert energy["released"] <= 1e-12 * energy["in_play"] and energy["stored"] == 0
+    assert not len(sim.contacts.beta) or sim.contacts.beta[0] == 0
+    if mode == "normal":
+        np.testing.assert_allclose(sim.bodies.velocity[:, :2], [[0.0, 0.0], along], atol=1e-12)
+
+
+def test_what_zones_refuse():
+    """Infinite values, by which energies are no numbers; lines of ABP that end before the strength or beyond the end."""
+    rigid = dict(normal_stiffness=1e10, tangential_stiffness=7e9)
+    for name in [*ZONES, "PlasticEXPO"]:
+        given = rigid | ZONES.get(name, ZONES["EXPO"])
+        for field in given:
+            if field == "first_share":
+                continue
+            with pytest.raises(ValueError, match=f"{field} of {name} is inf: give a value from 0"):
+                getattr(cn, name)(**given | {field: np.inf})
+    with pytest.raises(ValueError, match="reach of Wet is inf"):
+        cn.Wet(force=1.0, reach=np.inf)
+    for given, remedy in ((dict(first_share=0.0), "give a larger first_share"), (dict(normal_end=1e-5), "larger end or strength"),
+                          (dict(tangential_end=0.0), "larger end or strength")):  # fmt: skip
+        scene = cn.Scene(2)
+        scene.add(cn.disks([[0.0, 0.0]], 0.05, ROCK))
+        with pytest.raises(ValueError, match=f"first line of (normal|tangential)_strength.*{remedy}"):
+            scene.interact(ROCK, ROCK, cn.ABP(**rigid | ZONES["ABP"] | given))
+            simulate(scene, 1e-5)
