@@ -4,6 +4,7 @@
 #include "alone.hpp"
 #include "arrays.hpp"
 #include "bulk.hpp"
+#include "fe/frame_model.hpp"
 #include "fe/internal_forces.hpp"
 #include "files/run_snapshot.hpp"
 #include "scene/mesh_parts.hpp"
@@ -112,6 +113,7 @@ cairn::MeshModel model_of(const py::dict& d) {
   if (d.contains("called")) {
     m.bulk = py::cast<std::shared_ptr<cairn::InternalForces>>(d["called"]);
     m.bulk->fit(m.mass);
+    if (const auto* frame = dynamic_cast<cairn::FrameModel*>(m.bulk.get())) frame->stiffen(m.stiffness);
   }
   m.options.storage = storage_of(py::cast<std::string>(d["storage"]));
   m.node_ids = vector_of<std::int64_t>(d, "node_ids");

@@ -10,7 +10,7 @@
 namespace cairn {
 namespace {
 
-enum { no_length = 1, turned_back = 2, no_balance = 3 }; // of BulkResult; the first two as the kernels have them
+enum { no_length = 1, turned_back = 2, no_balance = 3, endless = 4 }; // of BulkResult; the first two as the kernels have them
 
 constexpr double rounding = std::numeric_limits<double>::epsilon();
 constexpr std::array<double, 9> unturned{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -170,6 +170,22 @@ SparseMatrix FrameModel::lower() const {
     if (e % 2 == 1) start.push_back(std::int64_t(unknown.size()));
   }
   return lower_pattern(dofs, start, unknown);
+}
+
+void FrameModel::stiffen(SparseMatrix& stiffness) const {
+  const int dim = of_.dim;
+  for (std::size_t e = 0; e < count(); ++e) {
+    const double* d = &d0_[3 * e];
+    const double size = length_of(d), rate = of_.young[e] * of_.area[e] / size;
+    for (int c = 0; c < 2 * dim; ++c)
+      for (int r = 0; r < 2 * dim; ++r) {
+        const std::int64_t row = std::int64_t(dim) * of_.node[2 * e + std::size_t(r / dim)] + r % dim;
+        const std::int64_t column = std::int64_t(dim) * of_.node[2 * e + std::size_t(c / dim)] + c % dim;
+        if (row < column) continue;
+        const double across = (r % dim == c % dim ? 1 : 0) - d[r % dim] / size * (d[c % dim] / size);
+        stiffness.value[std::size_t(place_of(stiffness, row, column))] += (r / dim == c / dim ? rate : -rate) * across;
+      }
+  }
 }
 
 void FrameModel::fit(const SparseMatrix& lower) {
@@ -389,7 +405,11 @@ BulkResult FrameModel::evaluate(const MeshMotion& at, double* force, double* tan
       if (fault_[e] != 0) out = {fault_[e], std::int64_t(e), -1, 0, 0};
     }
   }
-  if (out.ok() && !std::isfinite(out.energy)) out = {no_length, 0, -1, 0, 0};
+  if (out.ok() && !std::isfinite(out.energy)) {
+    auto worst = std::find_if(energy_.begin(), energy_.end(), [](double e) { return !std::isfinite(e); });
+    if (worst == energy_.end()) worst = std::max_element(energy_.begin(), energy_.end());
+    out = {endless, worst - energy_.begin(), -1, 0, 0};
+  }
   if (!out.ok()) return out;
   std::fill_n(force, dofs, 0.0);
   for (std::size_t e = 0; e < count(); ++e)
@@ -452,6 +472,7 @@ std::string FrameModel::describe(const BulkResult& r) const {
                      std::to_string(of_.node[2 * e]) + " " + std::to_string(of_.node[2 * e + 1]) + ": ";
   if (r.fault == no_length) return text + "it has no length, or its ends are not at finite places";
   if (r.fault == turned_back) return text + "an end is turned by nearly half a turn against it";
+  if (r.fault == endless) return text + "its energy is beyond the range of numbers";
   return text + "rotations are not found under which no moments are left at its ends";
 }
 

@@ -52,6 +52,18 @@ class FrameBody(GivenBody):
         """That of a simulation."""
         return self.model()
 
+    def rotations(self, model):
+        """Of nodes, as the last step of a simulation, or the last call with that model, left them: (n,) in the plane [rad], in
+        space unit quaternions (n, 4), w first."""
+        turned = model.rotations()
+        if not len(turned):
+            raise AttributeError("bars turn freely about their nodes, which have no rotations: those of corotational beams do")
+        if self.dim == 2:
+            return np.arctan2(turned[:, 0, 1], turned[:, 0, 0])
+        from ..pre.mass_properties import quaternions
+
+        return quaternions(np.swapaxes(turned, 1, 2))
+
     def tangent(self, displacement, model=None):
         """Forces (n dofs) [N], their derivative (n dofs, n dofs), scipy.sparse [N/m], and the energy [J] at a displacement
         (n, dim) [m]. Rotations are looked for from those of the last call with the same model. Raises ValueError naming the cell.
