@@ -32,9 +32,8 @@ public:
   // Lower triangle of what they couple, and the diagonal; values zero.
   SparseMatrix lower() const;
 
-  // Adds to a stiffness at rest that of each cell across its axis as it is along it, more than a tension ever gives: of
-  // corotational cells no mode of the sum is slower than that of the cells wherever they move, but for what is pressed
-  // short. It is what steps of explicit integrators are measured by.
+  // Adds to a stiffness at rest that of each cell across its axis as it is along it: the sum is then no softer than
+  // corotational bars and slender beams wherever they turn, and by it explicit integrators bound their steps.
   void stiffen(SparseMatrix& stiffness) const;
   void fit(const SparseMatrix& lower) override;
   BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) override;

@@ -376,6 +376,89 @@ def test_a_step_that_no_rotations_fit_is_told_and_undone():
     assert sim.time == 0 and not sim.meshes[0].displacement.any()
 
 
+@pytest.mark.parametrize("kinematics", ["corotational", "total_lagrangian"])
+def test_a_stiff_bar_swings_as_a_pendulum(kinematics):
+    """From 2 rad at rest: its period is 4 sqrt(L/g) K(sin(1)), and a bar so stiff stays within 1e-6 of its length."""
+    from scipy.special import ellipk
+
+    points = np.array([[0.0, 0.0], [2 * np.sin(2.0), -2 * np.cos(2.0)]])
+    body = cn.bars(points, [[0, 1]], young=2e9, area=1e-2, density=1.0, groups={"pivot": [0]}, kinematics=kinematics)
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, cn.Material("steel"), fixed={"pivot": "xy"}))
+    period = 4 * np.sqrt(2 / 9.81) * ellipk(np.sin(1.0) ** 2)
+    sim = cn.Simulation(scene, period / 2000, cn.NSCD(theta=0.5, newton_tol=1e-12))
+    for _ in range(500):
+        assert sim.step()["status"] == "converged"
+    end = sim.meshes[0].position[1]
+    assert abs(end[0]) < 1e-4 * 2 * np.sqrt(2 * 9.81 * 2 * (1 - np.cos(2.0))) * period and end[1] < 0  # of the way in a period
+    for _ in range(1500):
+        sim.step()
+    assert np.abs(sim.meshes[0].displacement).max() < 1e-4 * 2
+    assert np.linalg.norm(sim.meshes[0].position[1]) == pytest.approx(2, rel=1e-6)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_scene_comes_to_rest_where_it_is_solved(dim):
+    """A strip under a load that bends it far, by steps so long that inertia is nothing beside it, as `solve` finds it."""
+    points, cells = line(10, dim)
+    groups = {"foot": [0], "tip": [10]}
+    body = cn.beams(points, cells, **BEAM, clamped=[0], groups=groups, kinematics="corotational")
+    load = np.zeros(dim)
+    load[:2] = -200.0, 5 * BEAM["young"] * BEAM["inertia"]
+    force = np.zeros_like(points)
+    force[10] = load
+    model = body.model()
+    u = body.solve({"foot": "xyz"[:dim]}, force.ravel(), increments=10, model=model)
+    scene = cn.Scene(dim=dim, gravity=np.zeros(dim))
+    held = {"foot": "xyz"[:dim]}
+    scene.add(cn.deformable(body, cn.Material("rubber"), fixed=held, force=lambda t: {"tip": min(t / 1e4, 1.0) * load}))
+    sim = cn.Simulation(scene, 1e3, cn.NSCD(theta=1.0, newton_tol=1e-12, newton_passes=60))
+    for _ in range(40):
+        assert sim.step()["status"] == "converged"
+    assert u[10, 1] > 0.5
+    assert np.abs(sim.meshes[0].displacement - u).max() < 1e-7 * np.abs(u).max()
+    turned = body.rotations(model)
+    assert np.abs(sim.meshes[0].rotation - turned).max() < 1e-7 * np.abs(turned).max()
+    last = points[10] + u[10] - points[9] - u[9]
+    angle = turned[10] if dim == 2 else 2 * np.arctan2(turned[10, 3], turned[10, 0])
+    assert angle == pytest.approx(np.arctan2(last[1], last[0]), rel=0.02)  # what the last cell still bends
+
+
+@pytest.mark.parametrize("kind, dim", [("bars", 2), ("bars", 3), ("beams", 2), ("beams", 3)])
+def test_central_differences_are_stable_at_their_limit_wherever_frames_turn(kind, dim):
+    """Energy stays over many turns at 0.95 of the step that is told, and at three of it the step is refused."""
+    sim, _ = tumbling(kind, dim, cn.NSCD(integrator=cn.CentralDifference()), 1e-6)
+    limit = sim.stable_step
+    sim, _ = tumbling(kind, dim, cn.NSCD(integrator=cn.CentralDifference()), 0.95 * limit)
+    energies = []
+    for _ in range(int(2.0 / limit)):
+        sim.step()
+        energies.append(sim.energy["kinetic"] + sim.energy["stored"])
+    half = len(energies) // 2
+    assert np.mean(energies[half:]) == pytest.approx(np.mean(energies[:half]), rel=0.02)
+    sim, _ = tumbling(kind, dim, cn.NSCD(integrator=cn.CentralDifference()), 3 * limit)
+    with pytest.raises(Exception, match="beyond the stable step"):
+        sim.step()
+
+
+def test_rotations_are_of_beams():
+    sim, _ = tumbling("beams", 3, cn.NSCD(theta=0.5), 1e-3)
+    for _ in range(5):
+        sim.step()
+    q = sim.meshes[0].rotation
+    assert q.shape == (5, 4) and np.abs(np.linalg.norm(q, axis=1) - 1).max() < 1e-12
+    turn = 5e-3 * np.linalg.norm([3.0, -6.0, 5.0])  # by the velocity that it began with, but for what it bends
+    assert 2 * np.arccos(np.mean(q[:, 0])) == pytest.approx(turn, rel=0.1)
+    sim, _ = tumbling("bars", 2, cn.NSCD(theta=0.5), 1e-3)
+    with pytest.raises(AttributeError, match="bars turn freely"):
+        _ = sim.meshes[0].rotation
+    small = cn.beams(*line(2, 2), **BEAM)
+    scene = cn.Scene(dim=2, gravity=(0.0, 0.0))
+    scene.add(cn.deformable(small, cn.Material("steel")))
+    with pytest.raises(AttributeError, match="kinematics='corotational'"):
+        _ = cn.Simulation(scene, 1e-3).meshes[0].rotation
+
+
 def test_a_scene_file_holds_them(tmp_path):
     for kind in ("bars", "beams"):
         sim, _ = tumbling(kind, 3, cn.NSCD(), 2e-3)
