@@ -10,7 +10,12 @@
 namespace cairn {
 namespace {
 
-enum { no_length = 1, turned_back = 2, no_balance = 3, endless = 4 }; // of BulkResult; the first two as the kernels have them
+enum {
+  no_length = 1,
+  turned_back = 2,
+  no_balance = 3,
+  endless = 4
+}; // of BulkResult; the first two as the kernels have them
 
 constexpr double rounding = std::numeric_limits<double>::epsilon();
 constexpr std::array<double, 9> unturned{1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -92,11 +97,13 @@ void FrameModel::take_beams() {
   for (std::size_t e = 0; e < n; ++e) {
     const double size = length_of(&d0_[3 * e]);
     double along[3], second[3] = {-d0_[3 * e + 1] / size, d0_[3 * e] / size, 0}, part = 0;
-    for (int k = 0; k < 3; ++k) along[k] = d0_[3 * e + std::size_t(k)] / size, part += along[k] * of_.up[std::size_t(k)];
+    for (int k = 0; k < 3; ++k)
+      along[k] = d0_[3 * e + std::size_t(k)] / size, part += along[k] * of_.up[std::size_t(k)];
     if (of_.dim == 3) {
       for (int k = 0; k < 3; ++k) second[k] = of_.up[std::size_t(k)] - part * along[k];
       const double across = length_of(second);
-      if (!(across >= 1e-6 * up && up > 0)) throw Error("up is along beam " + std::to_string(e) + ": give another direction");
+      if (!(across >= 1e-6 * up && up > 0))
+        throw Error("up is along beam " + std::to_string(e) + ": give another direction");
       for (double& x : second) x /= across;
     }
     axes_.insert(axes_.end(), along, along + 3);
@@ -217,8 +224,7 @@ void FrameModel::gather(const double* u) {
 
 BulkResult FrameModel::kernel(bool tangents) {
   const auto n = std::int64_t(count());
-  for (std::size_t e = 0; e < 2 * count(); ++e)
-    std::copy_n(&turned_[9 * std::size_t(of_.node[e])], 9, &ends_[9 * e]);
+  for (std::size_t e = 0; e < 2 * count(); ++e) std::copy_n(&turned_[9 * std::size_t(of_.node[e])], 9, &ends_[9 * e]);
   cairn_beams_moved(n, d0_.data(), axes_.data(), moved_.data(), ends_.data(), stiff_.data(), of_.pull.data(),
                     tangents ? 1 : 0, energy_.data(), force_.data(), tangent_.data(), fault_.data());
   BulkResult out;
@@ -279,7 +285,8 @@ void FrameModel::predict(const double* u) {
     if (unknown_[i] < 0) continue;
     const double *g = &guess_[9 * i], *was = &turned_begin_[9 * i];
     for (std::size_t k = 0; k < 9; ++k)
-      turned_[9 * i + k] = g[k % 3] * was[k / 3 * 3] + g[3 + k % 3] * was[k / 3 * 3 + 1] + g[6 + k % 3] * was[k / 3 * 3 + 2];
+      turned_[9 * i + k] =
+          g[k % 3] * was[k / 3 * 3] + g[3 + k % 3] * was[k / 3 * 3 + 1] + g[6 + k % 3] * was[k / 3 * 3 + 2];
   }
 }
 
@@ -297,7 +304,8 @@ void FrameModel::add_moments() {
     for (std::size_t c = 0; c < 2 * each; ++c)
       for (std::size_t r = 0; r < 2 * each; ++r, ++place) {
         if (*place < 0) continue;
-        const std::size_t row = 3 + 3 * (r / each) + first_axis + r % each, column = 3 + 3 * (c / each) + first_axis + c % each;
+        const std::size_t row = 3 + 3 * (r / each) + first_axis + r % each,
+                          column = 3 + 3 * (c / each) + first_axis + c % each;
         turns_.value[std::size_t(*place)] += tangent_[81 * e + 9 * column + row];
       }
   }
@@ -382,7 +390,8 @@ BulkResult FrameModel::evaluate(const MeshMotion& at, double* force, double* tan
     for (std::size_t e = 0; e < count(); ++e) {
       double d[3];
       for (std::size_t k = 0; k < 3; ++k) d[k] = d0_[3 * e + k] + moved_[3 * e + k];
-      if (const double size = length_of(d); !(size > 0) || !std::isfinite(size)) return {no_length, std::int64_t(e), -1, 0, 0};
+      if (const double size = length_of(d); !(size > 0) || !std::isfinite(size))
+        return {no_length, std::int64_t(e), -1, 0, 0};
     }
     turned_ = turned_begin_;
     predict(at.u);
@@ -456,7 +465,8 @@ void FrameModel::add_tangent(double* tangent) {
     for (std::size_t t = 0; t < unknowns_; ++t) {
       const double by = mixed_[unknowns_ * row + t];
       if (std::abs(by) > 0)
-        for (std::size_t column = 0; column <= row; ++column) tangent[at(row, column)] -= by * followed_[unknowns_ * column + t];
+        for (std::size_t column = 0; column <= row; ++column)
+          tangent[at(row, column)] -= by * followed_[unknowns_ * column + t];
     }
 }
 
@@ -477,14 +487,16 @@ std::string FrameModel::describe(const BulkResult& r) const {
 }
 
 std::string FrameModel::place_of_node(std::int64_t node) const {
-  const std::string text = "node " + std::to_string(node);
-  for (std::size_t e = 0; e < of_.node.size(); ++e)
-    if (of_.node[e] == node) return text + (of_.beams ? ", beam " : ", bar ") + std::to_string(e / 2);
+  std::string text = "node " + std::to_string(node);
+  const auto first = std::find(of_.node.begin(), of_.node.end(), node);
+  if (first != of_.node.end())
+    text += (of_.beams ? ", beam " : ", bar ") + std::to_string((first - of_.node.begin()) / 2);
   return text;
 }
 
 std::string FrameModel::not_by_energy(const std::string& name) const {
-  return of_.beams ? "the rotations of the beams of the mesh '" + name + "' are where no moment is left at one place" : "";
+  return of_.beams ? "the rotations of the beams of the mesh '" + name + "' are where no moment is left at one place"
+                   : "";
 }
 
 std::int64_t FrameModel::history_size() const { return std::int64_t(turned_begin_.size() + u_begin_.size()); }

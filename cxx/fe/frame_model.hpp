@@ -1,6 +1,6 @@
-// Forces on the nodes of bars and beams that move as far as they like (corotational_frames.f90). Rotations of the nodes of
-// beams have no inertia: they are found at given displacements, where no moment is left, and what displacements change of
-// them is in the tangent.
+// Forces on the nodes of bars and beams that move as far as they like (corotational_frames.f90). Rotations of the nodes
+// of beams have no inertia: they are found at given displacements, where no moment is left, and what displacements
+// change of them is in the tangent.
 #pragma once
 #include <array>
 #include <memory>
@@ -18,11 +18,11 @@ struct FrameCells {
   std::vector<std::int32_t> node;                   // (2, n)
   std::vector<double> young, area, pull;            // (n) [Pa, m2], before it moves, tension positive [N]
   bool beams = false;
-  std::vector<double> inertia;             // (2, n) of bending along the second axis of the section, the third [m4]
-  std::vector<double> shear, torsion;      // (n) modulus [Pa], [m4]
-  std::vector<double> shear_area;          // (n) [m2], 0: it does not shear
-  std::array<double, 3> up{0, 0, 1};       // in 3D the second axis lies in the plane of this and the beam
-  std::vector<std::int32_t> clamped;       // nodes that do not turn
+  std::vector<double> inertia;        // (2, n) of bending along the second axis of the section, the third [m4]
+  std::vector<double> shear, torsion; // (n) modulus [Pa], [m4]
+  std::vector<double> shear_area;     // (n) [m2], 0: it does not shear
+  std::array<double, 3> up{0, 0, 1};  // in 3D the second axis lies in the plane of this and the beam
+  std::vector<std::int32_t> clamped;  // nodes that do not turn
 };
 
 class FrameModel final : public InternalForces {
@@ -65,11 +65,11 @@ private:
   void add_tangent(double* tangent);
 
   FrameCells of_;
-  std::vector<double> d0_, axes_, stiff_;              // see the kernels
+  std::vector<double> d0_, axes_, stiff_; // see the kernels
   std::vector<double> moved_, ends_, energy_, force_, tangent_;
-  std::vector<double> begin_;                          // of the bars, where forces are by energy
+  std::vector<double> begin_; // of the bars, where forces are by energy
   std::vector<std::int32_t> fault_;
-  std::vector<std::int64_t> place_;                    // of the tangent in the values of the fitted triangle
+  std::vector<std::int64_t> place_; // of the tangent in the values of the fitted triangle
   // rotations: the first unknown of each node, -1 none; of the begin of the step and its displacements
   std::vector<std::int64_t> unknown_;
   std::size_t unknowns_ = 0;

@@ -93,7 +93,8 @@ def test_elastica(dim):
 
     points, cells = line(40, dim)
     bend = SECTION["young"] * 4e-5
-    body = cn.beams(points, cells, **BEAM | {"area": 4e-5 * 12 * 1e4}, clamped=[0], groups={"foot": [0]}, kinematics="corotational")
+    beam = BEAM | {"area": 4e-5 * 12 * 1e4}
+    body = cn.beams(points, cells, **beam, clamped=[0], groups={"foot": [0]}, kinematics="corotational")
     u, model = np.zeros_like(points), body.model()
     for load in (0.5, 1.0, 3.0, 5.0, 10.0):
 
@@ -107,10 +108,10 @@ def test_elastica(dim):
         force = np.zeros_like(points)
         force[-1, 1] = load * bend
         u = body.solve({"foot": "xyz"[:dim]}, force.ravel(), start=u, model=model)
-        assert u[-1, 1] == pytest.approx(across, rel=1e-3), load
-        assert 1 + u[-1, 0] == pytest.approx(along, rel=1e-3), load
+        assert u[-1, 1] == pytest.approx(across, rel=3e-4), load
+        assert 1 + u[-1, 0] == pytest.approx(along, rel=1e-4), load
         if dim == 3:
-            assert np.abs(u[:, 2]).max() < 1e-10
+            assert np.abs(u[:, 2]).max() < 1e-10 * np.abs(u).max()
 
 
 def curved_rod(load):
@@ -142,14 +143,16 @@ def curved_rod(load):
 
 
 def test_a_bend_of_45_degrees():
-    """Bathe & Bolourchi 1979: a cantilever along an eighth of a circle of radius 100, a force across its plane at the end, against
-    the equations of the rod, and these against Simo & Vu-Quoc 1986, eight elements (which shear): (15.79, 47.23, 53.37) at 600."""
+    """Bathe & Bolourchi 1979: a cantilever along an eighth of a circle of radius 100, a force across its plane at the end; against
+    the equations of the rod, and these against Simo & Vu-Quoc 1986, (15.79, 47.23, 53.37) of eight elements at 600.
+    """
     off, rod = {}, {load: curved_rod(load) for load in (300, 450, 600)}
     for n in (16, 32):
         angle = np.linspace(0, np.pi / 4, n + 1)
         points = np.c_[100 * (1 - np.cos(angle)), 100 * np.sin(angle), 0 * angle]
-        body = cn.beams(points, np.c_[:n, 1 : n + 1], young=1e7, area=1.0, inertia=1 / 12, torsion=1 / 6, poisson=0.0, density=1.0,
-                        clamped=[0], groups={"foot": [0]}, kinematics="corotational")  # fmt: skip
+        section = {"young": 1e7, "area": 1.0, "inertia": 1 / 12, "torsion": 1 / 6, "poisson": 0.0, "density": 1.0}
+        held = {"clamped": [0], "groups": {"foot": [0]}}
+        body = cn.beams(points, np.c_[:n, 1 : n + 1], **section, **held, kinematics="corotational")
         u, model = np.zeros_like(points), body.model()
         for load, end in rod.items():
             force = np.zeros_like(points)
@@ -164,8 +167,9 @@ def test_a_bend_of_45_degrees():
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("turns", [1, 2])
 def test_a_strip_that_is_rolled_up_needs_its_moment_alone(dim, turns):
-    """Nodes on a circle, once or twice round, both ends as before: curvature 2 pi turns/L all along, E I/2 of its square is stored,
-    and no force is left at any node, for what bends is the couple that holds the ends."""
+    """Nodes on a circle, once or twice round, both ends as before: curvature 2 pi turns/L all along, E I/2 of its square is
+    stored, and no force is left at any node, for what bends is the couple that holds the ends.
+    """
     points, cells = line(30, dim)
     body = cn.beams(points, cells, **BEAM, clamped=[0, 30], kinematics="corotational")
     way = 2 * np.pi * turns * (np.arange(30) + 0.5) / 30
@@ -307,16 +311,17 @@ def swinging(kind, dim, strategy, dt):
 def test_a_ball_falls_on_what_sags(kind):
     """The balance of energy is closed, in contact, to what the tolerances leave, and the ball is held far below the ends."""
     sim = swinging(kind, 2, cn.NSCD(theta=0.5, newton_tol=1e-10, cut_back=4), 5e-4)
-    lowest = 0.0
+    lowest, touched = 0.0, 0
     for _ in range(1200):
         info = sim.step()
         assert info["status"] == "converged"
         lowest = min(lowest, sim.meshes[0].displacement[:, 1].min())
         told = sim.energy
-        assert abs(told["closure"]) < 1e-5 * told["in_play"]
+        assert abs(told["closure"]) < 1e-12 * told["in_play"]
+        touched += info["contacts"] > 0
         ball, nodes = sim.bodies.position[-1], sim.meshes[0].position
         assert np.abs(ball - nodes).max() < 2.0 and np.linalg.norm(ball - nodes, axis=1).min() > 0.099
-    assert lowest < -0.1
+    assert lowest < -0.1 and touched > 300 and told["dissipated_normal"] > 1.0
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -347,7 +352,7 @@ def test_extremes_have_an_answer_or_an_error():
         body = cn.beams(size * points, cells, **BEAM | {"area": 1e-9, "inertia": 1e-20}, clamped=[0], kinematics="corotational")
         force, tangent, energy = body.tangent(size * np.c_[0 * points[:, 0], 0.2 * points[:, 0] ** 2])
         assert np.all(np.isfinite(force)) and np.all(np.isfinite(tangent.data)) and energy > 0
-    for name, given in {"nan": np.nan, "infinite": np.inf}.items():
+    for given in (np.nan, np.inf):
         u = np.zeros_like(points)
         u[1, 0] = given
         for made in (body, cn.bars(points, cells, **SECTION, kinematics="total_lagrangian")):
@@ -369,7 +374,8 @@ def test_a_step_that_no_rotations_fit_is_told_and_undone():
     points, cells = line(1, 2)
     body = cn.beams(points, cells, **BEAM, clamped=[0, 1], groups={"foot": [0], "tip": [1]}, kinematics="corotational")
     scene = cn.Scene(dim=2, gravity=(0.0, 0.0))
-    scene.add(cn.deformable(body, cn.Material("steel", density=1.0), fixed={"foot": "xy"}, drive={"tip": {"x": -200.0, "y": 1e-3}}))
+    driven = {"tip": {"x": -200.0, "y": 1e-3}}
+    scene.add(cn.deformable(body, cn.Material("steel", density=1.0), fixed={"foot": "xy"}, drive=driven))
     sim = cn.Simulation(scene, 1e-2, cn.NSCD(theta=1.0))
     with pytest.raises(ValueError, match="'mesh': beam 0 with nodes 0 1: an end is turned by nearly half a turn against it"):
         sim.step()
@@ -389,8 +395,8 @@ def test_a_stiff_bar_swings_as_a_pendulum(kinematics):
     sim = cn.Simulation(scene, period / 2000, cn.NSCD(theta=0.5, newton_tol=1e-12))
     for _ in range(500):
         assert sim.step()["status"] == "converged"
-    end = sim.meshes[0].position[1]
-    assert abs(end[0]) < 1e-4 * 2 * np.sqrt(2 * 9.81 * 2 * (1 - np.cos(2.0))) * period and end[1] < 0  # of the way in a period
+    end, speed = sim.meshes[0].position[1], np.linalg.norm(sim.meshes[0].velocity[1])
+    assert abs(end[0]) < 2e-6 * speed * period and end[1] < 0  # by the step's second order
     for _ in range(1500):
         sim.step()
     assert np.abs(sim.meshes[0].displacement).max() < 1e-4 * 2
@@ -463,7 +469,7 @@ def test_a_scene_file_holds_them(tmp_path):
     for kind in ("bars", "beams"):
         sim, _ = tumbling(kind, 3, cn.NSCD(), 2e-3)
         sim.scene.save(tmp_path / "scene.h5")
-        other = cn.Simulation(cn.load_scene(tmp_path / "scene.h5") if hasattr(cn, "load_scene") else cn.Scene.load(tmp_path / "scene.h5"), 2e-3)
+        other = cn.Simulation(cn.Scene.load(tmp_path / "scene.h5"), 2e-3)
         for _ in range(10):
             sim.step()
             other.step()

@@ -97,13 +97,11 @@ def bars(
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     a, b = checks.rayleigh(rayleigh)
     damping = a * mass + b * stiffness
+    stiffness, damping = (stiffness + stiffness.T) / 2, (damping + damping.T) / 2
     if kinematics != "small":
         sections = {"young": young, "area": area, "pull": np.array(pull)}
-        return FrameBody(points, cells, kinematics, sections, mass, (stiffness + stiffness.T) / 2, (damping + damping.T) / 2, groups)
-    return LinearBody(
-        points, mass, (stiffness + stiffness.T) / 2, damping=(damping + damping.T) / 2, groups=groups, initial_force=force,
-        initial_energy=energy,
-    )  # fmt: skip
+        return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
+    return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)
 
 
 def _across(points, cells, length, pull, up):
@@ -215,8 +213,8 @@ def beams(
     damping = a * mass.toarray() + b * stiffness
     if kinematics != "small":
         sections = {
-            "young": young, "area": area, "pull": np.array(pull), "inertia": np.array(both), "torsion": turn, "shear_area": sheared,
-            "shear": young / (2 * (1 + poisson)), "up": up, "clamped": still.astype(np.int32) % len(points),
+            "young": young, "area": area, "pull": np.array(pull), "inertia": np.array(both), "torsion": turn,
+            "shear_area": sheared, "shear": young / (2 * (1 + poisson)), "up": up, "clamped": still.astype(np.int32) % len(points),
         }  # fmt: skip
         return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
     return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)
