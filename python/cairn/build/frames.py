@@ -214,7 +214,8 @@ def beams(
     if kinematics != "small":
         sections = {
             "young": young, "area": area, "pull": np.array(pull), "inertia": np.array(both), "torsion": turn,
-            "shear_area": sheared, "shear": young / (2 * (1 + poisson)), "up": up, "clamped": still.astype(np.int32) % len(points),
+            "shear_area": sheared, "shear": young / (2 * (1 + poisson)), "up": up,
+            "clamped": still.astype(np.int32) % len(points),
         }  # fmt: skip
         return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
     return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)
