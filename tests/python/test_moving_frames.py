@@ -19,7 +19,7 @@ def kinds():
     for dim in (2, 3):
         for kinematics in ("corotational", "total_lagrangian"):
             out.append(pytest.param("bars", dim, kinematics, {}, id=f"bars {dim} {kinematics}"))
-        for name, more in {"thin": {}, "shears": {"shear_area": 2e-2}, "pulled": {"initial_stress": 3e4}}.items():
+        for name, more in {"thin": {}, "stout": {"inertia": 5e-3}, "shears": {"shear_area": 2e-2}, "pulled": {"initial_stress": 3e4}}.items():
             out.append(pytest.param("beams", dim, "corotational", more, id=f"beams {dim} {name}"))
     return out
 
@@ -446,6 +446,27 @@ def test_central_differences_are_stable_at_their_limit_wherever_frames_turn(kind
     sim, _ = tumbling(kind, dim, cn.NSCD(integrator=cn.CentralDifference()), 3 * limit)
     with pytest.raises(Exception, match="beyond the stable step"):
         sim.step()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_stable_step_of_a_stair_of_bars_is_that_of_the_straight_chain(dim):
+    """At rest no wave goes along a stair, and its highest frequency is 1/sqrt(2) of that of the chain that it can become."""
+    n = 40
+    stair, straight = np.zeros((n + 1, dim)), np.zeros((n + 1, dim))
+    stair[:, 0], stair[:, 1], straight[:, 1] = (np.arange(n + 1) + 1) // 2, np.arange(n + 1) // 2, np.arange(n + 1)
+    body = cn.bars(stair, np.c_[:n, 1 : n + 1], **SECTION, kinematics="corotational")
+    scene, rng = cn.Scene(dim=dim, gravity=np.zeros(dim)), np.random.default_rng(1)
+    velocity = 1e-3 * rng.standard_normal(stair.shape)
+    scene.add(cn.deformable(body, cn.Material("steel"), displacement=straight - stair, velocity=velocity))
+    limit = cn.Simulation(scene, 1e-6, cn.NSCD(integrator=cn.CentralDifference())).stable_step
+    chain = 2 / np.sqrt(4 * SECTION["young"] / SECTION["density"])  # nodes of mass rho A l between springs E A/l
+    assert limit == pytest.approx(chain, rel=0.02)
+    sim = cn.Simulation(scene, 0.98 * limit, cn.NSCD(integrator=cn.CentralDifference()))
+    energies = []
+    for _ in range(1000):
+        sim.step()
+        energies.append(sim.energy["kinetic"] + sim.energy["stored"])
+    assert np.mean(energies[500:]) < 1.5 * np.mean(energies[:500])
 
 
 def test_rotations_are_of_beams():
