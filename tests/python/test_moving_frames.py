@@ -431,6 +431,22 @@ def test_a_scene_comes_to_rest_where_it_is_solved(dim):
     assert angle == pytest.approx(np.arctan2(last[1], last[0]), rel=0.02)  # what the last cell still bends
 
 
+def test_rest_of_a_strip_that_bears_a_ball():
+    """That of find_equilibrium, a ball on the middle of a strip between hinges: what `solve` finds under half its weight each."""
+    points, cells = line(9, 2)
+    body = cn.beams(points, cells, **BEAM, groups={"ends": [0, 9]}, kinematics="corotational")
+    rock, scene = cn.Material("rock", density=500.0), cn.Scene(dim=2, gravity=(0.0, -9.81))
+    ball = cn.disks([[0.5, 0.1]], 0.1, rock)
+    scene.add(cn.deformable(body, rock, edges=cells[:, ::-1], fixed={"ends": "xy"}), ball)
+    scene.interact(rock, rock, cn.Coulomb(mu=0.2))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=0.5))
+    assert cn.find_equilibrium(sim)["converged"]
+    force = np.c_[np.zeros(10), -9.81 * body.nodal_mass()]
+    force[4:6, 1] -= 9.81 * 500 * np.pi * 0.01 / 2
+    expected = body.solve({"ends": "xy"}, force.ravel())
+    assert np.abs(sim.meshes[0].displacement - expected).max() < 1e-4 * np.abs(expected).max()
+
+
 @pytest.mark.parametrize("kind, dim", [("bars", 2), ("bars", 3), ("beams", 2), ("beams", 3)])
 def test_central_differences_are_stable_at_their_limit_wherever_frames_turn(kind, dim):
     """Energy stays over many turns at 0.95 of the step that is told, and at three of it the step is refused."""
