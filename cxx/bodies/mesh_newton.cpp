@@ -161,6 +161,7 @@ void MeshBody::start_newton(Nodes& nodes) {
   for (std::size_t i = 0; i < velocity_end_.size() && begun_; ++i)
     begun_ = std::abs(v_[i] - velocity_end_[i]) <= 1e-12 * fastest;
   way_end_ = q_;
+  undone_ = true; // unless it is committed
   warmed_ = 0;
   if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
@@ -542,9 +543,7 @@ void MeshBody::commit() {
 }
 
 void MeshBody::roll_back() {
-  if (linear()) return;
-  model.bulk->rollback();
-  undone_ = true;
+  if (!linear()) model.bulk->rollback();
 }
 
 void MeshBody::keep(Shown& to) const {
@@ -580,6 +579,7 @@ void MeshBody::restore(std::span<const double> state, std::span<const double> me
   begun_ = !memory.empty();
   way_end_.clear();
   velocity_end_.clear();
+  undone_ = false;
   if (!begun_) return;
   force_begin_.assign(memory.begin(), memory.end() - 1);
   stored_begin_ = memory.back();
