@@ -19,7 +19,8 @@ def kinds():
     for dim in (2, 3):
         for kinematics in ("corotational", "total_lagrangian"):
             out.append(pytest.param("bars", dim, kinematics, {}, id=f"bars {dim} {kinematics}"))
-        for name, more in {"thin": {}, "stout": {"inertia": 5e-3}, "shears": {"shear_area": 2e-2}, "pulled": {"initial_stress": 3e4}}.items():
+        given = {"thin": {}, "stout": {"inertia": 5e-3}, "shears": {"shear_area": 2e-2}, "pulled": {"initial_stress": 3e4}}
+        for name, more in given.items():
             out.append(pytest.param("beams", dim, "corotational", more, id=f"beams {dim} {name}"))
     return out
 
@@ -363,6 +364,16 @@ def test_extremes_have_an_answer_or_an_error():
     u[2] = points[1] - points[2]
     with pytest.raises(ValueError, match="bar 1 with nodes 1 2: it has no length"):
         cn.bars(points, cells, **SECTION, kinematics="corotational").tangent(u)
+    rope = cn.bars(points, cells, **SECTION, groups={"ends": [0, 3]}, kinematics="corotational")
+    down = np.c_[np.zeros(4), -np.ones(4)].ravel()
+    with pytest.raises(ValueError, match="the tangent is singular, as of bars that nothing pulls across"):
+        rope.solve({"ends": "xy"}, down)
+    taut = cn.bars(points, cells, **SECTION, groups={"ends": [0, 3]}, initial_stress=1e4, kinematics="corotational")
+    u = taut.solve({"ends": "xy"}, down)
+    inner, size = taut.tangent(u)[0].reshape(-1, 2), np.abs(u).max()
+    assert np.abs(inner[1:3] - [0.0, -1.0]).max() < 1e-10 * np.abs(inner).max() and 1e-5 < size < 1e-2
+    with pytest.raises(ValueError, match="give more increments"):
+        taut.solve({"ends": "xy"}, down, most=1)
     for made in (cn.bars, cn.beams):
         with pytest.raises(ValueError, match="kinematics"):
             made(points, cells, **BEAM if made is cn.beams else SECTION, kinematics="large")
@@ -501,6 +512,31 @@ def test_rotations_are_of_beams():
     scene.add(cn.deformable(small, cn.Material("steel")))
     with pytest.raises(AttributeError, match="kinematics='corotational'"):
         _ = cn.Simulation(scene, 1e-3).meshes[0].rotation
+
+
+@pytest.mark.parametrize("kind", ["bars", "beams"])
+def test_a_rigid_hub_swings_with_them_and_states_are_taken_back(kind):
+    """A pendulum of cells with a rigid end: distances there stay to rounding; a state that is set again goes on as it did."""
+    points = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [3, 0]], float)
+    cells = [[0, 1], [1, 2], [2, 3], [1, 3], [3, 4], [2, 4]]
+    given = BEAM if kind == "beams" else SECTION
+    body = getattr(cn, kind)(points, cells, **given, groups={"foot": [0], "hub": [2, 3, 4]}, kinematics="corotational")
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, cn.Material("steel"), fixed={"foot": "xy"}, rigid=["hub"]))
+    sim = cn.Simulation(scene, 5e-3, cn.NSCD(theta=0.5))
+    for k in range(200):
+        if k == 100:
+            state = sim.get_state()
+        sim.step()
+    x = sim.meshes[0].position
+    for a, b in ((2, 3), (3, 4), (2, 4)):
+        assert np.linalg.norm(x[a] - x[b]) == pytest.approx(np.linalg.norm(points[a] - points[b]), rel=1e-13)
+    assert x[4, 1] < -1.5 and abs(sim.energy["closure"]) < 1e-7 * sim.energy["in_play"]
+    found = sim.meshes[0].displacement, sim.meshes[0].velocity
+    sim.set_state(state)
+    for _ in range(100):
+        sim.step()
+    assert np.array_equal(sim.meshes[0].displacement, found[0]) and np.array_equal(sim.meshes[0].velocity, found[1])
 
 
 def test_a_scene_file_holds_them(tmp_path):
