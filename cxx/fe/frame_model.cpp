@@ -341,11 +341,11 @@ void FrameModel::turn_by(double share) {
 
 // Newton's method with a line search by the energy, until moments are rounding.
 BulkResult FrameModel::find_rotations() {
-  constexpr int most = 100;
+  constexpr int most = 100, cuts = 40;
   constexpr double enough = 8 * rounding, small = 1e-11; // of a radian
-  BulkResult at = kernel(true);
+  BulkResult at = kernel(true), stopped; // by a cell, where the last pass could not go
   double before = std::numeric_limits<double>::infinity();
-  for (int pass = 0; at.ok() && pass < most; ++pass) {
+  for (int pass = 0, cut = 0; at.ok() && pass < most && cut <= cuts; ++pass) {
     add_moments();
     const double left = left_of_moments();
     if (left <= enough || (left < small && !(left < 0.5 * before))) return at;
@@ -361,15 +361,17 @@ BulkResult FrameModel::find_rotations() {
     if (largest > 0.5) share = 0.5 / largest;
     turned_before_ = turned_;
     const double slack = 16 * rounding * at.energy; // far from the end energies tell, near to it the step is right
-    for (int cut = 0;; ++cut, share /= 2) {
-      if (cut > 40) return {no_balance, 0, -1, 0, 0};
+    stopped = {};
+    for (cut = 0; cut <= cuts; ++cut, share /= 2) {
       turn_by(share);
       const BulkResult there = kernel(false);
+      if (!there.ok()) stopped = there;
       if (there.ok() && (left < 1e-7 || there.energy <= at.energy + 1e-4 * share * slope + slack)) break;
     }
     at = kernel(true);
   }
   if (!at.ok()) return at;
+  if (!stopped.ok()) return stopped;
   std::size_t worst = 0;
   for (std::size_t i = 0; i < unknowns_; ++i)
     if (std::abs(moment_[i]) * weight_[worst] > std::abs(moment_[worst]) * weight_[i]) worst = i;

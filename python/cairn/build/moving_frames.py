@@ -83,10 +83,12 @@ class FrameBody(GivenBody):
         return force, (below + sparse.tril(below, -1).T).tocsc(), energy
 
     def solve(self, fixed, force=None, *, displacement=None, start=None, model=None, increments=1, tolerance=1e-10, most=100):
-        """Displacement at rest (n, dim) [m] under forces (n dofs) [N] that keep their direction, by Newton's method in `increments`
-        parts of the load, each until what is left is `tolerance` of the largest force, or rounding. fixed: {group: axes}, as of
-        `deformable`; displacement (n, dim): where these dofs are held, zero when not given; start (n, dim): where to begin; model:
-        whose rotations are gone on from. Raises ValueError where no balance is found: give more increments, or a nearer start.
+        """Displacement at rest (n, dim) [m] under forces (n dofs) [N] that keep their direction, by Newton's method.
+
+        In `increments` parts of the load, each until what is left is `tolerance` of the largest force, or rounding. fixed:
+        {group: axes}, as of `deformable`; displacement (n, dim): where these dofs are held, zero when not given; start (n, dim):
+        where to begin; model: whose rotations are gone on from. Raises ValueError where no balance is found: give more
+        increments, or a start that is nearer.
         """
         model = model or self.model()
         u = np.zeros(self.points.size) if start is None else np.array(start, float).ravel()
