@@ -235,8 +235,8 @@ void MeshBody::times_history(Nodes& nodes) {
   multiply_mass(known_.data(), momentum_known_.data());
 }
 
-// What more than one derivative says of a velocity that ties give grows by a step, see cairn_smooth_change, also where it
-// is rounding.
+// What more than one derivative says of a velocity that ties give grows by a step, see cairn_smooth_change, also where
+// it is rounding.
 void MeshBody::follow_leaders(Nodes& nodes) {
   if (model.ties.empty() || model.ties.rigid_parts_turn()) return;
   for (int k = 0; k < cairn_most_history && nodes.history(k); ++k)
