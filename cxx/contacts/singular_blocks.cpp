@@ -31,15 +31,15 @@ void leave_out_unmoved(int n, int c, int dim, double sum, int lane, double* w) {
   }
 }
 
-// Whether a contact bears an impulse along its normal that does not ask for motion: springs of a bond, its strength.
-bool bears_without_motion(const cairn_batch& batch, int lane) {
+// Whether springs or strengths answer what drives open, so that the impulse asks for no motion.
+bool answers_drives(const cairn_batch& batch, int lane) {
   const LawInfo& law = law_infos()[std::size_t(batch.law)];
-  return law.keeps && law.has_solve && batch.state[lane] > 0;
+  return law.has_solve && (law.energy || law.keeps) && batch.state[lane] > 0;
 }
 
 } // namespace
 
-void settle_singular_blocks(const cairn_batch& batch, int dim, double* w) {
+void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const std::function<double(int)>& opening) {
   const int n = batch.count, c = batch.components;
   for (int lane = 0; lane < batch.contacts; ++lane) {
     if (batch.bonds && batch.state[lane] > 0) continue;
@@ -52,7 +52,9 @@ void settle_singular_blocks(const cairn_batch& batch, int dim, double* w) {
       if (!moves) batch.rho[lane] = 1 / (sum > 0 ? sum : 1);
       continue;
     }
-    if (!moves && sum > 0 && bears_without_motion(batch, lane)) {
+    if (!moves && sum > 0 && answers_drives(batch, lane)) {
+      // what drives close bears nothing more: to the law it stands still
+      batch.bias[lane] -= std::min(opening(lane), 0.0);
       w[lane] += little;
       batch.rho[lane] = 1 / sum;
     } else if (!moves) {

@@ -11,14 +11,14 @@ MODES = dict(normal_strength=2e6, tangential_strength=3e6, normal_work=10.0, tan
 ZONES = {"MAC": cn.MAC(**SPRINGS, work=10.0), "MP3": cn.MP3(**SPRINGS, strength=2e6, work=10.0), "MAL": cn.MAL(**SPRINGS, **MODES)}
 
 
-def drawn_apart(dim, law):
+def drawn_apart(dim, law, speed=SPEED):
     """Two grains, of which one is held and the other goes away along the normal and is free across it: a simulation, the area."""
     scene, up = cn.Scene(dim), np.eye(dim)[-1]
     names = ("vx", "vy", "w") if dim == 2 else ("vx", "vy", "vz", "wx", "wy", "wz")
     grains = cn.disks if dim == 2 else cn.spheres
     scene.add(grains([0 * up], RADIUS, STONE, driven=names))
-    speed = [SPEED if name == names[dim - 1] else 0.0 for name in names]
-    scene.add(grains([2 * RADIUS * up], RADIUS, STONE, driven=names[dim - 1 :], drive=speed))
+    drive = [speed if name == names[dim - 1] else 0.0 for name in names]
+    scene.add(grains([2 * RADIUS * up], RADIUS, STONE, driven=names[dim - 1 :], drive=drive))
     scene.interact(STONE, STONE, law)
     area = RADIUS / 2 if dim == 2 else np.pi * (RADIUS / 2) ** 2
     return cn.Simulation(scene, STEP, cn.NSCD(solver=cn.NLGS(tol=1e-10))), area
@@ -51,6 +51,22 @@ def test_strength_of_what_is_driven_apart():
     assert np.isclose(np.linalg.norm(sim.contacts.impulse[0]), 1e5 * area * STEP, rtol=1e-9)
     sim.step()
     assert sim.contacts.beta.max(initial=0) == 0
+
+
+BONDS = {"MAL": ZONES["MAL"], "MohrCoulomb": cn.MohrCoulomb(tension=1e5, cohesion=1e5),
+         "ParallelBond": cn.ParallelBond(normal_stiffness=1e10, tangential_stiffness=1e10, tension=1e5, shear=1e5)}  # fmt: skip
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("name", BONDS)
+def test_bonds_that_drives_close_or_let_rest_stay(dim, name):
+    for speed in (-SPEED, 0.0):
+        sim, area = drawn_apart(dim, BONDS[name], speed)
+        for _ in range(5):
+            assert sim.step()["status"] == "converged"
+            assert np.abs(sim.contacts.impulse).max() < 1e-6 * STEP * 1e5 * area
+        assert np.all(sim.contacts.beta == 1)
+        assert abs(sim.info["energy"]["work_driven"]) < 1e-6 * 1e5 * area * SPEED * STEP
 
 
 @pytest.mark.parametrize("solver", [cn.NLGS, cn.Auto, cn.NewtonAlartCurnier])
