@@ -367,6 +367,7 @@ private:
   void fill_states(const cairn_batch& b) const;
   void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
   double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;
+  double free_opening(const cairn_batch& b, int lane, double begin) const;
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
   void commit_batch(const cairn_schedule& schedule, std::size_t which, int thread);
   void keep_states(const cairn_batch& b, int lane, double* to) const;
