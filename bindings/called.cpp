@@ -146,7 +146,8 @@ py::tuple evaluate(CalledForces& forces, const Input<double>& u, const Input<dou
 } // namespace
 
 void bind_called(py::module_& m) {
-  py::class_<CalledForces, std::shared_ptr<CalledForces>>(m, "CalledForces")
+  py::class_<cairn::InternalForces, std::shared_ptr<cairn::InternalForces>>(m, "InternalForces");
+  py::class_<CalledForces, cairn::InternalForces, std::shared_ptr<CalledForces>>(m, "CalledForces")
       .def_static("by_object", &by_object)
       .def_static("by_library", &by_library)
       .def("fit", [](CalledForces& f, const Input<std::int64_t>& start,

@@ -4,7 +4,8 @@
 #include "alone.hpp"
 #include "arrays.hpp"
 #include "bulk.hpp"
-#include "fe/called_forces.hpp"
+#include "fe/frame_model.hpp"
+#include "fe/internal_forces.hpp"
 #include "files/run_snapshot.hpp"
 #include "scene/mesh_parts.hpp"
 #include "strategies/simulation.hpp"
@@ -110,8 +111,9 @@ cairn::MeshModel model_of(const py::dict& d) {
     m.bulk->fit(m.mass);
   }
   if (d.contains("called")) {
-    m.bulk = py::cast<std::shared_ptr<cairn::CalledForces>>(d["called"]);
+    m.bulk = py::cast<std::shared_ptr<cairn::InternalForces>>(d["called"]);
     m.bulk->fit(m.mass);
+    if (const auto* frame = dynamic_cast<cairn::FrameModel*>(m.bulk.get())) frame->stiffen(m.stiffness);
   }
   m.options.storage = storage_of(py::cast<std::string>(d["storage"]));
   m.node_ids = vector_of<std::int64_t>(d, "node_ids");

@@ -22,6 +22,7 @@ PYBIND11_MODULE(_core, m) {
   bind_files(m);
   bind_laws(m);
   bind_called(m);
+  bind_frames(m);
   bind_problems(m);
   bind_reference(m);
   bind_scene(m);

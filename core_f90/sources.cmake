@@ -51,6 +51,7 @@ set(CAIRN_CORE_SOURCES
   detection/walls/tube_view.f90
   detection/walls/wall_search.f90
   elements/bars_and_beams.f90
+  elements/corotational_frames.f90
   elements/elastic_integrals.f90
   elements/linear_cells.f90
   elements/shape_families.f90

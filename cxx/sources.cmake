@@ -66,6 +66,7 @@ set(CAIRN_CXX_SOURCES
   fe/bulk_model.cpp
   fe/called_forces.cpp
   fe/elements.cpp
+  fe/frame_model.cpp
   fe/initial_stress.cpp
   fe/umat.cpp
   fe/umat_library.cpp

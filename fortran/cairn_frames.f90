@@ -5,7 +5,7 @@ module cairn_frames
   use cairn_meshes, only: cairn_mesh
   implicit none
   private
-  public :: set_bars, set_beams, tie_sides
+  public :: set_bars, set_beams, set_kinematics, tie_sides
 
   interface
     integer(c_int32_t) function c_mesh_set_bars(mesh, n, node, young, area, density, initial_stress, error) &
@@ -29,6 +29,12 @@ module cairn_frames
       real(c_double), value :: poisson
       integer(c_int64_t), value :: clamped
       integer(c_int32_t), intent(in) :: clamped_node(*)
+      type(c_error), intent(inout) :: error
+    end function
+    integer(c_int32_t) function c_mesh_set_kinematics(mesh, kinematics, error) bind(c, name="cairn_mesh_set_kinematics")
+      import
+      type(c_ptr), value :: mesh
+      character(kind=c_char), intent(in) :: kinematics(*)
       type(c_error), intent(inout) :: error
     end function
     integer(c_int32_t) function c_mesh_tie_sides(mesh, followers, follow, leaders, lead, within, error) &
@@ -94,6 +100,17 @@ contains
                                       initial_stress, inertia, shear_area, torsion, ratio, up, size(still, kind=c_int64_t), &
                                       still, what), what, error)
   end subroutine set_beams
+
+  !> How far these bars or beams move, after the call that gives them: "small", their matrices; "corotational", turns of any size;
+  !> of bars also "total_lagrangian", Green's strain and the second stress of Piola and Kirchhoff.
+  subroutine set_kinematics(mesh, kinematics, error)
+    type(cairn_mesh), intent(in) :: mesh
+    character(*), intent(in) :: kinematics
+    type(cairn_error), intent(out), optional :: error
+    type(c_error) :: what
+
+    call report_back(c_mesh_set_kinematics(mesh%handle, c_text(kinematics), what), what, error)
+  end subroutine set_kinematics
 
   !> Sides follow others on average, by dual multipliers on what they have in common; both as touch_sides takes them.
   subroutine tie_sides(mesh, follow, lead, within, error)

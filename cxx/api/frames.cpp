@@ -42,4 +42,12 @@ int32_t cairn_mesh_set_beams(cairn_mesh* mesh, int64_t n, const int32_t* node, c
   });
 }
 
+int32_t cairn_mesh_set_kinematics(cairn_mesh* mesh, const char* kinematics, cairn_error* error) {
+  return guarded(error, [&] {
+    require(mesh, "mesh");
+    require(kinematics, "kinematics");
+    cairn::take_kinematics(mesh->draft, kinematics);
+  });
+}
+
 } // extern "C"

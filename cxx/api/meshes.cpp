@@ -192,6 +192,7 @@ int32_t cairn_mesh_set_matrices(cairn_mesh* mesh, const int64_t* start, const in
     cairn::MeshDraft& d = mesh->draft;
     if (!d.cells.empty()) throw Error("the mesh has cells: give cells or matrices");
     if (d.called) throw Error("the mesh has the forces of a code: give these or matrices");
+    if (d.frame) throw Error("the mesh has bars or beams: give these or matrices");
     const std::int64_t n = std::int64_t(d.reference.size());
     check_pattern(n, start, row);
     const std::pair<const char*, const double*> given[] = {

@@ -92,6 +92,19 @@ void take_masses(MeshDraft& d, std::int64_t n, const std::int32_t* node, const S
   d.frame_energy = energy;
 }
 
+FrameCells moving_cells(const MeshDraft& d, std::int64_t n, const std::int32_t* node, const Sections& s,
+                        const Bars& bars) {
+  FrameCells out;
+  out.dim = d.dim;
+  out.reference = d.reference;
+  out.node.assign(node, node + 2 * n);
+  out.young.assign(s.young, s.young + n);
+  out.area.assign(s.area, s.area + n);
+  out.pull = bars.pull;
+  out.pull.resize(std::size_t(n), 0.0);
+  return out;
+}
+
 // What a pull adds to a bar: to its displacements across it, of both ends against each other.
 void add_across(int dim, const double* along, double rate, double* k) {
   const int size = 2 * dim;
@@ -167,10 +180,11 @@ void solve_symmetric(std::size_t n, std::vector<double>& a, std::size_t columns,
   }
 }
 
+// Matrices of beams (dofs, dofs, n), and into `cells` what they are made of.
 std::vector<double> beam_matrices(const MeshDraft& d, std::int64_t n, const Sections& s, const Beams& of,
-                                  const Bars& bars) {
+                                  const Bars& bars, FrameCells& cells) {
   const int dim = d.dim, dofs = 6 * dim - 6;
-  std::vector<double> shear, inertia, torsion, sheared, k(std::size_t(dofs * dofs * n));
+  std::vector<double> k(std::size_t(dofs * dofs * n));
   const double up = std::hypot(of.up[0], of.up[1], of.up[2]);
   for (std::int64_t i = 0; i < n; ++i) {
     const double* e = &bars.along[std::size_t(dim * i)];
@@ -181,13 +195,16 @@ std::vector<double> beam_matrices(const MeshDraft& d, std::int64_t n, const Sect
       throw Error("up is (" + std::to_string(of.up[0]) + ", " + std::to_string(of.up[1]) + ", " +
                   std::to_string(of.up[2]) + "), along beam " + std::to_string(i) + ": give another direction");
     const double one = of.inertia[dim == 2 ? i : 2 * i], two = of.inertia[dim == 2 ? i : 2 * i + 1];
-    shear.push_back(s.young[i] / (2 * (1 + of.poisson)));
-    inertia.insert(inertia.end(), {one, two});
-    torsion.push_back(of.torsion ? of.torsion[i] : one + two);
-    sheared.push_back(of.shear_area ? of.shear_area[i] : 0);
+    cells.shear.push_back(s.young[i] / (2 * (1 + of.poisson)));
+    cells.inertia.insert(cells.inertia.end(), {one, two});
+    cells.torsion.push_back(of.torsion ? of.torsion[i] : one + two);
+    cells.shear_area.push_back(of.shear_area ? of.shear_area[i] : 0);
   }
-  cairn_beam_stiffness(dim, n, bars.x.data(), of.up, s.young, shear.data(), s.area, inertia.data(), torsion.data(),
-                       sheared.data(), k.data());
+  cells.beams = true;
+  std::copy_n(of.up, 3, cells.up.begin());
+  cells.clamped.assign(of.clamped.begin(), of.clamped.end());
+  cairn_beam_stiffness(dim, n, bars.x.data(), of.up, s.young, cells.shear.data(), s.area, cells.inertia.data(),
+                       cells.torsion.data(), cells.shear_area.data(), k.data());
   for (std::size_t i = 0; i < bars.pull.size(); ++i) {
     double axes[3][3];
     axes_of(dim, &bars.along[std::size_t(dim) * i], of.up, axes);
@@ -213,6 +230,7 @@ void take_bars(MeshDraft& d, std::int64_t n, const std::int32_t* node, const Sec
     for (int c = 0; c < dim; ++c) unknown.push_back(dim * node[e] + c);
   add_cliques(stiffness, start, unknown, k.data(), stiffness.value);
   d.stiffness = std::move(stiffness);
+  d.frame_cells = moving_cells(d, n, node, s, bars);
   take_masses(d, n, node, s, bars);
 }
 
@@ -234,7 +252,8 @@ void take_beams(MeshDraft& d, std::int64_t n, const std::int32_t* node, const Se
   for (std::size_t i = 0; i < turned.size(); ++i) // a node without beams has no turn to find
     turned[i] = turned[i] < 0 || !used[i] ? -1 : std::int64_t(turns) * std::int64_t(rotations++);
   rotations *= std::size_t(turns);
-  const std::vector<double> k = beam_matrices(d, n, s, of, bars);
+  FrameCells cells = moving_cells(d, n, node, s, bars);
+  const std::vector<double> k = beam_matrices(d, n, s, of, bars, cells);
   std::vector<double> whole(moved * moved, 0.0), mixed(rotations * moved, 0.0), of_turns(rotations * rotations, 0.0);
   for (std::int64_t b = 0; b < n; ++b)
     for (int j = 0; j < 2 * each; ++j)
@@ -263,7 +282,23 @@ void take_beams(MeshDraft& d, std::int64_t n, const std::int32_t* node, const Se
       stiffness.value[std::size_t(e)] = (condensed(r, c) + condensed(c, r)) / 2;
     }
   d.stiffness = std::move(stiffness);
+  d.frame_cells = std::move(cells);
   take_masses(d, n, node, s, bars);
+}
+
+void take_kinematics(MeshDraft& d, const std::string& name) {
+  if (!d.frame) throw Error("kinematics are of bars and beams: give these first");
+  FrameCells cells = d.frame_cells;
+  if (name == "corotational") {
+    cells.kinematics = Kinematics::corotational;
+  } else if (name == "total_lagrangian" && !cells.beams) {
+    cells.kinematics = Kinematics::total_lagrangian;
+  } else if (name != "small") {
+    throw Error("kinematics '" + name + "' are none of " + (cells.beams ? "beams" : "bars") +
+                ": give small, corotational" + (cells.beams ? "" : ", total_lagrangian"));
+  }
+  d.moving = name == "small" ? nullptr : std::make_shared<FrameModel>(std::move(cells));
+  if (d.moving) d.moving->fit(d.mass);
 }
 
 } // namespace cairn

@@ -2,6 +2,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "mesh_parts.hpp"
 
@@ -27,5 +28,7 @@ struct Beams {
 void take_bars(MeshDraft& draft, std::int64_t n, const std::int32_t* node, const Sections& sections);
 void take_beams(MeshDraft& draft, std::int64_t n, const std::int32_t* node, const Sections& sections,
                 const Beams& beams);
+// After these: "small", "corotational" or, of bars, "total_lagrangian". Throws Error.
+void take_kinematics(MeshDraft& draft, const std::string& name);
 
 } // namespace cairn

@@ -140,11 +140,17 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
     m.mass = d.mass;
     m.stiffness = d.stiffness;
     m.damping = d.damping;
-    m.initial_force = d.frame_force;
-    m.initial_energy = d.frame_energy;
+    if (!d.moving) {
+      m.initial_force = d.frame_force;
+      m.initial_energy = d.frame_energy;
+    }
     if (d.called || d.frame)
       for (std::size_t e = 0; e < m.damping.value.size(); ++e)
         m.damping.value[e] = d.by_mass * m.mass.value[e] + d.by_stiffness * m.stiffness.value[e];
+    if (d.moving) {
+      m.bulk = d.moving;
+      d.moving->stiffen(m.stiffness);
+    }
     if (d.called) {
       m.bulk = d.called;
       m.ring = d.ring;

@@ -10,6 +10,7 @@
 #include "../fe/bulk_model.hpp"
 #include "../fe/called_forces.hpp"
 #include "../fe/elements.hpp"
+#include "../fe/frame_model.hpp"
 #include "scene.hpp"
 
 namespace cairn {
@@ -35,6 +36,8 @@ struct MeshDraft {
   bool frame = false;                    // the matrices are of bars or beams, damped by Rayleigh's rule
   std::vector<double> frame_force;       // of stresses that they had at first (dofs) [N]; empty: none
   double frame_energy = 0;               // and what these store [J]
+  FrameCells frame_cells;                // these bars or beams
+  std::shared_ptr<FrameModel> moving;    // their forces where they move far; null: small displacements
   std::vector<std::uint8_t> held;        // (dofs)
   std::vector<std::int32_t> contact_nodes, point_nodes, side_nodes; // (4, points), (4, sides), -1 where fewer
   std::vector<double> point_weights, displacement, velocity;        // (4, points), (dim, nodes) or empty

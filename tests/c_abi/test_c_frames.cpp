@@ -130,6 +130,69 @@ TEST_F(CFrames, beams_in_space) {
        1e-11);
 }
 
+// Frames that fall through half a turn about their foot.
+TEST_F(CFrames, bars_that_move_far) {
+  const std::pair<const char*, std::vector<double>> known[] = {
+      {"corotational",
+       {0, 0, -0.1738555143598346, -0.5781000948688103, 0.40326546170511013, -0.7581354331740295, 0.4399816069349214,
+        -0.8297653449592045}},
+      {"total_lagrangian",
+       {0, 0, -0.17419449813404986, -0.5784617596638074, 0.40256908647734435, -0.758128547893072, 0.4390926726719262,
+        -0.830082602078832}}};
+  for (const auto& [kinematics, python] : known) {
+    cairn_mesh_destroy(mesh), mesh = nullptr;
+    cairn_simulation_destroy(simulation), simulation = nullptr;
+    cairn_scene_destroy(scene), scene = nullptr;
+    plane_frame();
+    ASSERT_EQ(cairn_mesh_set_bars(mesh, 4, cells, young, area, density, stress, &error), 0) << error.message;
+    ASSERT_EQ(cairn_mesh_set_kinematics(mesh, kinematics, &error), 0) << error.message;
+    ASSERT_EQ(cairn_mesh_set_damping(mesh, 1, 1e-4, 0, &error), 0);
+    hold({0}, 3);
+    begin();
+    steps(100, 5e-3);
+    same(python, 1e-11);
+    EXPECT_LT(std::abs(energy("closure")), 1e-12 * energy("in_play"));
+  }
+}
+
+TEST_F(CFrames, beams_that_move_far) {
+  plane_frame();
+  const double inertia[] = {1e-7, 2e-7, 1e-7, 1e-7}, sheared[] = {1e-3, 8e-4, 1e-3, 1e-3};
+  const int32_t foot = 0;
+  ASSERT_EQ(cairn_mesh_set_beams(mesh, 4, cells, young, area, density, stress, inertia, sheared, nullptr, 0.2, nullptr,
+                                 1, &foot, &error),
+            0)
+      << error.message;
+  ASSERT_EQ(cairn_mesh_set_kinematics(mesh, "corotational", &error), 0) << error.message;
+  ASSERT_EQ(cairn_mesh_set_damping(mesh, 1, 1e-4, 0, &error), 0);
+  hold({0}, 3);
+  begin();
+  steps(100, 5e-3);
+  same({0, 0, -0.17150984499763766, -0.5742586604008528, 0.40178015514171306, -0.751732253150907, 0.442032205809348,
+        -0.8325335972162807},
+       1e-11);
+}
+
+TEST_F(CFrames, beams_that_move_far_in_space) {
+  space_frame();
+  const double inertia[] = {1e-7, 2e-7, 1e-7, 3e-7, 2e-7, 1e-7}, torsion[] = {3e-7, 1e-7, 2e-7}, up[] = {0.1, 0.2, 1};
+  const double e[] = {1e7, 1e7, 1e7}, a[] = {1e-3, 1e-3, 1e-3};
+  const int32_t foot = 0;
+  ASSERT_EQ(
+      cairn_mesh_set_beams(mesh, 3, cells, e, a, density, stress, inertia, nullptr, torsion, 0.3, up, 1, &foot, &error),
+      0)
+      << error.message;
+  ASSERT_EQ(cairn_mesh_set_kinematics(mesh, "corotational", &error), 0) << error.message;
+  hold({0}, 7);
+  begin();
+  steps(100, 5e-3);
+  same({0, 0, 0, -0.5057399057609642, 0.0473975453620173, -0.870949824149647, -0.0268758961485438, -0.06254072107533215,
+        -1.2196631467690848, 0.01560734426541499, -0.008983345277863819, -1.2496313679929087},
+       1e-10);
+  EXPECT_NEAR(energy("stored"), 2.6144322636519286, 1e-10);
+  EXPECT_LT(std::abs(energy("closure")), 1e-12 * energy("in_play"));
+}
+
 // A checkpoint holds no functions of time: a simulation that has them goes on with them, one that is given them again
 // to the same bits, and held nodes of one that is not stand still.
 TEST_F(CFrames, functions_are_given_again_after_a_restart) {
@@ -230,16 +293,25 @@ TEST_F(CFrames, what_is_wrong_is_told) {
   EXPECT_REFUSED(cairn_mesh_set_beams(mesh, 4, cells, young, area, density, nullptr, inertia, nullptr, nullptr, NAN,
                                       nullptr, 0, nullptr, &error),
                  "poisson");
+  EXPECT_REFUSED(cairn_mesh_set_kinematics(mesh, "corotational", &error), "bars and beams: give these first");
   ASSERT_EQ(cairn_mesh_set_bars(mesh, 4, cells, young, area, density, nullptr, &error), 0);
+  EXPECT_REFUSED(cairn_mesh_set_kinematics(mesh, "large", &error), "give small, corotational, total_lagrangian");
+  const int64_t start[9] = {};
+  EXPECT_REFUSED(cairn_mesh_set_matrices(mesh, start, cells, young, young, nullptr, &error),
+                 "the mesh has bars or beams");
   EXPECT_REFUSED(cairn_mesh_set_bars(mesh, 4, cells, young, area, density, nullptr, &error), "bars, or beams");
 }
 
 TEST_F(CFrames, a_beam_along_up_is_told) {
   of(3, {0, 0, 0, 0, 0, 1});
-  const double inertia[] = {1e-7, 1e-7};
+  const double inertia[] = {1e-7, 1e-7}, across[] = {1, 0, 0};
   EXPECT_REFUSED(cairn_mesh_set_beams(mesh, 1, cells, young, area, density, nullptr, inertia, nullptr, nullptr, 0.3,
                                       nullptr, 0, nullptr, &error),
                  "along beam 0: give another direction");
+  ASSERT_EQ(cairn_mesh_set_beams(mesh, 1, cells, young, area, density, nullptr, inertia, nullptr, nullptr, 0.3, across,
+                                 0, nullptr, &error),
+            0);
+  EXPECT_REFUSED(cairn_mesh_set_kinematics(mesh, "total_lagrangian", &error), "of beams: give small, corotational");
 }
 
 // ---------------------------------------------------------------------- motions

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include "contactors/shapes.hpp"
+#include "fe/frame_model.hpp"
 #include "laws/law_names.hpp"
 #include "strategies/nscd/nscd.hpp"
 
@@ -104,6 +106,40 @@ INSTANTIATE_TEST_SUITE_P(Scenes, Step,
                          [](const auto& info) { return std::string(info.param.name); });
 
 // Every slot of every law that a step of NSCD calls, sound contacts and others.
+// A chain that bends and turns.
+TEST(Frames, AllocateNothing) {
+  for (const bool beams : {false, true})
+    for (const int dim : {2, 3}) {
+      constexpr int n = 12;
+      FrameCells of;
+      of.dim = dim;
+      of.beams = beams;
+      for (int i = 0; i <= n; ++i)
+        for (int k = 0; k < dim; ++k) of.reference.push_back(k == 0 ? i : 0);
+      for (std::int32_t i = 0; i < n; ++i) of.node.insert(of.node.end(), {i, i + 1});
+      of.young.assign(n, 1e7);
+      of.area.assign(n, 1e-3);
+      of.shear.assign(n, 4e6);
+      of.pull = of.shear_area = std::vector<double>(n, 0.0);
+      of.torsion.assign(n, 2e-7);
+      of.inertia.assign(2 * n, 1e-7);
+      of.clamped = {0};
+      FrameModel model(std::move(of));
+      const SparseMatrix lower = model.lower();
+      model.fit(lower);
+      std::vector<double> u((n + 1) * std::size_t(dim)), force(u.size()), tangent(lower.row.size(), 0.0);
+      for (int step = 0; step < 4; ++step) {
+        for (int i = 0; i <= n; ++i)
+          for (int k = 1; k < dim; ++k) u[std::size_t(dim * i + k)] = 0.1 * step * std::sin(0.5 * i * k + step);
+        const std::int64_t before = allocations;
+        ASSERT_TRUE(model.evaluate({u.data(), u.data()}, force.data(), tangent.data()).ok());
+        model.commit();
+        const std::int64_t made = step > 0 ? allocations - before : 0;
+        EXPECT_EQ(made, 0) << dim << (beams ? " beams" : " bars");
+      }
+    }
+}
+
 TEST(Laws, AllocateNothing) {
   constexpr int n = 8;
   for (const LawInfo& law : law_infos())

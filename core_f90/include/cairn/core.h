@@ -417,6 +417,15 @@ void cairn_bar_stiffness(int32_t dim, int64_t n, const double* x, const double* 
 void cairn_beam_stiffness(int32_t dim, int64_t n, const double* x, const double* up, const double* young,
                           const double* shear, const double* area, const double* inertia, const double* torsion,
                           const double* shear_area, double* stiffness);
+/* Of n bars that move far, kinematics 1 corotational, 2 total Lagrangian: energy (n), force on the second end (3, n),
+ * tangent (3, 3, n); fault (n). Of beams: d0, moved (3, n), axes (3, 3, n), turned (3, 3, 2, n), stiff (6, n); force
+ * (9, n), tangent (9, 9, n). See corotational_frames.f90. */
+void cairn_bars_moved(int64_t n, int32_t kinematics, const double* d0, const double* moved, const double* begin,
+                      int32_t by_energy, const double* axial, const double* pull, double* energy, double* force,
+                      double* tangent, int32_t* fault);
+void cairn_beams_moved(int64_t n, const double* d0, const double* axes, const double* moved, const double* turned,
+                       const double* stiff, const double* pull, int32_t want, double* energy, double* force,
+                       double* tangent, int32_t* fault);
 
 /* ------------------------------------------------------------------ detection */
 void cairn_contactor_centres(int32_t dim, int64_t first, int64_t last, const int32_t* body, const double* position,

@@ -191,6 +191,10 @@ int32_t cairn_mesh_set_beams(cairn_mesh* mesh, int64_t n, const int32_t* node, c
                              const double* density, const double* initial_stress, const double* inertia,
                              const double* shear_area, const double* torsion, double poisson, const double* up,
                              int64_t clamped, const int32_t* clamped_node, cairn_error* error);
+/* How far these bars or beams move, after the call that gives them: "small" (default), their matrices; "corotational",
+ * turns of any size, forces by the change of length and, of beams, by rotations against the axes that move with each;
+ * of bars also "total_lagrangian", Green's strain and the second stress of Piola and Kirchhoff. */
+int32_t cairn_mesh_set_kinematics(cairn_mesh* mesh, const char* kinematics, cairn_error* error);
 /* Instead of cells, forces of another code by calls (cairn/body_calls.h), with the pattern of their tangent: start
  * (dofs + 1), row, rising in each column, of a lower triangle or of all entries, of which the symmetric part counts.
  * Either mass, on that pattern, or node_mass (nodes) [kg]; the other is NULL. calls is copied; its context serves the

@@ -10,7 +10,9 @@ import numpy as np
 
 from .. import _core
 from ..pre import checks
+from ..names import one_of
 from .meshes import LinearBody
+from .moving_frames import FrameBody
 
 
 def _cells(points, cells):
@@ -67,18 +69,23 @@ def _held_apart(points, cells, length, pull):
     return out
 
 
-def bars(points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0), initial_stress=None):
+def bars(
+    points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0), initial_stress=None, kinematics="small",
+):  # fmt: skip
     """A truss: bars (m, 2) between points (n, 2 | 3) [m] that turn freely about their nodes, masses at the nodes.
 
     young [Pa], area [m2], density [kg/m3]: numbers, or one for each bar. groups: {name: nodes}; rayleigh: (a, b) of
     C = a M + b K [1/s, s]. initial_stress [Pa], a number or one for each bar: along it before it moves, tension positive; it
-    pulls its nodes back across as well, so that a string sounds by it. A LinearBody; raises ValueError naming cell and remedy.
+    pulls its nodes back across as well, so that a string sounds by it. kinematics: "small", a LinearBody; "corotational", forces
+    by the change of length, or "total_lagrangian", by Green's strain and the second stress of Piola and Kirchhoff, a FrameBody
+    whose bars move and turn as far as they like. Raises ValueError naming cell and remedy.
     """
+    kinematics = one_of("kinematics", kinematics, ("small", "corotational", "total_lagrangian"))
     points, cells, length = _cells(points, cells)
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
     k = _core.bar_stiffness(np.ascontiguousarray(points[cells]), young, area)
-    force, energy = None, 0.0
+    pull, force, energy = np.zeros(n), None, 0.0
     if initial_stress is not None:
         pull, energy = _tension(initial_stress, area, young, length)
         force = _held_apart(points, cells, length, pull).ravel()
@@ -90,10 +97,11 @@ def bars(points, cells, *, young, area, density, groups=None, rayleigh=(0.0, 0.0
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     a, b = checks.rayleigh(rayleigh)
     damping = a * mass + b * stiffness
-    return LinearBody(
-        points, mass, (stiffness + stiffness.T) / 2, damping=(damping + damping.T) / 2, groups=groups, initial_force=force,
-        initial_energy=energy,
-    )  # fmt: skip
+    stiffness, damping = (stiffness + stiffness.T) / 2, (damping + damping.T) / 2
+    if kinematics != "small":
+        sections = {"young": young, "area": area, "pull": np.array(pull)}
+        return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
+    return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)
 
 
 def _across(points, cells, length, pull, up):
@@ -147,7 +155,7 @@ def _followed(turns, given):
 
 def beams(
     points, cells, *, young, area, inertia, density, poisson=0.3, shear_area=None, torsion=None, up=(0.0, 0.0, 1.0), clamped=None,
-    groups=None, rayleigh=(0.0, 0.0), initial_stress=None,
+    groups=None, rayleigh=(0.0, 0.0), initial_stress=None, kinematics="small",
 ):  # fmt: skip
     """A frame: beams (m, 2) between points (n, 2 | 3) [m], stiffly joined; masses at the nodes.
 
@@ -156,8 +164,10 @@ def beams(
     which do not shear): numbers, or one for each beam. clamped: group or nodes that do not turn. Rotations have no inertia, and
     follow the displacements (Guyan 1965): the stiffness is full, for frames of some hundred nodes. initial_stress [Pa], a number
     or one for each beam: the mean along it before it moves, tension positive, which makes it stiffer or softer against bending
-    (by Bernoulli's deflections). A LinearBody; raises ValueError naming cell and remedy.
+    (by Bernoulli's deflections). kinematics: "small", a LinearBody; "corotational", a FrameBody whose beams move and turn as far
+    as they like while each bends little. Raises ValueError naming cell and remedy.
     """
+    kinematics = one_of("kinematics", kinematics, ("small", "corotational"))
     points, cells, length = _cells(points, cells)
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
@@ -178,7 +188,7 @@ def beams(
         np.ascontiguousarray(points[cells]), up, young, young / (2 * (1 + poisson)), area,
         np.ascontiguousarray(both), turn, sheared,
     )  # fmt: skip
-    force, energy = None, 0.0
+    pull, force, energy = np.zeros(n), None, 0.0
     if initial_stress is not None:
         pull, energy = _tension(initial_stress, area, young, length)
         force = _held_apart(points, cells, length, pull).ravel()
@@ -193,6 +203,7 @@ def beams(
     if still is not None:
         turned = np.delete(turned, np.atleast_1d(np.asarray(still, int)), axis=0)
     turned = turned.ravel()
+    still = np.zeros(0, int) if still is None else np.atleast_1d(np.asarray(still, int))
     stiffness = full[np.ix_(moved, moved)]
     if len(turned):
         stiffness = stiffness - full[np.ix_(moved, turned)] @ _followed(full[np.ix_(turned, turned)], full[np.ix_(turned, moved)])
@@ -200,4 +211,11 @@ def beams(
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     a, b = checks.rayleigh(rayleigh)
     damping = a * mass.toarray() + b * stiffness
+    if kinematics != "small":
+        sections = {
+            "young": young, "area": area, "pull": np.array(pull), "inertia": np.array(both), "torsion": turn,
+            "shear_area": sheared, "shear": young / (2 * (1 + poisson)), "up": up,
+            "clamped": still.astype(np.int32) % len(points),
+        }  # fmt: skip
+        return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
     return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)

@@ -14,11 +14,12 @@ from .elastic import ElasticBody
 from .joints import end_on_node
 from .materials import Material
 from .meshes import LinearBody, deformable
+from .moving_frames import FrameBody
 from .opening_faces import OpeningFaces
 from .solid import SolidBody
 from .ties import TiedBody
 
-BODIES = {cls.__name__: cls for cls in (ElasticBody, LinearBody, SolidBody, TiedBody)}
+BODIES = {cls.__name__: cls for cls in (ElasticBody, FrameBody, LinearBody, SolidBody, TiedBody)}
 
 
 def encoded(given):

@@ -415,6 +415,15 @@ class MeshView(_View):
         return self._of_nodes("velocity")
 
     @property
+    def rotation(self):
+        """Of the nodes of corotational beams, by which they turned since the start: (n,) in the plane, within a turn [rad], in
+        space unit quaternions (n, 4), w first."""
+        if not hasattr(self.body, "rotations"):
+            raise AttributeError(f"the nodes of {self._mesh.d.name!r} have no rotations: those of cairn.beams(..., "
+                                 "kinematics='corotational') do")  # fmt: skip
+        return self.body.rotations(self._mesh.called)
+
+    @property
     def stress(self):
         """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]; of a SolidBody the
         mean of the true stresses that the last step found, (m, 6)."""

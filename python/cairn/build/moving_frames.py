@@ -1,0 +1,131 @@
+"""Bars and beams that move and turn as far as they like; made by cairn.bars and cairn.beams."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from .meshes import GivenBody
+
+
+class FrameBody(GivenBody):
+    """A truss or a frame of corotational or total Lagrangian cells.
+
+    Bars and corotational beams (Crisfield 1990; Felippa & Haugen 2005): each is the linear one in axes that move with it.
+    Rotations of nodes have no inertia, and are at each displacement where no moment is left. M, K and C are those at rest.
+    Made by cairn.bars(..., kinematics=...) and cairn.beams(..., kinematics="corotational").
+    """
+
+    def __init__(self, points, cells, kinematics, sections, mass, stiffness, damping, groups=None):
+        #: what it was made of, as scene files hold it
+        self.given = {name: value for name, value in locals().items() if name != "self"}
+        from scipy import sparse
+
+        from ..run.meshes import lower_triangles
+
+        self.points = np.ascontiguousarray(points, float)
+        self.dim, n = self.points.shape[1], self.points.size
+        self.kinematics, self.sections, self.lines = kinematics, dict(sections), np.asarray(cells, int)
+        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.edges = self.faces = None
+        self.M, self.K, self.C = (sparse.csc_array(a) for a in (mass, stiffness, damping))
+        start, row = self._made().lower()
+        marks = sparse.csc_array((np.ones(len(row)), row, start), (n, n))
+        start, row, (_, *values) = lower_triangles([marks, self.M, self.K, self.C], n)
+        start, row = np.ascontiguousarray(start, np.int64), np.ascontiguousarray(row, np.int32)
+        self.lower = start, row, *values
+
+    def _made(self):
+        s = {name: np.ascontiguousarray(value).ravel() for name, value in self.sections.items()}
+        s |= {"points": self.points.ravel(), "cells": self.lines.astype(np.int32).ravel()}
+        if "clamped" in s:
+            s["clamped"] = s["clamped"].astype(np.int32)
+        return _core.FrameModel(self.dim, self.kinematics, s)
+
+    def model(self):
+        """The forces as the core makes them, with rotations of their own: see _core.FrameModel."""
+        made = self._made()
+        made.fit(*self.lower[:2])
+        return made
+
+    def model_of(self, simulation, name):
+        """That of a simulation."""
+        return self.model()
+
+    def rotations(self, model):
+        """Of nodes, as the last step of a simulation, or the last call with that model, left them: (n,) in the plane [rad], in
+        space unit quaternions (n, 4), w first."""
+        turned = model.rotations()
+        if not len(turned):
+            raise AttributeError("bars turn freely about their nodes, which have no rotations: those of corotational beams do")
+        if self.dim == 2:
+            return np.arctan2(turned[:, 0, 1], turned[:, 0, 0])
+        from ..pre.mass_properties import quaternions
+
+        return quaternions(np.swapaxes(turned, 1, 2))
+
+    def tangent(self, displacement, model=None):
+        """Forces (n dofs) [N], their derivative (n dofs, n dofs), scipy.sparse [N/m], and the energy [J] at a displacement
+        (n, dim) [m]. Rotations are looked for from those of the last call with the same model. Raises ValueError naming the cell.
+        """
+        from scipy import sparse
+
+        u = np.ascontiguousarray(displacement, float).ravel()
+        if u.size != self.points.size:
+            raise ValueError(f"displacement holds {u.size} numbers: give ({len(self.points)}, {self.dim})")
+        start, row = self.lower[:2]
+        own = model or self.model()
+        force, values, wrong, energy = own.evaluate(u, len(row))
+        if wrong is not None:
+            raise ValueError(wrong)
+        own.commit()
+        below = sparse.csc_array((values, row, start), (u.size, u.size))
+        return force, (below + sparse.tril(below, -1).T).tocsc(), energy
+
+    def solve(self, fixed, force=None, *, displacement=None, start=None, model=None, increments=1, tolerance=1e-10, most=100):
+        """Displacement at rest (n, dim) [m] under forces (n dofs) [N] that keep their direction, by Newton's method with a line
+        search on what is left of the balance, in `increments` parts of the load. fixed: {group: axes}, as of `deformable`;
+        displacement (n, dim): where these dofs are held, zero when not given; start (n, dim): where to begin. Raises ValueError
+        where no balance is found: give more increments, or a start that is nearer.
+        """
+        from scipy.sparse.linalg import spsolve
+
+        model = model or self.model()
+        u = np.zeros(self.points.size) if start is None else np.array(start, float).ravel()
+        held = np.zeros(u.size, bool)
+        for group, axes in fixed.items():
+            for axis in axes:
+                held[self.dim * self.groups[group] + "xyz".index(axis)] = True
+        wanted, free = np.zeros(u.size) if displacement is None else np.array(displacement, float).ravel(), ~held
+        load, was = np.zeros(u.size) if force is None else np.array(force, float).ravel(), u.copy()
+        begin, tangent, _ = self.tangent(u, model)
+        begin = np.where(free, begin, 0.0)
+        for part in np.arange(1, increments + 1) / increments:
+            aim = begin + part * (load - begin)
+            way = np.where(held, was + part * (wanted - was) - u, 0.0)
+            inner, tangent, _ = self.tangent(u, model)
+            for passed in range(most):
+                left = aim - inner
+                if passed == 0:
+                    left = left - tangent @ way
+                step = way.copy() if passed == 0 else np.zeros(u.size)
+                step[free] += spsolve(tangent[free][:, free].tocsc(), left[free])
+                u, inner, tangent, done = self._stepped(u, step, aim, free, model, tolerance, passed)
+                if done:
+                    break
+            else:
+                raise ValueError(f"no balance is found after {most} passes at {part:g} of the load: give more increments")
+        return u.reshape(self.points.shape)
+
+    def _stepped(self, u, step, aim, free, model, tolerance, passed):
+        share = min(1.0, 0.5 * np.ptp(self.points, axis=0).max() / max(np.abs(step).max(), 1e-300)) if passed else 1.0
+        for _ in range(30):
+            try:
+                inner, tangent, _ = self.tangent(u + share * step, model)
+                break
+            except ValueError as error:
+                failed, share = error, share / 2
+        else:
+            raise failed
+        scale = max(np.abs(inner).max(), np.abs(aim).max())
+        return u + share * step, inner, tangent, np.abs((aim - inner)[free]).max(initial=0.0) <= tolerance * scale
