@@ -282,6 +282,7 @@ private:
   double end_share_ = 0.5;                  // of the end of the step in loads
   double stored_begin_ = 0, checked_ = 0;   // checked_: step over its limit that is known to be stable
   bool begun_ = false;                      // stored_begin_ and force_begin_ are known
+  bool undone_ = false;                     // the step before was: nodes begin at way_end_, to the bit, or were set
   double h_ = 0, share_ = 0;                // the step at hand, of a body that is not linear
   double end_weight_ = 0, rate_share_ = 0;  // of the end in forces of stresses, and in rates of strain
   bool explicit_ = false, by_energy_ = false;

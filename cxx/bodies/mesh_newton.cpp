@@ -155,11 +155,13 @@ void MeshBody::start_newton(Nodes& nodes) {
   take_history(nodes);
   norms_.resize(8 * n);
   for (std::size_t i = 0; i < n && begun_ && !way_end_.empty(); ++i) // nodes may have been set elsewhere
-    begun_ = std::abs(q_[i] - way_end_[i]) <= 1e-6 * size_;
+    begun_ = std::abs(q_[i] - way_end_[i]) <= (undone_ ? 0 : 1e-6 * size_);
   double fastest = 0;
   for (const double v : velocity_end_) fastest = std::max(fastest, std::abs(v));
   for (std::size_t i = 0; i < velocity_end_.size() && begun_; ++i)
     begun_ = std::abs(v_[i] - velocity_end_[i]) <= 1e-12 * fastest;
+  way_end_ = q_;
+  undone_ = true; // unless it is committed
   warmed_ = 0;
   if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
@@ -537,6 +539,7 @@ void MeshBody::commit() {
   stored_begin_ = found_.energy;
   if (!model.bulk->solid()) velocity_end_ = trial_; // as `account` has it: forces of another code may depend on it
   model.bulk->commit();
+  undone_ = false;
 }
 
 void MeshBody::roll_back() {
@@ -576,6 +579,7 @@ void MeshBody::restore(std::span<const double> state, std::span<const double> me
   begun_ = !memory.empty();
   way_end_.clear();
   velocity_end_.clear();
+  undone_ = false;
   if (!begun_) return;
   force_begin_.assign(memory.begin(), memory.end() - 1);
   stored_begin_ = memory.back();

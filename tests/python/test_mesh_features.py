@@ -207,6 +207,24 @@ def test_a_beam_at_rest_is_that_of_its_own_solution():
     assert abs(sim.meshes[0].displacement - expected).max() < 1e-8 * abs(expected).max()
 
 
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+@pytest.mark.parametrize("kinematics", ["small", "corotational"])
+def test_a_solid_at_rest_is_that_of_its_own_solution(kinematics, theta):
+    """Whatever the share of the stresses at the begin of a step that find_equilibrium asks of and undoes."""
+    x, y = np.meshgrid(np.linspace(0, 1, 21), [0, 0.05, 0.1])
+    points, first = np.c_[x.ravel(), y.ravel()], np.r_[:20, 21:41]
+    material = cn.IsotropicElastic(young=2e7, poisson=0.3)
+    quads = np.c_[first, first + 1, first + 22, first + 21]
+    body = cn.SolidBody(points, {"quad": quads}, material, density=1e3, groups={"foot": [0, 21, 42]}, kinematics=kinematics)
+    scene = cn.Scene(dim=2, gravity=(0.0, -0.981))
+    scene.add(cn.deformable(body, cn.Material("clay"), fixed={"foot": "xy"}))
+    sim = cn.Simulation(scene, 1e-2, cn.NSCD(theta=theta))
+    assert cn.find_equilibrium(sim, tol=1e-9, unbalanced=1e-9)["converged"]
+    expected = body.solve({"foot": "xy"}, body.M @ np.tile([0.0, -0.981], len(points)))
+    assert abs(expected).max() > 0.005
+    assert abs(sim.meshes[0].displacement - expected).max() < 1e-5 * abs(expected).max()
+
+
 def test_what_nothing_holds_finds_no_rest_and_stays():
     sim = cn.Simulation(scene_of(2, block(low(2) + [0, 0.5], *SIZE[2])), 1e-3, SHARP)
     before = state(sim)

@@ -19,7 +19,8 @@ def kinds():
     for dim in (2, 3):
         for kinematics in ("corotational", "total_lagrangian"):
             out.append(pytest.param("bars", dim, kinematics, {}, id=f"bars {dim} {kinematics}"))
-        for name, more in {"thin": {}, "stout": {"inertia": 5e-3}, "shears": {"shear_area": 2e-2}, "pulled": {"initial_stress": 3e4}}.items():
+        given = {"thin": {}, "stout": {"inertia": 5e-3}, "shears": {"shear_area": 2e-2}, "pulled": {"initial_stress": 3e4}}
+        for name, more in given.items():
             out.append(pytest.param("beams", dim, "corotational", more, id=f"beams {dim} {name}"))
     return out
 
@@ -363,6 +364,16 @@ def test_extremes_have_an_answer_or_an_error():
     u[2] = points[1] - points[2]
     with pytest.raises(ValueError, match="bar 1 with nodes 1 2: it has no length"):
         cn.bars(points, cells, **SECTION, kinematics="corotational").tangent(u)
+    rope = cn.bars(points, cells, **SECTION, groups={"ends": [0, 3]}, kinematics="corotational")
+    down = np.c_[np.zeros(4), -np.ones(4)].ravel()
+    with pytest.raises(ValueError, match="the tangent is singular, as of bars that nothing pulls across"):
+        rope.solve({"ends": "xy"}, down)
+    taut = cn.bars(points, cells, **SECTION, groups={"ends": [0, 3]}, initial_stress=1e4, kinematics="corotational")
+    u = taut.solve({"ends": "xy"}, down)
+    inner, size = taut.tangent(u)[0].reshape(-1, 2), np.abs(u).max()
+    assert np.abs(inner[1:3] - [0.0, -1.0]).max() < 1e-10 * np.abs(inner).max() and 1e-5 < size < 1e-2
+    with pytest.raises(ValueError, match="give more increments"):
+        taut.solve({"ends": "xy"}, down, most=1)
     for made in (cn.bars, cn.beams):
         with pytest.raises(ValueError, match="kinematics"):
             made(points, cells, **BEAM if made is cn.beams else SECTION, kinematics="large")
@@ -431,6 +442,22 @@ def test_a_scene_comes_to_rest_where_it_is_solved(dim):
     assert angle == pytest.approx(np.arctan2(last[1], last[0]), rel=0.02)  # what the last cell still bends
 
 
+def test_rest_of_a_strip_that_bears_a_ball():
+    """That of find_equilibrium, a ball on the middle of a strip between hinges: what `solve` finds under half its weight each."""
+    points, cells = line(9, 2)
+    body = cn.beams(points, cells, **BEAM, groups={"ends": [0, 9]}, kinematics="corotational")
+    rock, scene = cn.Material("rock", density=500.0), cn.Scene(dim=2, gravity=(0.0, -9.81))
+    ball = cn.disks([[0.5, 0.1]], 0.1, rock)
+    scene.add(cn.deformable(body, rock, edges=cells[:, ::-1], fixed={"ends": "xy"}), ball)
+    scene.interact(rock, rock, cn.Coulomb(mu=0.2))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=0.5))
+    assert cn.find_equilibrium(sim)["converged"]
+    force = np.c_[np.zeros(10), -9.81 * body.nodal_mass()]
+    force[4:6, 1] -= 9.81 * 500 * np.pi * 0.01 / 2
+    expected = body.solve({"ends": "xy"}, force.ravel())
+    assert np.abs(sim.meshes[0].displacement - expected).max() < 1e-4 * np.abs(expected).max()
+
+
 @pytest.mark.parametrize("kind, dim", [("bars", 2), ("bars", 3), ("beams", 2), ("beams", 3)])
 def test_central_differences_are_stable_at_their_limit_wherever_frames_turn(kind, dim):
     """Energy stays over many turns at 0.95 of the step that is told, and at three of it the step is refused."""
@@ -485,6 +512,31 @@ def test_rotations_are_of_beams():
     scene.add(cn.deformable(small, cn.Material("steel")))
     with pytest.raises(AttributeError, match="kinematics='corotational'"):
         _ = cn.Simulation(scene, 1e-3).meshes[0].rotation
+
+
+@pytest.mark.parametrize("kind", ["bars", "beams"])
+def test_a_rigid_hub_swings_with_them_and_states_are_taken_back(kind):
+    """A pendulum of cells with a rigid end: distances there stay to rounding; a state that is set again goes on as it did."""
+    points = np.array([[0, 0], [1, 0], [2, 0], [2, 1], [3, 0]], float)
+    cells = [[0, 1], [1, 2], [2, 3], [1, 3], [3, 4], [2, 4]]
+    given = BEAM if kind == "beams" else SECTION
+    body = getattr(cn, kind)(points, cells, **given, groups={"foot": [0], "hub": [2, 3, 4]}, kinematics="corotational")
+    scene = cn.Scene(dim=2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, cn.Material("steel"), fixed={"foot": "xy"}, rigid=["hub"]))
+    sim = cn.Simulation(scene, 5e-3, cn.NSCD(theta=0.5))
+    for k in range(200):
+        if k == 100:
+            state = sim.get_state()
+        sim.step()
+    x = sim.meshes[0].position
+    for a, b in ((2, 3), (3, 4), (2, 4)):
+        assert np.linalg.norm(x[a] - x[b]) == pytest.approx(np.linalg.norm(points[a] - points[b]), rel=1e-13)
+    assert x[4, 1] < -1.5 and abs(sim.energy["closure"]) < 1e-7 * sim.energy["in_play"]
+    found = sim.meshes[0].displacement, sim.meshes[0].velocity
+    sim.set_state(state)
+    for _ in range(100):
+        sim.step()
+    assert np.array_equal(sim.meshes[0].displacement, found[0]) and np.array_equal(sim.meshes[0].velocity, found[1])
 
 
 def test_a_scene_file_holds_them(tmp_path):

@@ -83,13 +83,11 @@ class FrameBody(GivenBody):
         return force, (below + sparse.tril(below, -1).T).tocsc(), energy
 
     def solve(self, fixed, force=None, *, displacement=None, start=None, model=None, increments=1, tolerance=1e-10, most=100):
-        """Displacement at rest (n, dim) [m] under forces (n dofs) [N] that keep their direction, by Newton's method with a line
-        search on what is left of the balance, in `increments` parts of the load. fixed: {group: axes}, as of `deformable`;
-        displacement (n, dim): where these dofs are held, zero when not given; start (n, dim): where to begin. Raises ValueError
-        where no balance is found: give more increments, or a start that is nearer.
+        """Displacement at rest (n, dim) [m] under forces (n dofs) [N] that keep their direction, by Newton's method in `increments`
+        parts of the load, each until what is left is `tolerance` of the largest force, or rounding. fixed: {group: axes}, as of
+        `deformable`; displacement (n, dim): where these dofs are held, zero when not given; start (n, dim): where to begin; model:
+        whose rotations are gone on from. Raises ValueError where no balance is found: give more increments, or a nearer start.
         """
-        from scipy.sparse.linalg import spsolve
-
         model = model or self.model()
         u = np.zeros(self.points.size) if start is None else np.array(start, float).ravel()
         held = np.zeros(u.size, bool)
@@ -109,7 +107,7 @@ class FrameBody(GivenBody):
                 if passed == 0:
                     left = left - tangent @ way
                 step = way.copy() if passed == 0 else np.zeros(u.size)
-                step[free] += spsolve(tangent[free][:, free].tocsc(), left[free])
+                step[free] += _solved(tangent[free][:, free].tocsc(), left[free])
                 u, inner, tangent, done = self._stepped(u, step, aim, free, model, tolerance, passed)
                 if done:
                     break
@@ -127,5 +125,19 @@ class FrameBody(GivenBody):
                 failed, share = error, share / 2
         else:
             raise failed
-        scale = max(np.abs(inner).max(), np.abs(aim).max())
-        return u + share * step, inner, tangent, np.abs((aim - inner)[free]).max(initial=0.0) <= tolerance * scale
+        u, left = u + share * step, np.abs((aim - inner)[free]).max(initial=0.0)
+        rounding = 4 * np.finfo(float).eps * (abs(tangent) @ np.abs(u)).max()
+        return u, inner, tangent, left <= max(tolerance * max(np.abs(inner).max(), np.abs(aim).max()), rounding)
+
+
+def _solved(tangent, left):
+    from scipy.sparse.linalg import splu
+
+    try:
+        step = splu(tangent).solve(left)
+    except RuntimeError:  # a pivot is zero
+        step = np.array([np.nan])
+    if not np.all(np.isfinite(step)):
+        raise ValueError("the tangent is singular, as of bars that nothing pulls across them: hold more dofs, give a start under "
+                         "load, or initial_stress")  # fmt: skip
+    return step
