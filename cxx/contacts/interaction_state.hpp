@@ -264,8 +264,8 @@ struct Interactions::State {
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
   void mark_steps_of_bonds(bool converged) const; // in law_commit.cpp
-  void commit_laws();                   // states and energies of laws, in law_commit.cpp
-  double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
+  void commit_laws();                             // states and energies of laws, in law_commit.cpp
+  double area_of(std::int64_t i) const;           // of a contact, in contact_area.cpp
   double effective_radius(std::int64_t i) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin

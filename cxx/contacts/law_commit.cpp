@@ -42,8 +42,8 @@ void Interactions::attraction(double* out) const {
       if (b.status[lane] != cairn_open) out[s_->system.candidate[b.first + lane]] = b.params[lane];
 }
 
-// What bonds that hold fast are off is taken back where sweeps follow: behind a step that ended early they would come too
-// late, and places swing ever more.
+// What bonds that hold fast are off is taken back where sweeps follow: behind a step that ended early they would come
+// too late, and places swing ever more.
 void Interactions::State::mark_steps_of_bonds(bool converged) const {
   for (const cairn_batch& b : system.batches)
     for (int lane = 0; lane < b.contacts && law_infos()[std::size_t(b.law)].holds; ++lane)
