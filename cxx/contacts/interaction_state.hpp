@@ -263,8 +263,9 @@ struct Interactions::State {
   // made a solution diverge.
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
-  void commit_laws();                   // states and energies of laws, in law_commit.cpp
-  double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
+  void mark_steps_of_bonds(bool converged) const; // in law_commit.cpp
+  void commit_laws();                             // states and energies of laws, in law_commit.cpp
+  double area_of(std::int64_t i) const;           // of a contact, in contact_area.cpp
   double effective_radius(std::int64_t i) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin

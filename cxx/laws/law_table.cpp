@@ -214,8 +214,7 @@ void check_works(const LawInfo& info, const double* values) {
     const double *strength = of(mode + "strength"), *work = of(mode + "work");
     if (!strength || !work || !(*work < std::numeric_limits<double>::max()) || !(*strength > 0)) continue;
     const double first = *strength / *(mode == "normal_" ? normal : tangential);
-    if (const double* plateau = of(mode + "plateau"))
-      check_plateau(info, mode, first, *strength, *work, *plateau);
+    if (const double* plateau = of(mode + "plateau")) check_plateau(info, mode, first, *strength, *work, *plateau);
     if (const double* end = of(mode + "end"))
       check_two_lines(info, mode, first, *strength, *work, *end, *of("first_share"));
   }

@@ -8,7 +8,8 @@ STONE = cn.Material("stone", density=2500.0)
 RADIUS, SPEED, STEP = 0.05, 1e-3, 1e-4
 SPRINGS = dict(normal_stiffness=1e12, tangential_stiffness=1e12)
 MODES = dict(normal_strength=2e6, tangential_strength=3e6, normal_work=10.0, tangential_work=30.0)
-ZONES = {"MAC": cn.MAC(**SPRINGS, work=10.0), "MP3": cn.MP3(**SPRINGS, strength=2e6, work=10.0), "MAL": cn.MAL(**SPRINGS, **MODES)}
+ZONES = {"MAC": cn.MAC(**SPRINGS, work=10.0), "MP3": cn.MP3(**SPRINGS, strength=2e6, work=10.0),
+         "MAL": cn.MAL(**SPRINGS, **MODES)}  # fmt: skip
 
 
 def drawn_apart(dim, law, speed=SPEED):
