@@ -59,6 +59,7 @@ contains
       end if
     end do
     call curve(p, share, high, found, begun)
+    if (found < old/2) found = old ! a curve that ends with a step spends what was stored before it
     stiffness = (1 - share)*p(c_n) + share*p(c_t)
     spent = max(0.0_c_double, work - stiffness*beta*opening**2/2 - (begun - stiffness*found*high**2/2))
   end subroutine damage_along

@@ -235,6 +235,14 @@ void MeshBody::times_history(Nodes& nodes) {
   multiply_mass(known_.data(), momentum_known_.data());
 }
 
+// What more than one derivative says of a velocity that ties give grows by a step, see cairn_smooth_change, also where
+// it is rounding.
+void MeshBody::follow_leaders(Nodes& nodes) {
+  if (model.ties.empty() || model.ties.rigid_parts_turn()) return;
+  for (int k = 0; k < cairn_most_history && nodes.history(k); ++k)
+    model.ties.follow(nodes.history(k) + model.dim * first_node);
+}
+
 void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check) {
   const std::int64_t n = model.dofs();
   scheme_ = scheme;
@@ -244,6 +252,7 @@ void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_sc
     take_scheme(scheme, check);
   gather(nodes.velocity, v_.data());
   if (!model.ties.empty()) model.ties.follow(v_.data());
+  if (scheme.histories > 1) follow_leaders(nodes);
   for (std::int64_t i = 0; i < n; ++i) q_[i] = nodes.position_begin[first_node][i] - model.reference[i];
   weigh(gravity);
   if (!linear()) {

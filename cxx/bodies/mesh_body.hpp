@@ -210,7 +210,8 @@ private:
   BulkResult stresses_there(const double* v, double rate, bool tangent);
   BulkResult forces_at_begin(double* force);
   void account_bulk(Nodes& nodes, const double* gravity);
-  void account_ties(); // after the reactions, before what follows hands its own on
+  void follow_leaders(Nodes& nodes); // what is kept of dofs that follow others
+  void account_ties();               // after the reactions, before what follows hands its own on
   void account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme);

@@ -302,8 +302,9 @@ void Interactions::State::add_reactions(Bodies& bodies) const {
     }
 }
 
-ContactEnergy Interactions::commit() {
+ContactEnergy Interactions::commit(bool converged) {
   s_->commit_laws();
+  s_->mark_steps_of_bonds(converged);
   s_->remember();
   return s_->energy;
 }

@@ -299,7 +299,7 @@ public:
   // After meshes got contact nodes for someone else: what contacts read of them is there again.
   void refresh_meshes(const Bodies&);
   // State of laws, then impulses and keys become the memory of the next step.
-  ContactEnergy commit();
+  ContactEnergy commit(bool converged = true);
 
   // Views of the present step, in the order of the candidates; out arrays are the caller's.
   std::int64_t count() const;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "../solvers/sweeps/contact_rows.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
 #include "singular_blocks.hpp"
@@ -397,6 +398,20 @@ void Interactions::State::add_image_jump(const cairn_batch& b, int lane, double 
   u[2 * n + lane] -= factor * ((ny * tz - nz * ty) * v[0] + (nz * tx - nx * tz) * v[1] + (nx * ty - ny * tx) * v[2]);
 }
 
+// The velocity along the normal without impulses; where a side is of a mesh, that at the begin of the step.
+double Interactions::State::free_opening(const cairn_batch& b, int lane, double begin) const {
+  if (b.mapped_a || b.mapped_b) return begin;
+  double inverse[36] = {}, rows[36], sum = 0;
+  const int n = system.velocities();
+  for (int k = 0; k < n; ++k) inverse[(n + 1) * k] = 1;
+  for (int side = 0; side < 2; ++side) {
+    rigid_rows(system, b, lane, side, b.components, inverse, rows);
+    const double* velocity = bodies->velocity[(side ? b.body_b : b.body_a)[lane]];
+    for (int k = 0; k < n; ++k) sum += rows[b.components * k] * velocity[k];
+  }
+  return sum;
+}
+
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 4) * 128];
@@ -456,7 +471,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     if (!real) mu[lane] = 0;
   }
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
-  settle_singular_blocks(b, dim(), w);
+  settle_singular_blocks(b, dim(), w, [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); });
   if (b.repeats) repeat_last(b, w, c * c);
   if (b.block)
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);

@@ -263,8 +263,9 @@ struct Interactions::State {
   // made a solution diverge.
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
-  void commit_laws();                   // states and energies of laws, in law_commit.cpp
-  double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
+  void mark_steps_of_bonds(bool converged) const; // in law_commit.cpp
+  void commit_laws();                             // states and energies of laws, in law_commit.cpp
+  double area_of(std::int64_t i) const;           // of a contact, in contact_area.cpp
   double effective_radius(std::int64_t i) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin
@@ -367,6 +368,7 @@ private:
   void fill_states(const cairn_batch& b) const;
   void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
   double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;
+  double free_opening(const cairn_batch& b, int lane, double begin) const;
   void fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread);
   void commit_batch(const cairn_schedule& schedule, std::size_t which, int thread);
   void keep_states(const cairn_batch& b, int lane, double* to) const;

@@ -106,7 +106,7 @@ void Interactions::State::hold_places(const cairn_batch& b) const {
   const int d = dim(), n = b.count;
   for (int lane = 0; lane < b.contacts; ++lane) {
     const std::int64_t i = system.candidate[b.first + lane];
-    if (!is_anchored(i) || !(b.state[lane] > 0)) continue;
+    if (!is_anchored(i) || !(b.state[lane] > 0) || b.state[lane] > 2) continue; // see mark_steps_of_bonds
     const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
     if (!(anchor.length > 0)) continue; // of a file that did not know how its bodies stood
     const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];

@@ -42,6 +42,14 @@ void Interactions::attraction(double* out) const {
       if (b.status[lane] != cairn_open) out[s_->system.candidate[b.first + lane]] = b.params[lane];
 }
 
+// What bonds that hold fast are off is taken back where sweeps follow: behind a step that ended early they would come
+// too late, and places swing ever more.
+void Interactions::State::mark_steps_of_bonds(bool converged) const {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts && law_infos()[std::size_t(b.law)].holds; ++lane)
+      if (b.state[lane] > 1) b.state[lane] = converged ? 2 : 3;
+}
+
 void Interactions::State::commit_laws() {
   const int batches = int(system.batches.size()), threads = system.schedule(omp_get_max_threads()).threads;
   if (!laws_commit || batches == 0) return;

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <limits>
 
+#include "interaction.hpp"
+
 namespace cairn {
 
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+constexpr double rounding = 256 * epsilon * epsilon; // axes are known to some epsilons, and enter blocks squared
 
 // Smallest eigenvalue of the tangential block that is left when the normal is eliminated.
 double least_tangential(const double* w, int n, int c, int dim, int lane) {
@@ -20,16 +23,41 @@ double least_tangential(const double* w, int n, int c, int dim, int lane) {
   return 0.5 * (tt + ss) - std::sqrt(half * half + ts * ts);
 }
 
+// Of a joint: nothing is borne along directions of which rounding alone says that something moves.
+void leave_out_unmoved(int n, int c, int dim, double sum, int lane, double* w) {
+  for (int k = 0; k < dim; ++k) {
+    if (w[n * (k * c + k) + lane] > rounding * sum) continue;
+    for (int l = 0; l < c; ++l) w[n * (l * c + k) + lane] = w[n * (k * c + l) + lane] = 0;
+  }
+}
+
+// Whether springs or strengths answer what drives open, so that the impulse asks for no motion.
+bool answers_drives(const cairn_batch& batch, int lane) {
+  const LawInfo& law = law_infos()[std::size_t(batch.law)];
+  return law.has_solve && (law.energy || law.keeps) && batch.state[lane] > 0;
+}
+
 } // namespace
 
-void settle_singular_blocks(const cairn_batch& batch, int dim, double* w) {
+void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const std::function<double(int)>& opening) {
   const int n = batch.count, c = batch.components;
   for (int lane = 0; lane < batch.contacts; ++lane) {
     if (batch.bonds && batch.state[lane] > 0) continue;
     double sum = 0;
     for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
-    // the normal of a contact is known to some epsilons, and enters its block squared
-    if (!(w[lane] > 256 * epsilon * epsilon * sum)) {
+    const double little = std::sqrt(epsilon) * sum;
+    const bool moves = w[lane] > rounding * sum;
+    if (law_infos()[std::size_t(batch.law)].joins) {
+      leave_out_unmoved(n, c, dim, sum, lane, w);
+      if (!moves) batch.rho[lane] = 1 / (sum > 0 ? sum : 1);
+      continue;
+    }
+    if (!moves && sum > 0 && answers_drives(batch, lane)) {
+      // what drives close bears nothing more: to the law it stands still
+      batch.bias[lane] -= std::min(opening(lane), 0.0);
+      w[lane] += little;
+      batch.rho[lane] = 1 / sum;
+    } else if (!moves) {
       const double unit = sum > 0 ? sum : 1;
       for (int k = 0; k < c; ++k)
         for (int l = 0; l < c; ++l) w[n * (l * c + k) + lane] = k == l ? unit : 0;
@@ -37,7 +65,6 @@ void settle_singular_blocks(const cairn_batch& batch, int dim, double* w) {
       batch.rho[lane] = 1 / unit;
       continue;
     }
-    const double little = std::sqrt(epsilon) * sum;
     if (least_tangential(w, n, c, dim, lane) <= little)
       for (int k = 1; k < dim; ++k) w[n * (k * c + k) + lane] += little;
   }

@@ -161,20 +161,29 @@ double LawTable::Curve::at(double t) const {
 
 namespace {
 
-// The first of the two lines must end after the strength and before all is broken: else the curve would fall at once,
-// or break by other work than its own.
-void check_lines(const LawInfo& info, const std::string& mode, double stored_opening, double strength, double work,
-                 double end, double share) {
-  if (!(strength > 0)) return;
-  const double knee = 2 * work * (1 - share) / end;
-  const double at = (2 * work * share + knee * stored_opening) / strength;
-  if (at >= stored_opening && at < end) return;
+// A plateau takes what opening to its end takes: no more than all.
+void check_plateau(const LawInfo& info, const std::string& mode, double first, double strength, double work,
+                   double plateau) {
+  const double longest = work / strength + first / 2;
+  if (!(plateau > longest * (1 + 8 * std::numeric_limits<double>::epsilon()))) return;
   std::ostringstream message;
-  message << info.python_name << ": the first line of " << mode << "strength = " << strength << " Pa, " << mode
-          << "work = " << work << " J/m2, " << mode << "end = " << end << " m and first_share = " << share
-          << " would end at an opening of " << at << " m, which must lie between that of the strength, "
-          << stored_opening << " m, and " << mode << "end: give "
-          << (at < stored_opening ? "a larger first_share" : "a larger end or strength, or less work");
+  message << info.python_name << ": " << mode << "plateau = " << plateau << " m takes more than " << mode
+          << "work = " << work << " J/m2: give at most work/strength + strength/(2 stiffness) = " << longest << " m";
+  throw std::invalid_argument(message.str());
+}
+
+// Two lines that fall, from the strength at its opening to the knee, from there to the end.
+void check_two_lines(const LawInfo& info, const std::string& mode, double first, double strength, double work,
+                     double end, double share) {
+  constexpr double slack = 8 * std::numeric_limits<double>::epsilon();
+  const double knee = 2 * work * (1 - share) / end, at = (2 * work * share + knee * first) / strength;
+  if (knee <= strength * (1 + slack) && at >= first * (1 - slack) && at <= end * (1 + slack)) return;
+  std::ostringstream message;
+  message << info.python_name << ": " << mode << "end = " << end << " m and first_share = " << share
+          << " put the knee of the two lines at " << at << " m and " << knee << " Pa, which is not between " << first
+          << " m and " << end << " m, below " << mode << "strength = " << strength
+          << " Pa: with what is stored at the strength the first line has the share of the work, 2 first_share work >= "
+             "opening (strength - knee), and the knee is 2 (1 - first_share) work/end";
   throw std::invalid_argument(message.str());
 }
 
@@ -194,16 +203,20 @@ void check_works(const LawInfo& info, const double* values) {
     const double softness =
         mode.empty() ? 0.5 / *normal + 0.5 / *tangential : 1 / (mode == "normal_" ? *normal : *tangential);
     const double stored = *strength * (*strength * softness) / 2;
-    if (stored * (1 + 8 * std::numeric_limits<double>::epsilon()) < *work) {
-      const double *end = of(mode + "end"), *share = of("first_share");
-      if (end && share) check_lines(info, mode, *strength * softness, *strength, *work, *end, *share);
-      continue;
-    }
+    if (stored * (1 + 8 * std::numeric_limits<double>::epsilon()) < *work) continue;
     std::ostringstream message;
     message << info.python_name << ": " << mode << "work = " << *work << " J/m2 is no more than the " << stored
             << " J/m2 that are stored at " << mode << "strength = " << *strength
             << " Pa, strength^2/(2 stiffness): give more work, a larger stiffness or a smaller strength";
     throw std::invalid_argument(message.str());
+  }
+  for (const std::string mode : {"normal_", "tangential_"}) {
+    const double *strength = of(mode + "strength"), *work = of(mode + "work");
+    if (!strength || !work || !(*work < std::numeric_limits<double>::max()) || !(*strength > 0)) continue;
+    const double first = *strength / *(mode == "normal_" ? normal : tangential);
+    if (const double* plateau = of(mode + "plateau")) check_plateau(info, mode, first, *strength, *work, *plateau);
+    if (const double* end = of(mode + "end"))
+      check_two_lines(info, mode, first, *strength, *work, *end, *of("first_share"));
   }
 }
 

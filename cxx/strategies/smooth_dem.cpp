@@ -69,10 +69,11 @@ void SmoothDem::check_laws(const Simulation& s) const {
     throw Error("SmoothDEM knows no parameters of laws that depend on temperature: give numbers, or keep NSCD");
   for (int e = 0; e < s.laws.entries(); ++e)
     if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
-      throw Error(
-          "law " + law.python_name +
-          " has no force that a gap and a velocity give, which SmoothDEM needs; give LinearSpring, HertzMindlin "
-          "or JKR, or use NSCD");
+      throw Error(law.joins ? "SmoothDEM knows no joints: keep NSCD, or leave them out"
+                            : "law " + law.python_name +
+                                  " has no force that a gap and a velocity give, which SmoothDEM needs; give "
+                                  "LinearSpring, HertzMindlin "
+                                  "or JKR, or use NSCD");
 }
 
 double SmoothDem::stable_step(Simulation& s) {

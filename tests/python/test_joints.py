@@ -286,6 +286,10 @@ def test_restart_and_scene_file_go_on_to_the_same_bits(tmp_path):
         (lambda s: s.join(0, None, cn.Pivot(point=(0, 0, 0))), "point of Pivot"),
         (lambda s: s.join(0, None, cn.Slider(point=(0, 0), axis=(0, 0))), "axis of Slider"),
         (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), limits=(1, 0))), "limits of Pivot are 1 and 0"),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), limits=1)), "limits of Pivot is 1: give the lowest and the highest"),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), limits=(0, 1, 2))), "limits of Pivot is .0, 1, 2."),
+        (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), limits=(np.nan, 1))), r"limits\[0\] of Pivot is nan"),
+        (lambda s: s.join(0, None, cn.Distance(points=[(0, 0), (1, 0)], limits=1)), "limits of Distance is 1"),
         (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), strength=-1)), "strength of Pivot is -1"),
         (lambda s: s.join(0, None, cn.Distance(points=[(0, 0), (0, 0)])), "points of Distance are both"),
         (lambda s: s.join(0, None, cn.Pivot(point=(0, 0), motor=3)), "motor of Pivot is 3"),
@@ -296,6 +300,22 @@ def test_wrong_joints_are_told(make, told):
     scene, _ = scene_of(2, [[0.1, 0.0]])
     with pytest.raises(ValueError, match=told):
         make(scene)
+
+
+def test_limits_of_a_hinge_beyond_its_angles_are_told():
+    scene, _ = scene_of(3, [[0.1, 0.0, 0.0]])
+    with pytest.raises(ValueError, match="limits of Hinge are -4 and 1: give angles from -pi to pi"):
+        scene.join(0, None, cn.Hinge(point=(0, 0, 0), axis=(0, 0, 1), limits=(-4.0, 1.0)))
+
+
+@pytest.mark.parametrize("strategy", [cn.SmoothDEM(), cn.EventDriven()])
+def test_strategies_that_know_no_joints_say_so(strategy):
+    scene = cn.Scene(2)
+    disk = scene.add(cn.disks([[0.0, 0.0]], 0.05, cn.Material("steel", density=7800.0)))
+    scene.interact("*", "*", cn.Restitution(mu=0.0) if isinstance(strategy, cn.EventDriven) else cn.LinearSpring(stiffness=1e6))
+    scene.join(disk[0], None, cn.Pivot(point=(0.0, 0.0)))
+    with pytest.raises(cn.Error, match="knows no joints: keep NSCD"):
+        cn.Simulation(scene, 1e-4, strategy).step()
 
 
 def sprung(dim, kind, h, damping=0.0, stiffness=1e4):

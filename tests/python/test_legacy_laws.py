@@ -206,6 +206,7 @@ def test_what_a_law_has_no_word_for_is_told(tmp_path, name, changed, told):
         (cn.Restitution(normal=0.5, mu=np.inf, closing=0), "mu without end"),
         (cn.MohrCoulomb(**MOHR | dict(mu=np.inf)), "mu, kinetic without end"),
         (cn.MohrCoulomb(tension=1e5, cohesion=0, friction=0.5, within=ALERT), "no cohesion"),
+        (cn.Wet(force=1.0, reach=np.inf, mu=0.3), "reach without end"),
         (cn.MAC(normal_stiffness=1e10, tangential_stiffness=1e10, mu=np.inf, work=10.0, within=ALERT), "mu, kinetic without end"),
         (cn.Wear(mu=np.inf, wear=1e-12, recovers=1), "mu without end"),
         (cn.UnilateralContact(mu=0.3, shift=1e-4), "shift, from_start, restitution and kinetic"),

@@ -264,3 +264,13 @@ def test_sides_too_warped_for_points_to_meet_once_are_refused(opens):
     points[5, 0] += 0.5
     with pytest.raises(ValueError, match="a side of two cells is warped by 0.3.* of its size: give cells whose sides are plane"):
         cn.fracture.split(body_of(points, cells), zone(1.0), ROCK, **opens)
+
+
+def test_tetra_beside_hexahedra_share_no_whole_sides():
+    points, hexahedra = blocks(2, 1, 1, 0.01, "hexahedron")
+    _, tetra = blocks(2, 1, 1, 0.01, "tetra")
+    right = points[tetra["tetra"]].mean(axis=1)[:, 0] > 0.01
+    cells = {"hexahedron": hexahedra["hexahedron"][:1], "tetra": tetra["tetra"][right]}
+    both = cn.ElasticBody(points, cells, young=1e9, poisson=0.2, density=1000.0)
+    with pytest.raises(ValueError, match=r"half of the side of nodes \d+, \d+, \d+, \d+ of another"):
+        cn.fracture.split(both, zone(0.01), ROCK)

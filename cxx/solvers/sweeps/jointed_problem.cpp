@@ -68,7 +68,8 @@ void JointedProblem::take_joint(Place place) {
     if (!holds && c != coordinate) continue;
     const std::int32_t row = add_row(place, c);
     gather(row);
-    if (!(sum_[std::size_t(row)] > 0)) continue; // nothing moves along it
+    if (!(sum_[std::size_t(row)] > 0 && b.delassus[(c * b.components + c) * b.count + lane] > 0))
+      continue; // nothing moves along it
     if (holds)
       blocked_.push_back({row, 0, 0, place, c});
     else

@@ -323,7 +323,7 @@ void Nscd::commit_contacts(Simulation& s) {
   measure_histories(s);
   if (!s.meshes.empty())
     for (MeshBody& mesh : s.meshes.meshes) mesh.account(s.scene.nodes, s.scene.gravity.data());
-  const ContactEnergy contacts = s.interactions.commit();
+  const ContactEnergy contacts = s.interactions.commit(s.report.solve.status == SolveStatus::converged);
   account(s, contacts);
   s.account_for_meshes();
   s.advance_networks(h_);

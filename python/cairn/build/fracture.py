@@ -3,6 +3,7 @@ whose sides open by threshold."""
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,8 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     (Camacho & Ortiz 1996). Cells share their nodes until then; a node stands twice or more once open sides separate the cells
     round it (Pandolfi & Ortiz 2002).
 
-    Raises ValueError when there is nothing to join, where sides of hexahedra are warped by more than a fifth of their size, and
+    Raises ValueError when there is nothing to join, where a side of a tetrahedron is half of one of a hexahedron, where sides
+    of hexahedra are warped by more than a fifth of their size, and
     for cells or laws whose sides cannot open by threshold.
     """
     if not isinstance(body, ElasticBody):
@@ -79,6 +81,7 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
                 joined += 1
             else:
                 owner[key] = (piece, side)
+    _check_whole_sides(owner)
     if not joined:
         raise ValueError("no two cells of the body share a side: there is nothing to join")
     start = None if velocity is None else np.broadcast_to(np.asarray(velocity, float), body.points.shape)
@@ -91,6 +94,16 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
         sets += deformable(one, material, points=_points(points[piece], dim), name=name, velocity=speed, **own, **where)
     law = _across_warps(law, [made[p][3].points[side] for p, of in enumerate(faced) for side in of if len(side) == 4])
     return Pieces(sets, name, law, [(kind, number) for kind, number, _, _ in made], "edges" if dim == 2 else "faces")
+
+
+def _check_whole_sides(sides):
+    """Raises where a triangle of one cell is half of a quadrilateral of another: sides by their nodes, in their order."""
+    halves = {half: quad for quad in sides if len(quad) == 4 for half in itertools.combinations(quad, 3)}
+    for side in sides:
+        if side in halves:
+            raise ValueError(f"the side of nodes {', '.join(map(str, side))} of a cell is half of the side of nodes "
+                             f"{', '.join(map(str, halves[side]))} of another, and nothing would join them: give a mesh whose "
+                             "cells share whole sides, of hexahedra or of tetra alone")  # fmt: skip
 
 
 def _across_warps(law, faces):

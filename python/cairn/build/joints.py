@@ -52,6 +52,12 @@ class Spring:
             checks.number("rest of Spring", self.rest)
 
 
+def _two(name, values):
+    if not np.iterable(values) or isinstance(values, str) or len(values) != 2:
+        raise ValueError(f"{name} is {values!r}: give the lowest and the highest, -inf or inf for none")
+    return [checks.number(f"{name.replace(' of', f'[{k}] of', 1)}", x, finite=False) for k, x in enumerate(values)]
+
+
 @dataclass(frozen=True, kw_only=True)
 class JointKind:
     """What all joints take. strength [N]: the force at which it breaks."""
@@ -99,9 +105,11 @@ class JointKind:
             blocked, coordinate = blocked & (2**dim - 1), coordinate if coordinate <= dim else 0
         low, high = -np.inf, self.spanned(dim) if isinstance(self, Cable) else np.inf
         if (limits := getattr(self, "limits", None)) is not None:
-            low, high = (checks.number(f"limits[{k}] of {own}", x, finite=False) for k, x in enumerate(limits))
+            low, high = _two(f"limits of {own}", limits)
             if not low <= high:
                 raise ValueError(f"limits of {own} are {low:g} and {high:g}: give the lower one first")
+            if isinstance(self, Hinge) and any(np.isfinite(x) and abs(x) > np.pi for x in (low, high)):
+                raise ValueError(f"limits of Hinge are {low:g} and {high:g}: give angles from -pi to pi, or inf [rad]")
         motor = getattr(self, "motor", None)
         if motor is not None and not isinstance(motor, Motor):
             raise ValueError(f"motor of {own} is {motor!r}: give cairn.Motor(speed=..., effort=...)")
@@ -190,7 +198,7 @@ class Distance(JointKind):
         points = checks.real_array("points of Distance", self.points, (2, dim))
         if not np.any(points[0] != points[1]):
             raise ValueError(f"points of Distance are both {points[0]}: give two that differ, or a Pivot or Ball")
-        if self.limits is not None and not min(self.limits) > 0:
+        if self.limits is not None and not min(_two("limits of Distance", self.limits)) > 0:
             raise ValueError(f"limits of Distance are {self.limits}: give lengths above 0 [m]")
         return points
 
