@@ -326,6 +326,27 @@ def test_a_ball_falls_on_what_sags(kind):
     assert lowest < -0.1 and touched > 300 and told["dissipated_normal"] > 1.0
 
 
+def test_a_soft_hoop_falls_flat():
+    """On its rim in space, thrown: it lies down, bent out of all proportion on its way, with the balance of energy closed."""
+    n = 16
+    angle = 2 * np.pi * np.arange(n) / n
+    points = np.c_[np.cos(angle), 0.05 * np.sin(3 * angle), 1.05 + np.sin(angle)]
+    cells = np.c_[np.arange(n), (np.arange(n) + 1) % n]
+    section = {"young": 1e7, "area": 1e-3, "inertia": 1e-7, "density": 1e3, "up": (0, 1, 0.02), "rayleigh": (0, 1e-4)}
+    body = cn.beams(points, cells, **section, groups={"all": np.arange(n)}, kinematics="corotational")
+    rock, scene = cn.Material("rock", density=1e3), cn.Scene(dim=3, gravity=(0, 0, -9.81))
+    thrown = cn.deformable(body, rock, contact="all", velocity=(0.3, 0.5, -1))
+    scene.add(thrown, cn.wall((0, 0, 0), (0, 0, 1), rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 2e-3, cn.NSCD(theta=0.5, newton_tol=1e-10, cut_back=4))
+    for _ in range(1000):
+        assert sim.step()["status"] == "converged"
+        told = sim.energy
+        assert abs(told["closure"]) < 1e-11 * told["in_play"]
+    height = sim.meshes[0].position[:, 2]
+    assert np.ptp(height) < 0.2 and height.min() > -1e-6 * np.ptp(points) and told["dissipated_friction"] > 1.0
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_half_a_turn_in_a_step_and_far_origins(dim):
     """A beam that is driven round its end, by half a turn at once, far from the origin, has the forces of the one at rest."""
