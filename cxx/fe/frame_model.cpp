@@ -343,7 +343,7 @@ void FrameModel::turn_by(double share) {
 BulkResult FrameModel::find_rotations() {
   constexpr int most = 100, cuts = 40;
   constexpr double enough = 8 * rounding, small = 1e-11; // of a radian
-  BulkResult at = kernel(true), stopped; // by a cell, where the last pass could not go
+  BulkResult at = kernel(true), stopped;                 // by a cell, where the last pass could not go
   double before = std::numeric_limits<double>::infinity();
   for (int pass = 0, cut = 0; at.ok() && pass < most && cut <= cuts; ++pass) {
     add_moments();
