@@ -1,6 +1,7 @@
 // Sides of a mesh share their nodes. A rigid body that touches a shared node touches all of its sides at one point: one
 // bond holds it, and a second would make W singular, so that both run away against each other. Where one contactor is
-// bonded to a side, it has no contact with the end of a neighbour that the side holds too.
+// bonded to a side, it has no contact with the end of a neighbour that the side holds too. Points and nodes that are
+// bonded to a body with sides share the area of their side of the mesh: corners of that body on it would add theirs.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,6 +19,14 @@ bool has(const std::int32_t* node, int count, std::int32_t wanted) {
 bool within(const Footing& f, const Footing& side) {
   return f.mesh >= 0 && f.mesh == side.mesh &&
          std::all_of(f.node, f.node + f.bearing, [&](std::int32_t k) { return has(side.node, side.nodes, k); });
+}
+
+// Whether a point or a node of a mesh is one of those that share a side.
+bool shares(const Footing& point, const Footing& side, int dim) {
+  if (point.mesh < 0 || point.mesh != side.mesh) return false;
+  const auto common = std::count_if(point.node, point.node + point.bearing,
+                                    [&](std::int32_t k) { return has(side.node, side.nodes, k); });
+  return common >= std::min(point.bearing, dim);
 }
 
 bool at_end(const Footing& f) { return f.mesh >= 0 && f.bearing < f.nodes; }
@@ -77,6 +86,11 @@ bool Interactions::State::is_twin(const Stand& s) const {
         return true;
       if (c.contactor_b[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.a))
         return true;
+      // a node comes first, a side behind the body that touches it
+      if (c.contactor_b[held.candidate] == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, held.a))
+        return true;
+      if (c.contactor_a[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.b))
+        return true;
     }
   }
   return false;
@@ -85,9 +99,31 @@ bool Interactions::State::is_twin(const Stand& s) const {
 // Of the contacts that would begin as bonds: those in the middle of a side stay, then the first at each place.
 void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) {
   if (!meshes) return;
+  const Candidates& c = *candidates;
+  const auto is_ball = [&](std::int32_t contactor) { return info(Shape(*contactors->shape[contactor])).ball(); };
+  std::vector<std::pair<std::int32_t, Footing>> pointed; // body's contactor, and the point of a mesh that it joins
+  std::vector<Stand> stands;
+  for (const std::int32_t i : beginning) {
+    stands.push_back(stand_of(i));
+    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    if (stands.back().a.mesh >= 0 && is_ball(a) && !is_ball(b)) pointed.emplace_back(b, stands.back().a);
+    if (stands.back().b.mesh >= 0 && is_ball(b) && !is_ball(a)) pointed.emplace_back(a, stands.back().b);
+  }
+  std::stable_sort(pointed.begin(), pointed.end(), [](const auto& p, const auto& q) { return p.first < q.first; });
+  const auto is_shared = [&](const Stand& s) {
+    const bool side_a = s.a.mesh >= 0;
+    const std::int32_t a = c.contactor_a[s.candidate], b = c.contactor_b[s.candidate], body = side_a ? b : a;
+    if ((!side_a && s.b.mesh < 0) || is_ball(a) || is_ball(b)) return false;
+    if (law_infos()[std::size_t(laws->entry(entry[s.candidate]).law)].holds) return false; // no matter how often
+    auto at = std::lower_bound(pointed.begin(), pointed.end(), body, [](const auto& p, auto k) { return p.first < k; });
+    for (; at != pointed.end() && at->first == body; ++at)
+      if (shares(at->second, side_a ? s.a : s.b, dim())) return true;
+    return false;
+  };
   bond_stands.clear();
   bond_names.clear();
-  for (const std::int32_t i : beginning) add_bond(stand_of(i));
+  for (const Stand& s : stands)
+    if (!is_shared(s)) add_bond(s);
   std::sort(bond_names.begin(), bond_names.end());
   for (Stand& s : bond_stands) s.left_out = may_be_twin(s);
   std::vector<std::int32_t> kept;
