@@ -21,7 +21,13 @@ bool within(const Footing& f, const Footing& side) {
          std::all_of(f.node, f.node + f.bearing, [&](std::int32_t k) { return has(side.node, side.nodes, k); });
 }
 
-// Whether a point or a node of a mesh is one of those that share a side.
+// A point or a node of a mesh that would be joined to a partner with sides.
+struct Pointed {
+  std::int64_t partner;
+  Footing point;
+};
+
+// Whether it is one of those that share a side.
 bool shares(const Footing& point, const Footing& side, int dim) {
   if (point.mesh < 0 || point.mesh != side.mesh) return false;
   const auto common = std::count_if(point.node, point.node + point.bearing,
@@ -96,28 +102,48 @@ bool Interactions::State::is_twin(const Stand& s) const {
   return false;
 }
 
-// Of the contacts that would begin as bonds: those in the middle of a side stay, then the first at each place.
+// Of the contacts that would begin as bonds: points and nodes that share a side go before what touches it besides, those
+// in the middle of a side stay, then the first at each place.
 void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) {
   if (!meshes) return;
   const Candidates& c = *candidates;
   const auto is_ball = [&](std::int32_t contactor) { return info(Shape(*contactors->shape[contactor])).ball(); };
-  std::vector<std::pair<std::int32_t, Footing>> pointed; // body's contactor, and the point of a mesh that it joins
+  const auto is_mapped = [&](std::int32_t contactor) { return (kind[contactor] & mapped) != 0; };
+  const auto partner = [&](std::int32_t contactor) { // a mesh, or the contactor itself, apart from meshes
+    return is_mapped(contactor) ? std::int64_t(meshes->mesh_of(contactor)) : -1 - std::int64_t(contactor);
+  };
+  std::vector<Pointed> pointed;
   std::vector<Stand> stands;
   for (const std::int32_t i : beginning) {
-    stands.push_back(stand_of(i));
+    Stand s = stand_of(i);
     const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    if (stands.back().a.mesh >= 0 && is_ball(a) && !is_ball(b)) pointed.emplace_back(b, stands.back().a);
-    if (stands.back().b.mesh >= 0 && is_ball(b) && !is_ball(a)) pointed.emplace_back(a, stands.back().b);
+    // nodes on a side of another mesh, in whose law an area counts
+    if (is_mapped(a) && is_mapped(b) && !law_infos()[std::size_t(laws->entry(entry[i]).law)].holds) {
+      double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0};
+      if (cell->any()) image_shift(*cell, c.image[i], shift);
+      for (int k = 0; k < dim(); ++k) there[k] = c.point[dim() * i + k] - shift[k];
+      s.a = footing(meshes->mapping(*nodes, a, &c.point[dim() * i], b));
+      s.b = footing(meshes->mapping(*nodes, b, there, a));
+    }
+    if (s.a.mesh >= 0 && is_ball(a) && !is_ball(b)) pointed.push_back({partner(b), s.a});
+    if (s.b.mesh >= 0 && is_ball(b) && !is_ball(a)) pointed.push_back({partner(a), s.b});
+    stands.push_back(s);
   }
-  std::stable_sort(pointed.begin(), pointed.end(), [](const auto& p, const auto& q) { return p.first < q.first; });
+  std::stable_sort(pointed.begin(), pointed.end(), [](auto& p, auto& q) { return p.partner < q.partner; });
   const auto is_shared = [&](const Stand& s) {
-    const bool side_a = s.a.mesh >= 0;
-    const std::int32_t a = c.contactor_a[s.candidate], b = c.contactor_b[s.candidate], body = side_a ? b : a;
-    if ((!side_a && s.b.mesh < 0) || is_ball(a) || is_ball(b)) return false;
-    if (law_infos()[std::size_t(laws->entry(entry[s.candidate]).law)].holds) return false; // no matter how often
-    auto at = std::lower_bound(pointed.begin(), pointed.end(), body, [](const auto& p, auto k) { return p.first < k; });
-    for (; at != pointed.end() && at->first == body; ++at)
-      if (shares(at->second, side_a ? s.a : s.b, dim())) return true;
+    const std::int32_t a = c.contactor_a[s.candidate], b = c.contactor_b[s.candidate];
+    const bool side_a = s.a.mesh >= 0 && !is_ball(a);
+    const Footing& side = side_a ? s.a : s.b;
+    const std::int32_t other = side_a ? b : a;
+    if (side.mesh < 0 || (!is_mapped(other) && is_ball(other)) ||
+        law_infos()[std::size_t(laws->entry(entry[s.candidate]).law)].holds)
+      return false;
+    // of two meshes whose points meet each other's sides those of the first count
+    if (is_mapped(other) && meshes->mesh_of(other) <= side.mesh) return false;
+    auto at = std::lower_bound(pointed.begin(), pointed.end(), partner(other),
+                               [](const auto& p, std::int64_t wanted) { return p.partner < wanted; });
+    for (; at != pointed.end() && at->partner == partner(other); ++at)
+      if (shares(at->point, side, dim())) return true;
     return false;
   };
   bond_stands.clear();

@@ -145,3 +145,23 @@ def test_grain_on_a_mesh_is_glued_by_its_own_area_wherever_it_is(dim, at):
     force = np.linalg.norm(sim.contacts.impulse, axis=1).sum() / STEP
     assert np.isclose(force, 1e12 * 10 * SPEED * STEP * area, rtol=2e-3)
     assert (sim.contacts.beta > 0).sum() == 1
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("upper, lower", [(1, 1), (2, 3), (3, 3)])
+@pytest.mark.parametrize("both", [False, True])
+def test_meshes_are_glued_once_whichever_has_the_points(dim, upper, lower, both):
+    """Matching nodes touch two edges of the other mesh, and with points on both sides each meets those of the other."""
+    scene, what = cn.Scene(dim), "edges" if dim == 2 else "faces"
+    scene.add(cn.deformable(slab(dim, upper), STONE, contact="bottom", drive={"all": {"xyz"[dim - 1]: SPEED}}, **{what: "bottom"}))
+    below = slab(dim, lower)
+    points = below.points - 0.1 * np.eye(dim)[-1]
+    top = {"all": below.groups["all"], "top": below.groups["bottom"] + 1}
+    below = cn.ElasticBody(points, below.cells, young=1e9, poisson=0.2, density=2500.0, groups=top)
+    scene.add(cn.deformable(below, STONE, fixed={"all": "xyz"[:dim]}, **({"contact": "top"} if both else {}), **{what: "top"}))
+    scene.interact(STONE, STONE, ZONES["MAL"])
+    sim = cn.Simulation(scene, STEP, cn.NSCD(solver=cn.NLGS(tol=1e-8)))
+    for _ in range(10):
+        assert sim.step()["status"] == "converged"
+    force = np.linalg.norm(sim.contacts.impulse, axis=1).sum() / STEP
+    assert np.isclose(force, 1e12 * 10 * SPEED * STEP * 0.1 ** (dim - 1), rtol=2e-3)
