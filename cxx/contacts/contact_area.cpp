@@ -57,11 +57,16 @@ double span_of(const double* point, int count, const double* normal) {
 double Interactions::State::area_of(std::int64_t i) const {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
+  const int d = dim();
   if (meshes)
     for (const std::int32_t contactor : {ca, cb})
       if (kind[contactor] & mapped)
-        if (const double area = meshes->area(contactor); area > 0) return area;
-  const int d = dim();
+        if (const double area = meshes->area(contactor); area > 0) {
+          const std::int32_t other = contactor == ca ? cb : ca;
+          if ((kind[other] & mapped) || !info(Shape(*contactors->shape[other])).ball()) return area;
+          const double r = effective_radius(i); // a grain on a node is not joined by more than it is elsewhere
+          return std::min(area, d == 2 ? r : std::numbers::pi * r * r);
+        }
   if (info(Shape(*contactors->shape[ca])).ball() || !info(Shape(*contactors->shape[ca])).is_hull()) {
     const double r = effective_radius(i);
     return d == 2 ? r : std::numbers::pi * r * r;

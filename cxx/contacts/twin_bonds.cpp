@@ -1,6 +1,7 @@
 // Sides of a mesh share their nodes. A rigid body that touches a shared node touches all of its sides at one point: one
 // bond holds it, and a second would make W singular, so that both run away against each other. Where one contactor is
-// bonded to a side, it has no contact with the end of a neighbour that the side holds too.
+// bonded to a side, it has no contact with the end of a neighbour that the side holds too. Points and nodes that are
+// bonded to a body with sides share the area of their side of the mesh: corners of that body on it would add theirs.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -18,6 +19,20 @@ bool has(const std::int32_t* node, int count, std::int32_t wanted) {
 bool within(const Footing& f, const Footing& side) {
   return f.mesh >= 0 && f.mesh == side.mesh &&
          std::all_of(f.node, f.node + f.bearing, [&](std::int32_t k) { return has(side.node, side.nodes, k); });
+}
+
+// A point or a node of a mesh that would be joined to a partner with sides.
+struct Pointed {
+  std::int64_t partner;
+  Footing point;
+};
+
+// Whether it is one of those that share a side.
+bool shares(const Footing& point, const Footing& side, int dim) {
+  if (point.mesh < 0 || point.mesh != side.mesh) return false;
+  const auto common = std::count_if(point.node, point.node + point.bearing,
+                                    [&](std::int32_t k) { return has(side.node, side.nodes, k); });
+  return common >= std::min(point.bearing, dim);
 }
 
 bool at_end(const Footing& f) { return f.mesh >= 0 && f.bearing < f.nodes; }
@@ -77,17 +92,64 @@ bool Interactions::State::is_twin(const Stand& s) const {
         return true;
       if (c.contactor_b[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.a))
         return true;
+      // a node comes first, a side behind the body that touches it
+      if (c.contactor_b[held.candidate] == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, held.a))
+        return true;
+      if (c.contactor_a[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.b))
+        return true;
     }
   }
   return false;
 }
 
-// Of the contacts that would begin as bonds: those in the middle of a side stay, then the first at each place.
+// Of the contacts that would begin as bonds: points and nodes that share a side go before what touches it besides, those
+// in the middle of a side stay, then the first at each place.
 void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) {
   if (!meshes) return;
+  const Candidates& c = *candidates;
+  const auto is_ball = [&](std::int32_t contactor) { return info(Shape(*contactors->shape[contactor])).ball(); };
+  const auto is_mapped = [&](std::int32_t contactor) { return (kind[contactor] & mapped) != 0; };
+  const auto partner = [&](std::int32_t contactor) { // a mesh, or the contactor itself, apart from meshes
+    return is_mapped(contactor) ? std::int64_t(meshes->mesh_of(contactor)) : -1 - std::int64_t(contactor);
+  };
+  std::vector<Pointed> pointed;
+  std::vector<Stand> stands;
+  for (const std::int32_t i : beginning) {
+    Stand s = stand_of(i);
+    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    // nodes on a side of another mesh, in whose law an area counts
+    if (is_mapped(a) && is_mapped(b) && !law_infos()[std::size_t(laws->entry(entry[i]).law)].holds) {
+      double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0};
+      if (cell->any()) image_shift(*cell, c.image[i], shift);
+      for (int k = 0; k < dim(); ++k) there[k] = c.point[dim() * i + k] - shift[k];
+      s.a = footing(meshes->mapping(*nodes, a, &c.point[dim() * i], b));
+      s.b = footing(meshes->mapping(*nodes, b, there, a));
+    }
+    if (s.a.mesh >= 0 && is_ball(a) && !is_ball(b)) pointed.push_back({partner(b), s.a});
+    if (s.b.mesh >= 0 && is_ball(b) && !is_ball(a)) pointed.push_back({partner(a), s.b});
+    stands.push_back(s);
+  }
+  std::stable_sort(pointed.begin(), pointed.end(), [](auto& p, auto& q) { return p.partner < q.partner; });
+  const auto is_shared = [&](const Stand& s) {
+    const std::int32_t a = c.contactor_a[s.candidate], b = c.contactor_b[s.candidate];
+    const bool side_a = s.a.mesh >= 0 && !is_ball(a);
+    const Footing& side = side_a ? s.a : s.b;
+    const std::int32_t other = side_a ? b : a;
+    if (side.mesh < 0 || (!is_mapped(other) && is_ball(other)) ||
+        law_infos()[std::size_t(laws->entry(entry[s.candidate]).law)].holds)
+      return false;
+    // of two meshes whose points meet each other's sides those of the first count
+    if (is_mapped(other) && meshes->mesh_of(other) <= side.mesh) return false;
+    auto at = std::lower_bound(pointed.begin(), pointed.end(), partner(other),
+                               [](const auto& p, std::int64_t wanted) { return p.partner < wanted; });
+    for (; at != pointed.end() && at->partner == partner(other); ++at)
+      if (shares(at->point, side, dim())) return true;
+    return false;
+  };
   bond_stands.clear();
   bond_names.clear();
-  for (const std::int32_t i : beginning) add_bond(stand_of(i));
+  for (const Stand& s : stands)
+    if (!is_shared(s)) add_bond(s);
   std::sort(bond_names.begin(), bond_names.end());
   for (Stand& s : bond_stands) s.left_out = may_be_twin(s);
   std::vector<std::int32_t> kept;

@@ -86,3 +86,82 @@ def test_joint_of_what_is_driven_along_its_axis(solver, joint):
     assert abs(sim.bodies.position[0, 1]) < 1e-9 * RADIUS
     weight = 10.0 * sim.bodies.mass[0]
     assert np.allclose(np.linalg.norm(sim.contacts.impulse, axis=1) / sim.dt, weight, rtol=1e-6)
+
+
+def slab(dim, cells):
+    """A layer of cells on the height of 0.1 m, 0.1 m wide, and the names of its lower nodes."""
+    axes = [np.linspace(0.0, 0.1, cells + 1)] * (dim - 1) + [np.array([0.1, 0.2])]
+    points = np.array(np.meshgrid(*axes, indexing="ij")).reshape(dim, -1).T
+    n = np.arange(len(points)).reshape([cells + 1] * (dim - 1) + [2])
+    if dim == 2:
+        made = {"quad": np.stack([n[:-1, 0], n[1:, 0], n[1:, 1], n[:-1, 1]], -1)}
+    else:
+        made = {"hexahedron": np.stack([n[i : cells + i, j : cells + j, k].ravel() for k in (0, 1)
+                                        for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))], -1)}  # fmt: skip
+    groups = {"all": np.arange(len(points)), "bottom": n[..., 0].ravel()}
+    return cn.ElasticBody(points, made, young=1e9, poisson=0.2, density=2500.0, groups=groups)
+
+
+def block(dim, low, high):
+    if dim == 2:
+        corners = [[low, 0.0], [high, 0.0], [high, 0.1], [low, 0.1]]
+        return cn.polygons([corners], STONE, driven=("vx", "vy", "w"))
+    corners = [[x, y, z] for x in (low, high) for y in (low, high) for z in (0.0, 0.1)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return cn.polyhedra([(corners, faces)], STONE, driven=("vx", "vy", "vz", "wx", "wy", "wz"))
+
+
+@pytest.mark.parametrize("dim, cells", [(2, 1), (2, 3), (3, 1), (3, 3)])
+@pytest.mark.parametrize("low, high", [(0.0, 0.1), (-0.05, 0.15)])
+def test_mesh_on_a_body_with_sides_is_glued_by_its_surface_once(dim, cells, low, high):
+    """Nodes share the surface of their mesh: corners and edges of the body that lie on it add nothing."""
+    scene = cn.Scene(dim)
+    sides = {"edges" if dim == 2 else "faces": "bottom"}
+    scene.add(cn.deformable(slab(dim, cells), STONE, contact="bottom", drive={"all": {"xyz"[dim - 1]: SPEED}}, **sides))
+    scene.add(block(dim, low, high))
+    scene.interact(STONE, STONE, ZONES["MAL"])
+    sim = cn.Simulation(scene, STEP, cn.NSCD(solver=cn.NLGS(tol=1e-8)))
+    for _ in range(10):
+        assert sim.step()["status"] == "converged"
+    force = np.linalg.norm(sim.contacts.impulse, axis=1).sum() / STEP
+    assert np.isclose(force, 1e12 * 10 * SPEED * STEP * 0.1 ** (dim - 1), rtol=2e-3)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("at", ["node", "between"])
+def test_grain_on_a_mesh_is_glued_by_its_own_area_wherever_it_is(dim, at):
+    """A node that a grain touches is an end of sides, too: one bond, of no more than the grain's area."""
+    scene, radius = cn.Scene(dim), 0.01
+    sides = {"edges" if dim == 2 else "faces": "bottom"}
+    scene.add(cn.deformable(slab(dim, 2), STONE, contact="bottom", drive={"all": {"xyz"[dim - 1]: SPEED}}, **sides))
+    names = ("vx", "vy", "w") if dim == 2 else ("vx", "vy", "vz", "wx", "wy", "wz")
+    place = [0.05 if at == "node" else 0.0685] * (dim - 1) + [0.1 - radius]
+    scene.add((cn.disks if dim == 2 else cn.spheres)([place], radius, STONE, driven=names))
+    scene.interact(STONE, STONE, ZONES["MAL"])
+    sim = cn.Simulation(scene, STEP, cn.NSCD(solver=cn.NLGS(tol=1e-8)))
+    for _ in range(10):
+        assert sim.step()["status"] == "converged"
+    area = radius if dim == 2 else np.pi * radius**2
+    force = np.linalg.norm(sim.contacts.impulse, axis=1).sum() / STEP
+    assert np.isclose(force, 1e12 * 10 * SPEED * STEP * area, rtol=2e-3)
+    assert (sim.contacts.beta > 0).sum() == 1
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("upper, lower", [(1, 1), (2, 3), (3, 3)])
+@pytest.mark.parametrize("both", [False, True])
+def test_meshes_are_glued_once_whichever_has_the_points(dim, upper, lower, both):
+    """Matching nodes touch two edges of the other mesh, and with points on both sides each meets those of the other."""
+    scene, what = cn.Scene(dim), "edges" if dim == 2 else "faces"
+    scene.add(cn.deformable(slab(dim, upper), STONE, contact="bottom", drive={"all": {"xyz"[dim - 1]: SPEED}}, **{what: "bottom"}))
+    below = slab(dim, lower)
+    points = below.points - 0.1 * np.eye(dim)[-1]
+    top = {"all": below.groups["all"], "top": below.groups["bottom"] + 1}
+    below = cn.ElasticBody(points, below.cells, young=1e9, poisson=0.2, density=2500.0, groups=top)
+    scene.add(cn.deformable(below, STONE, fixed={"all": "xyz"[:dim]}, **({"contact": "top"} if both else {}), **{what: "top"}))
+    scene.interact(STONE, STONE, ZONES["MAL"])
+    sim = cn.Simulation(scene, STEP, cn.NSCD(solver=cn.NLGS(tol=1e-8)))
+    for _ in range(10):
+        assert sim.step()["status"] == "converged"
+    force = np.linalg.norm(sim.contacts.impulse, axis=1).sum() / STEP
+    assert np.isclose(force, 1e12 * 10 * SPEED * STEP * 0.1 ** (dim - 1), rtol=2e-3)
