@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "../solvers/sweeps/contact_rows.hpp"
@@ -471,7 +472,8 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     if (!real) mu[lane] = 0;
   }
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
-  settle_singular_blocks(b, dim(), w, [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); });
+  const auto opening = [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); };
+  settle_singular_blocks(b, dim(), w, std::cref(opening)); // of which no copy is made, that would be allocated
   if (b.repeats) repeat_last(b, w, c * c);
   if (b.block)
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);

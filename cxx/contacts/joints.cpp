@@ -142,7 +142,7 @@ void Interactions::State::joint_pose(const cairn_batch& b, int lane, JointPose& 
   carried(cb, anchor.b, to_b);
   carrier_at(ca, xa);
   carrier_at(cb, xb);
-  for (int k = 0; k < dim(); ++k) pose.between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k]);
+  for (int k = 0; k < 3 && k < dim(); ++k) pose.between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k]);
   pose.turned[0] = dim() == 2 ? 0 : 1;
   if (A >= 0 && B >= 0) turned_from(A, B, anchor, pose.turned); // points of meshes do not turn
   pose.turns = A >= 0 && B >= 0;

@@ -63,7 +63,7 @@ Stand Interactions::State::stand_of(std::int64_t i) const {
   if (!(kind[two] & mapped)) return s;
   double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0};
   if (cell->any()) image_shift(*cell, c.image[i], shift);
-  for (int k = 0; k < dim(); ++k) there[k] = point[k] - shift[k];
+  for (int k = 0; k < 3 && k < dim(); ++k) there[k] = point[k] - shift[k];
   s.b = footing(meshes->mapping(*nodes, two, there, one));
   return s;
 }
@@ -102,8 +102,8 @@ bool Interactions::State::is_twin(const Stand& s) const {
   return false;
 }
 
-// Of the contacts that would begin as bonds: points and nodes that share a side go before what touches it besides, those
-// in the middle of a side stay, then the first at each place.
+// Of the contacts that would begin as bonds: points and nodes that share a side go before what touches it besides,
+// those in the middle of a side stay, then the first at each place.
 void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) {
   if (!meshes) return;
   const Candidates& c = *candidates;
@@ -121,7 +121,7 @@ void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) 
     if (is_mapped(a) && is_mapped(b) && !law_infos()[std::size_t(laws->entry(entry[i]).law)].holds) {
       double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0};
       if (cell->any()) image_shift(*cell, c.image[i], shift);
-      for (int k = 0; k < dim(); ++k) there[k] = c.point[dim() * i + k] - shift[k];
+      for (int k = 0; k < 3 && k < dim(); ++k) there[k] = c.point[dim() * i + k] - shift[k];
       s.a = footing(meshes->mapping(*nodes, a, &c.point[dim() * i], b));
       s.b = footing(meshes->mapping(*nodes, b, there, a));
     }

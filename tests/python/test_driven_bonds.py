@@ -153,7 +153,8 @@ def test_grain_on_a_mesh_is_glued_by_its_own_area_wherever_it_is(dim, at):
 def test_meshes_are_glued_once_whichever_has_the_points(dim, upper, lower, both):
     """Matching nodes touch two edges of the other mesh, and with points on both sides each meets those of the other."""
     scene, what = cn.Scene(dim), "edges" if dim == 2 else "faces"
-    scene.add(cn.deformable(slab(dim, upper), STONE, contact="bottom", drive={"all": {"xyz"[dim - 1]: SPEED}}, **{what: "bottom"}))
+    drive = {"all": {"xyz"[dim - 1]: SPEED}}
+    scene.add(cn.deformable(slab(dim, upper), STONE, contact="bottom", drive=drive, **{what: "bottom"}))
     below = slab(dim, lower)
     points = below.points - 0.1 * np.eye(dim)[-1]
     top = {"all": below.groups["all"], "top": below.groups["bottom"] + 1}
