@@ -83,20 +83,23 @@ void Interactions::State::add_bond(const Stand& s) {
 // Whether a contact is at a place that a bond holds already.
 bool Interactions::State::is_twin(const Stand& s) const {
   const Candidates& c = *candidates;
+  // a point holds what bears it, and no more of the side on which it lies
+  const auto held_by = [&](Footing f, std::int32_t contactor) {
+    if (info(Shape(*contactors->shape[contactor])).ball()) f.nodes = f.bearing;
+    return f;
+  };
   for (const std::int64_t name : names_of(s)) {
     auto at = std::lower_bound(bond_names.begin(), bond_names.end(), std::pair(name, std::int32_t(-1)));
     for (; at != bond_names.end() && at->first == name; ++at) {
       const Stand& held = bond_stands[std::size_t(at->second)];
       if (held.candidate == s.candidate || held.left_out) continue;
-      if (c.contactor_a[held.candidate] == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, held.b))
-        return true;
-      if (c.contactor_b[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.a))
-        return true;
+      const std::int32_t a = c.contactor_a[held.candidate], b = c.contactor_b[held.candidate];
+      const Footing by_a = held_by(held.a, a), by_b = held_by(held.b, b);
+      if (a == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, by_b)) return true;
+      if (b == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, by_a)) return true;
       // a node comes first, a side behind the body that touches it
-      if (c.contactor_b[held.candidate] == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, held.a))
-        return true;
-      if (c.contactor_a[held.candidate] == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, held.b))
-        return true;
+      if (b == c.contactor_a[s.candidate] && at_end(s.b) && within(s.b, by_a)) return true;
+      if (a == c.contactor_b[s.candidate] && at_end(s.a) && within(s.a, by_b)) return true;
     }
   }
   return false;
