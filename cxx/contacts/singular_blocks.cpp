@@ -32,8 +32,7 @@ void leave_out_unmoved(int n, int c, int dim, double sum, int lane, double* w) {
 }
 
 // Whether springs or strengths answer what drives open, so that the impulse asks for no motion.
-bool answers_drives(const cairn_batch& batch, int lane) {
-  const LawInfo& law = law_infos()[std::size_t(batch.law)];
+bool answers_drives(const LawInfo& law, const cairn_batch& batch, int lane) {
   return law.has_solve && (law.energy || law.keeps) && batch.state[lane] > 0;
 }
 
@@ -41,18 +40,19 @@ bool answers_drives(const cairn_batch& batch, int lane) {
 
 void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const std::function<double(int)>& opening) {
   const int n = batch.count, c = batch.components;
+  const LawInfo& law = law_infos()[std::size_t(batch.law)];
   for (int lane = 0; lane < batch.contacts; ++lane) {
     if (batch.bonds && batch.state[lane] > 0) continue;
     double sum = 0;
     for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
     const double little = std::sqrt(epsilon) * sum;
     const bool moves = w[lane] > rounding * sum;
-    if (law_infos()[std::size_t(batch.law)].joins) {
+    if (law.joins) {
       leave_out_unmoved(n, c, dim, sum, lane, w);
       if (!moves) batch.rho[lane] = 1 / (sum > 0 ? sum : 1);
       continue;
     }
-    if (!moves && sum > 0 && answers_drives(batch, lane)) {
+    if (!moves && sum > 0 && answers_drives(law, batch, lane)) {
       // what drives close bears nothing more: to the law it stands still
       batch.bias[lane] -= std::min(opening(lane), 0.0);
       w[lane] += little;
