@@ -294,3 +294,18 @@ def test_short_steps_from_nothing_find_what_is_pressed_and_what_is_drawn(law, di
     if disks < 2000:
         _, by_sweeps = lattice(law, disks, cn.NLGS(tol=1e-6, max_iter=200000))
         np.testing.assert_allclose(velocity[:, :2], by_sweeps[:, :2], rtol=0, atol=1e-3 * np.abs(by_sweeps[:, :2]).max())
+
+
+def test_a_slender_bar_stands_at_the_accuracy_of_velocities():
+    """Errors of contacts say little of 200 disks in a row: a row of bonds that each miss little has a tip that falls."""
+    count, h, g = 200, 1e-3, 9.81
+    material, place = cn.Material("disk", density=2000.0), np.column_stack([0.1 * np.arange(count), np.zeros(count)])
+    scene = cn.Scene(dim=2, gravity=(0.0, -g))
+    scene.add(cn.disks(place[:1], 0.05, material, driven=("vx", "vy", "w")))
+    scene.add(cn.disks(place[1:], 0.05, material))
+    scene.interact(material, material, cn.Bonded(mu=0.3))
+    sim = cn.Simulation(scene, h, cn.NSCD(accuracy=1e-3, solver=cn.Auto()))
+    for _ in range(40):
+        report = sim.step()
+        assert report["status"] == "converged" and report["velocity_error"] <= 1e-3
+        assert np.abs(sim.bodies.velocity[:, :2]).max() < 1e-3 * h * g

@@ -1,8 +1,10 @@
 #include "velocity_error.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "../../contacts/interaction_state.hpp"
+#include "step_error.hpp"
 
 namespace cairn {
 
@@ -21,7 +23,9 @@ void VelocityError::follow(double error) {
   constexpr double safety = 4;
   if (!asked()) return;
   holds_ = false;
-  if (!(error > 0x1p-40)) { // only rounding is left
+  // only rounding is left, of velocities or of impulses in balance that are far larger
+  const double borne = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1));
+  if (!(error > 0x1p-40) || !(error * system_.speed() > std::numeric_limits<double>::epsilon() * borne)) {
     value_ = error;
     confirmed_ = holds_ = true;
     return;
@@ -48,12 +52,12 @@ bool VelocityError::holds(int iterations, double& error_square, const std::funct
   // sweeps until the next, and until what is small is believed, against those until now
   constexpr double patience = 1.5, to_confirm = 4;
   bool taken = iterations >= next_newton_;
-  for (int k = 0; k < most && taken && !holds_ && value_ <= accuracy_; ++k) {
+  for (int k = 0; k < most && taken && !holds_ && promises(); ++k) {
     const double change = newton_.find(iterations);
     if (std::isnan(change)) return holds_ = confirmed_;
     const bool small = change <= accuracy_ * system_.speed(),
                again = small && small_since_ > 0 && iterations >= to_confirm * small_since_;
-    value_ = std::max(value_, change / system_.speed());
+    value_ = std::fmax(value_, change / system_.speed()); // which may be no number yet
     next_newton_ = int(std::min(patience * iterations, 1e9));
     if (!small || small_since_ == 0) small_since_ = small ? iterations : 0;
     taken = newton_.take(error_square, measure);

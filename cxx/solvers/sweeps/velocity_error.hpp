@@ -30,7 +30,7 @@ public:
   // NaN: not known yet, or not asked for.
   double value() const { return holds_ || value_ > accuracy_ ? value_ : std::numeric_limits<double>::quiet_NaN(); }
   // Whether Newton's method shall be asked although the error did not fall on.
-  bool due(int iterations) const { return asked() && value_ <= accuracy_ && iterations >= next_newton_; }
+  bool due(int iterations) const { return asked() && promises() && iterations >= next_newton_; }
   // Whether it is small enough. Where a step of Newton's method brings the error down it is taken: the error then
   // falls, with records up to date. measure: its square.
   bool holds(int iterations, double& error_square, const std::function<double()>& measure);
@@ -38,6 +38,8 @@ public:
   double wanted(double error) const;
 
 private:
+  // By the estimate; an error that begins so small may be rounding, which sweeps bring down no further.
+  bool promises() const { return value_ <= accuracy_ || (!known_ && kept_error_ > 0 && kept_error_ < 0x1p-30); }
   void keep(double error);
   double change_square() const; // |v - v kept|_M^2
   ContactSystem& system_;

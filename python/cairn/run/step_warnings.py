@@ -88,8 +88,9 @@ class StepWarnings:
             self._tell(
                 EnergyCreatedWarning,
                 f"contacts made {info['energy_created']:.0%} of the energy of step {simulation.steps} from nothing, at an error "
-                f"of {info['error']:.1e}: the error does not see a heavy body that light ones carry; give solver=cn.Auto() or a "
-                "smaller tol (Restitution with friction may do so by its law)",
+                f"of {info['error']:.1e}: the error does not see a heavy body that light ones carry, nor how far a long row of "
+                "bonds falls that each miss little; give solver=cn.Auto(), a smaller tol or accuracy=1e-3 of NSCD (Restitution "
+                "with friction may do so by its law)",
             )
         overlap = info.get("penetration", 0.0)
         if self._first_overlap is None:
