@@ -23,10 +23,17 @@ void VelocityError::follow(double error) {
   constexpr double safety = 4;
   if (!asked()) return;
   holds_ = false;
-  // only rounding is left, of velocities or of impulses in balance that are far larger
-  const double borne = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1));
-  if (!(error > 0x1p-40) || !(error * system_.speed() > std::numeric_limits<double>::epsilon() * borne)) {
+  if (!(error > 0x1p-40)) { // only rounding is left
     value_ = error;
+    confirmed_ = holds_ = true;
+    return;
+  }
+  // Or that of impulses in balance. How much larger they are than velocities tells how ill the bodies that they hold
+  // are.
+  const double borne = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)), speed = system_.speed();
+  const double amplified = error * borne / speed;
+  if (error * speed <= std::numeric_limits<double>::epsilon() * borne && amplified <= accuracy_) {
+    value_ = amplified;
     confirmed_ = holds_ = true;
     return;
   }
