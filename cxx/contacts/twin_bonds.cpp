@@ -3,6 +3,7 @@
 // bonded to a side, it has no contact with the end of a neighbour that the side holds too. Points and nodes that are
 // bonded to a body with sides share the area of their side of the mesh: corners of that body on it would add theirs.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -21,19 +22,36 @@ bool within(const Footing& f, const Footing& side) {
          std::all_of(f.node, f.node + f.bearing, [&](std::int32_t k) { return has(side.node, side.nodes, k); });
 }
 
-// A point or a node of a mesh that would be joined to a partner with sides.
-struct Pointed {
-  std::int64_t partner;
-  Footing point;
-};
-
-// Whether it is one of those that share a side.
+// Whether a point or a node of a mesh is one of those that share a side.
 bool shares(const Footing& point, const Footing& side, int dim) {
   if (point.mesh < 0 || point.mesh != side.mesh) return false;
   const auto common = std::count_if(point.node, point.node + point.bearing,
                                     [&](std::int32_t k) { return has(side.node, side.nodes, k); });
   return common >= std::min(point.bearing, dim);
 }
+
+// Points and nodes of meshes that would be joined to partners with sides, found by partner and by what bears them.
+class PointsOfSides {
+public:
+  void add(std::int64_t partner, const Footing& point) {
+    for (int k = 0; k < point.bearing; ++k) at_.push_back({partner, point.node[k], std::int64_t(points_.size())});
+    points_.push_back(point);
+  }
+  void sort() { std::sort(at_.begin(), at_.end()); }
+  bool share(std::int64_t partner, const Footing& side, int dim) const {
+    for (int k = 0; k < side.nodes; ++k) {
+      auto at = std::lower_bound(at_.begin(), at_.end(), Place{partner, side.node[k], 0});
+      for (; at != at_.end() && (*at)[0] == partner && (*at)[1] == side.node[k]; ++at)
+        if (shares(points_[std::size_t((*at)[2])], side, dim)) return true;
+    }
+    return false;
+  }
+
+private:
+  using Place = std::array<std::int64_t, 3>; // partner, node, number of the point
+  std::vector<Footing> points_;
+  std::vector<Place> at_;
+};
 
 bool at_end(const Footing& f) { return f.mesh >= 0 && f.bearing < f.nodes; }
 
@@ -115,7 +133,7 @@ void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) 
   const auto partner = [&](std::int32_t contactor) { // a mesh, or the contactor itself, apart from meshes
     return is_mapped(contactor) ? std::int64_t(meshes->mesh_of(contactor)) : -1 - std::int64_t(contactor);
   };
-  std::vector<Pointed> pointed;
+  PointsOfSides pointed;
   std::vector<Stand> stands;
   for (const std::int32_t i : beginning) {
     Stand s = stand_of(i);
@@ -128,11 +146,11 @@ void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) 
       s.a = footing(meshes->mapping(*nodes, a, &c.point[dim() * i], b));
       s.b = footing(meshes->mapping(*nodes, b, there, a));
     }
-    if (s.a.mesh >= 0 && is_ball(a) && !is_ball(b)) pointed.push_back({partner(b), s.a});
-    if (s.b.mesh >= 0 && is_ball(b) && !is_ball(a)) pointed.push_back({partner(a), s.b});
+    if (s.a.mesh >= 0 && is_ball(a) && !is_ball(b)) pointed.add(partner(b), s.a);
+    if (s.b.mesh >= 0 && is_ball(b) && !is_ball(a)) pointed.add(partner(a), s.b);
     stands.push_back(s);
   }
-  std::stable_sort(pointed.begin(), pointed.end(), [](auto& p, auto& q) { return p.partner < q.partner; });
+  pointed.sort();
   const auto is_shared = [&](const Stand& s) {
     const std::int32_t a = c.contactor_a[s.candidate], b = c.contactor_b[s.candidate];
     const bool side_a = s.a.mesh >= 0 && !is_ball(a);
@@ -143,11 +161,7 @@ void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) 
       return false;
     // of two meshes whose points meet each other's sides those of the first count
     if (is_mapped(other) && meshes->mesh_of(other) <= side.mesh) return false;
-    auto at = std::lower_bound(pointed.begin(), pointed.end(), partner(other),
-                               [](const auto& p, std::int64_t wanted) { return p.partner < wanted; });
-    for (; at != pointed.end() && at->partner == partner(other); ++at)
-      if (shares(at->point, side, dim())) return true;
-    return false;
+    return pointed.share(partner(other), side, dim());
   };
   bond_stands.clear();
   bond_names.clear();
