@@ -45,9 +45,11 @@ void Interactions::attraction(double* out) const {
 // What bonds that hold fast are off is taken back where sweeps follow: behind a step that ended early they would come
 // too late, and places swing ever more.
 void Interactions::State::mark_steps_of_bonds(bool converged) const {
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts && law_infos()[std::size_t(b.law)].holds; ++lane)
+  for (const cairn_batch& b : system.batches) {
+    if (!law_infos()[std::size_t(b.law)].holds) continue;
+    for (int lane = 0; lane < b.contacts; ++lane)
       if (b.state[lane] > 1) b.state[lane] = converged ? 2 : 3;
+  }
 }
 
 void Interactions::State::commit_laws() {
