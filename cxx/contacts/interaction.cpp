@@ -101,6 +101,7 @@ SolveReport Interactions::solve(const Bodies& bodies, const SolverOptions& optio
   if (std::isfinite(options.accuracy) || options.associated_start || s.system.may_hold()) s.measure_speeds(bodies);
   if (s.given) s.add_given(bodies);
   const Velocities given{s.velocity_given, s.meshes ? &s.nodes_given : nullptr};
+  s.system.refinement = &s.memory.refinement;
   SolveReport report = solve_step(s.system, s.given ? given : s.free(bodies), options);
   for (const cairn_batch& b : s.system.batches)
     for (std::size_t i = 0; i < std::size_t(b.count) * s.dim() && s.given; ++i)

@@ -219,6 +219,13 @@ struct RopeEnds {
 std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material);
 
 // What a restart needs to go on to the same bits.
+// What solids of bonds taught a solver that steps through a run: see SolidCorrection::refine.
+struct RefinementMemory {
+  double amplification = 0;   // of errors, in velocities; 0: not known; infinity: it was not found
+  double share = 0;           // by which passes gave way; 0: not known
+  int failures = 0, idle = 0; // refinements in a row that came to nothing; steps until the next
+};
+
 struct ContactMemory {
   double h = 0;                           // step that the impulses belong to [s]; 0 before the first
   std::int64_t contactors_seen = 0;       // contactor ids below this one can no longer bond on first sight
@@ -233,7 +240,8 @@ struct ContactMemory {
       impulses; // (impulse_components, keys) 2D: n, t [, moment]; 3D: x y z in space axes [, moment x y z]
   std::vector<double> states;  // (state_components, keys), vectors in space axes, of anchored ones in those of B
   std::vector<Anchor> anchors; // (keys), empty where no contact is anchored
-  std::vector<double> forces;  // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
+  RefinementMemory refinement;
+  std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
 
 // The assembled contacts as plain arrays, in the order of the candidates, for whoever wants to solve them elsewhere.

@@ -97,6 +97,10 @@ StoredValue memory_of(const ContactMemory& m) {
   add_vector(out, "impulses", m.impulses);
   add_vector(out, "states", m.states);
   out.add_whole("first_state_holds", 1);
+  if (const RefinementMemory& r = m.refinement; r.share > 0 || r.idle > 0) {
+    const double values[] = {r.amplification, r.share, double(r.failures), double(r.idle)};
+    out.add_array("refinement", values, {4});
+  }
   if (!m.forces.empty()) add_vector(out, "forces", m.forces);
   if (!m.anchors.empty()) {
     const auto* first = reinterpret_cast<const double*>(m.anchors.data());
@@ -121,6 +125,11 @@ ContactMemory memory_from(const StoredValue& tree) {
   m.impulses = numbers_of<double>(tree.at("impulses").array, "impulses");
   m.states = numbers_of<double>(tree.at("states").array, "states");
   m.gaps_of_bonds = !tree.find("first_state_holds");
+  if (const StoredValue* refinement = tree.find("refinement")) {
+    const auto values = numbers_of<double>(refinement->array, "refinement");
+    const auto whole = [](double value) { return value >= 0 && value < 1e6 ? int(value) : 0; };
+    if (values.size() == 4) m.refinement = {values[0], values[1], whole(values[2]), whole(values[3])};
+  }
   if (const StoredValue* forces = tree.find("forces")) m.forces = numbers_of<double>(forces->array, "forces");
   if (const StoredValue* anchors = tree.find("anchors")) {
     const auto values = numbers_of<double>(anchors->array, "anchors");

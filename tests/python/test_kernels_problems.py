@@ -293,7 +293,7 @@ def test_answers_of_springs_are_their_stiffness():
     nudged = np.stack([columns(solve(q + np.eye(c)[k] * nudges[k][:, None])) for k in range(c)])
     answer, known = np.full((n, c, c), np.nan), np.full((n, c), np.nan)
     blocks_of = (blocks, columns(r), columns(target), nudged, nudges, answer, known)
-    kernel("cairn_contact_responses")(n, c, contacts, 2.0**-20, *blocks_of)
+    kernel("cairn_contact_responses")(n, c, contacts, 2.0**-20, np.zeros(n, dtype=np.int32), *blocks_of)
     for i in range(contacts):
         # to the proximal share of 2^-20 and what differences leave
         np.testing.assert_allclose(
@@ -312,7 +312,17 @@ def test_answers_of_springs_are_their_stiffness():
     nudged = np.stack([columns(make(q + np.eye(2)[k] * 2.0**-16)) for k in range(2)])
     answer, known, r = np.empty((2, 2, 2)), np.empty((2, 2)), np.zeros((2, 2))
     args = (np.ascontiguousarray(w.transpose(2, 1, 0)), columns(r), columns(make(q)), nudged, nudges, answer, known)
-    kernel("cairn_contact_responses")(2, 2, 2, 2.0**-20, *args)
+    not_told = np.zeros(2, dtype=np.int32)
+    kernel("cairn_contact_responses")(2, 2, 2, 2.0**-20, not_told, *args)
     np.testing.assert_allclose(answer[0], np.diag([2.0**20 / 2, 2.0**20 / 3]), rtol=1e-4)
     np.testing.assert_allclose(answer[1], np.diag([2.0**20 / 2, 0]), rtol=1e-4, atol=1e-12)
     np.testing.assert_allclose(known, [[2.0**19, -(2.0**20) / 6], [2.0**19, 0]], rtol=1e-4)
+    # a share that differences cannot tell from 0 is theirs, 2^-30, unless they are told what is held: then it is exact
+    kernel("cairn_contact_responses")(2, 2, 2, 2.0**-44, not_told, *args)
+    assert (np.abs(answer[:, 0, 0] / 2.0**29 - 1) < 0.2).all()
+    told = np.array([1, 0], dtype=np.int32)
+    nudged[:, :, 0] = -np.diag([1 / 2.0, 1 / 3.0]) * 2.0**-16  # from rest: r = -W^-1 q of each nudge alone
+    kernel("cairn_contact_responses")(2, 2, 2, 2.0**-44, told, *args)
+    np.testing.assert_allclose(answer[0], np.diag([2.0**44 / 2, 2.0**44 / 3]), rtol=1e-14)
+    np.testing.assert_allclose(known[0], [2.0**43, -(2.0**44) / 6], rtol=1e-14)
+    assert abs(answer[1, 0, 0] / 2.0**29 - 1) < 0.2

@@ -341,9 +341,9 @@ void cairn_newton_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, 
                               int64_t blocks, double* matrix);
 void cairn_contact_nudges(int32_t n, int32_t c, int32_t axes, const double* w, const double* q, const double* r,
                           double speed, double* nudges);
-void cairn_contact_responses(int32_t n, int32_t c, int32_t contacts, double proximal, const double* w, const double* r,
-                             const double* target, const double* nudged, const double* nudges, double* answer,
-                             double* known);
+void cairn_contact_responses(int32_t n, int32_t c, int32_t contacts, double proximal, const int32_t* held,
+                             const double* w, const double* r, const double* target, const double* nudged,
+                             const double* nudges, double* answer, double* known);
 void cairn_newton_body_step(int32_t dim, int64_t n, const double* answer, const double* known, const double* change,
                             double* step);
 void cairn_body_impulses(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,

@@ -2,7 +2,8 @@
 !> velocity u and impulse r, the law wants r* = solve(w, q) at q = u - w r. Where that is linear, r* = target - G (q' - q), and an
 !> impulse is its own answer where
 !>   dr = known - answer du,   answer = (1 - G w)^-1 G,   known = (1 - G w)^-1 (r* - r):
-!> of a spring K between the bodies, answer is K; of what is held fast, without bound, for which 1 is a little more.
+!> of a spring K between the bodies, answer is K; of what is held fast, without bound, for which 1 is a little more. Of what is held
+!> for certain G w is 1, where differences know 1 - G w to 1e-10 at best.
 module contact_responses
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
@@ -11,6 +12,7 @@ module contact_responses
   integer, parameter :: most = 6
   real(c_double), parameter :: nudge = 2.0_c_double**(-16)  !< share of the velocities at hand by which q is changed
   real(c_double), parameter :: least = 2.0_c_double**(-10)  !< of the largest velocity of the step, of what rests
+  real(c_double), parameter :: known_share = 2.0_c_double**(-30) !< to which differences know how fast something is held
   real(c_double), parameter :: skew = 0.25_c_double !< share of an answer that is not symmetric, beyond which it is a cone's
 contains
 
@@ -43,32 +45,37 @@ contains
 
   !> Answers of contacts, symmetric and not negative, so that the matrix of bodies is positive definite. What slides answers along
   !> its normal alone; what softens, as if it did not.
-  subroutine cairn_contact_responses(n, c, contacts, proximal, w, r, target, nudged, nudges, answer, known) &
+  subroutine cairn_contact_responses(n, c, contacts, proximal, held, w, r, target, nudged, nudges, answer, known) &
     bind(c)
     integer(c_int32_t), value   :: n               !< contacts, dummies included
     integer(c_int32_t), value   :: c               !< components
     integer(c_int32_t), value   :: contacts        !< that are not dummies
-    real(c_double), value       :: proximal        !< by which 1 is more
+    real(c_double), value       :: proximal        !< by which 1 is more; of what is not held for certain, 2^-30 at least if any
+    integer(c_int32_t), intent(in) :: held(n)      !< 1: held for certain, and r* = -G q
     real(c_double), intent(in)  :: w(n, c, c)      !< Delassus blocks [1/kg]
     real(c_double), intent(in)  :: r(n, c)         !< impulse [N s]
     real(c_double), intent(in)  :: target(n, c)    !< that the law wants [N s]
-    real(c_double), intent(in)  :: nudged(n, c, c) !< the same with component l of q changed, in (:, :, l) [N s]
+    real(c_double), intent(in)  :: nudged(n, c, c) !< the same with component l of q changed, in (:, :, l); of what is held, at
+    !< that change alone [N s]
     real(c_double), intent(in)  :: nudges(n, c)    !< by so much [m/s]
     real(c_double), intent(out) :: answer(c, c, n) !< [kg]
     real(c_double), intent(out) :: known(c, n)     !< [N s]
-    real(c_double) :: g(most, most), block(most, most), m(most, most), right(most, most + 1)
+    real(c_double) :: g(most, most), block(most, most), m(most, most), right(most, most + 1), begun(c), share
     integer :: i, k, l
     answer = 0
     known = 0
     do i = 1, contacts
       g = 0
+      begun = merge(0.0_c_double, target(i, :), held(i) > 0)
       do l = 1, c
-        if (nudges(i, l) > 0) g(:c, l) = (target(i, :) - nudged(i, :, l))/nudges(i, l)
+        if (nudges(i, l) > 0) g(:c, l) = (begun - nudged(i, :, l))/nudges(i, l)
         block(:c, l) = w(i, :, l)
       end do
       m(:c, :c) = -matmul(g(:c, :c), block(:c, :c))
+      share = merge(proximal, max(proximal, merge(known_share, 0.0_c_double, proximal > 0)), held(i) > 0)
+      if (held(i) > 0) m(:c, :c) = 0
       do k = 1, c
-        m(k, k) = m(k, k) + 1 + proximal
+        m(k, k) = m(k, k) + merge(0, 1, held(i) > 0) + share
       end do
       right(:c, :c) = g(:c, :c)
       right(:c, c + 1) = target(i, :) - r(i, :)
@@ -81,7 +88,7 @@ contains
         end do
         known(:, i) = right(:c, c + 1)
       else if (g(1, 1) > 0) then
-        m(1, 1) = max(0.0_c_double, 1 - g(1, 1)*block(1, 1)) + proximal
+        m(1, 1) = max(0.0_c_double, 1 - g(1, 1)*block(1, 1)) + share
         answer(1, 1, i) = g(1, 1)/m(1, 1)
         known(1, i) = (target(i, 1) - r(i, 1))/m(1, 1)
       end if

@@ -138,7 +138,12 @@ public:
     light_error();
     if (!velocity_.held()) velocity_.follow(report_.error);
     report_.velocity_error = velocity_.value();
-    conclude(report_, end, options_);
+    SolverOptions asked = options_;
+    if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
+      report_.velocity_error = refinement_.change;
+      asked.accuracy = options_.tolerance;
+    }
+    conclude(report_, end, asked);
   }
 
 private:
@@ -155,7 +160,8 @@ private:
   // impulses of the last step that meet the tolerance stay as they are.
   bool stays() {
     return help_ && !help_->given_up() && !uneven_ && !extrapolation_.allowed() && !std::isfinite(options_.accuracy) &&
-           options_.min_iterations <= 1 && report_.contacts > settled_unknowns && error_square_() <= wanted_;
+           options_.min_iterations <= 1 && report_.contacts > settled_unknowns && error_square_() <= wanted_ &&
+           !help_->refines(0, report_.error);
   }
   // Until the next look at the change.
   int sweeps(bool extrapolates) const {
@@ -191,6 +197,12 @@ private:
       if (help_ && !help_->accepts(report_.iterations, light)) {
         error = ask(options_.tolerance);
         light = light_error();
+      }
+      if (help_ && error.square <= wanted_ && help_->refines(report_.iterations, report_.error)) {
+        refinement_ = help_->refine(report_.error, error_square_);
+        velocity_.told(refinement_);
+        error = measure_now();
+        if (velocity_.held()) return true;
       }
       if (light <= options_.tolerance && (error.square <= wanted_ || due)) {
         velocity_.follow(std::sqrt(error.square));
@@ -232,6 +244,7 @@ private:
   AssociatedStart start_; // of extrapolated sweeps alone
   BestImpulses best_;
   VelocityError velocity_;
+  Refinement refinement_;                                                          // the last
   std::function<double()> error_square_ = [this] { return measure_now().square; }; // a pointer: nothing is allocated
   ActiveSet newton_;
   int next_check_ = std::max(options_.min_iterations, 1), next_newton_ = 64;

@@ -4,6 +4,7 @@
 
 #include "../../contacts/interaction.hpp"
 #include "../sweeps/contact_system.hpp"
+#include "../sweeps/refinement.hpp"
 
 namespace cairn {
 
@@ -19,6 +20,16 @@ public:
   // Impulses of a smaller error, or of one within the tolerance, and records to go with them. False: they stay as they
   // were. measure: square of the error of the impulses at hand, records up to date.
   virtual bool improve(const cairn_schedule& schedule, double error, const std::function<double()>& measure) = 0;
+  // Whether velocities may be off by much more than the error, which is small enough.
+  virtual bool refines(int iterations, double error) {
+    (void)iterations, (void)error;
+    return false;
+  }
+  // Impulses of more exact velocities. measure: as above.
+  virtual Refinement refine(double error, const std::function<double()>& measure) {
+    (void)error, (void)measure;
+    return {};
+  }
   // The error has to be smaller than was asked for.
   virtual void aim(double error) = 0;
   // It is asked no more: sweeps have to do alone.

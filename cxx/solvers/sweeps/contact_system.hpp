@@ -10,6 +10,7 @@
 namespace cairn {
 
 struct ActiveSetMemory;
+struct RefinementMemory;
 struct SolidMemory;
 
 // A velocity of all that moves: of rigid bodies (3 | 6, n), of nodes of meshes (dim, n); null: there are none.
@@ -42,6 +43,7 @@ struct ContactSystem {
   double mesh_speed_square = 0;          // |v_free|_M^2 of bodies that deform [J]
   std::shared_ptr<ActiveSetMemory> newton; // made by the first solve
   std::shared_ptr<SolidMemory> solid;      // made where bonds make a solid
+  RefinementMemory* refinement = nullptr;  // of the run; null: none is kept
   bool grows = false;                      // bodies change their size
   bool keeps_velocity = false;             // records hold velocities of bodies to more digits than impulses give
   double penetration = 0;                  // deepest overlap / size of the smaller body

@@ -23,6 +23,8 @@ constexpr std::int64_t most_dofs = 96; // of a condensed body, whose matrix is f
 // costs digits.
 double proximal(double mass_ratio) { return std::clamp(0x1p-10 / mass_ratio, 0x1p-30, 0x1p-20); }
 
+bool bond_holds(const cairn_batch& b, int lane) { return b.bonds && b.state[lane] > 0; }
+
 SolidMemory& room(ContactSystem& system) {
   if (!system.solid) system.solid = std::make_shared<SolidMemory>();
   return *system.solid;
@@ -264,10 +266,11 @@ double SolidCorrection::fastest() {
 
 void SolidCorrection::size_columns() {
   constexpr std::size_t lanes = most_lanes, c = most_components;
-  for (std::vector<double>* columns : {&u_, &q_, &r_, &bias_, &target_, &nudges_, &told_, &found_})
+  for (std::vector<double>* columns : {&u_, &q_, &r_, &bias_, &target_, &nudges_, &begun_, &told_, &found_})
     columns->resize(c * lanes);
   for (std::vector<double>* blocks : {&w_, &w_true_, &nudged_}) blocks->resize(c * c * lanes);
   params_.resize(lanes);
+  held_.resize(lanes);
 }
 
 void SolidCorrection::linearise() {
@@ -297,20 +300,22 @@ void SolidCorrection::respond(std::int32_t batch, Question with, double speed, c
   const int n = b.count, c = b.components, d = system_.dim;
   ask(b, with, target_.data());
   cairn_contact_nudges(n, c, std::min(c, d), with.block, with.velocity, with.begun, speed, nudges_.data());
-  const double* velocity = with.velocity;
-  std::copy_n(velocity, c * n, told_.data());
+  // a bond that holds fast is asked from rest, which leaves no more than rounding in what it answers
+  for (int lane = 0; lane < n; ++lane) held_[lane] = proximal > 0 && bond_holds(b, lane);
+  for (int i = 0; i < c * n; ++i) begun_[i] = held_[i % n] ? 0 : with.velocity[i];
+  std::copy_n(begun_.data(), c * n, told_.data());
   with.velocity = told_.data();
   for (int l = 0; l < c; ++l) {
-    for (int i = l * n; i < (l + 1) * n; ++i) told_[i] = velocity[i] + nudges_[i], nudges_[i] = told_[i] - velocity[i];
+    for (int i = l * n; i < (l + 1) * n; ++i) told_[i] = begun_[i] + nudges_[i], nudges_[i] = told_[i] - begun_[i];
     ask(b, with, nudged_.data() + std::size_t(l) * std::size_t(c * n));
-    std::copy_n(velocity + l * n, n, &told_[l * n]);
+    std::copy_n(&begun_[l * n], n, &told_[l * n]);
   }
   const auto begins = std::lower_bound(contacts_.begin(), contacts_.end(), batch,
                                        [](const Contact& x, std::int32_t y) { return x.batch < y; });
   const std::size_t first = std::size_t(begins - contacts_.begin());
   found_.resize(std::size_t(c) * std::size_t((c + 1) * n));
-  cairn_contact_responses(n, c, b.contacts, proximal, eliminated, with.begun, target_.data(), nudged_.data(),
-                          nudges_.data(), found_.data(), found_.data() + c * c * n);
+  cairn_contact_responses(n, c, b.contacts, proximal, held_.data(), eliminated, with.begun, target_.data(),
+                          nudged_.data(), nudges_.data(), found_.data(), found_.data() + c * c * n);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const Contact& contact = contacts_[first + std::size_t(lane)];
     const bool moves = with.bias[lane] < never();
@@ -389,6 +394,16 @@ void SolidCorrection::copy_impulses(bool back) {
     }
 }
 
+// A whole step of Newton's method; false: there is none.
+bool SolidCorrection::take_pass() {
+  linearise();
+  std::fill(velocity_.begin(), velocity_.end(), 0.0);
+  if (!factor()) return false;
+  change_impulses();
+  refresh();
+  return true;
+}
+
 int SolidCorrection::improve(double error_square, double wanted_square, const std::function<double()>& measure) {
   constexpr int most = 12, patient = 3; // passes; those that may follow each other without a smaller error
   kept_.resize(known_.size());
@@ -396,12 +411,7 @@ int SolidCorrection::improve(double error_square, double wanted_square, const st
   int best = 0, pass = 0;
   double now = error_square;
   // whole steps: which springs are drawn and which contacts pressed may take some of them to find, with larger errors
-  while (pass < most && pass < best + patient && now > wanted_square) {
-    linearise();
-    std::fill(velocity_.begin(), velocity_.end(), 0.0);
-    if (!factor()) break;
-    change_impulses();
-    refresh();
+  while (pass < most && pass < best + patient && now > wanted_square && take_pass()) {
     ++pass;
     now = measure();
     if (!std::isfinite(now)) break;

@@ -12,6 +12,7 @@
 #include "../../contacts/interaction.hpp"
 #include "../../soe/soe.hpp"
 #include "contact_system.hpp"
+#include "refinement.hpp"
 
 namespace cairn {
 
@@ -33,6 +34,13 @@ public:
   // Impulses of a smaller error, in a few passes; records up to date before and after.
   // measure: square of the error of the impulses at hand. Returns how many passes led to it, 0: none did.
   int improve(double error_square, double wanted_square, const std::function<double()>& measure);
+  // Whether bonds hold bodies fast of which passes can tell how exact velocities are.
+  static bool holds_fast(const ContactSystem&);
+  // How far velocities may be off, |dv|_M over the error of the impulses at hand: see solid_refinement.cpp.
+  static double amplification(const ContactSystem&);
+  // Passes until velocities change by no more than `wanted` of the speed of all, to impulses whose error is within the
+  // tolerance; else these are as they were. Records up to date before and after.
+  Refinement refine(double error, double wanted, double tolerance, const std::function<double()>& measure);
 
 private:
   struct Contact {
@@ -57,6 +65,8 @@ private:
   double fastest();
   void open_batch(std::int32_t batch, double share);
   bool factor();
+  bool take_pass();
+  double size_of_step() const;
   void change_impulses();
   void copy_impulses(bool back);
   void refresh();
@@ -100,7 +110,8 @@ private:
   std::vector<Contact> contacts_;
   Proximal proximal_point_;
   std::vector<double> rows_, answer_, known_, velocity_, kept_;
-  std::vector<double> w_, w_true_, u_, q_, r_, bias_, params_, target_, nudged_, nudges_, found_, told_; // of a batch
+  std::vector<double> w_, w_true_, u_, q_, r_, bias_, params_, target_, nudged_, nudges_, found_, begun_, told_;
+  std::vector<std::int32_t> held_; // of a batch, as those before
 };
 
 } // namespace cairn

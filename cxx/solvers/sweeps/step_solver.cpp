@@ -187,7 +187,8 @@ private:
 class SolidHelp : public SweepHelp {
 public:
   SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
-      : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance) {}
+      : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
+        tolerance_(options.tolerance), holds_fast_(SolidCorrection::holds_fast(system)) {}
 
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
@@ -222,6 +223,21 @@ public:
     return passes > 0;
   }
 
+  // The more a pass costs beside the sweeps until now, the more it has to be worth.
+  bool refines(int iterations, double error) override {
+    constexpr double most = 8, share = 4;
+    if (!holds_fast_ || given_up_ || refined_ > 0 || !(error > 0)) return false;
+    if (std::isfinite(options_.accuracy)) return true;
+    const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
+    return SolidCorrection::amplification(system_) * error_of_speed() >
+           std::clamp(cost / share, 1.0, most) * tolerance_;
+  }
+
+  Refinement refine(double error, const std::function<double()>& measure) override {
+    if (++refined_; !possible()) return {};
+    return solid_->refine(error, std::min(tolerance_, options_.accuracy), tolerance_, measure);
+  }
+
   void aim(double error) override {
     options_.tolerance = error;
     forecast_.aim(error);
@@ -231,6 +247,11 @@ public:
   int few_unknowns() const override { return ActiveSet::most_unknowns; }
 
 private:
+  // Beside the velocities, however much impulses in balance are.
+  double error_of_speed() const {
+    return std::sqrt(total(system_.sums, system_.batches.size(), 6, 0)) / system_.speed();
+  }
+
   bool possible() {
     if (!solid_) {
       schedule_ = system_.schedule(1);
@@ -250,6 +271,9 @@ private:
   std::int64_t patience_ = options_.again == 2 ? 1 : 8; // sweeps
   int failures_ = 0, refinements_ = 0;
   double finer_ = 1; // share of the tolerance that passes aim at
+  double tolerance_; // that was asked for
+  int refined_ = 0;
+  bool holds_fast_;
   bool given_up_ = false;
 };
 

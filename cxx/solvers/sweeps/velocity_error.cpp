@@ -54,6 +54,12 @@ void VelocityError::follow(double error) {
     confirmed_ = confirmed_ || error * fall <= held_at_;
 }
 
+void VelocityError::told(const Refinement& by) {
+  if (!asked() || !by.known) return;
+  value_ = by.change;
+  confirmed_ = holds_ = true;
+}
+
 bool VelocityError::holds(int iterations, double& error_square, const std::function<double()>& measure) {
   constexpr int most = 8; // one after the other
   // sweeps until the next, and until what is small is believed, against those until now

@@ -7,6 +7,7 @@
 
 #include "contact_system.hpp"
 #include "newton_correction.hpp"
+#include "refinement.hpp"
 
 namespace cairn {
 
@@ -25,6 +26,8 @@ public:
                 const SolverOptions& options);
   // Told of each error of the impulses at hand, records up to date.
   void follow(double error);
+  // Told of what another solver's last steps changed of velocities.
+  void told(const Refinement&);
   bool asked() const { return accuracy_ < std::numeric_limits<double>::infinity(); }
   bool held() const { return asked() && holds_; }
   // NaN: not known yet, or not asked for.

@@ -1,0 +1,125 @@
+// How exact the velocities of solids are that bonds hold fast. Of n bodies in a row each contact misses little, and the
+// end of the row the sum of sums of that: n^2 times as much. Errors of contacts do not tell of it, a pass of Newton's
+// method does: what it changes is what velocities were off.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "../../contacts/interaction.hpp"
+#include "../../contacts/interaction_state.hpp"
+#include "solid_correction.hpp"
+#include "step_error.hpp"
+
+namespace cairn {
+
+namespace {
+
+bool may_hold(const cairn_batch& b) {
+  const LawInfo& law = law_infos()[b.law];
+  return law.keeps && law.has_solve && !law.joins;
+}
+
+bool held(double state) { return state > 0; }
+
+bool nothing_slides_or_opens(const ContactSystem& system) {
+  return std::all_of(system.batches.begin(), system.batches.end(), [](const cairn_batch& b) {
+    return may_hold(b) && std::all_of(b.state, b.state + b.contacts, held);
+  });
+}
+
+constexpr double unknown = std::numeric_limits<double>::infinity();
+
+} // namespace
+
+// Of rigid bodies. Of a mesh passes know the inverse of its compliance, in which its stiffness is most of all: digits
+// of its velocities are lost in it, and passes do not come to an end.
+bool SolidCorrection::holds_fast(const ContactSystem& system) {
+  return system.condensed.empty() &&
+         std::any_of(system.batches.begin(), system.batches.end(), [](const cairn_batch& b) {
+           return may_hold(b) && std::any_of(b.state, b.state + b.contacts, held);
+         });
+}
+
+// As found by the last pass, with a margin, or as the impulses tell: a load at the end of a row takes n times as much
+// at its root, and moments n^2. Those in balance with each other tell of more than there is.
+double SolidCorrection::amplification(const ContactSystem& system) {
+  constexpr double margin = 16;
+  const double borne = std::sqrt(total(system.sums, system.batches.size(), 6, 1)), speed = system.speed();
+  if (!(speed > 0)) return 0;
+  const double found = system.refinement ? margin * system.refinement->amplification : 0;
+  return found == unknown ? unknown : found > 0 ? std::min(borne / speed, found) : borne / speed;
+}
+
+// Passes give way to what they should hold by a share of it, which shrinks until they change ever less: only then does
+// their change tell of what is off. Where impulses are in balance rounding leaves a last change that stays.
+Refinement SolidCorrection::refine(double error, double wanted, double tolerance,
+                                   const std::function<double()>& measure) {
+  constexpr int most = 16;
+  constexpr double fall = 16, slow = 2, less = 0x1p-10, least = 0x1p-44, growth = 0x1p20;
+  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon(), small = 0x1p-20;
+  RefinementMemory none, &memory = system_.refinement ? *system_.refinement : none;
+  if (memory.idle > 0) {
+    --memory.idle;
+    return {};
+  }
+  const auto borne = [&] { return std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)); };
+  kept_.resize(known_.size());
+  copy_impulses(false);
+  const double share = proximal_, begun = borne();
+  // What is nearly right from the last step hides the motions that a share takes most passes for.
+  if (memory.share > 0) proximal_ = std::clamp(memory.share, least, share);
+  double last = unknown, now = error, sum = 0, best = 1;
+  bool contracts = false, known = false, broken = false;
+  for (int pass = 0; pass < most && !known; ++pass) {
+    if ((broken = !take_pass())) break;
+    const double change = size_of_step() / system_.speed();
+    now = std::sqrt(measure());
+    if ((broken = !std::isfinite(now) || !std::isfinite(change) || !(borne() <= growth * begun))) break;
+    sum += change;
+    const bool shrinks = change * slow <= last && (pass > 0 || now * fall <= error);
+    const bool rounded = now * system_.speed() <= rounding * borne();
+    contracts |= shrinks;
+    known = contracts && change <= (rounded ? std::max(wanted, small) : wanted);
+    // with a share that is the least there may be slower motions, which the last of many passes changes most
+    if (proximal_ <= least) known = known && pass + 1 == most && (shrinks || rounded);
+    if (!(change * fall <= last) && proximal_ > least && !(rounded && change <= small))
+      proximal_ = std::max(least, proximal_ * less), contracts = false;
+    if (pass > 0 && last > 0) best = std::min(best, change / last);
+    last = change;
+  }
+  memory.share = best < less ? proximal_ / less : proximal_;
+  proximal_ = share;
+  if (!broken && now <= tolerance) {
+    memory.amplification = known ? sum / error : unknown;
+    memory.failures = 0;
+    return {last, known};
+  }
+  memory = {.failures = memory.failures};
+  copy_impulses(true);
+  refresh();
+  measure(); // for the report
+  // where nothing can slide or open it is rounding that they fail by, and what is off is as large as what they change
+  if (nothing_slides_or_opens(system_)) {
+    memory.amplification = unknown;
+    return {last, false};
+  }
+  memory.idle = 1 << std::min(++memory.failures, 6);
+  return {};
+}
+
+// |dv|_M of the pass at hand.
+double SolidCorrection::size_of_step() const {
+  const int d = system_.dim, n = system_.velocities();
+  double sum = 0;
+  for (std::int64_t body = 0; body < system_.bodies; ++body) {
+    if (rigid_[std::size_t(body)] < 0) continue;
+    const double *x = system_.record[body].x, *change = &velocity_[std::size_t(rigid_[std::size_t(body)])];
+    for (int k = 0; k < n; ++k) {
+      const double inverse = d == 2 ? x[3 + k] : x[k < 3 ? 6 : 7];
+      if (inverse > 0 && (k < d || system_.general.empty())) sum += change[k] * change[k] / inverse;
+    }
+  }
+  return std::sqrt(sum);
+}
+
+} // namespace cairn
