@@ -59,10 +59,11 @@ def test_a_clamped_row_of_spheres_stands_by_default():
         assert fastest(sim) < 1e-3
 
 
-@pytest.mark.parametrize("stiffness", [1e9, 1e14, 1e17])
-def test_stiff_springs_move_as_they_do_in_a_step_solved_further(stiffness):
+@pytest.mark.parametrize("stiffness, accuracy", [(1e9, None), (1e14, 1e-3), (1e17, 1e-3)])
+def test_stiff_springs_move_as_they_do_in_a_step_solved_further(stiffness, accuracy):
     law = cn.ParallelBond(normal_stiffness=stiffness, tangential_stiffness=0.4 * stiffness, within=1e-6)
-    sim, exact = (clamped(row(100), law, cn.Auto(tol=tol, max_iter=10000)) for tol in (1e-4, 1e-10))
+    sim = clamped(row(100), law, cn.Auto(), accuracy=accuracy)
+    exact = clamped(row(100), law, cn.Auto(tol=1e-8, max_iter=10000), accuracy=accuracy and 1e-6)
     for _ in range(4):
         assert sim.step()["status"] == exact.step()["status"] == "converged"
         of = exact.bodies.velocity[:, :2]

@@ -14,29 +14,26 @@ namespace cairn {
 
 namespace {
 
-bool may_hold(const cairn_batch& b) {
-  const LawInfo& law = law_infos()[b.law];
-  return law.keeps && law.has_solve && !law.joins;
-}
-
 bool held(double state) { return state > 0; }
 
 bool nothing_slides_or_opens(const ContactSystem& system) {
-  return std::all_of(system.batches.begin(), system.batches.end(), [](const cairn_batch& b) {
-    return may_hold(b) && std::all_of(b.state, b.state + b.contacts, held);
-  });
+  return std::all_of(system.batches.begin(), system.batches.end(),
+                     [](const cairn_batch& b) { return b.bonds && std::all_of(b.state, b.state + b.contacts, held); });
 }
 
 constexpr double unknown = std::numeric_limits<double>::infinity();
 
 } // namespace
 
-// Of rigid bodies. Of a mesh passes know the inverse of its compliance, in which its stiffness is most of all: digits
-// of its velocities are lost in it, and passes do not come to an end.
-bool SolidCorrection::holds_fast(const ContactSystem& system) {
+// Rigid bodies, by bonds that hold fast; springs beside a contact, which passes may have to find pressed or drawn
+// first, where that is asked for. Of a mesh passes know the inverse of its compliance, in which its stiffness is most
+// of all: digits of its velocities are lost in it, and passes do not come to an end.
+bool SolidCorrection::makes_solid(const ContactSystem& system, bool springs) {
   return system.condensed.empty() &&
-         std::any_of(system.batches.begin(), system.batches.end(), [](const cairn_batch& b) {
-           return may_hold(b) && std::any_of(b.state, b.state + b.contacts, held);
+         std::any_of(system.batches.begin(), system.batches.end(), [=](const cairn_batch& b) {
+           const LawInfo& law = law_infos()[b.law];
+           return (b.bonds || (springs && law.keeps && law.has_solve && !law.joins)) &&
+                  std::any_of(b.state, b.state + b.contacts, held);
          });
 }
 
@@ -56,7 +53,7 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
                                    const std::function<double()>& measure) {
   constexpr int most = 16;
   constexpr double fall = 16, slow = 2, less = 0x1p-10, least = 0x1p-44, growth = 0x1p20;
-  constexpr double rounding = 4 * std::numeric_limits<double>::epsilon(), small = 0x1p-20;
+  constexpr double rounding = 16 * std::numeric_limits<double>::epsilon(), small = 0x1p-20;
   RefinementMemory none, &memory = system_.refinement ? *system_.refinement : none;
   if (memory.idle > 0) {
     --memory.idle;
@@ -79,9 +76,9 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
     const bool shrinks = change * slow <= last && (pass > 0 || now * fall <= error);
     const bool rounded = now * system_.speed() <= rounding * borne();
     contracts |= shrinks;
-    known = contracts && change <= (rounded ? std::max(wanted, small) : wanted);
+    known = rounded ? change <= std::max(wanted, small) : contracts && change <= wanted;
     // with a share that is the least there may be slower motions, which the last of many passes changes most
-    if (proximal_ <= least) known = known && pass + 1 == most && (shrinks || rounded);
+    if (proximal_ <= least && !(rounded && change <= small)) known = known && pass + 1 == most && shrinks;
     if (!(change * fall <= last) && proximal_ > least && !(rounded && change <= small))
       proximal_ = std::max(least, proximal_ * less), contracts = false;
     if (pass > 0 && last > 0) best = std::min(best, change / last);

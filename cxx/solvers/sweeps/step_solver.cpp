@@ -188,7 +188,8 @@ class SolidHelp : public SweepHelp {
 public:
   SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
-        tolerance_(options.tolerance), holds_fast_(SolidCorrection::holds_fast(system)) {}
+        tolerance_(options.tolerance),
+        solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy))) {}
 
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
@@ -226,7 +227,7 @@ public:
   // The more a pass costs beside the sweeps until now, the more it has to be worth.
   bool refines(int iterations, double error) override {
     constexpr double most = 8, share = 4;
-    if (!holds_fast_ || given_up_ || refined_ > 0 || !(error > 0)) return false;
+    if (!solid_bonds_ || given_up_ || refined_ > 0 || !(error > 0)) return false;
     if (std::isfinite(options_.accuracy)) return true;
     const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
     return SolidCorrection::amplification(system_) * error_of_speed() >
@@ -273,7 +274,7 @@ private:
   double finer_ = 1; // share of the tolerance that passes aim at
   double tolerance_; // that was asked for
   int refined_ = 0;
-  bool holds_fast_;
+  bool solid_bonds_;
   bool given_up_ = false;
 };
 
