@@ -533,3 +533,44 @@ def test_beams(dim, shear_area):
         turned = spin * np.array([-node[1], node[0]]) if dim == 2 else np.cross(spin, node)
         motion += [*(shift + turned), *spin]
     assert np.abs(k @ np.array(motion)).max() < 1e-11 * np.abs(k).max()
+
+
+@pytest.mark.parametrize("lever", [1.0, 100.0])
+@pytest.mark.parametrize("c", [3, 6])
+def test_rolling_friction_solves_its_contact(c, lever):
+    """Normal, sliding, twisting and rolling by what each states, to rounding, also where a lever of many radii couples them:
+    blocks in turn alone came within 4e-4 in 2,000 turns there, and some did not end where nothing but last digits changed."""
+    n, axes = 400, 2 if c == 3 else 3
+    arm = 0.7 * lever * positive(n)
+    w = np.zeros((n, c, c))
+    for i in range(n):
+        for size in (0.9 * arm[i], arm[i]):
+            rows = np.eye(c)
+            if c == 3:
+                rows[1, 2], inverse = size, [1.0, 1.0, 2.0]
+            else:
+                rows[1, 5], rows[2, 4], inverse = size, -size, [1.0] * 3 + [2.5] * 3
+            w[i] += rows @ np.diag(inverse) @ rows.T
+    q = some(c, n)
+    q[0, ::4] = np.abs(q[0, ::4])
+    q[0, 1:] = np.where(np.arange(1, n) % 4, -np.abs(q[0, 1:]), q[0, 1:])
+    limits = 10.0 ** (2.5 * some(3, n))  # of sliding, rolling and twisting
+    params = np.vstack([limits, np.full(n, 0.01), np.ones((3, n))])  # step, area, effective radius and mass
+    r, status = np.zeros((c, n)), np.empty(n, np.int32)
+    blocks = np.ascontiguousarray(w.transpose(2, 1, 0))
+    kernel("cairn_law_rolling_friction_solve", "cairn_law_solve")(n, c, blocks, q, 0 * q, params, np.zeros((1, n)), r, status)
+    u = q + np.einsum("ikl,li->ki", w, r)
+    rest = np.einsum("ikl,li->kli", np.abs(w), np.abs(r)).max(axis=1) + np.abs(q)  # what velocities are rounded beside
+    assert (r[0] >= 0).all() and (u[0] >= -1e-13 * rest[0]).all() and (r[0] * u[0] <= 1e-13 * r[0] * rest[0]).all()
+    parts = [(slice(1, axes), limits[0]), (slice(3 if c == 6 else c, 4 if c == 6 else c), limits[2])]
+    parts.append((slice(2, 3) if c == 3 else slice(4, 6), limits[1]))
+    seen = set()
+    for part, limit in parts:
+        borne, speed, scale = np.linalg.norm(r[part], axis=0), np.linalg.norm(u[part], axis=0), rest[part].sum(axis=0)
+        assert (borne <= limit * r[0] * (1 + 1e-14)).all()
+        moves = speed > 1e-12 * scale
+        # what moves bears all it may, against its motion
+        along = np.sum(r[part] * u[part], axis=0)
+        np.testing.assert_allclose(along[moves], -(limit * r[0] * speed)[moves], rtol=1e-7)
+        seen |= {(bool(m), bool(p)) for m, p in zip(moves, r[0] > 0, strict=True)}
+    assert {(True, True), (False, True), (True, False)} <= seen
