@@ -53,7 +53,7 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
                                    const std::function<double()>& measure) {
   constexpr int most = 16;
   constexpr double fall = 16, slow = 2, less = 0x1p-10, least = 0x1p-44, growth = 0x1p20;
-  constexpr double rounding = 16 * std::numeric_limits<double>::epsilon(), small = 0x1p-20;
+  constexpr double rounding = 16 * std::numeric_limits<double>::epsilon(), small = 0x1p-16;
   RefinementMemory none, &memory = system_.refinement ? *system_.refinement : none;
   if (memory.idle > 0) {
     --memory.idle;
@@ -74,12 +74,14 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
     if ((broken = !std::isfinite(now) || !std::isfinite(change) || !(borne() <= growth * begun))) break;
     sum += change;
     const bool shrinks = change * slow <= last && (pass > 0 || now * fall <= error);
-    const bool rounded = now * system_.speed() <= rounding * borne();
+    // rounding of impulses, which is as large in velocities, or in what contacts miss
+    const double rounded = rounding * borne() / system_.speed();
+    const bool settled = change <= rounded || (now <= rounded && change <= std::max(wanted, small));
     contracts |= shrinks;
-    known = rounded ? change <= std::max(wanted, small) : contracts && change <= wanted;
+    known = settled || (contracts && change <= wanted);
     // with a share that is the least there may be slower motions, which the last of many passes changes most
-    if (proximal_ <= least && !(rounded && change <= small)) known = known && pass + 1 == most && shrinks;
-    if (!(change * fall <= last) && proximal_ > least && !(rounded && change <= small))
+    if (proximal_ <= least && !settled) known = known && pass + 1 == most && shrinks;
+    if (!(change * fall <= last) && proximal_ > least && !settled)
       proximal_ = std::max(least, proximal_ * less), contracts = false;
     if (pass > 0 && last > 0) best = std::min(best, change / last);
     last = change;
