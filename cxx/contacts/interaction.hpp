@@ -218,7 +218,6 @@ struct RopeEnds {
 // Nothing for a material that is no rope's.
 std::optional<RopeEnds> rope_ends(const Contactors& contactors, const LawTable& laws, int material);
 
-// What a restart needs to go on to the same bits.
 // What solids of bonds taught a solver that steps through a run: see SolidCorrection::refine.
 struct RefinementMemory {
   double amplification = 0;   // of errors, in velocities; 0: not known; infinity: it was not found
@@ -226,6 +225,7 @@ struct RefinementMemory {
   int failures = 0, idle = 0; // refinements in a row that came to nothing; steps until the next
 };
 
+// What a restart needs to go on to the same bits.
 struct ContactMemory {
   double h = 0;                           // step that the impulses belong to [s]; 0 before the first
   std::int64_t contactors_seen = 0;       // contactor ids below this one can no longer bond on first sight
