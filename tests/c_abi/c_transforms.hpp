@@ -102,7 +102,8 @@ struct CTransforms : CScene {
     return out;
   }
   // Of the one body, or the one mesh: consistent masses of its cells, by their own quadrature here.
-  std::vector<double> momentum(int dim, double density = 0) {
+  std::vector<double> momentum(int axes, double density = 0) {
+    const int dim = axes == 2 ? 2 : 3; // A compiler that does not know this finds arrays of three read past their end.
     std::vector<double> p(std::size_t(3 * dim - 3), 0.0);
     const auto moment = [&](const double* x, const double* v, double m) {
       for (int k = 0; k < dim; ++k) p[std::size_t(k)] += m * v[k];
