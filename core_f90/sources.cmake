@@ -78,7 +78,9 @@ set(CAIRN_CORE_SOURCES
   soe/band_triangles.f90
   soe/block_cholesky.f90
   soe/column_triangles.f90
+  soe/dense_products.f90
   soe/small_cholesky.f90
+  soe/unit_fronts.f90
   solvers/error/cone_projection.f90
   solvers/error/cone_residual.f90
   solvers/error/contact_error.f90

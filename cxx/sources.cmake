@@ -115,6 +115,7 @@ set(CAIRN_CXX_SOURCES
   soe/soe.cpp
   soe/sparse_cholmod.cpp
   soe/sparse_ldlt.cpp
+  soe/unit_fronts.cpp
   soe/units.cpp
   soe/unsymmetric.cpp
   solvers/problems/admm.cpp

@@ -1,12 +1,14 @@
 !> Factors L L' of a sparse symmetric matrix by dense blocks of columns, whose pattern is known: each block takes what earlier
-!> ones do to its columns, then is factorised by itself. Products of eight columns at a time go side by side over the rows, so
-!> that no library of dense algebra is asked, whose speed differs by ten between one installation and the next.
+!> ones do to its columns, then is factorised by itself. No library of dense algebra is asked, whose speed differs by ten
+!> between one installation and the next.
 module block_cholesky
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
+  use dense_products, only: take_block, take_one
   implicit none
   private
   public :: cairn_block_cholesky
-  integer(c_int64_t), parameter :: at_once = 128 !< rows whose eight columns stay in the nearest memory
+  integer(c_int64_t), parameter :: at_once = 128 !< rows that stay in the nearest memory while terms go by
+  integer(c_int64_t), parameter :: beside = 16   !< columns that do, a multiple of eight
 contains
 
   !> value: A in the places of L, and L itself at the end. Rows of a block are its own columns, then those below.
@@ -84,18 +86,19 @@ contains
     integer(c_int64_t), intent(in) :: rows, columns, terms, leading
     real(c_double), intent(in)     :: a(leading, terms)
     real(c_double), intent(inout)  :: c(rows, columns)
-    integer(c_int64_t) :: j, k, from, to
+    integer(c_int64_t) :: j, k, from, to, first, last
     do from = 1, rows, at_once
       to = min(rows, from + at_once - 1)
-      c(from:to, :) = 0
-      do k = 1, terms - 7, 8
-        do j = 1, min(columns, to)
-          call take_eight(to - from + 1, leading, a(from, k), a(j, k), c(from, j))
+      do first = 1, min(columns, to), beside
+        last = min(first + beside - 1, columns, to)
+        c(from:to, first:last) = 0
+        do k = 1, terms - 7, 8
+          call take_block(to - from + 1, last - first + 1, leading, a(from, k), leading, a(first, k), rows, c(from, first))
         end do
-      end do
-      do k = terms - mod(terms, 8_c_int64_t) + 1, terms
-        do j = 1, min(columns, to)
-          call take_one(to - from + 1, a(from, k), a(j, k), c(from, j))
+        do k = terms - mod(terms, 8_c_int64_t) + 1, terms
+          do j = first, last
+            call take_one(to - from + 1, a(from, k), a(j, k), c(from, j))
+          end do
         end do
       end do
     end do
@@ -121,60 +124,33 @@ contains
     integer(c_int64_t), intent(in)  :: rows, columns
     real(c_double), intent(inout)   :: l(rows, columns)
     integer(c_int64_t), intent(out) :: failed
-    integer(c_int64_t) :: i, j, k, p, last, from, to
+    integer(c_int64_t) :: j, k, p, m, last, end, from, to
     failed = 0
-    do p = 1, columns, 8
-      last = min(p + 7, columns)
-      do j = p, last
-        do k = p, j - 1
-          call take_one(rows - j + 1, l(j, k), l(j, k), l(j, j))
-        end do
-        if (.not. l(j, j) > 0) then
-          failed = j
-          return
-        end if
-        l(j, j) = sqrt(l(j, j))
-        l(j+1:rows, j) = l(j+1:rows, j)/l(j, j)
-      end do
-      do from = last + 1, rows, at_once ! what is below has eight columns behind it, or there is nothing beside it
+    do k = 1, columns, beside
+      end = min(k + beside - 1, columns)
+      do from = k, rows, at_once ! what columns before these do to them
         to = min(rows, from + at_once - 1)
-        do j = last + 1, min(columns, to)
-          i = max(from, j)
-          call take_eight(to - i + 1, rows, l(i, p), l(j, p), l(i, j))
+        do p = 1, k - 1, 8
+          call take_block(to - from + 1, min(end, to) - k + 1, rows, l(from, p), rows, l(k, p), rows, l(from, k))
         end do
+      end do
+      do p = k, end, 8
+        last = min(p + 7, end)
+        do j = p, last
+          do m = p, j - 1
+            call take_one(rows - j + 1, l(j, m), l(j, m), l(j, j))
+          end do
+          if (.not. l(j, j) > 0) then
+            failed = j
+            return
+          end if
+          l(j, j) = sqrt(l(j, j))
+          l(j+1:rows, j) = l(j+1:rows, j)/l(j, j)
+        end do
+        if (last < end) & ! these have eight columns behind them
+          call take_block(rows - last, end - last, rows, l(last+1, p), rows, l(last+1, p), rows, l(last+1, last+1))
       end do
     end do
   end subroutine factor
-
-  !> c = c - a b, of one column.
-  pure subroutine take_one(rows, a, b, c)
-    integer(c_int64_t), intent(in) :: rows
-    real(c_double), intent(in)     :: a(rows), b
-    real(c_double), intent(inout)  :: c(rows)
-    integer(c_int64_t) :: i
-    do i = 1, rows
-      c(i) = c(i) - a(i)*b
-    end do
-  end subroutine take_one
-
-  !> c = c - a b', of eight columns.
-  pure subroutine take_eight(rows, leading, a, b, c)
-    integer(c_int64_t), intent(in) :: rows, leading
-    real(c_double), intent(in)     :: a(leading, *), b(leading, *) !< (rows, 8), (1, 8)
-    real(c_double), intent(inout)  :: c(rows)
-    integer(c_int64_t) :: i
-    real(c_double) :: b1, b2, b3, b4, b5, b6, b7, b8
-    b1 = b(1, 1)
-    b2 = b(1, 2)
-    b3 = b(1, 3)
-    b4 = b(1, 4)
-    b5 = b(1, 5)
-    b6 = b(1, 6)
-    b7 = b(1, 7)
-    b8 = b(1, 8)
-    do i = 1, rows
-      c(i) = c(i) - a(i, 1)*b1 - a(i, 2)*b2 - a(i, 3)*b3 - a(i, 4)*b4 - a(i, 5)*b5 - a(i, 6)*b6 - a(i, 7)*b7 - a(i, 8)*b8
-    end do
-  end subroutine take_eight
 
 end module block_cholesky

@@ -7,13 +7,10 @@ module column_triangles
   public :: cairn_column_triangles, cairn_front_triangles
 contains
 
-  !> L D L' y = y with the unit lower L by columns, of which those listed alone are gone through.
-  subroutine cairn_column_triangles(lanes, down_count, down, up_count, up, first, last, row, value, pivot, y) bind(c)
+  !> L D L' y = y with the unit lower L by columns.
+  subroutine cairn_column_triangles(lanes, n, first, last, row, value, pivot, y) bind(c)
     integer(c_int32_t), value      :: lanes            !< 1 or 8
-    integer(c_int64_t), value      :: down_count       !< columns listed
-    integer(c_int32_t), intent(in) :: down(down_count) !< for L, from 0, rising: all that y reaches
-    integer(c_int64_t), value      :: up_count         !< columns listed
-    integer(c_int32_t), intent(in) :: up(up_count)     !< for D and L', from 0, rising: those where y is wanted, and all these reach
+    integer(c_int64_t), value      :: n         !< columns
     integer(c_int64_t), intent(in) :: first(*)         !< place of a column's first entry below the diagonal, from 0
     integer(c_int64_t), intent(in) :: last(*)          !< place behind its last entry, from 0
     integer(c_int32_t), intent(in) :: row(*)           !< from 0
@@ -21,28 +18,26 @@ contains
     real(c_double), intent(in)     :: pivot(*)         !< diagonal of D
     real(c_double), intent(inout)  :: y(lanes, *)
     if (lanes == 8) then
-      call columns8(down_count, down, up_count, up, first, last, row, value, pivot, y)
+      call columns8(n, first, last, row, value, pivot, y)
     else
-      call columns1(down_count, down, up_count, up, first, last, row, value, pivot, y)
+      call columns1(n, first, last, row, value, pivot, y)
     end if
   end subroutine cairn_column_triangles
 
-  subroutine columns1(down_count, down, up_count, up, first, last, row, value, pivot, y)
-    integer(c_int64_t), intent(in) :: down_count, up_count, first(*), last(*)
-    integer(c_int32_t), intent(in) :: down(down_count), up(up_count), row(*)
+  subroutine columns1(n, first, last, row, value, pivot, y)
+    integer(c_int64_t), intent(in) :: n, first(*), last(*)
+    integer(c_int32_t), intent(in) :: row(*)
     real(c_double), intent(in)     :: value(*), pivot(*)
     real(c_double), intent(inout)  :: y(*)
-    integer(c_int64_t) :: k, j, p
+    integer(c_int64_t) :: j, p
     real(c_double) :: t
-    do k = 1, down_count
-      j = down(k) + 1
+    do j = 1, n
       t = y(j)
       do p = first(j) + 1, last(j)
         y(row(p)+1) = y(row(p)+1) - value(p)*t
       end do
     end do
-    do k = up_count, 1, -1
-      j = up(k) + 1
+    do j = n, 1, -1
       t = y(j)/pivot(j)
       do p = first(j) + 1, last(j)
         t = t - value(p)*y(row(p)+1)
@@ -51,22 +46,20 @@ contains
     end do
   end subroutine columns1
 
-  subroutine columns8(down_count, down, up_count, up, first, last, row, value, pivot, y)
-    integer(c_int64_t), intent(in) :: down_count, up_count, first(*), last(*)
-    integer(c_int32_t), intent(in) :: down(down_count), up(up_count), row(*)
+  subroutine columns8(n, first, last, row, value, pivot, y)
+    integer(c_int64_t), intent(in) :: n, first(*), last(*)
+    integer(c_int32_t), intent(in) :: row(*)
     real(c_double), intent(in)     :: value(*), pivot(*)
     real(c_double), intent(inout)  :: y(8, *)
-    integer(c_int64_t) :: k, j, p
+    integer(c_int64_t) :: j, p
     real(c_double) :: t(8)
-    do k = 1, down_count
-      j = down(k) + 1
+    do j = 1, n
       t = y(:, j)
       do p = first(j) + 1, last(j)
         y(:, row(p)+1) = y(:, row(p)+1) - value(p)*t
       end do
     end do
-    do k = up_count, 1, -1
-      j = up(k) + 1
+    do j = n, 1, -1
       t = y(:, j)/pivot(j)
       do p = first(j) + 1, last(j)
         t = t - value(p)*y(:, row(p)+1)
@@ -76,14 +69,10 @@ contains
   end subroutine columns8
 
   !> L L' y = y with L by blocks of columns of one pattern (supernodes): rows of a block are its own columns, then those
-  !> below. Blocks not listed are passed over.
-  subroutine cairn_front_triangles(lanes, down_count, down, up_count, up, column_start, row_start, value_start, row, value, y, &
-                                   work) bind(c)
+  !> below.
+  subroutine cairn_front_triangles(lanes, blocks, column_start, row_start, value_start, row, value, y, work) bind(c)
     integer(c_int32_t), value      :: lanes            !< 1 or 8
-    integer(c_int64_t), value      :: down_count       !< blocks listed
-    integer(c_int32_t), intent(in) :: down(down_count) !< for L, from 0, rising: all that y reaches
-    integer(c_int64_t), value      :: up_count         !< blocks listed
-    integer(c_int32_t), intent(in) :: up(up_count)     !< for L', from 0, rising: those where y is wanted, and all these reach
+    integer(c_int64_t), value      :: blocks
     integer(c_int32_t), intent(in) :: column_start(*)  !< (blocks + 1) from 0
     integer(c_int32_t), intent(in) :: row_start(*)     !< (blocks + 1) from 0
     integer(c_int32_t), intent(in) :: value_start(*)   !< of each block's values, by columns, from 0
@@ -91,9 +80,8 @@ contains
     real(c_double), intent(in)     :: value(*)
     real(c_double), intent(inout)  :: y(lanes, *)
     real(c_double), intent(inout)  :: work(lanes, *)   !< for the rows of one block
-    integer(c_int64_t) :: k, s, columns, rows, top
-    do k = 1, down_count
-      s = down(k) + 1
+    integer(c_int64_t) :: s, columns, rows, top
+    do s = 1, blocks
       top = row_start(s)
       rows = row_start(s+1) - top
       columns = column_start(s+1) - column_start(s)
@@ -103,8 +91,7 @@ contains
         call forward1(columns, rows, row(top+1), value(int(value_start(s), c_int64_t)+1), y, work)
       end if
     end do
-    do k = up_count, 1, -1
-      s = up(k) + 1
+    do s = blocks, 1, -1
       top = row_start(s)
       rows = row_start(s+1) - top
       columns = column_start(s+1) - column_start(s)

@@ -315,9 +315,8 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     f.leading = std::int64_t(room);
   }
   const bool units = f.soe && model.ties.empty() && f.modal_factor.empty();
-  if (known == 0 && units && room == size) return f.soe->solve_units(dofs, f.compliance.data());
   if (units) {
-    solves += (std::int64_t(size - old) + 7) / 8;
+    if (known > 0) solves += (std::int64_t(size - old) + 7) / 8;
     return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room));
   }
   constexpr std::size_t most = 8; // columns that the factors are gone through for at once

@@ -316,9 +316,6 @@ void MeshBody::factorise_tangent() {
     own_->value.resize(model.mass.value.size());
   }
   now_ = own_.get();
-  now_->active.clear();
-  now_->place.assign(std::size_t(model.nodes()), -1);
-  now_->leading = 0;
   const auto with = [&](const std::vector<double>& stiffness) {
     bool same = now_->known && !model.ties.rigid_parts_turn();
     for (std::size_t e = 0; e < now_->value.size(); ++e) {
@@ -330,6 +327,9 @@ void MeshBody::factorise_tangent() {
     }
     if (same) return SoeStatus{}; // to the bit, as of Hooke's law at small strains, or an explicit integrator
     ++factorisations;
+    now_->active.clear();
+    now_->place.assign(std::size_t(model.nodes()), -1);
+    now_->leading = 0;
     const SoeStatus found = factor(*now_->soe, now_->value.data());
     now_->known = bool(found);
     return found;

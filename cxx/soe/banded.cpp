@@ -98,7 +98,7 @@ public:
 
   std::span<const std::int32_t> order() const override { return order_; }
 
-  void solve(int lanes, double* y, const SoeReach*, double*) const override {
+  void solve(int lanes, double* y, double*) const override {
     cairn_band_triangles(lanes, n_, half_, factor_.data(), y);
   }
 

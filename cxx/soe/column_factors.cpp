@@ -1,7 +1,5 @@
 #include "column_factors.hpp"
 
-#include <numeric>
-
 #include "cairn/core.h"
 
 namespace cairn {
@@ -10,8 +8,6 @@ void ColumnFactors::resize(std::int64_t n) {
   first.resize(n);
   last.resize(n);
   pivot.resize(n);
-  all.resize(n);
-  std::iota(all.begin(), all.end(), 0);
   tree.parent.resize(n);
 }
 
@@ -25,12 +21,15 @@ SoeStatus ColumnFactors::judge(const SparseMatrix& a, const std::int32_t* order)
   return {};
 }
 
-void ColumnFactors::solve(int lanes, double* y, const SoeReach* reach) const {
-  const std::vector<std::int32_t>&down = reach != nullptr ? reach->down : all, &up = reach != nullptr ? reach->up : all;
-  cairn_column_triangles(lanes, std::int64_t(down.size()), down.data(), std::int64_t(up.size()), up.data(),
-                         first.data(), last.data(), row, value, pivot.data(), y);
+void ColumnFactors::solve(int lanes, double* y) const {
+  cairn_column_triangles(lanes, std::int64_t(pivot.size()), first.data(), last.data(), row, value, pivot.data(), y);
 }
 
-std::int64_t ColumnFactors::bytes() const { return std::int64_t(pivot.size()) * (8 + 8 + 8 + 4 + 4); }
+SoeBlock ColumnFactors::block(std::int32_t column) const {
+  const auto j = std::size_t(column);
+  return {column, 1, last[j] - first[j], row + first[j], value + first[j], pivot[j]};
+}
+
+std::int64_t ColumnFactors::bytes() const { return std::int64_t(pivot.size()) * (8 + 8 + 8 + 4); }
 
 } // namespace cairn

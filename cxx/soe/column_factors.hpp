@@ -13,14 +13,14 @@ struct ColumnFactors {
   const std::int32_t* row = nullptr;     // rising in a column
   const double* value = nullptr;
   std::vector<double> pivot;
-  std::vector<std::int32_t> all; // 0, 1, ... n - 1
   SoeTree tree;
 
   void resize(std::int64_t n);
   void find_tree();
   // The first pivot, in the order of elimination, that counts as none; `order`: equation at each place.
   SoeStatus judge(const SparseMatrix& a, const std::int32_t* order) const;
-  void solve(int lanes, double* y, const SoeReach* reach) const;
+  void solve(int lanes, double* y) const;
+  SoeBlock block(std::int32_t column) const;
   std::int64_t bytes() const;
 };
 

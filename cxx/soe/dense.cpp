@@ -36,9 +36,9 @@ public:
     return good == n_ ? SoeStatus{} : judge_pivot(std::min(factor_[good * (n_ + 1)], 0.0), diagonal_[good], good);
   }
 
-  void solve(int lanes, double* y, const SoeReach*, double* work) const override {
-    const std::int32_t only = 0, whole[2] = {0, std::int32_t(n_)}, values[1] = {0};
-    cairn_front_triangles(lanes, 1, &only, 1, &only, whole, whole, values, row_.data(), factor_.data(), y, work);
+  void solve(int lanes, double* y, double* work) const override {
+    const std::int32_t whole[2] = {0, std::int32_t(n_)}, values[1] = {0};
+    cairn_front_triangles(lanes, 1, whole, whole, values, row_.data(), factor_.data(), y, work);
   }
 
   std::int64_t work_per_lane() const override { return n_; }

@@ -10,17 +10,20 @@
 
 namespace cairn {
 
-// Nodes (columns, or blocks of columns) of sparse factors that one solve goes through, rising: with L all that its
-// right sides reach, with L' those wanted and all that these reach.
-struct SoeReach {
-  std::vector<std::int32_t> down, up;
-};
-
 // Which node of the factors hands on to which.
 struct SoeTree {
   std::vector<std::int32_t> parent; // of each node, or -1
   std::vector<std::int32_t> first;  // (nodes + 1) place of a node's first column; empty: each is one column
   std::vector<std::int32_t> node;   // of each place; empty likewise
+};
+
+// A node of the tree as a block of columns of L, its own rows first and those below by their places.
+struct SoeBlock {
+  std::int32_t first = 0; // place of its first column
+  std::int64_t columns = 1, below = 0;
+  const std::int32_t* row = nullptr; // (below)
+  const double* value = nullptr;     // (columns + below, columns); of a column of L D L' what is below the diagonal
+  double pivot = 0;                  // D, and 0 of L L'
 };
 
 class SoeFactors {
@@ -30,11 +33,12 @@ public:
   virtual SoeStatus factor(const SparseMatrix& a) = 0;
   // Equation at each place of y below; empty: each at its own.
   virtual std::span<const std::int32_t> order() const { return {}; }
-  // Solution in place of y (n, lanes), by places; `lanes` is 1 or 8; without a reach, of all. `work` has
-  // work_per_lane() numbers a lane.
-  virtual void solve(int lanes, double* y, const SoeReach* reach, double* work) const = 0;
+  // Solution in place of y (n, lanes), by places; `lanes` is 1 or 8. `work` has work_per_lane() numbers a lane.
+  virtual void solve(int lanes, double* y, double* work) const = 0;
   virtual std::int64_t work_per_lane() const { return 0; }
-  virtual const SoeTree* tree() const { return nullptr; } // null: all is gone through; known once factorised
+  virtual const SoeTree* tree() const { return nullptr; }            // null: none; known once factorised
+  virtual SoeBlock block(std::int32_t /*node*/) const { return {}; } // of the tree
+  virtual const double* diagonal() const { return nullptr; }         // of a matrix that is diagonal, by places
   virtual std::int64_t bytes() const = 0;
   virtual std::int64_t entries() const = 0;
   virtual const char* storage() const = 0;

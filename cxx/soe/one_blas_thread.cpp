@@ -49,11 +49,6 @@ int alive = 0, openblas_before = 0;
 
 } // namespace
 
-bool has_tuned_blas() {
-  const BlasControls& blas = controls();
-  return blas.set_openblas != nullptr || blas.set_mkl != nullptr || blas.set_blis != nullptr;
-}
-
 OneBlasThread::OneBlasThread() {
   const BlasControls& blas = controls();
   if (blas.set_openblas != nullptr && blas.get_openblas != nullptr) {

@@ -17,7 +17,4 @@ private:
   int before_ = 0; // of the calling thread
 };
 
-// Whether BLAS is one of these, and not the reference one.
-bool has_tuned_blas();
-
 } // namespace cairn

@@ -9,6 +9,7 @@
 
 #include "../base/call.hpp"
 #include "factors.hpp"
+#include "unit_fronts.hpp"
 
 namespace cairn {
 
@@ -188,6 +189,7 @@ SoeStatus Soe::scale() {
 
 SoeStatus Soe::factor(const double* value) {
   factorised_ = false;
+  units_.reset();
   SoeStatus status = gather(value);
   if (status) status = scale();
   if (status) status = factors_->factor(scaled_);
@@ -213,7 +215,7 @@ void Soe::solve_lanes(double* b, std::int64_t columns, double* work) const {
   }
   for (std::int64_t c = columns; c < side; ++c)
     for (std::int64_t p = 0; p < equations; ++p) work[p * side + c] = 0;
-  factors_->solve(side, work, nullptr, work + side * equations);
+  factors_->solve(side, work, work + side * equations);
   for (std::int64_t c = 0; c < columns; ++c)
     for (std::int64_t e = 0; e < equations; ++e) b[c * n_ + unknown_[e]] = right_[e] * work[place_[e] * side + c];
 }
@@ -237,7 +239,7 @@ std::int64_t Soe::bytes() const {
   const auto of = [](const auto& v) { return std::int64_t(v.size() * sizeof v[0]); };
   return factors_->bytes() + of(unknown_) + of(equation_) + of(place_) + of(value_place_) + of(pulled_) + of(pull_) +
          of(pull_place_) + of(pull_value_) + of(scaled_.start) + of(scaled_.row) + of(scaled_.value) + of(left_) +
-         of(right_) + of(work_);
+         of(right_) + of(work_) + (units_ ? units_->bytes() : 0);
 }
 
 } // namespace cairn

@@ -8,7 +8,6 @@
 #include <cholmod.h>
 
 #include <algorithm>
-#include <numeric>
 #include <string>
 
 #include "column_factors.hpp"
@@ -26,7 +25,6 @@ struct BlockColumns {
   std::int64_t blocks = 0;
   const std::int32_t *column_start = nullptr, *row_start = nullptr, *value_start = nullptr, *row = nullptr;
   const double* value = nullptr;
-  std::vector<std::int32_t> all;
   SoeTree tree;
 
   void view(const cholmod_factor& l, const double* values) {
@@ -36,9 +34,7 @@ struct BlockColumns {
     value_start = static_cast<const std::int32_t*>(l.px);
     row = static_cast<const std::int32_t*>(l.s);
     value = values;
-    if (!all.empty()) return;
-    all.resize(blocks);
-    std::iota(all.begin(), all.end(), 0);
+    if (!tree.first.empty()) return;
     tree.first.assign(column_start, column_start + blocks + 1);
     tree.node.resize(l.n);
     for (std::int32_t s = 0; s < blocks; ++s)
@@ -57,11 +53,13 @@ struct BlockColumns {
     return l * l;
   }
 
-  void solve(int lanes, double* y, const SoeReach* reach, double* work) const {
-    const std::vector<std::int32_t>&down = reach != nullptr ? reach->down : all,
-          &up = reach != nullptr ? reach->up : all;
-    cairn_front_triangles(lanes, std::int64_t(down.size()), down.data(), std::int64_t(up.size()), up.data(),
-                          column_start, row_start, value_start, row, value, y, work);
+  SoeBlock block(std::int32_t s) const {
+    const std::int64_t columns = column_start[s + 1] - column_start[s], rows = row_start[s + 1] - row_start[s];
+    return {column_start[s], columns, rows - columns, row + row_start[s] + columns, value + value_start[s], 0};
+  }
+
+  void solve(int lanes, double* y, double* work) const {
+    cairn_front_triangles(lanes, blocks, column_start, row_start, value_start, row, value, y, work);
   }
 };
 
@@ -86,7 +84,7 @@ public:
       put_last(a, options.last);
     order_ = static_cast<const std::int32_t*>(factor_->Perm);
     most_rows_ = factor_->is_super ? most_of(factor_->pi) : 0;
-    const bool own = options.blocks == SoeBlocks::own || (options.blocks == SoeBlocks::automatic && !has_tuned_blas());
+    const bool own = options.blocks == SoeBlocks::own || options.blocks == SoeBlocks::automatic;
     if (own && factor_->is_super) place_entries(pattern);
   }
 
@@ -109,15 +107,19 @@ public:
 
   std::span<const std::int32_t> order() const override { return {order_, factor_->n}; }
 
-  void solve(int lanes, double* y, const SoeReach* reach, double* work) const override {
+  void solve(int lanes, double* y, double* work) const override {
     if (factor_->is_super)
-      blocks_.solve(lanes, y, reach, work);
+      blocks_.solve(lanes, y, work);
     else
-      columns_.solve(lanes, y, reach);
+      columns_.solve(lanes, y);
   }
 
   std::int64_t work_per_lane() const override { return most_rows_; }
   const SoeTree* tree() const override { return factor_->is_super ? &blocks_.tree : &columns_.tree; }
+
+  SoeBlock block(std::int32_t node) const override {
+    return factor_->is_super ? blocks_.block(node) : columns_.block(node);
+  }
 
   std::int64_t bytes() const override {
     return std::int64_t(common_.memory_inuse) + columns_.bytes() + 4 * start_.size() + 8 * values_.size() +

@@ -44,8 +44,9 @@ public:
   }
 
   std::span<const std::int32_t> order() const override { return order_; }
-  void solve(int lanes, double* y, const SoeReach* reach, double*) const override { columns_.solve(lanes, y, reach); }
+  void solve(int lanes, double* y, double*) const override { columns_.solve(lanes, y); }
   const SoeTree* tree() const override { return &columns_.tree; }
+  SoeBlock block(std::int32_t node) const override { return columns_.block(node); }
   std::int64_t bytes() const override { return 12 * entries() + columns_.bytes() + 24 * std::int64_t(order_.size()); }
   std::int64_t entries() const override {
     return std::int64_t(order_.size()) + (columns_.last.empty() ? 0 : columns_.last.back());

@@ -53,7 +53,7 @@ public:
     return judge(a);
   }
 
-  void solve(int lanes, double* y, const SoeReach*, double* work) const override {
+  void solve(int lanes, double* y, double* work) const override {
     if (n_ == 0) return;
     double *const b = work, *const x = work + n_, *const w = work + 2 * n_;
     int* const wi = reinterpret_cast<int*>(work + 7 * n_);
@@ -116,7 +116,7 @@ public:
     return {};
   }
 
-  void solve(int lanes, double* y, const SoeReach*, double*) const override {
+  void solve(int lanes, double* y, double*) const override {
     const std::int64_t n = std::int64_t(start_.size()) - 1;
     if (n == 0) return;
     Eigen::VectorXd b(n);

@@ -381,15 +381,19 @@ void cairn_block_solve(int32_t dim, int64_t n, const int32_t* order, const int32
                        const int64_t* lower_last, const int32_t* lower_kept, const int64_t* upper_start,
                        const int64_t* upper_last, const int32_t* upper_kept, const double* lower_block,
                        const double* upper_block, const double* diagonal, double* b, double* x);
-void cairn_column_triangles(int32_t lanes, int64_t down_count, const int32_t* down, int64_t up_count, const int32_t* up,
-                            const int64_t* first, const int64_t* last, const int32_t* row, const double* value,
-                            const double* pivot, double* y);
-void cairn_front_triangles(int32_t lanes, int64_t down_count, const int32_t* down, int64_t up_count, const int32_t* up,
-                           const int32_t* column_start, const int32_t* row_start, const int32_t* value_start,
+void cairn_column_triangles(int32_t lanes, int64_t n, const int64_t* first, const int64_t* last, const int32_t* row,
+                            const double* value, const double* pivot, double* y);
+void cairn_front_triangles(int32_t lanes, int64_t blocks, const int32_t* column_start, const int32_t* row_start, const int32_t* value_start,
                            const int32_t* row, const double* value, double* y, double* work);
 void cairn_block_cholesky(int64_t n, int64_t blocks, const int32_t* column_start, const int32_t* row_start,
                           const int32_t* value_start, const int32_t* row, const int32_t* node, double* value,
                           int32_t* next, int32_t* head, int32_t* taken, int32_t* place, double* work, int32_t* failed);
+void cairn_unit_front(int64_t lanes, int64_t leading, int64_t rows, int64_t columns, int64_t from, const double* l,
+                      double* y);
+void cairn_unit_column(int64_t lanes, int64_t leading, int64_t below, double pivot, const double* l, double* y);
+void cairn_unit_products(int64_t lanes, int64_t leading, const double* a, int64_t others, int64_t leading_b,
+                         const double* b, int64_t columns, int64_t from, const int64_t* place, const int64_t* place_b,
+                         int64_t rows, double* out);
 void cairn_band_triangles(int32_t lanes, int64_t n, int64_t half, const double* l, double* y);
 void cairn_small_factor(int64_t groups, int32_t n, double zero, double* a, int32_t* failed, double* pivot);
 void cairn_small_solve(int64_t groups, int32_t n, const double* a, double* b);

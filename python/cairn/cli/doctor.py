@@ -101,8 +101,7 @@ def blas(maps="/proc/self/maps"):
         for path in paths:
             file, folder = os.path.basename(path), os.path.dirname(path)
             if sign in file or (sign == "openblas" and sign in folder and "blas" in file):
-                slow = ": large solids factorise in half the time on OpenBLAS, see docs/install.md" if name == "reference" else ""
-                return f"{name} at {path}{slow}"
+                return f"{name} at {path}"
     return "none that is a library of its own"
 
 

@@ -1,0 +1,60 @@
+"""Nodes of a mesh that contacts come to one after the other: what a mesh knows of its compliance does not depend on when it was asked."""
+
+import cairn as cn
+import numpy as np
+import pytest
+
+STONE = cn.Material("stone", density=2000.0)
+CELLS = {2: (40, 40), 3: (9, 9, 9)}  # by columns of factors; by blocks of columns, which only large or solid meshes have
+
+
+def grid(cells):
+    axes = [np.linspace(0.0, 1.0, n + 1) for n in cells]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, len(cells))
+    number = np.arange(len(points)).reshape([n + 1 for n in cells])
+    low, high = slice(None, -1), slice(1, None)
+    corners = [(low, low), (high, low), (high, high), (low, high)]
+    if len(cells) == 2:
+        return points, {"quad": np.stack([number[c] for c in corners], -1).reshape(-1, 4)}
+    return points, {"hexahedron": np.stack([number[(*c, z)] for z in (low, high) for c in corners], -1).reshape(-1, 8)}
+
+
+def rolled_over(dim, body_of):
+    """A block on a plane, over whose top a ball slides: it comes to new nodes all the time."""
+    points, cells = grid(CELLS[dim])
+    body, up = body_of(points, cells), np.eye(dim)[-1]
+    bottom, top = (np.flatnonzero(np.isclose(points[:, -1], z)) for z in (0.0, 1.0))
+    faces = body.boundary_edges() if dim == 2 else body.boundary_faces()
+    upper = {("edges" if dim == 2 else "faces"): faces[(np.isin(faces, top) | (faces < 0)).all(axis=1)]}
+    scene = cn.Scene(dim, gravity=-9.81 * up)
+    scene.add(cn.deformable(body, STONE, contact=bottom, name="block", **upper), cn.wall(np.zeros(dim), up, STONE))
+    ball, middle = (cn.disks, [0.1, 1.0795]) if dim == 2 else (cn.spheres, [0.1, 0.5, 1.0795])
+    scene.add(ball([middle], 0.08, STONE, velocity=[8.0 * np.eye(dim)[0] - 0.5 * up]))
+    scene.interact(STONE, STONE, cn.Coulomb(mu=0.3))
+    return cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Default(tol=1e-6, max_iter=2000)), overlap="ignore")
+
+
+def elastic(points, cells):
+    return cn.ElasticBody(points, cells, young=1e7, poisson=0.3, density=2000.0, rayleigh=(0.0, 1e-3))
+
+
+def solid(points, cells):
+    return cn.SolidBody(points, cells, cn.IsotropicElastic(young=1e7, poisson=0.3), density=2000.0, kinematics="small")
+
+
+@pytest.mark.parametrize("body_of", [elastic, solid])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_run_that_was_saved_goes_on_to_the_same_bits(tmp_path, dim, body_of):
+    one, two = rolled_over(dim, body_of), rolled_over(dim, body_of)
+    known = []
+    for _ in range(30):
+        one.step()
+        known.append(one.info["contacts"])
+    assert max(known) > 0
+    one.checkpoint(tmp_path / "state.h5")
+    two.restore(tmp_path / "state.h5")
+    for _ in range(30):
+        one.step()
+        two.step()
+    for name in ("position", "velocity"):
+        assert np.array_equal(getattr(one.meshes[0], name), getattr(two.meshes[0], name)), name
