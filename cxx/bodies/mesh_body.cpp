@@ -1,5 +1,7 @@
 #include "mesh_body.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -317,7 +319,7 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
   const bool units = f.soe && model.ties.empty() && f.modal_factor.empty();
   if (units) {
     if (known > 0) solves += (std::int64_t(size - old) + 7) / 8;
-    return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room));
+    return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room), omp_get_max_threads());
   }
   constexpr std::size_t most = 8; // columns that the factors are gone through for at once
   const auto n = std::size_t(model.dofs());

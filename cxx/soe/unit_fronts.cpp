@@ -80,8 +80,13 @@ UnitFronts::Batch UnitFronts::batch_of(const SoeTree& tree, const std::vector<Wa
 bool UnitFronts::room_to_keep(const SoeFactors& factors, const Batch& batch) const {
   std::int64_t numbers = 0;
   for (const Batch& b : batches_) numbers += std::int64_t(b.value.size());
+  return 2 * (numbers + numbers_of(factors, batch)) <= factors.entries();
+}
+
+std::int64_t UnitFronts::numbers_of(const SoeFactors& factors, const Batch& batch) {
+  std::int64_t numbers = 0;
   for (const Node& n : batch.nodes) numbers += (n.end - n.begin) * factors.block(n.node).columns;
-  return 2 * numbers <= factors.entries();
+  return numbers;
 }
 
 void UnitFronts::add(const SoeFactors& factors, const std::vector<Wanted>& more, double* out, std::int64_t leading,
@@ -198,6 +203,7 @@ void UnitFronts::solve(const SoeFactors& factors, Batch& batch, bool keep, doubl
   const SoeTree& tree = *factors.tree();
   find_twins(std::int64_t(tree.parent.size()), batch);
   make_room(factors, batch);
+  if (keep) batch.value.reserve(std::size_t(numbers_of(factors, batch)));
   row_.resize(std::size_t(tree.node.empty() ? tree.parent.size() : tree.node.size()));
   for (const Wanted& w : batch.wanted) {
     const auto clear = [&](std::int64_t i) { out[leading * w.index + i] = out[leading * i + w.index] = 0; };
@@ -227,8 +233,8 @@ void UnitFronts::solve(const SoeFactors& factors, Batch& batch, bool keep, doubl
     }
     hand_on(block, node);
   }
-  front_ = {};
-  pending_ = {};
+  std::vector<double>().swap(front_); // as large as the entries may be
+  std::vector<double>().swap(pending_);
   if (out != nullptr) finish(batch, out, leading);
 }
 

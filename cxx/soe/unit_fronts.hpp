@@ -44,6 +44,7 @@ private:
     std::int64_t begin = 0, end = 0, first = 0; // right sides; where they stand
   };
   static Batch batch_of(const SoeTree& tree, const std::vector<Wanted>& wanted);
+  static std::int64_t numbers_of(const SoeFactors& factors, const Batch& batch); // of Z
   bool room_to_keep(const SoeFactors& factors, const Batch& batch) const;
   void solve(const SoeFactors& factors, Batch& batch, bool keep, double* out, std::int64_t leading, int threads);
   void make_room(const SoeFactors& factors, const Batch& batch);
