@@ -383,8 +383,9 @@ void cairn_block_solve(int32_t dim, int64_t n, const int32_t* order, const int32
                        const double* upper_block, const double* diagonal, double* b, double* x);
 void cairn_column_triangles(int32_t lanes, int64_t n, const int64_t* first, const int64_t* last, const int32_t* row,
                             const double* value, const double* pivot, double* y);
-void cairn_front_triangles(int32_t lanes, int64_t blocks, const int32_t* column_start, const int32_t* row_start, const int32_t* value_start,
-                           const int32_t* row, const double* value, double* y, double* work);
+void cairn_front_triangles(int32_t lanes, int64_t blocks, const int32_t* column_start, const int32_t* row_start,
+                           const int32_t* value_start, const int32_t* row, const double* value, double* y,
+                           double* work);
 void cairn_block_cholesky(int64_t n, int64_t blocks, const int32_t* column_start, const int32_t* row_start,
                           const int32_t* value_start, const int32_t* row, const int32_t* node, double* value,
                           int32_t* next, int32_t* head, int32_t* taken, int32_t* place, double* work, int32_t* failed);
