@@ -234,12 +234,15 @@ def main():
     parser.add_argument("--steps", type=int, default=5)
     parser.add_argument("--tol", default="1e-6", help="of the folders")
     parser.add_argument("--folders", default="", help="where the folders of LMGC90 are")
+    parser.add_argument("--against", metavar="FOLDER", help="that holds the package of another build: each case by both, in turns")
     parser.add_argument("--case", nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     os.environ["CAIRN_TOL"] = options.tol
     writer = csv.DictWriter(sys.stdout, COLUMNS)
     if options.case:
-        writer.writerow(measure(options.parts[0], options.case[0], int(options.case[1]), options.steps))
+        case, mark, _ = options.case[0].partition(" (against)")
+        row = measure(options.parts[0], case, int(options.case[1]), options.steps)
+        writer.writerow({**row, "case": row["case"] + mark})
         return
     writer.writeheader()
     for part in options.parts or [p for p in PARTS if p != "legacy" or options.folders]:
@@ -247,6 +250,9 @@ def main():
             sys.stdout.flush()
             command = [sys.executable, __file__, part, "--steps", str(options.steps), "--tol", options.tol]
             subprocess.run([*command, "--case", case, str(size)], check=False)
+            if options.against:
+                other = {**os.environ, "PYTHONPATH": options.against}
+                subprocess.run([*command, "--case", f"{case} (against)", str(size)], check=False, env=other)
 
 
 if __name__ == "__main__":
