@@ -234,7 +234,7 @@ def main():
     parser.add_argument("--steps", type=int, default=5)
     parser.add_argument("--tol", default="1e-6", help="of the folders")
     parser.add_argument("--folders", default="", help="where the folders of LMGC90 are")
-    parser.add_argument("--against", metavar="FOLDER", help="that holds the package of another build: each case by both, in turns")
+    parser.add_argument("--against", metavar="FOLDER", help="with the package of another build: each case by both, in turns")
     parser.add_argument("--case", nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
     os.environ["CAIRN_TOL"] = options.tol

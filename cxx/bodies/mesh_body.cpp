@@ -181,7 +181,7 @@ void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
   made->damping = scheme.damping;
   made->stiffness = scheme.stiffness;
   ++factorisations;
-  made->place.assign(std::size_t(model.nodes()), -1);
+  made->forget(model.nodes());
   if (model.make_solver && !bare) {
     made->solver = model.make_solver(scheme.h, scheme.share);
   } else {

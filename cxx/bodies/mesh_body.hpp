@@ -191,7 +191,12 @@ private:
     std::vector<double> modal_reach, modal_factor;
     std::vector<std::int32_t> active, place;
     std::int64_t leading = 0;
-    Array<double> compliance; // (leading, leading)
+    Array<double> compliance;         // (leading, leading)
+    void forget(std::int64_t nodes) { // what was touched
+      active.clear();
+      place.assign(std::size_t(nodes), -1);
+      leading = 0;
+    }
   };
   void mark_contact_nodes();
   void take_scheme(const cairn_scheme& scheme, bool check);

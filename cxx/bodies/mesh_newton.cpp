@@ -316,12 +316,8 @@ void MeshBody::factorise_tangent() {
     own_->value.resize(model.mass.value.size());
   }
   now_ = own_.get();
-  const auto forget = [&] {
-    now_->active.clear();
-    now_->place.assign(std::size_t(model.nodes()), -1);
-    now_->leading = 0;
-  };
-  if (now_->place.empty() || !model.ties.empty()) forget(); // bits of ties depend on when nodes were touched
+  const bool fresh = now_->place.empty();
+  if (fresh || !model.ties.empty()) now_->forget(model.nodes()); // bits of ties depend on when nodes were touched
   const auto with = [&](const std::vector<double>& stiffness) {
     bool same = now_->known && !model.ties.rigid_parts_turn();
     for (std::size_t e = 0; e < now_->value.size(); ++e) {
@@ -333,7 +329,7 @@ void MeshBody::factorise_tangent() {
     }
     if (same) return SoeStatus{}; // to the bit, as of Hooke's law at small strains, or an explicit integrator
     ++factorisations;
-    forget();
+    now_->forget(model.nodes());
     const SoeStatus found = factor(*now_->soe, now_->value.data());
     now_->known = bool(found);
     return found;
