@@ -35,7 +35,7 @@ void Soe::add_fronts(UnitFronts& units, std::span<const std::int32_t> indices, s
   std::vector<UnitFronts::Wanted> fresh;
   for (const Wanted& w : wanted_of(indices))
     if (w.index >= known) fresh.push_back({w.index, w.place, right_[w.equation], left_[w.equation]});
-  for (std::int64_t c = known; c < m; ++c) // of what is held nothing else is said
+  for (std::int64_t c = known; c < m; ++c) // what is held keeps zeros
     for (std::int64_t r = 0; r < m; ++r) out[leading * c + r] = out[leading * r + c] = 0;
   units.add(*factors_, fresh, out, leading, threads);
 }
