@@ -44,7 +44,7 @@ contains
     end do
   end subroutine cairn_unit_front
 
-  !> The same of one column of L D L', whose rows below the diagonal are at hand; y(:, 1) comes out over the root of D.
+  !> The same of one column of L D L', whose rows below the diagonal are at hand; y(:, 0) comes out over the root of D.
   pure subroutine cairn_unit_column(lanes, leading, below, pivot, l, y) bind(c)
     integer(c_int64_t), value     :: lanes
     integer(c_int64_t), value     :: leading

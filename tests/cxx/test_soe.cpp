@@ -207,6 +207,25 @@ TEST(Soe, UnitsThatAreAddedInAnyTurnsKeepTheirBits) {
       }
 }
 
+// More than one thread takes at once.
+TEST(Soe, ManyUnitsKeepTheirBitsUnderAnyNumberOfThreads) {
+  for (const Kind& each : kinds()) {
+    const SparseMatrix a = springs(24, 1, 4);
+    const auto soe = Soe::make(a, each.options);
+    ASSERT_TRUE(soe->factor(a.value.data()));
+    std::vector<std::int32_t> all(a.n);
+    std::iota(all.begin(), all.end(), 0);
+    std::vector<double> one(a.n * a.n), more(a.n * a.n), b = numbers(a.n, 9), product(a.n);
+    soe->solve_units(all, one.data());
+    soe->solve_units(all, more.data(), 3);
+    ASSERT_EQ(one, more) << each.name;
+    for (std::int64_t j = 0; j < a.n; ++j)
+      for (std::int64_t i = 0; i < a.n; ++i) product[i] += one[a.n * j + i] * b[j];
+    soe->solve(b.data());
+    expect_close(product, b, 1e-13);
+  }
+}
+
 TEST(Soe, UnitsAreEntriesOfTheInverse) {
   std::vector<Kind> all = kinds();
   for (const Kind& each : all) {
