@@ -69,6 +69,7 @@ set(CAIRN_CORE_SOURCES
   sides/condensed_bodies.f90
   sides/contact_batch.f90
   sides/contact_schedule.f90
+  sides/reached_bodies.f90
   sides/velocity_records.f90
   smooth/gear_steps.f90
   smooth/smooth_contacts2.f90

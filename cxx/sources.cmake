@@ -19,6 +19,7 @@ set(CAIRN_CXX_SOURCES
   bodies/element_frequencies.cpp
   bodies/mesh_area.cpp
   bodies/mesh_body.cpp
+  bodies/mesh_compliance.cpp
   bodies/mesh_condense.cpp
   bodies/mesh_modes.cpp
   bodies/mesh_mortar.cpp
@@ -116,6 +117,7 @@ set(CAIRN_CXX_SOURCES
   soe/sparse_cholmod.cpp
   soe/sparse_ldlt.cpp
   soe/unit_fronts.cpp
+  soe/unit_reaches.cpp
   soe/units.cpp
   soe/unsymmetric.cpp
   solvers/problems/admm.cpp

@@ -5,6 +5,7 @@ module batch_kinematics
     record_size, max_batch, batch_workspace, mapping_nodes, mapping_dofs, rope_bodies, rope_numbers
   use condensed_bodies, only: load_mapped, load_spins, add_mapped, add_moments, add_responses, delassus_mapped, delassus_shared
   use condensed_bodies, only: delassus_turning
+  use reached_bodies, only: load_reached, load_reached_spins
   use velocity_records, only: load_records, store_records, add_to_hub
   implicit none
   private
@@ -16,6 +17,7 @@ module batch_kinematics
     integer(c_int32_t) :: numbers = 0 !< of a record: in the plane the last two are none
     integer :: contacts = 0, dim = 0, nodes_a = 0, nodes_b = 0, stride_a = 0, stride_b = 0
     logical :: mapped_a = .false., mapped_b = .false. !< rests on nodes of a condensed body
+    logical :: reached_a = .false., reached_b = .false. !< of which one has a reach
     integer(c_int32_t), pointer, contiguous :: body_a(:) => null(), body_b(:) => null(), node_a(:) => null(), node_b(:) => null()
     integer(c_int32_t), pointer, contiguous :: dof_a(:) => null(), dof_b(:) => null()
     integer :: pushes = 0 !< components by which impulses move a mapped side
@@ -92,6 +94,8 @@ contains
     view%dim = merge(2, 3, batch%velocities == 3)
     view%mapped_a = batch%mapped_a /= 0
     view%mapped_b = batch%mapped_b /= 0
+    view%reached_a = batch%mapped_a == 2
+    view%reached_b = batch%mapped_b == 2
     view%nodes_a = batch%nodes_a
     view%nodes_b = batch%nodes_b
     view%stride_a = batch%stride_a
@@ -163,6 +167,7 @@ contains
       if (view%c > view%dim) va(:, view%dim + 1:view%c) = 0
       if (associated(view%turns)) call load_spins(view%n, view%contacts, view%c, view%dim, view%nodes_a, view%dof_a, &
         view%spin_a, view%velocity, va(1, view%dim + 1))
+      if (view%reached_a) call add_reaches(view, view%body_a, view%node_a, view%lever_a, view%spin_a, va)
     else
       call load_records(view%n, view%numbers, view%body_a, record, line, va)
       if (view%width_a > record_size) &
@@ -173,6 +178,7 @@ contains
       if (view%c > view%dim) vb(:, view%dim + 1:view%c) = 0
       if (associated(view%turns)) call load_spins(view%n, view%contacts, view%c, view%dim, view%nodes_b, view%dof_b, &
         view%spin_b, view%velocity, vb(1, view%dim + 1))
+      if (view%reached_b) call add_reaches(view, view%body_b, view%node_b, view%lever_b, view%spin_b, vb)
     else
       call load_records(view%n, view%numbers, view%body_b, record, line, vb)
       if (view%width_b > record_size) &
@@ -180,6 +186,18 @@ contains
     end if
     if (associated(view%rope)) call load_ropes(view%contacts, view%velocities, view%rope_body, record, view%rope)
   end subroutine load_bodies
+
+  !> What impulses did to the velocities of sides on bodies with a reach.
+  subroutine add_reaches(view, body, node, weight, spin, v)
+    type(batch_view), intent(in)   :: view
+    integer(c_int32_t), intent(in) :: body(view%n), node(view%n, mapping_nodes)
+    real(c_double), intent(in)     :: weight(view%n, mapping_nodes) !< of the nodes [-]
+    real(c_double), pointer, contiguous, intent(in) :: spin(:) !< null where nothing turns [1/m]
+    real(c_double), intent(inout)  :: v(view%n, *)   !< columns of the side [m/s, rad/s]
+    call load_reached(view%n, view%contacts, view%dim, body, node, weight, view%condensed, v)
+    if (associated(spin)) call load_reached_spins(view%n, view%contacts, int(view%c), view%dim, body, node, spin, view%condensed, &
+      v(1, view%dim + 1))
+  end subroutine add_reaches
 
   !> What the far parts of ropes add to u_N: the velocity at which their ends leave their pulleys.
   subroutine load_ropes(contacts, k, body, record, rope)

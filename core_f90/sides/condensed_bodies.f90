@@ -6,6 +6,7 @@
 module condensed_bodies
   use, intrinsic :: iso_c_binding, only: c_associated, c_int32_t, c_int64_t, c_double, c_ptr, c_f_pointer
   use contact_batch, only: cairn_batch, cairn_condensed, mapping_nodes, mapping_dofs
+  use reached_bodies, only: is_reached, add_reached, block_between
   implicit none
   private
   public :: load_mapped, load_one, load_spins, add_mapped, add_moments, add_responses
@@ -250,6 +251,12 @@ contains
         p = sign*(dr(i, 1)*axes(:, 1) + dr(i, 2)*axes(:, 2) + dr(i, 3)*axes(:, 3))
       end if
       if (.not. (abs(p(1)) > 0 .or. abs(p(2)) > 0 .or. abs(p(3)) > 0)) cycle ! nothing changed
+      if (is_reached(condensed(body(i)))) then
+        do j = 1, mapping_nodes
+          if (abs(weight(i, j)) > 0) call add_reached(dim, condensed(body(i)), node(i, j), weight(i, j)*p)
+        end do
+        cycle
+      end if
       associate (of => condensed(body(i)))
         call c_f_pointer(of%velocity, v_c, [of%dofs])
         call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
@@ -283,16 +290,21 @@ contains
     integer :: i, j, l
     do i = 1, contacts
       if (.not. any(abs(dr(i, dim + 1:)) > 0)) cycle ! nothing changed
-      associate (of => condensed(body(i)))
-        call c_f_pointer(of%velocity, v_c, [of%dofs])
-        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
-      end associate
       do j = 1, mapping_nodes
         p = 0
         do l = 1, dim
           p(l) = sign*dot_product(spin(i, l, j, :), dr(i, dim + 1:))
         end do
-        if (any(abs(p) > 0)) call add_columns(dim, node(i, j), p, v_c, compliance)
+        if (.not. any(abs(p) > 0)) cycle
+        if (is_reached(condensed(body(i)))) then
+          call add_reached(dim, condensed(body(i)), node(i, j), p)
+          cycle
+        end if
+        associate (of => condensed(body(i)))
+          call c_f_pointer(of%velocity, v_c, [of%dofs])
+          call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
+        end associate
+        call add_columns(dim, node(i, j), p, v_c, compliance)
       end do
     end do
   end subroutine add_moments
@@ -346,24 +358,19 @@ contains
     real(c_double), intent(in)        :: weight(n, mapping_nodes) !< of the nodes [-]
     type(cairn_condensed), intent(in) :: condensed(0:*)
     real(c_double), intent(inout)     :: w(n, c, c)   !< Delassus blocks [1/kg]
-    real(c_double), pointer, contiguous :: compliance(:, :)
-    real(c_double) :: axes(3, 3), of_point(3, 3), both
-    integer :: i, j, l, row, column
+    real(c_double) :: axes(3, 3), of_point(3, 3), between(dim, dim), both
+    integer :: i, j, l
     do i = 1, contacts
       call axes_of(n, dim, i, frame, axes)
       of_point = 0
-      associate (of => condensed(body(i)))
-        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
-        do j = 1, nodes
-          do l = 1, nodes
-            both = weight(i, j)*weight(i, l)
-            if (.not. abs(both) > 0) cycle
-            row = dim*node(i, j)
-            column = dim*node(i, l)
-            of_point(1:dim, 1:dim) = of_point(1:dim, 1:dim) + both*compliance(row + 1:row + dim, column + 1:column + dim)
-          end do
+      do j = 1, nodes
+        do l = 1, nodes
+          both = weight(i, j)*weight(i, l)
+          if (.not. abs(both) > 0) cycle
+          call block_between(dim, condensed(body(i)), node(i, j), node(i, l), between)
+          of_point(1:dim, 1:dim) = of_point(1:dim, 1:dim) + both*between
         end do
-      end associate
+      end do
       w(i, 1:dim, 1:dim) = w(i, 1:dim, 1:dim) &
         + matmul(transpose(axes(1:dim, 1:dim)), matmul(of_point(1:dim, 1:dim), axes(1:dim, 1:dim)))
     end do
@@ -382,9 +389,8 @@ contains
     real(c_double), intent(in)        :: spin(n, dim, mapping_nodes, c - dim) !< of nodes [1/m]
     type(cairn_condensed), intent(in) :: condensed(0:*)
     real(c_double), intent(inout)     :: w(n, c, c)   !< Delassus blocks [1/kg], with rotations [1/(kg m), 1/(kg m2)]
-    real(c_double), pointer, contiguous :: compliance(:, :)
     real(c_double) :: axes(3, 3), h(dim, mapping_nodes, c), s(dim, dim), block(c, c)
-    integer :: i, j, k, l, row, column
+    integer :: i, j, k, l
     do i = 1, contacts
       call axes_of(n, dim, i, frame, axes)
       do j = 1, mapping_nodes
@@ -392,18 +398,13 @@ contains
         h(:, j, dim + 1:) = spin(i, :, j, :)
       end do
       block = 0
-      associate (of => condensed(body(i)))
-        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
-        do j = 1, mapping_nodes
-          do l = 1, mapping_nodes
-            if (.not. (any(abs(h(:, j, :)) > 0) .and. any(abs(h(:, l, :)) > 0))) cycle ! it rests on fewer
-            row = dim*node(i, j)
-            column = dim*node(i, l)
-            s = compliance(row + 1:row + dim, column + 1:column + dim)
-            block = block + matmul(transpose(h(:, j, :)), matmul(s, h(:, l, :)))
-          end do
+      do j = 1, mapping_nodes
+        do l = 1, mapping_nodes
+          if (.not. (any(abs(h(:, j, :)) > 0) .and. any(abs(h(:, l, :)) > 0))) cycle ! it rests on fewer
+          call block_between(dim, condensed(body(i)), node(i, j), node(i, l), s)
+          block = block + matmul(transpose(h(:, j, :)), matmul(s, h(:, l, :)))
         end do
-      end associate
+      end do
       block(:dim, :dim) = 0
       do k = 1, c
         w(i, :, k) = w(i, :, k) + block(:, k)
@@ -423,25 +424,20 @@ contains
     real(c_double), intent(in)        :: weight_a(n, mapping_nodes), weight_b(n, mapping_nodes) !< of the nodes [-]
     type(cairn_condensed), intent(in) :: condensed(0:*)
     real(c_double), intent(inout)     :: w(n, c, c)   !< Delassus blocks [1/kg]
-    real(c_double), pointer, contiguous :: compliance(:, :)
-    real(c_double) :: axes(3, 3), across(3, 3), both
-    integer :: i, j, l, row, column
+    real(c_double) :: axes(3, 3), across(3, 3), between(dim, dim), both
+    integer :: i, j, l
     do i = 1, contacts
       if (body_a(i) /= body_b(i)) cycle
       call axes_of(n, dim, i, frame, axes)
       across = 0
-      associate (of => condensed(body_a(i)))
-        call c_f_pointer(of%compliance, compliance, [of%leading, of%dofs])
-        do j = 1, mapping_nodes
-          do l = 1, mapping_nodes
-            both = weight_a(i, j)*weight_b(i, l)
-            if (.not. abs(both) > 0) cycle
-            row = dim*node_a(i, j)
-            column = dim*node_b(i, l)
-            across(1:dim, 1:dim) = across(1:dim, 1:dim) + both*compliance(row + 1:row + dim, column + 1:column + dim)
-          end do
+      do j = 1, mapping_nodes
+        do l = 1, mapping_nodes
+          both = weight_a(i, j)*weight_b(i, l)
+          if (.not. abs(both) > 0) cycle
+          call block_between(dim, condensed(body_a(i)), node_a(i, j), node_b(i, l), between)
+          across(1:dim, 1:dim) = across(1:dim, 1:dim) + both*between
         end do
-      end associate
+      end do
       across = across + transpose(across)
       w(i, 1:dim, 1:dim) = w(i, 1:dim, 1:dim) &
         - matmul(transpose(axes(1:dim, 1:dim)), matmul(across(1:dim, 1:dim), axes(1:dim, 1:dim)))

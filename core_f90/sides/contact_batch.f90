@@ -5,7 +5,7 @@ module contact_batch
   use law_context, only: cairn_law_context
   implicit none
   private
-  public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, cairn_condensed
+  public :: cairn_record, cairn_batch, cairn_side, cairn_schedule, cairn_condensed, cairn_reach
   public :: side_gather, side_scatter, side_delassus, law_solve, law_residual, mapping_nodes, mapping_dofs
   public :: record_size, max_batch, max_components, batch_workspace, rope_bodies, rope_numbers
 
@@ -32,7 +32,18 @@ module contact_batch
     integer(c_int64_t) :: leading
     type(c_ptr) :: velocity
     type(c_ptr) :: compliance
+    type(c_ptr) :: reach
   end type cairn_condensed
+
+  type, bind(c) :: cairn_reach
+    integer(c_int64_t) :: numbers
+    real(c_double) :: unit
+    type(c_ptr) :: first
+    type(c_ptr) :: place
+    type(c_ptr) :: length
+    type(c_ptr) :: value
+    type(c_ptr) :: y
+  end type cairn_reach
 
   type, bind(c) :: cairn_batch
     integer(c_int32_t) :: count

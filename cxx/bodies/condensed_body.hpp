@@ -15,6 +15,11 @@ inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs +
 
 struct CondensedBody {
   cairn_condensed dofs{};
+  cairn_reach reach{}; // where dofs.reach is not null
+  // Numbers from dofs.velocity on that impulses change, whatever their kind, and those between.
+  std::size_t moving() const {
+    return dofs.reach ? condensed_rows(dofs.dofs) + std::size_t(reach.numbers) : std::size_t(dofs.dofs);
+  }
   std::vector<std::int32_t> node; // of each contact node its place among the nodes of the scene
   // After them, means over more nodes than a contact rests on: places in the scene and weights, and the compliance with
   // them. `row` then is that of each node of the mesh, -1: none; empty where there are no means.

@@ -292,51 +292,6 @@ void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_sc
   scatter(free_.data(), nodes.velocity_free);
 }
 
-void MeshBody::touch(const std::vector<std::int32_t>& more) {
-  Factors& f = *now_;
-  const int dim = model.dim;
-  const std::size_t known = f.active.size();
-  for (const std::int32_t node : more)
-    if (f.place[node] < 0) {
-      f.place[node] = std::int32_t(f.active.size());
-      f.active.push_back(node);
-    }
-  const std::size_t now = f.active.size();
-  if (now == known) return;
-  // a little room for nodes to come, so that what is known is seldom copied
-  const std::size_t size = dim * now, old = dim * known, leading = std::size_t(f.leading);
-  const std::size_t room =
-      size <= leading ? leading : std::min(size + (known > 0 ? size / 8 : 0), std::size_t(model.dofs()));
-  std::vector<std::int32_t> dofs(size);
-  for (std::size_t i = 0; i < size; ++i) dofs[i] = dim * f.active[i / dim] + std::int32_t(i % dim);
-  Array<double> made;
-  if (room > leading) {
-    made.resize(room * room);
-    for (std::size_t c = 0; c < old; ++c) std::copy_n(&f.compliance[leading * c], old, &made[room * c]);
-    f.compliance.swap(made);
-    f.leading = std::int64_t(room);
-  }
-  const bool units = f.soe && model.ties.empty() && f.modal_factor.empty();
-  if (units) {
-    if (known > 0) solves += (std::int64_t(size - old) + 7) / 8;
-    return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room), omp_get_max_threads());
-  }
-  constexpr std::size_t most = 8; // columns that the factors are gone through for at once
-  const auto n = std::size_t(model.dofs());
-  for (std::size_t first = old; first < size; first += most) { // one solution for each dof that is new
-    const std::size_t end = std::min(first + most, size);
-    columns_.assign(n * (end - first), 0.0);
-    for (std::size_t c = first; c < end; ++c)
-      if (!model.held[dofs[c]]) columns_[n * (c - first) + dofs[c]] = 1;
-    solve(columns_.data(), std::int64_t(end - first));
-    for (std::size_t c = first; c < end; ++c) {
-      const double* x = &columns_[n * (c - first)];
-      for (std::size_t r = 0; r < size; ++r) f.compliance[room * c + r] = model.held[dofs[r]] ? 0 : x[dofs[r]];
-      for (std::size_t r = 0; r < old; ++r) f.compliance[room * r + c] = f.compliance[room * c + r];
-    }
-  }
-}
-
 double MeshBody::stored(const Nodes& nodes) {
   gather(nodes.position, a_.data());
   for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] -= model.reference[i];
@@ -531,9 +486,8 @@ std::int64_t MeshBody::bytes() const {
   sum += std::int64_t(8 * (lumped_.capacity() * 21 + impulse.capacity()));
   for (const SparseMatrix* a : {&model.mass, &model.stiffness, &model.damping})
     sum += std::int64_t(8 * a->start.capacity() + 4 * a->row.capacity() + 8 * a->value.capacity());
-  if (own_) sum += own_->soe->bytes() + std::int64_t(8 * (own_->value.capacity() + own_->compliance.capacity()));
-  for (const auto& f : factors_)
-    sum += (f->soe ? f->soe->bytes() : 0) + std::int64_t(8 * (f->value.capacity() + f->compliance.capacity()));
+  if (own_) sum += own_->bytes();
+  for (const auto& f : factors_) sum += f->bytes();
   return sum;
 }
 

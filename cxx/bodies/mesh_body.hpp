@@ -14,6 +14,7 @@
 #include "../base/field.hpp"
 #include "../fe/internal_forces.hpp"
 #include "../soe/soe.hpp"
+#include "../soe/unit_reaches.hpp"
 #include "cairn/core.h"
 #include "mesh_pressure.hpp"
 #include "mesh_ties.hpp"
@@ -165,8 +166,17 @@ public:
   std::int64_t contact_nodes() const { return std::int64_t(now_->active.size()); }
   std::int32_t place(std::int32_t node) const { return now_->place[node]; } // among contact nodes, -1: none
   std::int32_t contact_node(std::int64_t place) const { return now_->active[place]; }
+  // The same of nodes, rising and none twice, that are all the step needs. Where their compliance would take more bytes
+  // than `of` says it may be kept by reaches of its factor, and nodes that are not needed may be forgotten.
+  struct Bytes {
+    double most = 1e9; // more is not taken if reaches take less
+    double easy = 1e9; // beyond, reaches are swept sooner if they take a quarter
+  };
+  void rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, bool may_reach);
+  bool may_exceed(double bytes) const { return 8.0 * double(model.dofs()) * double(model.dofs()) > bytes; }
   double* compliance() { return now_->compliance.data(); }
   std::int64_t leading() const { return now_->leading; }
+  const UnitReaches* reaches() const { return now_->reached ? &now_->reaches : nullptr; }
   Array<double> impulse;        // (dofs) of contacts, to be given
   std::vector<double> reaction; // (dofs) forces that hold the held dofs, of the last step [N]; of free ones rounding
 
@@ -191,13 +201,23 @@ private:
     std::vector<double> modal_reach, modal_factor;
     std::vector<std::int32_t> active, place;
     std::int64_t leading = 0;
-    Array<double> compliance;         // (leading, leading)
+    Array<double> compliance;        // (leading, leading)
+    bool reached = false;            // there are reaches in its place
+    std::vector<std::int32_t> asked; // nodes of which it was last decided whether to take reaches
+    std::int64_t asked_numbers = -1; // of these
+    UnitReaches reaches;
     void forget(std::int64_t nodes) { // what was touched
       active.clear();
       place.assign(std::size_t(nodes), -1);
       leading = 0;
+      if (reached) reaches.clear();
+    }
+    std::int64_t bytes() const {
+      return (soe ? soe->bytes() : 0) + reaches.bytes() + std::int64_t(8 * (value.capacity() + compliance.capacity()));
     }
   };
+  std::vector<std::int32_t> dofs_of(std::span<const std::int32_t> nodes) const;
+  bool by_units() const; // the compliance is entries of the inverse of the factorised matrix itself
   void mark_contact_nodes();
   void take_scheme(const cairn_scheme& scheme, bool check);
   void factorise_tangent();

@@ -9,16 +9,17 @@ namespace cairn {
 void MeshSet::want(const Mapping& m) {
   std::vector<std::int32_t>& wanted = wanted_[std::size_t(m.mesh)];
   const MeshBody& mesh = meshes[std::size_t(m.mesh)];
+  const bool all = mesh.may_exceed(compliance_bytes.easy); // what the step needs decides
   if (m.mean >= 0) {
     for (auto e = std::size_t(mean_start_[std::size_t(m.mean)]); e < std::size_t(mean_start_[std::size_t(m.mean) + 1]);
          ++e)
-      if (mesh.place(mean_node_[e]) < 0) wanted.push_back(mean_node_[e]);
+      if (all || mesh.place(mean_node_[e]) < 0) wanted.push_back(mean_node_[e]);
     if (mean_row_[std::size_t(m.mean)] < 0) wanted_means_[std::size_t(m.mesh)].push_back(m.mean);
     mean_row_[std::size_t(m.mean)] = 0; // until it is known
     return;
   }
   for (int j = 0; j < 4 && m.node[j] >= 0; ++j) {
-    if (mesh.place(m.node[j]) < 0) wanted.push_back(m.node[j]);
+    if (all || mesh.place(m.node[j]) < 0) wanted.push_back(m.node[j]);
     if (!mean_row_.empty()) direct_[std::size_t(m.mesh)].push_back(m.node[j]);
   }
 }
@@ -32,7 +33,13 @@ void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity,
       wanted.resize(std::size_t(mesh.model.nodes()));
       for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = std::int32_t(k);
     }
-    mesh.touch(wanted);
+    if (mesh.may_exceed(compliance_bytes.easy)) {
+      std::sort(wanted.begin(), wanted.end());
+      wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+      mesh.rest_on(wanted, compliance_bytes, wanted_means_[i].empty());
+    } else {
+      mesh.touch(wanted);
+    }
     wanted.clear();
     take_rows(i, out[i], keep_nodes);
   }
@@ -91,16 +98,23 @@ void MeshSet::make_room(std::vector<CondensedBody>& out, Array<double>& velocity
     MeshBody& mesh = meshes[i];
     CondensedBody& body = out[i];
     const auto rows = std::int64_t(body.node.size() + body.means());
-    body.dofs = {mesh.model.dim * rows, mesh.leading(), nullptr, mesh.compliance()};
+    body.dofs = {mesh.model.dim * rows, mesh.leading(), nullptr, mesh.compliance(), nullptr};
     if (body.means() > 0) mix(mesh, body);
-    room += condensed_rows(body.dofs.dofs);
+    if (const UnitReaches* reaches = mesh.reaches(); reaches && rows > 0) {
+      body.reach = {
+          reaches->equations,    reaches->unit, reaches->first.data(), reaches->place.data(), reaches->length.data(),
+          reaches->value.data(), nullptr};
+      body.dofs.reach = &body.reach;
+    }
+    room += condensed_rows(std::int64_t(body.moving()));
   }
   fit(velocity, room);
   std::fill(velocity.begin(), velocity.end(), 0.0);
   room = 0;
   for (CondensedBody& body : out) {
     body.dofs.velocity = velocity.data() + room;
-    room += condensed_rows(body.dofs.dofs);
+    if (body.dofs.reach) body.reach.y = body.dofs.velocity + condensed_rows(body.dofs.dofs);
+    room += condensed_rows(std::int64_t(body.moving()));
   }
 }
 

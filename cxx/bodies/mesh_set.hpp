@@ -29,6 +29,7 @@ struct Mapping {
 class MeshSet {
 public:
   std::vector<MeshBody> meshes;
+  MeshBody::Bytes compliance_bytes; // see MeshBody::rest_on
 
   bool empty() const { return meshes.empty(); }
   bool linear() const {

@@ -64,6 +64,7 @@ void Interactions::State::load_bodies() {
 // All contacts of a mesh move it whole.
 void Interactions::State::load_meshes() {
   system.condensed_dofs.clear();
+  system.reaches = false;
   if (!meshes) return system.condensed.clear(); // the last one may have gone
   const Candidates& c = *candidates;
   const bool images = cell->any();
@@ -78,7 +79,10 @@ void Interactions::State::load_meshes() {
     meshes->want(meshes->mapping(*nodes, two, there, one));
   }
   meshes->condense(system.condensed, system.condensed_velocity, pose.kernel != nullptr);
-  for (const CondensedBody& body : system.condensed) system.condensed_dofs.push_back(body.dofs);
+  for (const CondensedBody& body : system.condensed) {
+    system.condensed_dofs.push_back(body.dofs);
+    system.reaches = system.reaches || body.dofs.reach;
+  }
   system.load_condensed(nodes->velocity);
 }
 
@@ -281,8 +285,9 @@ void Interactions::State::emit(const std::int32_t* contacts, int n, int hub) {
   };
   b.side_a = side(kind_a(cls));
   b.side_b = side(kind_b(cls));
-  b.mapped_a = (kind_a(cls) & mapped) != 0;
-  b.mapped_b = (kind_b(cls) & mapped) != 0;
+  const auto mapping = [&](int of) { return (of & mapped) == 0 ? 0 : system.reaches ? 2 : 1; };
+  b.mapped_a = mapping(kind_a(cls));
+  b.mapped_b = mapping(kind_b(cls));
   b.condensed = system.condensed_dofs.data();
   b.condensed_velocity = system.condensed_velocity.data();
   b.stride_a = b.mapped_a ? response_rows(contacts, n, candidates->contactor_a.data()) : 0;

@@ -70,6 +70,7 @@ struct SoeStatus {
 
 class SoeFactors;
 class UnitFronts;
+struct UnitReaches;
 
 // Factors and solutions keep their bits under any number of threads, any number of columns at once, and when A or the
 // unit of an unknown changes by a power of two. One call at a time on one Soe; different ones may work at once.
@@ -96,6 +97,11 @@ public:
   // matrix was factorised, and their entries are in out (leading, m): of sparse factors it costs what is new.
   void add_units(std::span<const std::int32_t> indices, std::int64_t known, double* out, std::int64_t leading,
                  int threads = 1);
+  // Columns of the inverse factor of groups of `together` unknowns, a group after the other, added to `out` as groups
+  // of its own; how many numbers they would be, -1: these factors, which are not sparse ones of a symmetric matrix,
+  // have none. A number has the same bits whatever else is asked for.
+  void add_reaches(std::span<const std::int32_t> unknowns, int together, UnitReaches& out, int threads = 1) const;
+  std::int64_t reach_numbers(std::span<const std::int32_t> unknowns, int together) const;
 
   std::int64_t size() const { return n_; }
   bool factorised() const { return factorised_; }
@@ -122,6 +128,7 @@ private:
   std::vector<Wanted> wanted_of(std::span<const std::int32_t> indices) const; // those not held, by rising places
   void add_fronts(UnitFronts& units, std::span<const std::int32_t> indices, std::int64_t known, double* out,
                   std::int64_t leading, int threads) const;
+  std::vector<std::int32_t> places_of(std::span<const std::int32_t> group) const; // of those not held
   void take_diagonal(std::span<const std::int32_t> indices, double* out, std::int64_t leading) const;
   void solve_columns(std::span<const std::int32_t> indices, double* out, std::int64_t leading, int threads) const;
 

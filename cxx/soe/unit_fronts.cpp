@@ -120,6 +120,13 @@ void UnitFronts::add(const SoeFactors& factors, const std::vector<Wanted>& more,
   batches_.push_back(std::move(batch));
 }
 
+void UnitFronts::each_front(const SoeFactors& factors, const std::vector<Wanted>& wanted, int threads,
+                            const UseFront& use) {
+  if (wanted.empty()) return;
+  Batch batch = batch_of(*factors.tree(), wanted);
+  solve(factors, batch, false, nullptr, 0, threads, use);
+}
+
 // Of each node of the batch, in each earlier one.
 void UnitFronts::find_twins(std::int64_t nodes, const Batch& batch) {
   twin_.assign(batch.nodes.size() * batches_.size(), -1);
@@ -199,7 +206,7 @@ void UnitFronts::make_room(const SoeFactors& factors, const Batch& batch) {
 
 // L Z = E', and products with Z of this batch and of earlier ones; out: null for none.
 void UnitFronts::solve(const SoeFactors& factors, Batch& batch, bool keep, double* out, std::int64_t leading,
-                       int threads) {
+                       int threads, const UseFront& use) {
   const SoeTree& tree = *factors.tree();
   find_twins(std::int64_t(tree.parent.size()), batch);
   make_room(factors, batch);
@@ -227,6 +234,11 @@ void UnitFronts::solve(const SoeFactors& factors, Batch& batch, bool keep, doubl
     if (out != nullptr)
       each_chunk(lanes, threads,
                  [&](std::int64_t from, std::int64_t end) { multiply(block, batch, i, from, end, out, leading); });
+    if (use)
+      each_chunk(lanes, threads, [&](std::int64_t from, std::int64_t end) {
+        for (std::int64_t k = from; k < end; ++k)
+          use(block, batch.wanted[std::size_t(node.begin + k)], front_.data() + k, lanes);
+      });
     if (keep) {
       node.value = std::int64_t(batch.value.size());
       batch.value.insert(batch.value.end(), front_.begin(), front_.begin() + lanes * block.columns);

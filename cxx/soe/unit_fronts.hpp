@@ -1,6 +1,7 @@
 // Entries of the inverse of a factorised matrix between unknowns that come in turns.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "factors.hpp"
@@ -21,6 +22,10 @@ public:
   };
   // Adds rows and columns of `more` to out (leading, ...), which holds those of earlier calls at their indices.
   void add(const SoeFactors& factors, const std::vector<Wanted>& more, double* out, std::int64_t leading, int threads);
+  // Calls use for each right side at each node that it reaches, from the leaves up: Z at the columns of this, a stride
+  // apart. Right sides of a node come from several threads.
+  using UseFront = std::function<void(const SoeBlock&, const Wanted&, const double* y, std::int64_t stride)>;
+  void each_front(const SoeFactors& factors, const std::vector<Wanted>& wanted, int threads, const UseFront& use);
   std::int64_t bytes() const;
 
 private:
@@ -46,7 +51,8 @@ private:
   static Batch batch_of(const SoeTree& tree, const std::vector<Wanted>& wanted);
   static std::int64_t numbers_of(const SoeFactors& factors, const Batch& batch); // of Z
   bool room_to_keep(const SoeFactors& factors, const Batch& batch) const;
-  void solve(const SoeFactors& factors, Batch& batch, bool keep, double* out, std::int64_t leading, int threads);
+  void solve(const SoeFactors& factors, Batch& batch, bool keep, double* out, std::int64_t leading, int threads,
+             const UseFront& use = {});
   void make_room(const SoeFactors& factors, const Batch& batch);
   void assemble(const SoeFactors& factors, const SoeBlock& block, const Batch& batch, const Node& node);
   void multiply(const SoeBlock& block, const Batch& batch, std::size_t at, std::int64_t from, std::int64_t end,

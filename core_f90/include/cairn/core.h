@@ -155,7 +155,8 @@ typedef struct cairn_batch {
   int32_t relaxes;            /* 1: over-relaxation applies; 0: the law has its own solution */
   int32_t bonds;              /* 1: held fast where the first state is above 0, a cone where it is 0 */
   int32_t repeats;            /* 1: solve is handed the last contact again where there is a dummy */
-  int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights */
+  int32_t mapped_a, mapped_b; /* 1: that side rests on nodes of a condensed body, its lever is their weights; 2: and
+                               * one of these bodies has a reach */
   int32_t in_turn;          /* 1: its contacts see each other, and are swept one after the other; a cone, full blocks */
   int32_t nodes_a, nodes_b; /* of a mapped side: nodes of a contact, at most */
   int32_t stride_a, stride_b; /* of a mapped side: rows of a response; 0: there are none */
@@ -216,11 +217,26 @@ typedef struct cairn_record {
 /* A body that deforms as contacts see it: velocities of its contact nodes, node by node, and S = B A^-1 B' on their
  * dofs, A the matrix of the body's step. An impulse on one of them moves them all. */
 struct cairn_condensed {
-  int64_t dofs;       /* of contact nodes */
-  int64_t leading;    /* rows of a column of the compliance */
-  double* velocity;   /* (dofs) [m/s] */
-  double* compliance; /* (leading, dofs) [1/kg] */
+  int64_t dofs;                    /* of contact nodes */
+  int64_t leading;                 /* rows of a column of the compliance */
+  double* velocity;                /* (dofs) [m/s] */
+  double* compliance;              /* (leading, dofs) [1/kg]; not read where there is a reach */
+  const struct cairn_reach* reach; /* null: S is formed */
 };
+/* S = unit Z' Z by columns of Z (reached_bodies.f90). Of contact node i segments first[i] to first[i + 1] - 1: rows
+ * from `place` on, `length` of them, places rising; its numbers (length, dimension) segment by segment from value[i]
+ * on. The velocity of a node is that in `velocity`, which impulses leave as it is, and Z' y. */
+typedef struct cairn_reach {
+  int64_t numbers; /* of y */
+  double unit;     /* a power of two */
+  const int64_t *first, *place, *length;
+  const double* const* value; /* [kg^-1/2] over the root of the unit */
+  double* y;                  /* (numbers) unit Z times the impulses */
+} cairn_reach;
+/* What impulses made of the velocity of a contact node, Z' y; and the compliance between two nodes of any such body,
+ * block (dimension, dimension) [1/kg]. */
+void cairn_reached_velocity(int32_t dimension, const cairn_condensed* body, int32_t node, double* velocity);
+void cairn_condensed_block(int32_t dimension, const cairn_condensed* body, int32_t row, int32_t column, double* block);
 void cairn_mapped_responses(const cairn_batch* batch, int32_t dimension);
 /* What a strategy poses at contacts in place of Moreau's condition, from what their law prepared; columns (n, c).
  * params (2) of the strategy; force_begin that of the contact at the start of the step; given: impulses besides those

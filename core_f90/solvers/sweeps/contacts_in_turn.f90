@@ -6,6 +6,7 @@ module contacts_in_turn
     mapping_dofs
   use batch_kinematics, only: batch_view
   use condensed_bodies, only: load_one, add_mapped, add_responses
+  use reached_bodies, only: load_reached
   use contact_block, only: prepare_block2, solve_block2, contact_block_size
   implicit none
   private
@@ -128,6 +129,8 @@ contains
     if (view%mapped_a) then
       call place_of(view%node_a, view%dof_a, 1)
       call load_one(view%dim, view%nodes_a, one%dof(:, 1), one%lever(:, 1), view%velocity, one%v(:, 1))
+      if (view%reached_a) call load_reached(1, 1, view%dim, one%body(1), one%node(:, 1), one%lever(:, 1), view%condensed, &
+        one%v(:, 1))
     else
       one%v(1:record_size, 1) = record(one%body(1))%x
       if (view%width_a > record_size) one%v(record_size + 1:widest, 1) = general(one%body(1))%x
@@ -135,6 +138,8 @@ contains
     if (view%mapped_b) then
       call place_of(view%node_b, view%dof_b, 2)
       call load_one(view%dim, view%nodes_b, one%dof(:, 2), one%lever(:, 2), view%velocity, one%v(:, 2))
+      if (view%reached_b) call load_reached(1, 1, view%dim, one%body(2), one%node(:, 2), one%lever(:, 2), view%condensed, &
+        one%v(:, 2))
     else
       one%v(1:record_size, 2) = record(one%body(2))%x
       if (view%width_b > record_size) one%v(record_size + 1:widest, 2) = general(one%body(2))%x

@@ -63,7 +63,8 @@ void ContactSystem::load(const Velocities& velocity) {
 }
 
 void ContactSystem::load_condensed(const Field<double>& velocity) {
-  for (const CondensedBody& c : condensed)
+  for (const CondensedBody& c : condensed) {
+    if (c.dofs.reach) std::fill_n(c.reach.y, c.reach.numbers, 0.0);
     for (std::size_t i = 0; i < c.node.size() + c.means(); ++i) {
       double* v = c.dofs.velocity + std::size_t(dim) * i;
       if (i < c.node.size()) {
@@ -75,6 +76,7 @@ void ContactSystem::load_condensed(const Field<double>& velocity) {
         for (int k = 0; k < dim; ++k) v[k] += weight * velocity[node][k];
       });
     }
+  }
 }
 
 void ContactSystem::add_condensed(const Field<double>& velocity) {
@@ -87,7 +89,14 @@ void ContactSystem::add_condensed(const Field<double>& velocity) {
 }
 
 void ContactSystem::clear_condensed() {
-  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.dofs.dofs, 0.0);
+  for (const CondensedBody& c : condensed) std::fill_n(c.dofs.velocity, c.moving(), 0.0);
+}
+
+void ContactSystem::read_condensed(std::int32_t body, std::int32_t row, double* velocity) const {
+  const cairn_condensed& of = condensed[std::size_t(body)].dofs;
+  double made[3] = {0, 0, 0};
+  if (of.reach) cairn_reached_velocity(dim, &of, row, made);
+  for (int k = 0; k < dim; ++k) velocity[k] = of.velocity[dim * row + k] + made[k];
 }
 
 void ContactSystem::clear_velocities() {
@@ -111,9 +120,9 @@ void ContactSystem::unload(Field<double>& velocity, Field<double>* of_nodes) con
     return [=, this](std::int64_t b, int k) { v[n * b + k] = record[b].x[k]; };
   };
   dim == 2 ? each<3>(bodies, copy(3)) : each<6>(bodies, copy(6));
-  for (const CondensedBody& c : condensed)
-    for (std::size_t i = 0; of_nodes && i < c.node.size(); ++i)
-      for (int k = 0; k < dim; ++k) (*of_nodes)[c.node[i]][k] = c.dofs.velocity[dim * i + k];
+  for (std::size_t c = 0; of_nodes && c < condensed.size(); ++c)
+    for (std::size_t i = 0; i < condensed[c].node.size(); ++i)
+      read_condensed(std::int32_t(c), std::int32_t(i), (*of_nodes)[condensed[c].node[i]]);
 }
 
 void ContactSystem::unload_and_add(Field<double>& velocity, const Velocities& more) {

@@ -29,7 +29,8 @@ struct ContactSystem {
   Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
   std::vector<CondensedBody> condensed;              // on which mapped sides rest
   std::vector<cairn_condensed> condensed_dofs;       // of them, as batches refer to them
-  Array<double> condensed_velocity;                  // of their contact nodes, each body from a cache line on
+  bool reaches = false;             // the compliance of one of them is not formed, so that there is no W
+  Array<double> condensed_velocity; // of their contact nodes, each body from a cache line on
   Array<double> work;
   Array<std::int32_t> candidate;         // (places of contacts, dummies included); -1: dummy
   Array<double> sums, change;            // (6, batches), (batches)
@@ -61,7 +62,8 @@ struct ContactSystem {
   void load_condensed(const Field<double>& velocity);
   void add_condensed(const Field<double>& velocity);
   void clear_condensed();
-  void clear_touched(); // of bodies with contacts alone
+  void read_condensed(std::int32_t body, std::int32_t row, double* velocity) const; // as it stands
+  void clear_touched();                                                             // of bodies with contacts alone
   // velocities of bodies into the records; inverse masses stay
   void load(const Velocities& velocity);
   void unload(Field<double>& velocity, Field<double>* of_nodes = nullptr) const;

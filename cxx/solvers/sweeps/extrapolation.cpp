@@ -47,7 +47,7 @@ Extrapolation::Extrapolation(ContactSystem& system, const cairn_schedule& schedu
     : system_(system), schedule_(schedule), allowed_(mass_ratio(system) <= largest_ratio) {
   for (const cairn_batch& b : system.batches) stride_ = std::max(stride_, b.components);
   std::size_t velocities = std::size_t(system.velocities()) * system.bodies;
-  for (const CondensedBody& c : system.condensed) velocities += std::size_t(c.dofs.dofs);
+  for (const CondensedBody& c : system.condensed) velocities += c.moving();
   fit(system.before, velocities);
   double faces = 0;
   for (const cairn_batch& b : system.batches) {
@@ -99,7 +99,7 @@ void Extrapolation::sweep_slow_tasks() {
 void Extrapolation::lean_condensed() {
   double* before = system_.before.data() + std::size_t(system_.velocities()) * system_.bodies;
   for (const CondensedBody& c : system_.condensed)
-    for (std::int64_t i = 0; i < c.dofs.dofs; ++i, ++before) {
+    for (std::size_t i = 0; i < c.moving(); ++i, ++before) {
       const double now = c.dofs.velocity[i];
       if (factor_ > 0) c.dofs.velocity[i] = now + factor_ * (now - *before);
       *before = now;

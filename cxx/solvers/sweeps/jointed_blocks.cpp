@@ -1,6 +1,7 @@
 // W and q of contacts among bodies that joints hold: the equalities of the joints are eliminated.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "../../contacts/interaction_state.hpp"
@@ -118,6 +119,7 @@ std::vector<std::vector<std::int32_t>> JointedProblem::groups() const {
 }
 
 double JointedProblem::bytes() const {
+  if (system_.reaches) return std::numeric_limits<double>::infinity();
   double sum = 0;
   for (const auto& group : groups()) sum += double(group.size()) * double(group.size());
   return 8.0 * system_.dim * system_.dim * sum;

@@ -189,10 +189,15 @@ double JointedProblem::between(std::int32_t body, const Part& a, const Part& b) 
     return sum;
   }
   const cairn_condensed& c = system_.condensed_dofs[std::size_t(body - system_.bodies - 1)];
+  const int d = system_.dim;
+  double block[9]; // between the nodes that were asked for last
+  std::int32_t row = -1, column = -1;
   for (std::int32_t l = 0; l < b.count; ++l)
-    for (std::int32_t k = 0; k < a.count && (other[l] < 0 || other[l] > 0); ++k)
-      sum +=
-          one[k] * other[l] * c.compliance[c.leading * dof_[b.begin + std::size_t(l)] + dof_[a.begin + std::size_t(k)]];
+    for (std::int32_t k = 0; k < a.count && (other[l] < 0 || other[l] > 0); ++k) {
+      const std::int32_t i = dof_[a.begin + std::size_t(k)], j = dof_[b.begin + std::size_t(l)];
+      if (i / d != row || j / d != column) cairn_condensed_block(d, &c, row = i / d, column = j / d, block);
+      sum += one[k] * other[l] * block[d * (j % d) + i % d];
+    }
   return sum;
 }
 

@@ -55,10 +55,11 @@ double rounding_of(const ContactSystem& system) {
       const auto add_mapped = [&](std::int32_t which, const std::int32_t* node, const double* weight) {
         double speed = 0; // of the fastest of its nodes
         for (int j = 0; j < 4; ++j) {
-          const double* v = system.condensed[which].dofs.velocity + dim * node[j * b.count + lane];
-          double square = 0;
+          if (!(weight[j * b.count + lane] > 0 || weight[j * b.count + lane] < 0)) continue;
+          double v[3], square = 0;
+          system.read_condensed(which, node[j * b.count + lane], v);
           for (int k = 0; k < dim; ++k) square += v[k] * v[k];
-          if (weight[j * b.count + lane] > 0 || weight[j * b.count + lane] < 0) speed = std::max(speed, square);
+          speed = std::max(speed, square);
         }
         sum += b.rho[lane] * speed;
       };

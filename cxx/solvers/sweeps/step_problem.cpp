@@ -129,6 +129,7 @@ std::vector<std::vector<std::int32_t>> StepProblem::contacts_of_bodies() const {
 }
 
 double StepProblem::bytes() const {
+  if (system_.reaches) return std::numeric_limits<double>::infinity();
   double sum = 0;
   for (const auto& contacts : contacts_of_bodies()) sum += double(contacts.size()) * double(contacts.size());
   return 8.0 * system_.dim * system_.dim * sum;
@@ -167,11 +168,12 @@ void StepProblem::add_condensed() {
           for (int j = 0; j < 4; ++j) {
             const double weight = (of_a ? b.lever_b : b.lever_a)[i * b.count + here.lane] *
                                   (of_b ? c.lever_b : c.lever_a)[j * c.count + there.lane];
-            const std::int64_t row = d * (of_a ? b.node_b : b.node_a)[i * b.count + here.lane],
-                               column = d * (of_b ? c.node_b : c.node_a)[j * c.count + there.lane];
+            if (!(weight > 0 || weight < 0)) continue;
+            double of_nodes[9]; // by columns
+            cairn_condensed_block(d, &body, (of_a ? b.node_b : b.node_a)[i * b.count + here.lane],
+                                  (of_b ? c.node_b : c.node_a)[j * c.count + there.lane], of_nodes);
             for (int k = 0; k < d; ++k)
-              for (int l = 0; l < d; ++l)
-                between[k][l] += weight * body.compliance[body.leading * (column + l) + row + k];
+              for (int l = 0; l < d; ++l) between[k][l] += weight * of_nodes[d * l + k];
           }
         double* block = &problem_.block[std::size_t(d) * d * e];
         const double sign = of_a == of_b ? 1 : -1;

@@ -280,7 +280,11 @@ private:
 
 void tell_of_memory(ProblemReport& solved, double bytes, double most) {
   char hint[160];
-  std::snprintf(hint, sizeof hint, "W would take %.2g bytes, memory is %.2g: allow more, or take NLGS", bytes, most);
+  if (std::isfinite(bytes))
+    std::snprintf(hint, sizeof hint, "W would take %.2g bytes, memory is %.2g: allow more, or take NLGS", bytes, most);
+  else
+    std::snprintf(hint, sizeof hint,
+                  "the compliance of a mesh would take more than memory, %.2g bytes: allow more, or take NLGS", most);
   solved.hint = hint;
 }
 

@@ -47,6 +47,9 @@ void Nscd::begin_step(Simulation& s, double h) {
   if (s.steps > 0 && s.steps % settings.renumber_every == 0) s.scene.renumber();
   if (s.scene.cell.any()) s.wrap_into_cell(); // what was put outside; the images of contacts follow
   s.place_meshes();
+  constexpr double swept_sooner = 0x1p26; // by reaches, where nothing but sweeps asks for compliances [bytes]
+  const double most = settings.solver.max_bytes;
+  s.meshes.compliance_bytes = {most, settings.solver.solver == "nlgs" ? std::min(most, swept_sooner) : most};
   try {
     start_histories(s);
   } catch (...) {

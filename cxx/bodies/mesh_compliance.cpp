@@ -1,0 +1,122 @@
+// Compliance of a mesh between the nodes that contacts rest on.
+#include <omp.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <new>
+
+#include "../base/call.hpp"
+#include "mesh_body.hpp"
+
+namespace cairn {
+
+namespace {
+
+void make_room(Array<double>& numbers, std::size_t rows) {
+  try {
+    numbers.resize(rows * rows);
+  } catch (const std::bad_alloc&) {
+    char told[320];
+    std::snprintf(
+        told, sizeof told,
+        "the compliance between %zu dofs that contacts rest on takes %.3g GB, which this machine has not: let fewer "
+        "nodes be in contact, or leave out ties, rigid parts, modal damping, mortars and storages other than 'sparse', "
+        "without which it is not formed",
+        rows, 8e-9 * double(rows) * double(rows));
+    throw Error(told);
+  }
+}
+
+} // namespace
+
+std::vector<std::int32_t> MeshBody::dofs_of(std::span<const std::int32_t> nodes) const {
+  std::vector<std::int32_t> dofs;
+  dofs.reserve(nodes.size() * std::size_t(model.dim));
+  for (const std::int32_t node : nodes)
+    for (int k = 0; k < model.dim; ++k) dofs.push_back(model.dim * node + k);
+  return dofs;
+}
+
+bool MeshBody::by_units() const { return now_->soe && model.ties.empty() && now_->modal_factor.empty(); }
+
+// Which kind it is depends on these nodes alone, and so do its numbers: a run that goes on from a file has the same.
+void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, bool may_reach) {
+  Factors& f = *now_;
+  const auto bytes = [&](std::size_t of_nodes) {
+    const double rows = double(model.dim) * double(of_nodes);
+    return 8 * rows * rows;
+  };
+  bool reached = false;
+  if (may_reach && by_units() && bytes(nodes.size()) > of.easy) {
+    if (f.asked != nodes) {
+      f.asked = nodes;
+      f.asked_numbers = f.soe->reach_numbers(dofs_of(nodes), model.dim);
+    }
+    const double share = bytes(nodes.size()) > of.most ? 1 : 0.25;
+    reached = f.asked_numbers >= 0 && 8.0 * double(f.asked_numbers) < share * bytes(nodes.size());
+  }
+  std::vector<std::int32_t> more;
+  for (const std::int32_t node : nodes)
+    if (f.place[std::size_t(node)] < 0) more.push_back(node);
+  const std::size_t all = f.active.size() + more.size();
+  const bool idle = by_units() && all > 2 * nodes.size() && bytes(all) > of.easy;
+  if (reached != f.reached || idle) {
+    f.forget(model.nodes());
+    more = nodes;
+    if (reached) Array<double>().swap(f.compliance);
+  }
+  f.reached = reached;
+  if (!reached) return touch(more);
+  if (more.empty()) return;
+  solves += (std::int64_t(model.dim) * std::int64_t(more.size()) + 7) / 8;
+  for (const std::int32_t node : more) {
+    f.place[std::size_t(node)] = std::int32_t(f.active.size());
+    f.active.push_back(node);
+  }
+  f.soe->add_reaches(dofs_of(more), model.dim, f.reaches, omp_get_max_threads());
+}
+
+void MeshBody::touch(const std::vector<std::int32_t>& more) {
+  Factors& f = *now_;
+  const int dim = model.dim;
+  const std::size_t known = f.active.size();
+  for (const std::int32_t node : more)
+    if (f.place[node] < 0) {
+      f.place[node] = std::int32_t(f.active.size());
+      f.active.push_back(node);
+    }
+  const std::size_t now = f.active.size();
+  if (now == known) return;
+  // a little room for nodes to come, so that what is known is seldom copied
+  const std::size_t size = dim * now, old = dim * known, leading = std::size_t(f.leading);
+  const std::size_t room =
+      size <= leading ? leading : std::min(size + (known > 0 ? size / 8 : 0), std::size_t(model.dofs()));
+  const std::vector<std::int32_t> dofs = dofs_of(f.active);
+  Array<double> made;
+  if (room > leading) {
+    make_room(made, room);
+    for (std::size_t c = 0; c < old; ++c) std::copy_n(&f.compliance[leading * c], old, &made[room * c]);
+    f.compliance.swap(made);
+    f.leading = std::int64_t(room);
+  }
+  if (by_units()) {
+    if (known > 0) solves += (std::int64_t(size - old) + 7) / 8;
+    return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room), omp_get_max_threads());
+  }
+  constexpr std::size_t most = 8; // columns that the factors are gone through for at once
+  const auto n = std::size_t(model.dofs());
+  for (std::size_t first = old; first < size; first += most) { // one solution for each dof that is new
+    const std::size_t end = std::min(first + most, size);
+    columns_.assign(n * (end - first), 0.0);
+    for (std::size_t c = first; c < end; ++c)
+      if (!model.held[dofs[c]]) columns_[n * (c - first) + dofs[c]] = 1;
+    solve(columns_.data(), std::int64_t(end - first));
+    for (std::size_t c = first; c < end; ++c) {
+      const double* x = &columns_[n * (c - first)];
+      for (std::size_t r = 0; r < size; ++r) f.compliance[room * c + r] = model.held[dofs[r]] ? 0 : x[dofs[r]];
+      for (std::size_t r = 0; r < old; ++r) f.compliance[room * r + c] = f.compliance[room * c + r];
+    }
+  }
+}
+
+} // namespace cairn
