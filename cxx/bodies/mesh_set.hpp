@@ -86,7 +86,9 @@ public:
   double cell_size(std::int32_t a, std::int32_t b) const { return std::min(cell_size(a), cell_size(b)); }
   std::string describe(std::int32_t contactor) const; // "node 3, quad cell 1, of the mesh 'block'"
   void find_areas();
-  // Nodes that a contact may rest on become contact nodes.
+  // Nodes that a contact may rest on become contact nodes: after begin_to_want, which each preparation of contacts
+  // calls.
+  void begin_to_want() { std::fill(mean_row_.begin(), mean_row_.end(), -1); }
   void want(const Mapping& mapping);
   // After all were wanted: compliances, and the meshes as solvers see them, with room for the velocities of contact
   // nodes. keep_nodes: those of means are rows, too.

@@ -68,6 +68,7 @@ void Interactions::State::load_meshes() {
   if (!meshes) return system.condensed.clear(); // the last one may have gone
   const Candidates& c = *candidates;
   const bool images = cell->any();
+  meshes->begin_to_want();
   for (std::int64_t i = 0; i < c.count; ++i) {
     const std::int32_t one = c.contactor_a[i], two = c.contactor_b[i];
     const double* point = &c.point[dim() * i];
