@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..build.opening_faces import parts_of
 from .load import Fields
 
 
@@ -11,7 +12,8 @@ def fragments(state, beta=0.0):
     state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: from 0 to 1, what must be left of a contact
     (`contacts.beta`). Returns a list of arrays of ids, the largest piece first, pieces of a size by their smallest id; bodies
     that nothing holds are pieces of one. Nodes of one mesh of a Simulation are one body here, called by the smallest of their
-    ids; of a mesh whose faces open (cairn.fracture.split) nodes that its cells join.
+    ids; of a mesh whose faces open (cairn.fracture.split), and of an output of a run, nodes that its cells join. A file does not
+    tell which nodes bars, beams and ties join: those of a mesh without cells are pieces of one there.
     """
     written = isinstance(state.contacts, Fields)
     ids = np.sort(state.drawn["id"] if written else np.concatenate([state.bodies.id, state.nodes.id]))
@@ -28,12 +30,11 @@ def fragments(state, beta=0.0):
         root[max(a, b)] = min(a, b)
 
     meshed = np.zeros(len(ids), bool)
-    for mesh in getattr(state, "meshes", ()):
-        for piece in _pieces_of(mesh):
-            parts = np.searchsorted(ids, np.sort(piece))
-            meshed[parts[1:]] = True
-            for part in parts[1:]:
-                join(parts[0], part)
+    for piece in _written_pieces(state) if written else [p for mesh in state.meshes for p in _pieces_of(mesh)]:
+        parts = np.searchsorted(ids, np.sort(piece))
+        meshed[parts[1:]] = True
+        for part in parts[1:]:
+            join(parts[0], part)
     contacts = state.contacts
     pairs = np.column_stack([contacts["body_a"], contacts["body_b"]]) if written else np.asarray(contacts.bodies)
     for a, b in np.searchsorted(ids, pairs[np.asarray(contacts.beta) > beta]):
@@ -50,3 +51,16 @@ def _pieces_of(mesh):
         return [mesh.ids]
     part = opening.parts()
     return [mesh.ids[part == k] for k in range(part.max() + 1)]
+
+
+def _written_pieces(step):
+    """Ids of the nodes that cells of an output join, of each piece."""
+    if not step.cells:
+        return []
+    _, begin, corners = step.corners_of_cells()
+    ids = np.asarray(step.nodes["id"])
+    inside = np.ones(max(len(corners) - 1, 0), bool)  # pairs of corners that follow each other in one cell
+    inside[begin[1:-1] - 1] = False
+    part = parts_of(np.stack([corners[:-1][inside], corners[1:][inside]], -1), len(ids))
+    order = np.argsort(part, kind="stable")
+    return [piece for piece in np.split(ids[order], np.flatnonzero(np.diff(part[order])) + 1) if len(piece) > 1]
