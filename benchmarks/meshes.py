@@ -2,7 +2,8 @@
 
     script/bench meshes [PART ...] [--most 100000] [--most-solid 100000] [--steps 5]
 
-Parts: blocks (Q4, HEX8, TET4 of 1e3, 1e4, 1e5 nodes on a plane, and one on another), many (bodies of one T3 each that touch on
+Parts: blocks (Q4, HEX8, TET4 of 1e3, 1e4, 1e5 nodes on a plane, and one on another), sheets (a layer of HEX8 on a plane, half of
+its nodes in contact), many (bodies of one T3 each that touch on
 every side; each has a name of its own), plates (3,000 disks between elastic plates against rigid ones), beside (2,400 disks with
 a mesh of 15 nodes that touches nothing, and without), legacy (folders written for LMGC90, `--folders`, at the error of its runs).
 A line a case, each in a process of its own: CPU seconds of set-up, first step and mean of those after; solves (forward and back)
@@ -79,6 +80,18 @@ def blocks(case, size):
         scene.add(*sets, cn.wall((0, 0, 0), (0, 0, 1), ROCK))
     scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
     return cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Default(tol=1e-6, max_iter=2000)), overlap="ignore")
+
+
+def sheets(case, size):
+    """A layer of cells on a plane."""
+    n = int(round((size / 2) ** 0.5)) - 1
+    points, cells = grid("HEX8", (n, n, 1), (0.01 * n, 0.01 * n, 0.01), np.zeros(3))
+    body = ElasticBody(points, cells, young=YOUNG, poisson=0.3, density=2000.0)
+    scene = cn.Scene(3, gravity=(0.0, 0.0, -9.81))
+    low = np.flatnonzero(points[:, 2] == 0)
+    scene.add(cn.deformable(body, ROCK, contact=low, name="sheet"), cn.wall((0, 0, 0), (0, 0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    return cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Default(tol=1e-4)), overlap="ignore")
 
 
 def many(case, size):
@@ -160,7 +173,7 @@ def legacy(case, size):
     return cn.Simulation(scene, told["dt"], strategy, overlap="ignore")
 
 
-PARTS = {"blocks": blocks, "many": many, "plates": plates, "beside": beside, "legacy": legacy}
+PARTS = {"blocks": blocks, "sheets": sheets, "many": many, "plates": plates, "beside": beside, "legacy": legacy}
 
 
 def difference_from(folder, sim):
@@ -217,6 +230,8 @@ def cases(part, most, most_solid, folders):
         sizes = [n for n in (1000, 10_000, 100_000) if n <= most]
         kinds = [(kind, on, n) for kind in ("Q4", "HEX8", "TET4") for on in ("a plane", "another") for n in sizes]
         return [(f"{kind} on {on}", n) for kind, on, n in kinds if kind == "Q4" or n <= most_solid]
+    if part == "sheets":
+        return [("HEX8", n) for n in (882, 7442, 20_402, 45_602) if n <= most]
     if part == "many":
         return [("T3", n) for n in (1600, 10_000, 40_000) if n <= most]
     if part == "plates":

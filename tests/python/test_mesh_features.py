@@ -367,3 +367,17 @@ def test_modal_damping_damps_each_mode_by_its_own_share():
         top = np.flatnonzero((way[1:-1] > way[:-2]) & (way[1:-1] > way[2:])) + 1
         decay = np.log(way[top[0]] / way[top[-1]]) / (len(top) - 1) / (2 * np.pi)
         assert decay / np.hypot(1, decay) == pytest.approx(share[k], rel=1e-3)
+
+
+def test_groups_without_nodes_and_drives_that_differ_are_told():
+    """A group that lost its nodes is an error and no body that falls; a corner that two groups drive has one velocity."""
+    points, cells = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]]), {"quad": np.array([[0, 1, 2, 3]])}
+    groups = {"none": [], "low": [0, 1], "left": [0, 3]}
+    body = ElasticBody(points, cells, young=1e6, poisson=0.3, density=1e3, groups=groups)
+    for named in ({"fixed": {"none": "xy"}}, {"drive": {"none": {"x": 1.0}}}, {"displace": {"none": {"x": np.sin}}},
+                  {"force": {"none": (0.0, 1.0)}}, {"rigid": "none"}):  # fmt: skip
+        with pytest.raises(ValueError, match=f"{next(iter(named))} names the group 'none', which has no node"):
+            cn.deformable(body, ROCK, **named)
+    with pytest.raises(ValueError, match="drive of 'left' drives node 0 along x at 2.0, which another group drives at 1.0"):
+        cn.deformable(body, ROCK, drive={"low": {"x": 1.0}, "left": {"x": 2.0}})
+    cn.deformable(body, ROCK, drive={"low": {"x": 1.0}, "left": {"x": 1.0, "y": 0.0}})

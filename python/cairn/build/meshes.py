@@ -180,6 +180,11 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
         if beyond.size:
             raise ValueError(f"{field} names node {beyond.flat[0]}: the mesh has {n} nodes, from 0")
     fixed, drive = dict(fixed or {}), dict(drive or {})
+    named = {"fixed": fixed, "drive": drive, "displace": displace or {}, "force": force, "rigid": _listed(rigid)}
+    for field, of in named.items():
+        for group in of if isinstance(of, (dict, list)) else ():
+            if not len(_group(body, group)):
+                raise ValueError(f"{field} names the group {group!r}, which has no node: leave it out, or give it nodes")
     displace = checked_displacements(body, displace, drive)
     for group, by_axis in [*drive.items(), *displace.items()]:
         fixed[group] = "".join(sorted(set(fixed.get(group, "")) | set(by_axis)))
@@ -285,7 +290,7 @@ def checked_self_contact(wanted, nodes, between, pairs, patches):
 
 def checked_displacements(body, displace, drive):
     """{group: {axis: function of time}}; of no dof that is driven, too."""
-    out, taken = dict(displace or {}), set()
+    out, taken = dict(displace or {}), {}
     for what, of in (("drive", drive), ("displace", out)):
         for group, by_axis in of.items():
             for axis, value in by_axis.items():
@@ -296,7 +301,10 @@ def checked_displacements(body, displace, drive):
                     if what == "displace" and dof in taken:
                         named = f"node {dof // body.dim} along {axis}"
                         raise ValueError(f"displace of {group!r} moves {named}, which is moved already: leave it out of one")
-                    taken.add(dof)
+                    if what == "drive" and taken.setdefault(dof, value) != value:
+                        named = f"node {dof // body.dim} along {axis} at {value!r}, which another group drives at {taken[dof]!r}"
+                        raise ValueError(f"drive of {group!r} drives {named}: leave it out of one")
+                    taken[dof] = value
     return out
 
 

@@ -107,7 +107,7 @@ class Auto(ProblemSolver):
     """NLGS, and proximal point around Newton's method as soon as the errors of the sweeps foretell a way longer than its own.
 
     What fails to lessen the error is not taken, and sweeps go on. tol, min_iter, max_iter: as in NLGS; max_iter counts sweeps.
-    memory: bytes that factors may take; above them, sweeps alone.
+    memory: bytes that factors, and the compliance of a mesh, may take; above them, sweeps alone.
     """
 
     memory: float = 1e9
