@@ -6,6 +6,7 @@
 #include <new>
 
 #include "../base/call.hpp"
+#include "condensed_body.hpp"
 #include "mesh_body.hpp"
 
 namespace cairn {
@@ -47,7 +48,9 @@ void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, 
     return 8 * rows * rows;
   };
   bool reached = false;
-  if (may_reach && by_units() && bytes(nodes.size()) > of.easy) {
+  // contacts on few nodes keep columns of the compliance
+  const bool few = std::int64_t(model.dim) * std::int64_t(nodes.size()) <= small_condensed;
+  if (may_reach && !few && by_units() && bytes(nodes.size()) > of.easy) {
     if (f.asked != nodes) {
       f.asked = nodes;
       f.asked_numbers = f.soe->reach_numbers(dofs_of(nodes), model.dim);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "base/call.hpp"
+#include "cairn/core.h"
 #include "soe/soe.hpp"
 #include "soe/unit_reaches.hpp"
 
@@ -141,6 +142,45 @@ TEST(UnitReaches, HaveTheSameBitsInAnyTurnsAndUnderAnyNumberOfThreads) {
     at_once.clear();
     EXPECT_EQ(at_once.groups(), 0);
     EXPECT_EQ(at_once.first, std::vector<std::int64_t>{0});
+  }
+}
+
+// What contacts see of a body, by its compliance and by reaches: blocks, and velocities that impulses make.
+TEST(UnitReaches, MakeTheSameCondensedBody) {
+  const std::vector<std::int32_t> nodes{40, 3, 0, 119, 61, 62, 17, 120};
+  const std::vector<std::int32_t> wanted = unknowns_of(nodes);
+  const auto m = std::int64_t(wanted.size());
+  for (const SoeOptions& options : sparse_kinds()) {
+    const Strip a = strip(60, 2.0);
+    const auto soe = Soe::make(a.matrix, options);
+    ASSERT_TRUE(soe->factor(a.matrix.value.data()));
+    std::vector<double> entries(std::size_t(m * m));
+    soe->solve_units(wanted, entries.data());
+    UnitReaches z;
+    soe->add_reaches(wanted, 2, z);
+    std::vector<double> y(std::size_t(z.equations), 0.0);
+    const cairn_reach reach{z.equations,     z.unit,         z.first.data(), z.place.data(),
+                            z.length.data(), z.value.data(), y.data()};
+    const cairn_condensed formed{m, m, nullptr, entries.data(), nullptr}, reached{m, 0, nullptr, nullptr, &reach};
+    const double size = *std::max_element(entries.begin(), entries.end());
+    const double impulse[2] = {0.7, -1.3};
+    for (std::int32_t pushed = 0; pushed < std::int32_t(nodes.size()); ++pushed) {
+      std::fill(y.begin(), y.end(), 0.0);
+      for (int k = 0; k < 2; ++k) {
+        const std::vector<double> of_axis = column(z, pushed, 2, k);
+        for (std::size_t i = 0; i < y.size(); ++i) y[i] += z.unit * of_axis[i] * impulse[k];
+      }
+      for (std::int32_t seen = 0; seen < std::int32_t(nodes.size()); ++seen) {
+        double one[4], other[4], velocity[2];
+        cairn_condensed_block(2, &formed, seen, pushed, one);
+        cairn_condensed_block(2, &reached, seen, pushed, other);
+        cairn_reached_velocity(2, &reached, seen, velocity);
+        for (int k = 0; k < 4; ++k) ASSERT_NEAR(one[k], other[k], 1e-13 * size);
+        for (int k = 0; k < 2; ++k)
+          ASSERT_NEAR(velocity[k], one[k] * impulse[0] + one[2 + k] * impulse[1], 1e-12 * size);
+        EXPECT_EQ(one[1], entries[std::size_t(m * 2 * pushed + 2 * seen + 1)]);
+      }
+    }
   }
 }
 

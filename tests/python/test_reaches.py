@@ -173,6 +173,27 @@ def test_what_turns_with_a_face():
     assert one.held_bytes["bodies"] > 1.2 * two.held_bytes["bodies"]
 
 
+def test_few_nodes_keep_their_columns():
+    """Balls that meet nodes that are held, whose columns have no numbers: contacts on at most 24 dofs keep a compliance, however
+    little memory there is."""
+    points, cells = grid((14, 14, 1))
+    body = elastic(points * (1.0, 1.0, 0.1), cells)
+    body.groups["low"] = np.flatnonzero(points[:, 2] == 0)
+    results = []
+    for solver in (formed(), reached()):
+        scene = cn.Scene(3, gravity=(0.0, 0.0, -9.81))
+        held = {"contact": body.groups["low"][:8], "fixed": {"low": "xyz"}}
+        scene.add(cn.deformable(body, STONE, storage="sparse", **held))
+        scene.add(cn.spheres(body.points[:3] - (0.0, 0.0, 0.0499), 0.05, STONE, velocity=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
+        scene.interact(STONE, STONE, cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=solver), overlap="ignore")
+        for _ in range(5):
+            assert sim.step()["status"] == "converged"
+        results.append(sim)
+    one, two = results
+    assert len(two.contacts) > 2 and np.array_equal(one.bodies.velocity, two.bodies.velocity)
+
+
 def test_solvers_that_want_w_say_so():
     sim = on_a_plane(2, elastic, cn.PPANewton(tol=1e-6, memory=LITTLE))
     sim.step()
