@@ -121,6 +121,9 @@ cairn::MeshModel model_of(const py::dict& d) {
   m.side_ids = vector_of<std::int64_t>(d, "side_ids");
   m.self_contact = d.contains("self_contact") && py::cast<bool>(d["self_contact"]);
   m.mortar = d.contains("mortar") && py::cast<bool>(d["mortar"]);
+  if (d.contains("ring")) m.ring = py::cast<bool>(d["ring"]);
+  if (d.contains("thickness")) m.thickness = py::cast<double>(d["thickness"]);
+  if (d.contains("axis")) m.axis = py::cast<double>(d["axis"]);
   m.contact_nodes = vector_of<std::int32_t>(d, "contact_nodes");
   m.point_nodes = vector_of<std::int32_t>(d, "point_nodes");
   m.point_weights = vector_of<double>(d, "point_weights");

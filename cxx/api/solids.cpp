@@ -71,13 +71,8 @@ int32_t cairn_simulation_press_mesh(cairn_simulation* simulation, int32_t mesh, 
     cairn::PressedSides sides;
     sides.nodes = nodes;
     sides.node.assign(node, node + nodes * n);
-    if (const cairn::BulkModel* solid = m.model.bulk->solid()) {
-      sides.ring = solid->cells().front().plane == cairn::Plane::axisymmetric && dim == 2;
-      sides.thickness = dim == 2 && !sides.ring ? solid->cells().front().thickness : 1;
-    } else {
-      sides.ring = m.model.ring;
-      sides.thickness = m.model.thickness;
-    }
+    sides.ring = m.model.ring;
+    sides.thickness = m.model.thickness;
     sides.axis = -simulation->simulation.scene.origin[0];
     if (set) *set = std::int32_t(m.pressed.size());
     m.pressed.push_back(std::move(sides));

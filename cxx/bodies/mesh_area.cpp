@@ -1,6 +1,7 @@
 // The part of a mesh's surface that each of its contact nodes and points stands for.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "body.hpp"
 #include "mesh_set.hpp"
@@ -14,13 +15,14 @@ struct OnEdge {
   double* area;
 };
 
-// Each of the points of an edge has what is nearer to it than to the others.
-void share_edge(std::vector<OnEdge>& points, double length) {
+// Each of the points of an edge has what is nearer to it than to the others. wide: across the plane, at its first node
+// and at its second.
+void share_edge(std::vector<OnEdge>& points, double length, double wide_first, double wide_second) {
   std::sort(points.begin(), points.end(), [](const OnEdge& a, const OnEdge& b) { return a.at < b.at; });
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double from = i == 0 ? 0 : (points[i - 1].at + points[i].at) / 2;
     const double to = i + 1 == points.size() ? 1 : (points[i].at + points[i + 1].at) / 2;
-    *points[i].area += length * (to - from);
+    *points[i].area += length * (to - from) * (wide_first + (wide_second - wide_first) * (from + to) / 2);
   }
 }
 
@@ -96,7 +98,8 @@ void MeshSet::find_areas() {
             if (m.point_nodes[4 * p + l] == node[1]) at += m.point_weights[4 * p + l];
           on_edge.push_back({at, of_point[std::size_t(p)]});
         });
-        share_edge(on_edge, std::hypot(corner[1][0] - corner[0][0], corner[1][1] - corner[0][1]));
+        const auto wide = [&](int j) { return m.ring ? 2 * std::numbers::pi * std::abs(corner[j][0] - m.axis) : 1; };
+        share_edge(on_edge, std::hypot(corner[1][0] - corner[0][0], corner[1][1] - corner[0][1]), wide(0), wide(1));
         continue;
       }
       on_face.clear();

@@ -66,8 +66,9 @@ struct MeshModel {
   // Stresses of a material of solids, or forces of another code, in the place of stiffness, which then is that at the
   // start; null: linear.
   std::shared_ptr<InternalForces> bulk;
-  bool ring = false; // what pressures take edges of forces of another code for: round an axis, or so thick [m]
-  double thickness = 1;
+  // What edges stand for in the plane: they go round the line x = axis, or are so thick [m].
+  bool ring = false;
+  double thickness = 1, axis = 0;
   std::int64_t nodes() const { return std::int64_t(reference.size()) / dim; }
   std::int64_t dofs() const { return std::int64_t(reference.size()); }
 };

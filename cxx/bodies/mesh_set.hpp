@@ -71,7 +71,8 @@ public:
   // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp and mesh_mortar_sides.cpp.
   void weigh_mortar(const Nodes& nodes, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
-  // plane; 0 of edges and facets. After find_areas, which is asked again when internal numbers changed.
+  // plane, or round the axis; 0 of edges and facets. After find_areas, which is asked again when internal numbers
+  // changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   // Whether a point and a half of a face of four nodes, of one mesh, were one before the face opened. The face may be
   // warped then, so that they do not touch to rounding.

@@ -162,9 +162,13 @@ MeshModel add_mesh_parts(Scene& scene, const MeshDraft& d, const std::string& na
     for (const MeshDraft::Cells& c : d.cells)
       if (!m.bulk) m.cells.push_back({c.element, c.node, c.elasticity});
     m.initial_energy = d.initial_force(m.initial_force);
+    const auto& solid = d.cells.front().solid;
+    m.ring = d.dim == 2 && solid.material && solid.plane == Plane::axisymmetric;
+    m.thickness = d.dim == 2 && !m.ring ? solid.thickness : 1;
   } else {
     throw Error("the mesh has neither cells nor matrices: give one of them");
   }
+  m.axis = -scene.origin[0];
   m.held = d.held;
   m.ties = d.ties;
   m.ties.turns = m.bulk && (!m.bulk->solid() || m.bulk->solid()->finite());

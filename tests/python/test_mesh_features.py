@@ -381,3 +381,38 @@ def test_groups_without_nodes_and_drives_that_differ_are_told():
     with pytest.raises(ValueError, match="drive of 'left' drives node 0 along x at 2.0, which another group drives at 1.0"):
         cn.deformable(body, ROCK, drive={"low": {"x": 1.0}, "left": {"x": 2.0}})
     cn.deformable(body, ROCK, drive={"low": {"x": 1.0}, "left": {"x": 1.0, "y": 0.0}})
+
+
+def disk_of_rings(cells=6, poisson=0.0, density=1e3):
+    """A flat disk of radius 1 m round the axis x = 0, of quadrilaterals."""
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, cells + 1), [0.0, 0.25, 0.5], indexing="ij")
+    number = np.arange(x.size).reshape(x.shape)
+    corners = [number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]]
+    quads = {"quad": np.stack(corners, -1).reshape(-1, 4)}
+    groups = {"low": number[:, 0], "high": number[:, -1], "axis": number[0]}
+    elastic = cn.IsotropicElastic(young=1e9, poisson=poisson)
+    points = np.c_[x.ravel(), y.ravel()]
+    return cn.SolidBody(points, quads, elastic, density=density, groups=groups, plane="axisymmetric", kinematics="small")
+
+
+@pytest.mark.parametrize("far", [0.0, 1e3])
+def test_a_disk_of_rings_presses_evenly_and_tears_off_for_its_area(far):
+    """Nodes stand for what goes round the axis: a uniform pressure is that of each of them, at the axis too; a zone under the
+    disk spends its work by pi r^2, wherever the scene has its origin along the axis."""
+    body, wall = disk_of_rings(), cn.wall((0.0, far), (0.0, 1.0), ROCK)
+    body.points[:, 1] += far
+    scene = cn.Scene(2)
+    scene.add(wall, cn.deformable(body, ROCK, contact="low", edges="low", fixed={"axis": "x"}, pressure={"high": 1e3}))
+    scene.interact(ROCK, ROCK, cn.GapCoulomb(mu=0.0))
+    sim = cn.Simulation(scene, 1.0, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-12, max_iter=10000)), overlap="ignore")
+    for _ in range(30):
+        sim.step()
+    assert sim.meshes[0].contact_pressure[body.groups["low"]] == pytest.approx(1e3, rel=1e-4)  # small at the axis
+    zone = cn.MP3(normal_stiffness=1e11, tangential_stiffness=1e11, strength=2e4, work=0.2)
+    scene = cn.Scene(2)
+    scene.add(wall, cn.deformable(body, ROCK, contact="low", edges="low", drive={"high": {"y": 1e-2}}, velocity=(0.0, 1e-2)))
+    scene.interact(ROCK, ROCK, zone)
+    sim = cn.Simulation(scene, 2e-5, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-8, max_iter=5000)), overlap="ignore")
+    for _ in range(300):
+        sim.step()
+    assert sim.energy["released"] == pytest.approx(0.2 * np.pi, rel=1e-9)

@@ -53,8 +53,8 @@ def surface_vectors(body, displacement, force=None):
         along = x[sides[:, 1]] - x[sides[:, 0]]
         half = np.stack([along[:, 1], -along[:, 0]], axis=1) / 2 * getattr(body, "thickness", 1.0)
         ring = getattr(body, "plane", "") == "axisymmetric"
-        for end in sides.T:
-            _add(out, end, half * (2 * np.pi * x[end, :1] if ring else 1.0), force)
+        for end, other in (sides.T, sides.T[::-1]):  # of a ring the integral of the end's shape function, 2 pi r ds
+            _add(out, end, half * (2 * np.pi / 3 * (2 * x[end, :1] + x[other, :1]) if ring else 1.0), force)
         return out
     wide = sides[:, 3] >= 0 if sides.shape[1] == 4 else np.zeros(len(sides), bool)
     for some, corners in ((sides[~wide][:, :3], 3), (sides[wide], 4)):

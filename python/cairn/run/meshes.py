@@ -160,6 +160,9 @@ def _model(mesh, origin):
         "around": np.concatenate(around) if len(around) else np.zeros(0, int),
         "around_start": np.concatenate([[0], np.cumsum([len(part) for part in around])]),
     }
+    if dim == 2:
+        out["ring"], out["axis"] = getattr(body, "plane", None) == "axisymmetric", -float(np.ravel(origin)[0])
+        out["thickness"] = 1.0 if out["ring"] else float(getattr(body, "thickness", 1.0))
     if getattr(body, "second_order", False):
         out["node_mass"] = body.nodal_mass()
     if hasattr(body, "blocks"):
