@@ -52,7 +52,8 @@ class Scene(Spelt):
     """Bodies and the laws between them.
 
     dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are kept relative
-    to it, so that a scene far from zero keeps its digits. depth: thickness of a 2D scene [m]. periodic: a Periodic cell.
+    to it, so that a scene far from zero keeps its digits. depth: what networks, servo-controlled walls and masonry take for the
+    thickness of a 2D scene [m], in which masses and forces are those of a metre. periodic: a Periodic cell.
 
     >>> scene = Scene(dim=2, gravity=(0.0, -9.81))
     """
