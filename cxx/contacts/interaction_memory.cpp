@@ -1,5 +1,6 @@
 // What the next step inherits: impulses and states of laws, found again by the keys of their contacts.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "../base/key_search.hpp"
@@ -24,8 +25,9 @@ void Interactions::State::find_places(int threads) {
     find_keys(memory.keys, n, key_of, threads, scratch, place);
   if (dim() == 3 && !memory.keys.empty() && contactors->hulls.first_vertex.size() > 1) {
     follow_across_facets();
-    follow_bonds_across_facets();
+    follow_bonds_across_sides();
   }
+  if (dim() == 2 && !memory.keys.empty() && meshes) follow_bonds_across_sides();
   if (!anchor_of.empty()) hand_on_broken();
   scratch.release(searching);
 }
@@ -173,20 +175,40 @@ void Interactions::State::follow_across_facets() {
   }
 }
 
+// Unit, outward: of a triangle, or of an edge of a mesh in the plane, whose body is on the left.
+void Interactions::State::normal_of_side(std::int32_t side, double* m) const {
+  if (dim() == 3) {
+    const Hulls& hulls = contactors->hulls;
+    std::copy_n(&hulls.normal[3 * std::size_t(hulls.first_face[*contactors->hull[side]])], 3, m);
+    if (body(side) >= 0) to_space_axes(*bodies, 3, body(side), m, m);
+    return;
+  }
+  const MeshSet::Middle& ends = meshes->middle(side);
+  const double *one = nodes->position[ends.node[0]], *two = nodes->position[ends.node[1]];
+  const double length = std::hypot(two[0] - one[0], two[1] - one[1]);
+  m[0] = (two[1] - one[1]) / length;
+  m[1] = (one[0] - two[0]) / length;
+  m[2] = 0;
+}
+
 // A bond of a round body or of a point of a mesh goes on where it passes from one triangle of a body or of a mesh to
-// another of it: to the one of the same law that looks most as the first does.
-void Interactions::State::follow_bonds_across_facets() {
+// another of it, or from one edge of a mesh in the plane: to the one of the same law that looks most as the first does.
+void Interactions::State::follow_bonds_across_sides() {
   if (memory.state_components == 0) return;
   const auto n = std::int64_t(system.candidate.size());
+  const auto is_side = [&](std::int64_t contactor) {
+    const auto shape = Shape(*contactors->shape[contactor]);
+    return dim() == 3 ? shape == Shape::facet : shape == Shape::segment && body(std::int32_t(contactor)) < 0;
+  };
   const auto is_lost = [&](std::int64_t c) {
     const std::int64_t i = system.candidate[c];
     return place[c] < 0 && i >= 0 && entry[i] >= 0 && law_infos()[std::size_t(laws->entry(entry[i]).law)].keeps &&
-           *contactors->shape[candidates->contactor_b[i]] == std::int16_t(Shape::facet);
+           is_side(candidates->contactor_b[i]);
   };
   std::int64_t lost = 0;
   for (std::int64_t c = 0; c < n; ++c) lost += is_lost(c);
   if (lost == 0) return;
-  const auto on_surface = [&](std::int64_t c) { // the key with what bears the triangle in its place
+  const auto on_surface = [&](std::int64_t c) { // the key with what bears the side in its place
     ContactKey k = key(system.candidate[c]);
     k.contactor_b = unit_of(candidates->contactor_b[system.candidate[c]]);
     return k;
@@ -195,38 +217,32 @@ void Interactions::State::follow_bonds_across_facets() {
   for (std::int64_t c = 0; c < n; ++c)
     if (is_lost(c)) table.insert(on_surface(c), c);
   const std::int64_t known = end_of_seen(memory);
-  auto* facet_of = scratch.take<std::int32_t>(known);
-  std::fill_n(facet_of, known, -1);
+  auto* side_of = scratch.take<std::int32_t>(known);
+  std::fill_n(side_of, known, -1);
   for (std::int64_t c = 0; c < contactors->count; ++c)
-    if (*contactors->shape[c] == std::int16_t(Shape::facet) && memory.has_seen(*contactors->id[c]))
-      facet_of[*contactors->id[c]] = std::int32_t(c);
+    if (is_side(c) && memory.has_seen(*contactors->id[c])) side_of[*contactors->id[c]] = std::int32_t(c);
   auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
   std::fill_n(taken, memory.keys.size(), 0);
   for (std::int64_t c = 0; c < n; ++c)
     if (place[c] >= 0) taken[place[c]] = 1;
-  const auto looks = [&](std::int32_t facet, double* m) {
-    const Hulls& hulls = contactors->hulls;
-    std::copy_n(&hulls.normal[3 * std::size_t(hulls.first_face[*contactors->hull[facet]])], 3, m);
-    if (body(facet) >= 0) to_space_axes(*bodies, 3, body(facet), m, m);
-  };
   for (std::size_t i = 0; i < memory.keys.size(); ++i) {
     ContactKey k = memory.keys[i];
     if (taken[i] || !(memory.states[i * std::size_t(memory.state_components)] > 0) || k.feature < 0 ||
-        k.feature >= names_of_facets || facet_of[k.contactor_b] < 0)
+        k.feature >= names_of_facets || side_of[k.contactor_b] < 0)
       continue;
-    const std::int32_t facet = facet_of[k.contactor_b];
-    k.contactor_b = unit_of(facet);
+    const std::int32_t side = side_of[k.contactor_b];
+    k.contactor_b = unit_of(side);
     double was[3], most = 0.5;
-    looks(facet, was);
+    normal_of_side(side, was);
     std::int32_t heir = -1;
     table.find(k, [&](std::int32_t c) { // goes through all that may be it
       const std::int64_t at = system.candidate[c];
       const std::int32_t a = candidates->contactor_a[at], b = candidates->contactor_b[at];
       if (place[c] >= 0 || !(on_surface(c) == k) ||
-          laws->find(*contactors->material[a], *contactors->material[facet]) != entry[at])
+          laws->find(*contactors->material[a], *contactors->material[side]) != entry[at])
         return ContactKey{-1, -1, 0, 0};
       double is[3];
-      looks(b, is);
+      normal_of_side(b, is);
       const double alike = was[0] * is[0] + was[1] * is[1] + was[2] * is[2];
       if (alike > most) most = alike, heir = c;
       return ContactKey{-1, -1, 0, 0};

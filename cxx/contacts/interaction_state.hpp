@@ -348,7 +348,8 @@ private:
   template <class KeyOf>
   void find_others(std::int64_t places, const KeyOf& key_of);
   void follow_across_facets();
-  void follow_bonds_across_facets();
+  void follow_bonds_across_sides();
+  void normal_of_side(std::int32_t side, double* m) const;
   std::int64_t remember(const cairn_batch& b, std::int64_t to);
   template <int d>
   std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);

@@ -202,3 +202,23 @@ def test_the_normal_of_a_corner_is_the_mean_of_its_sides():
     mean = 0.4 * np.array([0.0, 1.0]) + long * np.array([-0.2, 1.0]) / np.hypot(1.0, 0.2)
     assert len(sim.contacts.gap) == 3
     assert np.abs(sim.contacts.normal[1] - mean / np.linalg.norm(mean)).max() < 1e-12
+
+
+@pytest.mark.parametrize("cells", [(2, 2), (3, 3), (4, 4), (4, 2), (2, 4)])
+def test_a_joint_spends_its_work_where_nodes_face_nodes(cells):
+    """Drawn apart: which edge is nearest to a node changes from step to step, its bond stays the one it was; 10 J/m2."""
+    size, stiff = (0.1, 0.05), dict(young=1e13, poisson=0.0, lumped=True)
+    over, under = block((cells[0], 1), (0.0, 0.05), size, **stiff), block((cells[1], 1), (0.0, 0.0), size, **stiff)
+    scene = cn.Scene(dim=2)
+    scene.add(cn.deformable(over, ROCK, contact="bottom", edges="bottom", mortar=True, drive={"top": {"y": 0.02}},
+                            velocity=(0.0, 0.02), name="over"))  # fmt: skip
+    scene.add(cn.deformable(under, ROCK, edges="top", fixed={"bottom": "xy"}, name="under"))
+    scene.interact(ROCK, ROCK, cn.MP3(normal_stiffness=1e12, tangential_stiffness=1e12, strength=2e6, work=10.0))
+    sim = cn.Simulation(scene, 4e-6, cn.NSCD(solver=cn.NLGS(tol=1e-8, max_iter=5000), theta=1.0), overlap="ignore")
+    before = np.ones(cells[0] + 1)
+    for _ in range(150):
+        assert sim.step()["status"] == "converged"
+        beta = sim.contacts.beta
+        assert beta.max() == 0 or np.all(beta <= before)
+        before = beta if len(beta) == cells[0] + 1 else np.zeros(cells[0] + 1)
+    assert sim.info["energy"]["released"] == pytest.approx(10.0 * 0.1, rel=1e-6)
