@@ -62,6 +62,7 @@ set(CAIRN_CXX_SOURCES
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/spare_contacts.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp

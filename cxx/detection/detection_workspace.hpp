@@ -168,6 +168,8 @@ struct InteractionHandler::Workspace {
   std::int64_t drop_own_insides(std::int64_t first, std::int64_t count, Candidates& out) const;
   void move_contacts(std::int64_t from, std::int64_t count, std::int64_t to, Candidates& out) const;
   void close_ranks(Candidates& out);
+  void trim(Candidates& out, std::int64_t count) const; // to as many
+  void leave_out_spares(Candidates& out) const;
   void admit(detection::PairList& list, std::int64_t added) const;
 };
 

@@ -62,6 +62,7 @@ void InteractionHandler::Workspace::narrow(const OrderedPairs& pairs, Candidates
                 name_of(*contactors, *bodies, a[spoilt]) + " and " + name_of(*contactors, *bodies, b[spoilt]) +
                 ": look at its input, or remove it");
   close_ranks(out);
+  leave_out_spares(out);
 }
 
 void InteractionHandler::Workspace::narrow_piece(int kind, std::int64_t first, std::int64_t last, Piece& piece,
@@ -194,6 +195,14 @@ void InteractionHandler::Workspace::move_contacts(std::int64_t from, std::int64_
   move(out.point, dim);
 }
 
+void InteractionHandler::Workspace::trim(Candidates& out, std::int64_t count) const {
+  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->resize(count);
+  out.gap.resize(count);
+  out.normal.resize(count * dim);
+  out.point.resize(count * dim);
+  out.count = count;
+}
+
 // Contacts of one piece after those of the one before.
 void InteractionHandler::Workspace::close_ranks(Candidates& out) {
   std::int64_t count = 0, refused = none;
@@ -202,11 +211,8 @@ void InteractionHandler::Workspace::close_ranks(Candidates& out) {
     count += piece.kept;
     refused = std::min(refused, piece.refused);
   }
-  for (auto* array : {&out.contactor_a, &out.contactor_b, &out.image, &out.feature}) array->resize(count);
-  out.gap.resize(count);
-  out.normal.resize(count * dim);
-  out.point.resize(count * dim);
-  if (refused == none) return void(out.count = count);
+  trim(out, count);
+  if (refused == none) return;
   const std::int32_t one = a[refused], other = b[refused];
   throw Error("radius: " + name_of(*contactors, *bodies, one) + " (" + std::to_string(contactors->radius.values[one]) +
               " m) is wider than " + name_of(*contactors, *bodies, other) + " (" +

@@ -7,10 +7,15 @@ module sphere_facet
   private
   public :: cairn_pair_sphere_facet, nearest_of_facet
 
+  ! Features of declared pairs until the caller knows whether another facet has the point: see cairn/core.h.
+  integer(c_int32_t), parameter :: own = -2, spare = -1
+
 contains
 
   !> Only where the nearest point of the whole surface around is on this facet: a point of an edge or a vertex counts once, for
   !> the facet that owns it, and not where the surface beyond is nearer. So a sphere rolls over edges of a plane without a jolt.
+  !> A declared pair, whose limit has no end, has a contact wherever the point is: a bond may not end because a point passes
+  !> a hair behind the rim of a surface, where no facet has it. That one is spare where another facet goes on with it.
   subroutine cairn_pair_sphere_facet(n, hulls, a, b, between, radius_a, radius_b, direction_b, limit, count, gap, &
                                      normal, point, feature) bind(c)
     integer(c_int32_t), value :: n                      !< pairs
@@ -25,7 +30,7 @@ contains
     real(c_double), intent(out) :: gap(hulls%most, n)   !< negative when overlapping [m]
     real(c_double), intent(out) :: normal(3, hulls%most, n) !< unit, from B to A
     real(c_double), intent(out) :: point(3, hulls%most, n)  !< middle of the gap - centre of A [m]
-    integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< 0
+    integer(c_int32_t), intent(out) :: feature(hulls%most, n) !< 0; of declared pairs own or spare
     type(hulls_view) :: view
     type(solid) :: q
     real(c_double) :: m(3), distance
@@ -36,11 +41,16 @@ contains
     do i = 1, n
       call view_solid(view, b(i), radius_b(i), q)
       call nearest_of_facet(q, between(i, :), radius_a(i) + limit(i), found, distance, m)
+      feature(1, i) = 0
+      if (limit(i) >= huge(distance)) then
+        feature(1, i) = merge(own, spare, found)
+        if (.not. found) call nearest_of_border(q, between(i, :), distance, m)
+        found = .true.
+      end if
       count(i) = merge(1, 0, found .and. distance - radius_a(i) <= limit(i))
       gap(1, i) = distance - radius_a(i)
       normal(:, 1, i) = m
       point(:, 1, i) = -(radius_a(i) + gap(1, i)/2)*m
-      feature(1, i) = 0
     end do
   end subroutine cairn_pair_sphere_facet
 
@@ -87,6 +97,33 @@ contains
     m = -m
     found = valley .and. distance >= -depth
   end subroutine nearest_of_facet
+
+  !> Distance of a point that is not over the facet from its edges, and the direction from there. A point behind the plane is
+  !> taken as one in it: beside a convex rim it neither touches nor opens by how deep it is.
+  pure subroutine nearest_of_border(q, x, distance, m)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: x(3)
+    real(c_double), intent(out) :: distance, m(3)
+    real(c_double) :: e(3), w(3), d(3), height, square
+    integer :: k
+    height = dot_product(q%normal(1, :), x) - q%offset(1)
+    square = huge(square)
+    d = 0
+    do k = 1, 3
+      e = q%v(after(k), :) - q%v(k, :)
+      w = x - height*q%normal(1, :) - q%v(k, :)
+      w = w - min(max(dot_product(w, e)/dot_product(e, e), 0.0_c_double), 1.0_c_double)*e
+      if (dot_product(w, w) >= square) cycle
+      square = dot_product(w, w)
+      d = w
+    end do
+    m = q%normal(1, :)
+    distance = height
+    if (sqrt(square) <= 2*on_edge*q%size) return ! over the edge: as deep as from the plane
+    d = d + max(height, 0.0_c_double)*m
+    distance = sqrt(dot_product(d, d))
+    m = d/distance
+  end subroutine nearest_of_border
 
   !> An edge is nearest where it is so to both of its facets; the point is outside where it is in front of one of them.
   pure subroutine try_edge(q, k, x, slack, found, outside, d)

@@ -572,6 +572,9 @@ typedef void cairn_hull_contact(int32_t n, const cairn_hulls* hulls, const int32
                                 const double* between, const double* radius_a, const double* radius_b,
                                 const double* direction_b, const double* limit, int32_t* count, double* gap,
                                 double* normal, double* point, int32_t* feature);
+/* Features of declared pairs with a facet, whose limit is the largest number: the point is on the facet itself; or not,
+ * and the contact is to be left out where another facet has it. */
+enum cairn_declared_feature { cairn_spare = -1, cairn_own = -2 };
 /* Of all rows CAIRN_CONVEX_PAIR: hulls says what A and what B is seen as. */
 cairn_hull_contact cairn_pair_convex;
 /* The plain way, to check against: see core_f90/reference. */
