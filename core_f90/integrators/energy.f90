@@ -128,7 +128,7 @@ contains
             if (present(force)) push = force(j, i)
             if (present(damping)) drag = damping(i)*dragged_momentum(axis, i, inertial, turning, moved)
             if (present(scheme) .and. .not. turning) then
-               call add_history(i, j, inertial, pull + push, mean, moved, drag, given, lost)
+               call add_history(i, j, held, inertial, pull + push, mean, moved, drag, given, lost)
             else
                given = h*(pull + push)
                lost = (theta - 0.5_c_double)*h*(pull + push)*(velocity(j, i) - velocity_begin(j, i))
@@ -148,10 +148,12 @@ contains
          end do
       end subroutine
 
-      !> Displacement, momentum given by forces and taken by drag, and what the integrator dissipates, with a history.
-      subroutine add_history(i, j, inertial, forces, mean, moved, drag, given, lost)
+      !> Displacement, momentum given by forces and taken by drag, and what the integrator dissipates, with a history. What is
+      !> driven keeps none: forces act on it for all of the step.
+      subroutine add_history(i, j, held, inertial, forces, mean, moved, drag, given, lost)
          integer(c_int64_t), intent(in) :: i
          integer, intent(in) :: j
+         logical, intent(in) :: held
          real(c_double), intent(in) :: inertial, forces, mean
          real(c_double), intent(inout) :: moved, drag
          real(c_double), intent(out) :: given, lost
@@ -166,6 +168,10 @@ contains
          given = scheme%impulse*forces + inertial*dot_product(scheme%velocity, known)
          if (present(damping)) drag = damping(i)*inertial &
             *(scheme%impulse*(velocity_begin(j, i) + dot_product(scheme%damping_history, known)) + scheme%damping*gain)
+         if (held) then
+            given = h*forces
+            drag = drag*(h/scheme%impulse)
+         end if
          lost = forces*moved - given*mean
       end subroutine
 

@@ -110,9 +110,9 @@ contains
     end do
   end subroutine cairn_history_velocity
 
-  !> s of rigid bodies: what forces and drag gave them, without contacts; of driven dofs all that they did beyond their history, or
-  !> nothing where more than one derivative is kept: these would grow by what a velocity that is given says of them, by 1.7 to 3
-  !> a step of Gear. What drives is an impulse there, as that of contacts, and the way the mean of the velocities at both ends.
+  !> s of rigid bodies: what forces and drag gave them, without contacts; of driven dofs nothing, and none of their history is
+  !> kept: derivatives that are found from given velocities ring without end once these jump, and grow by 1.7 to 3 a step of Gear.
+  !> What drives is an impulse, as that of contacts, and the way the mean of the velocities at both ends.
   pure subroutine cairn_smooth_change(dim, nd, nb, scheme, gravity, mass, inertia, velocity_begin, velocity, change, &
                                       a2, a3, a4, a5, force, damping, driven) bind(c)
     integer(c_int32_t), value      :: dim                            !< 2 or 3
@@ -146,7 +146,6 @@ contains
         inertial = mass(i)
         if (j > dim) inertial = inertia(min(j - dim, 2*dim - 3), i)
         change(j, i) = 0
-        if (held .and. scheme%histories == 1) change(j, i) = gain - dot_product(scheme%velocity, known)
         if (held) cycle
         if (.not. inertial <= huge(inertial)) cycle
         if (j <= dim) change(j, i) = scheme%impulse*gravity(j)

@@ -363,15 +363,17 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
   for (std::int64_t i = 0; i < n; ++i) {
     const double change = end[i] - v_[i], inertia = momentum_[i] - momentum_begin_[i];
     const double lumped = lumped_[i] * (change - x[i]); // what the points of mass take of the forces
-    reaction[i] = (inertia - momentum_known_[i] - impulse[i]) / s.impulse - f_[i];
+    const double beyond = s.histories > 0 ? borne_[i] : 0;
+    reaction[i] = (inertia - momentum_known_[i] - impulse[i]) / s.impulse - beyond - f_[i];
     const double extra = (inertia - momentum_known_[i] - lumped) / s.impulse, weight = lumped_[i] * gravity[i % dim];
     const double mean = 0.5 * (end[i] + v_[i]);
     work.inertia += way[i] * extra;
     work.kinetic_change += mean * (inertia - lumped_[i] * change);
     work.integrator += (way[i] - s.impulse * mean) * extra - mean * (momentum_known_[i] - lumped_[i] * x[i]);
+    work.integrator -= s.impulse * mean * beyond;
     if (model.ties.bound(i)) work.binding += way[i] * reaction[i];
     const bool given = model.held[i] || model.ties.bound(i);
-    const double force = given ? (lumped - impulse[i]) / s.impulse - weight : f_[i] - weight - extra;
+    const double force = given ? (lumped - impulse[i]) / s.impulse - beyond - weight : f_[i] - weight - extra;
     nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
@@ -419,16 +421,18 @@ void MeshBody::account_stored(Nodes& nodes, const std::vector<double>& end, cons
 }
 
 void MeshBody::solve_mass(double* b) {
-  const bool own = lumped_mass_ && model.ties.empty(); // each dof for itself
-  for (std::int64_t i = 0; i < model.dofs(); ++i) {
+  for (std::int64_t i = 0; i < model.dofs(); ++i)
     if (model.held[i]) b[i] = 0;
-    if (own) b[i] /= lumped_[i];
-  }
-  if (!own) solve_bound_mass(b);
+  solve_bound_mass(b);
 }
 
 // As solve_mass, but that held dofs bring their given x; by where rigid parts that turn stand.
 void MeshBody::solve_bound_mass(double* b) {
+  if (lumped_mass_ && model.ties.empty()) { // each dof for itself
+    for (std::int64_t i = 0; i < model.dofs(); ++i)
+      if (!model.held[i]) b[i] /= lumped_[i];
+    return;
+  }
   if (!mass_ || model.ties.rigid_parts_turn()) {
     if (!mass_) mass_ = make_soe();
     if (const SoeStatus status = factor(*mass_, model.mass.value.data()); !status) refuse(status);
@@ -458,20 +462,42 @@ void MeshBody::start_history(Nodes& nodes, const double* gravity, const cairn_sc
   }
 }
 
+// What jumps by the impulses of contacts, and by velocities that are given, on the mass alone. What holds a dof bears
+// these over the whole step, and not for the impulse of a force of 1 N.
+void MeshBody::find_jump(const std::vector<double>& end) {
+  const std::int64_t n = model.dofs();
+  std::copy(impulse.begin(), impulse.end(), jump_.begin());
+  for (std::int64_t i = 0; i < n; ++i)
+    if (model.held[i]) jump_[i] = end[i] - v_[i];
+  borne_.assign(std::size_t(n), 0.0);
+  const auto any = [](const auto& of) {
+    return std::any_of(of.begin(), of.end(), [](double x) { return x < 0 || x > 0; });
+  };
+  if (any(jump_)) solve_bound_mass(jump_.data());
+  if (!any(jump_) && !any(impulse)) return;
+  multiply_mass(jump_.data(), borne_.data());
+  const double beyond = 1 / scheme_.impulse - 1 / scheme_.h;
+  const bool turns = !linear() && model.ties.rigid_parts_turn(); // whose reactions are no part of what is kept
+  for (std::int64_t i = 0; i < n; ++i) {
+    const bool given = model.held[i] || (model.ties.bound(i) && !turns);
+    borne_[i] = given ? beyond * (borne_[i] - impulse[i]) : 0;
+  }
+}
+
 void MeshBody::smooth_change(Nodes& nodes, double* change) {
   const std::int64_t n = model.dofs();
   const bool turns = !linear() && model.ties.rigid_parts_turn();
-  jump_.assign(std::size_t(n), 0.0);
-  if (std::any_of(impulse.begin(), impulse.end(), [](double p) { return p < 0 || p > 0; })) {
-    std::copy(impulse.begin(), impulse.end(), jump_.begin());
-    solve_mass(jump_.data());
-  }
   gather(nodes.velocity, b_.data());
+  jump_.resize(std::size_t(n));
+  find_jump(b_);
   history_sum(nodes, scheme_.velocity, known_.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double all = b_[i] - v_[i] - known_[i];
-    if (model.held[i] && scheme_.histories > 1) jump_[i] = all; // an impulse, see cairn_smooth_change
-    if (turns && !model.held[i]) {
+    if (model.held[i]) { // an impulse, see cairn_smooth_change
+      change[model.dim * first_node + i] = 0;
+      continue;
+    }
+    if (turns) {
       const double load = pressed.empty() ? f_[i] : f_[i] + press_[i];
       change[model.dim * first_node + i] =
           scheme_.impulse * (load - c_[i] - force_of(std::size_t(i))) / force_weight(i);

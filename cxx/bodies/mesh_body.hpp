@@ -245,6 +245,7 @@ private:
   void history_sum(Nodes& nodes, const double* factors, double* out) const;
   void solve_mass(double* b); // of held dofs: zero
   void solve_bound_mass(double* b);
+  void find_jump(const std::vector<double>& end); // of velocities
   void find_modal_momentum();
   void factorise_modes(Factors& f);
   void solve_modes(double* b, std::int64_t columns);
@@ -317,7 +318,8 @@ private:
   bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> way_beside_;  // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]
-  std::vector<double> jump_;        // (dofs) of velocities, by the impulses of contacts on the mass alone [m/s]
+  std::vector<double> jump_;        // (dofs) of velocities, by contacts and drives on the mass alone [m/s]
+  std::vector<double> borne_;       // (dofs) what reactions to jumps would have too much by the scheme's impulse [N]
   std::unique_ptr<Soe> mass_;       // factors of M, for histories alone
   double size_ = 0, mean_mass_ = 0; // of a dof [kg]
   cairn_scheme scheme_{};           // of the step at hand

@@ -505,16 +505,18 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     const double known = keeps ? momentum_known_[i] : 0, of_points = keeps ? lumped_[i] * kicked_past_[i] : 0;
     const double lumped = lumped_[i] * a_[i] - of_points;
     const double extra = (inertia[i] - known - lumped) / scheme_.impulse, weight = lumped_[i] * gravity[i % dim];
-    reaction[i] = (inertia[i] - known - impulse[i]) / scheme_.impulse + elastic + c_[i] - f_[i];
+    const double beyond = keeps ? borne_[i] : 0;
+    reaction[i] = (inertia[i] - known - impulse[i]) / scheme_.impulse - beyond + elastic + c_[i] - f_[i];
     const double mean = 0.5 * (end[i] + v_[i]);
     work.inertia += way * extra;
     work.kinetic_change += mean * (inertia[i] - lumped_[i] * a_[i]);
-    work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points);
+    work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points + scheme_.impulse * beyond);
     if (model.ties.bound(i)) work.binding += way * reaction[i];
     if (model.ties.bound(i) && !way_beside_.empty()) // what the jumps of impulses turned rigid parts by beside
       work.integrator -= (way_beside_[i] - past_[i] - scheme_.position[0] / h_ * jump_[i]) * reaction[i];
-    const double force = model.held[i] || model.ties.bound(i) ? (lumped - impulse[i]) / scheme_.impulse - weight
-                                                              : f_[i] - elastic - c_[i] - weight - extra;
+    const double force = model.held[i] || model.ties.bound(i)
+                             ? (lumped - impulse[i]) / scheme_.impulse - beyond - weight
+                             : f_[i] - elastic - c_[i] - weight - extra;
     nodes.force[first_node][i] = force;
     work.kinetic += 0.5 * end[i] * (b_[i] - lumped_[i] * end[i]);
   }

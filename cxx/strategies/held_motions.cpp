@@ -13,14 +13,15 @@
 namespace cairn {
 namespace {
 
-// Of the velocity at the end of the step in the way that the strategy moves meshes.
+// Of the velocity at the end of the step in the way of held dofs, as the strategy moves meshes.
 double end_share(Strategy& strategy) {
   const std::string row = option_text(strategy, "integrator");
   Integrator made(row);
   const auto& parameters = made.info().parameters;
   for (std::size_t k = 0; k < parameters.size(); ++k)
     made.parameter(row, int(k)) = option_number(strategy, std::string(parameters[k].name));
-  return made.scheme(1.0).share;
+  const cairn_scheme scheme = made.scheme(1.0);
+  return scheme.share + scheme.position[0]; // what drives is an impulse, which has that of the way as well
 }
 
 std::string named(const MeshBody& mesh, std::int32_t dof) {

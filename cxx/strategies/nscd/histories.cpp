@@ -13,6 +13,14 @@ auto pointer(Field<T>& field) {
 
 const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
 
+// What came to be driven since the last step.
+void forget_driven(Bodies& b, int histories) {
+  if (!b.driven.active) return;
+  for (std::int64_t i = 0; i < b.count; ++i)
+    for (int j = 0; j < b.dofs() && *b.driven[i] != 0; ++j)
+      for (int k = 0; k < histories && (*b.driven[i] >> j) % 2 == 1; ++k) b.history(k)[b.dofs() * i + j] = 0;
+}
+
 } // namespace
 
 // Of bodies that came in, or were set from outside: from the forces on them.
@@ -23,6 +31,7 @@ void Nscd::start_histories(Simulation& s) {
   const Need needs[] = {Need::acceleration, Need::jerk, Need::snap, Need::crackle};
   for (int k = 0; k < scheme_.histories; ++k) s.scene.activate(needs[k]);
   Nodes& nodes = s.scene.nodes;
+  forget_driven(b, scheme_.histories);
   const auto all = [](Field<std::uint8_t>& of) {
     return std::find(of.values.begin(), of.values.end(), 0) == of.values.end();
   };

@@ -21,7 +21,7 @@ class Meshes:
         were = {int(m.node_ids[0]): m for m in before.meshes} if before else {}
         kept = {id(m.d): core.mesh_memory(m.number) for m in were.values()} if anew else {}
         self._call = simulation._call
-        self._share = lambda: simulation.strategy.moved_by().scheme(1.0)["share"]
+        self._share = lambda: _end_share(simulation.strategy.moved_by().scheme(1.0))
         self._origin = origin = np.asarray(simulation.scene.origin, float)[: simulation.scene.dim]
         given = []
         for d, ids in sets_of_meshes(simulation):
@@ -96,6 +96,11 @@ class Meshes:
             functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
             if not any(callable(f) for f in functions):
                 self._loaded.add(k)
+
+
+def _end_share(scheme):
+    """Of the velocity at the end of a step in the way of held dofs: what drives is an impulse, with its part beside the share."""
+    return scheme["share"] + sum(scheme["position"][:1])
 
 
 def sets_of_meshes(simulation):
