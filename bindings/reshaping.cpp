@@ -163,6 +163,9 @@ void bind_reshaping(py::module_& m) {
     return matrix_of(dim, cairn::turn_of(dim, mesh.model.mass, x, all_of(own), rotation_from(base)));
   });
   m.def("contact_loads", contact_loads);
+  m.def("check_unbonded", [](const Simulation& s, const Input<std::int64_t>& ids, const std::string& what) {
+    cairn::check_unbonded(s, all_of(ids), what);
+  });
   m.def("velocity_of", velocity_of);                     // of a body with the momentum of nodes, and its kinetic energy
   py::class_<cairn::PassedContacts>(m, "PassedContacts") // of bodies, or parts of meshes, in whose place others come
       .def(py::init([](Simulation& s, double h, const Input<std::int64_t>& ids) {

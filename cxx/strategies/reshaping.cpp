@@ -1,7 +1,9 @@
 #include "reshaping.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <map>
+#include <string>
 #include <utility>
 
 #include "../base/call.hpp"
@@ -140,6 +142,36 @@ std::vector<double> velocity_of(int dim, const NodesMotion& motion, const Rotati
   }
   kinetic *= 0.5;
   return out;
+}
+
+void check_unbonded(const Simulation& s, std::span<const std::int64_t> of, const std::string& what) {
+  if (!dynamic_cast<const Nscd*>(&s.strategy()) || s.steps == 0) return;
+  const std::vector<std::int64_t> ids = sorted(of);
+  const ContactMemory memory = s.strategy().memory(s);
+  const Contactors& c = s.scene.contactors;
+  std::string first;
+  std::int64_t more = 0;
+  for (std::size_t k = 0; k < memory.keys.size() && memory.state_components > 0; ++k) {
+    const std::int32_t a = s.contactor(memory.keys[k].contactor_a), b = s.contactor(memory.keys[k].contactor_b);
+    const double held = memory.states[k * std::size_t(memory.state_components)];
+    if (a < 0 || b < 0 || !(held > 0) || !(held < std::numeric_limits<double>::max())) continue; // or it has no state
+    const bool mine = std::binary_search(ids.begin(), ids.end(), carrier(s.scene, a));
+    if (mine == std::binary_search(ids.begin(), ids.end(), carrier(s.scene, b))) continue;
+    const int entry = s.laws.find(*c.material[a], *c.material[b]);
+    if (entry < 0) continue;
+    const LawInfo& law = law_infos()[std::size_t(s.laws.entry(entry).law)];
+    if (!law.keeps) continue;
+    if (more++ > 0) continue;
+    const std::int32_t other = mine ? b : a;
+    first = what + " is held to " +
+            (*c.body[other] < 0 ? "a mesh" : "body " + std::to_string(carrier(s.scene, other))) + " by " +
+            law.python_name;
+  }
+  if (more == 0) return;
+  throw Error(first + (more > 1 ? " (and by " + std::to_string(more - 1) + " more contacts)" : "") +
+              ": bonds began at points, areas and normals that what comes in its place does not have; reshape what no "
+              "bond holds, let its bonds break first, or give what shall be bonded and deformable as a mesh from the "
+              "start (cn.deformable)");
 }
 
 PassedContacts::PassedContacts(Simulation& s, double h, std::span<const std::int64_t> ids) : h_(h) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "../bodies/rigid_motion.hpp"
@@ -38,6 +39,11 @@ Rotation turn_of(int dim, const SparseMatrix& mass, std::span<const double> x, s
 // Velocity (3 | 6) of a body of these principal moments about its axes, with the momentum of nodes; and its energy.
 std::vector<double> velocity_of(int dim, const NodesMotion& motion, const Rotation& axes,
                                 std::span<const double> inertia, double& kinetic);
+
+// Refuses bodies that go, or parts of meshes, one of which a bond holds to another: what takes their place touches at
+// other points, along other normals and by other areas, where what a bond has learnt is true for none. what: their
+// name.
+void check_unbonded(const Simulation& s, std::span<const std::int64_t> ids, const std::string& what);
 
 // What contacts of bodies remember passes to those, of what comes in their place, that are nearest among the contacts
 // with the same others: a contact between two new ones is shared by its distances from them, so that sum and moment

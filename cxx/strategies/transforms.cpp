@@ -182,6 +182,8 @@ std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, cons
   Former former = former_of(s.scene, id);
   for (const Shape& shape : former.shapes) check_unjoined(s.laws, id, shape.material);
   check_cells(d, id, dim);
+  const std::int64_t gone[] = {id};
+  check_unbonded(s, gone, "body " + std::to_string(id));
   const RigidMotion at = motion_of(s.scene, id);
   SparseMatrix mass, stiffness, damping;
   std::vector<double> of_nodes;
@@ -201,7 +203,6 @@ std::size_t Transforms::deform(Simulation& s, std::int64_t id, MeshDraft d, cons
   if (node_material < 0) node_material = former.shapes.front().material;
   if (side_material < 0) side_material = node_material;
 
-  const std::int64_t gone[] = {id};
   PassedContacts contacts(s, s.report.h, gone);
   s.remove_bodies(gone);
   s.add_mesh(add_mesh_parts(s.scene, d, name, node_material, side_material));
@@ -249,11 +250,12 @@ std::int64_t Transforms::rigidify(Simulation& s, std::size_t which, const OtherS
   read_nodes(s, mesh, x, v);
   const NodesMotion motion = motion_of_nodes(dim, mesh.model.mass, x, v);
   const Former former = replaced(s, mesh, shape, motion);
+  const std::vector<std::int64_t> gone = parts_of(mesh.model);
+  check_unbonded(s, gone, "the mesh '" + mesh.model.name + "'");
   const double stored = stored_at_begin(mesh, s.scene.nodes);
   const Rotation axes =
       shape ? shape->axes : times(turn_of(dim, mesh.model.mass, x, former.own, former.base), former.start);
 
-  const std::vector<std::int64_t> gone = parts_of(mesh.model);
   PassedContacts contacts(s, s.report.h, gone);
   s.remove_bodies(gone);
   double kinetic = 0;

@@ -38,6 +38,7 @@ __all__: list[str] = [
     "bulk_materials",
     "bulk_on_measure",
     "bulk_points",
+    "check_unbonded",
     "conductances",
     "contact_loads",
     "element_matrices",
@@ -652,6 +653,7 @@ def bulk_points(
     arg6: typing.SupportsFloat | typing.SupportsIndex,
 ) -> dict: ...
 def conductances() -> list: ...
+def check_unbonded(arg0: Simulation, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int64], arg2: str) -> None: ...
 def contact_loads(
     arg0: Simulation,
     arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],

@@ -410,3 +410,93 @@ def test_a_mesh_that_no_file_holds_is_asked_for(tmp_path):
     one.checkpoint(tmp_path / "half")
     with pytest.raises(cn.FileError, match="the mesh 'body 0' came in later, with a function in Python"):
         pushed((1.0, 0.0, 0.0)).restore(tmp_path / "half")
+
+
+ZONE = {"normal_stiffness": 1e10, "tangential_stiffness": 7e9, "mu": 0.3}
+BONDS = [
+    cn.Bonded(),
+    cn.MAL(normal_strength=2e6, tangential_strength=3e6, normal_work=1e3, tangential_work=3e3, **ZONE),
+    cn.ParallelBond(normal_stiffness=1e10, tangential_stiffness=1e10, tension=1e8, shear=1e8, radius=1.0),
+    cn.MohrCoulomb(tension=1e8, cohesion=1e8, mu=0.3),
+    cn.Rod(stiffness=1e8, within=0.02),
+]
+
+
+def bonded(law, *sets):
+    """Bodies that touch, or all but so for a rod, in even flight at 1 m/s."""
+    scene = cn.Scene(dim=2)
+    scene.add(*sets)
+    scene.interact(GLUE, GLUE, law)
+    solver = cn.NLGS(tol=1e-12, max_iter=20000)
+    return cn.Simulation(scene, 2e-6, cn.NSCD(solver=solver), overlap="ignore")
+
+
+def state(sim):
+    nodes = [sim.nodes.position, sim.nodes.velocity] if len(sim.meshes) else []
+    return [np.array(x) for x in (sim.bodies.id, sim.bodies.position, sim.bodies.velocity, *nodes, *sim.energy.values())]
+
+
+@pytest.mark.parametrize("law", BONDS, ids=lambda law: type(law).__name__)
+def test_what_a_bond_holds_is_not_deformed(law):
+    """It is told by name, the state is as it was, and the flight goes on; once its other is gone it may be deformed, at the same
+    energy."""
+    x = [[0.0, 0.0], [1.01 if isinstance(law, cn.Rod) else 1.0, 0.0]]
+    sim = bonded(law, cn.disks(x, 0.5, GLUE, velocity=[[1.0, 0.0, 0.0]] * 2))
+    for _ in range(5):
+        sim.step()
+    before = state(sim)
+    with pytest.raises(ValueError, match=f"body 1 is held to body 0 by {type(law).__name__}"):
+        sim.deform(1, mesh())
+    for was, is_now in zip(before, state(sim), strict=True):
+        assert np.array_equal(was, is_now)
+    for _ in range(5):
+        sim.step()
+    assert np.allclose(sim.bodies.velocity, [[1.0, 0.0, 0.0]] * 2, rtol=0, atol=1e-9)
+    kinetic = sim.energy["kinetic"] / 2
+    sim.remove([0])
+    sim.deform(1, mesh())
+    sim.step()
+    assert sim.energy["kinetic"] == pytest.approx(kinetic, rel=1e-9)
+    assert np.abs(sim.nodes.velocity - [1.0, 0.0]).max() < 1e-9
+
+
+@pytest.mark.parametrize("law", BONDS[1:3], ids=lambda law: type(law).__name__)
+def test_a_mesh_that_a_bond_holds_is_not_made_rigid(law):
+    """A block on another, bonded from the start, in even flight, pulled: what its bonds store stays in the balance."""
+    body = mesh(corner=(-0.5, 0.5))
+    body.groups["bottom"] = np.flatnonzero(np.abs(body.points[:, 1] - 0.5) < 1e-9)
+    block = cn.polygons([SQUARE], GLUE, velocity=[[1.0, 0.0, 0.0]])
+    sim = bonded(law, block, cn.deformable(body, GLUE, contact="bottom", edges="bottom", velocity=(1.0, 0.01)))
+    for _ in range(10):
+        sim.step()
+    assert sim.energy["stored"] > 0 and (sim.contacts.beta > 0).any()
+    before = state(sim)
+    shape = cn.polygons([SQUARE], GLUE)
+    with pytest.raises(ValueError, match=f"the mesh .* is held to body 0 by {type(law).__name__} .and by [0-9]+ more contacts.:"):
+        sim.rigidify(sim.meshes[0], shape=shape)
+    for was, is_now in zip(before, state(sim), strict=True):
+        assert np.array_equal(was, is_now)
+    sim.step()
+    assert abs(sim.energy["closure"]) < 1e-9 * sim.energy["in_play"]
+
+
+def test_a_criterion_tells_of_a_bond():
+    law = BONDS[1]
+    sim = bonded(law, cn.disks([[0.0, 0.0], [1.0, 0.0]], 0.5, GLUE, velocity=[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    sim.reshape_when([1], mesh(), force=1.0)
+    with pytest.raises(ValueError, match="body 1 is held to body 0 by MAL"):
+        for _ in range(5):
+            sim.step()
+    assert len(sim.meshes) == 0
+
+
+def test_a_zone_that_broke_is_in_no_ones_way():
+    law = cn.MAL(normal_strength=2e3, tangential_strength=3e3, normal_work=1e-3, tangential_work=3e-3, **ZONE)
+    sim = bonded(law, cn.disks([[0.0, 0.0], [1.0, 0.0]], 0.5, GLUE, velocity=[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+    for _ in range(20):
+        sim.step()
+    assert not (sim.contacts.beta > 0).any()
+    kinetic = sim.energy["kinetic"]
+    sim.deform(1, mesh())
+    sim.step()
+    assert sim.energy["kinetic"] == pytest.approx(kinetic, rel=1e-9)

@@ -25,6 +25,7 @@ def deform(sim, id, body, *, material=None, **options):
     if (joint := joint_of(sim, id)) is not None:
         told = f"body {id} is an end of the joint {joint!r}, which a mesh in its place would not have"
         raise ValueError(f"{told}: let it go first, sim.unjoin({joint!r})")
+    _core.check_unbonded(core_of(sim), np.array([id], np.int64), f"body {id}")
     if type(body) not in (ElasticBody, SolidBody):
         raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody or a SolidBody, of the shape of body {id}")
     if body.dim != sim.scene.dim or getattr(body, "plane", "") == "axisymmetric":
@@ -70,6 +71,7 @@ def rigidify(sim, mesh, shape=None):
     if shape is None and former is None:
         raise ValueError(f"the mesh {d.name!r} was no rigid body before: give shape, a set of one body that stands where it is")
     dim, core = body.dim, core_of(sim)
+    _core.check_unbonded(core, np.asarray(view.all_ids, np.int64), f"the mesh {d.name!r}")
     at = _core.motion_of_mesh(core, view._mesh.number)
     centre, mass = at["centre"], at["mass"]
     if shape is None:
