@@ -130,3 +130,18 @@ def test_a_bar_that_is_shaken_at_its_foot_converges_to_second_order(integrator):
     exact = tip(cn.Theta(), 1e-5)
     errors = [abs(tip(integrator, h) - exact) for h in (8e-4, 4e-4)]
     assert np.log2(errors[0] / errors[1]) > 1.7
+
+
+@pytest.mark.parametrize("integrator", EACH, ids=repr)
+def test_held_nodes_bear_what_rests_on_them(integrator):
+    """A disk on a plate that is held: contacts give the weight of a whole step, whatever the impulse of a force of the method."""
+    cells, groups = {"quad": [[0, 1, 2, 3]]}, {"all": [0, 1, 2, 3]}
+    body = cn.ElasticBody(CORNERS, cells, young=1e6, poisson=0.3, density=1000.0, lumped=True, groups=groups)
+    scene = cn.Scene(dim=2, gravity=(0.0, -10.0))
+    scene.add(cn.deformable(body, ROCK, edges=[[1, 2], [2, 3], [3, 0]], fixed={"all": "xy"}))
+    scene.add(cn.disks([[0.5, 1.1]], 0.1, ROCK))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(integrator=integrator))
+    for _ in range(3):
+        sim.step()
+        assert sim.meshes[0].reaction("all")[1] == pytest.approx(1e4 * (1 + np.pi * 0.01), rel=1e-9)

@@ -10,7 +10,8 @@ class Reshaping:
         """Makes a rigid body deformable between steps: `body`, an ElasticBody or SolidBody of its shape as it stood when it came
         in, takes its place, mass, momentum and angular momentum, its mesh is returned. material: of its contacts, that of the
         rigid body; options: as of cairn.deformable; contact and edges or faces are the whole surface. What contacts remember
-        passes to those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"].
+        passes to those that are nearest; what kinetic energy that cannot keep is info["energy"]["dissipated_reshaping"]. A body
+        that a bond or zone holds is refused.
         """
         from .reshape import deform
 
@@ -21,7 +22,7 @@ class Reshaping:
         """Makes a mesh (of `meshes`, or its number there) rigid between steps, with its momentum and angular momentum; returns
         the id, which is that of the rigid body that it was. shape: a set of one body that stands where the mesh is, for one
         that was none, or that keeps another shape. What it stored, and the energy of its deformation, is
-        "dissipated_reshaping".
+        "dissipated_reshaping". A mesh that a bond or zone holds is refused.
         """
         from .reshape import rigidify
 
