@@ -474,10 +474,12 @@ void MeshBody::find_jump(const std::vector<double>& end) {
     return std::any_of(of.begin(), of.end(), [](double x) { return x < 0 || x > 0; });
   };
   if (any(jump_)) solve_bound_mass(jump_.data());
-  if (!any(jump_) && !any(impulse)) return;
-  multiply_mass(jump_.data(), borne_.data());
+  const bool turns = !linear() && model.ties.rigid_parts_turn();
+  if (!turns && !any(jump_) && !any(impulse)) return;
+  a_ = jump_;
+  for (std::int64_t i = 0; i < n && turns; ++i) a_[i] = end[i] - v_[i]; // forces alone are kept, no motion of the mass
+  multiply_mass(a_.data(), borne_.data());
   const double beyond = 1 / scheme_.impulse - 1 / scheme_.h;
-  const bool turns = !linear() && model.ties.rigid_parts_turn(); // whose reactions are no part of what is kept
   for (std::int64_t i = 0; i < n; ++i) {
     const bool given = model.held[i] || (model.ties.bound(i) && !turns);
     borne_[i] = given ? beyond * (borne_[i] - impulse[i]) : 0;

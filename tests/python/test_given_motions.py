@@ -145,3 +145,35 @@ def test_held_nodes_bear_what_rests_on_them(integrator):
     for _ in range(3):
         sim.step()
         assert sim.meshes[0].reaction("all")[1] == pytest.approx(1e4 * (1 + np.pi * 0.01), rel=1e-9)
+
+
+@pytest.mark.parametrize("lumped", [True, False])
+@pytest.mark.parametrize("solid", [False, True])
+@pytest.mark.parametrize(
+    "integrator", [cn.Theta(), cn.Newmark(), cn.HHT(alpha=-0.1), cn.GeneralisedAlpha(spectral_radius=0.8)], ids=repr
+)
+def test_reactions_give_the_momentum_of_all_that_hangs_on_them(integrator, solid, lumped):
+    """A plate drawn by its left side, its right one a rigid part: the reaction is the rate of its momentum, but for half a step
+    where forces are those of the end."""
+    points, cells = box("quad", (2, 2), (1.0, 1.0))
+    left, right = (np.flatnonzero(points[:, 0] == x) for x in (0.0, 1.0))
+    more = {"density": 1000.0, "lumped": lumped, "groups": {"left": left, "right": right}}
+    if solid:
+        body = cn.SolidBody(points, cells, cn.NeoHookean(young=1e6, poisson=0.0), **more)
+    else:
+        body = cn.ElasticBody(points, cells, young=1e6, poisson=0.0, **more)
+    scene = cn.Scene(dim=2)
+    drawn = {"left": {"x": lambda t: 2 * t, "y": lambda t: 0.0}}
+    scene.add(cn.deformable(body, ROCK, rigid=["right"], drive=drawn))
+    scene.interact("*", "*", None)
+    sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(integrator=integrator))
+    reactions, rates, before = [], [], 0.0
+    for _ in range(200):
+        sim.step()
+        momentum = (body.M @ sim.meshes[0].velocity.ravel())[::2].sum()
+        reactions.append(sim.meshes[0].reaction("left")[0])
+        rates.append((momentum - before) / 1e-3)
+        before = momentum
+    assert np.abs(np.subtract(reactions, rates))[2:].max() < 0.015 * np.abs(rates).max()
+    assert sum(reactions) == pytest.approx(sum(rates), rel=5e-3)
+    assert abs(sim.energy["closure"]) < 1e-8 * sim.energy["in_play"]
