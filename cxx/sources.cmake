@@ -59,6 +59,7 @@ set(CAIRN_CXX_SOURCES
   contacts/turning_sides.cpp
   contacts/twin_bonds.cpp
   detection/detection_grid.cpp
+  detection/edges_in_a_row.cpp
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp

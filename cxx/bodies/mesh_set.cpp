@@ -52,6 +52,8 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   mapped_.centre.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
   mapped_.direction.assign(seats_.size() * std::size_t(nodes.dim), 0.0);
   facet_vertices_.reserve(3 * vertices);
+  mapped_.place = of_contactor_;
+  if (nodes.dim == 2) find_next_edges();
   part_from_themselves(contactors);
   find_sizes();
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
@@ -59,6 +61,30 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
                 return m.model.dim == 3 || !m.model.whole_nodes.empty();
               });
   mortar_work_.reset(); // it is of the meshes that were
+}
+
+// Edges in a row along the boundary of a mesh. Where several begin or end at a node none is the next one but of the
+// last that the mesh tells of.
+void MeshSet::find_next_edges() {
+  mapped_.half.assign(seats_.size(), 0.0);
+  mapped_.before.assign(seats_.size(), -1);
+  mapped_.after.assign(seats_.size(), -1);
+  std::vector<std::vector<std::int32_t>> of_side(meshes.size()); // its place among the seats
+  for (std::size_t m = 0; m < meshes.size(); ++m) of_side[m].assign(meshes[m].model.side_ids.size(), -1);
+  for (std::size_t i = 0; i < seats_.size(); ++i)
+    if (const Seat& s = seats_[i]; s.role == Role::edge)
+      of_side[std::size_t(s.mesh)][std::size_t(s.index)] = std::int32_t(i);
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const MeshModel& model = meshes[m].model;
+    for (std::size_t n = 0; n < model.side_to.size(); ++n) {
+      const std::int32_t to = model.side_to[n], from = model.side_from[n];
+      const std::int32_t first = to < 0 ? -1 : of_side[m][std::size_t(to)];
+      const std::int32_t second = from < 0 ? -1 : of_side[m][std::size_t(from)];
+      if (first < 0 || second < 0) continue;
+      mapped_.after[std::size_t(first)] = mapped_.contactor[std::size_t(second)];
+      mapped_.before[std::size_t(second)] = mapped_.contactor[std::size_t(first)];
+    }
+  }
 }
 
 std::int32_t MeshSet::node_of(const Seat& s, int j) const {
@@ -99,7 +125,6 @@ void MeshSet::part_from_themselves(const Contactors& contactors) {
   for (std::size_t m = 0; m < meshes.size(); ++m)
     if (meshes[m].model.self_contact) carrier[m] = next++;
   if (next == mapped_.bodies) return;
-  mapped_.place = of_contactor_;
   mapped_.apart_depth.assign(seats_.size(), 0.0);
   std::vector<std::vector<std::vector<std::int32_t>>> sides(meshes.size()); // contactors of the sides at each node
   for (std::size_t i = 0; i < seats_.size(); ++i) {
@@ -189,6 +214,7 @@ void MeshSet::follow(const Nodes& nodes, const Contactors& contactors) {
       double* along = &mapped_.direction[std::size_t(dim) * i];
       along[0] = x / length;
       along[1] = y / length;
+      mapped_.half[i] = length / 2;
       centre[0] -= along[1] * thickness;
       centre[1] += along[0] * thickness;
     } else if (s.role == Role::facet) {

@@ -142,6 +142,7 @@ private:
   void mix(MeshBody& mesh, CondensedBody& body);
   void make_room(std::vector<CondensedBody>& out, Array<double>& velocity);
   void part_from_themselves(const Contactors& contactors);
+  void find_next_edges();
 
   MappedContactors mapped_;
   std::vector<Seat> seats_;                // of each of mapped_

@@ -13,11 +13,16 @@ struct MappedContactors {
   std::vector<std::int32_t> contactor; // internal numbers, rising
   std::vector<double> centre;          // (dim, n) [m]
   std::vector<double> direction;       // (dim, n) of edges, unit, in space; zero of others
-  std::int32_t bodies = 0;             // contactors.body goes down to -bodies
+  // Of edges: half of their length [m]; the contactors of the edge that ends where this one begins, and of the one that
+  // begins where it ends, -1: none.
+  std::vector<double> half;
+  std::vector<std::int32_t> before, after;
+  std::vector<std::int32_t> place; // of all contactors in `contactor`, -1: a rigid body carries it
+  std::int32_t bodies = 0;         // contactors.body goes down to -bodies
   // Of bodies that touch themselves: their sides are carried by bodies of their own, as far as pairs are sought, with
   // numbers from `bodies` on; how far behind a side a point of the same body is no longer in contact with it [m]. Sides
-  // that each contactor is next to, rising, by its place in `contactor`, which `place` tells of all contactors.
-  std::vector<std::int32_t> apart, apart_carrier, place, near;
+  // that each contactor is next to, rising, by its place in `contactor`.
+  std::vector<std::int32_t> apart, apart_carrier, near;
   std::vector<std::int64_t> near_start;
   std::vector<double> apart_depth; // of each of `contactor`, 0 of those that are not apart
   std::int32_t carriers() const { return bodies + (apart_carrier.empty() ? 0 : apart_carrier.back() + 1 - bodies); }

@@ -200,35 +200,39 @@ void Interactions::State::follow_bonds_across_sides() {
     const auto shape = Shape(*contactors->shape[contactor]);
     return dim() == 3 ? shape == Shape::facet : shape == Shape::segment && body(std::int32_t(contactor)) < 0;
   };
-  const auto is_lost = [&](std::int64_t c) {
+  const auto holds = [&](std::int64_t at) { return memory.states[at * std::int64_t(memory.state_components)] > 0; };
+  auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
+  std::fill_n(taken, memory.keys.size(), 0);
+  for (std::int64_t c = 0; c < n; ++c)
+    if (place[c] >= 0) taken[place[c]] = 1;
+  bool any = false;
+  for (std::size_t i = 0; i < memory.keys.size() && !any; ++i) any = !taken[i] && holds(std::int64_t(i));
+  if (!any) return;
+  const auto is_loose = [&](std::int64_t c) { // one that touched there before it, without a bond, goes on as the bond
     const std::int64_t i = system.candidate[c];
-    return place[c] < 0 && i >= 0 && entry[i] >= 0 && law_infos()[std::size_t(laws->entry(entry[i]).law)].keeps &&
-           is_side(candidates->contactor_b[i]);
+    return !(place[c] >= 0 && holds(place[c])) && i >= 0 && entry[i] >= 0 &&
+           law_infos()[std::size_t(laws->entry(entry[i]).law)].keeps && is_side(candidates->contactor_b[i]);
   };
-  std::int64_t lost = 0;
-  for (std::int64_t c = 0; c < n; ++c) lost += is_lost(c);
-  if (lost == 0) return;
+  std::int64_t loose = 0;
+  for (std::int64_t c = 0; c < n; ++c) loose += is_loose(c);
+  if (loose == 0) return;
   const auto on_surface = [&](std::int64_t c) { // the key with what bears the side in its place
     ContactKey k = key(system.candidate[c]);
     k.contactor_b = unit_of(candidates->contactor_b[system.candidate[c]]);
     return k;
   };
-  KeyTable table(lost, scratch);
+  KeyTable table(loose, scratch);
   for (std::int64_t c = 0; c < n; ++c)
-    if (is_lost(c)) table.insert(on_surface(c), c);
+    if (is_loose(c)) table.insert(on_surface(c), c);
   const std::int64_t known = end_of_seen(memory);
   auto* side_of = scratch.take<std::int32_t>(known);
   std::fill_n(side_of, known, -1);
   for (std::int64_t c = 0; c < contactors->count; ++c)
     if (is_side(c) && memory.has_seen(*contactors->id[c])) side_of[*contactors->id[c]] = std::int32_t(c);
-  auto* taken = scratch.take<std::uint8_t>(std::int64_t(memory.keys.size()));
-  std::fill_n(taken, memory.keys.size(), 0);
-  for (std::int64_t c = 0; c < n; ++c)
-    if (place[c] >= 0) taken[place[c]] = 1;
   for (std::size_t i = 0; i < memory.keys.size(); ++i) {
     ContactKey k = memory.keys[i];
-    if (taken[i] || !(memory.states[i * std::size_t(memory.state_components)] > 0) || k.feature < 0 ||
-        k.feature >= names_of_facets || side_of[k.contactor_b] < 0)
+    if (taken[i] || !holds(std::int64_t(i)) || k.feature < 0 || k.feature >= names_of_facets ||
+        side_of[k.contactor_b] < 0)
       continue;
     const std::int32_t side = side_of[k.contactor_b];
     k.contactor_b = unit_of(side);
@@ -238,7 +242,7 @@ void Interactions::State::follow_bonds_across_sides() {
     table.find(k, [&](std::int32_t c) { // goes through all that may be it
       const std::int64_t at = system.candidate[c];
       const std::int32_t a = candidates->contactor_a[at], b = candidates->contactor_b[at];
-      if (place[c] >= 0 || !(on_surface(c) == k) ||
+      if (!is_loose(c) || !(on_surface(c) == k) ||
           laws->find(*contactors->material[a], *contactors->material[side]) != entry[at])
         return ContactKey{-1, -1, 0, 0};
       double is[3];

@@ -168,8 +168,14 @@ struct InteractionHandler::Workspace {
   std::int64_t drop_own_insides(std::int64_t first, std::int64_t count, Candidates& out) const;
   void move_contacts(std::int64_t from, std::int64_t count, std::int64_t to, Candidates& out) const;
   void close_ranks(Candidates& out);
-  void trim(Candidates& out, std::int64_t count) const; // to as many
+  void trim(Candidates& out, std::int64_t count) const;                         // to as many
+  void leave_out(Candidates& out, const std::vector<std::uint8_t>& left) const; // those that are marked
   void leave_out_spares(Candidates& out) const;
+  // Which of two edges in a row has a point.
+  enum class EdgeOwner { first, second, both };
+  EdgeOwner owner_at_corner(std::int32_t first, std::int32_t second, const double* x) const;
+  bool is_on_next_edge(const Candidates& out, std::int64_t i) const;
+  void leave_to_next_edges(Candidates& out) const;
   void admit(detection::PairList& list, std::int64_t added) const;
 };
 

@@ -1,6 +1,7 @@
 // Declared pairs of a round body or a node and a triangle have a contact wherever they are (sphere_facet.f90). Where
 // the point passed to another triangle of the surface, that one goes on with the pair, and the contact here is left
 // out; where no other has it, as a hair behind the rim of a surface, it stays.
+#include <cstdint>
 #include <vector>
 
 #include "detection_workspace.hpp"
@@ -31,17 +32,19 @@ void InteractionHandler::Workspace::leave_out_spares(Candidates& out) const {
         if (goes_on(i, j)) return true;
     return false;
   };
-  std::vector<std::int64_t> spares; // those to leave out, in order
+  std::vector<std::uint8_t> left(std::size_t(out.count), 0);
+  for (std::int64_t i = 0; i < out.count; ++i) left[std::size_t(i)] = out.feature[i] == cairn_spare && has_heir(i);
   for (std::int64_t i = 0; i < out.count; ++i)
-    if (out.feature[i] == cairn_spare && has_heir(i)) spares.push_back(i);
-  std::int64_t to = 0;
-  std::size_t next = 0;
-  for (std::int64_t i = 0; i < out.count; ++i) {
     if (out.feature[i] < 0) out.feature[i] = 0;
-    if (next < spares.size() && spares[next] == i)
-      ++next;
-    else if (to++ != i)
-      move_contacts(i, 1, to - 1, out);
+  leave_out(out, left);
+}
+
+void InteractionHandler::Workspace::leave_out(Candidates& out, const std::vector<std::uint8_t>& left) const {
+  std::int64_t to = 0;
+  for (std::int64_t i = 0; i < out.count; ++i) {
+    if (left[std::size_t(i)]) continue;
+    if (to != i) move_contacts(i, 1, to, out);
+    ++to;
   }
   trim(out, to);
 }
