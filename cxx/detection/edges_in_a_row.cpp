@@ -28,16 +28,17 @@ InteractionHandler::Workspace::owner_at_corner(std::int32_t first, std::int32_t 
   double beyond_first = (x[0] - at_e[0]) * e[0] + (x[1] - at_e[1]) * e[1] - e[2];
   double along_second = (x[0] - at_f[0]) * f[0] + (x[1] - at_f[1]) * f[1] + f[2];
   const double slack = on_end * (e[2] + f[2]), cosine = e[0] * f[0] + e[1] * f[1];
-  const bool in_a_row = cosine > 0 && std::abs(e[0] * f[1] - e[1] * f[0]) <= straight;
+  const double sine = e[0] * f[1] - e[1] * f[0];
+  const bool in_a_row = cosine > 0 && std::abs(sine) <= straight, turns = cosine < nearly_one;
+  if (turns && sine < 0) return EdgeOwner::both;                  // a valley
   if (in_a_row || std::abs(beyond_first - along_second) <= slack) // one of them, by the line between
     beyond_first = along_second = (beyond_first + along_second) / 2;
   // a corner that stands out has both within a hair of it, so that corners that meet do not pass each other
-  const bool turns = cosine < nearly_one;
   const double hair = turns ? std::min(contactors->radius.values[first], contactors->radius.values[second]) / 64 : 0;
   const double least = std::min(beyond_first, along_second), most = std::max(beyond_first, along_second);
   if (most <= slack) return !turns || least < -hair ? EdgeOwner::first : EdgeOwner::both;
   if (least > (turns ? -slack : slack)) return most > hair ? EdgeOwner::second : EdgeOwner::both;
-  if (beyond_first > 0 || !(e[0] * f[1] - e[1] * f[0] > 0)) return EdgeOwner::both;
+  if (beyond_first > 0 || !(sine > 0)) return EdgeOwner::both;
   // behind one of them or both, where the boundary turns away: the nearer one, where that is clear
   const auto depth = [&](std::int32_t edge, const double* at, const double* along) {
     return std::max(contactors->radius.values[edge] - (x[0] - at[0]) * along[1] + (x[1] - at[1]) * along[0], 0.0);
