@@ -66,7 +66,6 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
 // Edges in a row along the boundary of a mesh. Where several begin or end at a node none is the next one but of the
 // last that the mesh tells of.
 void MeshSet::find_next_edges() {
-  mapped_.half.assign(seats_.size(), 0.0);
   mapped_.before.assign(seats_.size(), -1);
   mapped_.after.assign(seats_.size(), -1);
   std::vector<std::vector<std::int32_t>> of_side(meshes.size()); // its place among the seats
@@ -214,7 +213,6 @@ void MeshSet::follow(const Nodes& nodes, const Contactors& contactors) {
       double* along = &mapped_.direction[std::size_t(dim) * i];
       along[0] = x / length;
       along[1] = y / length;
-      mapped_.half[i] = length / 2;
       centre[0] -= along[1] * thickness;
       centre[1] += along[0] * thickness;
     } else if (s.role == Role::facet) {

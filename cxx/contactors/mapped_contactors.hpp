@@ -13,9 +13,8 @@ struct MappedContactors {
   std::vector<std::int32_t> contactor; // internal numbers, rising
   std::vector<double> centre;          // (dim, n) [m]
   std::vector<double> direction;       // (dim, n) of edges, unit, in space; zero of others
-  // Of edges: half of their length [m]; the contactors of the edge that ends where this one begins, and of the one that
-  // begins where it ends, -1: none.
-  std::vector<double> half;
+  // Of edges: the contactors of the edge that ends where this one begins, and of the one that begins where it ends, -1:
+  // none.
   std::vector<std::int32_t> before, after;
   std::vector<std::int32_t> place; // of all contactors in `contactor`, -1: a rigid body carries it
   std::int32_t bodies = 0;         // contactors.body goes down to -bodies

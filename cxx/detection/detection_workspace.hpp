@@ -174,6 +174,7 @@ struct InteractionHandler::Workspace {
   // Which of two edges in a row has a point.
   enum class EdgeOwner { first, second, both };
   EdgeOwner owner_at_corner(std::int32_t first, std::int32_t second, const double* x) const;
+  std::int32_t edge_that_has_it(const Candidates& out, std::int64_t i) const; // of the contact, or the next one
   bool is_on_next_edge(const Candidates& out, std::int64_t i) const;
   void leave_to_next_edges(Candidates& out) const;
   void admit(detection::PairList& list, std::int64_t added) const;

@@ -49,15 +49,27 @@ InteractionHandler::Workspace::owner_at_corner(std::int32_t first, std::int32_t 
   return EdgeOwner::both;
 }
 
-bool InteractionHandler::Workspace::is_on_next_edge(const Candidates& out, std::int64_t i) const {
+std::int32_t InteractionHandler::Workspace::edge_that_has_it(const Candidates& out, std::int64_t i) const {
   const std::int32_t a = out.contactor_a[i], b = out.contactor_b[i];
-  if (!info(Shape(contactors->shape.values[a])).ball() || mapped->place[std::size_t(b)] < 0) return false;
+  if (!info(Shape(contactors->shape.values[a])).ball() || mapped->place[std::size_t(b)] < 0) return b;
   const auto k = std::size_t(mapped->place[std::size_t(b)]);
   double x[2], shift[3] = {0, 0, 0};
   if (any_periodic) image_shift(*cell, out.image[i], shift);
   for (int c = 0; c < 2; ++c) x[c] = centre[2 * std::int64_t(a) + c] - shift[c];
-  return (mapped->after[k] >= 0 && owner_at_corner(b, mapped->after[k], x) == EdgeOwner::second) ||
-         (mapped->before[k] >= 0 && owner_at_corner(mapped->before[k], b, x) == EdgeOwner::first);
+  const std::int32_t after = mapped->after[k], before = mapped->before[k];
+  if (after >= 0 && owner_at_corner(b, after, x) == EdgeOwner::second) return after;
+  return before >= 0 && owner_at_corner(before, b, x) == EdgeOwner::first ? before : b;
+}
+
+// Whether a contact is to be left to the next edge, which has one: points of a body that touches itself have none with
+// the edges that they are next to.
+bool InteractionHandler::Workspace::is_on_next_edge(const Candidates& out, std::int64_t i) const {
+  const std::int32_t owner = edge_that_has_it(out, i);
+  if (owner == out.contactor_b[i]) return false;
+  for (const int way : {-1, 1})
+    for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == out.contactor_a[i]; j += way)
+      if (out.contactor_b[j] == owner && out.image[j] == out.image[i]) return true;
+  return false;
 }
 
 // A pair that is declared goes on with the edge that has the point now, if that looks about the same way.

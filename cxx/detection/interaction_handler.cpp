@@ -210,10 +210,6 @@ void InteractionHandler::Workspace::place_mapped() {
                     " stands nowhere; check the velocities of its nodes, forces and the step before");
     for (int d = 0; d < dim && contactors->direction.active; ++d)
       direction[i * (dim + 1) + d] = mapped->direction[k * std::size_t(dim) + std::size_t(d)];
-    if (dim != 2 || Shape(contactors->shape.values[i]) != Shape::segment) continue;
-    double& half = direction[i * 3 + 2]; // of an edge, which may be strained
-    reach[i] += mapped->half[k] - half;
-    half = mapped->half[k];
   }
 }
 

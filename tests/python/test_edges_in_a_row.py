@@ -63,16 +63,3 @@ def test_a_side_round_the_corner_does_not_reach_over_the_top():
     sim = cn.Simulation(scene, 1e-3)
     sim.step()
     assert np.allclose(sim.contacts.normal, [[0.0, 1.0]], atol=1e-12) and np.allclose(sim.bodies.velocity, 0.0, atol=1e-12)
-
-
-def test_an_edge_is_as_long_as_its_mesh_is_drawn():
-    """To more than twice its length, where a disk then falls on its outer quarter."""
-    scene = cn.Scene(dim=2)
-    mesh = block((1, 1), (0.0, -1.0), (1.0, 1.0))
-    scene.add(cn.deformable(mesh, ROCK, edges="top", fixed={"left": "xy"}, drive={"right": {"x": 2.0, "y": 0.0}}, name="block"))
-    scene.add(cn.disks([[2.0, 0.65]], 0.05, ROCK, velocity=[[0.0, -1.0, 0.0]]))
-    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.0))
-    sim = cn.Simulation(scene, 1e-2)
-    for _ in range(62):
-        sim.step()
-    assert sim.bodies.position[0, 1] == pytest.approx(0.05, abs=2e-3)
