@@ -4,6 +4,7 @@ import numpy as np
 
 from ..build.opening_faces import parts_of
 from .load import Fields
+from .mesh_cells import meshes_of
 
 
 def fragments(state, beta=0.0):
@@ -11,9 +12,8 @@ def fragments(state, beta=0.0):
 
     state: a Simulation, or an output of a run, `cn.load(file)[-1]`. beta: from 0 to 1, what must be left of a contact
     (`contacts.beta`). Returns a list of arrays of ids, the largest piece first, pieces of a size by their smallest id; bodies
-    that nothing holds are pieces of one. Nodes of one mesh of a Simulation are one body here, called by the smallest of their
-    ids; of a mesh whose faces open (cairn.fracture.split), and of an output of a run, nodes that its cells join. A file does not
-    tell which nodes bars, beams and ties join: those of a mesh without cells are pieces of one there.
+    that nothing holds are pieces of one. Nodes of one mesh are one body here, called by the smallest of their
+    ids; of a mesh whose faces open (cairn.fracture.split) nodes that its cells join.
     """
     written = isinstance(state.contacts, Fields)
     ids = np.sort(state.drawn["id"] if written else np.concatenate([state.bodies.id, state.nodes.id]))
@@ -54,13 +54,14 @@ def _pieces_of(mesh):
 
 
 def _written_pieces(step):
-    """Ids of the nodes that cells of an output join, of each piece."""
-    if not step.cells:
-        return []
-    _, begin, corners = step.corners_of_cells()
-    ids = np.asarray(step.nodes["id"])
-    inside = np.ones(max(len(corners) - 1, 0), bool)  # pairs of corners that follow each other in one cell
-    inside[begin[1:-1] - 1] = False
-    part = parts_of(np.stack([corners[:-1][inside], corners[1:][inside]], -1), len(ids))
-    order = np.argsort(part, kind="stable")
-    return [piece for piece in np.split(ids[order], np.flatnonzero(np.diff(part[order])) + 1) if len(piece) > 1]
+    """The same of all meshes of an output."""
+    out = []
+    for mesh, opens in meshes_of(step):
+        nodes = np.asarray(mesh["nodes"])
+        if not opens:
+            out.append(nodes)
+            continue
+        pairs = [np.stack([c[:, :-1], c[:, 1:]], -1).reshape(-1, 2) for c in map(np.asarray, mesh["cells"].values())]
+        part = parts_of(np.concatenate(pairs), len(nodes))
+        out += [nodes[part == k] for k in range(part.max() + 1)]
+    return out

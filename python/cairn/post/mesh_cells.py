@@ -14,16 +14,22 @@ VTK_CELLS = {
 KINDS = {number: kind for kind, number in VTK_CELLS.items()}
 
 
-def meshes_at(step):
-    """Of each mesh of which all nodes are there: what the scene says of it, rows of its nodes among the bodies. Nodes and corners
-    of cells are those of the step where faces may open."""
+def meshes_of(step):
+    """Of each mesh of which all nodes are there: what the scene says of it, and whether its faces may open: then nodes and
+    corners of cells are those of the step."""
     ids = np.asarray(step.drawn["id"]) if "id" in step.drawn else np.arange(len(step.drawn))
     now, out = _parted(step), []
     for _, mesh in sorted((step.run.scene.get("meshes") or {}).items()):
-        mesh = mesh | now.get(int(mesh["nodes"][0]), {})
+        opened = now.get(int(mesh["nodes"][0]), {})
+        mesh = mesh | opened
         if np.isin(mesh["nodes"], ids).all():
-            out.append((mesh, step.rows_of(mesh["nodes"])))
+            out.append((mesh, bool(opened)))
     return out
+
+
+def meshes_at(step):
+    """Of each of these meshes: what is known of it, rows of its nodes among the bodies."""
+    return [(mesh, step.rows_of(mesh["nodes"])) for mesh, _ in meshes_of(step)]
 
 
 def _parted(step):

@@ -143,7 +143,7 @@ def plot_step(
         paint(ax, painted, values[rows], what, label, step.run.scene, cmap, limits, colorbar and not len(disks))
     _frame(ax, view)
     if walls:
-        draw_walls(ax, contactors)
+        draw_walls(ax, contactors, mesh_cells.shown_by_cells(step) if cells else ())
         draw_cell(ax, step)
     titled(ax, title_of(step) if title is None else title)
     return ax
@@ -259,11 +259,13 @@ def _frame(ax, view):
         ax.spines[side].set_visible(False)
 
 
-def draw_walls(ax, contactors):
-    """Segments as lines with their round ends, rings as circles, half-planes as lines with the solid side shaded."""
+def draw_walls(ax, contactors, hidden=()):
+    """Segments as lines with their round ends, rings as circles, half-planes as lines with the solid side shaded. hidden: rows of
+    bodies whose segments are left out, as edges of meshes whose cells are drawn."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     segments = contactors.select("segment")
+    segments = segments.where(~np.isin(segments.body, hidden))
     reach = segments.direction * segments.half[:, None]
     thick = segments.radius > 0
     ends = np.stack([segments.center - reach, segments.center + reach], axis=1)
@@ -378,7 +380,8 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
 
 
 def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
-    """Draw pairs that their law holds as lines between the bodies, and those that broke.
+    """Draw pairs that their law holds as lines between the bodies, and those that broke; between nodes and sides of meshes, whose
+    cells are drawn, as short lines along the side.
 
     Sound ones grey, the darker red the less is left of them (`beta`), broken ones in contact with released energy as thin red
     lines. width : of a sound one [points]. Returns the Axes. 2D only; raises ValueError where the run has no such law.
@@ -393,11 +396,13 @@ def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
     disks, (outlines, _) = contactors.select("disk"), outlines_of(step)
     view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
+    cells, hidden = mesh_cells.outlines(step)[0], mesh_cells.shown_by_cells(step)
+    disks = disks.where(~np.isin(disks.body, hidden if cells else ()))
     draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
-    draw_polygons(ax, outlines, facecolors=PALE)
+    draw_polygons(ax, [*outlines, *cells], facecolors=PALE)
     _frame(ax, view)
-    draw_walls(ax, contactors)
-    beta, lines = step.contacts["beta"], contact_lines(step)
+    draw_walls(ax, contactors, hidden if cells else ())
+    beta, lines = step.contacts["beta"], _seen(step, contact_lines(step), cells)
     broken = (beta == 0) & (step.contacts["released"] > 0)
     shade = np.clip(beta, 0, 1)[:, None]
     colors = shade * np.array([[0.35, 0.35, 0.35]]) + (1 - shade) * np.array([[0.78, 0.08, 0.08]])
@@ -406,6 +411,16 @@ def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
     text = f"{np.count_nonzero(beta > 0)} hold, {np.count_nonzero(broken)} broken"
     titled(ax, f"{title_of(step)}   {text}" if title is None else title)
     return ax
+
+
+def _seen(step, lines, cells):
+    """Lines of contacts, where they have no length a quarter of a side of the cells along the contact."""
+    if not cells:
+        return lines
+    side = np.median([np.linalg.norm(np.diff(corners[:2], axis=0)) for corners in cells])
+    normal, none = step.contacts["normal"], np.all(lines[:, 0] == lines[:, 1], axis=1)
+    along = side / 4 * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    return np.where(none[:, None, None], lines + np.stack([-along, along], axis=1) / 2, lines)
 
 
 def step_size(step):
