@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..build.opening_faces import parts_of
 from .load import Fields
 from .mesh_cells import meshes_of
 
@@ -55,6 +54,8 @@ def _pieces_of(mesh):
 
 def _written_pieces(step):
     """The same of all meshes of an output."""
+    from ..build.opening_faces import parts_of  # scenes without meshes do not load it
+
     out = []
     for mesh, opens in meshes_of(step):
         nodes = np.asarray(mesh["nodes"])
