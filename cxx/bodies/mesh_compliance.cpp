@@ -42,6 +42,7 @@ bool MeshBody::by_units() const { return now_->soe && model.ties.empty() && now_
 
 // Which kind it is depends on these nodes alone, and so do its numbers: a run that goes on from a file has the same.
 void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, bool may_reach) {
+  if (nodes.empty()) return; // what was known stays for when it touches again
   Factors& f = *now_;
   const auto bytes = [&](std::size_t of_nodes) {
     const double rows = double(model.dim) * double(of_nodes);
@@ -62,7 +63,8 @@ void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, 
   for (const std::int32_t node : nodes)
     if (f.place[std::size_t(node)] < 0) more.push_back(node);
   const std::size_t all = f.active.size() + more.size();
-  const bool idle = by_units() && all > 2 * nodes.size() && bytes(all) > of.easy;
+  const double kept = f.reached ? double(f.reaches.bytes()) : bytes(all);
+  const bool idle = by_units() && all > 2 * nodes.size() && kept > of.most;
   if (reached != f.reached || idle) {
     f.forget(model.nodes());
     more = nodes;
