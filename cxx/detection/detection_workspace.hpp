@@ -88,6 +88,9 @@ std::string name_of(const Contactors&, const Bodies&, std::int64_t contactor);
 struct InteractionHandler::Workspace {
   std::int64_t spoilt = -1; // a pair to which a user's routine gave no number
   std::vector<DeclaredPair> declared;
+  std::vector<DeclaredPair> declared_in_order; // as contacts that are left to others ask for them
+  std::vector<std::uint8_t> left;              // of each contact, whether it is left to another side
+  std::vector<std::int64_t> held;
 
   // the scene of this call
   const Bodies* bodies = nullptr;
@@ -168,15 +171,15 @@ struct InteractionHandler::Workspace {
   std::int64_t drop_own_insides(std::int64_t first, std::int64_t count, Candidates& out) const;
   void move_contacts(std::int64_t from, std::int64_t count, std::int64_t to, Candidates& out) const;
   void close_ranks(Candidates& out);
-  void trim(Candidates& out, std::int64_t count) const;                         // to as many
-  void leave_out(Candidates& out, const std::vector<std::uint8_t>& left) const; // those that are marked
-  void leave_out_spares(Candidates& out) const;
+  void trim(Candidates& out, std::int64_t count) const; // to as many
+  void leave_out(Candidates& out) const;                // those that are marked
+  void leave_out_spares(Candidates& out);
   // Which of two edges in a row has a point.
   enum class EdgeOwner { first, second, both };
   EdgeOwner owner_at_corner(std::int32_t first, std::int32_t second, const double* x) const;
   std::int32_t edge_that_has_it(const Candidates& out, std::int64_t i) const; // of the contact, or the next one
   bool is_on_next_edge(const Candidates& out, std::int64_t i) const;
-  void leave_to_next_edges(Candidates& out) const;
+  void leave_to_next_edges(Candidates& out);
   void admit(detection::PairList& list, std::int64_t added) const;
 };
 

@@ -73,12 +73,13 @@ bool InteractionHandler::Workspace::is_on_next_edge(const Candidates& out, std::
 }
 
 // A pair that is declared goes on with the edge that has the point now, if that looks about the same way.
-void InteractionHandler::Workspace::leave_to_next_edges(Candidates& out) const {
+void InteractionHandler::Workspace::leave_to_next_edges(Candidates& out) {
   if (dim != 2 || !mapped) return;
-  std::vector<std::uint8_t> left(std::size_t(out.count), 0);
+  left.assign(std::size_t(out.count), 0);
   for (std::int64_t i = 0; i < out.count; ++i) left[std::size_t(i)] = is_on_next_edge(out, i);
   if (std::find(left.begin(), left.end(), 1) == left.end()) return;
-  std::vector<DeclaredPair> known = declared;
+  std::vector<DeclaredPair>& known = declared_in_order;
+  known = declared;
   for (DeclaredPair& pair : known) std::sort(pair.begin(), pair.end());
   std::sort(known.begin(), known.end());
   const auto is_declared = [&](std::int64_t i) {
@@ -100,12 +101,12 @@ void InteractionHandler::Workspace::leave_to_next_edges(Candidates& out) const {
     return false;
   };
   if (!known.empty()) {
-    std::vector<std::int64_t> held;
+    held.clear();
     for (std::int64_t i = 0; i < out.count; ++i)
       if (left[std::size_t(i)] && is_declared(i) && !has_heir(i)) held.push_back(i);
     for (const std::int64_t i : held) left[std::size_t(i)] = 0;
   }
-  leave_out(out, left);
+  leave_out(out);
 }
 
 } // namespace cairn

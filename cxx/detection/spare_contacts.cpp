@@ -10,7 +10,7 @@ namespace cairn {
 
 using namespace detection;
 
-void InteractionHandler::Workspace::leave_out_spares(Candidates& out) const {
+void InteractionHandler::Workspace::leave_out_spares(Candidates& out) {
   if (declared.empty() || dim != 3 || !contactors->hull.active) return;
   const auto on_facet = [&](std::int64_t i) {
     return Shape(contactors->shape.values[out.contactor_b[i]]) == Shape::facet;
@@ -32,14 +32,14 @@ void InteractionHandler::Workspace::leave_out_spares(Candidates& out) const {
         if (goes_on(i, j)) return true;
     return false;
   };
-  std::vector<std::uint8_t> left(std::size_t(out.count), 0);
+  left.assign(std::size_t(out.count), 0);
   for (std::int64_t i = 0; i < out.count; ++i) left[std::size_t(i)] = out.feature[i] == cairn_spare && has_heir(i);
   for (std::int64_t i = 0; i < out.count; ++i)
     if (out.feature[i] < 0) out.feature[i] = 0;
-  leave_out(out, left);
+  leave_out(out);
 }
 
-void InteractionHandler::Workspace::leave_out(Candidates& out, const std::vector<std::uint8_t>& left) const {
+void InteractionHandler::Workspace::leave_out(Candidates& out) const {
   std::int64_t to = 0;
   for (std::int64_t i = 0; i < out.count; ++i) {
     if (left[std::size_t(i)]) continue;
