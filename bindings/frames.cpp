@@ -48,6 +48,21 @@ py::tuple evaluate(FrameModel& frame, const Input<double>& u, std::int64_t value
   return py::make_tuple(force, tangent, py::none(), found.energy);
 }
 
+// What cells bear at displacements, from the rotations of the last step on, which stay: forces on their second ends,
+// and of beams moments on both, (m, 3 | 9), and the rotations of nodes found, (nodes, 3, 3), columns first.
+py::tuple borne(FrameModel& frame, const Input<double>& u) {
+  const auto other = std::dynamic_pointer_cast<FrameModel>(frame.another());
+  other->take_history(frame.history());
+  std::vector<double> force(std::size_t(u.size()));
+  const cairn::BulkResult found = other->evaluate({u.data(), u.data()}, force.data(), nullptr);
+  if (!found.ok()) throw cairn::Error(other->describe(found));
+  other->commit();
+  const std::vector<double>&f = other->cell_forces(), &r = other->rotations();
+  const auto cells = std::int64_t(other->count());
+  return py::make_tuple(py::array_t<double>({cells, std::int64_t(f.size()) / cells}, f.data()),
+                        py::array_t<double>({std::int64_t(r.size()) / 9, std::int64_t(3), std::int64_t(3)}, r.data()));
+}
+
 } // namespace
 
 void bind_frames(py::module_& m) {
@@ -69,6 +84,7 @@ void bind_frames(py::module_& m) {
            })
       .def("evaluate", &evaluate, py::arg("u"), py::arg("values"), py::arg("begin") = py::none())
       .def("commit", &FrameModel::commit)
+      .def("borne", &borne)
       .def("rotations", [](const FrameModel& f) { // (nodes, 3, 3), columns first
         const std::vector<double>& r = f.rotations();
         return py::array_t<double>({py::ssize_t(r.size() / 9), py::ssize_t(3), py::ssize_t(3)}, r.data());

@@ -49,9 +49,11 @@ public:
   std::int64_t bytes() const override;
   // Of each node (9), a column after the other, at the begin of the step; of bars none.
   const std::vector<double>& rotations() const { return turned_begin_; }
+  std::size_t count() const { return of_.node.size() / 2; }
+  // Of the last evaluation, on the second end of each cell [N] and, of beams, moments on both (3 | 9, n).
+  const std::vector<double>& cell_forces() const { return force_; }
 
 private:
-  std::size_t count() const { return of_.node.size() / 2; }
   void take_beams();
   void take_rotations();
   void gather(const double* u);

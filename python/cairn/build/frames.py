@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .. import _core
 from ..pre import checks
 from ..names import one_of
-from .meshes import LinearBody
 from .moving_frames import FrameBody
+from .section_forces import LinearFrame, dofs_of, followed, stiffness_of, sum_of_cells
 
 
 def _cells(points, cells):
@@ -33,13 +32,6 @@ def _each(name, value, n):
     if not np.all(np.isfinite(value) & (value > 0)):
         raise ValueError(f"{name} is {value[np.argmin(value)]:g}: give finite numbers above 0")
     return np.ascontiguousarray(value)
-
-
-def _sum(n, dofs, matrices):
-    from scipy import sparse
-
-    rows, columns = (np.broadcast_to(d, matrices.shape).ravel() for d in (dofs[:, :, None], dofs[:, None, :]))
-    return sparse.csc_array((matrices.ravel(), (rows, columns)), (n, n))
 
 
 def _masses(points, cells, mass):
@@ -84,73 +76,19 @@ def bars(
     points, cells, length = _cells(points, cells)
     n, dim = len(cells), points.shape[1]
     area, young = _each("area", area, n), _each("young", young, n)
-    k = _core.bar_stiffness(np.ascontiguousarray(points[cells]), young, area)
     pull, force, energy = np.zeros(n), None, 0.0
     if initial_stress is not None:
         pull, energy = _tension(initial_stress, area, young, length)
         force = _held_apart(points, cells, length, pull).ravel()
-        along = (points[cells[:, 1]] - points[cells[:, 0]]) / length[:, None]
-        across = (pull / length)[:, None, None] * (np.eye(dim) - along[:, :, None] * along[:, None, :])
-        k = k + np.block([[across, -across], [-across, across]])
-    dofs = (dim * cells[:, :, None] + np.arange(dim)).reshape(n, -1)
-    stiffness = _sum(points.size, dofs, k)
+    sections = {"young": young, "area": area, "pull": np.array(pull)}
+    stiffness = sum_of_cells(points.size, dofs_of(cells, dim), stiffness_of(points, cells, sections))
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     a, b = checks.rayleigh(rayleigh)
     damping = a * mass + b * stiffness
     stiffness, damping = (stiffness + stiffness.T) / 2, (damping + damping.T) / 2
     if kinematics != "small":
-        sections = {"young": young, "area": area, "pull": np.array(pull)}
         return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
-    return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)
-
-
-def _across(points, cells, length, pull, up):
-    """What a pull adds to the stiffness of beams: (m, 6 | 12, 6 | 12) by cubic deflections (Przemieniecki 1968)."""
-    dim, n = points.shape[1], len(cells)
-    one = np.ones(n)
-    along = (points[cells[:, 1]] - points[cells[:, 0]]) / length[:, None]
-    if dim == 2:
-        axes = np.stack([along, np.stack([-along[:, 1], along[:, 0]], 1)], 1)
-    else:
-        second = up - (along @ up)[:, None] * along
-        second /= np.linalg.norm(second, axis=1)[:, None]
-        axes = np.stack([along, second, np.cross(along, second)], 1)
-    size = length
-    bent = (
-        np.array(
-            [
-                [36 * one, 3 * size, -36 * one, 3 * size],
-                [3 * size, 4 * size**2, -3 * size, -(size**2)],
-                [-36 * one, -3 * size, 36 * one, -3 * size],
-                [3 * size, -(size**2), -3 * size, 4 * size**2],
-            ]
-        ).transpose(2, 0, 1)
-        * (pull / (30 * size))[:, None, None]
-    )
-    each = 3 * dim - 3
-    out = np.zeros((n, 2 * each, 2 * each))
-    for axis in range(1, dim):
-        # rows of the deflection along the axis and the slope that goes with it, of both nodes
-        turn = np.zeros((n, 4, 2 * each))
-        for node in range(2):
-            turn[:, 2 * node, node * each : node * each + dim] = axes[:, axis]
-            if dim == 2:
-                turn[:, 2 * node + 1, node * each + 2] = 1
-            else:  # a slope along the second axis is a turn about the third; along the third one about the second, backwards
-                about = axes[:, 2] if axis == 1 else -axes[:, 1]
-                turn[:, 2 * node + 1, node * each + 3 : node * each + 6] = about
-        out += np.einsum("nij,nik,nkl->njl", turn, bent, turn)
-    return out
-
-
-def _followed(turns, given):
-    """Solutions of turns x = given; the least where nothing holds a turn, as of a straight beam in space about itself."""
-    try:
-        return np.linalg.solve(turns, given)
-    except np.linalg.LinAlgError:
-        stiffness = np.abs(np.diag(turns))  # each turn on a scale of its own, so that soft beams beside stiff ones stay
-        scale = 1 / np.sqrt(np.where(stiffness > 0, stiffness, 1))[:, None]
-        return scale * np.linalg.lstsq(scale * turns * scale.T, scale * given, rcond=1e-13)[0]
+    return LinearFrame(points, cells, sections, mass, stiffness, damping, groups, force, energy)
 
 
 def beams(
@@ -184,18 +122,16 @@ def beams(
     up = checks.real_array("up", up, (3,))
     if dim == 3 and np.any(np.linalg.norm(np.cross(along, up), axis=1) < 1e-6 * np.linalg.norm(up)):
         raise ValueError(f"up is {up}, along a beam: give another direction")
-    k = _core.beam_stiffness(
-        np.ascontiguousarray(points[cells]), up, young, young / (2 * (1 + poisson)), area,
-        np.ascontiguousarray(both), turn, sheared,
-    )  # fmt: skip
     pull, force, energy = np.zeros(n), None, 0.0
     if initial_stress is not None:
         pull, energy = _tension(initial_stress, area, young, length)
         force = _held_apart(points, cells, length, pull).ravel()
-        k = k + _across(points, cells, length, pull, up)
+    sections = {
+        "young": young, "area": area, "pull": np.array(pull), "inertia": np.array(both), "torsion": turn,
+        "shear_area": sheared, "shear": young / (2 * (1 + poisson)), "up": up,
+    }  # fmt: skip
     each = 3 * dim - 3  # dofs of a node
-    dofs = (each * cells[:, :, None] + np.arange(each)).reshape(n, -1)
-    full = _sum(each * len(points), dofs, k).toarray()
+    full = sum_of_cells(each * len(points), dofs_of(cells, each), stiffness_of(points, cells, sections)).toarray()
     all_dofs = np.arange(each * len(points)).reshape(-1, each)
     groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
     still = groups.get(clamped, clamped) if isinstance(clamped, str) else clamped
@@ -206,16 +142,12 @@ def beams(
     still = np.zeros(0, int) if still is None else np.atleast_1d(np.asarray(still, int))
     stiffness = full[np.ix_(moved, moved)]
     if len(turned):
-        stiffness = stiffness - full[np.ix_(moved, turned)] @ _followed(full[np.ix_(turned, turned)], full[np.ix_(turned, moved)])
+        stiffness = stiffness - full[np.ix_(moved, turned)] @ followed(full[np.ix_(turned, turned)], full[np.ix_(turned, moved)])
     stiffness = (stiffness + stiffness.T) / 2
     mass = _masses(points, cells, _each("density", density, n) * area * length)
     a, b = checks.rayleigh(rayleigh)
     damping = a * mass.toarray() + b * stiffness
+    sections["clamped"] = still.astype(np.int32) % len(points)
     if kinematics != "small":
-        sections = {
-            "young": young, "area": area, "pull": np.array(pull), "inertia": np.array(both), "torsion": turn,
-            "shear_area": sheared, "shear": young / (2 * (1 + poisson)), "up": up,
-            "clamped": still.astype(np.int32) % len(points),
-        }  # fmt: skip
         return FrameBody(points, cells, kinematics, sections, mass, stiffness, damping, groups)
-    return LinearBody(points, mass, stiffness, damping=damping, groups=groups, initial_force=force, initial_energy=energy)
+    return LinearFrame(points, cells, sections, mass, stiffness, damping, groups, force, energy)

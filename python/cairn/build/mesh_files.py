@@ -15,11 +15,12 @@ from .joints import end_on_node
 from .materials import Material
 from .meshes import LinearBody, deformable
 from .moving_frames import FrameBody
+from .section_forces import LinearFrame
 from .opening_faces import OpeningFaces
 from .solid import SolidBody
 from .ties import TiedBody
 
-BODIES = {cls.__name__: cls for cls in (ElasticBody, FrameBody, LinearBody, SolidBody, TiedBody)}
+BODIES = {cls.__name__: cls for cls in (ElasticBody, FrameBody, LinearBody, LinearFrame, SolidBody, TiedBody)}
 
 
 def encoded(given):

@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import _core
 from .meshes import GivenBody
+from .section_forces import axes_of, told
 
 
 class FrameBody(GivenBody):
@@ -64,6 +65,26 @@ class FrameBody(GivenBody):
 
         return quaternions(np.swapaxes(turned, 1, 2))
 
+    def section_forces(self, displacement, model=None):
+        """What each cell bears at a displacement (n, dim) [m], {name: (m, ...)}: see MeshView.section_forces. Rotations are
+        looked for from those that a model has, which keeps them. Raises ValueError naming the cell."""
+        u, dim = np.ascontiguousarray(displacement, float).ravel(), self.dim
+        held, turned = (model or self.model()).borne(u)
+        axes = axes_of(self.points + u.reshape(-1, dim), self.lines) if dim == 2 or held.shape[1] == 3 else None
+        if held.shape[1] == 3:
+            return told(axes, held[:, :dim], None, None)
+        if dim == 2:
+            return told(axes, held[:, :2], held[:, 5:6], held[:, 8:9])
+        # those of the section are between the ones that both ends turned, across the beam
+        along = np.diff((self.points + u.reshape(-1, dim))[self.lines], axis=1)[:, 0]
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        first = axes_of(self.points, self.lines, np.asarray(self.sections["up"], float))[:, 1]
+        second = np.einsum("meck,mc->mk", turned[self.lines], first)
+        second -= np.einsum("mk,mk->m", second, along)[:, None] * along
+        second /= np.linalg.norm(second, axis=1)[:, None]
+        axes = np.stack([along, second, np.cross(along, second)], axis=1)
+        return told(axes, held[:, :3], held[:, 3:6], held[:, 6:9])
+
     def tangent(self, displacement, model=None):
         """Forces (n dofs) [N], their derivative (n dofs, n dofs), scipy.sparse [N/m], and the energy [J] at a displacement
         (n, dim) [m]. Rotations are looked for from those of the last call with the same model. Raises ValueError naming the cell.
@@ -117,6 +138,14 @@ class FrameBody(GivenBody):
                 raise ValueError(f"no balance is found after {most} passes at {part:g} of the load: give more increments")
         return u.reshape(self.points.shape)
 
+    def _force_of_a_radian(self):
+        """The largest at an end of a beam that is turned so: axes are known to rounding of a radian."""
+        if "inertia" not in self.sections:
+            return 0.0
+        s, length = self.sections, np.linalg.norm(np.diff(self.points[self.lines], axis=1)[:, 0], axis=1)
+        most = np.maximum(12 * s["young"] * np.max(s["inertia"], axis=1), s["shear"] * s["torsion"])
+        return (most / length**2).max(initial=0.0)
+
     def _stepped(self, u, step, aim, free, model, tolerance, passed):
         share = min(1.0, 0.5 * np.ptp(self.points, axis=0).max() / max(np.abs(step).max(), 1e-300)) if passed else 1.0
         for _ in range(30):
@@ -128,7 +157,7 @@ class FrameBody(GivenBody):
         else:
             raise failed
         u, left = u + share * step, np.abs((aim - inner)[free]).max(initial=0.0)
-        rounding = 4 * np.finfo(float).eps * (abs(tangent) @ np.abs(u)).max()
+        rounding = np.finfo(float).eps * (4 * (abs(tangent) @ np.abs(u)).max() + self._force_of_a_radian())
         return u, inner, tangent, left <= max(tolerance * max(np.abs(inner).max(), np.abs(aim).max()), rounding)
 
 

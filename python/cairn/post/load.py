@@ -421,8 +421,8 @@ class Run:
         return plot_step(self[i], what, **options)
 
     def plot_bonds(self, i=-1, **options):
-        """Draw the pairs that laws hold in output i, and those that broke. See `plots.plot_bonds`."""
-        from .plots import plot_bonds
+        """Draw the pairs that laws hold in output i, and those that broke. See `frame_plots.plot_bonds`."""
+        from .frame_plots import plot_bonds
 
         return plot_bonds(self[i], **options)
 

@@ -11,7 +11,15 @@ VTK_CELLS = {
     "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25,
     "quad9": 28, "hexahedron27": 29,
 }  # fmt: skip
+VTK_CELLS["line"] = 3  # bars and beams
 KINDS = {number: kind for kind, number in VTK_CELLS.items()}
+
+
+def cells_of(body):
+    """Cells by kind, {kind: (m, k)}, of a body that deforms as files and pictures have them; {} of one that has none of them."""
+    if hasattr(body, "section_forces"):
+        return {"line": body.lines}
+    return body.cells if hasattr(body, "nodal_stress") and set(body.cells) <= set(VTK_CELLS) else {}
 
 
 def meshes_of(step):
@@ -67,10 +75,29 @@ def outlines(step):
     corners, rows = [], []
     for mesh, row in meshes_at(step):
         for kind, cells in mesh["cells"].items():
+            if kind == "line":
+                continue
             of = row[np.asarray(cells)[:, AROUND[kind]]]
             rows.append(of)
             corners += list(step.drawn["position"][of])
     return corners, rows
+
+
+def lines(step):
+    """Bars and beams of a step: rows (m, 2) of the bodies at their ends."""
+    parts = [row[np.asarray(mesh["cells"]["line"])] for mesh, row in meshes_at(step) if "line" in mesh["cells"]]
+    return np.concatenate(parts) if parts else np.zeros((0, 2), np.int64)
+
+
+def values_of_lines(step, what):
+    """One number for each of these, of a field of cells that bodies and nodes lack, or None: of several the largest size."""
+    if not isinstance(what, str) or what in step.drawn or not len(lines(step)):
+        return None
+    cells = step.cells
+    if what not in cells:
+        return None
+    values = np.asarray(cells[what])[step.corners_of_cells()[0] == VTK_CELLS["line"]]
+    return values if values.ndim == 1 else np.abs(values).max(axis=1)
 
 
 def surfaces(step):
@@ -82,6 +109,42 @@ def surfaces(step):
         if sides.shape[1] == 4:
             parts.append(row[sides[sides[:, 3] >= 0][:, [0, 2, 3]]])
     return np.concatenate(parts)
+
+
+def rods(step):
+    """Bars and beams as prisms, as thick as a hundredth of all of them at most, and as a tenth of their mean length: points
+    (12 m, 3), triangles (12 m, 3); () where there are none."""
+    ends = step.drawn["position"][lines(step)]
+    if not len(ends):
+        return ()
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    size = np.ptp(ends.reshape(-1, 3), axis=0).max()
+    thick = min(0.006 * size, 0.1 * length.mean())
+    along /= np.where(length > 0, length, 1.0)
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    other, angle = np.cross(along, across), 2 * np.pi * np.arange(6) / 6
+    round_it = thick * (np.cos(angle)[:, None] * across[:, None] + np.sin(angle)[:, None] * other[:, None])
+    points = (ends[:, :, None] + round_it[:, None]).reshape(-1, 3)
+    k, after = np.arange(6), (np.arange(6) + 1) % 6
+    one = np.concatenate([np.stack([k, after, after + 6], axis=1), np.stack([k, after + 6, k + 6], axis=1)])
+    return points, (one + 12 * np.arange(len(ends))[:, None, None]).reshape(-1, 3)
+
+
+def with_rods(step, what, mesh, of_bodies):
+    """Points, triangles and rows of a picture (or None) and values of the rows, with the bars and beams, each with a row of its
+    own. what: the field that is drawn; one that only bars and beams have leaves all else without a value."""
+    made = rods(step)
+    if not made:
+        return mesh, of_bodies
+    values = values_of_lines(step, what)
+    if values is None:
+        values = np.asarray(of_bodies, float)[lines(step)].mean(axis=1)
+    points, triangles, rows = mesh or (np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
+    rows = np.concatenate([rows, np.repeat(len(of_bodies) + np.arange(len(values)), 12)])
+    of_bodies = np.concatenate([of_bodies, values])
+    return (np.concatenate([points, made[0]]), np.concatenate([triangles, made[1] + len(points)]), rows), of_bodies
 
 
 def with_surfaces(step, mesh, of_bodies, hidden):

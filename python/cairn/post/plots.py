@@ -26,6 +26,10 @@ LABELS = {
     "strain": "strain, norm [-]",
     "von_mises": "von Mises stress [Pa]",
     "contact_pressure": "contact pressure [Pa]",
+    "axial_force": "axial force [N]",
+    "shear_force": "shear force, largest [N]",
+    "bending_moment": "bending moment, largest [N m]",
+    "torsion_moment": "torsion moment [N m]",
     "accumulated_plastic_strain": "accumulated plastic strain [-]",
 }
 AT_REST = 1e-5  # of the speed that gravity gives in a step
@@ -111,7 +115,8 @@ def plot_step(
     """Draw the bodies of one output, coloured by a field.
 
     what : "velocity", "rotation", "material", any field of the bodies, or an array (n,); of bodies that deform, whose cells are
-    drawn, "von_mises", "stress_xx", "strain_xy" and the like as well.
+    drawn, "von_mises", "stress_xx", "strain_xy" and the like as well; of bars and beams "axial_force", "bending_moment" and the
+    like, for which other bodies are pale.
     limits : smallest and largest value of the colours. view : ((x0, x1), (y0, y1)) [m]. camera : in 3D, the place that the scene
     is seen from and the point looked at, ((x, y, z), (x, y, z)) [m]; or a direction (x, y, z) from which all of it is seen.
     3D scenes are rendered by PyVista if it is there, else point by point without it. Returns the Axes.
@@ -121,21 +126,32 @@ def plot_step(
 
         options = {"limits": limits, "colorbar": colorbar, "title": title, "camera": camera, "walls": walls}
         return plot_step_3d(step, what, ax=ax, cmap=cmap, **options)
+    from .frame_plots import draw_lines, plot_borne
+
+    of_lines = mesh_cells.values_of_lines(step, what)
+    if of_lines is not None:
+        return plot_borne(step, what, of_lines, ax, cmap, limits, colorbar, walls, title, view)
     values, label = field_values(step, what)
     contactors = contactors_of(step)
     disks, (outlines, rows), (cells, corners) = contactors.select("disk"), outlines_of(step), mesh_cells.outlines(step)
+    ends = mesh_cells.lines(step)
     view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
-    if cells:
+    if cells or len(ends):
         disks = disks.where(~np.isin(disks.body, mesh_cells.shown_by_cells(step)))
     if limits is None and not (isinstance(what, str) and what in CATEGORIES):
-        limits = value_limits(values[np.concatenate([disks.body, rows, *(of.ravel() for of in corners)])], what, step)
+        seen = np.concatenate([disks.body, rows, ends.ravel(), *(of.ravel() for of in corners)])
+        limits = value_limits(values[seen], what, step)
     if cells:
         classes = isinstance(what, str) and what in CATEGORIES
         mean = np.concatenate([values[of[:, 0]] if classes else values[of].mean(axis=1) for of in corners])
         paint(ax, draw_polygons(ax, cells), mean, what, label, step.run.scene, cmap, limits, colorbar)
         colorbar = False
-    if len(disks) or not (len(rows) or cells):
+    if len(ends):
+        mean = values[ends[:, 0]] if isinstance(what, str) and what in CATEGORIES else values[ends].mean(axis=1)
+        paint(ax, draw_lines(ax, step.drawn["position"][ends]), mean, what, label, step.run.scene, cmap, limits, colorbar)
+        colorbar = False
+    if len(disks) or not (len(rows) or cells or len(ends)):
         painted = draw_disks(ax, disks.center, disks.radius)
         paint(ax, painted, values[disks.body], what, label, step.run.scene, cmap, limits, colorbar)
     if len(rows):
@@ -143,10 +159,27 @@ def plot_step(
         paint(ax, painted, values[rows], what, label, step.run.scene, cmap, limits, colorbar and not len(disks))
     _frame(ax, view)
     if walls:
-        draw_walls(ax, contactors, mesh_cells.shown_by_cells(step) if cells else ())
+        draw_walls(ax, contactors, mesh_cells.shown_by_cells(step) if cells or len(ends) else ())
         draw_cell(ax, step)
     titled(ax, title_of(step) if title is None else title)
     return ax
+
+
+def draw_pale(ax, step, view, bodies=True, walls=True):
+    """All that is there in one pale colour, walls in theirs, to draw on. Returns disks and outlines of polygons."""
+    from .frame_plots import draw_lines
+
+    hidden, contactors = mesh_cells.shown_by_cells(step), contactors_of(step)
+    disks, outlines = contactors.select("disk"), outlines_of(step)[0]
+    disks = disks.where(~np.isin(disks.body, hidden))
+    if bodies:
+        draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
+        draw_polygons(ax, [*outlines, *mesh_cells.outlines(step)[0]], facecolors=PALE)
+        draw_lines(ax, step.drawn["position"][mesh_cells.lines(step)]).set(color=PALE)
+    _frame(ax, view)
+    if walls:
+        draw_walls(ax, contactors, hidden if bodies else ())
+    return disks, outlines
 
 
 def draw_disks(ax, centers, radii, **style):
@@ -242,7 +275,9 @@ def _view(step):
     disks, segments = contactors.select("disk"), contactors.select("segment")
     points = [disks.center - disks.radius[:, None], disks.center + disks.radius[:, None]]
     reach = segments.direction * segments.half[:, None]
-    points = np.concatenate([*points, *outlines, *mesh_cells.outlines(step)[0], segments.center - reach, segments.center + reach])
+    lines = step.drawn["position"][mesh_cells.lines(step).ravel()]
+    points += [*outlines, *mesh_cells.outlines(step)[0], lines, segments.center - reach, segments.center + reach]
+    points = np.concatenate(points)
     if step.run.periodic is not None:
         corners, periodic = cell_corners(step)
         points = np.concatenate([points, corners]) if periodic.all() else points
@@ -342,15 +377,9 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
         from .plots3d import plot_forces_3d
 
         return plot_forces_3d(step, ax=ax, dt=dt, width=width, bodies=bodies, title=title, camera=camera)
-    contactors = contactors_of(step)
-    disks, (outlines, _) = contactors.select("disk"), outlines_of(step)
     view = _view(step) if view is None else view
     ax = _axes(ax, view=view)
-    if bodies:
-        draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
-        draw_polygons(ax, outlines, facecolors=PALE)
-    _frame(ax, view)
-    draw_walls(ax, contactors)
+    disks, outlines = draw_pale(ax, step, view, bodies)
     draw_cell(ax, step)
     contacts, dt = step.contacts, step_size(step) if dt is None else dt
     force = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt
@@ -377,50 +406,6 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
     told = f"   mean normal force {np.abs(force).mean():.3g} N" if len(force) else ""
     titled(ax, ((title_of(step) if title is None else title) + told).strip())
     return ax
-
-
-def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
-    """Draw pairs that their law holds as lines between the bodies, and those that broke; between nodes and sides of meshes, whose
-    cells are drawn, as short lines along the side.
-
-    Sound ones grey, the darker red the less is left of them (`beta`), broken ones in contact with released energy as thin red
-    lines. width : of a sound one [points]. Returns the Axes. 2D only; raises ValueError where the run has no such law.
-    """
-    from matplotlib.collections import LineCollection
-
-    if step.dim == 3:
-        raise ValueError("bonds are drawn in 2D; for 3D open the file in ParaView and colour the block contacts by beta")
-    if "beta" not in step.contacts:
-        raise ValueError("no law of this run holds bodies together: there is no field 'beta' among its contacts")
-    contactors = contactors_of(step)
-    disks, (outlines, _) = contactors.select("disk"), outlines_of(step)
-    view = _view(step) if view is None else view
-    ax = _axes(ax, view=view)
-    cells, hidden = mesh_cells.outlines(step)[0], mesh_cells.shown_by_cells(step)
-    disks = disks.where(~np.isin(disks.body, hidden if cells else ()))
-    draw_disks(ax, disks.center, disks.radius, facecolors=PALE)
-    draw_polygons(ax, [*outlines, *cells], facecolors=PALE)
-    _frame(ax, view)
-    draw_walls(ax, contactors, hidden if cells else ())
-    beta, lines = step.contacts["beta"], _seen(step, contact_lines(step), cells)
-    broken = (beta == 0) & (step.contacts["released"] > 0)
-    shade = np.clip(beta, 0, 1)[:, None]
-    colors = shade * np.array([[0.35, 0.35, 0.35]]) + (1 - shade) * np.array([[0.78, 0.08, 0.08]])
-    for some, wide in ((beta > 0, width), (broken, 0.5 * width)):
-        ax.add_collection(LineCollection(lines[some], linewidths=wide, colors=colors[some], capstyle="round"), autolim=False)
-    text = f"{np.count_nonzero(beta > 0)} hold, {np.count_nonzero(broken)} broken"
-    titled(ax, f"{title_of(step)}   {text}" if title is None else title)
-    return ax
-
-
-def _seen(step, lines, cells):
-    """Lines of contacts, where they have no length a quarter of a side of the cells along the contact."""
-    if not cells:
-        return lines
-    side = np.median([np.linalg.norm(np.diff(corners[:2], axis=0)) for corners in cells])
-    normal, none = step.contacts["normal"], np.all(lines[:, 0] == lines[:, 1], axis=1)
-    along = side / 4 * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
-    return np.where(none[:, None, None], lines + np.stack([-along, along], axis=1) / 2, lines)
 
 
 def step_size(step):

@@ -13,6 +13,7 @@ from .plots import (
     CATEGORIES,
     CLASSES,
     COMPRESSION,
+    LABELS,
     PALE,
     TENSION,
     WALL,
@@ -35,12 +36,15 @@ WINDOW = (1200, 900)
 def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorbar=True, title=None, window=WINDOW, camera=None,
                  walls=True):  # fmt: skip
     """Draw the bodies of one output, coloured by a field. Returns matplotlib Axes."""
-    values, label = field_values(step, what)
+    if mesh_cells.values_of_lines(step, what) is not None:
+        values, label = np.full(len(step.drawn), np.nan), LABELS.get(what, what)
+    else:
+        values, label = field_values(step, what)
     spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
     hidden = mesh_cells.shown_by_cells(step)
     spheres = spheres.where(~np.isin(spheres.body, hidden))
     of_bodies, values = values, values[spheres.body]
-    mesh, of_bodies = mesh_cells.with_surfaces(step, mesh, of_bodies, hidden)
+    mesh, of_bodies = mesh_cells.with_rods(step, what, *mesh_cells.with_surfaces(step, mesh, of_bodies, hidden))
     classes = isinstance(what, str) and what in CATEGORIES and cmap is None
     kinds = np.unique(of_bodies).astype(int) if classes else []
     if classes:
@@ -87,6 +91,8 @@ def plot_forces_3d(step, ax=None, dt=None, width=None, bodies=True, title=None, 
             plotter.add_mesh(_balls(spheres.center, spheres.radius), **plain)
         if mesh is not None:
             plotter.add_mesh(_surface(*mesh[:2]), **plain)
+        if rods := mesh_cells.rods(step):
+            plotter.add_mesh(_surface(*rods), **plain | {"opacity": 0.4})
     if len(force):
         mean = np.abs(force).mean()
         if width is None:

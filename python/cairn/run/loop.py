@@ -170,11 +170,15 @@ def snapshot_of_nodes(simulation, fields):
 
 def _meshes(simulation):
     """Nodes (ids), cells and groups of each body that deforms and has cells."""
+    from ..post.mesh_cells import cells_of
+
     out = {}
     for k, mesh in enumerate(simulation.meshes):
-        cells = getattr(mesh.body, "cells", None)
-        if isinstance(cells, dict) and hasattr(mesh.body, "nodal_stress"):
-            sides = mesh.body.boundary_edges() if mesh.body.dim == 2 else mesh.body.boundary_faces()
+        cells = cells_of(mesh.body)
+        if cells:
+            sides = np.zeros((0, mesh.body.dim), int)  # of bars and beams none
+            if "line" not in cells:
+                sides = mesh.body.boundary_edges() if mesh.body.dim == 2 else mesh.body.boundary_faces()
             groups = {name: nodes for name, nodes in mesh.body.groups.items() if len(nodes)}
             of = {"name": mesh.name, "nodes": mesh.ids, "cells": dict(cells), "sides": sides, "groups": groups}
             out[f"{k:06d}"] = of

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from ..build.elastic import ElasticBody
-from ..post.mesh_cells import VTK_CELLS
+from ..post.mesh_cells import VTK_CELLS, cells_of
 from .views import MeshView, core_of
 
 
@@ -28,9 +28,13 @@ class MeshFields:
         for part, _ in self._parts:
             place = part.place
             out["displacement"][place] = part.displacement
-            if hasattr(part.body, "nodal_stress"):
+            if cells_of(part.body) or hasattr(part.body, "nodal_stress"):
                 for name, values in part.nodal_fields().items():
-                    out.setdefault(name, np.zeros((n, *values.shape[1:])))[place] = values
+                    if name not in out:
+                        out[name] = np.zeros((n, *values.shape[1:]))
+                        if name == "beam_rotation" and values.ndim == 2:
+                            out[name][:, 0] = 1.0  # others do not turn
+                    out[name][place] = values
         if any(mesh.d.opening is not None for mesh in self._seen):
             out["mesh"] = np.full(n, -1)
             ids = core_of(self._simulation).scene.node("id")
@@ -62,21 +66,21 @@ class MeshFields:
         if self._seen is not None and len(seen) == len(self._seen) and all(a is b for a, b in zip(seen, self._seen)):
             return
         self._seen = seen
-        shown = [hasattr(v.body, "nodal_stress") and set(v.body.cells) <= set(VTK_CELLS) for v in views]
+        shown = [bool(cells_of(v.body)) for v in views]
         begins, first = self._place_cells(views, shown)
         self._parts = []
         for members in self._alike(views):
             part = views[members[0]] if len(members) == 1 else _Joined(self._simulation, [views[k] for k in members])
             rows = None
             if shown[members[0]]:
-                kinds = list(views[members[0]].body.cells)
+                kinds = list(cells_of(views[members[0]].body))
                 cells = [_ranges(begins[members, j], begins[members, j + 1]) for j in range(len(kinds))]
                 rows = SimpleNamespace(points=_ranges(first[members], first[np.add(members, 1)]), cells=np.concatenate(cells))
             self._parts.append((part, rows))
 
     def _place_cells(self, views, shown):
         """Keeps corners, kinds and meshes of all cells; rows at which each body's kinds begin, and points of each body."""
-        most = max((len(v.body.cells) for v, s in zip(views, shown) if s), default=0)
+        most = max((len(cells_of(v.body)) for v, s in zip(views, shown) if s), default=0)
         begins, first = np.zeros((len(views), most + 1), int), np.zeros(len(views) + 1, int)
         corners, sizes, types, meshes, row = [], [], [], [], 0
         number = np.cumsum(shown) - 1
@@ -84,7 +88,7 @@ class MeshFields:
         for k, (view, is_shown) in enumerate(zip(views, shown)):
             first[k + 1] = first[k] + (len(view.body.points) if is_shown else 0)
             begins[k] = row
-            for j, (kind, cells) in enumerate(view.body.cells.items() if is_shown else ()):
+            for j, (kind, cells) in enumerate(cells_of(view.body).items() if is_shown else ()):
                 corners.append((np.asarray(cells, np.int64) + first[k]).ravel())
                 sizes.append(np.full(len(cells), cells.shape[1], np.int64))
                 types.append(np.full(len(cells), VTK_CELLS[kind], np.uint8))

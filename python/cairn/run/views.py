@@ -424,6 +424,19 @@ class MeshView(_View):
         return self.body.rotations(self._mesh.called)
 
     @property
+    def section_forces(self):
+        """Of cairn.bars and cairn.beams, what each bears where the last step left it, {name: values}.
+
+        "axial_force" (m,) [N]: along it, tension positive. Of beams "shear_force" [N]: across it on its second end, (m,), in
+        space (m, 2) along the second and the third axis of the section. "bending_moment" [N m]: EI times the curvature of the
+        deflection across, (m, 2) at its first and its second end; in space (m, 4), of the deflections along the second axis and
+        the third at the first end, then at the second. In space "torsion_moment" (m,) [N m], which turns the second end about it.
+        """
+        if not hasattr(self.body, "section_forces"):
+            raise AttributeError(f"{self._mesh.d.name!r} has no sections: cairn.bars and cairn.beams have")
+        return self.body.section_forces(self.displacement, getattr(self._mesh, "called", None))
+
+    @property
     def stress(self):
         """Stress in the middle of each cell, {kind: (m, 3 | 6)}, see cairn.elastic.ElasticBody.stress [Pa]; of a SolidBody the
         mean of the true stresses that the last step found, (m, 6)."""
@@ -497,7 +510,10 @@ class MeshView(_View):
 
     def nodal_fields(self):
         """What a run file holds of the nodes, by name, (n,) or (n, 3 | 6): stress, strain, contact_pressure, and of materials
-        that keep them accumulated_plastic_strain and damage."""
+        that keep them accumulated_plastic_strain and damage; of corotational beams beam_rotation, as `rotation`."""
+        if hasattr(self.body, "section_forces"):
+            beams = hasattr(self.body, "rotations") and "inertia" in self.body.sections
+            return {"beam_rotation": self.rotation} if beams else {}
         out = {"stress": self.nodal_stress(), "strain": self.body.nodal_mean(self.strain)}
         states = self.material_state
         for name in SHOWN_STATES:
@@ -510,7 +526,10 @@ class MeshView(_View):
 
     def cell_fields(self):
         """What a run file holds of the cells, by name, (m,) or (m, 3 | 6) for all kinds of cells one after the other: stress and
-        strain in the order xx yy [zz] xy [yz zx], accumulated_plastic_strain and damage of materials that keep them."""
+        strain in the order xx yy [zz] xy [yz zx], accumulated_plastic_strain and damage of materials that keep them; of bars and
+        beams those of section_forces."""
+        if hasattr(self.body, "section_forces"):
+            return self.section_forces
 
         def joined(of_kinds):
             return np.concatenate([of_kinds[kind] for kind in self.body.cells])

@@ -1,0 +1,65 @@
+"""Pictures in the plane of bars and beams, by what they bear, and of bonds, with matplotlib."""
+
+import numpy as np
+
+from . import mesh_cells
+from .plots import LABELS, _axes, _view, contact_lines, draw_cell, draw_pale, paint, title_of, titled
+
+
+def plot_borne(step, what, values, ax, cmap, limits, colorbar, walls, title, view):
+    """Bars and beams by a field of theirs, which other bodies do not have."""
+    view = _view(step) if view is None else view
+    ax = _axes(ax, view=view)
+    draw_pale(ax, step, view, walls=walls)
+    if walls:
+        draw_cell(ax, step)
+    drawn = draw_lines(ax, step.drawn["position"][mesh_cells.lines(step)])
+    paint(ax, drawn, values, what, LABELS.get(what, what), step.run.scene, cmap, limits, colorbar)
+    titled(ax, title_of(step) if title is None else title)
+    return ax
+
+
+def draw_lines(ax, ends):
+    """Bars and beams (m, 2, 2) [m] as one collection."""
+    from matplotlib.collections import LineCollection
+
+    lines = LineCollection(ends, linewidths=2.5, capstyle="round")
+    ax.add_collection(lines, autolim=False)
+    return lines
+
+
+def plot_bonds(step, ax=None, width=1.5, title=None, view=None):
+    """Draw pairs that their law holds as lines between the bodies, and those that broke; between nodes and sides of meshes, whose
+    cells are drawn, as short lines along the side.
+
+    Sound ones grey, the darker red the less is left of them (`beta`), broken ones in contact with released energy as thin red
+    lines. width : of a sound one [points]. Returns the Axes. 2D only; raises ValueError where the run has no such law.
+    """
+    from matplotlib.collections import LineCollection
+
+    if step.dim == 3:
+        raise ValueError("bonds are drawn in 2D; for 3D open the file in ParaView and colour the block contacts by beta")
+    if "beta" not in step.contacts:
+        raise ValueError("no law of this run holds bodies together: there is no field 'beta' among its contacts")
+    view = _view(step) if view is None else view
+    ax = _axes(ax, view=view)
+    draw_pale(ax, step, view)
+    beta, lines = step.contacts["beta"], _seen(step, contact_lines(step), mesh_cells.outlines(step)[0])
+    broken = (beta == 0) & (step.contacts["released"] > 0)
+    shade = np.clip(beta, 0, 1)[:, None]
+    colors = shade * np.array([[0.35, 0.35, 0.35]]) + (1 - shade) * np.array([[0.78, 0.08, 0.08]])
+    for some, wide in ((beta > 0, width), (broken, 0.5 * width)):
+        ax.add_collection(LineCollection(lines[some], linewidths=wide, colors=colors[some], capstyle="round"), autolim=False)
+    text = f"{np.count_nonzero(beta > 0)} hold, {np.count_nonzero(broken)} broken"
+    titled(ax, f"{title_of(step)}   {text}" if title is None else title)
+    return ax
+
+
+def _seen(step, lines, cells):
+    """Lines of contacts, where they have no length a quarter of a side of the cells along the contact."""
+    if not cells:
+        return lines
+    side = np.median([np.linalg.norm(np.diff(corners[:2], axis=0)) for corners in cells])
+    normal, none = step.contacts["normal"], np.all(lines[:, 0] == lines[:, 1], axis=1)
+    along = side / 4 * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    return np.where(none[:, None, None], lines + np.stack([-along, along], axis=1) / 2, lines)
