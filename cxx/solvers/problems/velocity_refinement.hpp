@@ -30,7 +30,8 @@ private:
     // the law
     Array<double> r, more, v, u, broken;
   };
-  double measure(Point&); // u, broken and the error of light bodies, from r and v
+  double measure(Point&);   // u, broken and the error of light bodies, from r and v; infinity: see agree
+  bool agree(const Point&); // whether velocities are those of the impulses
   bool step(const Point& from, double alpha, Point& to);
   void combine(Point& newest); // with the points before, so that the law is broken least
   const FrictionProblem& p_;
@@ -38,7 +39,8 @@ private:
   NewtonStep& newton_;
   const double* unit_;
   std::vector<Point> points_;
-  Array<double> begin_; // impulses
+  Array<double> begin_;            // impulses
+  Array<double> impulses_, slack_; // (dofs, bodies) of contacts, sums of their sizes
   Point best_;
 };
 
