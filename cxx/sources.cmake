@@ -60,6 +60,7 @@ set(CAIRN_CXX_SOURCES
   contacts/twin_bonds.cpp
   detection/detection_grid.cpp
   detection/edges_in_a_row.cpp
+  detection/nodes_and_sides.cpp
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp

@@ -43,13 +43,14 @@ double face_area(const double* corner[4], int corners) {
 } // namespace
 
 // By the reference configuration.
-void MeshSet::find_areas() {
+void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
   area_.assign(seats_.size(), 0);
   std::vector<OnEdge> on_edge;
   std::vector<double*> on_face;
   std::vector<std::size_t> by_mesh; // those on nodes and points
   for (std::size_t i = 0; i < seats_.size(); ++i)
-    if (seats_[i].role == Role::node || seats_[i].role == Role::point) by_mesh.push_back(i);
+    if (const Role role = seats_[i].role; role == Role::point || (role == Role::node && !is_mark[i]))
+      by_mesh.push_back(i);
   std::stable_sort(by_mesh.begin(), by_mesh.end(),
                    [&](std::size_t a, std::size_t b) { return seats_[a].mesh < seats_[b].mesh; });
   auto next_seat = by_mesh.begin();

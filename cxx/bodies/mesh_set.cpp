@@ -54,6 +54,7 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   facet_vertices_.reserve(3 * vertices);
   mapped_.place = of_contactor_;
   if (nodes.dim == 2) find_next_edges();
+  find_sides_of_nodes();
   part_from_themselves(contactors);
   find_sizes();
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
@@ -83,6 +84,31 @@ void MeshSet::find_next_edges() {
       mapped_.after[std::size_t(first)] = mapped_.contactor[std::size_t(second)];
       mapped_.before[std::size_t(second)] = mapped_.contactor[std::size_t(first)];
     }
+  }
+}
+
+// Of nodes that are contactors beside sides of their mesh. A mortar is one of whole sides.
+void MeshSet::find_sides_of_nodes() {
+  std::vector<std::uint8_t> has(meshes.size(), 0); // 1: sides, 2: nodes
+  for (const Seat& s : seats_)
+    if (s.role != Role::point && !meshes[std::size_t(s.mesh)].model.mortar)
+      has[std::size_t(s.mesh)] |= s.role == Role::node ? 2 : 1;
+  if (std::find(has.begin(), has.end(), 3) == has.end()) return;
+  std::vector<std::vector<std::vector<std::int32_t>>> at(meshes.size());
+  for (std::size_t i = 0; i < seats_.size(); ++i) {
+    const Seat& s = seats_[i];
+    if (has[std::size_t(s.mesh)] != 3 || s.role == Role::node || s.role == Role::point) continue;
+    auto& of = at[std::size_t(s.mesh)];
+    of.resize(std::size_t(meshes[std::size_t(s.mesh)].model.nodes()));
+    for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j) of[std::size_t(node_of(s, j))].push_back(mapped_.contactor[i]);
+  }
+  mapped_.sides_start.assign(1, 0);
+  for (const Seat& s : seats_) {
+    if (has[std::size_t(s.mesh)] == 3 && s.role == Role::node) {
+      const std::vector<std::int32_t>& of = at[std::size_t(s.mesh)][std::size_t(s.index)];
+      mapped_.sides.insert(mapped_.sides.end(), of.begin(), of.end());
+    }
+    mapped_.sides_start.push_back(std::int64_t(mapped_.sides.size()));
   }
 }
 

@@ -86,7 +86,8 @@ public:
   // both [m]; infinite where rigid bodies carry them.
   double cell_size(std::int32_t a, std::int32_t b) const { return std::min(cell_size(a), cell_size(b)); }
   std::string describe(std::int32_t contactor) const; // "node 3, quad cell 1, of the mesh 'block'"
-  void find_areas();
+  // is_mark: of each of mapped(), whether it marks the end of a joint, and stands for no surface.
+  void find_areas(const std::vector<std::uint8_t>& is_mark);
   // Nodes that a contact may rest on become contact nodes: after begin_to_want, which each preparation of contacts
   // calls.
   void begin_to_want() { std::fill(mean_row_.begin(), mean_row_.end(), -1); }
@@ -111,6 +112,7 @@ private:
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
   void find_sizes();
+  void find_sides_of_nodes();
   double cell_size(std::int32_t contactor) const {
     const std::int32_t at = of_contactor_[std::size_t(contactor)];
     return at < 0 ? std::numeric_limits<double>::infinity() : size_[std::size_t(at)];

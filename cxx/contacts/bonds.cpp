@@ -199,6 +199,7 @@ void Nscd::declare_joints(Simulation& s) {
 void Nscd::make_bonds(Simulation& s) {
   constexpr double may_warp = 1.0 / 64; // over the size of cells
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
+  s.interactions.measure_from(s.scene.origin);
   double within = 0;
   bool keeping = false;
   for (int e = 0; e < s.laws.entries(); ++e) {
@@ -211,7 +212,8 @@ void Nscd::make_bonds(Simulation& s) {
     margins_.assign(c.count, 0);
     const auto digits = [&](const double* place) {
       double furthest = 0;
-      for (int i = 0; i < s.scene.bodies.dim; ++i) furthest = std::max(furthest, std::abs(place[i]));
+      for (int i = 0; i < s.scene.bodies.dim; ++i)
+        furthest = std::max(furthest, std::abs(place[i]) + std::abs(s.scene.origin[std::size_t(i)]));
       return rounding_of_gaps(furthest);
     };
     for (std::int64_t k = 0; k < c.count; ++k) {

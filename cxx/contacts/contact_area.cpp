@@ -84,7 +84,11 @@ double Interactions::State::area_of(std::int64_t i) const {
 
 void Interactions::State::find_mesh_areas() {
   if (!meshes || meshes->has_areas()) return;
-  meshes->find_areas();
+  find_joints();
+  std::vector<std::uint8_t> is_mark;
+  for (const std::int32_t c : meshes->mapped().contactor)
+    is_mark.push_back(!joint_material.empty() && joint_material[std::size_t(*contactors->material[c])]);
+  meshes->find_areas(is_mark);
 }
 
 // Of a ball against flat sides its own, in a hollow one more than that. What has corners has no radius but that of a
@@ -112,8 +116,9 @@ bool Interactions::State::came_in_touching(std::int64_t i) const {
   const int within = law_infos()[std::size_t(e.law)].within;
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
   if (kind[ca] & kind[cb] & mapped && meshes->parted_warped(ca, cb)) return true;
-  double furthest = 0;
-  for (int k = 0; k < dim(); ++k) furthest = std::max(furthest, std::abs(candidates->point[dim() * i + k]));
+  double furthest = 0; // from the origin of those who gave places, which rounded them
+  for (int k = 0; k < dim(); ++k)
+    furthest = std::max(furthest, std::abs(candidates->point[dim() * i + k]) + std::abs(origin[std::size_t(k)]));
   const double radius = effective_radius(i), coarse = std::min(rounding_of_gaps(furthest), radius / 64);
   return candidates->gap[i] <= std::max(touch * radius, within < 0 ? 0 : e.params[within]) + coarse;
 }

@@ -48,6 +48,7 @@ void Interactions::assemble(const Bodies& bodies, const Contactors& contactors, 
 
 void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0 : 0.5; }
 
+void Interactions::measure_from(const std::array<double, 3>& origin) { s_->origin = origin; }
 void Interactions::hold_at_detection(bool there) { s_->flies = !there; }
 void Interactions::pose(const ContactPose& pose) {
   s_->pose = pose;

@@ -2,6 +2,7 @@
 // the contact's key.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -287,6 +288,7 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
+  void measure_from(const std::array<double, 3>& origin); // of the scene [m]
   // Once a solution is there: biases of joints that hold at the next detection; false: there are no such joints, or by
   // the solution at hand they miss it by no more than `least` of their speed.
   bool correct_joints(const Bodies&, double least);

@@ -149,6 +149,7 @@ struct Interactions::State {
   const Candidates* candidates = nullptr;
   const LawTable* laws = nullptr;
   const Cell* cell = nullptr;
+  std::array<double, 3> origin{}; // of the scene: places that were given had its size, and their rounding [m]
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   bool flies = true;      // whether laws hold in the middle of the flight: see contact_flight.cpp

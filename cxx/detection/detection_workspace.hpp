@@ -91,6 +91,7 @@ struct InteractionHandler::Workspace {
   std::vector<DeclaredPair> declared_in_order; // as contacts that are left to others ask for them
   std::vector<std::uint8_t> left;              // of each contact, whether it is left to another side
   std::vector<std::int64_t> held;
+  std::vector<std::pair<std::int32_t, std::int32_t>> met; // contactors with sides of meshes, in order
 
   // the scene of this call
   const Bodies* bodies = nullptr;
@@ -180,6 +181,14 @@ struct InteractionHandler::Workspace {
   std::int32_t edge_that_has_it(const Candidates& out, std::int64_t i) const; // of the contact, or the next one
   bool is_on_next_edge(const Candidates& out, std::int64_t i) const;
   void leave_to_next_edges(Candidates& out);
+  void leave_to_sides(Candidates& out);
+  void put_declared_in_order();
+  bool is_declared(const Candidates& out, std::int64_t i) const; // after this
+  bool points_along_the_row(const Candidates& out, std::int64_t i) const;
+  bool is_beyond_its_edge(const Candidates& out, std::int64_t i) const;
+  bool is_on_a_side_of_the_node(const Candidates& out, std::int64_t i, bool first) const;
+  bool points_along_a_side(const Candidates& out, std::int64_t i, bool first) const;
+  bool is_node_with_sides(std::int32_t contactor) const;
   void admit(detection::PairList& list, std::int64_t added) const;
 };
 

@@ -72,25 +72,29 @@ bool InteractionHandler::Workspace::is_on_next_edge(const Candidates& out, std::
   return false;
 }
 
+void InteractionHandler::Workspace::put_declared_in_order() {
+  declared_in_order = declared;
+  for (DeclaredPair& pair : declared_in_order) std::sort(pair.begin(), pair.end());
+  std::sort(declared_in_order.begin(), declared_in_order.end());
+}
+
+bool InteractionHandler::Workspace::is_declared(const Candidates& out, std::int64_t i) const {
+  DeclaredPair pair{contactors->id.values[out.contactor_a[i]], contactors->id.values[out.contactor_b[i]]};
+  std::sort(pair.begin(), pair.end());
+  return std::binary_search(declared_in_order.begin(), declared_in_order.end(), pair);
+}
+
 // A pair that is declared goes on with the edge that has the point now, if that looks about the same way.
 void InteractionHandler::Workspace::leave_to_next_edges(Candidates& out) {
   if (dim != 2 || !mapped) return;
   left.assign(std::size_t(out.count), 0);
   for (std::int64_t i = 0; i < out.count; ++i) left[std::size_t(i)] = is_on_next_edge(out, i);
   if (std::find(left.begin(), left.end(), 1) == left.end()) return;
-  std::vector<DeclaredPair>& known = declared_in_order;
-  known = declared;
-  for (DeclaredPair& pair : known) std::sort(pair.begin(), pair.end());
-  std::sort(known.begin(), known.end());
-  const auto is_declared = [&](std::int64_t i) {
-    DeclaredPair pair{contactors->id.values[out.contactor_a[i]], contactors->id.values[out.contactor_b[i]]};
-    std::sort(pair.begin(), pair.end());
-    return std::binary_search(known.begin(), known.end(), pair);
-  };
+  put_declared_in_order();
   const auto goes_on = [&](std::int64_t i, std::int64_t j) {
     const std::int64_t b = out.contactor_b[i], other = out.contactor_b[j];
     if (left[std::size_t(j)] || out.image[j] != out.image[i] || mapped->place[std::size_t(other)] < 0) return false;
-    if (carrier[b] != carrier[other] || is_declared(j)) return false;
+    if (carrier[b] != carrier[other] || is_declared(out, j)) return false;
     const double *e = &direction[3 * b], *f = &direction[3 * other];
     return e[0] * f[0] + e[1] * f[1] > 0.5; // as follow_bonds_across_sides
   };
@@ -100,10 +104,10 @@ void InteractionHandler::Workspace::leave_to_next_edges(Candidates& out) {
         if (goes_on(i, j)) return true;
     return false;
   };
-  if (!known.empty()) {
+  if (!declared.empty()) {
     held.clear();
     for (std::int64_t i = 0; i < out.count; ++i)
-      if (left[std::size_t(i)] && is_declared(i) && !has_heir(i)) held.push_back(i);
+      if (left[std::size_t(i)] && is_declared(out, i) && !has_heir(i)) held.push_back(i);
     for (const std::int64_t i : held) left[std::size_t(i)] = 0;
   }
   leave_out(out);

@@ -128,7 +128,23 @@ void Nscd::check_scene(const Simulation& s) const {
                   "parts: leave out cut_back, or give the code state() and restore(), in C state_size, save and load");
 }
 
+// Springs that a strategy has in the place of contacts know their overlap and Coulomb's friction, but no place of
+// their own to be drawn to, and no force of the last step along or about what a law adds.
+std::string Nscd::not_by_springs(const LawInfo& law) const {
+  if (!settings.pose.kernel || !std::isfinite(settings.pose.params[0])) return {};
+  const std::string by = name + " with a stiffness has springs in the place of contacts, ";
+  if (law.joins) return by + "and knows no joints: take NSCD, or leave them out";
+  if (law.keeps) return by + "and law " + law.python_name + " holds bodies together: take NSCD";
+  Integrator moved_by = settings.integrator;
+  if (law.has_solve && moved_by.name == "theta" && !(moved_by.parameter("theta", 0) >= 1))
+    return by + "and below theta=1 no law of moments, as " + law.python_name + " is: take theta=1, or NSCD";
+  return {};
+}
+
 void Nscd::check_laws(const Simulation& s) const {
+  for (int e = 0; e < s.laws.entries(); ++e)
+    if (const std::string told = not_by_springs(law_infos()[std::size_t(s.laws.entry(e).law)]); !told.empty())
+      throw Error(told);
   for (int e = 0; e < s.laws.entries(); ++e)
     if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
       throw Error("law " + law.python_name +

@@ -309,3 +309,34 @@ def test_what_w_does_not_fit_into_ends_with_a_status():
     while info["status"] == "converged" and info["step"] < 40:
         info = sim.step()
     assert info["status"] != "converged" and "memory" in info["hint"]
+
+
+@pytest.mark.parametrize("strategy", [cn.GranularElement(stiffness=1e6), cn.Carpenter(penalty=1e6)])
+def test_strategies_with_springs_for_contacts_refuse_what_they_do_not_hold(strategy):
+    """A disk that hung on a bar sank by 147 mm in 0.3 s, and pendulums went off, in steps that converged."""
+    rock = cn.Material("rock", density=2000.0)
+    scene = cn.Scene(2, gravity=(0.0, -9.81))
+    (disk,) = scene.add(cn.disks([[0.0, -0.5]], 0.1, rock))
+    scene.interact("*", "*", None)
+    scene.join(disk, None, cn.Distance(points=[(0.0, -0.5), (0.0, 0.0)]))
+    with pytest.raises(ValueError, match="knows no joints: take NSCD"):
+        cn.Simulation(scene, 1e-3, strategy=strategy)
+    bonded = cn.Scene(2)
+    bonded.add(cn.disks([[0.0, 0.0], [0.2, 0.0]], 0.1, rock))
+    bonded.interact(rock, rock, cn.Bonded())
+    with pytest.raises(ValueError, match="law Bonded holds bodies together: take NSCD"):
+        cn.Simulation(bonded, 1e-3, strategy=strategy)
+
+
+def test_bonds_are_made_far_from_an_origin_as_without_one():
+    """Places that were given 1e9 m away have the rounding of that, wherever the origin is."""
+    rock = cn.Material("rock", density=2000.0)
+    for far in (0.0, 1e6, 1e9):
+        for origin in (None, (far, 0.0)):
+            scene = cn.Scene(2, origin=origin)
+            x = far + 0.2 * np.arange(6)
+            scene.add(cn.disks(np.c_[x, 0 * x], 0.1, rock))
+            scene.interact(rock, rock, cn.Bonded())
+            sim = cn.Simulation(scene, 1e-4)
+            sim.step()
+            assert np.count_nonzero(sim.contacts.beta) == 5, (far, origin)

@@ -153,7 +153,9 @@ def _number(scene, mesh):
 def _add_sides(sim, mesh, after, faces):
     """Points and sides of the last so many faces that came apart: ids of both."""
     scene = core_of(sim).scene
-    species = [np.array([sim._species[s.contactors[-1].species(s.group)]], np.int32) for s in sim._sets if s.mesh is mesh.d]
+    sets = [s for s in sim._sets if s.mesh is mesh.d]
+    own = [[c for c in s.contactors if not c.joint][-1].species(s.group) for s in sets]  # joints on its nodes have marks, too
+    species = [np.array([sim._species[which]], np.int32) for which in own]
     n, number = len(after.rule) * faces, _number(scene, mesh)
     point = scene.add_parts(number, n) + np.arange(n)
     scene.add_contactors("disk" if mesh.dim == 2 else "sphere", point, species[0], np.zeros(n))
