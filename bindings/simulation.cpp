@@ -148,6 +148,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["mesh_way"] = r.mesh_way;
   if (!r.mesh_hint.empty()) out["mesh_hint"] = r.mesh_hint;
   if (!r.mesh_within.empty()) out["mesh_within"] = r.mesh_within;
+  if (!r.unjoined.empty()) out["unjoined"] = r.unjoined;
   out["projection_error"] = r.projection_error;
   out["newton_passes"] = r.newton_passes;
   out["newton_error"] = r.newton_error;

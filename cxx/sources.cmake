@@ -46,6 +46,8 @@ set(CAIRN_CXX_SOURCES
   contacts/contact_area.cpp
   contacts/contact_flight.cpp
   contacts/contact_growth.cpp
+  contacts/face_area.cpp
+  contacts/face_overlap.cpp
   contacts/interaction.cpp
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp
@@ -58,6 +60,7 @@ set(CAIRN_CXX_SOURCES
   contacts/singular_blocks.cpp
   contacts/turning_sides.cpp
   contacts/twin_bonds.cpp
+  contacts/unjoined_pairs.cpp
   detection/detection_grid.cpp
   detection/edges_in_a_row.cpp
   detection/nodes_and_sides.cpp

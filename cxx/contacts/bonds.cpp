@@ -46,9 +46,10 @@ double warp(const MeshModel& m, std::int64_t part, const double* place) {
 } // namespace
 
 // Contacts of bodies that came in since the last step and touch where they stand, whose law keeps them: what its
-// prepare makes of them is their first memory.
-void Interactions::bond(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
-                        const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes, Nodes* nodes) {
+// prepare makes of them is their first memory. Returns what is to be told of those that have no area.
+std::string Interactions::bond(const Bodies& bodies, const Contactors& contactors, const Candidates& candidates,
+                               const LawTable& laws, const Cell& cell, double h, double theta, MeshSet* meshes,
+                               Nodes* nodes) {
   State& s = *s_;
   s.bodies = &bodies;
   s.contactors = &contactors;
@@ -79,12 +80,18 @@ void Interactions::bond(const Bodies& bodies, const Contactors& contactors, cons
     beginning.push_back(std::int32_t(i));
   }
   s.leave_out_twins(beginning);
-  for (const std::int32_t i : beginning) s.begin_kept(i, h, theta);
+  std::vector<std::int32_t> joined, bare;
+  for (const std::int32_t i : beginning) {
+    const State::Begun begun = s.begin_kept(i, h, theta);
+    if (begun == State::Begun::joined) joined.push_back(i);
+    if (begun == State::Begun::without_area) bare.push_back(i);
+  }
   s.space_anchors(first);
+  return s.tell_unjoined(joined, bare);
 }
 
 // One contact, as eight that are the same.
-void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_theta) {
+Interactions::State::Begun Interactions::State::begin_kept(std::int64_t i, double with_h, double with_theta) {
   constexpr int n = 8;
   const LawTable::Entry& e = laws->entry(entry[i]);
   const LawInfo& law = law_infos()[std::size_t(e.law)];
@@ -137,6 +144,8 @@ void Interactions::State::begin_kept(std::int64_t i, double with_h, double with_
     column += name.back() == '*' ? dim() - 1 : 1;
   }
   memory.states.resize(end, none);
+  if (state[0] > 0) return Begun::joined;
+  return law.anchored && !(geometry[0] > 0) ? Begun::without_area : Begun::loose; // what sinters is joined later
 }
 
 // Of a file in which the state of a bond was its gap, huge where there was none.
@@ -197,6 +206,11 @@ void Nscd::declare_joints(Simulation& s) {
 }
 
 void Nscd::make_bonds(Simulation& s) {
+  find_bonds(s);
+  s.report.unjoined = unjoined_step_ == s.steps ? unjoined_ : std::string();
+}
+
+void Nscd::find_bonds(Simulation& s) {
   constexpr double may_warp = 1.0 / 64; // over the size of cells
   if (s.interactions.memory().contactors_seen >= s.scene.next_contactor_id) return;
   s.interactions.measure_from(s.scene.origin);
@@ -236,8 +250,9 @@ void Nscd::make_bonds(Simulation& s) {
     declare_joints(s);
     s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {.mapped = &s.meshes.mapped()},
                      &s.interactions.scratch(), &s.laws.rules());
-    s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes,
-                        &s.scene.nodes);
+    unjoined_ = s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes,
+                                    &s.scene.nodes);
+    unjoined_step_ = s.steps;
     s.candidates.count = 0;
   }
   s.interactions.see_contactors(s.scene.next_contactor_id);

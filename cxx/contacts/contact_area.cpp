@@ -3,41 +3,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "../contactors/shapes.hpp"
+#include "body_axes.hpp"
+#include "face_overlap.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
 
 namespace {
-
-constexpr int most_points = 64; // of a pair, that are looked at
-
-// Area of the convex polygon of some points in the plane across a normal.
-double polygon_area(const double* point, int count, const double* normal) {
-  if (count < 3) return 0;
-  struct Corner {
-    double x, y, angle;
-  } corner[most_points];
-  double t[3], s[3], centre[2] = {0, 0};
-  tangent_of(normal, t);
-  for (int k = 0; k < 3; ++k) s[k] = normal[(k + 1) % 3] * t[(k + 2) % 3] - normal[(k + 2) % 3] * t[(k + 1) % 3];
-  for (int i = 0; i < count; ++i) {
-    Corner& c = corner[i] = {0, 0, 0};
-    for (int k = 0; k < 3; ++k) {
-      c.x += t[k] * (point[3 * i + k] - point[k]);
-      c.y += s[k] * (point[3 * i + k] - point[k]);
-    }
-    centre[0] += c.x / count;
-    centre[1] += c.y / count;
-  }
-  for (int i = 0; i < count; ++i) corner[i].angle = std::atan2(corner[i].y - centre[1], corner[i].x - centre[0]);
-  std::sort(corner, corner + count, [](const Corner& a, const Corner& b) { return a.angle < b.angle; });
-  double twice = 0;
-  for (int i = 0; i < count; ++i) {
-    const Corner &a = corner[i], &b = corner[(i + 1) % count];
-    twice += (a.x - centre[0]) * (b.y - centre[1]) - (b.x - centre[0]) * (a.y - centre[1]);
-  }
-  return twice / 2;
-}
 
 // Length that some points of a line span.
 double span_of(const double* point, int count, const double* normal) {
@@ -52,7 +25,7 @@ double span_of(const double* point, int count, const double* normal) {
 
 } // namespace
 
-// Of round bodies the disk of their effective radius, of a node of a mesh its part of the surface, of points that
+// Of round bodies and round ends the disk of their radius, of a node of a mesh its part of the surface, of points that
 // bodies with sides share the part of the face between them. In 2D of a metre across the plane.
 double Interactions::State::area_of(std::int64_t i) const {
   const Candidates& c = *candidates;
@@ -71,15 +44,48 @@ double Interactions::State::area_of(std::int64_t i) const {
     const double r = effective_radius(i);
     return d == 2 ? r : std::numbers::pi * r * r;
   }
+  if (d == 3 && !((kind[ca] | kind[cb]) & mapped)) {
+    const double r = cap_radius(i);
+    return r > 0 ? std::numbers::pi * r * r : face_area(i);
+  }
   const auto same_pair = [&](std::int64_t j) {
     return j >= 0 && j < c.count && c.contactor_a[j] == ca && c.contactor_b[j] == cb && c.image[j] == c.image[i];
   };
   std::int64_t first = i, last = i + 1; // points of a pair stand together
   while (same_pair(first - 1)) --first;
   while (same_pair(last)) ++last;
-  const int count = int(std::min<std::int64_t>(last - first, most_points));
+  const int count = int(std::min<std::int64_t>(last - first, most_face_points));
   const double *point = &c.point[d * first], *normal = &c.normal[d * i];
-  return (d == 2 ? span_of(point, count, normal) : polygon_area(point, count, normal)) / count;
+  return (d == 2 ? span_of(point, count, normal) : area_of_points(point, count, normal)) / count;
+}
+
+// The radius by which a capsule, or an ellipsoid, touches: that of a ball as curved, 0 where neither side has one. What
+// else is round as a superquadric is flat or sharp where its box has sides and edges.
+double Interactions::State::cap_radius(std::int64_t i) const {
+  const Candidates& c = *candidates;
+  double radius[2] = {0, 0};
+  bool round = false, hollow = false;
+  double wide = 0;
+  for (int side = 0; side < 2; ++side) {
+    const std::int32_t contactor = side ? c.contactor_b[i] : c.contactor_a[i];
+    const auto shape = Shape(*contactors->shape[contactor]);
+    if (info(shape).hollow()) hollow = true, wide = *contactors->radius[contactor];
+    if (shape != Shape::capsule && shape != Shape::superquadric) continue;
+    const Hulls& hulls = contactors->hulls;
+    const double* size = &hulls.offset[std::size_t(hulls.first_face[*contactors->hull[contactor]])];
+    radius[side] = *size;
+    round = true;
+    if (shape == Shape::capsule) continue;
+    if (size[3] != 1 || size[4] != 1) return 0;
+    double normal[3], square = 0;
+    to_body_axes(*bodies, 3, body(contactor), &c.normal[3 * i], normal);
+    for (int k = 0; k < 3; ++k) square += size[k] * size[k] * normal[k] * normal[k];
+    radius[side] = size[0] * size[1] * size[2] / square; // of Gauss's curvature
+  }
+  if (!round) return 0;
+  const double one = std::max(radius[0], radius[1]), other = std::min(radius[0], radius[1]);
+  if (other > 0) return one * other / (one + other);
+  return hollow && wide > one ? one * wide / (wide - one) : one;
 }
 
 void Interactions::State::find_mesh_areas() {

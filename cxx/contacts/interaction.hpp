@@ -274,9 +274,10 @@ public:
   // no law (names both).
   void assemble(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
                 double theta, MeshSet* meshes = nullptr, Nodes* nodes = nullptr);
-  // Begins the memory of contacts that laws keep, of bodies that came in since the last step and touch.
-  void bond(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h, double theta,
-            MeshSet* meshes, Nodes* nodes);
+  // Begins the memory of contacts that laws keep, of bodies that came in since the last step and touch. Returns what is
+  // to be told of bodies that a law does not join since they touch without an area; empty: nothing.
+  std::string bond(const Bodies&, const Contactors&, const Candidates&, const LawTable&, const Cell&, double h,
+                   double theta, MeshSet* meshes, Nodes* nodes);
   void see_contactors(std::int64_t below); // those with a smaller id no longer come in
   // Contacts whose memory has an anchor are measured there, in place of what detection found near it. `numbers`: of
   // contactors A and B of each key of the memory, -1 if they are gone.

@@ -108,6 +108,8 @@ struct Stand {
   bool left_out = false;
 };
 
+struct FaceOutline;
+
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
 
@@ -267,6 +269,10 @@ struct Interactions::State {
   void mark_steps_of_bonds(bool converged) const; // in law_commit.cpp
   void commit_laws();                             // states and energies of laws, in law_commit.cpp
   double area_of(std::int64_t i) const;           // of a contact, in contact_area.cpp
+  double cap_radius(std::int64_t i) const;
+  double face_area(std::int64_t i) const;
+  double shared_face(std::int64_t i) const;
+  bool see_face(std::int64_t i, std::int32_t contactor, int sense, const double* shift, FaceOutline& face) const;
   double effective_radius(std::int64_t i) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin
@@ -277,9 +283,12 @@ struct Interactions::State {
   bool is_twin(const Stand& s) const;
   void add_bond(const Stand& s);
   void leave_out_twins(std::vector<std::int32_t>& beginning);
-  void begin_kept(std::int64_t i, double with_h, double with_theta); // a contact of bodies that came in, in bonds.cpp
-  bool came_in_touching(std::int64_t i) const;                       // its bodies came in together, and touch
-  void anchor(std::int64_t i, const LawInfo& law);                   // the last key of the memory, in anchors.cpp
+  // A contact of bodies that came in, in bonds.cpp.
+  enum class Begun { joined, loose, without_area };
+  Begun begin_kept(std::int64_t i, double with_h, double with_theta);
+  std::string tell_unjoined(std::span<const std::int32_t> joined, std::span<const std::int32_t> bare) const;
+  bool came_in_touching(std::int64_t i) const;     // its bodies came in together, and touch
+  void anchor(std::int64_t i, const LawInfo& law); // the last key of the memory, in anchors.cpp
   void anchor_bond(std::int64_t i, const LawInfo& law, Anchor& made) const;
   void anchor_joint(std::int64_t i, Anchor& made) const;
   void carrier_at(std::int32_t contactor, double* x) const;                   // of what carries it [m]

@@ -55,6 +55,7 @@ struct StepReport {
   double mesh_way = 0;              // farthest way along a normal on a mesh in the step / that size; 0: none so far
   std::string mesh_hint;            // what is wrong with them, empty: nothing
   std::string mesh_within;          // what began wholly within a mesh, in the step that it came in with, or empty
+  std::string unjoined;             // which bodies a law did not join, in the step that they came in with, or empty
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
   std::int64_t neighbour_lists = 0; // made since the start

@@ -34,6 +34,7 @@ from .run.step_warnings import (
     RunawayWarning,
     StableStepWarning,
     TunnellingWarning,
+    UnjoinedWarning,
 )
 from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .run.time_functions import Harmonic, Table
@@ -117,6 +118,7 @@ __all__ = [
     "StableStepWarning",
     "Table",
     "TunnellingWarning",
+    "UnjoinedWarning",
     "box",
     "boxes",
     "capsules",

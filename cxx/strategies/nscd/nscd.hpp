@@ -87,6 +87,7 @@ private:
   double law_share() const { return scheme_.share > 0 ? scheme_.share : 1; }
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
+  void find_bonds(Simulation& s);
   void declare_joints(Simulation& s);   // those that came in since the last step
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   void measure_margins(Simulation& s);
@@ -117,6 +118,8 @@ private:
   Array<double> reaction_kept_;
   std::int64_t nested_seen_ = 0, nested_step_ = -1; // ids below which were looked at, in which step
   std::string nested_hint_;
+  std::string unjoined_;
+  std::int64_t unjoined_step_ = -1;
 };
 
 // In bonds.cpp: memories of files in which the state of a bond was its gap alone.

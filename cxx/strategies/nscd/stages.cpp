@@ -423,6 +423,7 @@ void Nscd::update_configuration(Simulation& s) {
   s.report.contacts = s.candidates.count;
   s.report.energy = s.energy;
   if (s.report.solve.hint.empty()) s.report.solve.hint = s.report.mesh_within;
+  if (s.report.solve.hint.empty()) s.report.solve.hint = s.report.unjoined;
   if (s.report.solve.hint.empty()) s.report.solve.hint = s.report.mesh_hint;
   begun_ = false;
   for (MeshBody& mesh : s.meshes.meshes) mesh.commit();

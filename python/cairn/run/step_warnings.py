@@ -28,6 +28,10 @@ class TunnellingWarning(UserWarning):
     """A step moves a mesh and what it may touch against each other by more than a cell is wide: they may pass through."""
 
 
+class UnjoinedWarning(UserWarning):
+    """Bodies came in touching under a law that joins by the area of a contact, along a line or at a corner, which has none."""
+
+
 class RunawayWarning(UserWarning):
     """A step gave a body a velocity that moves it a million times as far as all bodies reach: what follows has no meaning."""
 
@@ -74,6 +78,8 @@ class StepWarnings:
             )
         if RunawayWarning not in self._told:
             self._look_for_runaways(simulation, info, h)
+        if "unjoined" in info:
+            self._tell(UnjoinedWarning, info["unjoined"])
         if "mesh_within" in info:
             self._tell(OverlapWarning, info["mesh_within"])
         if "mesh_hint" in info:

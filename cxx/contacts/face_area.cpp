@@ -1,0 +1,153 @@
+// The area of the face between two bodies with sides, and what of it each point of contact stands for.
+#include <algorithm>
+#include <cmath>
+
+#include "../contactors/shapes.hpp"
+#include "body_axes.hpp"
+#include "face_overlap.hpp"
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+namespace {
+
+constexpr double flush = 1 - 5e-5;     // cosine of two faces that lie on each other
+constexpr double as_high = 1.0 / 1024; // of the size of a body: triangles that it stands on are no farther apart
+
+double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+} // namespace
+
+// The part of the face of a pair that a point stands for. Detection keeps four of the corners of a face, and those on a
+// surface triangle by triangle, so that the faces themselves are asked where they lie flat on each other.
+double Interactions::State::face_area(std::int64_t i) const {
+  const Candidates& c = *candidates;
+  const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
+  const bool surface = Shape(*contactors->shape[cb]) == Shape::facet;
+  const double* normal = &c.normal[3 * i];
+  const auto of_same_face = [&](std::int64_t j) {
+    if (c.contactor_b[j] == cb) return !surface || dot(&c.normal[3 * j], normal) > flush;
+    return surface && body(c.contactor_b[j]) == body(cb) &&
+           *contactors->material[c.contactor_b[j]] == *contactors->material[cb] &&
+           dot(&c.normal[3 * j], normal) > flush;
+  };
+  const auto may_be = [&](std::int64_t j) { // what stands together: of a pair, of a body and the triangles of a surface
+    return j >= 0 && j < c.count && c.contactor_a[j] == ca && c.image[j] == c.image[i] &&
+           (c.contactor_b[j] == cb || (surface && Shape(*contactors->shape[c.contactor_b[j]]) == Shape::facet));
+  };
+  std::int64_t first = i;
+  while (may_be(first - 1)) --first;
+  double point[3 * most_face_points];
+  int count = 0;
+  for (std::int64_t j = first; may_be(j) && count < most_face_points; ++j)
+    if (of_same_face(j)) std::copy_n(&c.point[3 * j], 3, point + 3 * count++);
+  const double spanned = area_of_points(point, count, normal);
+  if (!(spanned > 0) || is_anchored(i)) return spanned / count; // the law knows what an old bond began with
+  const double whole = shared_face(i);
+  return (whole > 0 && std::abs(whole - spanned) > area_rounding * whole ? whole : spanned) / count;
+}
+
+// Area that the faces of both bodies of a contact share [m2], all triangles of a surface taken together; 0 where they
+// do not lie flat on each other.
+double Interactions::State::shared_face(std::int64_t i) const {
+  const Candidates& c = *candidates;
+  const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
+  thread_local FaceOutline one, other; // assembly asks in every step
+  double shift[3] = {0, 0, 0};
+  if (cell->any()) image_shift(*cell, c.image[i], shift);
+  const double unshifted[3] = {0, 0, 0};
+  if (!see_face(i, ca, -1, unshifted, one) || !see_face(i, cb, 1, shift, other)) return 0;
+  double sum = shared_area(one, other);
+  if (Shape(*contactors->shape[cb]) != Shape::facet) return sum;
+  const double whole = one.area(); // triangles with numbers near its own are near it: they are asked first
+  const auto add = [&](std::int64_t k) {
+    if (*contactors->material[k] == *contactors->material[cb] && see_face(i, std::int32_t(k), 1, shift, other))
+      sum += shared_area(one, other);
+  };
+  const auto is_next = [&](std::int64_t k) {
+    return k >= 0 && k < contactors->count && body(std::int32_t(k)) == body(cb) &&
+           Shape(*contactors->shape[k]) == Shape::facet;
+  };
+  bool more = true;
+  for (std::int64_t step = 1; more && sum < whole * (1 - area_rounding); ++step) {
+    more = false;
+    for (const std::int64_t k : {cb - step, cb + step})
+      if (is_next(k)) add(k), more = true;
+  }
+  return sum;
+}
+
+namespace {
+
+// The plane across the normal of a contact, from its point, in the axes of a body.
+struct SeenFrom {
+  double normal[3], tangents[2][3], centre[3]; // of the contactor
+  std::array<double, 3> place(const double* vertex) const {
+    return {centre[0] + vertex[0], centre[1] + vertex[1], centre[2] + vertex[2]};
+  }
+  std::array<double, 2> corner(const double* vertex) const {
+    const auto x = place(vertex);
+    return {dot(tangents[0], x.data()), dot(tangents[1], x.data())};
+  }
+};
+
+// The face of a polyhedron that looks along sense times the normal.
+bool see_polyhedron(const Hulls& hulls, std::int32_t hull, const SeenFrom& view, int sense, FaceOutline& face) {
+  const double* vertex = &hulls.vertex[3 * std::size_t(hulls.first_vertex[hull])];
+  double best = 0;
+  std::int32_t which = -1;
+  for (std::int32_t f = hulls.first_face[hull]; f < hulls.first_face[hull + 1]; ++f)
+    if (const double look = sense * dot(&hulls.normal[3 * std::size_t(f)], view.normal); look > best)
+      best = look, which = f;
+  if (!(best > flush)) return false;
+  for (std::int32_t k = hulls.first_corner[which]; k < hulls.first_corner[which + 1]; ++k)
+    face.corner.push_back(view.corner(vertex + 3 * (std::ptrdiff_t(hulls.corner_vertex[k]) - 1)));
+  face.turn_left();
+  return true;
+}
+
+} // namespace
+
+// What of a contactor looks along sense times the normal of a contact, across it and from its point; false where that
+// is no face that lies flat there.
+bool Interactions::State::see_face(std::int64_t i, std::int32_t contactor, int sense, const double* shift,
+                                   FaceOutline& face) const {
+  const Candidates& c = *candidates;
+  const Hulls& hulls = contactors->hulls;
+  const auto shape = Shape(*contactors->shape[contactor]);
+  face.clear();
+  face.endless = shape == Shape::plane;
+  if (face.endless) return true;
+  if (shape != Shape::polyhedron && shape != Shape::facet && shape != Shape::cylinder) return false;
+  const std::int32_t carrier = body(contactor), hull = *contactors->hull[contactor];
+  SeenFrom view;
+  double* const n = view.normal;
+  double* const t = view.tangents[0];
+  tangent_of(&c.normal[3 * i], t);
+  to_body_axes(*bodies, 3, carrier, &c.normal[3 * i], n);
+  to_body_axes(*bodies, 3, carrier, t, t);
+  for (int k = 0; k < 3; ++k) {
+    view.tangents[1][k] = n[(k + 1) % 3] * t[(k + 2) % 3] - n[(k + 2) % 3] * t[(k + 1) % 3];
+    view.centre[k] = bodies->position[carrier][k] + shift[k] - c.point[3 * i + k];
+  }
+  to_body_axes(*bodies, 3, carrier, view.centre, view.centre);
+  for (int k = 0; k < 3 && contactors->offset.active; ++k) view.centre[k] += contactors->offset[contactor][k];
+  if (shape == Shape::polyhedron) return see_polyhedron(hulls, hull, view, sense, face);
+  const double* vertex = &hulls.vertex[3 * std::size_t(hulls.first_vertex[hull])];
+  const double* m = &hulls.normal[3 * std::size_t(hulls.first_face[hull])];
+  const double along = sense * dot(m, n);
+  if (shape == Shape::cylinder) { // its vertices are the ends of its axis
+    if (!(std::abs(along) > flush)) return false;
+    face.centre = view.corner(vertex + (along > 0 ? 3 : 0));
+    face.radius = hulls.offset[std::size_t(hulls.first_face[hull])];
+    return true;
+  }
+  const double size = *contactors->radius[c.contactor_a[i]], reach = *contactors->radius[contactor] + 2 * size;
+  if (!(along > flush) || dot(view.centre, view.centre) > reach * reach) return false;
+  if (std::abs(dot(m, view.place(vertex).data())) > as_high * size + std::abs(c.gap[i])) return false;
+  for (int k = 0; k < 3; ++k) face.corner.push_back(view.corner(vertex + 3 * std::ptrdiff_t(k)));
+  face.turn_left();
+  return true;
+}
+
+} // namespace cairn

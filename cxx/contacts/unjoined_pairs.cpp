@@ -1,0 +1,67 @@
+// Bodies that came in touching under a law that joins by the area of a contact, where there is none: nothing holds
+// them, and nobody would see it.
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "interaction_state.hpp"
+
+namespace cairn {
+
+namespace {
+
+// Bodies that joints hold together, each by the number of one of them.
+class Pieces {
+public:
+  explicit Pieces(std::int64_t count) : of_(std::size_t(count)) { std::iota(of_.begin(), of_.end(), 0); }
+  std::int64_t find(std::int64_t i) {
+    while (of_[std::size_t(i)] != i) i = of_[std::size_t(i)] = of_[std::size_t(of_[std::size_t(i)])];
+    return i;
+  }
+  void join(std::int64_t i, std::int64_t j) { of_[std::size_t(find(i))] = find(j); }
+
+private:
+  std::vector<std::int64_t> of_;
+};
+
+} // namespace
+
+// Of candidates that were joined, and that have no area to join. Corners of a wall of bricks touch, too: what other
+// joints hold together is not told of, and what does not move counts as one.
+std::string Interactions::State::tell_unjoined(std::span<const std::int32_t> joined,
+                                               std::span<const std::int32_t> bare) const {
+  if (bare.empty()) return {};
+  const std::int64_t meshes_there = meshes ? std::int64_t(meshes->meshes.size()) : 0, n = bodies->count;
+  const auto unit = [&](std::int32_t contactor) -> std::int64_t {
+    const std::int32_t carrier = body(contactor);
+    if (carrier < 0) return n + meshes->mesh_of(contactor);
+    const double* mass = bodies->inverse_mass[carrier];
+    return std::any_of(mass, mass + 3 * (dim() - 1), [](double m) { return m > 0; }) ? carrier : n + meshes_there;
+  };
+  Pieces pieces(n + meshes_there + 1);
+  for (const std::int32_t i : joined) pieces.join(unit(candidates->contactor_a[i]), unit(candidates->contactor_b[i]));
+  std::vector<std::pair<std::int64_t, std::int64_t>> told;
+  std::int32_t first = -1;
+  for (const std::int32_t i : bare) {
+    const std::int32_t a = candidates->contactor_a[i], b = candidates->contactor_b[i];
+    if (pieces.find(unit(a)) == pieces.find(unit(b))) continue;
+    if (first < 0) first = i;
+    told.push_back(std::minmax<std::int64_t>(body(a), body(b)));
+  }
+  if (first < 0) return {};
+  std::sort(told.begin(), told.end());
+  const std::int64_t others = std::unique(told.begin(), told.end()) - told.begin() - 1;
+  const std::int32_t a = candidates->contactor_a[first], b = candidates->contactor_b[first];
+  const auto name = [&](std::int32_t contactor) {
+    const std::int32_t carrier = body(contactor);
+    return (carrier < 0 ? "the mesh '" + meshes->meshes[meshes->mesh_of(contactor)].model.name + "'"
+                        : "body " + std::to_string(*bodies->id[carrier])) +
+           " of '" + laws->name(*contactors->material[contactor]) + "'";
+  };
+  return "law " + law_infos()[std::size_t(laws->entry(entry[first]).law)].python_name + " does not join " + name(a) +
+         " and " + name(b) + (others > 0 ? ", nor " + std::to_string(others) + " more pairs of bodies" : "") +
+         ": they touch along a line, at a corner or on a side of no known curvature, where there is no area for its "
+         "stresses; give Bonded, or ParallelBond with a radius, to what is to hold there";
+}
+
+} // namespace cairn
