@@ -52,6 +52,7 @@ set(CAIRN_CXX_SOURCES
   contacts/interaction_fill.cpp
   contacts/interaction_memory.cpp
   contacts/interaction_plan.cpp
+  contacts/joint_faces.cpp
   contacts/joint_flight.cpp
   contacts/joints.cpp
   contacts/ropes.cpp

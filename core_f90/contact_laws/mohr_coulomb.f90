@@ -15,6 +15,7 @@ module mohr_coulomb
   integer, parameter :: own = 7, states = 4 !< parameters, states
   integer, parameter :: bond(1) = [1] !< the state that says that bodies are held fast
   logical, parameter :: rolls = .false. !< friction against rolling
+  real(c_double), parameter :: sure = 1e-9_c_double !< of a limit: what points of a face share is rounded
 contains
 
   include "cone_slots.inc"
@@ -77,10 +78,10 @@ contains
       normal = r(i, 1) + pull
       tangent = maxval(abs(r(i, 2:)))
       if (tangent > 0) tangent = tangent*sqrt(sum((r(i, 2:)/tangent)**2))
-      if (.not. normal > 8*epsilon(pull)*pull .or. tangent >= (mu(1)*normal + k(1))*(1 - 8*epsilon(k)) .or. &
+      if (.not. normal > sure*pull .or. tangent >= (mu(1)*normal + k(1))*(1 - sure) .or. &
           r(i, 1) > p(5)*state(i, 2)*context%h) state(i, 1) = 0
-      if (params(i, 7) < params(i, 4) .and. .not. state(i, 1) > 0 .and. normal > 8*epsilon(pull)*pull .and. &
-          tangent >= (mu(1)*normal + k(1))*(1 - 8*epsilon(k))) state(i, 4) = 1
+      if (params(i, 7) < params(i, 4) .and. .not. state(i, 1) > 0 .and. normal > sure*pull .and. &
+          tangent >= (mu(1)*normal + k(1))*(1 - sure)) state(i, 4) = 1
     end do
   end subroutine cairn_law_mohr_coulomb_commit
 

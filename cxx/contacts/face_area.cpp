@@ -11,7 +11,6 @@ namespace cairn {
 
 namespace {
 
-constexpr double flush = 1 - 5e-5;     // cosine of two faces that lie on each other
 constexpr double as_high = 1.0 / 1024; // of the size of a body: triangles that it stands on are no farther apart
 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -26,10 +25,10 @@ double Interactions::State::face_area(std::int64_t i) const {
   const bool surface = Shape(*contactors->shape[cb]) == Shape::facet;
   const double* normal = &c.normal[3 * i];
   const auto of_same_face = [&](std::int64_t j) {
-    if (c.contactor_b[j] == cb) return !surface || dot(&c.normal[3 * j], normal) > flush;
+    if (c.contactor_b[j] == cb) return !surface || dot(&c.normal[3 * j], normal) > flat_faces;
     return surface && body(c.contactor_b[j]) == body(cb) &&
            *contactors->material[c.contactor_b[j]] == *contactors->material[cb] &&
-           dot(&c.normal[3 * j], normal) > flush;
+           dot(&c.normal[3 * j], normal) > flat_faces;
   };
   const auto may_be = [&](std::int64_t j) { // what stands together: of a pair, of a body and the triangles of a surface
     return j >= 0 && j < c.count && c.contactor_a[j] == ca && c.image[j] == c.image[i] &&
@@ -99,7 +98,7 @@ bool see_polyhedron(const Hulls& hulls, std::int32_t hull, const SeenFrom& view,
   for (std::int32_t f = hulls.first_face[hull]; f < hulls.first_face[hull + 1]; ++f)
     if (const double look = sense * dot(&hulls.normal[3 * std::size_t(f)], view.normal); look > best)
       best = look, which = f;
-  if (!(best > flush)) return false;
+  if (!(best > flat_faces)) return false;
   for (std::int32_t k = hulls.first_corner[which]; k < hulls.first_corner[which + 1]; ++k)
     face.corner.push_back(view.corner(vertex + 3 * (std::ptrdiff_t(hulls.corner_vertex[k]) - 1)));
   face.turn_left();
@@ -137,13 +136,13 @@ bool Interactions::State::see_face(std::int64_t i, std::int32_t contactor, int s
   const double* m = &hulls.normal[3 * std::size_t(hulls.first_face[hull])];
   const double along = sense * dot(m, n);
   if (shape == Shape::cylinder) { // its vertices are the ends of its axis
-    if (!(std::abs(along) > flush)) return false;
+    if (!(std::abs(along) > flat_faces)) return false;
     face.centre = view.corner(vertex + (along > 0 ? 3 : 0));
     face.radius = hulls.offset[std::size_t(hulls.first_face[hull])];
     return true;
   }
   const double size = *contactors->radius[c.contactor_a[i]], reach = *contactors->radius[contactor] + 2 * size;
-  if (!(along > flush) || dot(view.centre, view.centre) > reach * reach) return false;
+  if (!(along > flat_faces) || dot(view.centre, view.centre) > reach * reach) return false;
   if (std::abs(dot(m, view.place(vertex).data())) > as_high * size + std::abs(c.gap[i])) return false;
   for (int k = 0; k < 3; ++k) face.corner.push_back(view.corner(vertex + 3 * std::ptrdiff_t(k)));
   face.turn_left();

@@ -19,6 +19,7 @@ struct FaceOutline {
 
 inline constexpr int most_face_points = 64; // of a pair, that are looked at
 inline constexpr double area_rounding = 1e-9;
+inline constexpr double flat_faces = 1 - 5e-5; // cosine of two faces that lie on each other
 
 // Area of the convex polygon of some points (3, count) in the plane across a normal, none if they are on a line [m2].
 double area_of_points(const double* point, int count, const double* normal);

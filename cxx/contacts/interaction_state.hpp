@@ -174,6 +174,12 @@ struct Interactions::State {
     double stored, taken_normal, taken_tangential, released, created, turned_over, driven_joints, driven_sides;
   };
   Array<Commits> commits;
+  struct JointPoint {
+    std::int32_t body_a, body_b, image, entry, candidate, batch, lane;
+  };
+  std::vector<JointPoint> joint_points;
+  std::vector<double>
+      shared_of; // (3, places) impulses by which brittle joints of faces are judged, NaN: others; or empty
 
   const double *temperature = nullptr, *potential = nullptr; // of bodies, then of nodes; null: the scene has none
   MeshSet* meshes = nullptr;                                 // null: none in the scene
@@ -267,8 +273,11 @@ struct Interactions::State {
   void refuse_fault() const;
   void find_fault(const Bodies& with, int sweeps);
   void mark_steps_of_bonds(bool converged) const; // in law_commit.cpp
-  void commit_laws();                             // states and energies of laws, in law_commit.cpp
-  double area_of(std::int64_t i) const;           // of a contact, in contact_area.cpp
+  void share_joints();                            // impulses by which commits judge brittle faces, in joint_faces.cpp
+  bool on_one_face(const JointPoint& one, const JointPoint& other) const;
+  void share_face(const std::vector<JointPoint>& face);
+  void commit_laws();                   // states and energies of laws, in law_commit.cpp
+  double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
   double cap_radius(std::int64_t i) const;
   double face_area(std::int64_t i) const;
   double shared_face(std::int64_t i) const;

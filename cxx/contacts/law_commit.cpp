@@ -57,6 +57,7 @@ void Interactions::State::commit_laws() {
   if (!laws_commit || batches == 0) return;
   const cairn_schedule schedule = system.schedule(threads);
   fit(commits, system.batches.size());
+  share_joints();
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
   for (int k = 0; k < batches; ++k) commit_batch(schedule, std::size_t(k), omp_get_thread_num());
   if (fault.batch >= 0) refuse_fault();
@@ -90,7 +91,10 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
     gap[lane] = candidates->gap[i];
     for (int p = 0; p < parameters; ++p) params[p * n + lane] = laws->entry(entry[i]).params[p];
     if (temperature) vary(i, n, params + lane);
+    const double* shared = shared_of.empty() ? nullptr : &shared_of[3 * std::size_t(b.first + lane)];
     for (int k = 0; k < c; ++k) r[k * n + lane] = at(b, b.r, lane, k);
+    if (shared && shared[0] == shared[0]) // not NaN: of a brittle joint of a face
+      for (int k = 0; k < c; ++k) r[k * n + lane] = shared[k];
   }
   // as prepare and solve saw it: in the middle of the flight
   for (int k = 0; k < n * c; ++k) u[k] += own.flight[k];
