@@ -6,7 +6,9 @@
 #include <limits>
 #include <tuple>
 
+#include "../contactors/shapes.hpp"
 #include "body_axes.hpp"
+#include "face_overlap.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -121,6 +123,7 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   std::sort(s.anchored_places.begin(), s.anchored_places.end(), [&](const auto& p, const auto& q) {
     return pair_of(p) != pair_of(q) ? pair_of(p) < pair_of(q) : ~p.feature < ~q.feature;
   });
+  s.find_bonds_on_surfaces();
   Candidates& to = s.measured;
   const std::size_t most = std::size_t(found.count) + s.anchored_places.size();
   for (auto* column : {&to.contactor_a, &to.contactor_b, &to.image, &to.feature}) fit(*column, most);
@@ -151,6 +154,46 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   to.normal.resize(std::size_t(to.count) * std::size_t(s.dim()));
   to.point.resize(std::size_t(to.count) * std::size_t(s.dim()));
   std::swap(found, to);
+}
+
+// Bonds that hold on triangles of rigid bodies, by what they hold together.
+void Interactions::State::find_bonds_on_surfaces() {
+  on_surfaces.clear();
+  for (const AnchoredPlace& p : anchored_places)
+    if (p.sound && !p.joins && body(p.b) >= 0 && Shape(*contactors->shape[p.b]) == Shape::facet &&
+        memory.anchors[std::size_t(p.key)].reach > 0)
+      on_surfaces.push_back(p);
+  std::sort(on_surfaces.begin(), on_surfaces.end(), [&](const AnchoredPlace& p, const AnchoredPlace& q) {
+    return std::tuple(p.a, body(p.b), p.image, p.key) < std::tuple(q.a, body(q.b), q.image, q.key);
+  });
+}
+
+// Whether what detection found of a body on a triangle is a corner that a bond holds on the triangle beside it: a hair
+// decides which of two triangles a corner above their edge is given to.
+bool Interactions::State::is_held_beside(std::int64_t i, const Candidates& found) const {
+  constexpr double near = 1.0 / 64; // of the size of the body
+  const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
+  if (on_surfaces.empty() || body(b) < 0 || Shape(*contactors->shape[b]) != Shape::facet) return false;
+  const std::tuple pair(a, body(b), found.image[i]);
+  auto at =
+      std::lower_bound(on_surfaces.begin(), on_surfaces.end(), pair, [&](const AnchoredPlace& p, const auto& wanted) {
+        return std::tuple(p.a, body(p.b), p.image) < wanted;
+      });
+  for (; at != on_surfaces.end() && std::tuple(at->a, body(at->b), at->image) == pair; ++at) {
+    const Anchor& anchor = memory.anchors[std::size_t(at->key)];
+    double from[3], normal[3], x[3], square = 0, alike = 0;
+    carried(a, anchor.a, from);
+    carried(at->b, anchor.normal, normal);
+    carrier_at(a, x);
+    for (int k = 0; k < 3; ++k) {
+      const double apart = found.point[3 * i + k] - (x[k] + from[k]);
+      square += apart * apart;
+      alike += normal[k] * found.normal[3 * i + k];
+    }
+    const double size = near * *contactors->radius[a];
+    if (at->b != b && square <= size * size && alike > flat_faces) return true;
+  }
+  return false;
 }
 
 // The contacts of one pair: those that hold, then what detection found besides, of which the nearest goes on with what
@@ -208,7 +251,7 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
     for (std::int64_t j = begin; j < others && !stands; ++j)
       stands = distance(i, j) <= held[std::size_t(anchor_of[std::size_t(j)])].reach &&
                held[std::size_t(anchor_of[std::size_t(j)])].reach > 0;
-    if (stands) continue;
+    if (stands || is_held_beside(i, found)) continue;
     const std::int64_t j = to.count++;
     to.contactor_a[j] = found.contactor_a[i];
     to.contactor_b[j] = found.contactor_b[i];

@@ -140,7 +140,7 @@ struct Interactions::State {
     std::int32_t a, b, image, feature, key;
     bool sound, spans, joins;
   };
-  std::vector<AnchoredPlace> anchored_places;
+  std::vector<AnchoredPlace> anchored_places, on_surfaces;
   std::vector<std::uint8_t> anchored_seen, joint_material;
   std::vector<std::optional<RopeEnds>> rope_of; // per material: of a rope over a pulley; empty where there is none
   Candidates measured;
@@ -337,6 +337,8 @@ struct Interactions::State {
   void fill_ropes(cairn_batch& b) const;
   void space_anchors(std::size_t first); // reaches of those from a key on
   void keep_anchors();
+  void find_bonds_on_surfaces();
+  bool is_held_beside(std::int64_t i, const Candidates& found) const;
   void hand_on_broken();
   void measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,
                     const Candidates& found);

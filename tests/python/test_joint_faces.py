@@ -10,7 +10,7 @@ STRENGTHS = dict(tension=TENSION, cohesion=COHESION, friction=FRICTION, mu=0.3, 
 SQUARE = np.array([[-SIDE / 2, 0], [SIDE / 2, 0], [SIDE / 2, SIDE], [-SIDE / 2, SIDE]])
 
 
-def bed(dim, kind):
+def bed(dim, kind, shift=0.011):
     still = dict(driven=("vx", "vy", "w") if dim == 2 else ("vx", "vy", "vz", "wx", "wy", "wz"))
     if kind == "wall":
         return cn.wall((0,) * dim, (0,) * (dim - 1) + (1,), BED)
@@ -24,7 +24,7 @@ def bed(dim, kind):
             parts = [np.array([[a, -SIDE], [b, -SIDE], [b, 0], [a, 0]]) for a, b in ((-1, 0.02), (0.02, 1))]
             return cn.polygons([parts], BED, **still)
         number = np.arange(169).reshape(13, 13)
-        points = np.column_stack([np.repeat(x, 13), np.tile(x, 13) + 0.011, np.zeros(169)])
+        points = np.column_stack([np.repeat(x, 13), np.tile(x, 13) + shift, np.zeros(169)])
         low, right, far, up = (number[a, b].ravel() for a in (np.s_[:-1], np.s_[1:]) for b in (np.s_[:-1], np.s_[1:]))
         return cn.surface(points, np.vstack([np.column_stack([low, far, up]), np.column_stack([low, up, right])]), BED)
     raise AssertionError(kind)
@@ -83,6 +83,25 @@ def test_joints_of_faces_have_their_strength(dim, kind):
             continue  # its points stand for parts of the face that are not alike
         assert is_sound(dim, law, 0.98 * force, 0.98 * moment, kind, about), name
         assert not is_sound(dim, law, 1.02 * force, 1.02 * moment, kind, about), name
+
+
+@pytest.mark.parametrize("law", [cn.MohrCoulomb(**STRENGTHS), cn.Bonded()])
+def test_a_corner_above_the_edge_of_two_triangles_is_held_once(law):
+    """The bond is on one of them: detection finds the corner on the other one where a hair decides it."""
+    scene = cn.Scene(3)
+    scene.add(bed(3, "pieces", shift=0.0))
+    force = 0.9 * COHESION * SIDE**2
+
+    def load(time):
+        now = force * min(1, time / 0.02)
+        return [now, 0, 0, 0, -now * SIDE / 2, 0]
+
+    scene.add(cn.boxes([[0, 0, SIDE / 2]], [SIDE] * 3, BODY, force=load))
+    scene.interact(BED, BODY, law)
+    sim = cn.Simulation(scene, 1e-3)
+    for _ in range(30):
+        sim.step()
+        assert np.array_equal(sim.contacts.beta, [1, 1, 1, 1])
 
 
 @pytest.mark.parametrize("dim", [2, 3])
