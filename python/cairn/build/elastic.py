@@ -254,6 +254,20 @@ class ElasticBody:
             return found
         return {kind: stress + initially.shown(self, kind) for kind, stress in found.items()}
 
+    def stress_across(self, stress):
+        """Of a body in 2D, stress zz in the middle of each cell, {kind: (m,)} [Pa], from what `stress` found: none in plane
+        stress."""
+        if self.plane == "stress":
+            return {kind: np.zeros(len(found)) for kind, found in stress.items()}
+        straight, other = self.elasticity[0, :2]
+        poisson = other / (straight + other)
+        out = {kind: poisson * (found[:, 0] + found[:, 1]) for kind, found in stress.items()}
+        if self.initial_stress is not None:
+            for kind, of_points in self.initial_stress.items():
+                xx, yy, zz = of_points.mean(axis=1)[:, :3].T
+                out[kind] += zz - poisson * (xx + yy)
+        return out
+
 
 def _row_sums(start, row, value):
     """Of a symmetric matrix by its lower triangle."""

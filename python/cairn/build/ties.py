@@ -101,6 +101,14 @@ class TiedBody(ElasticBody):
                 out[kind][np.ix_(rows[kind], columns)] = found
         return out
 
+    def stress_across(self, stress):
+        """Of linear parts, as ElasticBody.stress_across."""
+        out = {kind: np.zeros(len(nodes)) for kind, nodes in self.cells.items()}
+        for part, rows in zip(self.parts.values(), self._rows):
+            for kind, found in part.stress_across({kind: stress[kind][of] for kind, of in rows.items()}).items():
+                out[kind][rows[kind]] = found
+        return out
+
     def free_motion(self):
         """Displacements (n dofs, free ones) that ties allow, and the numbers of the dofs that follow nothing."""
         from scipy import sparse

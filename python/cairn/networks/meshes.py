@@ -107,3 +107,16 @@ def stress(mesh, found, temperature, expansion, reference):
         kind: value - np.mean(temperature[mesh.body.cells[kind]] - reference, axis=1)[:, None] * per_kelvin
         for kind, value in found.items()
     }
+
+
+def stress_across(mesh, stress, temperature, expansion, reference):
+    """Stress zz of a body in 2D, {kind: (m,)}, from the stresses that `stress` found: in plane strain what is held across adds
+    young times its free expansion."""
+    found, body = mesh.body.stress_across(stress), mesh.body
+    if body.plane == "stress":
+        return found
+    young = 2 * (1 + body.poisson) * body.elasticity[2, 2]
+    return {
+        kind: value - young * expansion * np.mean(temperature[body.cells[kind]] - reference, axis=1)
+        for kind, value in found.items()
+    }

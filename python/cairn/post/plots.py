@@ -23,6 +23,7 @@ LABELS = {
     "temperature": "temperature [K]",
     "potential": "potential [V]",
     "stress": "stress, norm [Pa]",
+    "stress_zz": "stress zz [Pa]",
     "strain": "strain, norm [-]",
     "von_mises": "von Mises stress [Pa]",
     "contact_pressure": "contact pressure [Pa]",
@@ -68,7 +69,8 @@ def field_values(step, what):
             raise ValueError(f"what has shape {values.shape}; it must be ({len(step.drawn)},), a number per body")
         return values, ""
     if what == "von_mises":
-        return von_mises(step.drawn["stress"]), LABELS[what]
+        across = step.drawn["stress_zz"] if step.dim == 2 and "stress_zz" in step.drawn else None
+        return von_mises(step.drawn["stress"], across), LABELS[what]
     stem, _, part = what.rpartition("_")
     if what not in step.drawn and stem in ("stress", "strain") and part in AXES[step.dim]:
         return step.drawn[stem][:, AXES[step.dim].index(part)], f"{stem} {part} [{'Pa' if stem == 'stress' else '-'}]"
@@ -83,10 +85,11 @@ def field_values(step, what):
     return values, LABELS.get(what, what)
 
 
-def von_mises(stress):
-    """Equivalent stress (n,) of (n, 3 | 6) in the order xx yy [zz] xy [yz zx]; in 2D that in the plane alone."""
+def von_mises(stress, across=None):
+    """Equivalent stress (n,) of (n, 3 | 6) in the order xx yy [zz] xy [yz zx]. across: zz (n,) of stresses (n, 3), else none."""
     x, y = stress[:, 0], stress[:, 1]
-    z = np.zeros(len(x)) if stress.shape[1] == 3 else stress[:, 2]
+    none = np.zeros(len(x)) if across is None else across
+    z = none if stress.shape[1] == 3 else stress[:, 2]
     shear = stress[:, 2:] if stress.shape[1] == 3 else stress[:, 3:]
     return np.sqrt(((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) / 2 + 3 * (shear**2).sum(axis=1))
 

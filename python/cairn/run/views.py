@@ -444,13 +444,36 @@ class MeshView(_View):
             from ..build.solid import by_kinds
 
             return by_kinds(self.body, (stress for stress, _ in self._bulk()))
-        found, thermal = self.body.stress(self.displacement), self._simulation.scene.networks.get("thermal")
-        expansion = 0.0 if thermal is None else self._mesh.d.material.expansion
-        if not expansion:
+        found, warmth = self.body.stress(self.displacement), self._warmth()
+        if warmth is None:
             return found
         from ..networks.meshes import stress
 
-        return stress(self._mesh, found, self._of_nodes("temperature"), expansion, thermal.reference)
+        return stress(self._mesh, found, *warmth)
+
+    @property
+    def stress_zz(self):
+        """Of a body in 2D, the stress across its plane in the middle of each cell, {kind: (m,)} [Pa]: in plane strain what holds
+        the strain at none, of axisymmetric bodies that round the axis, in plane stress none."""
+        if self._mesh.dim != 2:
+            raise AttributeError(f"{self._mesh.d.name!r} is in 3D: `stress` has zz, its third component")
+        return self._across(self.stress)
+
+    def _across(self, stress):
+        if hasattr(self.body, "blocks"):
+            return {kind: found[:, 2] for kind, found in stress.items()}
+        warmth = self._warmth()
+        if warmth is None:
+            return self.body.stress_across(stress)
+        from ..networks.meshes import stress_across
+
+        return stress_across(self._mesh, stress, *warmth)
+
+    def _warmth(self):
+        """Temperatures of the nodes, expansion, and the temperature at which there is none; None where nothing expands."""
+        thermal = self._simulation.scene.networks.get("thermal")
+        expansion = 0.0 if thermal is None else self._mesh.d.material.expansion
+        return (self._of_nodes("temperature"), expansion, thermal.reference) if expansion else None
 
     @property
     def material_state(self):
@@ -509,12 +532,17 @@ class MeshView(_View):
         return mean_strain(self.body, self.displacement, large)
 
     def nodal_fields(self):
-        """What a run file holds of the nodes, by name, (n,) or (n, 3 | 6): stress, strain, contact_pressure, and of materials
-        that keep them accumulated_plastic_strain and damage; of corotational beams beam_rotation, as `rotation`."""
+        """What a run file holds of the nodes, by name, (n,) or (n, 3 | 6): stress, in 2D stress_zz beside it, strain,
+        contact_pressure, and of materials that keep them accumulated_plastic_strain and damage; of corotational beams
+        beam_rotation, as `rotation`."""
         if hasattr(self.body, "section_forces"):
             beams = hasattr(self.body, "rotations") and "inertia" in self.body.sections
             return {"beam_rotation": self.rotation} if beams else {}
-        out = {"stress": self.nodal_stress(), "strain": self.body.nodal_mean(self.strain)}
+        stress = self.stress
+        out = {"stress": self._mean_stress(stress), "strain": self.body.nodal_mean(self.strain)}
+        if self._mesh.dim == 2:
+            across = {kind: of_cells[:, None] for kind, of_cells in self._across(stress).items()}
+            out["stress_zz"] = self.body.nodal_mean(across)[:, 0]
         states = self.material_state
         for name in SHOWN_STATES:
             if any(name in of_kind for of_kind in states.values()):
@@ -526,17 +554,20 @@ class MeshView(_View):
 
     def cell_fields(self):
         """What a run file holds of the cells, by name, (m,) or (m, 3 | 6) for all kinds of cells one after the other: stress and
-        strain in the order xx yy [zz] xy [yz zx], accumulated_plastic_strain and damage of materials that keep them; of bars and
-        beams those of section_forces."""
+        strain in the order xx yy [zz] xy [yz zx], in 2D stress_zz beside them, accumulated_plastic_strain and damage of materials
+        that keep them; of bars and beams those of section_forces."""
         if hasattr(self.body, "section_forces"):
             return self.section_forces
 
         def joined(of_kinds):
             return np.concatenate([of_kinds[kind] for kind in self.body.cells])
 
-        stress = joined(self.stress)
+        of_kinds, states = self.stress, self.material_state
+        stress = joined(of_kinds)
         narrow = self._mesh.dim == 2 and stress.shape[1] == 6
-        out, states = {"stress": stress[:, [0, 1, 3]] if narrow else stress, "strain": joined(self.strain)}, self.material_state
+        out = {"stress": stress[:, [0, 1, 3]] if narrow else stress, "strain": joined(self.strain)}
+        if self._mesh.dim == 2:
+            out["stress_zz"] = joined(self._across(of_kinds))
         for name in SHOWN_STATES:
             if any(name in of_kind for of_kind in states.values()):
                 out[name] = joined({k: of.get(name, np.zeros(len(self.body.cells[k]))) for k, of in states.items()})
@@ -544,7 +575,8 @@ class MeshView(_View):
 
     def nodal_stress(self):
         """Mean of the stresses of the cells round each node, (n, 3 | 6) in the order xx yy [zz] xy [yz zx] [Pa]."""
-        if not hasattr(self.body, "blocks"):
-            return self.body.nodal_stress(self.displacement)
-        means = self.body.nodal_mean(self.stress)
-        return means[:, [0, 1, 3]] if self._mesh.dim == 2 else means
+        return self._mean_stress(self.stress)
+
+    def _mean_stress(self, stress):
+        means = self.body.nodal_mean(stress)
+        return means[:, [0, 1, 3]] if self._mesh.dim == 2 and means.shape[1] == 6 else means
