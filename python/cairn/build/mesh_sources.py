@@ -1,7 +1,8 @@
 """Meshes of bodies that deform from elsewhere: files that meshio reads (gmsh, MED, VTK, Abaqus's .inp, ...), meshio's own,
 gmsh's API.
 
-Names become groups of nodes: physical groups of gmsh, families of MED, sets of nodes and of elements of Abaqus.
+Names become groups of nodes: physical groups of gmsh, families of MED, sets of nodes and of elements of Abaqus. Of its elements
+(CPE4R, CAX8, ...) the cells are taken alone: plane strain, plane stress or axisymmetry is what `plane` of the body says.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
+from . import abaqus_types
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 # Kinds of cells by gmsh's numbers, and the places of our nodes among its own where the order is not the same.
@@ -72,7 +74,21 @@ def read(mesh, model=None):
             return _of_model(gmsh, str(mesh))
         raise MissingFile(path)
     with told_of(path):
-        return parts(by_library(path, library("meshio", f"to read {path.suffix} files").read))
+        meshio, unknown = library("meshio", f"to read {path.suffix} files"), []
+        found = by_library(path, lambda file: _by_meshio(file, meshio, unknown))
+        if unknown:
+            raise unknown[0]
+        return parts(found)
+
+
+def _by_meshio(path, meshio, unknown):
+    """The mesh of a file; an error that needs no more words of where it was is put among `unknown`."""
+    if path.suffix.lower() != ".inp":
+        return meshio.read(path)
+    try:
+        return abaqus_types.read(path, meshio.read)
+    except abaqus_types.UnknownType as error:
+        unknown.append(error)
 
 
 def _of_model(gmsh, name):
@@ -167,7 +183,10 @@ def _named(mesh):
     for name, nodes in mesh.point_sets.items():
         yield name, np.asarray(nodes, int)
     per_block = {name: rows for name, rows in mesh.cell_sets.items() if not name.startswith("gmsh:")}
-    for name, (tag, dim) in mesh.field_data.items():  # as version 2 of gmsh's format has them
+    for name, entry in mesh.field_data.items():  # as version 2 of gmsh's format has them; MED has names of its fields there
+        if np.shape(entry) != (2,) or np.asarray(entry).dtype.kind not in "iu":
+            continue
+        tag, dim = entry
         tags = zip(mesh.cell_data.get("gmsh:physical", ()), mesh.cells)
         per_block.setdefault(name, [np.flatnonzero((found == tag) & (c.dim == dim)) for found, c in tags])
     families = getattr(mesh, "cell_tags", {})  # as MED has them: a number may have several names
