@@ -8,9 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..names import listed
 from . import bodies, opening_faces
 from .elastic import ElasticBody
-from .meshes import deformable
+from .meshes import _group, deformable
+
+# laws that press alone: what touches by them is a heap of cells
+PRESS_ALONE = (
+    "Coulomb", "Restitution", "Frictionless", "GapCoulomb", "LinearSpring", "HertzMindlin", "Rolling", "Wear",
+    "UnilateralContact", "ElasticContact", "GapRescue", "LimitedSlip", "CriticalVoigt",
+)  # fmt: skip
 
 
 @dataclass
@@ -48,11 +55,10 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
     round it (Pandolfi & Ortiz 2002).
 
     Raises ValueError when there is nothing to join, where a side of a tetrahedron is half of one of a hexahedron, where sides
-    of hexahedra are warped by more than a fifth of their size, and
-    for cells or laws whose sides cannot open by threshold.
+    of hexahedra are warped by more than a fifth of their size, for a law that joins nothing, groups that the body does not
+    have, and for cells or laws whose sides cannot open by threshold.
     """
-    if not isinstance(body, ElasticBody):
-        raise ValueError(f"body is a {type(body).__name__}: give an ElasticBody")
+    _check(body, law, {"fixed": fixed, "drive": drive})
     if opens is not None:
         if opens != "threshold":
             raise ValueError(f'opens is {opens!r}: give None, every cell a body of its own, or "threshold"')
@@ -94,6 +100,22 @@ def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocit
         sets += deformable(one, material, points=_points(points[piece], dim), name=name, velocity=speed, **own, **where)
     law = _across_warps(law, [made[p][3].points[side] for p, of in enumerate(faced) for side in of if len(side) == 4])
     return Pieces(sets, name, law, [(kind, number) for kind, number, _, _ in made], "edges" if dim == 2 else "faces")
+
+
+def _check(body, law, given):
+    """Raises ValueError for bodies that are not linear, laws that join nothing, and groups that the body does not have."""
+    if not isinstance(body, ElasticBody) or hasattr(body, "blocks") or hasattr(body, "parts"):  # such are solids, too
+        told = f"body is a {type(body).__name__}, whose cells cannot be parted"
+        raise ValueError(f"{told}: give a cairn.ElasticBody, of Hooke's law at small displacements")
+    if type(law).__name__ in PRESS_ALONE:
+        told = f"law is {law!r}, which joins nothing: the cells would be a loose heap"
+        raise ValueError(f"{told}; give a law that holds what touches, such as cairn.MAL, MAC, TH, EXPO or Bonded")
+    for field, groups in given.items():
+        for group in groups or {}:
+            if not isinstance(group, str):
+                raise ValueError(f"{field} names {group!r}: give names of groups of the body, {listed(body.groups)}")
+            if not len(_group(body, group)):
+                raise ValueError(f"{field} names the group {group!r}, which has no node: leave it out, or give it nodes")
 
 
 def _check_whole_sides(sides):
