@@ -110,7 +110,7 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
       if (!std::isfinite(b.state[s * n + lane]))
         fault.note(std::int32_t(which), lane, s, "state", b.state[s * n + lane]);
   if (!law.energy) return;
-  const int outside = law.state_column("driven", dim());
+  const int outside = law.state_column("driven", dim()), released = law.state_column("released", dim());
   law.energy(n, c, &own.context, gap, u, r, params, before, b.state, own.energy);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const double* e = own.energy + lane;
@@ -123,6 +123,10 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
     commits[which].taken_normal += e[n];
     commits[which].taken_tangential += e[2 * n];
     commits[which].released += e[3 * n];
+    if (released >= 0) {
+      double& since = b.state[released * n + lane];
+      since += e[3 * n] - (since - before[released * n + lane]);
+    }
     // what a spring gives back is not made from nothing
     commits[which].created += std::max(0.0, given + taken) - std::max(0.0, given);
     commits[which].turned_over += std::abs(given + taken) + std::abs(taken) - std::abs(given);

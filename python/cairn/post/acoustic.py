@@ -1,4 +1,4 @@
-"""Acoustic events of a run: when and where contacts break or are damaged, and the energy that each sets free."""
+"""Acoustic events of a run: when and where contacts break, are damaged or damp, and the energy that each sets free."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from ..pre import checks
 
 
 class AcousticEvents:
-    """Collects what damage releases, contact by contact: `events = cn.post.AcousticEvents(sim)`, `sim.run(..., callback=events)`,
+    """Collects what is released, contact by contact: `events = cn.post.AcousticEvents(sim)`, `sim.run(..., callback=events)`,
     then `events.table`.
 
     An event is what one contact releases in steps that follow each other; after `quiet` steps without any (1) it is over. What
     was released before the object was made does not count, and the energies of all events sum up to what the balance has
-    released since (`sim.energy["released"]`) less what dashpots of joints take, to rounding. Raises ValueError if simulation is
+    released since (`sim.energy["released"]`) less what joints do, to rounding, so that what a spring holds that begins to act is
+    less than nothing. Raises ValueError if simulation is
     no Simulation, or quiet no whole number >= 1.
     """
 
@@ -29,9 +30,11 @@ class AcousticEvents:
     @staticmethod
     def _found(simulation):
         """Keys of the contacts that released something, what each did [J], and their numbers."""
+        from ..run.views import core_of
+
         contacts = simulation.contacts
-        released = np.asarray(contacts.of_laws().get("released", np.zeros(0)))
-        number = np.flatnonzero(released > 0)
+        released = np.asarray(contacts.released) if core_of(simulation).has_contact("released") else np.zeros(0)
+        number = np.flatnonzero(released != 0)
         return np.asarray(contacts.key)[number], released[number], number
 
     def __call__(self, simulation):
@@ -44,7 +47,7 @@ class AcousticEvents:
         energy = released - before[same[len(self._key) :]]
         self._key, self._released = key, released
         contacts, step = simulation.contacts, simulation.steps
-        grew = np.flatnonzero(energy > 0)
+        grew = np.flatnonzero(energy != 0)
         if not len(grew):
             return
         pairs, places = np.asarray(contacts.bodies), np.asarray(contacts.point)
