@@ -111,7 +111,11 @@ contains
     u = free + unit*r
     if (x + h*u < p(p_lowest)) r = ((p(p_lowest) - x)/h - free)/unit
     u = free + unit*r
-    r = r - (state(s_drag)*u + state(s_pull))
+    if (s*state(s_drag) > 1) then ! the difference of a stiff spring's two parts would lose the digits that this one has
+      r = (u - q)/s
+    else
+      r = r - (state(s_drag)*u + state(s_pull))
+    end if
   end function along_coordinate
 
   !> F of what is blocked: each component by its own part of W. Of the coordinate: what its own equation gives beside it.

@@ -249,7 +249,8 @@ void JointedProblem::pose_what_acts() {
     const Coordinate& c = coordinates_[std::size_t(k)];
     const cairn_batch& b = batch(c.place);
     const double r = at(b, b.r, c.place.lane, c.component);
-    const double beside = r + c.drag * u[std::size_t(c.row)] + c.pull, rounding = 64 * epsilon * std::abs(r);
+    const double dragged = c.drag * u[std::size_t(c.row)], beside = r + dragged + c.pull;
+    const double rounding = 64 * epsilon * (std::abs(r) + std::abs(dragged) + std::abs(c.pull));
     if (c.driven() && c.overburdens(beside, 1 - 0x1p-30)) pose(k, Pose::motor);
     if (c.driven()) continue;
     if (beside > c.effort + rounding) pose(k, Pose::low);
