@@ -45,7 +45,8 @@ void MeshSet::find_sizes() {
     double size = none;
     for (int j = 0; j < 4 && node_of(s, j) >= 0; ++j)
       size = std::min(size, of_node[std::size_t(s.mesh)][std::size_t(node_of(s, j))]);
-    size_.push_back(size < none ? size : mesh.size());
+    if (!(size < none)) size = mesh.size();
+    size_.push_back(size > 0 ? size : none); // a node alone is no cell to pass through
   }
 }
 

@@ -67,7 +67,16 @@ std::string BulkModel::describe(const BulkResult& r) const {
            (c.material->plane_stress ? "3 stresses of plane stress, 11 22 12"
                                      : "4 stresses of the plane, 11 22 33 12") +
            ": give a routine that goes by NDI, NSHR and NTENS";
+  if (r.fault == umat_leaves) return text + ": " + c.material->python_name + " calls XIT";
+  if (r.fault == umat_wants_less) return text + ": " + c.material->python_name + " asks for a smaller step, PNEWDT < 1";
   return text + ": " + c.material->python_name + " finds no finite stress";
+}
+
+std::string BulkModel::remedy_of(const BulkResult& r) const {
+  if (r.fault == 4) return "give isotropic nearer to zero, or a smaller load";
+  if (r.fault == umat_leaves) return "look at what it prints, or give a smaller dt, or NSCD(cut_back=3) to halve steps";
+  if (r.fault == umat_wants_less) return "give a smaller dt, or NSCD(cut_back=3), by which steps are halved";
+  return InternalForces::remedy_of(r);
 }
 
 std::string BulkModel::place_of_node(std::int64_t node) const {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
+#include <numeric>
 
 #include "../base/call.hpp"
 #include "bulk_work.hpp"
@@ -273,21 +275,34 @@ void BulkModel::gather(std::size_t block, std::int64_t first, std::int64_t n, co
             : gather_nodes<3>(node, corners, place_.data(), u, w.x.data(), w.u.data());
 }
 
+namespace {
+
+// One over the way round the axis at a point, by its shape functions over the radius.
+double of_round(const double* hoop, int nodes) {
+  return std::accumulate(hoop, hoop + nodes, 0.0) / (2 * std::numbers::pi);
+}
+
+} // namespace
+
 // Gradients of the displacements that were gathered; whether all volumes are positive.
 bool BulkModel::find_gradients(std::size_t block, std::int64_t n, Work& w) {
   const BulkCells& c = cells_[block];
   const Block& b = blocks_[block];
   const ElementInfo& e = *c.element;
   const std::int64_t points = n * e.bulk_points;
-  const double thickness = dim_ == 2 && c.plane != Plane::axisymmetric ? c.thickness : 1;
+  const bool round = dim_ == 2 && c.plane == Plane::axisymmetric;
+  const double thickness = dim_ == 2 && !round ? c.thickness : 1;
   cairn_solid_gradients(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, b.value.data(),
                         b.gradient.data(), b.weight.data(), thickness, n, w.x.data(), w.u.data(), w.d.data(),
                         w.hoop.data(), w.h.data(), w.h_bar.data(), w.volume.data(), w.share.data(), w.status.data());
   for (std::int64_t cell = 0; cell < n; ++cell) {
-    double volume = 0;
-    for (int p = 0; p < e.bulk_points; ++p) volume += w.volume[std::size_t(cell * e.bulk_points + p)];
-    const double flat = dim_ == 2 && c.plane != Plane::axisymmetric ? std::sqrt(volume / thickness) : std::cbrt(volume);
-    for (int p = 0; p < e.bulk_points; ++p) w.length[std::size_t(cell * e.bulk_points + p)] = flat;
+    double volume = 0; // of an axisymmetric cell its area, which does not go round
+    for (int p = 0; p < e.bulk_points; ++p) {
+      const auto at = std::size_t(cell * e.bulk_points + p);
+      volume += w.volume[at] * (round ? of_round(&w.hoop[at * std::size_t(e.nodes)], e.nodes) : 1.0);
+    }
+    const double length = dim_ == 2 ? std::sqrt(volume / thickness) : std::cbrt(volume);
+    for (int p = 0; p < e.bulk_points; ++p) w.length[std::size_t(cell * e.bulk_points + p)] = length;
   }
   return std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
 }

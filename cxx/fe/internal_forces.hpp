@@ -42,6 +42,9 @@ public:
   virtual std::string describe(const BulkResult& result) const = 0;
   // "node 12, quad cell 3", the first that has it; and what may help where no balance is found.
   virtual std::string place_of_node(std::int64_t node) const = 0;
+  virtual std::string remedy_of(const BulkResult&) const {
+    return "give a smaller dt, a finer mesh or a stiffer material";
+  }
   virtual std::string remedy() const { return "give a smaller dt or more newton_passes"; }
   // Why no stress is known by its energy, of the mesh of that name; empty: it is.
   virtual std::string not_by_energy(const std::string& mesh) const = 0;

@@ -128,9 +128,10 @@ int ask(const UmatCall& call, const char* name, const double* rotation, double l
   if (!all_untouched(beyond_stress, stress + 6) || !all_untouched(beyond_tangent, at.tangent + 36))
     return umat_writes_beyond;
   for (int k = 0; k < components; ++k) at.stress[call.place(k)] = stress[k];
-  const bool sound = back && !(new_dt < 1) && // else it asks for a smaller step
-                     all_finite(stress, components) && all_finite(at.tangent, components * components) &&
-                     all_finite(own_state, own);
+  if (!back) return umat_leaves;
+  if (new_dt < 1) return umat_wants_less;
+  const bool sound =
+      all_finite(stress, components) && all_finite(at.tangent, components * components) && all_finite(own_state, own);
   return sound ? 0 : 2;
 }
 

@@ -12,7 +12,7 @@ namespace cairn {
 // increments.
 inline constexpr int umat_stress = 0, umat_strain = 6, umat_gradient = 12, umat_time = 21, umat_energy = 22,
                      umat_increment = 25, umat_kept = 26;
-inline constexpr int umat_writes_beyond = 5; // a fault
+inline constexpr int umat_writes_beyond = 5, umat_leaves = 6, umat_wants_less = 7; // faults
 
 // Where XIT goes to; null outside a call.
 extern thread_local std::jmp_buf* umat_exit;

@@ -85,11 +85,33 @@ def test_xit_and_nan_name_the_cell(umat):
     body = SolidBody(points, cells, umat(3.0, 0.3, 0.0))
     u = np.zeros_like(points)
     u[points[:, 0] > 2.5, 0] = 0.7
-    with pytest.raises(ValueError, match="quad cell 2 with nodes .*two_in_one finds no finite stress"):
+    with pytest.raises(ValueError, match="quad cell 2 with nodes .*two_in_one calls XIT"):
         body.tangent(u)
     u[:] = np.nan
     with pytest.raises(ValueError, match="quad cell 0"):
         body.tangent(u)
+
+
+def test_a_step_that_the_routine_ends_is_told_with_what_helps(umat):
+    """By XIT above a strain of a half; halves of the step do not help either."""
+    points, cells = box("quad", (1, 1), (1.0, 1.0))
+    groups = {"left": points[:, 0] < 0.5, "right": points[:, 0] > 0.5}
+    body = SolidBody(points, cells, umat(3.0, 0.3, 0.0), density=1.0, groups=groups)
+    for cut_back in (0, 2):
+        scene, skin = cn.Scene(2), cn.Material("skin", density=1.0)
+        scene.add(cn.deformable(body, skin, fixed={"left": "xy"}, displace={"right": {"x": lambda t: t}}, contact=[0]))
+        scene.interact(skin, skin, None)
+        sim = cn.Simulation(scene, 0.1, cn.NSCD(theta=1.0, cut_back=cut_back))
+        with pytest.raises(ValueError, match=r"two_in_one calls XIT in step \d: look at what it prints, or give a smaller dt"):
+            for _ in range(10):
+                sim.step()
+        assert 3 <= sim.steps <= 6
+
+
+def test_props_that_are_no_numbers_are_refused(umat):
+    for wrong in (np.nan, np.inf, "3"):
+        with pytest.raises(ValueError, match=r"PROPS\(2\) of two_in_one is .*: give a finite number"):
+            umat(3.0, wrong, 0.0)
 
 
 def test_what_is_missing_is_told(umat, tmp_path):
@@ -156,7 +178,7 @@ end subroutine""")
         sim.step()
     material = cn.plug(library, material="upright", state=0, routine="umat")()
     body = SolidBody(square, {"quad": [[0, 1, 2, 3]]}, material, density=900.0, kinematics="logarithmic")
-    with pytest.raises(ValueError, match="quad cell 0 .*upright finds no finite stress"):
+    with pytest.raises(ValueError, match="quad cell 0 .*upright asks for a smaller step, PNEWDT < 1"):
         sim.deform(0, body)
     assert sim.bodies.id.tolist() == [0] and not len(sim.nodes.id)
     sim.step()

@@ -33,6 +33,26 @@ class BulkMaterial:
         return hash((type(self).__name__, self.values))
 
 
+# of those whose parameters a name does not tell
+SAID = {
+    "ogden": """W = sum over k of shear_k/power_k (l1^power_k + l2^power_k + l3^power_k - 3) + bulk/2 (J - 1)^2, of the stretches
+without change of volume l_i = J^(-1/3) lambda_i (Ogden 1972). The shear modulus at rest is the sum of shear_k power_k / 2. Mooney
+and Rivlin's W = C10 (I1 - 3) + C01 (I2 - 3) is shear1=2 C10, power1=2, shear2=-2 C01, power2=-2; neo-Hookean rubber the first
+term alone, shear1 its shear modulus.""",
+    "drucker_prager": """sqrt(J2) + eta p <= xi c, of the mean stress p (tension positive) and the cohesion c = cohesion
++ hardening times the accumulated plastic strain. The cone goes through the edges of compression of Mohr and Coulomb's, outside:
+eta = 6 sin(phi)/(sqrt(3) (3 - sin(phi))), xi = 6 cos(phi)/(sqrt(3) (3 - sin(phi))), so that strengths of triaxial compression
+are Mohr and Coulomb's, and those in plane strain above (by 37 % in shear at phi = 0.5). For theirs in plane strain take
+eta = sin(phi), xi = cos(phi) without dilation, or eta = 3 tan(phi)/sqrt(9 + 12 tan(phi)^2), xi = 3/sqrt(9 + 12 tan(phi)^2) with
+dilation_angle = friction_angle, and give friction_angle = f with sin(f) = 3 sqrt(3) eta/(6 + sqrt(3) eta), and
+cohesion = c xi sqrt(3) (3 - sin(f))/(6 cos(f)).""",
+    "isotropic_damage": """Stress (1 - d) C strain, d of the largest norm of the positive principal strains so far. Softening
+takes fracture_energy [J/m2] of a crack through cells that are `length` wide across it. At 0 that is the root of a cell's area
+in 2D, the cube root of its volume in 3D: right for squares and cubes; cells half as wide across the crack as along it take 0.71
+of fracture_energy in 2D, 0.63 in 3D if they are flat. Give the width across the crack as `length` there.""",
+}
+
+
 def _material_class(description):
     parameters = description["parameters"]
     names = tuple(p[0] for p in parameters)
@@ -57,6 +77,7 @@ def _material_class(description):
         f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")
         for name, default, low, high in parameters
     )
+    said = f"{SAID[description['name']]}\n\n" if description["name"] in SAID else ""
     members = {
         "name": description["name"],
         "takes_gradient": description["takes_gradient"],
@@ -64,7 +85,7 @@ def _material_class(description):
         "parameter_names": names,
         "__init__": __init__,
         "__signature__": by_name(parameters),
-        "__doc__": f"Material of solids: {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}",
+        "__doc__": f"Material of solids: {description['name'].replace('_', ' ')}.\n\n{said}Parameters:\n{ranges or '    none'}",
     }
     return type(description["python_name"], (BulkMaterial,), members)
 
@@ -78,7 +99,7 @@ class Umat(BulkMaterial):
     """A user's routine UMAT with its PROPS, after cairn.plug(library, material="umat")."""
 
     def __init__(self, name, props, state):
-        super().__init__(float(p) for p in props)
+        super().__init__(checks.number(f"PROPS({k + 1}) of {name}", p) for k, p in enumerate(props))
         self.name, self.state = name, tuple(state)
         self.parameter_names = tuple(f"props{k + 1}" for k in range(len(self.values)))
 

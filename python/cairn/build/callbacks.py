@@ -71,7 +71,7 @@ class CallbackBody(GivenBody):
         if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
             raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
         self.dim, n = self.points.shape[1], self.points.size
-        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.groups = checks.node_groups(groups, len(self.points))
         self.edges, self.faces = self._sides("edges", edges, (2,)), self._sides("faces", faces, (3, 4))
         self.kinematics = "total_lagrangian" if large else "small"
         self.thickness = checks.positive("thickness", thickness)
@@ -208,9 +208,13 @@ class CallbackBody(GivenBody):
         """How far the tangent is from differences of the forces, at a displacement (n, dim) [m] along a few random directions,
         relative to its largest product: 1e-6 or less where it is right, and where forces know no velocity.
 
-        size: of the differences [m]; by the extent of the body when not given."""
+        size: of the differences [m]; by the extent of the body when not given, which nodes at one place have none of: a
+        ValueError tells of it."""
         u = np.zeros_like(self.points) if displacement is None else np.array(displacement, float).reshape(self.points.shape)
         step = 1e-6 * np.ptp(self.points, axis=0).max() if size is None else checks.positive("size", size)
+        if not step > 0:
+            told = "the nodes are at one place, and differences of the forces have no size by their extent"
+            raise ValueError(f"{told}: give size [m]")
         full, rng, worst, largest = self._full(self.tangent(u)[1]), np.random.default_rng(seed), 0.0, 0.0
         for _ in range(4):
             way = rng.standard_normal(u.shape)

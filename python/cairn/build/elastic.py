@@ -62,7 +62,7 @@ class ElasticBody:
         if not sum(len(nodes) for nodes in cells.values()):
             raise ValueError(f"cells holds no cell: give one at least, of {', '.join(ELEMENTS)}")
         self.dim = self.points.shape[1]
-        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.groups = checks.node_groups(groups, len(self.points))
         self.elasticity = _elasticity(self.dim, checks.positive("young", young), checks.number("poisson", poisson), plane)
         self.plane, self.poisson = plane, float(poisson)
         self.thickness = checks.positive("thickness", thickness) if self.dim == 2 else 1.0
@@ -201,7 +201,7 @@ class ElasticBody:
     def nodes(self, group):
         """Numbers of the nodes of a group, or the numbers themselves."""
         if not isinstance(group, str):
-            return np.atleast_1d(np.asarray(group, int))
+            return checks.node_numbers("the group", group, len(self.points))
         if group not in self.groups:
             raise ValueError(f"there is no group {group!r}; there are {listed(self.groups, group)}")
         return self.groups[group]
@@ -285,6 +285,10 @@ def _elasticity(dim, young, poisson, plane):
     if dim == 2 and plane == "stress":
         out = young / (1 - poisson**2) * np.array([[1, poisson, 0], [poisson, 1, 0], [0, 0, (1 - poisson) / 2]])
         return np.ascontiguousarray(out)
+    if dim == 2 and plane == "axisymmetric":
+        told = "plane is 'axisymmetric', which an ElasticBody does not know"
+        raise ValueError(f"{told}: give cairn.SolidBody(points, cells, cairn.IsotropicElastic(young=..., poisson=...), "
+                         'kinematics="small", plane="axisymmetric")')  # fmt: skip
     if plane != "strain":
         raise ValueError(f"plane is {plane!r}: give 'strain' or 'stress'")
     lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))

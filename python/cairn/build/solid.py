@@ -6,6 +6,8 @@ u = body.solve(fixed={"left": "xy"}, force={"right": (0.0, -1e3)}, increments=4)
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 from .. import _core
@@ -181,7 +183,16 @@ class SolidBody(ElasticBody):
             below = sparse.csc_array((values, row, start), (n, n))
             full = (below + sparse.tril(below, -1).T).tocsc()
             right = load - internal - full @ step
-            step[free] = spsolve(full[free][:, free], right[free])
+            among = full[free][:, free]
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of a singular matrix: what is missed tells
+                step[free] = spsolve(among, right[free])
+            missed = np.abs(among @ step[free] - right[free]).max(initial=0)
+            if not turn and not missed <= 1e-6 * np.abs(right[free]).max(initial=0):
+                raise RuntimeError(
+                    f"no rest: forces of {missed:g} N are left by a linear solution: the body moves as a whole, or a part of it, "
+                    "or a node belongs to no cell; hold more dofs in `fixed`"
+                )
             before = abs(step[free] @ right[free]) if turn else np.inf
             share = 1.0
             while True:
@@ -219,7 +230,8 @@ def _layout(cells, material):
     given, out = material if isinstance(material, dict) else dict.fromkeys(cells, material), []
     for kind, nodes in cells.items():
         of = given.get(kind)
-        several, which = of if isinstance(of, tuple) and len(of) == 2 else ([of], np.zeros(len(nodes), int))
+        of_each = isinstance(of, (tuple, list)) and len(of) == 2 and isinstance(of[0], (tuple, list))  # files hold lists alone
+        several, which = of if of_each else ([of], np.zeros(len(nodes), int))
         which = np.asarray(which)
         for m in several:
             if not isinstance(m, BulkMaterial):
