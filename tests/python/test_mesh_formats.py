@@ -75,3 +75,45 @@ def test_meshes_of_gmsh_in_its_second_format_keep_their_names(tmp_path):
     mesh = meshio.Mesh(points, cells, cell_data=data, field_data={"plate": np.array([7, 2])})
     mesh.write(tmp_path / "part.msh", file_format="gmsh22")
     assert len(cn.SolidBody.read(tmp_path / "part.msh", material=RUBBER, density=1.0).groups["plate"]) == 9
+
+
+@pytest.mark.parametrize("written", [True, False])
+@pytest.mark.parametrize("kind", ["tetra", "tetra10", "hexahedron", "hexahedron20"])
+def test_solid_cells_of_med_stand_the_right_way_round(kind, written, tmp_path):
+    """As MED has them, the other way round, and as meshio writes ours."""
+    pytest.importorskip("h5py")
+    from cairn.build.med_cells import turned
+
+    points, cells = box(kind, (2, 1, 1), (2.0, 1.0, 1.0))
+    of_file = cells[kind] if written else cells[kind][:, np.argsort(turned(kind))]
+    meshio.Mesh(points, {kind: of_file}).write(tmp_path / "part.med")
+    body = cn.SolidBody.read(tmp_path / "part.med", material=RUBBER, density=1.0)
+    assert np.array_equal(body.cells[kind], cells[kind]) and body.nodal_mass().sum() == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("dim", "order", "quads"), [(2, 1, 0), (2, 2, 0), (2, 2, 1), (3, 1, 0), (3, 2, 0)])
+@pytest.mark.parametrize("ending", [".inp", ".med"])
+def test_what_gmsh_writes_is_what_gmsh_has(dim, order, quads, ending, tmp_path):
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.5)
+        gmsh.option.setNumber("Mesh.ElementOrder", order)
+        gmsh.option.setNumber("Mesh.RecombineAll", quads)
+        gmsh.model.add("part")
+        part = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1) if dim == 2 else gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+        gmsh.model.occ.synchronize()
+        gmsh.model.addPhysicalGroup(dim, [part], name="bulk")
+        gmsh.model.mesh.generate(dim)
+        gmsh.write(str(tmp_path / f"part{ending}"))
+        body = cn.SolidBody.read(gmsh, material=RUBBER, density=1.0)
+    finally:
+        gmsh.finalize()
+    other = cn.SolidBody.read(tmp_path / f"part{ending}", material=RUBBER, density=1.0)
+    assert {kind: len(cells) for kind, cells in other.cells.items()} == {kind: len(cells) for kind, cells in body.cells.items()}
+    assert other.nodal_mass().sum() == pytest.approx(1.0, rel=1e-9)
+    stretch = np.eye(dim) + 0.1 * np.arange(dim * dim).reshape(dim, dim) / dim
+    for part in (body, other):
+        for found in part.stress(part.points @ (stretch - np.eye(dim)).T).values():
+            assert np.ptp(found, axis=0).max() < 1e-9 * np.abs(found).max()

@@ -7,7 +7,7 @@ import re
 
 # families of elements, by how many nodes they have; what letters behind tell (reduced integration, hybrid, modified, ...) changes
 # no node
-FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
+FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
 SOLID = {4: "tetra", 6: "wedge", 8: "hexahedron", 10: "tetra10", 15: "wedge15", 20: "hexahedron20"}
 FAMILIES = {
     **dict.fromkeys(("CPS", "CPE", "CAX", "DC2D", "DCAX", "R3D", "M3D", "SFM3D"), FLAT),

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from . import abaqus_types
+from . import abaqus_types, med_cells
 
 ELEMENTS = {e["cell"]: e for e in _core.elements()}
 # Kinds of cells by gmsh's numbers, and the places of our nodes among its own where the order is not the same.
@@ -83,6 +83,8 @@ def read(mesh, model=None):
 
 def _by_meshio(path, meshio, unknown):
     """The mesh of a file; an error that needs no more words of where it was is put among `unknown`."""
+    if path.suffix.lower() == ".med":
+        return med_cells.read(path, meshio.read)
     if path.suffix.lower() != ".inp":
         return meshio.read(path)
     try:
