@@ -39,30 +39,78 @@ def mean_strain(body, displacement, large):
     return out
 
 
+# Of nodes at corners, in the middle of edges and of faces of cells of second order: what each has of a piece of a side, over the
+# sum. Of parabolic edges and HEX27 it is the integral of the shape function; corners of six and eight nodes have none.
+SHARES = {2: np.array([1.0, 2.0, 2.0]), 3: np.array([0.0, 1.0, 1.0]), 4: np.array([1.0, 2.0, 4.0])}
+CORNERS = {"triangle6": 3, "quad8": 4, "quad9": 4, "tetra10": 4, "hexahedron20": 8, "hexahedron27": 8}
+
+
 def surface_vectors(body, displacement, force=None):
     """Of each node the part of the surface that it stands for, where that is now: its outward normal by its area, (n, dim) [m2];
     zero inside, and of bodies whose surface is not known. force (n, dim) on the nodes: sides that it does not push on, more than
     60 degrees from its way, are no part of it, so that at an edge of the body only the side counts that is pushed."""
     x = body.points + np.asarray(displacement, float).reshape(body.points.shape)
-    out = np.zeros(x.shape)
+    out, ring = np.zeros(x.shape), getattr(body, "plane", "") == "axisymmetric"
+    for nodes, shares in _pieces(body):
+        of = x[nodes]
+        if body.dim == 2:
+            along = of[:, 1] - of[:, 0]
+            part = np.stack([along[:, 1], -along[:, 0]], axis=1) * getattr(body, "thickness", 1.0)
+        else:  # (c - a) x (d - b) of the diagonals is twice the area, of a triangle with d = a too
+            part = np.cross(of[:, 2] - of[:, 0], of[:, 3 % nodes.shape[1]] - of[:, 1]) / 2
+        for k, node in enumerate(nodes.T):
+            own = shares[:, k, None]
+            if ring:  # the integral of the node's shape function, 2 pi r ds
+                radius = x[node, :1]
+                mean = (2 * radius + x[nodes[:, 1 - k], :1]) / 3
+                own = own * 2 * np.pi * np.where(own == 0.5, mean, radius)
+            _add(out, node, part * own, force)
+    return out
+
+
+def pressure_of(body, displacement, force):
+    """Pressure (n,) [Pa] of forces (n, dim) on nodes. Corners of sides of six and eight nodes, and of parabolic edges on an axis
+    of symmetry, bear nothing where the pressure is uniform: they have the mean of the nodes beside them."""
+    areas = surface_vectors(body, displacement, force)
+    size = np.linalg.norm(areas, axis=1)
+    pushed = -np.einsum("nk,nk->n", force, areas)
+    out = np.divide(pushed, size**2, out=np.zeros(len(size)), where=size > 0)
+    total, count = np.zeros(len(size)), np.zeros(len(size))
+    radius = np.abs(body.points[:, 0]) if getattr(body, "plane", "") == "axisymmetric" else np.ones(len(size))
+    on_axis = radius <= 1e-12 * radius.max()
+    for nodes, shares in _pieces(body):
+        bare = (shares == 0) | (on_axis[nodes] & (shares != 0.5))
+        beside = ~bare & (out[nodes] > 0)
+        mean = np.where(beside, out[nodes], 0.0).sum(axis=1)
+        for k, node in enumerate(nodes.T):
+            np.add.at(total, node[bare[:, k]], mean[bare[:, k]])
+            np.add.at(count, node[bare[:, k]], beside.sum(axis=1)[bare[:, k]])
+    return np.divide(total, count, out=out, where=count > 0)
+
+
+def _pieces(body):
+    """[(nodes (m, k), shares (m, k))] of the sides of the boundary, cut along nodes in the middle; [] where none are known."""
     try:
         sides = body.boundary_edges() if body.dim == 2 else body.boundary_faces()
     except (ValueError, AttributeError):
-        return out
-    if body.dim == 2:
-        along = x[sides[:, 1]] - x[sides[:, 0]]
-        half = np.stack([along[:, 1], -along[:, 0]], axis=1) / 2 * getattr(body, "thickness", 1.0)
-        ring = getattr(body, "plane", "") == "axisymmetric"
-        for end, other in (sides.T, sides.T[::-1]):  # of a ring the integral of the end's shape function, 2 pi r ds
-            _add(out, end, half * (2 * np.pi / 3 * (2 * x[end, :1] + x[other, :1]) if ring else 1.0), force)
-        return out
+        return []
+    role = np.zeros(len(body.points), int)
+    for kind, corners in CORNERS.items():
+        if kind in getattr(body, "cells", {}):
+            cells = body.cells[kind]
+            role[cells[:, corners:]] = 1
+            if kind == "hexahedron27":
+                role[cells[:, 20:]] = 2
+    sides = np.asarray(sides)
     wide = sides[:, 3] >= 0 if sides.shape[1] == 4 else np.zeros(len(sides), bool)
-    for some, corners in ((sides[~wide][:, :3], 3), (sides[wide], 4)):
-        if len(some):
-            of = x[some]  # (c - a) x (d - b) of the diagonals is twice the area, of a triangle with d = a too
-            part = np.cross(of[:, 2] - of[:, 0], of[:, 3 % corners] - of[:, 1]) / 2
-            for corner in some.T:
-                _add(out, corner, part / corners, force)
+    parts = [sides] if body.dim == 2 else [sides[~wide][:, :3], sides[wide]]
+    out = []
+    for nodes in parts:
+        if len(nodes):
+            shares = SHARES[nodes.shape[1]][role[nodes]]
+            total = shares.sum(axis=1, keepdims=True)
+            shares, total = np.where(total > 0, shares, 1.0), np.where(total > 0, total, nodes.shape[1])
+            out.append((nodes, shares / total))
     return out
 
 

@@ -514,13 +514,9 @@ class MeshView(_View):
     @property
     def contact_pressure(self):
         """Of contacts on the nodes, over the part of the surface that each stands for where it is now, (n,) [Pa]."""
-        from ..build.mesh_measures import surface_vectors
+        from ..build.mesh_measures import pressure_of
 
-        force = self.contact_force
-        areas = surface_vectors(self.body, self.displacement, force)
-        size = np.linalg.norm(areas, axis=1)
-        pushed = -np.einsum("nk,nk->n", force, areas)
-        return np.divide(pushed, size**2, out=np.zeros(len(size)), where=size > 0)
+        return pressure_of(self.body, self.displacement, self.contact_force)
 
     @property
     def strain(self):
