@@ -32,9 +32,10 @@ class Pieces:
     sides: str
 
     def add_to(self, scene):
-        """Adds them to a scene, with their law."""
-        scene.add(*self.sets)
+        """Adds them to a scene, with their law; returns their ids, as Scene.add does."""
+        ids = scene.add(*self.sets)
         scene.interact(f"{self.name} {self.sides}", self.name, self.law)
+        return ids
 
 
 def split(body, law, material, *, name="pieces", fixed=None, drive=None, velocity=None, opens=None, threshold=0.7):

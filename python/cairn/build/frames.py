@@ -133,13 +133,13 @@ def beams(
     each = 3 * dim - 3  # dofs of a node
     full = sum_of_cells(each * len(points), dofs_of(cells, each), stiffness_of(points, cells, sections)).toarray()
     all_dofs = np.arange(each * len(points)).reshape(-1, each)
-    groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+    groups = checks.node_groups(groups, len(points))
     still = groups.get(clamped, clamped) if isinstance(clamped, str) else clamped
     moved, turned = all_dofs[:, :dim].ravel(), all_dofs[:, dim:]
     if still is not None:
-        turned = np.delete(turned, np.atleast_1d(np.asarray(still, int)), axis=0)
+        turned = np.delete(turned, checks.node_numbers("clamped", still, len(points)), axis=0)
     turned = turned.ravel()
-    still = np.zeros(0, int) if still is None else np.atleast_1d(np.asarray(still, int))
+    still = np.zeros(0, int) if still is None else checks.node_numbers("clamped", still, len(points))
     stiffness = full[np.ix_(moved, moved)]
     if len(turned):
         stiffness = stiffness - full[np.ix_(moved, turned)] @ followed(full[np.ix_(turned, turned)], full[np.ix_(turned, moved)])

@@ -79,7 +79,7 @@ class LinearBody(GivenBody):
         if self.points.ndim != 2 or self.points.shape[1] not in (2, 3) or not np.all(np.isfinite(self.points)):
             raise ValueError(f"points have shape {self.points.shape}: give finite places (n, 2) or (n, 3) [m]")
         self.dim, n = self.points.shape[1], self.points.size
-        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.groups = checks.node_groups(groups, len(self.points))
         self.edges, self.faces = self._sides("edges", edges, (2,)), self._sides("faces", faces, (3, 4))
         self.solver = solver
         self.initial_force = initial_force if initial_force is None else checks.real_array("initial_force", initial_force, (n,))
@@ -297,6 +297,8 @@ def checked_displacements(body, displace, drive):
                 if what == "displace" and not callable(value):
                     remedy = "give a function of time, such as cn.Table; `fixed` holds a group where it is"
                     raise ValueError(f"displace of {group!r} along {axis} is {value!r}: {remedy}")
+                if not callable(value):
+                    checks.number(f"drive of {group!r} along {axis}", value)
                 for dof in (body.dim * _group(body, group) + checks.axis(f"{what} of {group!r}", axis, body.dim)).tolist():
                     if what == "displace" and dof in taken:
                         named = f"node {dof // body.dim} along {axis}"
@@ -313,13 +315,15 @@ def _listed(groups):
 
 
 def _nodes(body, groups):
+    if not isinstance(groups, str) and len(groups) and all(isinstance(of, (bool, np.bool_)) for of in groups):
+        return _group(body, groups)  # a mask
     parts = [_group(body, g) for g in _listed(groups)]
     return np.unique(np.concatenate(parts)) if parts else np.zeros(0, int)
 
 
 def _group(body, group):
     if not isinstance(group, str):
-        return np.atleast_1d(np.asarray(group, int))
+        return checks.node_numbers("a group of nodes", group, len(body.points))
     if group not in body.groups:
         raise ValueError(f"there is no group {group!r} in the mesh; there are {listed(body.groups, group)}")
     return body.groups[group]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import _core
+from ..pre import checks
 from .meshes import GivenBody
 from .section_forces import axes_of, told
 
@@ -27,7 +28,7 @@ class FrameBody(GivenBody):
         self.points = np.ascontiguousarray(points, float)
         self.dim, n = self.points.shape[1], self.points.size
         self.kinematics, self.sections, self.lines = kinematics, dict(sections), np.asarray(cells, int)
-        self.groups = {name: np.atleast_1d(np.asarray(nodes, int)) for name, nodes in (groups or {}).items()}
+        self.groups = checks.node_groups(groups, len(self.points))
         self.edges = self.faces = None
         self.M, self.K, self.C = (sparse.csc_array(a) for a in (mass, stiffness, damping))
         start, row = self._made().lower()

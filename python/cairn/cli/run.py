@@ -41,6 +41,9 @@ def main(options):
     if options.what.endswith(".py"):
         import runpy
 
+        if options.passed_on is None:
+            told = f"{options.what} is a script, which has a time step, files and options of its own"
+            raise ValueError(f"{told}: give nothing before it but --overwrite; what stands behind it is for the script")
         if not os.path.isfile(options.what):
             raise SystemExit(f"cairn: error: {options.what}: no such script; check the path")
         sys.argv = [options.what, *options.passed_on]

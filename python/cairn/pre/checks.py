@@ -63,6 +63,27 @@ def dimension(value) -> int:
         raise ValueError(f"dim is {value!r}: give 2 (disks) or 3 (spheres)") from None
 
 
+def node_numbers(name: str, value, nodes: int) -> np.ndarray:
+    """Numbers of nodes, given as these or by a mask of all of them."""
+    found = np.atleast_1d(np.asarray(value))
+    if found.dtype.kind == "b":
+        if found.shape != (nodes,):
+            told = f"{name} is a mask of shape {found.shape}"
+            raise ValueError(f"{told}: give numbers of nodes, or a mask ({nodes},) of all of them")
+        return np.flatnonzero(found)
+    if found.dtype.kind not in "iu" and found.size:
+        with np.errstate(invalid="ignore"):
+            if found.dtype.kind != "f" or not np.all(found == np.floor(found)) or not np.all(np.isfinite(found)):
+                wrong = found.ravel() if found.dtype.kind != "f" else found[(found != np.floor(found)) | ~np.isfinite(found)]
+                raise ValueError(f"{name} has {wrong[0]!r}: give numbers of nodes, from 0")
+    return found.astype(int)
+
+
+def node_groups(groups, nodes: int) -> dict:
+    """Groups of a mesh of so many nodes, {name: numbers}."""
+    return {name: node_numbers(f"the group {name!r}", of, nodes) for name, of in (groups or {}).items()}
+
+
 def number(name: str, value, finite: bool = True) -> float:
     """A real number; no text, no truth value and no complex number, even where Python would make a number of it."""
     wanted = "a finite number" if finite else "a number"

@@ -409,7 +409,7 @@ class Simulation(Reshaping, Spelt):
         self._start_functions()
 
     def drive(self, ids, dofs, velocity):
-        """Imposes the velocity of dofs of bodies, from now on: velocity (dofs,), (n, dofs) or a function of time giving it."""
+        """Imposes velocities on dofs of bodies from now on: (3 | 6,) or (n, 3 | 6) of all dofs, or a function of time."""
         self._stage.at_rest("drive")
         from ..build import bodies as b
 
