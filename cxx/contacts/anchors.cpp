@@ -29,7 +29,7 @@ void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
 void Interactions::State::anchor_bond(std::int64_t i, const LawInfo& law, Anchor& made) const {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
-  const int d = dim();
+  const int d = dim() == 2 ? 2 : 3;
   double shift[3] = {0, 0, 0}, from_a[3] = {}, from_b[3] = {};
   if (cell->any()) image_shift(*cell, c.image[i], shift);
   const double *point = &c.point[d * i], *normal = &c.normal[d * i];
