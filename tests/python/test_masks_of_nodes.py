@@ -114,3 +114,23 @@ def test_a_joint_on_a_node_of_a_body_that_cracks_leaves_its_zones_to_it():
         found.append((len(sim.nodes.id), sim.energy["released"]))
     assert found[0][1] > 1.0 and found[0][0] > 15
     assert found[1][0] == found[0][0] and found[1][1] == pytest.approx(found[0][1], rel=0.15)  # it had none
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_a_joint_on_a_contact_node_leaves_its_part_of_the_surface(joined):
+    """A plate glued to a block and drawn off: a spring of no weight on a node of its foot changes nothing."""
+    rock, floor = cn.Material("rock", density=2500.0), cn.Material("floor", density=2500.0)
+    zone = cn.MAL(normal_stiffness=1e13, tangential_stiffness=1e13, mu=0.0, normal_strength=1e6, tangential_strength=1e6,
+                  normal_work=10.0, tangential_work=10.0)  # fmt: skip
+    groups = {"foot": POINTS[:, 1] < 0.5, "top": POINTS[:, 1] > 0.5}
+    plate = cn.ElasticBody(0.05 * POINTS, CELLS, young=1e9, poisson=0.0, density=2500.0, groups=groups)
+    scene = cn.Scene(2)
+    ids = scene.add(cn.deformable(plate, rock, drive={"top": {"y": 0.05}}, fixed={"top": "x"}, contact="foot", edges="foot"))
+    scene.add(cn.polygons([[[-1, -0.1], [1, -0.1], [1, 0], [-1, 0]]], floor, driven=("vx", "vy", "w")))
+    scene.interact("*", "*", None)
+    scene.interact(rock, floor, zone)
+    if joined:
+        scene.join(int(np.ravel(ids)[2]), None, cn.Distance(points=[[0.05, 0.0], [0.3, 0.0]], spring=cn.Spring(1.0)))
+    sim = cn.Simulation(scene, 4e-6)
+    sim.run(steps=300, progress=False)
+    assert sim.energy["released"] == pytest.approx(10.0 * 0.1, rel=1e-3)
