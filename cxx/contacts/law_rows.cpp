@@ -99,7 +99,7 @@ LawAnswer answer_of(Law law, int dim, const LawRows& rows, const std::vector<dou
     throw Error("law " + info.name + " takes " + std::to_string(p) + " parameters and " +
                 std::to_string(info.state_columns(dim)) + " numbers of its state for each contact");
   LawAnswer answer{rows.impulse, state};
-  std::vector<double> gap, u, free, bias, w, r, own, geometry, fields, now;
+  std::vector<double> gap, u, free, bias, w, r, own, geometry, fields, now, energy;
   for (std::size_t first = 0; first < n; first += lanes) {
     const std::size_t last = std::min(first + lanes, n), count = (last - first + 7) / 8 * 8;
     take(rows.gap, n, first, last, count, gap);
@@ -118,8 +118,16 @@ LawAnswer answer_of(Law law, int dim, const LawRows& rows, const std::vector<dou
     const cairn_law_context context{rows.h, rows.theta, geometry.data(), fields.empty() ? nullptr : fields.data()};
     const auto lane_count = std::int32_t(count), components = std::int32_t(c);
     info.solve(lane_count, components, w.data(), free.data(), bias.data(), own.data(), now.data(), r.data(), nullptr);
+    const std::vector<double> before = now;
     if (info.commit)
       info.commit(lane_count, components, &context, gap.data(), u.data(), held.data(), own.data(), now.data());
+    if (const int released = info.state_column("released", dim); released >= 0 && info.energy) {
+      energy.resize(4 * count); // as commit_batch has it
+      info.energy(lane_count, components, &context, gap.data(), u.data(), held.data(), own.data(), before.data(),
+                  now.data(), energy.data());
+      for (std::size_t lane = 0, at = std::size_t(released) * count; lane < count; ++lane, ++at)
+        now[at] += energy[3 * count + lane] - (now[at] - before[at]);
+    }
     put(r, n, first, last, count, answer.impulse);
     put(now, n, first, last, count, answer.state);
   }

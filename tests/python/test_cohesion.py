@@ -293,7 +293,7 @@ def test_acoustic_events_have_the_energy_that_is_released():
     for quiet, count in ((1, 2), (2, 1)):  # steps 1, 2 and 4 release
         one = SimpleNamespace(key=np.array([[91, 92, 0, 0]]), bodies=np.array([[1, 2]]), point=np.zeros((1, 2)))
         at = SimpleNamespace(time=0.0, dt=1.0, steps=0, contacts=one)
-        one.of_laws = lambda at=at: {"released": np.array([at.total])}
+        one.releases = lambda at=at: np.array([at.total])
         events = cn.post.AcousticEvents(sim, quiet=quiet)
         for step, released in enumerate((1.0, 3.0, 3.0, 7.0), 1):
             at.steps, at.time, at.total = step, float(step), released

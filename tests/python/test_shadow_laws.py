@@ -74,7 +74,7 @@ ALTERED = [
     ("MP3", dict(strength=2.02e5), {"impulse", "beta", "released"}),
     ("MP3", dict(tangential_stiffness=7.1e9), {"impulse", "beta", "released"}),
     ("Bonded", dict(mu=0.31), {"impulse"}),
-    ("ParallelBond", dict(tension=0.3e6), {"held", "stretch", "slip", "bend"}),
+    ("ParallelBond", dict(tension=0.3e6), {"held", "stretch", "slip", "bend", "released"}),
 ]
 
 

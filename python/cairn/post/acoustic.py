@@ -30,10 +30,8 @@ class AcousticEvents:
     @staticmethod
     def _found(simulation):
         """Keys of the contacts that released something, what each did [J], and their numbers."""
-        from ..run.views import core_of
-
         contacts = simulation.contacts
-        released = np.asarray(contacts.released) if core_of(simulation).has_contact("released") else np.zeros(0)
+        released = np.asarray(contacts.releases())
         number = np.flatnonzero(released != 0)
         return np.asarray(contacts.key)[number], released[number], number
 

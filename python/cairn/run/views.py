@@ -243,6 +243,10 @@ class ContactView(_View):
         """What laws that keep their pairs say of the contacts, {name: (n,)}; {} in scenes without such laws."""
         return {name: getattr(self, name) for name in ("beta", "stored", "released")} if self._core.laws_keep else {}
 
+    def releases(self):
+        """What each contact released since it began, (n,) [J]; (0,) of smooth contacts, which are not known for it."""
+        return self.released if self._core.has_contact("released") else np.zeros(0)
+
     def of_networks(self):
         """Conductances, currents and heat of the contacts by name, {name: (n,)}; {} in scenes without networks."""
         return {name: getattr(self, name) for name in self._of_networks if self._core.has_contact(name)}
