@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
-#include <vector>
 
 #include "body.hpp"
 #include "mesh_set.hpp"
@@ -49,8 +47,7 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
   area_.assign(seats_.size(), 0);
   std::vector<OnEdge> on_edge;
   std::vector<double*> on_face;
-  std::vector<std::size_t> by_mesh;                         // those on nodes and points
-  std::vector<std::pair<std::size_t, const double*>> twins; // at a node that has another, as ends of joints stand at
+  std::vector<std::size_t> by_mesh; // those on nodes and points
   for (std::size_t i = 0; i < seats_.size(); ++i)
     if (const Role role = seats_[i].role; role == Role::point || (role == Role::node && !is_mark[i]))
       by_mesh.push_back(i);
@@ -64,11 +61,7 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
         of_point(points, nullptr); // null: it touches nothing
     for (; next_seat != by_mesh.end() && std::size_t(seats_[*next_seat].mesh) == which; ++next_seat) {
       const Seat& s = seats_[*next_seat];
-      double*& own = (s.role == Role::node ? of_node : of_point)[std::size_t(s.index)];
-      if (own)
-        twins.push_back({*next_seat, own});
-      else
-        own = &area_[*next_seat];
+      (s.role == Role::node ? of_node : of_point)[std::size_t(s.index)] = &area_[*next_seat];
     }
     // points by the first of their nodes
     std::vector<std::int32_t> first(std::size_t(m.nodes()) + 1, 0), order(points);
@@ -122,7 +115,6 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
       for (double* area : on_face) *area += face_area(corner, corners) / double(on_face.size());
     }
   }
-  for (const auto& [seat, first] : twins) area_[seat] = *first;
 }
 
 } // namespace cairn
