@@ -59,15 +59,25 @@ double Interactions::State::shared_face(std::int64_t i) const {
   double sum = shared_area(one, other);
   if (Shape(*contactors->shape[cb]) != Shape::facet) return sum;
   const double whole = one.area(); // triangles with numbers near its own are near it: they are asked first
+  const double size = *contactors->radius[ca];
+  double at[3];
+  for (int k = 0; k < 3; ++k) at[k] = c.point[3 * i + k] - shift[k] - bodies->position[body(cb)][k];
+  to_body_axes(*bodies, 3, body(cb), at, at);
+  const auto is_near = [&](std::int64_t k) { // most of a large surface is not
+    const double *x = contactors->offset[k], from[3] = {x[0] - at[0], x[1] - at[1], x[2] - at[2]};
+    const double reach = *contactors->radius[k] + 2 * size;
+    return dot(from, from) <= reach * reach;
+  };
   const auto add = [&](std::int64_t k) {
-    if (*contactors->material[k] == *contactors->material[cb] && see_face(i, std::int32_t(k), 1, shift, other))
+    if (is_near(k) && *contactors->material[k] == *contactors->material[cb] &&
+        see_face(i, std::int32_t(k), 1, shift, other))
       sum += shared_area(one, other);
   };
   const auto is_next = [&](std::int64_t k) {
     return k >= 0 && k < contactors->count && body(std::int32_t(k)) == body(cb) &&
            Shape(*contactors->shape[k]) == Shape::facet;
   };
-  bool more = true;
+  bool more = contactors->offset.active;
   for (std::int64_t step = 1; more && sum < whole * (1 - area_rounding); ++step) {
     more = false;
     for (const std::int64_t k : {cb - step, cb + step})
@@ -141,8 +151,8 @@ bool Interactions::State::see_face(std::int64_t i, std::int32_t contactor, int s
     face.radius = hulls.offset[std::size_t(hulls.first_face[hull])];
     return true;
   }
-  const double size = *contactors->radius[c.contactor_a[i]], reach = *contactors->radius[contactor] + 2 * size;
-  if (!(along > flat_faces) || dot(view.centre, view.centre) > reach * reach) return false;
+  const double size = *contactors->radius[c.contactor_a[i]];
+  if (!(along > flat_faces)) return false;
   if (std::abs(dot(m, view.place(vertex).data())) > as_high * size + std::abs(c.gap[i])) return false;
   for (int k = 0; k < 3; ++k) face.corner.push_back(view.corner(vertex + 3 * std::ptrdiff_t(k)));
   face.turn_left();

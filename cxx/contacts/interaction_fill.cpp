@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "../laws/law_names.hpp"
 #include "../solvers/sweeps/contact_rows.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
@@ -413,6 +414,13 @@ double Interactions::State::free_opening(const cairn_batch& b, int lane, double 
   return sum;
 }
 
+// A bond that is broken, or that never was, bears no stress any more.
+bool Interactions::State::wants_area(const cairn_batch& b, int lane) const {
+  const LawInfo& law = law_infos()[b.law];
+  const bool bonds = law.anchored && !law.plugged() && Law(b.law) != Law::plastic_expo; // which has springs besides
+  return !bonds || !b.state || b.state[lane] > 0;
+}
+
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 4) * 128];
@@ -434,7 +442,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
       params[k * n + lane] = std::min(e.params[k], std::numeric_limits<double>::max());
     if (temperature) vary(i, n, params + lane);
     if (has_fields()) fields_of(i, n, fields + lane);
-    geometry[lane] = asks ? area_of(i) : 0;
+    geometry[lane] = asks && wants_area(b, lane) ? area_of(i) : 0;
     geometry[n + lane] = effective_radius(i);
     geometry[2 * n + lane] = 1 / w[lane];
   }

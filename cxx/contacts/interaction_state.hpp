@@ -276,7 +276,8 @@ struct Interactions::State {
   void share_joints();                            // impulses by which commits judge brittle faces, in joint_faces.cpp
   bool on_one_face(const JointPoint& one, const JointPoint& other) const;
   void share_face(const std::vector<JointPoint>& face);
-  void commit_laws();                   // states and energies of laws, in law_commit.cpp
+  void commit_laws(); // states and energies of laws, in law_commit.cpp
+  bool wants_area(const cairn_batch& b, int lane) const;
   double area_of(std::int64_t i) const; // of a contact, in contact_area.cpp
   double cap_radius(std::int64_t i) const;
   double face_area(std::int64_t i) const;
