@@ -102,3 +102,20 @@ def test_problem_of_a_step_is_the_step(tmp_path):
     assert problem.contacts == len(r)
     assert problem.error(r) < 1e-9 and problem.error(r * 1.001) > 1e-5
     assert np.allclose(problem.velocity(r)[:, 1:], sim.contacts.relative_velocity[:, 1:], atol=1e-12)
+
+
+def test_the_plain_loop_of_contacts_refuses_meshes(tmp_path):
+    points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    body = cn.ElasticBody(points, {"quad": [[0, 1, 2, 3]]}, young=1e6, poisson=0.3, density=1000.0)
+    rock, scene = cn.Material("rock", density=1000.0), cn.Scene(2, gravity=(0.0, -9.81))
+    scene.add(cn.deformable(body, rock, contact=[0, 1]))
+    scene.add(cn.wall((0, 0), (0, 1), rock))
+    scene.interact(rock, rock, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3)
+    sim.shadow("solve_contacts", folder=tmp_path)
+    with pytest.raises(ValueError, match="the scene has meshes.*give kernel='nlgs'"):
+        sim.step()
+    other = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-12, max_iter=20000)))
+    shadow = other.shadow("solve_contacts", "nlgs", 1e-6, folder=tmp_path)
+    go(other, 5)
+    assert shadow.beyond is None and len(shadow.records) == 5

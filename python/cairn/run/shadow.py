@@ -229,6 +229,9 @@ def _dump(shadow, given, other, steps):
 
 def plain_solution(s):
     """The textbook's sweeps of core_f90/reference until velocities stay; for bodies whose levers lie along the normal."""
+    if s.get("meshes"):
+        raise ValueError("the scene has meshes, whose nodes move together, and the plain reference knows round bodies alone: "
+                         "give kernel='nlgs' for an independent solver of the same problem")  # fmt: skip
     rows, chosen, dim = s["rows"], s["chosen"], s["dim"]
     normal, inverse = rows.axes[chosen][:, 0], s["inverse_mass"]
     lever = np.einsum("msk,mk->ms", rows.lever[chosen], normal)
