@@ -91,7 +91,6 @@ struct InteractionHandler::Workspace {
   std::vector<DeclaredPair> declared_in_order; // as contacts that are left to others ask for them
   std::vector<std::uint8_t> left;              // of each contact, whether it is left to another side
   std::vector<std::int64_t> held;
-  std::vector<std::pair<std::int32_t, std::int32_t>> met; // contactors with sides of meshes, in order
 
   // the scene of this call
   const Bodies* bodies = nullptr;
@@ -186,7 +185,6 @@ struct InteractionHandler::Workspace {
   bool is_declared(const Candidates& out, std::int64_t i) const; // after this
   bool points_along_the_row(const Candidates& out, std::int64_t i) const;
   bool is_beyond_its_edge(const Candidates& out, std::int64_t i) const;
-  bool is_on_a_side_of_the_node(const Candidates& out, std::int64_t i, bool first) const;
   bool points_along_a_side(const Candidates& out, std::int64_t i, bool first) const;
   bool is_node_with_sides(std::int32_t contactor) const;
   void admit(detection::PairList& list, std::int64_t added) const;

@@ -56,7 +56,16 @@ std::int32_t InteractionHandler::Workspace::edge_that_has_it(const Candidates& o
   double x[2], shift[3] = {0, 0, 0};
   if (any_periodic) image_shift(*cell, out.image[i], shift);
   for (int c = 0; c < 2; ++c) x[c] = centre[2 * std::int64_t(a) + c] - shift[c];
-  const std::int32_t after = mapped->after[k], before = mapped->before[k];
+  std::int32_t after = mapped->after[k], before = mapped->before[k];
+  // What has a size bends the row round itself, and all of the edges there bear it, but where nothing has bent them.
+  const auto bent = [&](std::int32_t next) {
+    const double *e = &direction[3 * std::int64_t(b)], *f = &direction[3 * std::int64_t(next)];
+    return e[0] * f[0] + e[1] * f[1] > nearly_one && std::abs(e[0] * f[1] - e[1] * f[0]) > on_end;
+  };
+  if (*contactors->radius[a] > 0) {
+    if (after >= 0 && bent(after)) after = -1;
+    if (before >= 0 && bent(before)) before = -1;
+  }
   if (after >= 0 && owner_at_corner(b, after, x) == EdgeOwner::second) return after;
   return before >= 0 && owner_at_corner(before, b, x) == EdgeOwner::first ? before : b;
 }

@@ -63,18 +63,6 @@ bool InteractionHandler::Workspace::is_beyond_its_edge(const Candidates& out, st
   return false;
 }
 
-// Whether a side that has the node meets the same contactor. Contacts come by their kinds, then by A, then by B.
-bool InteractionHandler::Workspace::is_on_a_side_of_the_node(const Candidates& out, std::int64_t i, bool first) const {
-  const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
-  const std::int32_t other = (first ? out.contactor_b : out.contactor_a)[i];
-  const auto k = std::size_t(mapped->place[std::size_t(node)]);
-  return std::any_of(mapped->sides.begin() + mapped->sides_start[k], mapped->sides.begin() + mapped->sides_start[k + 1],
-                     [&](std::int32_t side) {
-                       const std::pair<std::int32_t, std::int32_t> pair{other, side};
-                       return std::binary_search(met.begin(), met.end(), pair);
-                     });
-}
-
 // Whether what meets a node would push it along a side that it has, on a surface that is no valley there.
 bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, std::int64_t i, bool first) const {
   const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
@@ -92,12 +80,13 @@ bool InteractionHandler::Workspace::points_along_a_side(const Candidates& out, s
         visit(way, 2 * e[2], normal);
         continue;
       }
-      const double* v = turned.data() + hull_place[side];
-      const double* normal = v + 3 * contactors->hulls.vertices(contactors->hull.values[side]);
+      const double* v = turned.data() + hull_place[side]; // places along each axis, its own three first
+      const std::int64_t vertices = contactors->hulls.vertices(contactors->hull.values[side]);
+      const double* normal = v + 3 * vertices;
       int own = 0;
       double ways[3][3], length[3];
       for (int j = 0; j < 3; ++j) {
-        for (int c = 0; c < 3; ++c) ways[j][c] = at[c] + v[3 * j + c] - x[c];
+        for (int c = 0; c < 3; ++c) ways[j][c] = at[c] + v[vertices * c + j] - x[c];
         length[j] = std::sqrt(dot(3, ways[j], ways[j]));
         if (length[j] < length[own]) own = j;
       }
@@ -128,7 +117,6 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
   };
   const bool nodes = !mapped->sides.empty();
   left.assign(std::size_t(out.count), 0);
-  met.clear();
   bool any = false;
   const auto leave = [&](std::int64_t i) { left[std::size_t(i)] = 1, any = true; };
   for (std::int64_t i = 0; i < out.count && dim == 2; ++i)
@@ -138,16 +126,11 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
         is_beyond_its_edge(out, i))
       leave(i);
   for (std::int64_t i = 0; i < out.count && nodes; ++i)
-    if (mapped->place[std::size_t(out.contactor_b[i])] >= 0 && !info(shape(out.contactor_b[i])).ball() &&
-        !left[std::size_t(i)])
-      met.emplace_back(out.contactor_a[i], out.contactor_b[i]);
-  std::sort(met.begin(), met.end());
-  for (std::int64_t i = 0; i < out.count && nodes; ++i)
     for (const bool first : {true, false}) {
       const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
       const std::int32_t other = (first ? out.contactor_b : out.contactor_a)[i];
       if (!info(shape(node)).ball() || !is_node_with_sides(node) || !info(shape(other)).bounded) continue;
-      if (is_on_a_side_of_the_node(out, i, first) || points_along_a_side(out, i, first)) leave(i);
+      if (points_along_a_side(out, i, first)) leave(i);
     }
   if (any && !declared.empty()) {
     put_declared_in_order();
