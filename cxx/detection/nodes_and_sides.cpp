@@ -130,6 +130,7 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
       const std::int32_t node = (first ? out.contactor_a : out.contactor_b)[i];
       const std::int32_t other = (first ? out.contactor_b : out.contactor_a)[i];
       if (!info(shape(node)).ball() || !is_node_with_sides(node) || !info(shape(other)).bounded) continue;
+      if (same_mesh(node, other)) continue; // what folds slides on itself by its own nodes
       if (points_along_a_side(out, i, first)) leave(i);
     }
   if (any && !declared.empty()) {

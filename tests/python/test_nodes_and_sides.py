@@ -111,9 +111,11 @@ def test_a_disk_rests_in_a_soft_row_that_it_bends_round_itself(cells):
         scene.add(cn.deformable(body, STONE, fixed={"bottom": "xy"}, **given))
         scene.interact("*", "*", cn.Coulomb(mu=0.3))
         sim = cn.Simulation(scene, dt=1e-3)
-        for _ in range(400):
+        depth = []
+        for _ in range(600):
             sim.step()
-        deepest.append(0.5 - sim.bodies.position[0, 1])
+            depth.append(0.5 - sim.bodies.position[0, 1])
+        deepest.append(max(depth))
     assert 0.01 < deepest[0] < 0.02 and deepest[0] == pytest.approx(deepest[1], rel=0.15)
 
 
