@@ -63,12 +63,10 @@ set(CAIRN_CXX_SOURCES
   contacts/twin_bonds.cpp
   contacts/unjoined_pairs.cpp
   detection/detection_grid.cpp
-  detection/edges_in_a_row.cpp
-  detection/nodes_and_sides.cpp
+  detection/contacts_left_out.cpp
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
-  detection/spare_contacts.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp

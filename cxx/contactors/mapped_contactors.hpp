@@ -16,8 +16,8 @@ struct MappedContactors {
   // Of edges: the contactors of the edge that ends where this one begins, and of the one that begins where it ends, -1:
   // none.
   std::vector<std::int32_t> before, after;
-  // Of nodes, by place in `contactor`: the contactors of the edges or facets of their mesh that have them. Empty where no
-  // mesh has both.
+  // Of nodes, by place in `contactor`: the contactors of the edges or facets of their mesh that have them. Empty where
+  // no mesh has both.
   std::vector<std::int64_t> sides_start;
   std::vector<std::int32_t> sides;
   std::vector<std::int32_t> place; // of all contactors in `contactor`, -1: a rigid body carries it

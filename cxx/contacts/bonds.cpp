@@ -248,8 +248,8 @@ void Nscd::find_bonds(Simulation& s) {
     compute_free_velocity(s); // detection leaves out pairs that nothing moves
     s.scene.bodies.velocity.values = s.scene.bodies.velocity_begin.values;
     declare_joints(s);
-    s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates, {.mapped = &s.meshes.mapped()},
-                     &s.interactions.scratch(), &s.laws.rules());
+    s.handler.detect(s.scene.bodies, c, s.scene.cell, margin, s.candidates,
+                     {.mapped = &s.meshes.mapped(), .for_bonds = true}, &s.interactions.scratch(), &s.laws.rules());
     unjoined_ = s.interactions.bond(s.scene.bodies, c, s.candidates, s.laws, s.scene.cell, h_, law_share(), &s.meshes,
                                     &s.scene.nodes);
     unjoined_step_ = s.steps;

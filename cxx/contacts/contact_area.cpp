@@ -3,8 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "../contactors/shapes.hpp"
-#include "body_axes.hpp"
 #include "face_overlap.hpp"
 #include "interaction_state.hpp"
 
@@ -57,35 +55,6 @@ double Interactions::State::area_of(std::int64_t i) const {
   const int count = int(std::min<std::int64_t>(last - first, most_face_points));
   const double *point = &c.point[d * first], *normal = &c.normal[d * i];
   return (d == 2 ? span_of(point, count, normal) : area_of_points(point, count, normal)) / count;
-}
-
-// The radius by which a capsule, or an ellipsoid, touches: that of a ball as curved, 0 where neither side has one. What
-// else is round as a superquadric is flat or sharp where its box has sides and edges.
-double Interactions::State::cap_radius(std::int64_t i) const {
-  const Candidates& c = *candidates;
-  double radius[2] = {0, 0};
-  bool round = false, hollow = false;
-  double wide = 0;
-  for (int side = 0; side < 2; ++side) {
-    const std::int32_t contactor = side ? c.contactor_b[i] : c.contactor_a[i];
-    const auto shape = Shape(*contactors->shape[contactor]);
-    if (info(shape).hollow()) hollow = true, wide = *contactors->radius[contactor];
-    if (shape != Shape::capsule && shape != Shape::superquadric) continue;
-    const Hulls& hulls = contactors->hulls;
-    const double* size = &hulls.offset[std::size_t(hulls.first_face[*contactors->hull[contactor]])];
-    radius[side] = *size;
-    round = true;
-    if (shape == Shape::capsule) continue;
-    if (size[3] != 1 || size[4] != 1) return 0;
-    double normal[3], square = 0;
-    to_body_axes(*bodies, 3, body(contactor), &c.normal[3 * i], normal);
-    for (int k = 0; k < 3; ++k) square += size[k] * size[k] * normal[k] * normal[k];
-    radius[side] = size[0] * size[1] * size[2] / square; // of Gauss's curvature
-  }
-  if (!round) return 0;
-  const double one = std::max(radius[0], radius[1]), other = std::min(radius[0], radius[1]);
-  if (other > 0) return one * other / (one + other);
-  return hollow && wide > one ? one * wide / (wide - one) : one;
 }
 
 void Interactions::State::find_mesh_areas() {

@@ -1,4 +1,5 @@
-// The area of the face between two bodies with sides, and what of it each point of contact stands for.
+// The area of the face between two bodies with sides, what of it each point of contact stands for, and the radius of
+// round ends.
 #include <algorithm>
 #include <cmath>
 
@@ -16,6 +17,35 @@ constexpr double as_high = 1.0 / 1024; // of the size of a body: triangles that 
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 } // namespace
+
+// The radius by which a capsule, or an ellipsoid, touches: that of a ball as curved, 0 where neither side has one. What
+// else is round as a superquadric is flat or sharp where its box has sides and edges.
+double Interactions::State::cap_radius(std::int64_t i) const {
+  const Candidates& c = *candidates;
+  double radius[2] = {0, 0};
+  bool round = false, hollow = false;
+  double wide = 0;
+  for (int side = 0; side < 2; ++side) {
+    const std::int32_t contactor = side ? c.contactor_b[i] : c.contactor_a[i];
+    const auto shape = Shape(*contactors->shape[contactor]);
+    if (info(shape).hollow()) hollow = true, wide = *contactors->radius[contactor];
+    if (shape != Shape::capsule && shape != Shape::superquadric) continue;
+    const Hulls& hulls = contactors->hulls;
+    const double* size = &hulls.offset[std::size_t(hulls.first_face[*contactors->hull[contactor]])];
+    radius[side] = *size;
+    round = true;
+    if (shape == Shape::capsule) continue;
+    if (size[3] != 1 || size[4] != 1) return 0;
+    double normal[3], square = 0;
+    to_body_axes(*bodies, 3, body(contactor), &c.normal[3 * i], normal);
+    for (int k = 0; k < 3; ++k) square += size[k] * size[k] * normal[k] * normal[k];
+    radius[side] = size[0] * size[1] * size[2] / square; // of Gauss's curvature
+  }
+  if (!round) return 0;
+  const double one = std::max(radius[0], radius[1]), other = std::min(radius[0], radius[1]);
+  if (other > 0) return one * other / (one + other);
+  return hollow && wide > one ? one * wide / (wide - one) : one;
+}
 
 // The part of the face of a pair that a point stands for. Detection keeps four of the corners of a face, and those on a
 // surface triangle by triangle, so that the faces themselves are asked where they lie flat on each other.

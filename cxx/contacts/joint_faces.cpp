@@ -7,7 +7,6 @@
 #include <limits>
 #include <tuple>
 
-#include "../laws/law_names.hpp"
 #include "face_overlap.hpp"
 #include "interaction_state.hpp"
 
@@ -17,7 +16,7 @@ namespace {
 
 constexpr double level = 1e-2; // how far points of one face may be off its plane, over their distance
 
-bool is_brittle(std::int16_t law) { return Law(law) == Law::mohr_coulomb || Law(law) == Law::sintering; }
+bool is_brittle(const LawInfo& law) { return law.name == "mohr_coulomb" || law.name == "sintering"; }
 
 // A point seen along the normal of the face: its place across it [m], its area [m2], its impulse along it and across it
 // [N s].
@@ -66,8 +65,9 @@ void Interactions::State::share_joints() {
   joint_points.clear();
   for (std::size_t which = 0; which < system.batches.size(); ++which) {
     const cairn_batch& b = system.batches[which];
-    if (!is_brittle(b.law) || b.mapped_a || b.mapped_b) continue; // nodes of a mesh each give way by themselves
-    if (is_radial(b.side_a) && is_radial(b.side_b)) continue;     // two balls have one point
+    if (!is_brittle(law_infos()[b.law]) || b.mapped_a || b.mapped_b)
+      continue;                                               // nodes of a mesh each give way by themselves
+    if (is_radial(b.side_a) && is_radial(b.side_b)) continue; // two balls have one point
     for (int lane = 0; lane < b.contacts; ++lane)
       if (b.state[lane] > 0) {
         const std::int32_t i = system.candidate[b.first + lane];

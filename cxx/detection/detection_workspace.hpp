@@ -100,6 +100,7 @@ struct InteractionHandler::Workspace {
   const LawRules* rules = nullptr; // null: all may meet
   const double *position = nullptr, *rotation = nullptr;
   const MappedContactors* mapped = nullptr; // null: none
+  bool for_bonds = false;
   int dim = 2;
   std::int32_t periodic[3] = {0, 0, 0};
   bool any_periodic = false;

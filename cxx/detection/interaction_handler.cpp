@@ -107,6 +107,7 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
     w.position = at_origin;
     if (w.rotation) w.rotation = w.dim == 2 ? at_origin : unturned;
   }
+  w.for_bonds = configuration.for_bonds;
   w.mapped = configuration.mapped && !configuration.mapped->contactor.empty() ? configuration.mapped : nullptr;
   for (int k = 0; k < 3; ++k) w.periodic[k] = k < w.dim && cell.periodic[k];
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];

@@ -26,6 +26,7 @@ struct Configuration {
   const double* position = nullptr;         // (dim, bodies) [m]
   const double* rotation = nullptr;         // (1 | 4, bodies) [rad | -]
   const MappedContactors* mapped = nullptr; // null: rigid bodies carry all contactors
+  bool for_bonds = false;  // bodies are joined where they touch: no contact is left out for what it would stop
   bool soon_again = false; // a call like this follows in the next step: pairs are kept for it, which changes no result
 };
 
