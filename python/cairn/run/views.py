@@ -203,8 +203,9 @@ class NodeView(_View):
 
 class ContactView(_View):
     """Contacts of the last step: gap (n,), normal (n, dim), point (n, dim), impulse (n, dim) on the first body [N s],
-    impulse_local, relative_velocity, status, dissipated [J], bodies (n, 2) ids of rigid bodies and, on a mesh, of the node that
-    bears most (in simulation.bodies.id, in simulation.nodes.id), key (n, 4), by which a contact is found again.
+    moment on it of joints and laws that have one, over the step, (n,) in the plane, (n, 3) in space [N m s], impulse_local,
+    relative_velocity, status, dissipated [J], bodies (n, 2) ids of rigid bodies and, on a mesh, of the node that bears most (in
+    simulation.bodies.id, in simulation.nodes.id), key (n, 4), by which a contact is found again.
     Of laws that hold bodies together: beta (1 sound, 0 broken or never bonded), stored and released [J]."""
 
     _names = (
