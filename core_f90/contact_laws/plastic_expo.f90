@@ -63,21 +63,23 @@ contains
     recovers = params(i, recovery)
     compliance(i, :) = 0
     bias(i, 2:) = 0
-    if (yields(params(i, spring_n)*borne_by)) then
+    if (yields(params(i, spring_n), borne_by)) then
       recovers = 1
       compliance(i, 1) = 1/(params(i, spring_n)*borne_by*h*h)
     end if
     bias(i, 1) = bias_of(gap, recovers, state(i, s_beta), state(i, s_first), h)
-    if (.not. yields(params(i, spring_t)*borne_by)) return
+    if (.not. yields(params(i, spring_t), borne_by)) return
     do k = 2, c
       compliance(i, k) = 1/(params(i, spring_t)*borne_by*h*h)
       bias(i, k) = state(i, s_slip + c + rest_behind + k)/h
     end do
   end subroutine borne
 
-  pure logical function yields(k)
-    real(c_double), intent(in) :: k !< [N/m]
-    yields = k > 0 .and. k < huge(k)
+  !> An infinite stiffness is the largest number here, which an area would make one of a spring.
+  pure logical function yields(k, area)
+    real(c_double), intent(in) :: k    !< [Pa/m]
+    real(c_double), intent(in) :: area !< [m2]
+    yields = k > 0 .and. k < huge(k) .and. k*area > 0 .and. k*area < huge(k)
   end function yields
 
   subroutine cairn_law_plastic_expo_solve(n, c, w, u_free, bias, params, state, r, status) bind(c)
@@ -262,8 +264,9 @@ contains
       area = geometry(i, 1)
       if (state_begin(i, s_area) > 0) area = state_begin(i, s_area)
       do k = 1, c
-        stiffness = merge(params(i, spring_n), params(i, spring_t), k == 1)*area
-        if (.not. yields(stiffness)) cycle
+        stiffness = merge(params(i, spring_n), params(i, spring_t), k == 1)
+        if (.not. yields(stiffness, area)) cycle
+        stiffness = stiffness*area
         now = stiffness*state(i, first + k)**2/2
         was = stiffness*state_begin(i, first + k)**2/2
         energy(i, 1) = energy(i, 1) + now
