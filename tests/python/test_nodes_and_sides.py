@@ -1,5 +1,7 @@
 """Bodies with corners, and meshes, that slide over meshes: nodes and the next side in front of them do not stop them."""
 
+import warnings
+
 import cairn as cn
 import numpy as np
 import pytest
@@ -139,3 +141,16 @@ def test_a_joint_on_a_node_takes_nothing_from_bonds_beside_it():
             sim.step()
         told.append(sim.energy["released"])
     assert told[0] > 0.5 and told[1] == pytest.approx(told[0], rel=1e-6)
+
+
+def test_segments_without_thickness_are_told_of_beside_meshes():
+    """Nodes fall through them in steps that converge: neither has a side."""
+    for radius in (0.0, 0.01):
+        scene = cn.Scene(dim=2)
+        scene.add(cn.deformable(block((2, 2), (0.2, 0.2), (0.0, 0.1)), STONE, contact="bottom"))
+        scene.add(cn.segment((-1, 0), (1, 0), STONE, radius=radius))
+        scene.interact(STONE, STONE, cn.Coulomb(mu=0.3))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            cn.Simulation(scene, dt=1e-3)
+        assert [w.category for w in told] == ([cn.ShapesWarning] if radius == 0 else [])

@@ -22,7 +22,7 @@ from .strategies import NSCD, checked_strategy
 
 
 class ShapesWarning(UserWarning):
-    """Bodies of the scene have shapes between which there is no contact."""
+    """Bodies of the scene have shapes between which there is no contact, or nothing that could hold."""
 
 
 class Simulation(Reshaping, Spelt):
@@ -205,8 +205,13 @@ class Simulation(Reshaping, Spelt):
     def _warn_of_unmet(self):
         """Shapes that pass through each other, of which one at least is of a body that moves and is no wall: once a pair."""
         core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
-        names = np.array(_core.shapes())[core.contactor("shape")]
-        moves = np.append(np.isfinite(core.raw_body("mass")).ravel(), True)[np.maximum(core.contactor("body"), -1)]
+        names, own = np.array(_core.shapes())[core.contactor("shape")], core.contactor("body")
+        thin = (names == "segment") & (own >= 0) & (core.contactor("radius") == 0)
+        if np.any(thin) and np.any((names == "disk") & (own < 0)) and "thin" not in self._unmet:
+            self._unmet.add("thin")
+            told = "segments of radius 0 have no sides for nodes of meshes, which have no size: these pass through them"
+            warnings.warn(f"{told}; give cairn.segment(..., radius=...), or a wall", ShapesWarning, stacklevel=4)
+        moves = np.append(np.isfinite(core.raw_body("mass")).ravel(), True)[np.maximum(own, -1)]
         for a in set(_core.shapes("mover")) & set(names[moves]):
             for b in set(names) - {a}:
                 pair = frozenset((a, b))
