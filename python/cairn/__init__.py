@@ -27,7 +27,7 @@ from .post.errors import FileError
 from .post.load import load
 from .run import integrators, strategies
 from .run.servo import Servo
-from .run.simulation import ShapesWarning, Simulation
+from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
     OverlapWarning,
@@ -38,6 +38,7 @@ from .run.step_warnings import (
 )
 from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
 from .run.time_functions import Harmonic, Table
+from .run.unmet_shapes import ShapesWarning
 
 _LATER = {
     "ElasticBody": "build.elastic",

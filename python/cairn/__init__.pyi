@@ -67,7 +67,6 @@ from .run import strategies as strategies
 from .run.equilibrium import find_equilibrium as find_equilibrium
 from .run.integrators import Integrator
 from .run.servo import Servo as Servo
-from .run.simulation import ShapesWarning as ShapesWarning
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
 from .run.step_warnings import OverlapWarning as OverlapWarning
@@ -83,6 +82,7 @@ from .run.strategies import SmoothDEM as SmoothDEM
 from .run.strategies import strategy as strategy
 from .run.time_functions import Harmonic as Harmonic
 from .run.time_functions import Table as Table
+from .run.unmet_shapes import ShapesWarning as ShapesWarning
 
 class Coulomb(Law):
     def __init__(self, *, mu: float) -> None: ...

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import warnings
 
 import numpy as np
 
@@ -12,17 +11,13 @@ from ..build import missing_laws
 from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
-from . import cracks, first_overlaps, restored, views
+from . import cracks, first_overlaps, restored, unmet_shapes, views
 from .parts import ask_for_parts
 from .reshaping import Reshaping
 from .sets import found, ids_of, later_to_dict, living
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
 from .strategies import NSCD, checked_strategy
-
-
-class ShapesWarning(UserWarning):
-    """Bodies of the scene have shapes between which there is no contact, or nothing that could hold."""
 
 
 class Simulation(Reshaping, Spelt):
@@ -62,7 +57,7 @@ class Simulation(Reshaping, Spelt):
         self._start_meshes()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
         self._unmet, self._lawless = set(), set()
-        self._warn_of_unmet()
+        unmet_shapes.warn(self._core.scene, self._unmet, 3)
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap != "ignore" and len(self.bodies):
             first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share))
@@ -201,26 +196,6 @@ class Simulation(Reshaping, Spelt):
         n = len(self.bodies)
         if (n or len(self.nodes)) and "rotation" not in self.bodies.names:
             self._core.assign_body("rotation", np.zeros(n) if self.scene.dim == 2 else np.tile([1.0, 0, 0, 0], (n, 1)))
-
-    def _warn_of_unmet(self):
-        """Shapes that pass through each other, of which one at least is of a body that moves and is no wall: once a pair."""
-        core, known = self._core.scene, {frozenset(pair) for pair in _core.pairs()}
-        names, own = np.array(_core.shapes())[core.contactor("shape")], core.contactor("body")
-        thin = (names == "segment") & (own >= 0) & (core.contactor("radius") == 0)
-        if np.any(thin) and np.any((names == "disk") & (own < 0)) and "thin" not in self._unmet:
-            self._unmet.add("thin")
-            told = "segments of radius 0 have no sides for nodes of meshes, which have no size: these pass through them"
-            warnings.warn(f"{told}; give cairn.segment(..., radius=...), or a wall", ShapesWarning, stacklevel=4)
-        moves = np.append(np.isfinite(core.raw_body("mass")).ravel(), True)[np.maximum(own, -1)]
-        for a in set(_core.shapes("mover")) & set(names[moves]):
-            for b in set(names) - {a}:
-                pair = frozenset((a, b))
-                if pair in known or pair in self._unmet:
-                    continue
-                self._unmet.add(pair)
-                first, second = sorted(pair)
-                text = f"there is no contact between shapes {first} and {second}: these bodies pass through each other"
-                warnings.warn(text, ShapesWarning, stacklevel=4)
 
     # ------------------------------------------------------------------ stepping
 
@@ -392,7 +367,7 @@ class Simulation(Reshaping, Spelt):
             self.strategy = self._given
         self._start_functions()
         self._start_meshes()
-        self._warn_of_unmet()
+        unmet_shapes.warn(self._core.scene, self._unmet, 3)
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
