@@ -80,7 +80,7 @@ void Interactions::State::share_joints() {
   std::sort(joint_points.begin(), joint_points.end(), [&](const JointPoint& p, const JointPoint& q) {
     return joint(p) != joint(q) ? joint(p) < joint(q) : p.candidate < q.candidate;
   });
-  std::vector<JointPoint> face, others;
+  thread_local std::vector<JointPoint> face, others; // each step asks
   for (std::size_t first = 0, end = 0; first < joint_points.size(); first = end) {
     while (end < joint_points.size() && joint(joint_points[end]) == joint(joint_points[first])) ++end;
     others.assign(joint_points.begin() + std::ptrdiff_t(first), joint_points.begin() + std::ptrdiff_t(end));
@@ -114,7 +114,8 @@ void Interactions::State::share_face(const std::vector<JointPoint>& face) {
   double axes[3][3] = {}, own[3][3] = {};
   const auto batch = [&](const JointPoint& p) -> const cairn_batch& { return system.batches[std::size_t(p.batch)]; };
   axes_of(batch(face.front()), d, face.front().lane, axes);
-  std::vector<Borne> points;
+  thread_local std::vector<Borne> points;
+  points.clear();
   for (const JointPoint& p : face) {
     const cairn_batch& b = batch(p);
     axes_of(b, d, p.lane, own);

@@ -238,7 +238,8 @@ void InteractionHandler::Workspace::leave_to_sides(Candidates& out) {
       leave(i);
   std::vector<std::int64_t>& joined = held; // contactors, to other sides than these, too
   joined.clear();
-  for (const DeclaredPair& pair : declared) joined.insert(joined.end(), pair.begin(), pair.end());
+  if (nodes)
+    for (const DeclaredPair& pair : declared) joined.insert(joined.end(), pair.begin(), pair.end());
   std::sort(joined.begin(), joined.end());
   const auto is_joined = [&](std::int64_t id) { return std::binary_search(joined.begin(), joined.end(), id); };
   for (std::int64_t i = 0; i < out.count && nodes; ++i)

@@ -85,6 +85,8 @@ def outlines(step):
 
 def lines(step):
     """Bars and beams of a step: rows (m, 2) of the bodies at their ends."""
+    if not any("line" in mesh["cells"] for mesh in (step.run.scene.get("meshes") or {}).values()):
+        return np.zeros((0, 2), np.int64)  # where each of many meshes is at the step need not be found
     parts = [row[np.asarray(mesh["cells"]["line"])] for mesh, row in meshes_at(step) if "line" in mesh["cells"]]
     return np.concatenate(parts) if parts else np.zeros((0, 2), np.int64)
 
