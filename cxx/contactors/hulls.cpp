@@ -402,6 +402,7 @@ void Hulls::move_facet(std::int32_t h, std::span<const double> x) {
   offset[first_face[h]] = dot(n, first);
   radius[h] = measure(h, true);
   inner[h] = -radius[h];
+  for (std::size_t k = 3; k < 6; ++k) edge[4 * (std::size_t(first_edge[h]) + k) + 3] = 1;
 }
 
 std::int32_t Hulls::add(const HullBatch& batch) {

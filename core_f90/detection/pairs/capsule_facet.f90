@@ -4,7 +4,7 @@ module capsule_facet
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
   use convex_shape, only: convex, see_capsule
   use facet_points, only: add, findings, settle
-  use facet_view, only: after, cross, inward, leaves_edge, leaves_vertex, on_edge, pokes_out, stands_out
+  use facet_view, only: after, cross, inward, is_bent, leaves_edge, leaves_vertex, on_edge, pokes_out, stands_out
   use patch_points, only: name_of_edges, vertex_of_b
   use sphere_facet, only: nearest_of_facet
   implicit none
@@ -113,8 +113,12 @@ contains
     d = along*p%frame(:, 3) - d
     distance = sqrt(dot_product(d, d))
     if (distance - p%layer > limit .or. .not. distance > f%slack) return
-    if (.not. leaves_vertex(q, k, d, f%slack)) return
-    if (.not. pokes_out(q, k)) return
+    if (is_bent(q, k) .and. 2*p%layer >= q%size) then ! see sphere_facet.f90
+      if (.not. dot_product(q%normal(1, :), d) > f%slack) return
+    else
+      if (.not. leaves_vertex(q, k, d, f%slack)) return
+      if (.not. pokes_out(q, k)) return
+    end if
     d = d/distance
     call add(f, along*p%frame(:, 3) - (distance + p%layer)/2*d, d, distance - p%layer, int(vertex_of_b + k, c_int32_t))
   end subroutine at_vertex

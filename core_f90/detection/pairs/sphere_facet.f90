@@ -2,7 +2,7 @@
 module sphere_facet
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t
   use hull_view, only: cairn_hulls, hulls_view, open_hulls, solid, view_solid
-  use facet_view, only: after, edge_from, inside_of, on_edge, vertex_from
+  use facet_view, only: after, edge_from, inside_of, is_bent, on_edge, vertex_from
   implicit none
   private
   public :: cairn_pair_sphere_facet, nearest_of_facet
@@ -51,8 +51,38 @@ contains
       gap(1, i) = distance - radius_a(i)
       normal(:, 1, i) = m
       point(:, 1, i) = -(radius_a(i) + gap(1, i)/2)*m
+      if (limit(i) < huge(distance) .and. 2*radius_a(i) >= q%size) &
+        call add_bent(q, between(i, :), radius_a(i), limit(i), count(i), gap(:, i), normal(:, :, i), point(:, :, i), &
+                      feature(:, i))
     end do
   end subroutine cairn_pair_sphere_facet
+
+  !> Beside the nearest point of the surface, vertices of this facet at which a mesh is bent bear what is larger than its cells.
+  pure subroutine add_bent(q, x, radius, limit, count, gap, normal, point, feature)
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: x(3), radius, limit
+    integer(c_int32_t), intent(inout) :: count, feature(:)
+    real(c_double), intent(inout) :: gap(:), normal(:, :), point(:, :)
+    real(c_double) :: d(3), distance
+    integer :: k, nearest
+    if (q%edge(4, 4) == 0) return
+    nearest = count
+    do k = 1, 3
+      d = x - q%v(k, :)
+      distance = sqrt(dot_product(d, d))
+      if (distance - radius > limit .or. .not. dot_product(q%normal(1, :), d) > on_edge*q%size) cycle
+      if (.not. is_bent(q, k)) cycle
+      d = d/distance
+      if (nearest == 1) then
+        if (abs(gap(1) - (distance - radius)) <= on_edge*q%size .and. maxval(abs(normal(:, 1) - d)) <= on_edge) cycle
+      end if
+      count = count + 1
+      gap(count) = distance - radius
+      normal(:, count) = d
+      point(:, count) = -(radius + gap(count)/2)*d
+      feature(count) = k
+    end do
+  end subroutine add_bent
 
   !> Signed distance of a point and the direction from the nearest point of the facet, if it is the nearest around.
   pure subroutine nearest_of_facet(q, x, depth, found, distance, m)

@@ -6,7 +6,7 @@ module superquadric_facet
   use convex_facet, only: arc, farthest_on_arc, is_near, leaves_elsewhere, on_inside, see_arc
   use convex_shape, only: convex, see_point, see_superquadric
   use facet_points, only: add, findings, settle
-  use facet_view, only: leaves_vertex, on_edge, pokes_out, stands_out
+  use facet_view, only: is_bent, leaves_vertex, on_edge, pokes_out, stands_out
   use patch_points, only: name_of_edges, vertex_of_b
   implicit none
   private
@@ -92,7 +92,11 @@ contains
     call see_point(0.0_c_double, corner)
     call axis_between(p, corner, at - q%v(k, :), limit, n, gap, x, y, apart)
     if (apart .or. gap > limit) return
-    if (.not. leaves_vertex(q, k, n, on_edge)) return
+    if (is_bent(q, k) .and. 2*minval(p%half) >= q%size) then ! see sphere_facet.f90
+      if (.not. dot_product(q%normal(1, :), n) > on_edge) return
+    else if (.not. leaves_vertex(q, k, n, on_edge)) then
+      return
+    end if
     call add(f, q%v(k, :) - at + (gap/2)*n, n, gap, int(vertex_of_b + k, c_int32_t))
   end subroutine at_vertex
 

@@ -1,6 +1,6 @@
 !> A triangle of a surface and those around it: where points stand to them, and which directions lead out of the surface.
 !> Of a facet, edges 1 to 3 are its own: vertices from and to, whether it owns it, the vertex opposite in the neighbour (0:
-!> none). Edges 4 to 6: its vertices and whether it owns them. The others: triangles around that have one of its vertices,
+!> none). Edges 4 to 6: its vertices, whether it owns them, and whether it follows the nodes of a mesh, which loads bend. The others: triangles around that have one of its vertices,
 !> which is first; the other two are second and fourth, anticlockwise.
 module facet_view
   use, intrinsic :: iso_c_binding, only: c_double
@@ -8,7 +8,7 @@ module facet_view
   implicit none
   private
   public :: on_edge, cross, inside_of, inward, is_over, is_under_valley, after, stands_out, pokes_out, leaves_edge, &
-            leaves_vertex, edge_from, vertex_from, nearer_elsewhere
+            leaves_vertex, is_bent, edge_from, vertex_from, nearer_elsewhere
 
   ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets; and what stands out no farther
   ! of a plane is of it.
@@ -129,6 +129,29 @@ contains
     end do
     pokes_out = .false.
   end function pokes_out
+
+  !> Whether a load has bent the surface of a mesh at vertex k, which is of this facet: it is not flat there, and no corner.
+  !> What is larger than cells bends them round itself, and is borne by all of the vertices that it covers.
+  pure logical function is_bent(q, k)
+    type(solid), intent(in) :: q
+    integer, intent(in) :: k
+    real(c_double), parameter :: no_corner = 0.75_c_double ! cosine between normals
+    real(c_double) :: n(3), slack
+    integer :: j
+    is_bent = .false.
+    if (q%edge(3, 3 + k) == 0 .or. q%edge(4, 3 + k) == 0) return
+    slack = on_edge*q%size
+    do j = 7, q%edges
+      if (q%edge(1, j) /= k) cycle
+      n = cross(q%v(q%edge(2, j), :) - q%v(k, :), q%v(q%edge(4, j), :) - q%v(k, :))
+      if (dot_product(q%normal(1, :), n) < no_corner*sqrt(dot_product(n, n))) then
+        is_bent = .false.
+        return
+      end if
+      is_bent = is_bent .or. abs(dot_product(q%normal(1, :), q%v(q%edge(2, j), :) - q%v(k, :))) > slack &
+                .or. abs(dot_product(q%normal(1, :), q%v(q%edge(4, j), :) - q%v(k, :))) > slack
+    end do
+  end function is_bent
 
   !> Whether a vector d leads out of the surface from edge k, which it is across. `slack` as d: how far it may lean to it.
   pure logical function leaves_edge(q, k, d, slack)

@@ -1,0 +1,72 @@
+"""Round bodies that are larger than the cells of a soft mesh rest on its faces as they rest on its nodes.
+
+A load bends the faces under them, and each vertex that they cover bears: with the nearest points of the surface alone, which
+change from step to step, they would sink between these.
+"""
+
+import numpy as np
+import pytest
+
+import cairn as cn
+
+skin = cn.Material("skin", density=5000.0)
+
+
+def block(n):
+    """HEX8 (n, n, 3) cells of a block 1 x 1 x 0.3 m, and the nodes of its bottom and top."""
+    x, y, z = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), np.linspace(0, 0.3, 4), indexing="ij")
+    points = np.c_[x.ravel(), y.ravel(), z.ravel()]
+    number = np.arange(len(points)).reshape(x.shape)
+    low = [number[i : i + n, j : j + n, :-1] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    high = [number[i : i + n, j : j + n, 1:] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    cells = np.stack([a.ravel() for a in low + high], axis=1)
+    groups = {"bottom": number[:, :, 0].ravel(), "top": number[:, :, -1].ravel()}
+    return cn.ElasticBody(points, {"hexahedron": cells}, young=1e6, poisson=0.3, density=1000.0, groups=groups, rayleigh=(20.0, 1e-3))
+
+
+BODIES = {
+    "sphere": lambda: cn.spheres([[0.5, 0.5, 0.8]], 0.5, skin),
+    "superquadric": lambda: cn.superquadrics([[0.5, 0.5, 0.8]], [[0.5, 0.5, 0.5]], [[1.0, 1.0]], skin),
+    "capsule": lambda: cn.capsules([[0.51, 0.5, 0.6]], 0.3, 0.5, skin, axis=[[1, 0, 0]]),
+}
+
+
+def depths(body, **contact):
+    """How deep the body is below its start after each of 100 steps, and the most that nodes of the top are inside a sphere."""
+    mesh = block(10)
+    scene = cn.Scene(3, gravity=(0, 0, -10))
+    scene.interact(skin, skin, cn.Coulomb(mu=0.3))
+    scene.add(BODIES[body]())
+    scene.add(cn.deformable(mesh, skin, fixed={"bottom": "xyz"}, **contact))
+    sim, out = cn.Simulation(scene, dt=2e-3), []
+    start = sim.bodies.position[0, 2]
+    for _ in range(100):
+        sim.step()
+        assert sim.info["status"] == "converged"
+        out.append(start - sim.bodies.position[0, 2])
+    places = (mesh.points + sim.meshes[0].displacement)[mesh.groups["top"]]
+    return np.array(out), np.linalg.norm(places - sim.bodies.position[0, :3], axis=1).min()
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_faces_alone_bear_what_is_larger_than_they_are(body):
+    faces, nearest = depths(body, faces="top")
+    nodes, _ = depths(body, contact="top")
+    # between the nearest points alone a sphere is 0.15 m deep by then, where nodes hold it at 0.10
+    assert faces.max() < 1.05 * nodes.max()
+    assert np.abs(faces - nodes).max() < 0.2 * nodes.max()
+    if body == "sphere":
+        assert nearest > 0.5 * (1 - 1e-3)
+
+
+def test_flat_faces_keep_one_point():
+    """Where nothing has bent the faces, a sphere meets the nearest one alone, and rolls over their vertices without a jolt."""
+    scene = cn.Scene(3, gravity=(0, 0, 0))
+    scene.interact(skin, skin, cn.Coulomb(mu=0.0))
+    scene.add(cn.spheres([[0.123, 0.456, 0.7]], 0.4, skin, velocity=[1.0, 0.3, 0.0]))
+    scene.add(cn.deformable(block(10), skin, fixed={"bottom": "xyz"}, faces="top"))
+    sim = cn.Simulation(scene, dt=1e-3)
+    for _ in range(100):
+        sim.step()
+        assert len(sim.contacts.gap) <= 1
+    assert np.allclose(sim.bodies.velocity[0, :3], [1.0, 0.3, 0.0], rtol=0, atol=1e-9)
