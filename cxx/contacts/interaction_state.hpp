@@ -93,8 +93,8 @@ struct PluggedFault {
 };
 
 // Parameters of joints that whoever measures their frames asks for: see joint.f90.
-inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_spans = 10, joint_pulley = 14,
-                     joint_far = 15;
+inline constexpr int joint_blocked = 0, joint_coordinate = 1, joint_axis = 2, joint_lowest = 5, joint_highest = 6,
+                     joint_spans = 10, joint_pulley = 14, joint_far = 15;
 inline constexpr int rope_numbers = 26; // see cairn_batch
 
 // Nodes of a side that a contact may rest on, those that bear it first; both footings of one. See twin_bonds.cpp.
@@ -317,6 +317,8 @@ struct Interactions::State {
                   JointPose& pose) const; // where the next step detects; joint_flight.cpp
   double joint_errors(const cairn_batch& b, int lane, const JointPose& pose, double error[6]) const;
   bool correct_joints(double least);
+  bool ease_joints();
+  double missed_more(const cairn_batch& b, int lane) const;
   template <class F>
   void each_miss(F&& f) const;
   void hold_places(const cairn_batch& b) const; // slips and turns of bonds that hold fast

@@ -61,18 +61,19 @@ void ids(const std::string& name, std::vector<std::int64_t> values, std::int64_t
 template <class Holder>
 void check_fields(const std::string& place, const StoredValue& tree, Holder& known) {
   const auto items = std::int64_t(wholes(tree, "id", place).size());
-  for (const auto& [name, value] : tree.members) {
+  for (const auto& member : tree.members) {
+    const std::string &name = member.first, named = std::string(place).append("/").append(name);
     bool there = false;
     known.for_each_field([&](const auto& f) {
       if (f.name != name) return;
       there = true;
       using T = typename std::decay_t<decltype(f)>::value_type;
-      const auto values = numbers_of<T>(array_at(tree, name, place, std::is_floating_point_v<T>), place + "/" + name);
+      const auto values = numbers_of<T>(array_at(tree, name, place, std::is_floating_point_v<T>), named);
       if (std::int64_t(values.size()) != items * f.components)
-        wrong(place + "/" + name + " holds " + std::to_string(values.size()) + " numbers: " + std::to_string(items) +
+        wrong(named + " holds " + std::to_string(values.size()) + " numbers: " + std::to_string(items) +
               " items need " + std::to_string(items * f.components));
     });
-    if (!there) wrong(place + "/" + name + " is no field that there is");
+    if (!there) wrong(named + " is no field that there is");
   }
   known.for_each_field([&](const auto& f) {
     if (f.need == Need::always && !tree.find(std::string(f.name)))

@@ -295,6 +295,13 @@ void Nscd::solve_contacts(Simulation& s) {
   constexpr int most = 5; // what turns far in a step takes more than one
   SolverOptions options = settings.solver;
   int last = s.report.solve.iterations;
+  const auto again = [&](int before) {
+    const bool by_newton = s.report.solve.solver == std::string_view("newton_over_bodies");
+    options.again = by_newton || options.again == 2 ? 2 : 1;
+    s.report.solve = s.interactions.solve(s.scene.bodies, options);
+    last = s.report.solve.iterations;
+    s.report.solve.iterations += before;
+  };
   for (int pass = 0; pass < most; ++pass) {
     // what a solver that ended elsewhere leaves is its own error, which may not be taken for what joints miss
     if (s.report.solve.status != SolveStatus::converged) break;
@@ -302,12 +309,12 @@ void Nscd::solve_contacts(Simulation& s) {
     options.max_iterations = settings.solver.max_iterations - before;
     if (options.max_iterations < std::max(last, options.min_iterations)) break;
     if (!s.interactions.correct_joints(s.scene.bodies, pass > 0 ? settings.solver.tolerance : 0)) break;
-    const bool by_newton = s.report.solve.solver == std::string_view("newton_over_bodies");
-    options.again = by_newton || options.again == 2 ? 2 : 1;
-    s.report.solve = s.interactions.solve(s.scene.bodies, options);
-    last = s.report.solve.iterations;
-    s.report.solve.iterations += before;
+    again(before);
   }
+  if (s.report.solve.status != SolveStatus::converged || !s.interactions.ease_joints(s.scene.bodies)) return;
+  const int before = s.report.solve.iterations;
+  options.max_iterations = std::max(settings.solver.max_iterations - before, options.min_iterations);
+  again(before);
 }
 
 void Nscd::update_velocity(Simulation& s) {
