@@ -62,7 +62,7 @@ template <class Holder>
 void check_fields(const std::string& place, const StoredValue& tree, Holder& known) {
   const auto items = std::int64_t(wholes(tree, "id", place).size());
   for (const auto& member : tree.members) {
-    const std::string &name = member.first, named = std::string(place).append("/").append(name);
+    const std::string &name = member.name, named = std::string(place).append("/").append(name);
     bool there = false;
     known.for_each_field([&](const auto& f) {
       if (f.name != name) return;
