@@ -21,6 +21,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_body.cpp
   bodies/mesh_compliance.cpp
   bodies/mesh_condense.cpp
+  bodies/mesh_jumps.cpp
   bodies/mesh_modes.cpp
   bodies/mesh_mortar.cpp
   bodies/mesh_mortar_sides.cpp

@@ -38,6 +38,7 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
   if (!model.mode_rates.empty()) find_modal_momentum();
   damps_ = model.times_damping || !model.mode_rates.empty() ||
            !std::all_of(model.damping.value.begin(), model.damping.value.end(), vanishes);
+  find_rayleigh();
   double extents[3] = {0, 0, 0};
   for (int k = 0; k < dim; ++k) {
     double low = model.reference[k], high = low;
@@ -163,7 +164,7 @@ void MeshBody::refuse(const SoeStatus& status) const {
 void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
   for (const auto& known : factors_)
     if (known->h == scheme.h && known->damping == scheme.damping && known->stiffness == scheme.stiffness &&
-        known->largest == scheme.largest) { // the same step, to the bit
+        known->largest == scheme.largest && known->mixed == jump_share(scheme)) { // the same step, to the bit
       now_ = known.get();
       return;
     }
@@ -178,6 +179,7 @@ void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
   auto made = std::make_unique<Factors>();
   made->h = scheme.h;
   made->largest = scheme.largest;
+  made->mixed = jump_share(scheme);
   made->damping = scheme.damping;
   made->stiffness = scheme.stiffness;
   ++factorisations;
@@ -275,6 +277,8 @@ void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_sc
   const double late = scheme.end_share, ahead = scheme.elastic_velocity;
   for (std::int64_t i = 0; i < n && !load_end.empty(); ++i) f_[i] += late * load_end[i] + (1 - late) * load_begin[i];
   for (std::int64_t i = 0; i < n && !thermal_load.empty(); ++i) f_[i] += thermal_load[i];
+  start_jumps();
+  if (!given_jump_.empty()) forces_of_jumps(given_jump_, known_.data()); // a given velocity is known before the step
   bool moved = false;
   for (std::int64_t i = 0; i < n; ++i) {
     const double damped = damped_begin_[i] + damped_known_[i];
@@ -308,7 +312,7 @@ void MeshBody::push(Nodes& nodes) {
     a_[i] = model.held[i] ? 0 : impulse[i];
     any = any || a_[i] < 0 || a_[i] > 0;
   }
-  if (any) solve(a_.data());
+  if (any) respond(a_.data());
   for (std::int64_t i = 0; i < model.dofs(); ++i) a_[i] += free_[i];
   if (!linear() && model.ties.rigid_parts_turn()) { // the last pass is linear in their spins as well
     iterate_ = a_;
@@ -350,6 +354,7 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
   history_sum(nodes, s.position, way.data());
   for (std::int64_t i = 0; i < n; ++i) way[i] += way_end * end[i] + way_begin * v_[i];
   for (std::int64_t i = 0; i < n && s.histories > 0; ++i) way[i] += s.position[0] / s.h * jump_[i];
+  if (!given_jump_.empty()) take_jumps(free_.data());
   work = {};
   for (std::int64_t i = 0; i < n; ++i) {
     const double elastic =
@@ -401,7 +406,8 @@ void MeshBody::account_stored(Nodes& nodes, const std::vector<double>& end, cons
   double of_history[cairn_most_history];
   for (int k = 0; k < cairn_most_history; ++k) of_history[k] = s.elastic[k] - 0.5 * s.position[k];
   history_sum(nodes, of_history, apart.data());
-  for (std::int64_t i = 0; i < n && keeps; ++i) apart[i] -= 0.5 * s.position[0] / s.h * jump_[i];
+  const double of_jump = (given_jump_.empty() ? -0.5 : s.end_share - 0.5) * s.position[0] / s.h;
+  for (std::int64_t i = 0; i < n && keeps; ++i) apart[i] += of_jump * jump_[i];
   if (keeps) // K of the way is not that of the velocities alone
     stiffness_times(way.data(), pull.data());
   for (std::int64_t i = 0; i < n && !keeps; ++i) pull[i] = way_end * stiff_[i] + way_begin * stiff_begin_[i];

@@ -154,6 +154,7 @@ public:
   void restore(std::span<const double> state, std::span<const double> memory);
   void forget(); // as at the start
   std::string describe(const BulkResult& fault) const;
+  std::string remedy() const; // where no balance is found
   // check: throws Error beyond the limit of an explicit scheme.
   void free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check);
   // What integrators keep, of the nodes: from the forces at hand; and what forces changed in the step, without
@@ -193,6 +194,7 @@ public:
 private:
   struct Factors { // of A = M + damping C + stiffness K
     double h = 0, damping = 0, stiffness = 0, largest = 0;
+    double mixed = 0; // share of the inverse of M in the compliance, see mesh_jumps.cpp
     std::unique_ptr<Soe> soe;
     std::function<void(double*)> solver;
     std::vector<double> value; // of A
@@ -245,7 +247,23 @@ private:
   void history_sum(Nodes& nodes, const double* factors, double* out) const;
   void solve_mass(double* b); // of held dofs: zero
   void solve_bound_mass(double* b);
-  void find_jump(const std::vector<double>& end); // of velocities
+  void find_jump(const std::vector<double>& end);      // of velocities
+  double jump_share(const cairn_scheme& scheme) const; // see mesh_jumps.cpp
+  static bool has_part(double share) { return share < 0 || share > 0; }
+  struct Answer {
+    double mass = 0, rest = 1;
+  };
+  Answer answer() const;
+  void find_rayleigh();
+  double undamped_share() const;
+  void respond(double* b, std::int64_t columns = 1);
+  void start_jumps();
+  void forces_of_jumps(const std::vector<double>& jump, double* x);
+  void take_jumps(double* x);
+  double way_of_jumps(std::size_t i) const;
+  double undamped_jump(std::size_t i) const;
+  void add_known_jumps();
+  std::string advice() const; // what helps where stresses are not found
   void find_modal_momentum();
   void factorise_modes(Factors& f);
   void solve_modes(double* b, std::int64_t columns);
@@ -317,8 +335,11 @@ private:
   double error_before_ = 0;                // of the pass before
   bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
-  std::vector<double> way_beside_;  // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]
-  std::vector<double> jump_;        // (dofs) of velocities, by contacts and drives on the mass alone [m/s]
+  std::vector<double> way_beside_; // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]
+  std::vector<double> jump_;       // (dofs) of velocities, by contacts and drives on the mass alone [m/s]
+  double rayleigh_[2] = {0, 0};
+  bool by_rayleigh_ = false;
+  std::vector<double> given_jump_, impulse_jump_, responding_; // see mesh_jumps.cpp [m/s]
   std::vector<double> borne_;       // (dofs) what reactions to jumps would have too much by the scheme's impulse [N]
   std::unique_ptr<Soe> mass_;       // factors of M, for histories alone
   double size_ = 0, mean_mass_ = 0; // of a dof [kg]

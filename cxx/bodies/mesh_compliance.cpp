@@ -17,12 +17,12 @@ void make_room(Array<double>& numbers, std::size_t rows) {
   try {
     numbers.resize(rows * rows);
   } catch (const std::bad_alloc&) {
-    char told[320];
+    char told[400];
     std::snprintf(
         told, sizeof told,
         "the compliance between %zu dofs that contacts rest on takes %.3g GB, which this machine has not: let fewer "
-        "nodes be in contact, or leave out ties, rigid parts, modal damping, mortars and storages other than 'sparse', "
-        "without which it is not formed",
+        "nodes be in contact, or leave out ties, rigid parts, modal damping, mortars, storages other than 'sparse' and "
+        "integrators other than Theta and Newmark of beta = gamma/2, without which it is not formed",
         rows, 8e-9 * double(rows) * double(rows));
     throw Error(told);
   }
@@ -38,7 +38,9 @@ std::vector<std::int32_t> MeshBody::dofs_of(std::span<const std::int32_t> nodes)
   return dofs;
 }
 
-bool MeshBody::by_units() const { return now_->soe && model.ties.empty() && now_->modal_factor.empty(); }
+bool MeshBody::by_units() const {
+  return now_->soe && model.ties.empty() && now_->modal_factor.empty() && !has_part(now_->mixed);
+}
 
 // Which kind it is depends on these nodes alone, and so do its numbers: a run that goes on from a file has the same.
 void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, bool may_reach) {
@@ -115,7 +117,7 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     columns_.assign(n * (end - first), 0.0);
     for (std::size_t c = first; c < end; ++c)
       if (!model.held[dofs[c]]) columns_[n * (c - first) + dofs[c]] = 1;
-    solve(columns_.data(), std::int64_t(end - first));
+    respond(columns_.data(), std::int64_t(end - first));
     for (std::size_t c = first; c < end; ++c) {
       const double* x = &columns_[n * (c - first)];
       for (std::size_t r = 0; r < size; ++r) f.compliance[room * c + r] = model.held[dofs[r]] ? 0 : x[dofs[r]];

@@ -4,7 +4,8 @@
 //   q = q0 + h (share v + (1 - share) v0) + position a,
 //   v_d = implicit v + (1 - implicit) v0 + damping_history a,   A = M + damping C + stiffness dF/dq.
 // Without a history this is the theta-method (Jean 1999). What impulses of contacts move beside this way (position_1/h
-// M^-1 H p) is no part of F(q), as it is none of K q in linear bodies: stresses are known anew where the step ends.
+// M^-1 H p) is a part of q (mesh_jumps.cpp), but where rigid parts turn: stresses are known anew there where the step
+// ends.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,12 +30,18 @@ void add_sizes(const SparseMatrix& pattern, const std::vector<double>& value, do
     }
 }
 
-std::string advice(bool keeps) { // of a body that is light for what contacts hold accelerations lead far
-  return std::string(": give a smaller dt") +
-         (keeps ? ", Theta(), or Newmark with beta = gamma/2, which no acceleration moves that knows no contact" : "");
+} // namespace
+
+// Of a body that is light for what contacts hold accelerations lead far.
+std::string MeshBody::advice() const {
+  if (past_.empty()) return ": give a smaller dt";
+  return ": give a smaller dt, Theta(), or Newmark with beta = gamma/2, which no acceleration moves that knows no "
+         "contact";
 }
 
-} // namespace
+std::string MeshBody::remedy() const {
+  return model.bulk->remedy() + (given_jump_.empty() ? "" : ", Theta(), or Newmark with beta = gamma/2");
+}
 
 std::string MeshBody::describe(const BulkResult& fault) const {
   return "the mesh '" + model.name + "': " + model.bulk->describe(fault);
@@ -47,7 +54,7 @@ BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
     std::fill(tangent_.begin(), tangent_.end(), 0.0);
   }
   for (std::int64_t i = 0; i < n; ++i) b_[i] = q_[i] + h_ * (share_ * v[i] + (1 - share_) * v_[i]);
-  for (std::size_t i = 0; i < past_.size(); ++i) b_[i] += past_[i];
+  for (std::size_t i = 0; i < past_.size(); ++i) b_[i] += past_[i] + way_of_jumps(i);
   return stresses_there(v.data(), 1 / (h_ * share_), tangent);
 }
 
@@ -79,7 +86,7 @@ double MeshBody::force_of(std::size_t i) const {
 void MeshBody::damped_velocity(const std::vector<double>& v) {
   const double late = scheme_.implicit;
   for (std::size_t i = 0; i < v.size(); ++i) a_[i] = late * v[i] + (1 - late) * v_[i];
-  for (std::size_t i = 0; i < damped_past_.size(); ++i) a_[i] += damped_past_[i];
+  for (std::size_t i = 0; i < damped_past_.size(); ++i) a_[i] += damped_past_[i] - undamped_jump(i);
 }
 
 // What is left of the balance at velocities v, without impulses of contacts, from the stresses there.
@@ -153,6 +160,7 @@ void MeshBody::start_newton(Nodes& nodes) {
   const auto n = std::size_t(model.dofs());
   for (std::vector<double>* v : {&iterate_, &force_end_, &force_step_, &residual_, &trial_, &start_, &c_}) v->resize(n);
   take_history(nodes);
+  start_jumps();
   norms_.resize(8 * n);
   for (std::size_t i = 0; i < n && begun_ && !way_end_.empty(); ++i) // nodes may have been set elsewhere
     begun_ = std::abs(q_[i] - way_end_[i]) <= (undone_ ? 0 : 1e-6 * size_);
@@ -198,7 +206,7 @@ void MeshBody::start_newton(Nodes& nodes) {
       for (std::size_t i = 0; i < past_.size(); ++i) iterate_[i] -= past_[i] / (h_ * share_);
       turn_iterate();
       found_ = stresses_of(iterate_, true);
-      if (!found_.ok()) throw StepTooLong(describe(found_) + " at the begin of the step" + advice(!past_.empty()));
+      if (!found_.ok()) throw StepTooLong(describe(found_) + " at the begin of the step" + advice());
     }
   }
   find_free_velocity();
@@ -297,6 +305,7 @@ void MeshBody::find_free_velocity() {
     free_[i] = !model.held[i] ? residual_[i] : (held_velocity.empty() ? 0 : held_velocity[i]) - iterate_[i];
   solve(free_.data());
   for (std::size_t i = 0; i < n; ++i) free_[i] += iterate_[i];
+  add_known_jumps();
 }
 
 void MeshBody::linearise(Nodes& nodes) {
@@ -316,6 +325,10 @@ void MeshBody::factorise_tangent() {
     own_->value.resize(model.mass.value.size());
   }
   now_ = own_.get();
+  if (const double share = jump_share(scheme_); has_part(share - now_->mixed)) {
+    now_->forget(model.nodes());
+    now_->mixed = share;
+  }
   const bool fresh = now_->place.empty();
   if (fresh || !model.ties.empty()) now_->forget(model.nodes()); // bits of ties depend on when nodes were touched
   const auto with = [&](const std::vector<double>& stiffness) {
@@ -397,8 +410,14 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   NewtonError out;
   if (explicit_) return out;
   for (std::size_t i = 0; i < n; ++i) trial_[i] = model.held[i] ? 0 : impulse[i];
-  solve(trial_.data());
+  respond(trial_.data());
   for (std::size_t i = 0; i < n; ++i) trial_[i] += free_[i] - iterate_[i]; // the change
+  const std::vector<double> jump_before = impulse_jump_;
+  std::vector<double> jump_now(impulse_jump_.empty() ? 0 : n);
+  if (!jump_now.empty()) {
+    jump_now.assign(impulse.begin(), impulse.end());
+    solve_mass(jump_now.data());
+  }
   double before = 0; // of the balance with these impulses, by the inverse of A: the change solves it
   for (std::size_t i = 0; i < n; ++i)
     if (!model.held[i]) before += trial_[i] * (residual_[i] + impulse[i]);
@@ -412,6 +431,8 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   double share = 1;
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
     for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
+    for (std::size_t i = 0; i < jump_now.size(); ++i)
+      impulse_jump_[i] = jump_before[i] + share * (jump_now[i] - jump_before[i]);
     turn_iterate();
     tangent_known_ = with_tangent && turn == 0;
     out.fault = stresses_of(iterate_, tangent_known_);
@@ -450,33 +471,12 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   }
   if (!out.fault.ok()) {
     iterate_ = start;
+    impulse_jump_ = jump_before;
     turn_iterate();
     out.error = 1;
     out.whole = false;
   }
   return out;
-}
-
-// The way of the step of node dofs that end with velocities v.
-double MeshBody::way_of(std::size_t i, double v) const {
-  const double way = h_ * (share_ * v + (1 - share_) * v_[i]);
-  if (!way_beside_.empty()) return way + way_beside_[i];
-  return past_.empty() ? way : way + past_[i] + scheme_.position[0] / h_ * jump_[i];
-}
-
-// Stresses where the step ends, if that is not where its balance has them.
-void MeshBody::find_stresses_at_end(const std::vector<double>& end) {
-  for (std::size_t i = 0; i < end.size(); ++i) force_step_[i] = force_of(i);
-  bool elsewhere = explicit_;
-  for (std::size_t i = 0; i < past_.size() && !elsewhere; ++i) {
-    const double moved = scheme_.position[0] * jump_[i];
-    elsewhere = moved < 0 || moved > 0;
-  }
-  if (!elsewhere) return;
-  iterate_ = end;
-  for (std::size_t i = 0; i < end.size(); ++i) b_[i] = q_[i] + way_of(i, end[i]);
-  found_ = stresses_there(end.data(), 0, false);
-  if (!found_.ok()) throw StepTooLong(describe(found_) + " at the end of the step" + advice(!past_.empty()));
 }
 
 // As `account`, with the forces of the stresses over the step. With F those, f all others, h' the impulse of a force of

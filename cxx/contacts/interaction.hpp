@@ -289,6 +289,9 @@ public:
   // Where laws hold: in the middle of the flight to the next detection, of second order on curved surfaces (see
   // contact_flight.cpp), or at detection, as LMGC90 has it.
   void hold_at_detection(bool there);
+  // Which share of what joints and bonds on meshes miss a step makes good, where its integrator moves what impulses
+  // hold beside their velocities (mesh_jumps.cpp): all of it at once would answer to that, and grow.
+  void correct_meshes_by(double share);
   void measure_from(const std::array<double, 3>& origin); // of the scene [m]
   // Once a solution is there: biases of joints that hold at the next detection; false: there are no such joints, or by
   // the solution at hand they miss it by no more than `least` of their speed.

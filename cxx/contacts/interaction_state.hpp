@@ -154,6 +154,7 @@ struct Interactions::State {
   std::array<double, 3> origin{}; // of the scene: places that were given had its size, and their rounding [m]
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
+  double correction = 1;  // of what joints and bonds on meshes miss, by a step
   bool flies = true;      // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
   bool laws_commit = false;                         // a law of the step has a slot commit or energy

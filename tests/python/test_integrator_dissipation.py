@@ -65,7 +65,9 @@ def taken(integrator, h, mass, stiffness, begin, end, impulse, jump):
     of_a = 0.5 * (a1 @ mass @ a1 - a0 @ mass @ a0) + (gamma - 0.5) * (da @ mass @ da)
     smooth = (0.5 - af) * strain + (1 - gamma - am) * (dq @ mass @ da) + (beta - gamma / 2) * h * h * of_a
     held = (mass @ jump - impulse) @ (dq / h - mean)  # what jumps ask of those who hold the body
-    return smooth + held - (1 - af) * (0.5 - beta / gamma) * h * (dq @ stiffness @ jump)
+    if name == "velocity_verlet":  # which knows its forces before the impulses
+        return smooth + held - (1 - af) * (0.5 - beta / gamma) * h * (dq @ stiffness @ jump)
+    return smooth + held
 
 
 @pytest.mark.parametrize("lumped, drives", [(True, True), (False, False), (False, True)])

@@ -45,8 +45,7 @@ class Watched:
             inner, force = 0.0, None
         else:
             if s["stiffness"] > 0:
-                moved = sum(s["position"][:1]) / h * np.linalg.solve(self.mass, impulse)
-                late = q1 - moved  # what impulses move is no part of the balance
+                late = q1
             elif share > 0:
                 ahead = sum((s["elastic"][k] * a for k, a in enumerate(history)), s["elastic_velocity"] * v0)
                 late = q0 + ahead / share
@@ -177,8 +176,7 @@ def test_what_drives_works_what_it_is_told_to(integrator):
         free = np.setdiff1d(np.arange(len(jump)), held)
         jump[free] = -np.linalg.solve(watched.mass[np.ix_(free, free)], (watched.mass @ jump)[free])
         keeps = s["histories"] > 0
-        aim = q1 - sum(s["position"][:1]) / s["h"] * jump  # stresses do not know what jumps move
-        force = s["end_share"] * watched.force(aim) + (1 - s["end_share"]) * watched.force(q0)
+        force = s["end_share"] * watched.force(q1) + (1 - s["end_share"]) * watched.force(q0)
         smooth = v1 - v0 - known - keeps * jump
         needed = watched.mass @ (smooth / s["impulse"] + keeps * jump / s["h"]) + force
         work = needed[held] @ (q1 - q0)[held]

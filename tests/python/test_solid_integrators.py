@@ -278,7 +278,7 @@ def upset(integrator):
 
 def test_light_bodies_that_contacts_hold():
     """Accelerations know no contact: methods that move bodies by them are told of, those that do not go on."""
-    with pytest.raises(ValueError, match="step: give a smaller dt, .* Newmark with beta = gamma/2"):
+    with pytest.raises(ValueError, match="give a smaller dt.* Newmark with beta = gamma/2"):
         upset(cn.HHT(alpha=-0.3)).run(steps=5, progress=False)
     ends = []
     for integrator in (cn.Newmark(beta=0.5, gamma=1.0), cn.Theta(theta=1.0)):

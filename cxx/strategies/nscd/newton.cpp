@@ -37,12 +37,11 @@ void Nscd::newton_passes(Simulation& s) {
         if (!whole)
           throw StepTooLong("the mesh '" + worst->model.name + "' finds no balance in step " +
                             std::to_string(s.steps + 1) + " within " + std::to_string(pass) + " passes, near " +
-                            worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->model.bulk->remedy());
+                            worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->remedy());
         char text[160];
         std::snprintf(text, sizeof text, "%.2g of the balance of the mesh '%.40s' is left after %d passes, most at ",
                       s.report.newton_error, worst->model.name.c_str(), pass);
-        const std::string hint =
-            text + worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->model.bulk->remedy();
+        const std::string hint = text + worst->model.bulk->place_of_node(of_worst.node) + ": " + worst->remedy();
         if (in_parts_) throw StepTooLong(hint);
         if (s.report.solve.status == SolveStatus::converged) s.report.solve.status = SolveStatus::newton_limit;
         s.report.solve.hint = hint;

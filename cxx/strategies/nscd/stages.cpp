@@ -282,6 +282,9 @@ void Nscd::prepare_contacts(Simulation& s) {
   if (!settings.warm_start) s.interactions.forget_impulses();
   s.interactions.act_on_surfaces(settings.act_on_surfaces);
   s.interactions.hold_at_detection(settings.act_on_surfaces || settings.pose.kernel);
+  constexpr double slow = 0.01;
+  const bool beside = scheme_.stiffness > 0 && scheme_.histories > 0 && std::abs(scheme_.position[0]) > 0;
+  s.interactions.correct_meshes_by(beside ? slow : 1);
   s.interactions.pose(settings.pose);
   s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
                           &s.meshes, &s.scene.nodes);
