@@ -376,3 +376,28 @@ def test_the_last_chance_of_auto_in_the_plane_is_the_whole_of_newtons_method():
     scene.interact(rock, rock, cn.Coulomb(mu=0.5))
     sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Auto(tol=1e-10, max_iter=15)), overlap="ignore")
     assert sim.step()["status"] == "converged"
+
+
+@pytest.mark.parametrize("held", ["wall", ("vx",), ("vx", "w")], ids=str)
+def test_a_guided_heavy_lid_is_heavy(held):
+    """A lid that moves along one axis alone, 4055 times as heavy as what bears it, sank by 1.5 radii in steps that converged."""
+    steel, mass, radius = cn.Material("steel", density=7850.0), 100.0, 1e-3
+    scene = cn.Scene(2)
+    places = np.array([(i, j) for j in range(6) for i in range(12)], float) * 2 * radius + radius
+    scene.add(cn.disks(places, radius, steel))
+    for point, normal in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((0.024, 0), (-1, 0))):
+        scene.add(cn.wall(point, normal, steel))
+    if held == "wall":
+        scene.add(cn.wall((0, 0.012), (0, -1), steel, mass=mass, free="vy", force=(0, -10.0 * mass)))
+    else:
+        corners = [[0, 0.012], [0.024, 0.012], [0.024, 0.024], [0, 0.024]]
+        density = mass / (0.024 * 0.012)
+        scene.add(cn.polygons([corners], steel, density=density, force=[[0, -10.0 * mass, 0]], driven=held))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim, light = cn.Simulation(scene, 1e-2), 0.0
+    start = sim.bodies.position[-1, 1]
+    for _ in range(20):
+        info = sim.step()
+        assert info["status"] == "converged"
+        light = max(light, info["light_error"])
+    assert 0 < light <= 1e-4 and abs(sim.bodies.position[-1, 1] - start) < 1e-3 * radius

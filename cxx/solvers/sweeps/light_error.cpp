@@ -48,6 +48,24 @@ struct LightSum {
   }
 };
 
+// Of a body by its lightest axis: along one that is held nothing moves, and what rests on the others says how heavy it
+// is.
+double inverse_mass(const ContactSystem& system, std::int64_t body) {
+  const double* x = system.record[body].x;
+  if (system.dim == 2) return std::max(x[3], x[4]);
+  if (system.general.empty()) return x[6];
+  const double* y = system.general[body].x; // mass along y and z
+  return std::max({x[6], y[0], y[1]});
+}
+
+double inverse_mass(const ContactBodies& bodies, std::int64_t body) {
+  const int n = bodies.dofs, d = n == 3 ? 2 : 3;
+  const double* inverse = &bodies.inverse[std::size_t(n) * n * body];
+  double largest = 0;
+  for (int k = 0; k < d; ++k) largest = std::max(largest, inverse[(n + 1) * k]);
+  return largest;
+}
+
 double size(const double* x, int n) {
   double square = 0;
   for (int k = 0; k < n; ++k) square += x[k] * x[k];
@@ -57,19 +75,16 @@ double size(const double* x, int n) {
 } // namespace
 
 double mass_ratio(const ContactSystem& system) {
-  const int mass = system.dim == 2 ? 3 : 6;
   MassRange range;
   for (std::int64_t b = 0; b < system.bodies; ++b)
-    if (system.record[b].x[mass] > 0) range.add(system.record[b].x[mass]);
+    if (const double inverse = inverse_mass(system, b); inverse > 0) range.add(inverse);
   return range.ratio();
 }
 
 double mass_ratio(const ContactBodies& bodies) {
   MassRange range;
-  for (std::int64_t b = 0; b < bodies.count; ++b) {
-    const double inverse = bodies.inverse[std::size_t(bodies.dofs) * bodies.dofs * b];
-    if (inverse > 0) range.add(inverse);
-  }
+  for (std::int64_t b = 0; b < bodies.count; ++b)
+    if (const double inverse = inverse_mass(bodies, b); inverse > 0) range.add(inverse);
   return range.ratio();
 }
 
@@ -104,7 +119,7 @@ void law_misses(const cairn_schedule& schedule, std::size_t batch, const cairn_b
 } // namespace
 
 LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free) {
-  const int d = system.dim, mass = d == 2 ? 3 : 6;
+  const int d = system.dim;
   LightSum sum;
   const auto change_square = [&](std::int64_t b) {
     double square = 0;
@@ -114,7 +129,7 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
     }
     return square;
   };
-  for (std::int64_t b = 0; b < system.bodies; ++b) sum.add_body(system.record[b].x[mass], change_square(b));
+  for (std::int64_t b = 0; b < system.bodies; ++b) sum.add_body(inverse_mass(system, b), change_square(b));
   sum.close_bodies();
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
@@ -125,7 +140,7 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
       if (!(speed[lane] > 0)) continue;
       const auto side = [&](std::int32_t body, bool moves) -> LightSum::Side {
         if (!moves || body >= system.bodies) return {};
-        return {system.record[body].x[mass], std::sqrt(change_square(body))};
+        return {inverse_mass(system, body), std::sqrt(change_square(body))};
       };
       // bonds in balance with each other press and pull by more than any load: what they would do is not asked
       sum.add_contact(speed[lane], own ? 0 : impulse[lane], side(b.body_a[lane], b.moves_a != 0 && !b.mapped_a),
@@ -146,7 +161,7 @@ LightError measure_light(const FrictionProblem& p, const Array<double>& w_nn, co
   const int d = p.dim, n = bodies.dofs;
   const auto side = [&](std::int32_t who) -> LightSum::Side {
     if (who < 0) return {};
-    return {bodies.inverse[std::size_t(n) * n * who], size(&bodies.velocity[std::size_t(n) * who], d)};
+    return {inverse_mass(bodies, who), size(&bodies.velocity[std::size_t(n) * who], d)};
   };
   LightSum sum;
   for (std::int64_t b = 0; b < bodies.count; ++b) {
