@@ -9,6 +9,7 @@
 
 #include "../base/call.hpp"
 #include "../solvers/sweeps/associated_start.hpp"
+#include "../solvers/sweeps/contact_rows.hpp"
 #include "../solvers/sweeps/jointed_problem.hpp"
 #include "../solvers/sweeps/step_solver.hpp"
 #include "interaction_state.hpp"
@@ -416,7 +417,7 @@ ContactRows Interactions::rows() const {
     rows.mu[i] = cone ? at(b, b.params, lane, 0) : 0;
     rows.bodies[2 * i] = b.mapped_a ? -1 : b.body_a[lane];
     rows.bodies[2 * i + 1] = b.mapped_b ? -1 : b.body_b[lane];
-    rows.kind[i] = cone ? 1 : 2;
+    rows.kind[i] = !cone ? 2 : at(b, b.bias, lane, 0) < never() ? 1 : 0;
     const auto map = [&](std::int64_t side, std::int32_t which, const std::int32_t* node, const double* weight) {
       rows.mesh[side] = which;
       const CondensedBody& body = s_->system.condensed[which];

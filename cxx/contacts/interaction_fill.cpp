@@ -185,6 +185,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     std::copy_n(bias + first, 8, to);
     std::copy_n(mu + first, 8, to + 8);
   }
+  if (law.plugged()) forget_open(b);
 }
 
 // Impulses of the last step, from space axes to those of the contacts.
@@ -497,6 +498,13 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);
   else if (packable(b) && !given && !acts_along_tangents(b, compliance)) // what a pose gives stands in columns
     dim() == 2 ? pack_columns<2>(b) : pack_columns<3>(b);
+  if (!law_infos()[b.law].has_solve) forget_open(b);
+}
+
+// A contact that its law holds open begins without the impulse of the last step: whoever leaves it out would keep that.
+void Interactions::State::forget_open(cairn_batch& b) {
+  for (int lane = 0; lane < b.contacts; ++lane)
+    for (int k = 0; k < b.components && !(at(b, b.bias, lane, 0) < never()); ++k) at(b, b.r, lane, k) = 0;
 }
 
 // What the strategy poses in place of what the law prepared, with the forces that contacts had at the end of the last

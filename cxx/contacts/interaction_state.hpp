@@ -364,6 +364,7 @@ struct Interactions::State {
 private:
   void load_further_inertia(std::int64_t n);
   void load_meshes();
+  static void forget_open(cairn_batch& b);
   void apply_pose(const cairn_batch& b, const double* gap, const double* u, double* compliance);
   void fill_mapping(cairn_batch& b, int side, int lane, std::int64_t candidate);
   void fill_spin(const cairn_batch& b, int side, int lane, std::int64_t candidate, const Mapping& mapping);

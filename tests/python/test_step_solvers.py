@@ -378,6 +378,23 @@ def test_the_last_chance_of_auto_in_the_plane_is_the_whole_of_newtons_method():
     assert sim.step()["status"] == "converged"
 
 
+@pytest.mark.parametrize("law", [cn.Restitution(mu=0.3, normal=0.8), cn.UnilateralContact(mu=0.3, normal=0.8)], ids=["restitution", "unilateral"])
+@pytest.mark.parametrize("solver", [cn.PPANewton(tol=1e-8), cn.NewtonAlartCurnier(tol=1e-8), cn.ADMM(tol=1e-8)], ids=repr)
+def test_an_impact_is_made_once(law, solver):
+    """Balls that rebound are contacts for some steps yet, which their law holds open: they gave the impulse of the impact in each."""
+    scene = cn.Scene(2, gravity=(0.0, -10.0))
+    scene.add(cn.disks([[0.0, 0.15], [0.5, 0.12]], 0.1, ROCK, velocity=[[0.0, -1.0, 0.0]] * 2), cn.wall((0.0, 0.0), (0.0, 1.0), ROCK))
+    scene.interact("*", "*", law)
+    sim, fastest, open_steps = cn.Simulation(scene, 1e-3, cn.NSCD(solver=solver)), 0.0, 0
+    for _ in range(70):
+        assert sim.step()["status"] == "converged"
+        problem = sim.problem()
+        assert np.abs(problem.q).max(initial=0.0) < 1e3 and problem.contacts == np.sum(sim.contacts.gap <= 0)
+        open_steps += np.sum(sim.contacts.gap > 0)
+        fastest = max(fastest, sim.bodies.velocity[:2, 1].max())
+    assert open_steps > 0 and 0.8 < fastest < 0.8 * np.sqrt(1 + 2 * 10.0 * 0.05) + 0.02
+
+
 @pytest.mark.parametrize("held", ["wall", ("vx",), ("vx", "w")], ids=str)
 def test_a_guided_heavy_lid_is_heavy(held):
     """A lid that moves along one axis alone, 4055 times as heavy as what bears it, sank by 1.5 radii in steps that converged."""

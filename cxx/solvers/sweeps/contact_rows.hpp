@@ -8,7 +8,8 @@
 
 namespace cairn {
 
-// Biases above it belong to contacts that nothing moves: see singular_blocks.cpp.
+// Biases above it belong to contacts that nothing moves, see singular_blocks.cpp, or that their law holds open in this
+// step.
 inline double never() { return 0.5 * std::sqrt(std::numeric_limits<double>::max()); }
 // Whether a side of a batch is a rigid body that moves, or nodes of a condensed one.
 inline bool moves_rigid(const cairn_batch& b, int side) {

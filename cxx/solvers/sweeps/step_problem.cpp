@@ -31,11 +31,10 @@ StepProblem::StepProblem(ContactSystem& system, const cairn_schedule& schedule, 
 }
 
 void StepProblem::choose_contacts() {
-  const double never = 0.5 * std::sqrt(std::numeric_limits<double>::max()); // see singular_blocks.cpp
   for (std::size_t k = 0; k < system_.batches.size(); ++k) {
     const cairn_batch& b = system_.batches[k];
     for (int lane = 0; lane < b.contacts; ++lane)
-      if (at(b, b.bias, lane, 0) < never) places_.push_back({std::int32_t(k), lane});
+      if (at(b, b.bias, lane, 0) < never()) places_.push_back({std::int32_t(k), lane});
   }
   problem_.contacts = std::int64_t(places_.size());
 }

@@ -9,7 +9,8 @@ class StepProblem {
 public:
   // Empty, or what keeps these contacts from being a problem: laws with a local solution of their own.
   static std::string obstacle(const ContactSystem&);
-  // records: hold the free velocity afterwards. Contacts where nothing can move are left out.
+  // records: hold the free velocity afterwards. Contacts where nothing can move, and those that
+  // their law holds open, are left out.
   StepProblem(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free);
 
   // As it is made it knows its bodies, and of W the diagonal blocks.
