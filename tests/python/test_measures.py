@@ -1,5 +1,6 @@
 """Measures against closed forms."""
 
+import cairn as cn
 import numpy as np
 import pytest
 from cairn.post import RunWriter, load
@@ -184,3 +185,73 @@ def test_measure_of_an_output(tmp_path, periodic):
     assert np.allclose(result["stress"], [[0, 0], [0, -force / d]], atol=1e-14)
     assert np.allclose(result["fabric"], [[0, 0], [0, 1]])
     assert result["pressure"] == pytest.approx(force / 2)
+
+
+def output_of(scene, tmp_path, steps=50, dt=1e-3):
+    sim = cn.Simulation(scene, dt, cn.NSCD(solver=cn.Default(tol=1e-8, max_iter=10000)), overlap="ignore")
+    sim.run(steps=steps, output=tmp_path / "a.vtkhdf", every=steps, progress=False)
+    return sim, load(tmp_path / "a.vtkhdf")[-1]
+
+
+def test_bodies_of_all_shapes_count(tmp_path):
+    """A block on two disks: the block was no part of the stress, nor of the mean of contacts, since it is not round."""
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2, gravity=(0, -10))
+    scene.add(cn.disks([[0, 0.1], [0.5, 0.1]], 0.1, rock))
+    scene.add(cn.polygons([[[-0.2, 0.2], [0.7, 0.2], [0.7, 0.4], [-0.2, 0.4]]], rock))
+    scene.add(cn.wall((0, 0), (0, 1), rock), cn.wall((0, 5), (0, -1), rock, mass=1.0, free="vy"))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim, step = output_of(scene, tmp_path)
+    region = {"low": (-0.2, 0.0), "high": (0.7, 0.4)}
+    disk, block = 10 * sim.bodies.mass[0], 10 * sim.bodies.mass[2]
+    by_disks = (2 * disk + block) * 0.1 + block * 0.1  # what their weights have above the floor, by the upper and lower half
+    found = me.measure(step, **region)
+    assert found["stress"][1, 1] * 0.36 == pytest.approx(-(by_disks + block * 0.1), rel=1e-6)
+    assert found["coordination"] == 2.0 and found["contacts"] == 4 and np.isnan(found["solid_fraction"])
+    alone = me.measure(step, **region, bodies=sim.bodies.id[:2])
+    assert alone["stress"][1, 1] * 0.36 == pytest.approx(-by_disks, rel=1e-6)
+    assert alone["solid_fraction"] == pytest.approx(2 * np.pi * 0.01 / 0.36)
+
+
+@pytest.mark.parametrize("other", ["capsule", "cylinder", "box"])
+def test_spheres_among_bodies_of_other_shapes(tmp_path, other):
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(3, gravity=(0, 0, -10))
+    make = {
+        "capsule": lambda: cn.capsules([[0, 0, 0.1]], 0.1, 0.4, rock, axis=(1, 0, 0)),
+        "cylinder": lambda: cn.cylinders([[0, 0, 0.2]], 0.1, 0.4, rock),
+        "box": lambda: cn.boxes([[0, 0, 0.1]], (0.2, 0.2, 0.2), rock),
+    }
+    scene.add(make[other](), cn.spheres([[1, 0, 0.1]], 0.1, rock), cn.wall((0, 0, 0), (0, 0, 1), rock))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim, step = output_of(scene, tmp_path, 20)
+    found = me.measure(step, low=(-0.5, -0.5, 0), high=(1.5, 0.5, 0.5))
+    weights = 10 * sim.bodies.mass[:2] * sim.bodies.position[:2, 2]
+    assert found["stress"][2, 2] == pytest.approx(-weights.sum(), rel=1e-6)
+
+
+def test_a_region_has_its_own_contacts(tmp_path):
+    rng = np.random.default_rng(3)
+    radii = rng.uniform(0.04, 0.06, 150)
+    sand = cn.Material("sand", density=2600.0)
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks(cn.pre.deposit_disks(radii, 1.2), radii, sand))
+    for point, normal in (((0, 0), (0, 1)), ((0, 0), (1, 0)), ((1.2, 0), (-1, 0))):
+        scene.add(cn.wall(point, normal, sand))
+    scene.interact(sand, sand, cn.Coulomb(mu=0.5))
+    sim, step = output_of(scene, tmp_path, 300, 2e-3)
+    low, high = (0.2, 0.1), (1.0, 0.4)
+    found, position = me.measure(step, low=low, high=high), sim.bodies.position[:150]
+    inside = np.append(np.all((position >= low) & (position <= high), axis=1), [False] * 3)
+    loaded = np.any(sim.contacts.impulse != 0, axis=1)
+    pairs = np.searchsorted(sim.bodies.id, sim.contacts.bodies[loaded])
+    own = inside[pairs].any(axis=1)
+    counts = np.bincount(pairs.ravel(), minlength=153)
+    assert found["contacts"] == own.sum() < len(own) == me.measure(step)["contacts"]
+    assert found["coordination"] == pytest.approx(counts[inside].mean())
+    assert np.allclose(found["fabric"], me.fabric_tensor(sim.contacts.normal[loaded][own]))
+    loose = me.rattlers(153, *pairs.T, counted=np.arange(153) < 150)
+    assert found["rattlers"] == pytest.approx(loose[inside].mean())
+    bears = ~loose[pairs].any(axis=1)
+    steady = np.bincount(pairs[bears].ravel(), minlength=153)[inside & ~loose]
+    assert found["coordination_without_rattlers"] == pytest.approx(steady.mean())

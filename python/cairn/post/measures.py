@@ -130,37 +130,39 @@ def force_distribution(forces, bins=50, largest=6.0):
     return 0.5 * (edges[1:] + edges[:-1]), counts / (len(forces) * np.diff(edges))
 
 
-def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
+def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=None):
     """All measures of one output: a dict.
 
-    Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks or spheres. dt : step
-    [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene [m].
+    Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks and spheres that count and
+    the centres of the others. dt : step [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene [m].
 
-    Where no body is round, those that have a mass count in place of disks and spheres, by their centres; the solid fraction is
-    NaN, not known.
+    bodies : ids of those that count, (k,); None: disks and spheres, and all bodies of other shapes that have a mass, such as
+    polygons, polyhedra, capsules, cylinders, superquadrics. Walls do not count, nor deformable bodies, whose nodes have no size.
+    A body that is held and has a mass does: give `bodies` without it.
 
-    coordination, coordination_without_rattlers, rattlers (their share), solid_fraction, contacts (loaded), fabric
-    (dim, dim), stress (dim, dim) [Pa] of the bodies whose centre is in the region, pressure, deviator [Pa]. Deformable bodies,
-    whose nodes have no size, count as walls do.
+    Of those that count and have their centre in the region: coordination, coordination_without_rattlers, rattlers (their share),
+    stress (dim, dim) [Pa], pressure, deviator [Pa], and of their loaded contacts: contacts (how many), fabric (dim, dim).
+    solid_fraction of the region by all disks and spheres that count; NaN, not known, where bodies of other shapes do.
     """
     from .plots import step_size
 
     for name, corner in (("low", low), ("high", high)):
         if corner is not None:
             checks.real_array(name, corner, (step.dim,))
-    contactors, dim = contactors_of(step).select(*_core.shapes("ball")), step.dim
-    contactors = contactors.where(contactors.radius > 0)
-    n = len(step.drawn)
-    counted, round_ = np.zeros(n, bool), len(contactors.body) > 0
-    counted[contactors.body] = True
-    if not round_:
-        counted = np.isfinite(step.drawn["mass"]) if "mass" in step.drawn else np.ones(n, bool)
+    dim, n = step.dim, len(step.drawn)
+    balls, others = _grains(step)
+    if bodies is not None:
+        chosen = np.zeros(n, bool)
+        chosen[step.rows_of(bodies)] = True
+        balls, others = balls.where(chosen[balls.body]), others & chosen
+    counted = others.copy()
+    counted[balls.body] = True
     loaded = np.any(step.contacts["impulse"] != 0, axis=1)
     row_a, row_b, arm_a, arm_b = (x[loaded] for x in lever_arms(step))
     forces = step.contacts["impulse"][loaded] / (step_size(step) if dt is None else dt)
     if polygon is None and low is None:
-        center = contactors.center if round_ else step.drawn["position"][counted]
-        radius = contactors.radius if round_ else np.zeros(len(center))
+        center = np.concatenate([balls.center, step.drawn["position"][others]])
+        radius = np.concatenate([balls.radius, np.zeros(int(others.sum()))])
         low = (center - radius[:, None]).min(0, initial=np.inf)
         high = (center + radius[:, None]).max(0, initial=-np.inf)
         if not np.all(np.isfinite(center)):
@@ -171,18 +173,39 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0):
     moments = body_moments(n, row_a, row_b, forces, arm_a, arm_b)
     stress = moments[inside].sum(0) / volume if np.any(inside) and volume > 0 else np.full((dim, dim), np.nan)
     pressure, deviator = pressure_and_deviator(stress)
+    # a rattler leans on bodies beyond the border, too: who is one is asked of all that count
     loose = rattlers(n, row_a, row_b, 2, counted)
+    bears = ~(loose[row_a] | loose[row_b])
+    known = len(balls) > 0 and not np.any(others)
+    own = inside[row_a] | inside[row_b]
     return {
-        "contacts": int(loaded.sum()),
-        "coordination": coordination_number(n, row_a, row_b, counted=counted),
-        "coordination_without_rattlers": coordination_number(n, row_a, row_b, True, counted=counted),
-        "rattlers": float(loose[counted].mean()) if counted.any() else float("nan"),
-        "solid_fraction": solid_fraction(contactors.center, contactors.radius, low, high, polygon) if round_ else np.nan,
-        "fabric": fabric_tensor(step.contacts["normal"][loaded]),
+        "contacts": int(own.sum()),
+        "coordination": coordination_number(n, row_a, row_b, counted=inside),
+        "coordination_without_rattlers": coordination_number(n, row_a[bears], row_b[bears], counted=inside & ~loose),
+        "rattlers": float(loose[inside].mean()) if inside.any() else float("nan"),
+        "solid_fraction": solid_fraction(balls.center, balls.radius, low, high, polygon) if known else np.nan,
+        "fabric": fabric_tensor(step.contacts["normal"][loaded][own]),
         "stress": stress,
         "pressure": float(pressure),
         "deviator": float(deviator),
     }
+
+
+def _grains(step):
+    """Balls of a step that have a size, and which of its bodies have a mass and are of another shape that moves, or of one that
+    the file does not tell, as of bodies that came later, (n,) of bool."""
+    n = len(step.drawn)
+    massive = np.isfinite(step.drawn["mass"]) if "mass" in step.drawn else np.ones(n, bool)
+    contactors = contactors_of(step)
+    balls = contactors.select(*_core.shapes("ball"))
+    balls = balls.where(balls.radius > 0)
+    movers = np.setdiff1d(_core.shapes("mover"), _core.shapes("ball"))
+    others = np.zeros(n, bool)
+    others[contactors.select(*movers).body] = True
+    old = "meshes" in step.run.scene and not len(step.nodes)  # its nodes are among the bodies, and touch nothing, some of them
+    untold = np.setdiff1d(np.arange(0 if old else len(step.bodies)), contactors.body)
+    others[untold] = True
+    return balls, others & massive
 
 
 def _area(polygon):
