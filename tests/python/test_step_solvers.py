@@ -381,7 +381,7 @@ def test_the_last_chance_of_auto_in_the_plane_is_the_whole_of_newtons_method():
 @pytest.mark.parametrize("law", [cn.Restitution, cn.UnilateralContact])
 @pytest.mark.parametrize("solver", [cn.PPANewton(tol=1e-8), cn.NewtonAlartCurnier(tol=1e-8), cn.ADMM(tol=1e-8)], ids=repr)
 def test_an_impact_is_made_once(law, solver):
-    """Balls that rebound are contacts for some steps yet, which their law holds open: each gave the impulse of the impact again."""
+    """Balls that rebound are contacts for some steps yet, which their law holds open: each gave that of the impact again."""
     scene = cn.Scene(2, gravity=(0.0, -10.0))
     scene.add(cn.disks([[0.0, 0.15], [0.5, 0.12]], 0.1, ROCK, velocity=[[0.0, -1.0, 0.0]] * 2))
     scene.add(cn.wall((0.0, 0.0), (0.0, 1.0), ROCK))

@@ -9,9 +9,9 @@ class ContactRows:
     """Contacts as laws prepared them, in the order of simulation.contacts: conditions on u = H'v + bias [m/s].
 
     axes (m, dim, dim) by rows normal, tangents; lever (m, 2, dim) from the centres of A and B to where impulses act [m]; bias
-    (m, dim) [m/s]; mu (m,); bodies (m, 2) internal numbers, -1 of a mesh; kind (m,): 0 nothing moves or the law holds it open, 1 Coulomb's cone, 2 a law
-    with its own solution. Of sides on deformable bodies mesh (m, 2), its number in simulation.meshes or -1; node (m, 2, 4) and
-    weight (m, 2, 4), which are None in scenes without them.
+    (m, dim) [m/s]; mu (m,); bodies (m, 2) internal numbers, -1 of a mesh; kind (m,): 0 nothing moves or the law holds it open, 1
+    Coulomb's cone, 2 a law with its own solution. Of sides on deformable bodies mesh (m, 2), its number in simulation.meshes or
+    -1; node (m, 2, 4) and weight (m, 2, 4), which are None in scenes without them.
     """
 
     def __init__(self, arrays, dim):
