@@ -177,3 +177,50 @@ def test_reactions_give_the_momentum_of_all_that_hangs_on_them(integrator, solid
     assert np.abs(np.subtract(reactions, rates))[2:].max() < 0.015 * np.abs(rates).max()
     assert sum(reactions) == pytest.approx(sum(rates), rel=5e-3)
     assert abs(sim.energy["closure"]) < 1e-8 * sim.energy["in_play"]
+
+
+@pytest.mark.parametrize("between", [0, 3])
+@pytest.mark.parametrize("kinds", ["cc", "cf", "fc", "ff"])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_dofs_of_a_body_are_driven_one_after_the_other(dim, kinds, between):
+    """Under a gravity that would show what is let go: of two calls before a step the first was lost, of a function frozen."""
+    gravity = (-7.0, -9.81, -3.0)[:dim]
+    names = ("vx", "vy", "w") if dim == 2 else ("vx", "vy", "vz", "wx", "wy", "wz")
+    for first, second in [(0, 1), (1, 0), (0, len(names) - 1), (dim, 1)]:
+        scene = cn.Scene(dim, gravity=gravity)
+        make = cn.disks if dim == 2 else cn.spheres
+        ids = scene.add(make(np.eye(dim)[:1], 0.1, ROCK))
+        scene.interact("*", "*", cn.Coulomb(mu=0.3))
+        sim = cn.Simulation(scene, 1e-2)
+        for k, (dof, size) in enumerate(((first, 3.0), (second, 2.0))):
+            along = size * np.eye(len(names))[dof]
+            sim.drive(ids, names[dof], along if kinds[k] == "c" else lambda t, along=along: along * (1 + t))
+            for _ in range(between):
+                sim.step()
+        for _ in range(5):
+            sim.step()
+        grown = [1 if kind == "c" else 1 + sim.time for kind in kinds]
+        assert sim.bodies.velocity[0, [first, second]] == pytest.approx([3.0 * grown[0], 2.0 * grown[1]], rel=1e-14)
+        sim.drive(ids, (), None)
+        before = sim.bodies.velocity.copy()
+        sim.step()
+        assert sim.bodies.velocity[0, :dim] - before[0, :dim] == pytest.approx(np.multiply(gravity, 1e-2))
+
+
+def test_what_holds_the_other_dofs_goes_on(tmp_path):
+    """A guided plate, driven along what was free, keeps its guides, and does after a restart."""
+
+    def made():
+        scene = cn.Scene(2, gravity=(-7.0, -9.81))
+        (plate,) = scene.add(cn.disks([[0.0, 0.0]], 0.1, ROCK, driven=("vx", "w")))
+        scene.interact("*", "*", cn.Coulomb(mu=0.3))
+        return cn.Simulation(scene, 1e-2), plate
+
+    (sim, plate), (again, _) = made(), made()
+    sim.drive([plate], "vy", cn.Harmonic((0.0, 1.0, 0.0), 3.0))
+    sim.step(), sim.checkpoint(tmp_path / "a.h5"), sim.step()
+    assert list(sim.bodies.velocity[0]) == [0.0, pytest.approx(np.cos(6 * np.pi * sim.time)), 0.0]
+    again.restore(tmp_path / "a.h5")
+    again.step()
+    assert again.bodies.velocity.tobytes() == sim.bodies.velocity.tobytes()
+    assert again.bodies.position.tobytes() == sim.bodies.position.tobytes()

@@ -67,15 +67,23 @@ def found(ids, present):
     return alive, np.where(alive, rows, 0)
 
 
+def dofs_named(s):
+    """Bits of the dofs of which a set has the last word: those that it drives; all if it sets its bodies free."""
+    return s.mask if s.mask or s.mass is not None else 2 ** (3 * s.dim - 3) - 1
+
+
 def living(sets, seen, present):
     """The sets without those that came in after the first so many and have no body left among the rising `present`; of drives
-    those, too, whose bodies later ones drive."""
-    driven, kept = np.zeros(0, np.int64), []
+    those, too, of which later ones drive every dof of every body."""
+    spoken, kept = np.zeros(len(present), np.uint8), []  # dofs that later drives name
     for s in reversed(sets[seen:]):
-        ids = s.ids
+        alive, rows = found(s.ids, present)
+        rows = rows[alive]
+        speaks = s.mesh is not None or len(rows) > 0
         if s.mass is None:
-            ids = np.setdiff1d(ids[found(ids, present)[0]], driven)
-            driven = np.union1d(driven, ids)
-        if s.mesh is not None or np.any(found(ids, present)[0]):
+            named = np.uint8(dofs_named(s))
+            speaks = np.any(named & ~spoken[rows])
+            spoken[rows] |= named
+        if speaks:
             kept.append(s)
     return [*sets[:seen], *reversed(kept)]

@@ -12,6 +12,7 @@ from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
 from . import cracks, first_overlaps, restored, unmet_shapes, views
+from .drives import Drives
 from .parts import ask_for_parts
 from .reshaping import Reshaping
 from .sets import found, ids_of, later_to_dict, living
@@ -389,14 +390,17 @@ class Simulation(Reshaping, Spelt):
         self._start_functions()
 
     def drive(self, ids, dofs, velocity):
-        """Imposes velocities on dofs of bodies from now on: (3 | 6,) or (n, 3 | 6) of all dofs, or a function of time."""
+        """Imposes velocities on dofs of bodies from now on: (3 | 6,) or (n, 3 | 6) of all dofs, or a function of time.
+
+        Dofs that are not named go on as they did; no dofs, (), sets bodies free of all that drove or held them.
+        """
         self._stage.at_rest("drive")
         from ..build import bodies as b
 
         ids = self._ids(ids)
         dim = self.scene.dim
         carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
-        self._core.scene.drive(ids, carrier.mask, None)
+        self._core.scene.drive(ids, carrier.mask, None)  # refuses what is no rigid body
         self._sets.append(carrier)
         self._sets = living(self._sets, self._sets_seen, self._present())
         self._start_functions()
@@ -492,19 +496,7 @@ class Simulation(Reshaping, Spelt):
     def _start_functions(self):
         """Rows of bodies whose drive or force is set; constants are written once, functions before each step."""
         present = self._core.scene.body("id")
-        self._driven, self._forced = [], []
-        free = np.ones(len(present), bool)  # bodies that no later set drives: the last word on a body counts
-        for s in reversed(self._sets):
-            if s.drive is None and s.mass is not None:
-                continue
-            alive, rows = found(s.own_ids, present)
-            mine = alive & free[rows] if len(present) else alive
-            free[rows[mine]] = False
-            if np.any(mine):
-                drive = np.zeros((len(s), 3 * self.scene.dim - 3)) if s.drive is None else s.drive
-                self._driven.append((s.own_ids[mine], s.mask, mine, drive))
-                if not callable(drive):
-                    self._core.scene.drive(s.own_ids[mine], s.mask, np.ascontiguousarray(drive[mine]))
+        self._drives, self._forced = Drives(self._sets, self._core, self.scene.dim), []
         damping = None
         for s in self._sets:
             if s.force is None and s.damping is None:
@@ -544,9 +536,7 @@ class Simulation(Reshaping, Spelt):
             late, early = (checks.real_array("gravity", gravity(at), (self.scene.dim,)) for at in (end, t))
             gravity = late_share * late + (1 - late_share) * early
         self._core.set_gravity(_three(gravity))
-        for ids, mask, alive, drive in self._driven:
-            if callable(drive):
-                self._core.scene.drive(ids, mask, self._rows("drive", drive(end), alive))
+        self._drives.apply(end)
         moving = any(callable(force) for _, _, force in self._forced)
         if self._forced and (moving or not self._constant_force_set):
             forces = np.zeros((len(self.bodies), 3 if self.scene.dim == 2 else 6))

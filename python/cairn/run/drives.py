@@ -1,0 +1,52 @@
+"""What drives the rigid bodies of a simulation: of each dof of a body the last set that names it has the word."""
+
+import numpy as np
+
+from ..build.bodies import DOFS, rows
+from .sets import dofs_named, found
+
+
+class Drives:
+    """Driven dofs and velocities of the bodies that are there, by the sets of a simulation in their order; see `apply`."""
+
+    def __init__(self, sets, core, dim):
+        scene, self._core, self._dim = core.scene, core, dim
+        present, dofs = scene.body("id"), len(DOFS[dim])
+        left = np.full(len(present), 2**dofs - 1, np.uint8)  # dofs of which no later set has spoken
+        mask, told = np.zeros(len(present), np.uint8), np.zeros(len(present), bool)
+        velocity, self._functions = np.zeros((len(present), dofs)), []
+        before = scene.body("driven_velocity")
+        for s in reversed(sets):
+            if s.mass is not None and not s.mask:
+                continue
+            alive, at = found(s.own_ids, present)
+            at = at[alive]
+            gets = left[at] & s.mask
+            left[at] &= ~np.uint8(dofs_named(s))
+            mask[at] |= gets
+            told[at] |= s.drive is not None or s.mass is None
+            bits = (gets[:, None] >> np.arange(dofs) & 1).astype(bool)
+            if callable(s.drive) and bits.any():
+                self._functions.append((s.drive, alive, at, bits))
+                if before.size:
+                    velocity[at] = np.where(bits, before.reshape(len(present), -1)[at], velocity[at])
+            elif s.drive is not None:
+                velocity[at] = np.where(bits, s.drive[alive], velocity[at])
+        self._ids, self._velocity = present, velocity
+        moving = np.zeros(len(present), bool)
+        for _, _, at, bits in self._functions:
+            moving[at[bits.any(axis=1)]] = True
+        self._groups = [(np.flatnonzero(moving & (mask == m)), int(m)) for m in np.unique(mask[moving])]
+        for m in np.unique(mask[told]):
+            self._write(np.flatnonzero(told & (mask == m)), int(m))
+
+    def _write(self, chosen, mask):
+        self._core.scene.drive(self._ids[chosen], mask, np.ascontiguousarray(self._velocity[chosen]))
+
+    def apply(self, time):
+        """Writes what functions of time give at an instant [s]; constants were written once."""
+        for drive, alive, at, bits in self._functions:
+            given = rows("drive", drive(time), len(alive), self._dim)[alive]
+            self._velocity[at] = np.where(bits, given, self._velocity[at])
+        for chosen, mask in self._groups:
+            self._write(chosen, mask)
