@@ -205,3 +205,46 @@ def test_what_is_refused():
         cn.Simulation(chain(2, material=cn.Material("x", density=1.0, young=1e9)), 0.1)
     with pytest.raises(ValueError, match="initial temperature"):
         cn.Simulation(chain(2, initial={"grain 0": 300.0}), 0.1)
+
+
+def cooling(depth, own, steps=500, **settings):
+    """A disk of 0.1 m cools by convection from 400 to 300 K around it: rho c R/(2h) = 500 s whatever its depth."""
+    clay = cn.Material("clay", density=1000.0, capacity=100.0, conductivity=10.0, young=1e9, poisson=0.3)
+    scene = cn.Scene(2, depth=depth)
+    scene.add(cn.disks([[0, 0]], 0.1, clay, group="grain", **({} if own is None else {"depth": own})))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    scene.thermal(initial=400.0, convection=[("grain", 10.0, None, 300.0)], theta=0.5, **settings)
+    return march(scene, 1.0, steps).bodies.temperature[0]
+
+
+@pytest.mark.parametrize("depth", [1.0, 0.5, 0.1])
+def test_bodies_as_deep_as_their_scene_cool_at_any_depth_alike(depth, tmp_path):
+    assert cooling(depth, depth) == pytest.approx(300 + 100 * np.exp(-1), abs=1e-4)
+    if depth < 1:  # the heat of a metre flowed through the surface of half of one: 1000 s
+        with pytest.raises(ValueError, match=f"the scene is {depth} m deep, and body 0 has the mass of 1 m.*depth={depth}"):
+            cooling(depth, None)
+        assert cooling(depth, None, 1, steady=True) == pytest.approx(300.0)
+    clay = cn.Material("clay", density=1000.0)
+    scene = cn.Scene(2, depth=depth)
+    scene.add(cn.polygons([[[0, 0], [1, 0], [0, 1]]], clay, depth=depth), cn.disks([[3, 3]], 0.1, clay))
+    scene.save(tmp_path / "a.scene.h5")
+    assert [s.depth for s in cn.Scene.load(tmp_path / "a.scene.h5").sets] == [depth, 1.0]
+
+
+def test_heat_goes_through_a_strip_at_any_depth_alike():
+    """Two disks that the weight of a block presses: forces, heat and the strip are those of one depth."""
+    clay = cn.Material("clay", density=1000.0, capacity=100.0, conductivity=10.0, young=1e9, poisson=0.3)
+    found = []
+    for depth in (1.0, 0.25):
+        scene = cn.Scene(2, gravity=(0, -10), depth=depth)
+        scene.add(cn.disks([[0, 0.1]], 0.1, clay, group="hot", depth=depth), cn.disks([[0, 0.3]], 0.1, clay, depth=depth))
+        scene.add(cn.wall((0, 0), (0, 1), clay), cn.wall((0.1, 0), (-1, 0), clay), cn.wall((-0.1, 0), (1, 0), clay))
+        scene.interact("*", "*", cn.Coulomb(mu=0.0))
+        scene.thermal(initial={"*": 300.0, "hot": 400.0}, conductance=N.HertzStrip(), theta=0.5)
+        found.append(march(scene, 1e-2, 200).bodies.temperature[:2])
+    assert found[0][1] > 300.001 and found[1] == pytest.approx(found[0], rel=1e-9)
+    with pytest.raises(ValueError, match=r"mass of 1 m, and HertzStrip spreads forces along it"):
+        bare = cn.Scene(2, depth=0.5)
+        bare.add(cn.disks([[0, 0.1]], 0.1, clay))
+        bare.thermal(initial=300.0, steady=True, conductance=N.HertzStrip())
+        cn.Simulation(bare, 1e-2)

@@ -48,7 +48,8 @@ class ContactorSet:
 class BodySet(Spelt):
     """n bodies. position (n, dim) [m]; mass (n,) [kg]; inertia (n, 1 | 3) [kg m2]; velocity (n, dofs); rotation (n,) angle
     or (n, 4) quaternion; driven: names of dofs whose velocity is imposed; drive: that velocity, (dofs,) or (n, dofs),
-    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]."""
+    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]; depth: of bodies in 2D whose mass is of it [m], None: the
+    mass was given."""
 
     dim: int
     position: np.ndarray
@@ -64,6 +65,7 @@ class BodySet(Spelt):
     damping: float | np.ndarray | None = None
     ids: np.ndarray | None = field(default=None, compare=False)  # given by the scene: of the bodies, then of the parts
     mesh: object = field(default=None, compare=False)  # the cairn.meshes.Deformable whose nodes or edges these are
+    depth: float | None = None
     parts: int = 0  # points, edges or faces of it without a body: contactors on them name rows after those of the bodies
 
     def __post_init__(self):
@@ -185,7 +187,7 @@ def disks(centers, radii, material, *, density=None, depth=1.0, **options) -> Bo
         mass = _density(material, density) * np.pi * radii**2 * checks.positive("depth", depth)
     mass = checks.positive_array("mass", mass)
     contactors = [ContactorSet("disk", material, np.arange(len(radii)), radii)]
-    return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, **options))
+    return checked(BodySet(2, centers, mass, (mass * radii**2 / 2)[:, None], contactors, depth=float(depth), **options))
 
 
 @takes(*OPTIONS)

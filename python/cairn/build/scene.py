@@ -53,7 +53,7 @@ class Scene(Spelt):
 
     dim: 2 or 3. gravity: (dim,) [m/s2] or a function of time giving it. origin: (dim,) [m]; positions are kept relative
     to it, so that a scene far from zero keeps its digits. depth: what networks, servo-controlled walls and masonry take for the
-    thickness of a 2D scene [m], in which masses and forces are those of a metre. periodic: a Periodic cell.
+    thickness of a 2D scene [m]; it changes no mass: give disks and polygons the same depth. periodic: a Periodic cell.
 
     >>> scene = Scene(dim=2, gravity=(0.0, -9.81))
     """
@@ -211,7 +211,7 @@ class Scene(Spelt):
                 continue
             d = {
                 n: getattr(s, n)
-                for n in ("position", "mass", "inertia", "velocity", "rotation", "damping")
+                for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth")
                 if getattr(s, n) is not None
             }
             d |= {"group": s.group or "", "driven": ",".join(s.driven)}
@@ -366,6 +366,8 @@ def _set_from(dim, d):
     for name in ("drive", "force"):
         if name in d:
             options[name] = time_functions.from_dict(d[name])
+    if "depth" in d:
+        options["depth"] = checks.positive("depth", float(d["depth"]))
     driven = tuple(n for n in d["driven"].split(",") if n)
     return bodies.checked(
         bodies.BodySet(

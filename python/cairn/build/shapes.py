@@ -74,7 +74,8 @@ def polygons(vertices, material, *, position=None, rotation=None, fixed=False, d
     contactors = _contactors("polygon", material, hulls, owner, which, offset)
     scale = mass / area
     inertia = (moment * scale)[which, None]
-    return _body_set(2, place, mass[which], inertia, contactors, angle if rotation is not None else None, fixed, options)
+    angle = angle if rotation is not None else None
+    return _body_set(2, place, mass[which], inertia, contactors, angle, fixed, options, depth=float(depth))
 
 
 @takes(*OPTIONS)
@@ -171,13 +172,13 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
 # ------------------------------------------------------------------ what they share
 
 
-def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options):
+def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options, depth=None):
     if fixed:
         if options.get("driven") or options.get("drive") is not None:
             raise ValueError("fixed is given with driven or drive: give one of them")
         options = options | {"driven": DOFS[dim]}
     mass = checks.positive_array("mass", mass)
-    return checked(BodySet(dim, place, mass, inertia, [contactors], rotation=rotation, **options))
+    return checked(BodySet(dim, place, mass, inertia, [contactors], rotation=rotation, depth=depth, **options))
 
 
 def _bodies(name, given, position, is_shape):

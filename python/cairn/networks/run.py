@@ -32,6 +32,7 @@ class Running:
 
     def _start(self, kind, settings):
         core, scene = self._core, self._simulation.scene
+        self._check_depth(kind, settings)
         first = not self._has_field(kind)
         materials = [self._material(kind, settings, name) for name, _ in self._simulation._species]
         sources, kept = [], []
@@ -81,6 +82,18 @@ class Running:
         core.set_network(kind, given)
         if kind == "thermal":
             self._warm(settings, first)
+
+    def _check_depth(self, kind, settings):
+        """Refuses bodies whose mass, and so their heat and the forces on them, is of another depth than what flows."""
+        scene, what = self._simulation.scene, ", and heat is stored in their mass"
+        if not (kind == "thermal" and not settings.steady):
+            what = ", and HertzStrip spreads forces along it"
+            if not any(type(kernel).__name__ == "HertzStrip" for kernel in settings.kernels):
+                return
+        for s in self._simulation._sets:
+            if s.depth is not None and not np.isclose(s.depth, scene.depth, rtol=1e-12, atol=0):
+                raise ValueError(f"the scene is {scene.depth:g} m deep, and body {s.ids[0]} has the mass of {s.depth:g} m{what}: "
+                                 f"give disks and polygons depth={scene.depth:g}")  # fmt: skip
 
     def _has_field(self, kind):
         return ("temperature" if kind == "thermal" else "potential") in self._simulation.bodies.names

@@ -236,7 +236,8 @@ def _one_of(s, row):
         if hulls is not None and not len(hulls.ball) and not hulls.facets:
             hulls, given["hull"] = _some_hulls(hulls, given["hull"]), np.arange(len(mine))
         contactors.append(sets.ContactorSet(c.shape, c.material, np.zeros(len(mine), int), c.radius[mine], hulls=hulls, **given))
-    return sets.BodySet(s.dim, s.position[row : row + 1], s.mass[row : row + 1], s.inertia[row : row + 1], contactors)
+    one = sets.BodySet(s.dim, s.position[row : row + 1], s.mass[row : row + 1], s.inertia[row : row + 1], contactors)
+    return replace(one, depth=s.depth)
 
 
 def _some_hulls(hulls, which):
