@@ -169,6 +169,7 @@ set(CAIRN_CXX_SOURCES
   strategies/meshes.cpp
   strategies/nscd/cut_back.cpp
   strategies/nscd/newton.cpp
+  strategies/nscd/own_conditions.cpp
   strategies/nscd/histories.cpp
   strategies/nscd/mesh_contacts.cpp
   strategies/nscd/nested_meshes.cpp

@@ -464,6 +464,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   }
   law_infos()[b.law].prepare(n, c, &context, gap, u, params, b.state, b.bias, compliance, mu);
   if (law_infos()[b.law].plugged()) check_prepared(b, b.bias, compliance, mu);
+  if (law_infos()[b.law].plugged() && pose.kernel) check_posed(b, gap);
   if (law_infos()[b.law].holds && !anchor_of.empty()) hold_places(b);
   if ((b.mapped_a || b.mapped_b) && (law_infos()[b.law].joins || law_infos()[b.law].holds))
     for (int k = 0; k < n * c; ++k) b.bias[k] *= correction;

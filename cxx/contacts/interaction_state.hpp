@@ -411,6 +411,7 @@ private:
   template <int d>
   void pack_columns(cairn_batch& b) const;
   void check_prepared(const cairn_batch& b, const double* bias, const double* compliance, const double* mu);
+  void check_posed(const cairn_batch& b, const double* gap);
 };
 
 } // namespace cairn

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "../contacts/interaction_state.hpp"
+#include "../solvers/sweeps/contact_rows.hpp"
 
 namespace cairn {
 
@@ -33,6 +35,17 @@ void Interactions::State::check_prepared(const cairn_batch& b, const double* bia
   if (b.state) check("state", b.state, states, false);
 }
 
+// A pose sets the gap over the step in the place of the bias along the normal: of what a law may give there, it takes
+// the place of that, of nothing and of what holds a contact open alone.
+void Interactions::State::check_posed(const cairn_batch& b, const double* gap) {
+  constexpr double rounding = 1e-12;
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    const double bias = b.bias[lane], posed = gap[lane] / h;
+    if (std::abs(bias) <= 0 || bias >= never() || std::abs(bias - posed) <= rounding * std::abs(posed)) continue;
+    return fault.note(std::int32_t(&b - system.batches.data()), lane, 0, "bias", bias);
+  }
+}
+
 void Interactions::State::refuse_fault() const {
   const cairn_batch& b = system.batches[fault.batch];
   const LawInfo& law = law_infos()[b.law];
@@ -50,6 +63,8 @@ void Interactions::State::refuse_fault() const {
     text << ": " << why;
   else if (!std::isfinite(fault.value))
     text << ": look for a division by zero, a root of a negative number or a result that is not set";
+  else if (std::string_view(fault.what) == "bias")
+    text << ": the strategy imposes the gap between surfaces in its place: take NSCD";
   else if (fault.value > 0)
     text << ": a law that says normal_bias has none";
   else

@@ -360,9 +360,12 @@ void EventDriven::check_scene(const Simulation& s) const {
 void EventDriven::check_laws(const Simulation& s) const {
   for (int e = 0; e < s.laws.entries(); ++e)
     if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
-      throw Error(law.joins ? "EventDriven knows no joints: keep NSCD, or leave them out"
-                            : "law " + law.python_name +
-                                  " is no law of impacts, which EventDriven needs; give Restitution or Coulomb");
+      throw Error(law.joins
+                      ? "EventDriven knows no joints: keep NSCD, or leave them out"
+                      : "law " + law.python_name +
+                            (law.prepare && law.reach >= 0
+                                 ? " acts across a gap, and EventDriven flies bodies freely; keep NSCD"
+                                 : " is no law of impacts, which EventDriven needs; give Restitution or Coulomb"));
 }
 
 // Gaps of round bodies do not depend on how these turn.

@@ -8,6 +8,7 @@
 #include "../base/threads.hpp"
 #include "../networks/network.hpp"
 #include "../solvers/problems/friction_problem.hpp"
+#include "nscd/own_conditions.hpp"
 #include "options.hpp"
 
 namespace cairn {
@@ -76,6 +77,9 @@ std::vector<Option> Nscd::options() {
 }
 
 void Nscd::check_options() const {
+  if (settings.project_positions && settings.pose.kernel && std::isfinite(settings.pose.params[0]))
+    throw Error("project_positions takes back every overlap, and that of the springs of " + name +
+                " gives their force: leave it out");
   if (settings.solver.min_iterations > settings.solver.max_iterations)
     throw Error("min_iter is " + std::to_string(settings.solver.min_iterations) + ", above max_iter, " +
                 std::to_string(settings.solver.max_iterations) + ": give them in this order");
@@ -142,9 +146,17 @@ std::string Nscd::not_by_springs(const LawInfo& law) const {
 }
 
 void Nscd::check_laws(const Simulation& s) const {
-  for (int e = 0; e < s.laws.entries(); ++e)
-    if (const std::string told = not_by_springs(law_infos()[std::size_t(s.laws.entry(e).law)]); !told.empty())
-      throw Error(told);
+  for (int e = 0; e < s.laws.entries(); ++e) {
+    const LawTable::Entry& entry = s.laws.entry(e);
+    const std::string law = law_infos()[std::size_t(entry.law)].python_name;
+    if (const std::string told = not_by_springs(law_infos()[std::size_t(entry.law)]); !told.empty()) throw Error(told);
+    if (const std::string own = settings.pose.kernel ? own_condition(entry) : ""; !own.empty())
+      throw Error(name +
+                  " imposes the gap between surfaces at contacts, in the place of what a law says there, and law " +
+                  law + " has " + own + ": take NSCD, or give Coulomb or the like");
+    if (const std::string own = settings.project_positions ? own_overlap(entry) : ""; !own.empty())
+      throw Error("project_positions takes back every overlap, and law " + law + " has " + own + ": leave it out");
+  }
   for (int e = 0; e < s.laws.entries(); ++e)
     if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
       throw Error("law " + law.python_name +

@@ -287,3 +287,19 @@ def test_a_name_is_taken_only_when_asked(tmp_path):
         smooth.bodies.position, heap(cn.Coulomb(mu=0.0)).bodies.position, rtol=1e-7
     )
     assert not np.allclose(smooth.bodies.position, rough, rtol=1e-7)
+
+
+def test_a_bias_of_its_own_is_refused_where_a_strategy_imposes_the_gap(tmp_path):
+    """Carpenter's scheme sets the gap over the step in its place; a law that says just that goes on."""
+    plain = cn.plug(library(tmp_path, "says_the_gap"), law="says_the_gap", params=[0.4])
+    soft = library(tmp_path, "says_less", prepare="where (gap < 0) bias(:, 1) = 0.3d0*gap/context%h")
+    for law, refused in ((plain, False), (cn.plug(soft, law="says_less", params=[0.4]), True)):
+        scene, rock = cn.Scene(dim=2, gravity=(0.0, -9.81)), cn.Material("rock", density=2700.0)
+        scene.add(cn.disks([[0.0, 0.1 - 1e-6]], 0.1, rock), cn.wall((0, 0), (0, 1), rock))
+        scene.interact(rock, rock, law)
+        sim = cn.Simulation(scene, dt=1e-3, overlap="ignore", strategy=cn.Carpenter())
+        if refused:
+            with pytest.raises(ValueError, match=r"says_less of .* gave bias\(1\) = .*imposes the gap.*take NSCD"):
+                sim.step()
+        else:
+            sim.step()

@@ -36,7 +36,8 @@ public:
   bool take_settings(Simulation& s, const Strategy& other) override;
   void check_scene(const Simulation& s) const override;
   void check_laws(const Simulation& s) const override;
-  bool serves(const LawInfo& law) const override { return law.prepare != nullptr && !law.keeps; }
+  // Bodies in flight feel no law: none that keeps pairs, or acts across a gap.
+  bool serves(const LawInfo& law) const override { return law.prepare != nullptr && !law.keeps && law.reach < 0; }
   ContactMemory memory(const Simulation& s) const override { return s.interactions.memory(); }
   void restore(Simulation& s, ContactMemory memory) override { s.interactions.restore(std::move(memory)); }
   bool has(const ContactFieldInfo&) const override { return true; }

@@ -48,8 +48,8 @@ class ContactorSet:
 class BodySet(Spelt):
     """n bodies. position (n, dim) [m]; mass (n,) [kg]; inertia (n, 1 | 3) [kg m2]; velocity (n, dofs); rotation (n,) angle
     or (n, 4) quaternion; driven: names of dofs whose velocity is imposed; drive: that velocity, (dofs,) or (n, dofs),
-    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]; depth: of bodies in 2D whose mass is of it [m], None: the
-    mass was given."""
+    or a function of time giving it; force: the same for applied forces and torques; damping [1/s]; depth: of bodies in 2D whose
+    mass is of it [m], None: the mass was given."""
 
     dim: int
     position: np.ndarray

@@ -191,7 +191,8 @@ class NSCD(Strategy):
     HHT(alpha=), GeneralisedAlpha(spectral_radius=), CentralDifference(), VelocityVerlet(), Gear(values=), ...
     solver: Default(...), NLGS(...), Auto(...), ...
     margin: gap below which a pair is a candidate [m]; None: from sizes and speeds.
-    project_positions: remove overlap after each step without changing a velocity (Acary 2013).
+    project_positions: remove overlap after each step without changing a velocity (Acary 2013); laws whose overlap is a spring
+    are refused beside it.
     warm_start: begin from the impulses of the last step. threads: 0 as OpenMP decides; results do not depend on it.
     renumber_every: steps between renumberings of the bodies along a space-filling curve. contact_point: where impulses act,
     "middle" of the gap, which keeps the angular momentum of the pair, or "surface", each body's own, as LMGC90
