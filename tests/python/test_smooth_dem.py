@@ -259,3 +259,27 @@ def test_a_driven_wall_feels_the_weight():
     assert np.isclose(sim.bodies.reaction[1, 2], weight * sim.dt, rtol=1e-6)
     assert np.isclose(sim.contacts.force[0, 2], weight, rtol=1e-6)
     assert sim.contacts.status[0] == 1 or sim.contacts.status[0] == 2
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4])
+@pytest.mark.parametrize("restitution", [0.05, 0.5])
+def test_overlap_at_rest_by_the_step(share, restitution):
+    """Damping of the end of the step sees the contact's own force alone, see docs/smooth_dem.md: what rests lies deeper by the
+    share h c/(2 m) = zeta omega h, m the effective mass of each contact, and bears its weight all the same."""
+    radius, stiffness, count = 0.005, 1e4, 3
+    grain = cn.Material("grain", density=2500.0)
+    scene = cn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cn.spheres([[0, 0, radius * (1 + 2 * k)] for k in range(count)], radius, grain))
+    scene.add(cn.wall((0, 0, 0), (0, 0, 1), grain))
+    scene.interact("*", "*", cn.LinearSpring(stiffness=stiffness, restitution=restitution, mu=0.0))
+    dt = share * cn.Simulation(scene, 1e-6, cn.SmoothDEM()).stable_step
+    sim = cn.Simulation(scene, dt, cn.SmoothDEM(unstable="ignore"))
+    for _ in range(int(0.3 / dt)):
+        sim.step()
+    mass, height = sim.bodies.mass[0], sim.bodies.position[:count, 2]
+    overlap = -np.diff(np.concatenate([[-radius], height])) + 2 * radius
+    zeta = -np.log(restitution) / np.hypot(np.pi, np.log(restitution))
+    omega = np.sqrt(stiffness / np.array([mass, mass / 2, mass / 2]))
+    weight = 9.81 * mass * np.arange(count, 0, -1)
+    assert overlap == pytest.approx(weight / stiffness * (1 + zeta * omega * dt), rel=1e-5)
+    assert np.sort(np.abs(sim.contacts.force[:, 2]))[::-1] == pytest.approx(weight, rel=1e-5)
