@@ -77,7 +77,11 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   batch.solve = solver_of(batch, dim());
   // of a bond, a dummy would pull: it would count in how much a sweep changes, and in the size of the impulses
   batch.repeats = law_infos()[batch.law].has_solve && batch.contacts < batch.count;
-  if (batch.pack) return dim() == 2 ? fill_packed<2>(batch, deepest) : fill_packed<3>(batch, deepest);
+  if (batch.pack) {
+    dim() == 2 ? fill_packed<2>(batch, deepest) : fill_packed<3>(batch, deepest);
+    if (law_infos()[batch.law].plugged()) forget_open(batch);
+    return;
+  }
   cairn_schedule schedule{};
   schedule.batches = 1;
   schedule.threads = thread + 1;
@@ -185,7 +189,6 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     std::copy_n(bias + first, 8, to);
     std::copy_n(mu + first, 8, to + 8);
   }
-  if (law.plugged()) forget_open(b);
 }
 
 // Impulses of the last step, from space axes to those of the contacts.

@@ -145,18 +145,21 @@ std::string Nscd::not_by_springs(const LawInfo& law) const {
   return {};
 }
 
+// What the strategy would drop of a law; empty: nothing.
+std::string Nscd::dropped(const LawTable::Entry& entry) const {
+  const LawInfo& law = law_infos()[std::size_t(entry.law)];
+  if (std::string told = not_by_springs(law); !told.empty()) return told;
+  if (const std::string own = settings.pose.kernel ? own_condition(entry) : ""; !own.empty())
+    return name + " imposes the gap between surfaces at contacts, in the place of what a law says there, and law " +
+           law.python_name + " has " + own + ": take NSCD, or give Coulomb or the like";
+  if (const std::string own = settings.project_positions ? own_overlap(entry) : ""; !own.empty())
+    return "project_positions takes back every overlap, and law " + law.python_name + " has " + own + ": leave it out";
+  return {};
+}
+
 void Nscd::check_laws(const Simulation& s) const {
-  for (int e = 0; e < s.laws.entries(); ++e) {
-    const LawTable::Entry& entry = s.laws.entry(e);
-    const std::string law = law_infos()[std::size_t(entry.law)].python_name;
-    if (const std::string told = not_by_springs(law_infos()[std::size_t(entry.law)]); !told.empty()) throw Error(told);
-    if (const std::string own = settings.pose.kernel ? own_condition(entry) : ""; !own.empty())
-      throw Error(name +
-                  " imposes the gap between surfaces at contacts, in the place of what a law says there, and law " +
-                  law + " has " + own + ": take NSCD, or give Coulomb or the like");
-    if (const std::string own = settings.project_positions ? own_overlap(entry) : ""; !own.empty())
-      throw Error("project_positions takes back every overlap, and law " + law + " has " + own + ": leave it out");
-  }
+  for (int e = 0; e < s.laws.entries(); ++e)
+    if (const std::string told = dropped(s.laws.entry(e)); !told.empty()) throw Error(told);
   for (int e = 0; e < s.laws.entries(); ++e)
     if (const LawInfo& law = law_infos()[std::size_t(s.laws.entry(e).law)]; !serves(law))
       throw Error("law " + law.python_name +

@@ -45,6 +45,7 @@ public:
   bool take_settings(Simulation& s, const Strategy& other) override;
   void check_scene(const Simulation& s) const override;
   void check_laws(const Simulation& s) const override;
+  std::string dropped(const LawTable::Entry& entry) const;
   std::string not_by_springs(const LawInfo& law) const; // why a law is none of these; empty: it is
   bool serves(const LawInfo& law) const override { return law.prepare != nullptr; }
   ContactMemory memory(const Simulation& s) const override;

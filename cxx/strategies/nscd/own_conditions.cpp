@@ -34,10 +34,10 @@ bool yields(const LawTable::Entry& entry) {
 
 std::string own_condition(const LawTable::Entry& entry) {
   const LawInfo& law = law_infos()[std::size_t(entry.law)];
-  const std::string gap = "a gap of its own", rebound = "a restitution";
+  constexpr const char *gap = "a gap of its own", *rebound = "a restitution", *nothing = "";
   switch (entry.law) {
-  case Law::newton_restitution: return rebounds(entry) ? rebound : "";
-  case Law::unilateral_contact: return rebounds(entry) ? rebound : counts_from_elsewhere(entry) ? gap : "";
+  case Law::newton_restitution: return rebounds(entry) ? rebound : nothing;
+  case Law::unilateral_contact: return rebounds(entry) ? rebound : counts_from_elsewhere(entry) ? gap : nothing;
   case Law::elastic_contact:
     if (counts_from_elsewhere(entry)) return gap;
     if (parameter(entry, "viscosity", 0) > 0) return "a dashpot";
@@ -51,7 +51,7 @@ std::string own_condition(const LawTable::Entry& entry) {
   case Law::critical_voigt: return "a spring and a dashpot";
   case Law::gap_rescue: return "a spring that takes back overlap";
   case Law::coupled_motion: return "a hold on bodies that are apart";
-  case Law::wear: return parameter(entry, "wear", 0) > 0 ? gap : "";
+  case Law::wear: return parameter(entry, "wear", 0) > 0 ? gap : nothing;
   default: break;
   }
   return law.keeps && !law.spans && parameter(entry, "within", 0) > 0 ? "bonds across a gap (within)" : "";
