@@ -4,10 +4,9 @@ A load bends the faces under them, and each vertex that they cover bears: with t
 change from step to step, they would sink between these.
 """
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 
 skin = cn.Material("skin", density=5000.0)
 
@@ -21,7 +20,8 @@ def block(n):
     high = [number[i : i + n, j : j + n, 1:] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
     cells = np.stack([a.ravel() for a in low + high], axis=1)
     groups = {"bottom": number[:, :, 0].ravel(), "top": number[:, :, -1].ravel()}
-    return cn.ElasticBody(points, {"hexahedron": cells}, young=1e6, poisson=0.3, density=1000.0, groups=groups, rayleigh=(20.0, 1e-3))
+    cells = {"hexahedron": cells}
+    return cn.ElasticBody(points, cells, young=1e6, poisson=0.3, density=1000.0, groups=groups, rayleigh=(20.0, 1e-3))
 
 
 BODIES = {

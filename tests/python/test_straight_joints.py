@@ -1,13 +1,12 @@
-"""Bars, ropes and pivots in one line with what they hold: along it they hold, across it they know only how far they are stretched.
+"""Bars, ropes and pivots in one line with what they hold: along it they hold, across it they know only how far they stretch.
 
 What making good their length would ask of the velocity across grows without end as the line gets straight, and threw weights
 away at 1e19 m/s in steps that converged. They stay within what a step falls.
 """
 
+import cairn as cn
 import numpy as np
 import pytest
-
-import cairn as cn
 
 steel = cn.Material("steel", density=2000.0)
 GRAVITY = 9.81

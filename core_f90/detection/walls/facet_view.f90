@@ -1,7 +1,7 @@
 !> A triangle of a surface and those around it: where points stand to them, and which directions lead out of the surface.
 !> Of a facet, edges 1 to 3 are its own: vertices from and to, whether it owns it, the vertex opposite in the neighbour (0:
-!> none). Edges 4 to 6: its vertices, whether it owns them, and whether it follows the nodes of a mesh, which loads bend. The others: triangles around that have one of its vertices,
-!> which is first; the other two are second and fourth, anticlockwise.
+!> none). Edges 4 to 6: its vertices, whether it owns them, and whether it follows the nodes of a mesh, which loads bend. The
+!> others: triangles around that have one of its vertices, which is first; the other two are second and fourth, anticlockwise.
 module facet_view
   use, intrinsic :: iso_c_binding, only: c_double
   use hull_view, only: solid
