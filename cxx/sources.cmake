@@ -24,6 +24,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_jumps.cpp
   bodies/mesh_modes.cpp
   bodies/mesh_mortar.cpp
+  bodies/mesh_mortar_search.cpp
   bodies/mesh_mortar_sides.cpp
   bodies/mesh_newton.cpp
   bodies/mesh_pressure.cpp

@@ -1,10 +1,8 @@
-// Mortar contact of sides of first order in the plane (others: mesh_mortar_sides.cpp): a node of a side that asks for
-// it meets the sides of another mesh on average over its shape function, by dual multipliers on the common segments
-// (Wohlmuth 2000). With D_jk = int psi_j N_k of that side, which is diagonal, and M_jl = int psi_j N_l of the other,
-// the gap of node j is n_j . (x_j - sum_l (M_jl / D_jj) x_l): one contact a node, which rests on one node here and with
-// weights M_jl / D_jj, whose sum is 1, on those there.
+// Mortar contact: nodes of a side that asks for it meet the sides of another mesh on average over its shape functions,
+// by dual multipliers on what both have in common (Wohlmuth 2000). With D_jk = int psi_j N_k of that side, which is
+// diagonal, and M_jl = int psi_j N_l of the other, the gap of node j is n_j . (x_j - sum_l (M_jl / D_jj) x_l): one
+// contact a node, see mesh_mortar_sides.cpp. Here is which candidates go by it.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "../base/call.hpp"
@@ -14,179 +12,16 @@
 #include "mortar_work.hpp"
 
 namespace cairn {
-namespace {
 
-constexpr double least_share = 1e-6; // of a side, that counts as common
-
-double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1]; }
-
-} // namespace
-
-namespace {
-
-class MortarNode {
-public:
-  MortarNode(const Nodes& nodes, const MeshBody& own, const MeshBody& other, MortarWork& work)
-      : nodes_(nodes), own_(own), other_(other), work_(work) {
-    work.nodes.clear();
-    work.weights.clear();
-  }
-
-  // Adds what a side of its own that ends, or begins, at the node has in common with the other mesh.
-  void add_side(std::int32_t side, bool ends) {
-    const std::int32_t* node = &own_.model.side_nodes[4 * std::size_t(side)];
-    const double *a = place(own_, node[0]), *b = place(own_, node[1]);
-    double along[2] = {b[0] - a[0], b[1] - a[1]};
-    const double length = std::sqrt(dot(along, along));
-    for (double& k : along) k /= length;
-    const double out[2] = {along[1], -along[0]}; // the body is on the left
-    find_segments(a, along, length);
-    double me[3] = {0, 0, 0}, de[2] = {0, 0};
-    for (const MortarSegment& s : work_.segments)
-      each_point(s, length, [&](double xi, double, double wide) {
-        const double one = 1 - xi;
-        me[0] += wide * one * one;
-        me[1] += wide * one * xi;
-        me[2] += wide * xi * xi;
-        de[0] += wide * one;
-        de[1] += wide * xi;
-      });
-    const double determinant = me[0] * me[2] - me[1] * me[1];
-    if (!(de[0] + de[1] > least_share * length) || !(determinant > 0)) return;
-    const double own = de[ends ? 1 : 0];
-    // psi = de M^-1 N on what is common, so that int psi_j N_k = delta_jk de_j there
-    const double of_one = own * (ends ? -me[1] : me[2]) / determinant,
-                 of_two = own * (ends ? me[0] : -me[1]) / determinant;
-    diagonal_ += own;
-    for (int k = 0; k < 2; ++k) normal_[k] -= own * out[k];
-    for (const MortarSegment& s : work_.segments) {
-      double m[2] = {0, 0};
-      each_point(s, length, [&](double xi, double eta, double wide) {
-        const double psi = of_one * (1 - xi) + of_two * xi;
-        m[0] += wide * psi * (1 - eta);
-        m[1] += wide * psi * eta;
-      });
-      const std::int32_t* there = &other_.model.side_nodes[4 * std::size_t(s.side)];
-      for (int k = 0; k < 2; ++k) add(there[k], m[k]);
-    }
-  }
-
-  // Gap and normal, from the other mesh to the node; the work then has the nodes there and their weights. False:
-  // nothing is common.
-  bool finish(std::int32_t node, double& gap, double* normal) {
-    const double size = std::sqrt(dot(normal_, normal_));
-    if (!(diagonal_ > 0) || !(size > 0)) return false;
-    const double* x = place(own_, node);
-    std::size_t kept = 0;
-    for (std::size_t k = 0; k < work_.nodes.size(); ++k) {
-      const double weight = work_.weights[k] / diagonal_;
-      if (std::abs(weight) < 1e-14) continue; // what rounding left of an end
-      work_.nodes[kept] = work_.nodes[k];
-      work_.weights[kept++] = weight;
-    }
-    work_.nodes.resize(kept);
-    work_.weights.resize(kept);
-    for (int k = 0; k < 2; ++k) normal[k] = normal_[k] / size;
-    gap = 0;
-    for (std::size_t j = 0; j < kept; ++j) {
-      const double* y = place(other_, work_.nodes[j]);
-      for (int k = 0; k < 2; ++k) gap += work_.weights[j] * normal[k] * (x[k] - y[k]);
-    }
-    return kept > 0;
-  }
-
-private:
-  const double* place(const MeshBody& mesh, std::int32_t node) const { return nodes_.position[mesh.node(node)]; }
-
-  void add(std::int32_t node, double weight) {
-    const auto at = std::find(work_.nodes.begin(), work_.nodes.end(), node);
-    if (at != work_.nodes.end()) {
-      work_.weights[std::size_t(at - work_.nodes.begin())] += weight;
-      return;
-    }
-    work_.nodes.push_back(node);
-    work_.weights.push_back(weight);
-  }
-
-  // Three Gauss points: products of three linear functions are exact.
-  template <class Use>
-  static void each_point(const MortarSegment& s, double length, Use&& use) {
-    constexpr double point[3] = {-0.7745966692414834, 0, 0.7745966692414834};
-    constexpr double weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-    for (int g = 0; g < 3; ++g) {
-      const double t = (1 + point[g]) / 2;
-      use(s.low + (s.high - s.low) * t, s.eta_low + (s.eta_high - s.eta_low) * t,
-          weight[g] * (s.high - s.low) * length);
-    }
-  }
-
-  // Sides of the other mesh in front of one of its own: from those that detection saw along the boundary, both ways.
-  void find_segments(const double* a, const double* along, double length) {
-    work_.segments.clear();
-    work_.seen.clear();
-    for (const std::int32_t seed : work_.seeds) {
-      walk(seed, true, a, along, length);
-      walk(seed, false, a, along, length);
-    }
-    std::sort(work_.segments.begin(), work_.segments.end(),
-              [](const MortarSegment& s, const MortarSegment& t) { return s.low < t.low; });
-  }
-
-  void walk(std::int32_t side, bool forward, const double* a, const double* along, double length) {
-    constexpr int most_apart = 2; // sides beside the one in question before the walk ends
-    const MeshModel& m = other_.model;
-    for (int apart = 0; side >= 0 && apart <= most_apart;) {
-      const std::int32_t* node = &m.side_nodes[4 * std::size_t(side)];
-      const bool met = common(side, a, along, length);
-      apart = met ? 0 : apart + 1;
-      side = forward ? m.side_from[std::size_t(node[1])] : m.side_to[std::size_t(node[0])];
-    }
-  }
-
-  // Whether a side is in front, and its common part if it is new.
-  bool common(std::int32_t side, const double* a, const double* along, double length) {
-    const std::int32_t* node = &other_.model.side_nodes[4 * std::size_t(side)];
-    double at[2];
-    for (int e = 0; e < 2; ++e) {
-      const double* x = place(other_, node[e]);
-      const double r[2] = {x[0] - a[0], x[1] - a[1]};
-      at[e] = dot(r, along) / length;
-    }
-    if (!(at[1] < at[0])) return false; // it looks the same way
-    const double low = std::max(at[1], 0.0), high = std::min(at[0], 1.0);
-    if (!(high - low > least_share)) return false;
-    if (std::find(work_.seen.begin(), work_.seen.end(), side) != work_.seen.end()) return false;
-    work_.seen.push_back(side);
-    const double span = at[1] - at[0];
-    work_.segments.push_back({low, high, side, (low - at[0]) / span, (high - at[0]) / span});
-    return true;
-  }
-
-  const Nodes& nodes_;
-  const MeshBody &own_, &other_;
-  MortarWork& work_;
-  double diagonal_ = 0, normal_[2] = {0, 0};
-};
-
-} // namespace
-
-// The pair of sides is met once: by the nodes that ask, or of two meshes that do by those of the first.
-bool MeshSet::mortar_first(std::int32_t one, std::int32_t other) const {
-  return meshes[std::size_t(one)].model.mortar && (one < other || !meshes[std::size_t(other)].model.mortar);
+bool MeshSet::is_on_side(std::int32_t a, std::int32_t b) const {
+  if (!carries(a) || !carries(b)) return false;
+  const Seat &of = seat(a), &on = seat(b);
+  return (of.role == Role::node || of.role == Role::point) && (on.role == Role::edge || on.role == Role::facet) &&
+         of.mesh != on.mesh;
 }
 
 bool MeshSet::asks_mortar(std::int32_t a, std::int32_t b) const {
-  if (!carries(a) || !carries(b)) return false;
-  const Seat &of = seat(a), &on = seat(b);
-  return of.role == Role::node && (on.role == Role::edge || on.role == Role::facet) && of.mesh != on.mesh &&
-         mortar_first(of.mesh, on.mesh);
-}
-
-bool MeshSet::gives_back_to_mortar(std::int32_t a, std::int32_t b) const {
-  if (!carries(a) || !carries(b) || seat(a).mesh == seat(b).mesh) return false;
-  if (seat(b).role != Role::edge && seat(b).role != Role::facet) return false;
-  const bool sides = !meshes[std::size_t(seat(a).mesh)].model.side_nodes.empty();
-  return sides && mortar_first(seat(b).mesh, seat(a).mesh);
+  return is_on_side(a, b) && seat(a).role == Role::node && meshes[std::size_t(seat(a).mesh)].model.mortar;
 }
 
 void MeshSet::put_mortar(Candidates& c, std::int64_t& to, const KeptMortar& m, int dim) const {
@@ -257,59 +92,137 @@ void keep_candidate(Candidates& c, std::int64_t& to, std::int64_t i, int dim) {
   ++to;
 }
 
-// Candidates of nodes that ask for it: one of each for each mesh that it faces, with the gap, the normal and the nodes
-// of the mortar.
-void MeshSet::weigh_mortar(const Nodes& nodes, Candidates& c) {
+namespace {
+
+bool has(const std::vector<std::int32_t>& rising, std::int32_t wanted) {
+  return std::binary_search(rising.begin(), rising.end(), wanted);
+}
+
+} // namespace
+
+// What one mesh took by mortar of another; null: nothing.
+const MeshSet::TakenMortar* MeshSet::taken_of(std::int32_t own, std::int32_t other) const {
+  const auto begin = mortar_work_->taken.begin(), end = begin + std::ptrdiff_t(mortar_work_->used);
+  const auto at = std::lower_bound(begin, end, std::pair{own, other}, [](const TakenMortar& t, const auto& wanted) {
+    return t.own != wanted.first ? t.own < wanted.first : t.other < wanted.second;
+  });
+  return at == end || at->own != own || at->other != other ? nullptr : &*at;
+}
+
+// Whether a side that a node of its mesh asks for looks towards a side of another, so that it is their mortar that
+// tells whether they touch. Sides that the other mesh's mortar has taken ask for nothing.
+bool MeshSet::looks_towards(const Nodes& nodes, const Seat& node, const Seat& side) const {
+  const MortarWork& work = *mortar_work_;
+  const MortarSurface &surface = work.surfaces[std::size_t(node.mesh)], &there = work.surfaces[std::size_t(side.mesh)];
+  const MeshBody &own = meshes[std::size_t(node.mesh)], &other = meshes[std::size_t(side.mesh)];
+  const MortarPiece& facing = there.piece[std::size_t(there.piece_of_side[std::size_t(side.index)])];
+  const TakenMortar* reverse = taken_of(side.mesh, node.mesh);
+  for (auto e = surface.pieces_start[std::size_t(node.index)]; e < surface.pieces_start[std::size_t(node.index) + 1];
+       ++e) {
+    const std::int32_t piece = surface.pieces_at[std::size_t(e)];
+    const std::int32_t whole = surface.piece[std::size_t(piece)].whole;
+    if (!work.asks[std::size_t(node.mesh)][std::size_t(whole)] || (reverse && has(reverse->front, whole))) continue;
+    if (face_each_other(nodes, own, surface.piece[std::size_t(piece)], other, facing)) return true;
+  }
+  return false;
+}
+
+// Whether a candidate of a node, or a point, and a side is left to the mortar of their meshes.
+bool MeshSet::is_left_to_mortar(const Nodes& nodes, std::int32_t a, std::int32_t b) const {
+  if (!is_on_side(a, b)) return false;
+  const MortarWork& work = *mortar_work_;
+  const Seat &of = seat(a), &on = seat(b);
+  const MortarSurface &here = work.surfaces[std::size_t(of.mesh)], &there = work.surfaces[std::size_t(on.mesh)];
+  if (const TakenMortar* taken = taken_of(on.mesh, of.mesh)) {
+    const MortarPiece& piece = there.piece[std::size_t(there.piece_of_side[std::size_t(on.index)])];
+    if (has(taken->covered, piece.whole)) return true;
+    bool in_front = false, looks = false;
+    for (std::size_t e = of.role == Role::node ? std::size_t(here.wholes_start[std::size_t(of.index)]) : 0,
+                     end = of.role == Role::node ? std::size_t(here.wholes_start[std::size_t(of.index) + 1]) : 0;
+         e < end && !looks; ++e) {
+      const MortarWhole& whole = here.whole[std::size_t(here.wholes_at[e])];
+      in_front = in_front || has(taken->front, here.wholes_at[e]);
+      for (std::int32_t k = whole.first_piece; k < whole.end_piece; ++k)
+        looks = looks || face_each_other(nodes, meshes[std::size_t(of.mesh)], here.piece[std::size_t(k)],
+                                         meshes[std::size_t(on.mesh)], piece);
+    }
+    if (in_front && !looks) return true; // round the corner from a side that is taken
+  }
+  if (!asks_mortar(a, b)) return false;
+  const TakenMortar* taken = taken_of(of.mesh, on.mesh);
+  return (taken && has(taken->nodes, of.index)) || looks_towards(nodes, of, on);
+}
+
+// Surfaces of meshes, and the sides all of whose nodes ask.
+void MeshSet::find_mortar_sides() {
+  MortarWork& work = *mortar_work_;
+  for (const MeshBody& mesh : meshes) {
+    work.surfaces.emplace_back(mesh.model);
+    work.contactor.emplace_back(std::size_t(mesh.model.nodes()), -1);
+    work.contactor_of_piece.emplace_back(work.surfaces.back().piece.size(), -1);
+  }
+  for (std::size_t i = 0; i < seats_.size(); ++i) {
+    const Seat& s = seats_[i];
+    if (s.role == Role::node) work.contactor[std::size_t(s.mesh)][std::size_t(s.index)] = mapped_.contactor[i];
+    if (s.role != Role::edge && s.role != Role::facet) continue;
+    std::int32_t& of =
+        work.contactor_of_piece[std::size_t(s.mesh)]
+                               [std::size_t(work.surfaces[std::size_t(s.mesh)].piece_of_side[std::size_t(s.index)])];
+    if (of < 0) of = mapped_.contactor[i];
+  }
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    std::vector<std::uint8_t>& asks = work.asks.emplace_back(work.surfaces[m].whole.size(), 0);
+    if (!meshes[m].model.mortar) continue;
+    for (std::size_t k = 0; k < asks.size(); ++k) {
+      const MortarWhole& w = work.surfaces[m].whole[k];
+      asks[k] = std::all_of(w.node, w.node + w.nodes,
+                            [&](std::int32_t node) { return work.contactor[m][std::size_t(node)] >= 0; });
+    }
+  }
+}
+
+// Two meshes go by the mortar of the one that asks and whose sides between contact nodes face the other; where both do,
+// a side goes by that of the first. Nodes on sides that are taken so have no contact of their own; all others keep it.
+void MeshSet::weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candidates& c) {
   mortar_.clear();
   for (auto* of : {&mean_start_, &mean_node_, &mean_row_}) of->clear();
   mean_weight_.clear();
   if (!any_mortar_) return;
-  if (!mortar_work_) mortar_work_ = std::make_shared<MortarWork>();
-  MortarWork& work = *mortar_work_;
-  if (by_sides_) return weigh_sides(nodes, c);
-  std::int64_t to = 0;
-  for (std::int64_t i = 0, end; i < c.count; i = end) {
-    end = i + 1;
-    if (!asks_mortar(c.contactor_a[i], c.contactor_b[i])) {
-      if (!gives_back_to_mortar(c.contactor_a[i], c.contactor_b[i])) keep_candidate(c, to, i, 2);
-      continue;
-    }
-    const std::int32_t node = c.contactor_a[i];
-    const Seat& of = seat(node);
-    while (end < c.count && c.contactor_a[end] == node && asks_mortar(node, c.contactor_b[end])) ++end;
-    for (std::int64_t k = i; k < end; ++k) { // the first of each mesh that it faces
-      const std::int32_t which = seat(c.contactor_b[k]).mesh;
-      bool known = false;
-      for (std::int64_t j = i; j < k; ++j) known = known || seat(c.contactor_b[j]).mesh == which;
-      if (known) continue;
-      std::int64_t nearest = k;
-      work.seeds.clear();
-      for (std::int64_t j = k; j < end; ++j) {
-        if (seat(c.contactor_b[j]).mesh != which) continue;
-        work.seeds.push_back(seat(c.contactor_b[j]).index);
-        if (std::abs(c.gap[j]) < std::abs(c.gap[nearest])) nearest = j;
-      }
-      const MeshBody& own = meshes[std::size_t(of.mesh)];
-      MortarNode mortar(nodes, own, meshes[std::size_t(which)], work);
-      if (const std::int32_t side = own.model.side_to[std::size_t(of.index)]; side >= 0) mortar.add_side(side, true);
-      if (const std::int32_t side = own.model.side_from[std::size_t(of.index)]; side >= 0) mortar.add_side(side, false);
-      Mapping there;
-      there.mesh = which;
-      double gap = 0, normal[2];
-      if (!mortar.finish(of.index, gap, normal)) continue;
-      map_mean(there, work.nodes, work.weights);
-      const std::int32_t edge = c.contactor_b[nearest];
-      const double* x = nodes.position[of.middle.node[0]];
-      mortar_.push_back({node, edge, there, {}});
-      // places up to here were read already: what is kept stands before them
-      const std::int32_t image = c.image[nearest], feature = c.feature[nearest];
-      kept_mortar_.push_back({node, edge, feature, image, gap, {normal[0], normal[1], 0}, {x[0], x[1], 0}});
-    }
-    for (const KeptMortar& m : kept_mortar_) put_mortar(c, to, m, 2);
-    kept_mortar_.clear();
+  if (!mortar_work_) {
+    mortar_work_ = std::make_shared<MortarWork>();
+    find_mortar_sides();
   }
+  MortarWork& work = *mortar_work_;
+  work.met.clear();
+  for (std::int64_t i = 0; i < c.count; ++i) {
+    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
+    if (!asks_mortar(a, b)) continue;
+    const Seat &of = seat(a), &on = seat(b);
+    work.met.push_back({of.mesh, on.mesh, of.index,
+                        work.surfaces[std::size_t(on.mesh)].piece_of_side[std::size_t(on.index)], b, c.feature[i],
+                        c.image[i], c.gap[i]});
+  }
+  seek_sides(nodes, search);
+  std::sort(work.met.begin(), work.met.end(), [](const MetMortar& x, const MetMortar& y) {
+    if (x.own != y.own) return x.own < y.own;
+    if (x.other != y.other) return x.other < y.other;
+    if (x.node != y.node) return x.node < y.node;
+    return x.edge != y.edge ? x.edge < y.edge : x.gap < y.gap;
+  });
+  kept_mortar_.clear();
+  work.used = 0;
+  for (std::size_t i = 0, end; i < work.met.size(); i = end) {
+    for (end = i;
+         end < work.met.size() && work.met[end].own == work.met[i].own && work.met[end].other == work.met[i].other;)
+      ++end;
+    weigh_pair(nodes, {&work.met[i], end - i});
+  }
+  std::int64_t to = 0;
+  for (std::int64_t i = 0; i < c.count; ++i)
+    if (!is_left_to_mortar(nodes, c.contactor_a[i], c.contactor_b[i])) keep_candidate(c, to, i, nodes.dim);
+  end_mortar(c, to + std::int64_t(kept_mortar_.size()), nodes.dim);
+  for (const KeptMortar& m : kept_mortar_) put_mortar(c, to, m, nodes.dim);
   sort_mortar();
-  end_mortar(c, to, 2);
 }
 
 const MeshSet::MortarContact* MeshSet::mortar_of(std::int32_t node, std::int32_t edge) const {

@@ -1,6 +1,6 @@
-// Mortar contact in space, and of sides of second order: sides that nodes ask for meet those of another mesh as wholes,
-// and each of their nodes has one contact, which rests on its value in the basis of the side here and on the mean M_jl
-// / D_jj of nodes there.
+// Mortar contact of two meshes: sides that nodes ask for meet those of the other mesh as wholes, and each of their
+// nodes has one contact, which rests on its value in the basis of the side here and on the mean M_jl / D_jj of nodes
+// there.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -12,47 +12,6 @@
 #include "mortar_work.hpp"
 
 namespace cairn {
-
-void MeshSet::weigh_sides(const Nodes& nodes, Candidates& c) {
-  MortarWork& work = *mortar_work_;
-  if (work.surfaces.empty()) {
-    for (const MeshBody& mesh : meshes) {
-      work.surfaces.emplace_back(mesh.model);
-      work.contactor.emplace_back(std::size_t(mesh.model.nodes()), -1);
-    }
-    for (std::size_t i = 0; i < seats_.size(); ++i)
-      if (seats_[i].role == Role::node)
-        work.contactor[std::size_t(seats_[i].mesh)][std::size_t(seats_[i].index)] = mapped_.contactor[i];
-  }
-  work.met.clear();
-  std::int64_t to = 0;
-  for (std::int64_t i = 0; i < c.count; ++i) {
-    const std::int32_t a = c.contactor_a[i], b = c.contactor_b[i];
-    if (asks_mortar(a, b)) {
-      const Seat &of = seat(a), &on = seat(b);
-      work.met.push_back({of.mesh, on.mesh, of.index,
-                          work.surfaces[std::size_t(on.mesh)].piece_of_side[std::size_t(on.index)], b, c.feature[i],
-                          c.image[i], c.gap[i]});
-    } else if (!gives_back_to_mortar(a, b)) {
-      keep_candidate(c, to, i, nodes.dim);
-    }
-  }
-  std::sort(work.met.begin(), work.met.end(), [](const MetMortar& x, const MetMortar& y) {
-    if (x.own != y.own) return x.own < y.own;
-    if (x.other != y.other) return x.other < y.other;
-    return x.node != y.node ? x.node < y.node : x.edge < y.edge;
-  });
-  kept_mortar_.clear();
-  for (std::size_t i = 0, end; i < work.met.size(); i = end) {
-    for (end = i;
-         end < work.met.size() && work.met[end].own == work.met[i].own && work.met[end].other == work.met[i].other;)
-      ++end;
-    weigh_pair(nodes, {&work.met[i], end - i});
-  }
-  end_mortar(c, to + std::int64_t(kept_mortar_.size()), nodes.dim);
-  for (const KeptMortar& m : kept_mortar_) put_mortar(c, to, m, nodes.dim);
-  sort_mortar();
-}
 
 // Contacts of one mesh with another: whole sides that have a node that was seen in front of it, and those beside them,
 // all of whose nodes may be just beyond an edge; then their nodes.
@@ -74,7 +33,13 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
   };
   work.pair.start(nodes, meshes[std::size_t(which)], surface, meshes[std::size_t(there)],
                   work.surfaces[std::size_t(there)]);
-  work.added.assign(surface.whole.size(), 0);
+  if (work.taken.size() == work.used) work.taken.emplace_back();
+  TakenMortar& taken = work.taken[work.used];
+  taken.clear(which, there);
+  work.added.resize(surface.whole.size());
+  for (std::size_t k = 0; k < work.added.size(); ++k) work.added[k] = !work.asks[std::size_t(which)][k];
+  if (const TakenMortar* reverse = taken_of(there, which))
+    for (const std::int32_t whole : reverse->front) work.added[std::size_t(whole)] = 1;
   work.covered.clear();
   work.front.clear();
   work.front_start.assign(1, 0);
@@ -84,7 +49,11 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
   };
   const auto add = [&](std::int32_t whole, std::int64_t seen) {
     work.added[std::size_t(whole)] = 1;
-    return work.pair.add_side(whole, work.seeds, seen);
+    if (!work.pair.add_side(whole, work.seeds, seen)) return false;
+    taken.covered.push_back(whole);
+    for (const std::int32_t piece : work.pair.front())
+      taken.front.push_back(work.surfaces[std::size_t(there)].piece[std::size_t(piece)].whole);
+    return true;
   };
   for (const MetMortar& m : met)
     each_whole(m.node, [&](std::int32_t whole) {
@@ -108,6 +77,10 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
     for (int j = 0; j < w.nodes; ++j)
       each_whole(w.node[j], [&](std::int32_t whole) { add(whole, work.covered[i].seen); });
   }
+  if (taken.covered.empty()) return;
+  for (const MortarRow& row : work.pair.rows()) taken.nodes.push_back(row.node);
+  taken.sort();
+  ++work.used;
   for (const MortarRow& row : work.pair.rows()) {
     const auto [from, to] = of_node(row.node);
     put_row(nodes, which, there, row, met[std::size_t(nearest(from, to, from == to ? row.seen : -1))]);

@@ -58,9 +58,6 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   part_from_themselves(contactors);
   find_sizes();
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
-  by_sides_ = any_mortar_ && std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) {
-                return m.model.dim == 3 || !m.model.whole_nodes.empty();
-              });
   mortar_work_.reset(); // it is of the meshes that were
 }
 
@@ -329,7 +326,7 @@ void in_quadrilateral(const Point corner[4], const double* point, const double* 
 Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other) const {
   if (!mortar_.empty() && other >= 0)
     if (const MortarContact* mortar = mortar_of(other, contactor)) return mortar->there;
-  if (by_sides_ && !mortar_.empty() && other >= 0)
+  if (!mortar_.empty() && other >= 0)
     if (const MortarContact* mortar = mortar_of(contactor, other); mortar && mortar->here.mesh >= 0)
       return mortar->here;
   const Seat& place = seat(contactor);

@@ -14,7 +14,10 @@
 
 namespace cairn {
 
+class LawRules;
 struct Candidates;
+struct Margin;
+struct MortarBox;
 struct MortarRow;
 struct MortarWork;
 
@@ -69,7 +72,12 @@ public:
   // [1/m]: 2D rows[node][0][direction]. See mesh_spin.cpp.
   void spin(const Nodes& nodes, const Mapping& mapping, double rows[4][3][3]) const;
   // After detection: contacts of nodes of meshes that ask for mortars, see mesh_mortar.cpp and mesh_mortar_sides.cpp.
-  void weigh_mortar(const Nodes& nodes, Candidates& candidates);
+  struct MortarSearch { // what detection went by
+    const Contactors& contactors;
+    const Margin& margin;
+    const LawRules& rules;
+  };
+  void weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane, or round the axis; 0 of edges and facets. After find_areas, which is asked again when internal numbers
   // changed.
@@ -127,12 +135,17 @@ private:
     std::int32_t node, edge, feature, image;
     double gap, normal[3], point[3];
   };
-  struct MetMortar; // of the search, see mesh_mortar_sides.cpp
+  struct MetMortar;   // of the search, see mortar_work.hpp
+  struct TakenMortar; // of one mesh with another, see mortar_work.hpp
+  const TakenMortar* taken_of(std::int32_t own, std::int32_t other) const;
   const MortarContact* mortar_of(std::int32_t node, std::int32_t edge) const;
-  bool mortar_first(std::int32_t one, std::int32_t other) const;
+  bool is_on_side(std::int32_t a, std::int32_t b) const;
   bool asks_mortar(std::int32_t a, std::int32_t b) const;
-  bool gives_back_to_mortar(std::int32_t a, std::int32_t b) const;
-  void weigh_sides(const Nodes& nodes, Candidates& candidates);
+  bool looks_towards(const Nodes& nodes, const Seat& node, const Seat& side) const;
+  bool is_left_to_mortar(const Nodes& nodes, std::int32_t a, std::int32_t b) const;
+  void find_mortar_sides();
+  void seek_sides(const Nodes& nodes, const MortarSearch& search);
+  void seek_sides_of(const Nodes& nodes, const MortarSearch& search, const MortarBox& own, const MortarBox& other);
   void weigh_pair(const Nodes& nodes, std::span<const MetMortar> met);
   void put_row(const Nodes& nodes, std::int32_t own, std::int32_t other, const MortarRow& row, const MetMortar& seen);
   void put_mortar(Candidates& candidates, std::int64_t& to, const KeptMortar& m, int dim) const;
@@ -156,7 +169,6 @@ private:
   std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
   std::vector<KeptMortar> kept_mortar_;
   bool any_mortar_ = false; // a mesh asks for it
-  bool by_sides_ = false;   // in space, or of sides of second order
   // Means of the last mortars: their nodes (of the mesh) and weights; rows, -1 unless wanted.
   std::vector<std::int32_t> mean_start_, mean_node_, mean_row_;
   std::vector<double> mean_weight_;

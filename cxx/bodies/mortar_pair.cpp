@@ -137,19 +137,20 @@ void MortarPair::start(const Nodes& nodes, const MeshBody& own, const MortarSurf
   now_ = 0;
 }
 
-bool MortarPair::frame_of(const MeshBody& mesh, const MortarPiece& p, Frame& f) const {
-  const double* x[4] = {};
-  for (int i = 0; i < p.corners; ++i) x[i] = place(mesh, p.node[i]);
+bool frame_of(const Nodes& nodes, const MeshBody& mesh, const MortarPiece& p, PieceFrame& f) {
+  const int dim = nodes.dim;
+  const double* x[4];
+  for (int i = 0; i < 4; ++i) x[i] = nodes.position[mesh.node(p.node[i < p.corners ? i : 0])];
   double e[3] = {0, 0, 0}, g[3] = {0, 0, 0};
-  for (int k = 0; k < dim_; ++k) {
+  for (int k = 0; k < dim; ++k) {
     f.middle[k] = 0;
     for (int i = 0; i < p.corners; ++i) f.middle[k] += x[i][k] / p.corners;
     e[k] = x[p.corners == 4 ? 2 : 1][k] - x[0][k];
     g[k] = p.corners == 2 ? 0 : x[p.corners == 4 ? 3 : 2][k] - x[p.corners == 4 ? 1 : 0][k];
   }
-  const double along = std::sqrt(dot(e, e, dim_));
+  const double along = std::sqrt(dot(e, e, dim));
   if (!(along > 0)) return false;
-  if (dim_ == 2) {
+  if (dim == 2) {
     for (int k = 0; k < 2; ++k) f.axis[0][k] = e[k] / along;
     f.normal[0] = f.axis[0][1]; // the body is on the left
     f.normal[1] = -f.axis[0][0];
@@ -169,7 +170,14 @@ bool MortarPair::frame_of(const MeshBody& mesh, const MortarPiece& p, Frame& f) 
   return true;
 }
 
-MortarPair::Flat MortarPair::flat(const MeshBody& mesh, const MortarPiece& p, const Frame& f) const {
+bool face_each_other(const Nodes& nodes, const MeshBody& mesh, const MortarPiece& piece, const MeshBody& other_mesh,
+                     const MortarPiece& other) {
+  PieceFrame one, two;
+  return frame_of(nodes, mesh, piece, one) && frame_of(nodes, other_mesh, other, two) &&
+         dot(one.normal, two.normal, nodes.dim) < 0;
+}
+
+MortarPair::Flat MortarPair::flat(const MeshBody& mesh, const MortarPiece& p, const PieceFrame& f) const {
   Flat out;
   out.corners = p.corners;
   for (int i = 0; i < p.corners; ++i) {
@@ -182,12 +190,7 @@ MortarPair::Flat MortarPair::flat(const MeshBody& mesh, const MortarPiece& p, co
   return out;
 }
 
-bool MortarPair::faces(const MortarPiece& p, const Frame& f) const {
-  Frame other;
-  return frame_of(*other_, p, other) && dot(other.normal, f.normal, dim_) < 0;
-}
-
-void MortarPair::add_sample(const MortarPiece& p, const Frame& f, const MortarPiece& q, const double* at,
+void MortarPair::add_sample(const MortarPiece& p, const PieceFrame& f, const MortarPiece& q, const double* at,
                             const double* at_there, double wide) {
   Sample s;
   side_basis(dim_, surface_->whole[std::size_t(p.whole)].nodes, at, s.own);
@@ -198,7 +201,7 @@ void MortarPair::add_sample(const MortarPiece& p, const Frame& f, const MortarPi
   samples_.push_back(s);
 }
 
-bool MortarPair::common_length(const MortarPiece& p, const Frame& f, const Flat& here, const MortarPiece& q,
+bool MortarPair::common_length(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q,
                                const Flat& there) {
   const double from = here.x[0][0], to = here.x[1][0], a = there.x[0][0], b = there.x[1][0];
   const double low = std::max(from, b), high = std::min(to, a); // the other goes the other way
@@ -233,8 +236,9 @@ bool MortarPair::beside(const Flat& one, const Flat& other) const {
 }
 
 // What a piece of the other mesh that is in front has in common with one; whether it is beside it or in front.
-bool MortarPair::common(const MortarPiece& p, const Frame& f, const Flat& here, const MortarPiece& q) {
-  if (!faces(q, f)) return false;
+bool MortarPair::common(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q) {
+  PieceFrame opposite;
+  if (!frame_of(*nodes_, *other_, q, opposite) || !(dot(opposite.normal, f.normal, dim_) < 0)) return false;
   const Flat there = flat(*other_, q, f);
   if (!beside(here, there)) return false;
   if (dim_ == 2) {
@@ -273,8 +277,8 @@ bool MortarPair::common(const MortarPiece& p, const Frame& f, const Flat& here, 
 
 // Pieces of the other mesh in front of one of its own: from seeds on over those that are beside it.
 void MortarPair::search(const MortarPiece& p, std::span<const std::int32_t> seeds) {
-  Frame f;
-  if (!frame_of(*own_, p, f)) return;
+  PieceFrame f;
+  if (!frame_of(*nodes_, *own_, p, f)) return;
   whole_ += dim_ == 2 ? f.size : f.size * f.size;
   const Flat here = flat(*own_, p, f);
   ++now_;

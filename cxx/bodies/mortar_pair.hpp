@@ -21,6 +21,14 @@ struct MortarRow { // of a node of its own
   std::vector<double> weight;      // M_jl
 };
 
+struct PieceFrame { // its middle, its normal, and axes along it
+  double middle[3], normal[3], axis[2][3], size;
+};
+bool frame_of(const Nodes& nodes, const MeshBody& mesh, const MortarPiece& piece, PieceFrame& frame); // false: no size
+// Whether pieces of two meshes look towards each other, wherever they are.
+bool face_each_other(const Nodes& nodes, const MeshBody& mesh, const MortarPiece& piece, const MeshBody& other_mesh,
+                     const MortarPiece& other);
+
 class MortarPair {
 public:
   void start(const Nodes& nodes, const MeshBody& own, const MortarSurface& own_surface, const MeshBody& other,
@@ -40,20 +48,15 @@ private:
     int corners = 0;
     double x[4][2] = {};
   };
-  struct Frame { // of a piece: its middle, its normal, and axes along it
-    double middle[3], normal[3], axis[2][3], size;
-  };
-
   const double* place(const MeshBody& mesh, std::int32_t node) const { return nodes_->position[mesh.node(node)]; }
-  bool frame_of(const MeshBody& mesh, const MortarPiece& p, Frame& f) const;
-  Flat flat(const MeshBody& mesh, const MortarPiece& p, const Frame& f) const;
-  bool faces(const MortarPiece& p, const Frame& f) const;
+  Flat flat(const MeshBody& mesh, const MortarPiece& p, const PieceFrame& f) const;
   void search(const MortarPiece& p, std::span<const std::int32_t> seeds);
-  bool common(const MortarPiece& p, const Frame& f, const Flat& here, const MortarPiece& q);
+  bool common(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q);
   bool beside(const Flat& one, const Flat& other) const;
-  bool common_length(const MortarPiece& p, const Frame& f, const Flat& here, const MortarPiece& q, const Flat& there);
-  void add_sample(const MortarPiece& p, const Frame& f, const MortarPiece& q, const double* at, const double* at_there,
-                  double wide);
+  bool common_length(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q,
+                     const Flat& there);
+  void add_sample(const MortarPiece& p, const PieceFrame& f, const MortarPiece& q, const double* at,
+                  const double* at_there, double wide);
   bool add_rows(const MortarWhole& w, std::int64_t seen);
   MortarRow& row_of(std::int32_t node, std::int64_t seen);
 

@@ -1,5 +1,6 @@
 // What the searches of mortars keep between contacts, so that a step allocates nothing once it has gone on for a while.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -9,10 +10,9 @@
 
 namespace cairn {
 
-struct MortarSegment { // of a side, from low to high of its length, on which it faces a side of another mesh
-  double low, high;
-  std::int32_t side;
-  double eta_low, eta_high; // where that is on the other one
+struct MortarBox { // round what is sought
+  double low[3], high[3];
+  std::int32_t index; // a mesh; or a whole side, and -1 less a piece of the other mesh
 };
 
 struct MeshSet::MetMortar {      // a node that asks, and a side of another mesh that detection saw it in front of
@@ -21,13 +21,33 @@ struct MeshSet::MetMortar {      // a node that asks, and a side of another mesh
   double gap;
 };
 
+// Of one mesh with another, rising: its whole sides that have a part in common with it, those there in front of them,
+// and its nodes that have a row.
+struct MeshSet::TakenMortar {
+  std::int32_t own = -1, other = -1;
+  std::vector<std::int32_t> covered, front, nodes;
+  void clear(std::int32_t one, std::int32_t two) {
+    own = one;
+    other = two;
+    for (auto* of : {&covered, &front, &nodes}) of->clear();
+  }
+  void sort() {
+    for (auto* of : {&covered, &front, &nodes}) std::sort(of->begin(), of->end());
+  }
+};
+
 struct MortarWork {
-  std::vector<std::int32_t> seeds, seen, nodes;
-  std::vector<MortarSegment> segments;
+  std::vector<std::int32_t> seeds, nodes;
   std::vector<double> weights;
-  std::vector<MortarSurface> surfaces;              // of each mesh
-  std::vector<std::vector<std::int32_t>> contactor; // of each node of each mesh, -1: none
+  std::vector<MortarSurface> surfaces;                       // of each mesh
+  std::vector<std::vector<std::int32_t>> contactor;          // of each node of each mesh, -1: none
+  std::vector<std::vector<std::int32_t>> contactor_of_piece; // the first of its sides, of each piece of each mesh
+  std::vector<std::vector<std::uint8_t>> asks;               // of each whole side of each mesh
   std::vector<MeshSet::MetMortar> met;
+  std::vector<MeshSet::TakenMortar> taken; // in the order of meshes; those that count now come first
+  std::size_t used = 0;
+  std::vector<MortarBox> of_meshes, boxes;
+  std::vector<std::int32_t> open_meshes, open; // boxes that sweeps are in
   struct Covered {
     std::int32_t whole;
     std::int64_t seen; // the nearest of what was seen of its nodes
