@@ -6,62 +6,56 @@ from __future__ import annotations
 
 import numpy as np
 
+from . import side_shapes
+
 LEAST = 1e-12  # of a face, that counts as common
 ROUNDING = 1e-9  # of a side, that counts as nothing
-_AT, _WIDE = np.polynomial.legendre.leggauss(4)
-_AT, _WIDE = (_AT + 1) / 2, _WIDE / 2
+# Gauss's rules on (0, 1): products of bilinear functions, and of those of second order, whose degree is eight, are exact.
+_RULES = {second: [(x + 1) / 2 if i == 0 else x / 2 for i, x in enumerate(np.polynomial.legendre.leggauss(n))]
+          for second, n in ((False, 4), (True, 5))}  # fmt: skip
 
 
 def dual_weights(points, follow, lead, within, name):
-    """{node that follows: (nodes that lead, weights)}, M / D with D_j = int N_j and M_jl = int psi_j N_l over the faces that
-    follow, psi = diag(D) (int N N')^-1 N of each (Wohlmuth 2000).
+    """{node that follows: (nodes that lead, weights)}, see side_shapes.dual_rows, over the faces that follow.
 
-    points (n, 3); follow, lead (m, 4): faces, the fourth node of a triangle is -1; within: distance of what is common from a
-    face that follows, over its size, and width of a strip along its sides that may lie beyond what leads. The integrals are
-    those of what is common, so that weights of a node have the sum 1 and linear fields pass whatever the strip. name: of what
-    follows and what leads, for the error of a face that is not covered.
+    points (n, 3); follow, lead: faces (m, 4), the fourth node of a triangle is -1, and of each its whole side, see
+    side_shapes.wholes; within: distance of what is common from a face that follows, over its size, and width of a strip along its
+    sides that may lie beyond what leads. The integrals are those of what is common, so that weights of a node have the sum 1 and
+    linear fields pass whatever the strip. name: of what follows and what leads, for the error of a face that is not covered.
     """
+    lead, lead_wholes = lead
     middles, reach = _balls(points, lead)
-    sides, common = [], []
-    for face in follow:
+    sides, common = [], {}
+    for face, (nodes, place_of_corners) in zip(*follow):
         own = face[face >= 0]
         x = points[own]
         middle, axes, size = _frame(x)
         flat = ((x - middle) @ axes.T) / size
         near = np.flatnonzero(np.linalg.norm(middles - middle, axis=1) < reach + np.linalg.norm(x - middle, axis=1).max())
-        samples, covered, opposite, far = [], 0.0, 0.0, 0.0
+        covered, opposite, far = 0.0, 0.0, 0.0
         for k in near:
             other = lead[k][lead[k] >= 0]
+            leaders, there = lead_wholes[k]
             y = ((points[other] - middle) @ axes.T) / size
             part = _common(flat, y)
             if part is None:
                 continue
-            place, wide = _samples(part)
-            shape = shapes_at(y[:, :2], place)
-            off = np.abs(shape @ ((points[other] - middle) @ np.cross(*axes)) / size).max()
+            place, wide = _samples(part, max(len(nodes), len(leaders)) > 4)
+            share = shapes_at(y[:, :2], place)
+            off = np.abs(share @ ((points[other] - middle) @ np.cross(*axes)) / size).max()
             opposite, far = opposite + wide.sum(), max(far, off)
             if off > within:
                 continue
             covered += wide.sum()
-            samples.append((other, shape, shapes_at(flat, place), wide))
+            samples = common.setdefault(tuple(nodes.tolist()), [])
+            at = shapes_at(flat, place) @ place_of_corners
+            samples.append((leaders, side_shapes.shape(3, len(leaders), share @ there), at, wide * size**2))
         whole = _area(flat)
         around = float(np.linalg.norm(flat - np.roll(flat, -1, axis=0), axis=1).sum()) / whole
         side = f"face of nodes {', '.join(map(str, own))}"
         sides.append((side, covered / whole, opposite / whole, far, around))
-        common.append((own, size, samples))
     check_covered(sides, within, name)
-    diagonal, rows = {}, {}
-    for own, size, samples in common:
-        of = sum(wide @ mine for _, _, mine, wide in samples)
-        both = sum(mine.T @ (wide[:, None] * mine) for _, _, mine, wide in samples)
-        dual = of[:, None] * np.linalg.inv(both)
-        for j, node in enumerate(own):
-            diagonal[node] = diagonal.get(node, 0.0) + of[j] * size**2
-            row = rows.setdefault(node, {})
-            for other, shape, mine, wide in samples:
-                for leader, part in zip(other, (wide * (mine @ dual[j])) @ shape * size**2):
-                    row[leader] = row.get(leader, 0.0) + part
-    return {n: (list(row), np.array(list(row.values())) / diagonal[n]) for n, row in rows.items()}
+    return side_shapes.dual_rows(3, common)
 
 
 def check_covered(sides, within, name):
@@ -125,12 +119,12 @@ def _common(one, other):
     return part if _area(part) > LEAST * _area(one) else None
 
 
-def _samples(part):
+def _samples(part, second):
     """Places and weights of a rule on a convex polygon: triangles from its first corner, each a square one side of which is a
-    point."""
-    places, weights = [], []
-    u, v = (grid.ravel() for grid in np.meshgrid(_AT, _AT, indexing="ij"))
-    wide = np.outer(_WIDE, _WIDE).ravel() * u
+    point. second: of functions of second order."""
+    places, weights, (at, share) = [], [], _RULES[second]
+    u, v = (grid.ravel() for grid in np.meshgrid(at, at, indexing="ij"))
+    wide = np.outer(share, share).ravel() * u
     for b, c in zip(part[1:-1], part[2:]):
         a = part[0]
         twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])

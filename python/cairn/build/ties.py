@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..pre import checks
+from . import side_shapes
 from .elastic import ElasticBody
 from .initial_stress import linear_blocks
 from .meshes import _group
 from .solid import SolidBody
-from .tied_faces import ROUNDING, check_covered, dual_weights
+from .tied_faces import check_covered, dual_weights
 
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 18
 
@@ -153,8 +154,9 @@ def tied(parts, ties, *, within=1e-6):
     leads), named "part.group".
 
     The velocity of the side that follows is that of the one that leads on average over each of its nodes, by dual multipliers on
-    the common segments, in 3D polygons (Wohlmuth 2000): a uniform stress goes through cells of first order of any sizes to
-    rounding. Give the finer side as the one that follows.
+    the common segments, in 3D polygons (Wohlmuth 2000): a uniform stress goes through cells of first and second order of any
+    sizes to rounding, where sides are flat and the middles of their edges lie in the middle. Give the finer side as the one that
+    follows; of cells of second order a group is to have all nodes of its sides.
     within: distance that a side which follows may have from the other, over the length of its edge or the root of its area, and
     width of the strip by which it may reach beyond the other's end, sideways, at most a half of an edge or a face. A uniform
     stress then goes through to the order of that strip.
@@ -203,9 +205,11 @@ def _sides(body, group, what):
 def _on_edges(body, follower, leader, within):
     """{node: (nodes that lead, weights)} by the integrals of dual shape functions over the common segments."""
     x, own, other = body.points, _sides(body, follower, "follow"), _sides(body, leader, "lead")
+    own_wholes, other_wholes = side_shapes.wholes(body, own), side_shapes.wholes(body, other)
+    side_shapes.check_nodes(own_wholes, body.nodes(follower), follower)
     from_, to = x[other[:, 0]], x[other[:, 1]]
-    sides, common = [], []
-    for a, b in own:
+    sides, common = [], {}
+    for (a, b), (whole, place) in zip(own, own_wholes):
         along = x[b] - x[a]
         length = np.linalg.norm(along)
         along /= length
@@ -213,7 +217,7 @@ def _on_edges(body, follower, leader, within):
         ends = np.stack([(from_ - x[a]) @ along, (to - x[a]) @ along], 1) / length  # of the edges that lead, on this one
         gap = np.stack([(from_ - x[a]) @ normal, (to - x[a]) @ normal], 1) / length
         low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
-        samples, covered, opposite, far = [], 0.0, 0.0, 0.0
+        covered, opposite, far = 0.0, 0.0, 0.0
         for k in np.flatnonzero(high - low > 1e-14):
             at = low[k] + (high[k] - low[k]) * (GAUSS[0] + 1) / 2
             eta = (at - ends[k, 0]) / (ends[k, 1] - ends[k, 0])
@@ -223,31 +227,13 @@ def _on_edges(body, follower, leader, within):
                 continue
             covered += high[k] - low[k]
             wide = GAUSS[1] * (high[k] - low[k]) * length
-            samples.append((k, at, wide, wide * np.stack([1 - eta, eta])))
+            leaders, there = other_wholes[k]
+            lead = side_shapes.shape(2, len(leaders), np.stack([1 - eta, eta], 1) @ there)
+            samples = common.setdefault(tuple(whole.tolist()), [])
+            samples.append((leaders, lead, np.stack([1 - at, at], 1) @ place, wide))
         sides.append((f"edge of nodes {a}, {b}", covered, opposite, far, 2.0))
-        common.append((a, b, covered, samples))
     check_covered(sides, within, (follower, leader))
-    diagonal, rows = {}, {}
-    for a, b, covered, samples in common:
-        duals = _duals(samples, abs(covered - 1) <= ROUNDING)
-        for k, at, wide, lead in samples:
-            for node, shape, dual in zip((a, b), (1 - at, at), duals(at)):
-                diagonal[node] = diagonal.get(node, 0.0) + wide @ shape
-                row = rows.setdefault(node, {})
-                for end, part in zip(other[k], lead @ dual):
-                    row[end] = row.get(end, 0.0) + part
-    return {n: (list(row), np.array(list(row.values())) / diagonal[n]) for n, row in rows.items()}
-
-
-def _duals(samples, whole):
-    """The dual shape functions (2, places) of an edge: those of the whole edge, or of the part of it that is common."""
-    if whole:
-        return lambda at: (2 - 3 * at, 3 * at - 1)
-    shapes = [(np.stack([1 - at, at]), wide) for _, at, wide, _ in samples]
-    both = sum((shape * wide) @ shape.T for shape, wide in shapes)
-    of = sum(shape @ wide for shape, wide in shapes)
-    mix = of[:, None] * np.linalg.inv(both)
-    return lambda at: mix @ np.stack([1 - at, at])
+    return side_shapes.dual_rows(2, common)
 
 
 def _on_faces(body, follower, leader, within):
@@ -255,7 +241,9 @@ def _on_faces(body, follower, leader, within):
     sides = []
     for group, what in ((follower, "follow"), (leader, "lead")):
         faces = _sides(body, group, what)
-        sides.append(faces if faces.shape[1] == 4 else np.pad(faces, ((0, 0), (0, 1)), constant_values=-1))
+        faces = faces if faces.shape[1] == 4 else np.pad(faces, ((0, 0), (0, 1)), constant_values=-1)
+        sides.append((faces, side_shapes.wholes(body, faces)))
+    side_shapes.check_nodes(sides[0][1], body.nodes(follower), follower)
     return dual_weights(body.points, *sides, within, (follower, leader))
 
 
