@@ -19,11 +19,6 @@ constexpr double quadrilateral_at[9][2] = {{-1, -1}, {1, -1}, {1, 1},  {-1, 1}, 
 
 bool is_triangle(int nodes) { return nodes == 3 || nodes == 6; }
 
-const double* place_of_node(int dim, int nodes, int k) {
-  if (dim == 2) return edge_at[k];
-  return is_triangle(nodes) ? triangle_at[k] : quadrilateral_at[k];
-}
-
 int corners_of(int dim, int nodes) { return dim == 2 ? 2 : is_triangle(nodes) ? 3 : 4; }
 
 using Nodes9 = std::array<std::int32_t, most_side_nodes>;
@@ -44,6 +39,11 @@ void at_nodes(std::int64_t nodes, const Things& things, Count&& count, std::vect
 }
 
 } // namespace
+
+const double* place_on_side(int dim, int nodes, int k) {
+  if (dim == 2) return edge_at[k];
+  return is_triangle(nodes) ? triangle_at[k] : quadrilateral_at[k];
+}
 
 MortarSurface::MortarSurface(const MeshModel& model) {
   const int dim = model.dim;
@@ -87,7 +87,7 @@ MortarSurface::MortarSurface(const MeshModel& model) {
       if (in == w.node + w.nodes)
         throw Error("the mesh '" + model.name + "': node " + std::to_string(node) +
                     " of a side is not of its whole side");
-      std::copy_n(place_of_node(dim, w.nodes, int(in - w.node)), 2, p.at[p.corners]);
+      std::copy_n(place_on_side(dim, w.nodes, int(in - w.node)), 2, p.at[p.corners]);
     }
     if (w.end_piece == 0) w.first_piece = std::int32_t(piece.size());
     piece.push_back(p);

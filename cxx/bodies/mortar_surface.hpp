@@ -34,6 +34,9 @@ struct MortarSurface {
   explicit MortarSurface(const MeshModel& model);
 };
 
+// Where node k of a whole side is on it.
+const double* place_on_side(int dim, int nodes, int k);
+
 // Shape functions of a whole side at a place on it: edges from -1 to 1, triangles from 0 to 1, quadrilaterals from -1
 // to 1 along each axis.
 void side_shape(int dim, int nodes, const double* at, double* value);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "../base/call.hpp"
+#include "../bodies/mortar_surface.hpp"
 
 namespace cairn {
 namespace {
@@ -18,13 +19,28 @@ using Point = std::array<double, 3>;
 using Flat = std::array<double, 3>; // along two axes of a face and across it, over its size
 using Side = std::array<std::int32_t, 4>;
 
-struct Sample { // of an integral over what two sides have in common
-  Side lead;
-  double lead_shape[4] = {0, 0, 0, 0}, shape[4] = {0, 0, 0, 0}, wide = 0;
+struct Whole { // the side of a cell that a flat piece is a part of: corners, the middles of edges, the middle
+  std::array<std::int32_t, most_side_nodes> node{};
+  int nodes = 0;
+  double at[4][2] = {}; // where the corners of the piece are on it
+  // Where on it a point of the piece is, by the shape functions of that.
+  std::array<double, 2> place(const double* share, int corners) const {
+    std::array<double, 2> out{0, 0};
+    for (int j = 0; j < corners; ++j)
+      for (std::size_t k = 0; k < 2; ++k) out[k] += share[j] * at[j][k];
+    return out;
+  }
 };
 
-struct Met { // of a side that follows: its nodes, its size, and what it has in common with those that lead
+struct Sample { // of an integral over what two sides have in common
+  const Whole* lead = nullptr;
+  double lead_shape[most_side_nodes] = {}, shape[most_side_nodes] = {}; // of the side that follows: the basis of duals
+  double wide = 0;
+};
+
+struct Met { // of a piece that follows: its nodes, its size, and what it has in common with those that lead
   Side own{};
+  const Whole* whole = nullptr;
   int nodes = 0;
   double size = 0; // length or area, that wide is over
   std::vector<Sample> samples;
@@ -37,6 +53,37 @@ int nodes_of(const Side& side) {
 
 Side side_at(std::span<const std::int32_t> sides, std::size_t i) {
   return {sides[4 * i], sides[4 * i + 1], sides[4 * i + 2], sides[4 * i + 3]};
+}
+
+std::vector<Whole> wholes_of(const MeshDraft& d, std::span<const std::int32_t> sides) {
+  const std::vector<std::int32_t> found = d.whole_sides(sides);
+  std::vector<Whole> out(sides.size() / 4);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    Whole& w = out[i];
+    w.node.fill(-1);
+    if (found.empty())
+      std::copy_n(&sides[4 * i], 4, w.node.begin());
+    else
+      std::copy_n(&found[most_side_nodes * i], most_side_nodes, w.node.begin());
+    w.nodes = int(std::find(w.node.begin(), w.node.end(), -1) - w.node.begin());
+    const Side piece = side_at(sides, i);
+    for (int j = 0; j < nodes_of(piece); ++j) {
+      const auto in = std::find(w.node.begin(), w.node.begin() + w.nodes, piece[std::size_t(j)]) - w.node.begin();
+      std::copy_n(place_on_side(d.dim, w.nodes, int(in)), 2 - (d.dim == 2), w.at[j]);
+    }
+  }
+  return out;
+}
+
+// Sides of second order follow with all of their nodes.
+void check_whole(const std::vector<Whole>& wholes, std::span<const std::int32_t> sides) {
+  std::vector<std::int32_t> given(sides.begin(), sides.end());
+  std::sort(given.begin(), given.end());
+  for (const Whole& w : wholes)
+    for (int j = 0; j < w.nodes; ++j)
+      if (const std::int32_t node = w.node[std::size_t(j)]; !std::binary_search(given.begin(), given.end(), node))
+        throw Error("ties: the side of node " + std::to_string(w.node[0]) + " is of second order, and its node " +
+                    std::to_string(node) + " is on no piece that follows: give all pieces of their sides");
 }
 
 std::string told(double x) {
@@ -70,10 +117,12 @@ void check_covered(const std::vector<Met>& sides, double within, bool edges) {
   throw Error(text + "let the finer side follow, or give a larger within, " + told(1.01 * needed) + " or more");
 }
 
-Met met_by_edge(const MeshDraft& d, const Side& own, std::span<const std::int32_t> lead, double within) {
+Met met_by_edge(const MeshDraft& d, const Side& own, const Whole& whole, std::span<const std::int32_t> lead,
+                const std::vector<Whole>& wholes, double within) {
   constexpr double at[3] = {-0.7745966692414834, 0, 0.7745966692414834}, weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
   Met out;
   out.own = own;
+  out.whole = &whole;
   out.nodes = 2;
   out.around = 2;
   const double *a = &d.reference[std::size_t(2 * own[0])], *b = &d.reference[std::size_t(2 * own[1])];
@@ -97,7 +146,11 @@ Met met_by_edge(const MeshDraft& d, const Side& own, std::span<const std::int32_
     for (int g = 0; g < 3; ++g) {
       const double s = low + (high - low) * (at[g] + 1) / 2, eta = (s - end[0]) / (end[1] - end[0]);
       off = std::max(off, std::abs(gap[0] + (gap[1] - gap[0]) * eta));
-      samples[g] = {other, {1 - eta, eta, 0, 0}, {1 - s, s, 0, 0}, weight[g] * (high - low)};
+      const double there[2] = {1 - eta, eta}, here[2] = {1 - s, s};
+      samples[g].lead = &wholes[k];
+      side_shape(2, wholes[k].nodes, wholes[k].place(there, 2).data(), samples[g].lead_shape);
+      side_basis(2, whole.nodes, whole.place(here, 2).data(), samples[g].shape);
+      samples[g].wide = weight[g] * (high - low);
     }
     out.opposite += high - low;
     out.far = std::max(out.far, off);
@@ -200,26 +253,36 @@ Ball ball_of(const std::vector<Point>& x) {
 }
 
 // A rule on the common part: triangles from its first corner, each a square one side of which is a point.
-void sample(const std::vector<Flat>& part, const Side& other, const std::vector<Flat>& lead,
+void sample(const std::vector<Flat>& part, const Whole& other, const std::vector<Flat>& lead,
             const std::vector<Flat>& own, double within, Met& out) {
-  constexpr double at[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
-  constexpr double weight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
+  constexpr double four_at[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263};
+  constexpr double four[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307, 0.17392742256872693};
+  // products of functions of second order are of the eighth degree
+  constexpr double five_at[5] = {0.04691007703066800, 0.23076534494715845, 0.5, 0.76923465505284155,
+                                 0.95308992296933200};
+  constexpr double five[5] = {0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324,
+                              0.11846344252809454};
+  const bool second = std::max(other.nodes, out.whole->nodes) > 4;
+  const double *at = second ? five_at : four_at, *weight = second ? five : four;
+  const int points = second ? 5 : 4;
   std::vector<Sample> samples;
   double wide = 0, off = 0;
   for (std::size_t c = 2; c < part.size(); ++c) {
     const Flat &a = part[0], &b = part[c - 1], &e = part[c];
     const double twice = (b[0] - a[0]) * (e[1] - a[1]) - (b[1] - a[1]) * (e[0] - a[0]);
-    for (int i = 0; i < 4; ++i)
-      for (int j = 0; j < 4; ++j) {
+    for (int i = 0; i < points; ++i)
+      for (int j = 0; j < points; ++j) {
         const double px = a[0] + at[i] * ((b[0] - a[0]) + at[j] * (e[0] - b[0]));
         const double py = a[1] + at[i] * ((b[1] - a[1]) + at[j] * (e[1] - b[1]));
         Sample s;
-        s.lead = other;
+        s.lead = &other;
         s.wide = weight[i] * weight[j] * at[i] * twice;
-        shapes_at(lead, px, py, s.lead_shape);
-        shapes_at(own, px, py, s.shape);
-        double apart = 0;
-        for (std::size_t k = 0; k < lead.size(); ++k) apart += s.lead_shape[k] * lead[k][2];
+        double there[4], here[4], apart = 0;
+        shapes_at(lead, px, py, there);
+        shapes_at(own, px, py, here);
+        side_shape(3, other.nodes, other.place(there, int(lead.size())).data(), s.lead_shape);
+        side_basis(3, out.whole->nodes, out.whole->place(here, int(own.size())).data(), s.shape);
+        for (std::size_t k = 0; k < lead.size(); ++k) apart += there[k] * lead[k][2];
         off = std::max(off, std::abs(apart));
         wide += s.wide;
         samples.push_back(s);
@@ -232,10 +295,11 @@ void sample(const std::vector<Flat>& part, const Side& other, const std::vector<
   out.samples.insert(out.samples.end(), samples.begin(), samples.end());
 }
 
-Met met_by_face(const MeshDraft& d, const Side& own, std::span<const std::int32_t> lead, const std::vector<Ball>& balls,
-                double within) {
+Met met_by_face(const MeshDraft& d, const Side& own, const Whole& side, std::span<const std::int32_t> lead,
+                const std::vector<Whole>& wholes, const std::vector<Ball>& balls, double within) {
   Met out;
   out.own = own;
+  out.whole = &side;
   out.nodes = nodes_of(own);
   const std::vector<Point> x = corners(d, own);
   const Ball ball = ball_of(x);
@@ -257,7 +321,7 @@ Met met_by_face(const MeshDraft& d, const Side& own, std::span<const std::int32_
     if (!(norm(minus(balls[k].middle, ball.middle)) < balls[k].reach + ball.reach)) continue;
     const Side other = side_at(lead, k);
     const std::vector<Flat> theirs = flat(corners(d, other)), part = common(mine, theirs);
-    if (!part.empty()) sample(part, other, theirs, mine, within, out);
+    if (!part.empty()) sample(part, wholes[k], theirs, mine, within, out);
   }
   const double whole = area_of(mine);
   for (std::size_t j = 0; j < mine.size(); ++j) {
@@ -270,28 +334,44 @@ Met met_by_face(const MeshDraft& d, const Side& own, std::span<const std::int32_
   return out;
 }
 
-// Rows of diag(D) (int N N')^-1: the dual functions by the shape functions of a side.
-void duals_of(const Met& met, double dual[4][4], double of[4]) {
-  const int n = met.nodes;
-  double both[4][8] = {}; // beside it the inverse
+// Rows of diag(D) (int B B')^-1: the dual functions by the basis of a side, over all of its pieces.
+struct Duals {
+  double by[most_side_nodes][most_side_nodes], of[most_side_nodes];
+};
+
+Duals duals_of(const std::vector<const Met*>& pieces) {
+  const int n = pieces.front()->whole->nodes;
+  Duals out;
+  double both[most_side_nodes][2 * most_side_nodes] = {}; // beside it the inverse
   for (int j = 0; j < n; ++j) {
-    of[j] = 0;
-    for (const Sample& s : met.samples) {
-      of[j] += s.wide * s.shape[j];
-      for (int i = 0; i < n; ++i) both[j][i] += s.wide * s.shape[j] * s.shape[i];
-    }
-    both[j][4 + j] = 1;
+    out.of[j] = 0;
+    for (const Met* met : pieces)
+      for (const Sample& s : met->samples) {
+        out.of[j] += s.wide * met->size * s.shape[j];
+        for (int i = 0; i < n; ++i) both[j][i] += s.wide * met->size * s.shape[j] * s.shape[i];
+      }
+    both[j][n + j] = 1;
   }
   for (int j = 0; j < n; ++j) { // positive definite: no other pivots
     const double pivot = both[j][j];
     for (double& a : both[j]) a /= pivot;
     for (int i = 0; i < n; ++i) {
       const double share = both[i][j];
-      for (int c = 0; c < 8 && i != j; ++c) both[i][c] -= share * both[j][c];
+      for (int c = 0; c < 2 * n && i != j; ++c) both[i][c] -= share * both[j][c];
     }
   }
   for (int j = 0; j < n; ++j)
-    for (int i = 0; i < n; ++i) dual[j][i] = of[j] * both[j][4 + i];
+    for (int i = 0; i < n; ++i) out.by[j][i] = out.of[j] * both[j][n + i];
+  return out;
+}
+
+// How the value of node k of a side is made of those in the basis that duals are of: the other way round of side_basis.
+double share_of_basis(int dim, int nodes, int k, int j) {
+  const int corners = dim == 2 ? 2 : nodes == 3 || nodes == 6 ? 3 : 4;
+  if (k < corners) return k == j;
+  if (k == 8) return j < 4 ? 1.0 / 16 : j < 8 ? 1.0 / 8 : 1.0 / 4;
+  const int e = k - corners;
+  return j == k ? 0.5 : j == e || j == (e + 1) % corners ? 0.25 : 0;
 }
 
 struct Row { // of a node that follows
@@ -316,35 +396,56 @@ void tie_sides(MeshDraft& d, std::span<const std::int32_t> follow, std::span<con
   std::vector<Ball> balls;
   for (std::size_t k = 0; d.dim == 3 && k < lead.size() / 4; ++k)
     balls.push_back(ball_of(corners(d, side_at(lead, k))));
+  const std::vector<Whole> own = wholes_of(d, follow), other = wholes_of(d, lead);
+  check_whole(own, follow);
   std::vector<Met> sides;
   for (std::size_t k = 0; k < follow.size() / 4; ++k)
-    sides.push_back(d.dim == 2 ? met_by_edge(d, side_at(follow, k), lead, within)
-                               : met_by_face(d, side_at(follow, k), lead, balls, within));
+    sides.push_back(d.dim == 2 ? met_by_edge(d, side_at(follow, k), own[k], lead, other, within)
+                               : met_by_face(d, side_at(follow, k), own[k], lead, other, balls, within));
   check_covered(sides, within, d.dim == 2);
-  std::vector<std::int32_t> order;
-  std::map<std::int32_t, Row> rows;
+  std::vector<std::vector<const Met*>> wholes; // the pieces of each
+  std::map<std::array<std::int32_t, most_side_nodes>, std::size_t> number;
   for (const Met& met : sides) {
-    double dual[4][4], of[4];
-    duals_of(met, dual, of);
-    for (int j = 0; j < met.nodes; ++j) {
-      const std::int32_t node = met.own[std::size_t(j)];
-      if (!rows.count(node)) order.push_back(node);
-      Row& row = rows[node];
-      row.diagonal += of[j] * met.size;
-      for (const Sample& s : met.samples) {
-        double psi = 0;
-        for (int i = 0; i < met.nodes; ++i) psi += dual[j][i] * s.shape[i];
-        for (int l = 0; l < nodes_of(s.lead); ++l)
-          row.add(s.lead[std::size_t(l)], s.wide * met.size * psi * s.lead_shape[l]);
+    const auto [at, fresh] = number.try_emplace(met.whole->node, wholes.size());
+    if (fresh) wholes.emplace_back();
+    wholes[at->second].push_back(&met);
+  }
+  std::map<std::int32_t, Row> rows; // of values in the basis
+  for (const std::vector<const Met*>& pieces : wholes) {
+    const Duals duals = duals_of(pieces);
+    const Whole& whole = *pieces.front()->whole;
+    for (int j = 0; j < whole.nodes; ++j) {
+      Row& row = rows[whole.node[std::size_t(j)]];
+      row.diagonal += duals.of[j];
+      for (const Met* met : pieces)
+        for (const Sample& s : met->samples) {
+          double psi = 0;
+          for (int i = 0; i < whole.nodes; ++i) psi += duals.by[j][i] * s.shape[i];
+          for (int l = 0; l < s.lead->nodes; ++l)
+            row.add(s.lead->node[std::size_t(l)], s.wide * met->size * psi * s.lead_shape[l]);
+        }
+    }
+  }
+  std::vector<std::int32_t> order;
+  std::map<std::int32_t, Row> values;
+  for (const std::vector<const Met*>& pieces : wholes) {
+    const Whole& whole = *pieces.front()->whole;
+    for (int k = 0; k < whole.nodes; ++k) {
+      const auto [at, fresh] = values.try_emplace(whole.node[std::size_t(k)]);
+      if (!fresh) continue; // the middle of an edge has the same rule on both of its sides
+      order.push_back(at->first);
+      for (int j = 0; j < whole.nodes; ++j) {
+        const double share = share_of_basis(d.dim, whole.nodes, k, j);
+        if (!(share > 0)) continue;
+        const Row& row = rows[whole.node[std::size_t(j)]];
+        for (const auto& [leader, part] : row.lead) at->second.add(leader, share * part / row.diagonal);
       }
     }
   }
   for (const std::int32_t node : order)
     for (int k = 0; k < d.dim; ++k) {
-      const Row& row = rows[node];
       d.ties.dof.push_back(d.dim * node + k);
-      for (const auto& [leader, part] : row.lead) {
-        const double weight = part / row.diagonal;
+      for (const auto& [leader, weight] : values[node].lead) {
         if (!(std::abs(weight) > 1e-14)) continue;
         d.ties.master.push_back(d.dim * leader + k);
         d.ties.weight.push_back(weight);
