@@ -181,6 +181,19 @@ void MeshSet::find_mortar_sides() {
   }
 }
 
+// Nodes where a mesh that asks sees the other across the ends of a periodic cell.
+const Nodes& MeshSet::seen_from(const Nodes& nodes, const MetMortar& met, const Cell& cell) {
+  double shift[3] = {0, 0, 0};
+  if (cell.any()) image_shift(cell, met.image, shift);
+  if (!std::any_of(shift, shift + 3, [](double x) { return x < 0 || x > 0; })) return nodes;
+  std::optional<Nodes>& shifted = mortar_work_->shifted;
+  shifted = nodes;
+  const MeshBody& other = meshes[std::size_t(met.other)];
+  for (std::int64_t i = 0; i < other.model.nodes(); ++i)
+    for (int k = 0; k < nodes.dim; ++k) shifted->position[other.first_node + i][k] += shift[k];
+  return *shifted;
+}
+
 // Two meshes go by the mortar of the one that asks and whose sides between contact nodes face the other; where both do,
 // a side goes by that of the first. Nodes on sides that are taken so have no contact of their own; all others keep it.
 void MeshSet::weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candidates& c) {
@@ -206,16 +219,19 @@ void MeshSet::weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candi
   std::sort(work.met.begin(), work.met.end(), [](const MetMortar& x, const MetMortar& y) {
     if (x.own != y.own) return x.own < y.own;
     if (x.other != y.other) return x.other < y.other;
+    if (x.image != y.image) return x.image < y.image;
     if (x.node != y.node) return x.node < y.node;
     return x.edge != y.edge ? x.edge < y.edge : x.gap < y.gap;
   });
   kept_mortar_.clear();
   work.used = 0;
   for (std::size_t i = 0, end; i < work.met.size(); i = end) {
-    for (end = i;
-         end < work.met.size() && work.met[end].own == work.met[i].own && work.met[end].other == work.met[i].other;)
-      ++end;
-    weigh_pair(nodes, {&work.met[i], end - i});
+    const MetMortar& met = work.met[i];
+    const auto with = [&](const MetMortar& m) {
+      return m.own == met.own && m.other == met.other && m.image == met.image;
+    };
+    for (end = i; end < work.met.size() && with(work.met[end]);) ++end;
+    weigh_pair(seen_from(nodes, met, search.cell), {&met, end - i});
   }
   std::int64_t to = 0;
   for (std::int64_t i = 0; i < c.count; ++i)

@@ -33,9 +33,11 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
   };
   work.pair.start(nodes, meshes[std::size_t(which)], surface, meshes[std::size_t(there)],
                   work.surfaces[std::size_t(there)]);
-  if (work.taken.size() == work.used) work.taken.emplace_back();
-  TakenMortar& taken = work.taken[work.used];
-  taken.clear(which, there);
+  // of another image of the same mesh there is one already
+  const bool goes_on = work.used > 0 && work.taken[work.used - 1].own == which && work.taken[work.used - 1].other == there;
+  if (!goes_on && work.taken.size() == work.used) work.taken.emplace_back();
+  TakenMortar& taken = work.taken[goes_on ? work.used - 1 : work.used];
+  if (!goes_on) taken.clear(which, there);
   work.added.resize(surface.whole.size());
   for (std::size_t k = 0; k < work.added.size(); ++k) work.added[k] = !work.asks[std::size_t(which)][k];
   if (const TakenMortar* reverse = taken_of(there, which))
@@ -80,7 +82,7 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
   if (taken.covered.empty()) return;
   for (const MortarRow& row : work.pair.rows()) taken.nodes.push_back(row.node);
   taken.sort();
-  ++work.used;
+  work.used += goes_on ? 0 : 1;
   for (const MortarRow& row : work.pair.rows()) {
     const auto [from, to] = of_node(row.node);
     put_row(nodes, which, there, row, met[std::size_t(nearest(from, to, from == to ? row.seen : -1))]);

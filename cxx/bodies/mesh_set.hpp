@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "../base/cell.hpp"
 #include "../contactors/mapped_contactors.hpp"
 #include "condensed_body.hpp"
 #include "mesh_body.hpp"
@@ -76,6 +77,7 @@ public:
     const Contactors& contactors;
     const Margin& margin;
     const LawRules& rules;
+    const Cell& cell;
   };
   void weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
@@ -146,6 +148,7 @@ private:
   void find_mortar_sides();
   void seek_sides(const Nodes& nodes, const MortarSearch& search);
   void seek_sides_of(const Nodes& nodes, const MortarSearch& search, const MortarBox& own, const MortarBox& other);
+  const Nodes& seen_from(const Nodes& nodes, const MetMortar& met, const Cell& cell);
   void weigh_pair(const Nodes& nodes, std::span<const MetMortar> met);
   void put_row(const Nodes& nodes, std::int32_t own, std::int32_t other, const MortarRow& row, const MetMortar& seen);
   void put_mortar(Candidates& candidates, std::int64_t& to, const KeptMortar& m, int dim) const;

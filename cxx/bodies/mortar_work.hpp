@@ -2,6 +2,7 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "mesh_set.hpp"
@@ -57,6 +58,7 @@ struct MortarWork {
   std::vector<std::int32_t> front; // pieces of the other mesh in front of these
   std::vector<std::size_t> front_start;
   MortarPair pair;
+  std::optional<Nodes> shifted; // as a pair sees them across the ends of a periodic cell
 };
 
 // Candidate i in the place of `to`, which is not behind it.

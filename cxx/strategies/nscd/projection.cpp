@@ -54,7 +54,7 @@ void Nscd::project_positions(Simulation& s) {
     margin = {settings.margin, nullptr};
   s.handler.detect(b, s.scene.contactors, s.scene.cell, margin, projection_candidates_, {.mapped = &s.meshes.mapped()},
                    &projector_->scratch(), &s.laws.rules());
-  s.meshes.weigh_mortar(nodes, {s.scene.contactors, margin, s.laws.rules()}, projection_candidates_);
+  s.meshes.weigh_mortar(nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, projection_candidates_);
   projector_->assemble(b, s.scene.contactors, projection_candidates_, projection_laws(s), s.scene.cell, h_, law_share(),
                        &s.meshes, &nodes);
   SolverOptions options = settings.solver;

@@ -271,7 +271,7 @@ void Nscd::detect_contacts(Simulation& s) {
   s.contacts_known = shows_kept_ = false;
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
                    {.mapped = &s.meshes.mapped(), .soon_again = true}, &s.interactions.scratch(), &s.laws.rules());
-  s.meshes.weigh_mortar(s.scene.nodes, {s.scene.contactors, margin, s.laws.rules()}, s.candidates);
+  s.meshes.weigh_mortar(s.scene.nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, s.candidates);
   measure_anchored(s);
   look_at_meshes(s);
   look_for_nested_meshes(s);
