@@ -195,7 +195,8 @@ void MeshBody::start_newton(Nodes& nodes) {
   error_before_ = std::numeric_limits<double>::infinity();
   goes_on_ = went_on_; // as the step before
   went_on_ = false;
-  iterate_ = v_, turn_iterate();
+  iterate_ = v_;
+  turn_iterate();
   for (std::size_t i = 0; i < n; ++i) a_[i] = model.reference[i] + q_[i] + h_ / 2 * v_[i]; // halfway, to first order
   if (BulkModel* solid = model.bulk->solid(); solid && damps_) solid->turn_damping(a_.data(), model.damping);
   if (explicit_) {

@@ -100,96 +100,6 @@ std::vector<double> cell_stiffness(int dim, const std::vector<double>& place, Bu
   return full;
 }
 
-// Of a cell as it is turned.
-struct CellWork {
-  std::vector<double> now, ways, turned, moved,
-      back;      // places from the middle; rotations G, R K R', that of G, G (G'G)^-1
-  Matrix3 inner; // G' R K R' G
-};
-
-// Where the nodes of a cell are from their middle, and how far it turned since the start.
-void find_rotation(int dim, int nodes, const std::int32_t* node, const double* place,
-                   const std::vector<double>& start_place, CellWork& work, Matrix3& r) {
-  double middle[3] = {0, 0, 0}, start[3] = {0, 0, 0};
-  for (int a = 0; a < nodes; ++a)
-    for (int k = 0; k < dim; ++k) {
-      middle[k] += place[dim * node[a] + k] / nodes;
-      start[k] += start_place[std::size_t(dim * node[a] + k)] / nodes;
-    }
-  Matrix3 both = {}, square = {}, inverse = {}, f = {};
-  for (int a = 0; a < nodes; ++a)
-    for (int i = 0; i < dim; ++i) {
-      work.now[std::size_t(dim * a + i)] = place[dim * node[a] + i] - middle[i];
-      for (int j = 0; j < dim; ++j) {
-        const double x = start_place[std::size_t(dim * node[a] + j)] - start[j];
-        both[i][j] += work.now[std::size_t(dim * a + i)] * x;
-        square[i][j] += (start_place[std::size_t(dim * node[a] + i)] - start[i]) * x;
-      }
-    }
-  invert(dim, square, inverse);
-  for (int i = 0; i < dim; ++i)
-    for (int j = 0; j < dim; ++j)
-      for (int k = 0; k < dim; ++k) f[i][j] += both[i][k] * inverse[k][j];
-  rotation_of(dim, f, r);
-}
-
-void turn_stiffness(int dim, int nodes, const double* value, const Matrix3& r, CellWork& work) {
-  const int dofs = dim * nodes;
-  for (int a = 0; a < nodes; ++a)
-    for (int b = 0; b < nodes; ++b) { // R K R' of two nodes
-      double half[3][3] = {};
-      for (int i = 0; i < dim; ++i)
-        for (int j = 0; j < dim; ++j)
-          for (int k = 0; k < dim; ++k) half[i][j] += r[i][k] * value[(dim * a + k) * dofs + dim * b + j];
-      for (int i = 0; i < dim; ++i)
-        for (int j = 0; j < dim; ++j) {
-          double sum = 0;
-          for (int k = 0; k < dim; ++k) sum += half[i][k] * r[j][k];
-          work.turned[std::size_t((dim * a + i) * dofs + dim * b + j)] = sum;
-        }
-    }
-}
-
-void take_out_rotations(int dim, int nodes, CellWork& work) {
-  const int dofs = dim * nodes, turns = dim == 2 ? 1 : 3;
-  // velocities less the rotation nearest to them: P K P with P = 1 - G (G'G)^-1 G', G the rotations
-  std::fill(work.ways.begin(), work.ways.end(), 0.0);
-  for (int a = 0; a < nodes; ++a) {
-    const double* x = &work.now[std::size_t(dim * a)];
-    double* g = &work.ways[std::size_t(dim * a * turns)];
-    if (dim == 2) {
-      g[0] = -x[1];
-      g[1] = x[0];
-      continue;
-    }
-    for (int k = 0; k < 3; ++k) { // e_k x r
-      g[3 * ((k + 1) % 3) + k] = -x[(k + 2) % 3];
-      g[3 * ((k + 2) % 3) + k] = x[(k + 1) % 3];
-    }
-  }
-  Matrix3 gram = {}, solved = {};
-  std::fill_n(&work.inner[0][0], 9, 0.0);
-  std::fill(work.moved.begin(), work.moved.end(), 0.0);
-  std::fill(work.back.begin(), work.back.end(), 0.0);
-  for (int p = 0; p < dofs; ++p)
-    for (int i = 0; i < turns; ++i)
-      for (int j = 0; j < turns; ++j)
-        gram[i][j] += work.ways[std::size_t(p * turns + i)] * work.ways[std::size_t(p * turns + j)];
-  invert(turns, gram, solved);
-  for (int p = 0; p < dofs; ++p)
-    for (int i = 0; i < turns; ++i) {
-      for (int q = 0; q < dofs; ++q)
-        work.moved[std::size_t(p * turns + i)] +=
-            work.turned[std::size_t(p * dofs + q)] * work.ways[std::size_t(q * turns + i)];
-      for (int j = 0; j < turns; ++j)
-        work.back[std::size_t(p * turns + i)] += work.ways[std::size_t(p * turns + j)] * solved[j][i];
-    }
-  for (int p = 0; p < dofs; ++p)
-    for (int i = 0; i < turns; ++i)
-      for (int j = 0; j < turns; ++j)
-        work.inner[i][j] += work.ways[std::size_t(p * turns + i)] * work.moved[std::size_t(p * turns + j)];
-}
-
 } // namespace
 
 bool TurningDamping::is_of(const BulkCells& cells) {
@@ -247,26 +157,92 @@ void TurningDamping::each_entry(const Cells& cells, std::int64_t cell, Use&& use
 }
 
 void TurningDamping::at(const double* place, SparseMatrix& damping) const {
-  const int dim = dim_ == 2 ? 2 : 3, turns = dim == 2 ? 1 : 3;
   damping.value = still_;
-  CellWork work;
+  const int turns = dim_ == 2 ? 1 : 3;
+  std::vector<double> now, ways, turned, moved, back; // of a cell
   for (const Cells& cells : cells_) {
-    const int dofs = dim * cells.nodes;
-    work.now.resize(std::size_t(dofs));
-    work.turned.resize(std::size_t(dofs * dofs));
-    for (auto* of : {&work.ways, &work.moved, &work.back}) of->resize(std::size_t(dofs * turns));
+    const int dofs = dim_ * cells.nodes;
+    now.resize(std::size_t(dofs));
+    turned.resize(std::size_t(dofs * dofs));
+    for (auto* of : {&ways, &moved, &back}) of->resize(std::size_t(dofs * turns));
     const std::int64_t count = std::int64_t(cells.node.size()) / cells.nodes;
     for (std::int64_t cell = 0; cell < count; ++cell) {
-      Matrix3 r;
-      find_rotation(dim, cells.nodes, &cells.node[std::size_t(cell * cells.nodes)], place, place_, work, r);
-      turn_stiffness(dim, cells.nodes, &cells.value[std::size_t(cell * dofs * dofs)], r, work);
-      take_out_rotations(dim, cells.nodes, work);
-      each_entry(cells, cell, [&](std::int64_t entry, int p, int q) {
-        double sum = work.turned[std::size_t(p * dofs + q)];
+      const std::int32_t* node = &cells.node[std::size_t(cell * cells.nodes)];
+      double middle[3] = {0, 0, 0}, start[3] = {0, 0, 0};
+      for (int a = 0; a < cells.nodes; ++a)
+        for (int k = 0; k < dim_; ++k) {
+          middle[k] += place[dim_ * node[a] + k] / cells.nodes;
+          start[k] += place_[std::size_t(dim_ * node[a] + k)] / cells.nodes;
+        }
+      Matrix3 both = {}, square = {}, inverse = {}, f = {}, r;
+      for (int a = 0; a < cells.nodes; ++a)
+        for (int i = 0; i < dim_; ++i) {
+          now[std::size_t(dim_ * a + i)] = place[dim_ * node[a] + i] - middle[i];
+          for (int j = 0; j < dim_; ++j) {
+            const double x = place_[std::size_t(dim_ * node[a] + j)] - start[j];
+            both[i][j] += now[std::size_t(dim_ * a + i)] * x;
+            square[i][j] += (place_[std::size_t(dim_ * node[a] + i)] - start[i]) * x;
+          }
+        }
+      invert(dim_, square, inverse);
+      for (int i = 0; i < dim_; ++i)
+        for (int j = 0; j < dim_; ++j)
+          for (int k = 0; k < dim_; ++k) f[i][j] += both[i][k] * inverse[k][j];
+      rotation_of(dim_, f, r);
+      const double* value = &cells.value[std::size_t(cell * dofs * dofs)];
+      for (int a = 0; a < cells.nodes; ++a)
+        for (int b = 0; b < cells.nodes; ++b) { // R K R' of two nodes
+          double half[3][3] = {};
+          for (int i = 0; i < dim_; ++i)
+            for (int j = 0; j < dim_; ++j)
+              for (int k = 0; k < dim_; ++k) half[i][j] += r[i][k] * value[(dim_ * a + k) * dofs + dim_ * b + j];
+          for (int i = 0; i < dim_; ++i)
+            for (int j = 0; j < dim_; ++j) {
+              double sum = 0;
+              for (int k = 0; k < dim_; ++k) sum += half[i][k] * r[j][k];
+              turned[std::size_t((dim_ * a + i) * dofs + dim_ * b + j)] = sum;
+            }
+        }
+      // velocities less the rotation nearest to them: P K P with P = 1 - G (G'G)^-1 G', G the rotations
+      std::fill(ways.begin(), ways.end(), 0.0);
+      for (int a = 0; a < cells.nodes; ++a) {
+        const double* x = &now[std::size_t(dim_ * a)];
+        double* g = &ways[std::size_t(dim_ * a * turns)];
+        if (dim_ == 2) {
+          g[0] = -x[1];
+          g[1] = x[0];
+          continue;
+        }
+        for (int k = 0; k < 3; ++k) { // e_k x r
+          g[3 * ((k + 1) % 3) + k] = -x[(k + 2) % 3];
+          g[3 * ((k + 2) % 3) + k] = x[(k + 1) % 3];
+        }
+      }
+      Matrix3 gram = {}, solved = {}, inner = {};
+      std::fill(moved.begin(), moved.end(), 0.0);
+      std::fill(back.begin(), back.end(), 0.0);
+      for (int p = 0; p < dofs; ++p)
+        for (int i = 0; i < turns; ++i)
+          for (int j = 0; j < turns; ++j)
+            gram[i][j] += ways[std::size_t(p * turns + i)] * ways[std::size_t(p * turns + j)];
+      invert(turns, gram, solved);
+      for (int p = 0; p < dofs; ++p)
         for (int i = 0; i < turns; ++i) {
-          const double bp = work.back[std::size_t(p * turns + i)], bq = work.back[std::size_t(q * turns + i)];
-          sum -= bp * work.moved[std::size_t(q * turns + i)] + work.moved[std::size_t(p * turns + i)] * bq;
-          for (int j = 0; j < turns; ++j) sum += bp * work.inner[i][j] * work.back[std::size_t(q * turns + j)];
+          for (int q = 0; q < dofs; ++q)
+            moved[std::size_t(p * turns + i)] += turned[std::size_t(p * dofs + q)] * ways[std::size_t(q * turns + i)];
+          for (int j = 0; j < turns; ++j)
+            back[std::size_t(p * turns + i)] += ways[std::size_t(p * turns + j)] * solved[j][i];
+        }
+      for (int p = 0; p < dofs; ++p)
+        for (int i = 0; i < turns; ++i)
+          for (int j = 0; j < turns; ++j)
+            inner[i][j] += ways[std::size_t(p * turns + i)] * moved[std::size_t(p * turns + j)];
+      each_entry(cells, cell, [&](std::int64_t entry, int p, int q) {
+        double sum = turned[std::size_t(p * dofs + q)];
+        for (int i = 0; i < turns; ++i) {
+          const double bp = back[std::size_t(p * turns + i)], bq = back[std::size_t(q * turns + i)];
+          sum -= bp * moved[std::size_t(q * turns + i)] + moved[std::size_t(p * turns + i)] * bq;
+          for (int j = 0; j < turns; ++j) sum += bp * inner[i][j] * back[std::size_t(q * turns + j)];
         }
         damping.value[std::size_t(entry)] += sum;
       });
