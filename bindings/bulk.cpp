@@ -39,7 +39,6 @@ cairn::BulkCells cells_of(const py::dict& d) {
                                  "plane");
   c.mean_dilatation = py::cast<bool>(d["mean_dilatation"]);
   c.thickness = py::cast<double>(d["thickness"]);
-  if (d.contains("damping")) c.damping = py::cast<double>(d["damping"]);
   const auto nodes = py::cast<Input<std::int32_t>>(d["nodes"]);
   c.node.assign(nodes.data(), nodes.data() + nodes.size());
   if (d.contains("initial_stress")) { // (cells, points, 6)

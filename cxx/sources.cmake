@@ -70,7 +70,6 @@ set(CAIRN_CXX_SOURCES
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
   fe/bulk_history.cpp
-  fe/turning_damping.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp
   fe/called_forces.cpp

@@ -12,7 +12,6 @@
 
 #include "../base/call.hpp"
 #include "../base/stopwatch.hpp"
-#include "../fe/bulk_model.hpp"
 #include "mesh_body.hpp"
 #include "nodes.hpp"
 
@@ -170,7 +169,8 @@ void MeshBody::start_newton(Nodes& nodes) {
   for (std::size_t i = 0; i < velocity_end_.size() && begun_; ++i)
     begun_ = std::abs(v_[i] - velocity_end_[i]) <= 1e-12 * fastest;
   way_end_ = q_;
-  undone_ = true, warmed_ = 0;                    // unless it is committed
+  undone_ = true; // unless it is committed
+  warmed_ = 0;
   if (!begun_ || !model.bulk->swelling.empty()) { // what swells has other stresses now than at the end of the last step
     force_begin_.assign(n, 0.0);
     find_swelling_force();
@@ -197,8 +197,6 @@ void MeshBody::start_newton(Nodes& nodes) {
   went_on_ = false;
   iterate_ = v_;
   turn_iterate();
-  for (std::size_t i = 0; i < n; ++i) a_[i] = model.reference[i] + q_[i] + h_ / 2 * v_[i]; // halfway, to first order
-  if (BulkModel* solid = model.bulk->solid(); solid && damps_) solid->turn_damping(a_.data(), model.damping);
   if (explicit_) {
     predict_force();
   } else {

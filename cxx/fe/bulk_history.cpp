@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "turning_damping.hpp"
 #include "umat.hpp"
 
 namespace cairn {
@@ -49,15 +48,8 @@ void BulkModel::forget_history() { state_begin_ = state_at_start(); }
 std::shared_ptr<InternalForces> BulkModel::another() {
   auto made = std::make_shared<BulkModel>(dim_, place_, cells_);
   made->wide_ = wide_;
-  made->damping_ = damping_;
   for (std::size_t k = 0; k < blocks_.size(); ++k) made->blocks_[k].entry = blocks_[k].entry;
   return made;
-}
-
-void BulkModel::turn_damping(const double* place, SparseMatrix& damping) {
-  if (damping.value.empty() || std::none_of(cells_.begin(), cells_.end(), TurningDamping::is_of)) return;
-  if (!damping_) damping_ = std::make_shared<const TurningDamping>(*this, damping);
-  damping_->at(place, damping);
 }
 
 std::string BulkModel::describe(const BulkResult& r) const {

@@ -2,7 +2,6 @@
 // and the state of the points at begin and end of a step.
 #pragma once
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,14 +27,11 @@ struct BulkCells {
   Plane plane = Plane::strain;
   bool mean_dilatation = false;
   double thickness = 1;           // [m]
-  double damping = 0;             // b of Rayleigh's damping b K [s], which turns with each cell where it moves far
   std::vector<std::int32_t> node; // (nodes, cells)
   // True stress before the body moves (6, points, cells), 11 22 33 12 13 23 [Pa]; empty: none.
   std::vector<double> initial_stress;
   std::int64_t count() const { return std::int64_t(node.size()) / element->nodes; }
 };
-
-class TurningDamping;
 
 class BulkModel final : public InternalForces {
 public:
@@ -57,9 +53,6 @@ public:
   BulkResult evaluate(const double* u, double h, double theta, double* force, double* tangent,
                       const double* begin = nullptr);
   BulkResult evaluate(const MeshMotion& at, double* force, double* tangent) override;
-  // Values of a damping matrix C = a M + b K, given as at the start when this is first called, where nodes are at
-  // `place` (dim, nodes) [m] from anywhere: b K turns with cells that move far.
-  void turn_damping(const double* place, SparseMatrix& damping);
   void commit() override;
   std::string describe(const BulkResult& result) const override;
   std::string remedy_of(const BulkResult& result) const override;
@@ -132,7 +125,6 @@ private:
                     std::int64_t low, std::int64_t high, double* to) const;
 
   int dim_;
-  std::shared_ptr<const TurningDamping> damping_; // null: none, or not asked for yet
   std::vector<double> place_;
   std::vector<BulkCells> cells_;
   std::vector<Block> blocks_;

@@ -164,7 +164,6 @@ std::shared_ptr<BulkModel> MeshDraft::all_cells() const {
     all.push_back(c.solid);
     all.back().element = c.element;
     all.back().node = c.node;
-    all.back().damping = by_stiffness;
     if (!c.solid.material) all.back().material = &bulk_material_named("isotropic_elastic");
   }
   return std::make_shared<BulkModel>(dim, reference, std::move(all));

@@ -67,9 +67,8 @@ def bars(
     """A truss: bars (m, 2) between points (n, 2 | 3) [m] that turn freely about their nodes, masses at the nodes.
 
     young [Pa], area [m2], density [kg/m3]: numbers, or one for each bar. groups: {name: nodes}; rayleigh: (a, b) of
-    C = a M + b K [1/s, s], K that of the start, which does not turn: leave b at 0 for what turns far. initial_stress [Pa], a number
-    or one for each bar: along it before it moves, tension positive; it pulls its nodes back across as well, so that a string
-    sounds by it. kinematics: "small", a LinearBody; "corotational", forces
+    C = a M + b K [1/s, s]. initial_stress [Pa], a number or one for each bar: along it before it moves, tension positive; it
+    pulls its nodes back across as well, so that a string sounds by it. kinematics: "small", a LinearBody; "corotational", forces
     by the change of length, or "total_lagrangian", by Green's strain and the second stress of Piola and Kirchhoff, a FrameBody
     whose bars move and turn as far as they like. Raises ValueError naming cell and remedy.
     """

@@ -30,8 +30,7 @@ class SolidBody(ElasticBody):
     routines (UMAT) are called as with NLGEOM under any but "small". plane:
     "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order
     change their volume as a whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the
-    stiffness at the start, which turns with each cell unless kinematics is "small" (not round an axis): what turns as a rigid
-    body is not braked by it. initial_stress: true stress of the body before it moves [Pa], as `cairn.deformable` takes it; the
+    stiffness at the start. initial_stress: true stress of the body before it moves [Pa], as `cairn.deformable` takes it; the
     material is strained by it where it lies, so that it yields at what is left of its strength.
     Raises ValueError naming what is wrong, the cell and the remedy.
     """
@@ -74,7 +73,6 @@ class SolidBody(ElasticBody):
         start, row, mass = self.lower[:3]
         stiffness = self.tangent(np.zeros_like(self.points))[1]
         a, b = checks.rayleigh(rayleigh)
-        self._by_stiffness = b
         self.lower = start, row, mass, stiffness, a * mass + b * stiffness
 
     def _weigh_rings(self, lumped, density):
@@ -97,8 +95,7 @@ class SolidBody(ElasticBody):
             {
                 "cell": kind, "nodes": self.cells[kind][rows].astype(np.int32), "material": material.name,
                 "params": list(material.values), "kinematics": self.kinematics, "plane": self.plane,
-                "mean_dilatation": self.mean_dilatation, "thickness": self.thickness,
-                "damping": getattr(self, "_by_stiffness", 0.0), **of_block(self, kind, rows),
+                "mean_dilatation": self.mean_dilatation, "thickness": self.thickness, **of_block(self, kind, rows),
             }
             for kind, rows, material in self._layout
         ]  # fmt: skip
