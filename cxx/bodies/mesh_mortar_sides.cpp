@@ -34,7 +34,8 @@ void MeshSet::weigh_pair(const Nodes& nodes, std::span<const MetMortar> met) {
   work.pair.start(nodes, meshes[std::size_t(which)], surface, meshes[std::size_t(there)],
                   work.surfaces[std::size_t(there)]);
   // of another image of the same mesh there is one already
-  const bool goes_on = work.used > 0 && work.taken[work.used - 1].own == which && work.taken[work.used - 1].other == there;
+  const bool goes_on =
+      work.used > 0 && work.taken[work.used - 1].own == which && work.taken[work.used - 1].other == there;
   if (!goes_on && work.taken.size() == work.used) work.taken.emplace_back();
   TakenMortar& taken = work.taken[goes_on ? work.used - 1 : work.used];
   if (!goes_on) taken.clear(which, there);

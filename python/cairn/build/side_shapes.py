@@ -1,4 +1,4 @@
-"""Sides of cells of first and second order as ties integrate over them: whole, with their shape functions, cut into flat pieces."""
+"""Sides of cells of first and second order as ties integrate over them: whole, with shape functions, cut into flat pieces."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def shape(dim, count, at):
 
 def from_basis(dim, count):
     """U (count, count), u = U w: values of the nodes of a side from those in a basis B = N U whose integrals are above zero, as
-    dual functions need it. w of a corner is its u, that of the middle of an edge 2 u less the mean of its ends, that of the middle
+    dual functions need it. w of a corner is its u, of the middle of an edge 2 u less the mean of its ends, that of the middle
     of nine nodes 4 u less the middles of edges and with a quarter of each corner (after Popp, Wohlmuth, Gitterle & Wall 2012)."""
     of = np.eye(count)
     corners = 2 if dim == 2 else 3 if count in (3, 6) else 4

@@ -30,8 +30,8 @@ class SolidBody(ElasticBody):
     routines (UMAT) are called as with NLGEOM under any but "small". plane:
     "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order
     change their volume as a whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the
-    stiffness at the start. initial_stress: true stress of the body before it moves [Pa], as `cairn.deformable` takes it; the
-    material is strained by it where it lies, so that it yields at what is left of its strength.
+    stiffness at the start, which brakes what turns, too. initial_stress: true stress of the body before it moves [Pa], as
+    `cairn.deformable` takes it; the material is strained by it where it lies, so that it yields at what is left of its strength.
     Raises ValueError naming what is wrong, the cell and the remedy.
     """
 
