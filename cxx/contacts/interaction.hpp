@@ -296,7 +296,8 @@ public:
   // Once a solution is there: biases of joints that hold at the next detection; false: there are no such joints, or by
   // the solution at hand they miss it by no more than `least` of their speed.
   bool correct_joints(const Bodies&, double least);
-  bool ease_joints(const Bodies&); // after these; see joint_flight.cpp
+  // After these; settled: they miss no more than they may. See joint_flight.cpp.
+  bool ease_joints(const Bodies&, bool settled);
   void pose(const ContactPose& pose);
   // What bodies, then nodes, have for laws that ask, until it is said again; null: the scene has none. [K], [V]
   void act_at(const double* temperature, const double* potential);

@@ -319,6 +319,8 @@ struct Interactions::State {
   double joint_errors(const cairn_batch& b, int lane, const JointPose& pose, double error[6]) const;
   bool correct_joints(double least);
   bool ease_joints();
+  bool any_spans() const;
+  double flown(const cairn_batch& b, int lane) const;
   double missed_more(const cairn_batch& b, int lane) const;
   template <class F>
   void each_miss(F&& f) const;

@@ -147,31 +147,43 @@ bool Interactions::State::correct_joints(double least) {
 // Where what a joint blocks is nearly at a right angle to all that its bodies may do, as of a weight between two
 // straight bars, making good what it misses asks for any speed, by which it then misses more. Such joints do without it
 // for a step: they hold their velocities alone. True if there are any.
-bool Interactions::ease_joints(const Bodies& bodies) {
+bool Interactions::ease_joints(const Bodies& bodies, bool settled) {
   State& s = *s_;
   if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
+  if (settled && !s.any_spans()) return false;
   s.system.load(s.free(bodies));
   const cairn_schedule schedule = s.system.schedule(omp_get_max_threads());
   cairn_add_impulses(&schedule);
   return s.ease_joints();
 }
 
+// Whether there are joints of a length: beside how fast these throw bodies away what they miss is small.
+bool Interactions::State::any_spans() const {
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts && law_infos()[b.law].joins; ++lane)
+      if (b.params[joint_spans * b.count + lane] > 0) return true;
+  return false;
+}
+
 bool Interactions::State::ease_joints() {
-  constexpr double much = 0.1, some = 1e-4; // of how far it flew
+  constexpr double much = 0.1, some = 1e-4; // of how far the fastest joint flies
   bool of_spans = false, of_others = false;
+  double fastest = 0;
   const auto each = [&](auto&& visit) {
     for (const cairn_batch& b : system.batches)
       for (int lane = 0; lane < b.contacts && law_infos()[b.law].joins && !b.mapped_a && !b.mapped_b; ++lane)
-        visit(b, lane);
+        if (is_anchored(system.candidate[b.first + lane]) && b.state[lane] > 0) visit(b, lane);
   };
+  each([&](const cairn_batch& b, int lane) { fastest = std::max(fastest, flown(b, lane)); });
   each([&](const cairn_batch& b, int lane) {
-    of_spans |= b.params[joint_spans * b.count + lane] > 0 && missed_more(b, lane) > some;
-    of_others |= missed_more(b, lane) > much;
+    const double more = missed_more(b, lane);
+    of_spans |= b.params[joint_spans * b.count + lane] > 0 && more > some * fastest;
+    of_others |= more > much * fastest;
   });
   if (!of_spans && !of_others) return false;
   each([&](const cairn_batch& b, int lane) {
     const bool spans = b.params[joint_spans * b.count + lane] > 0;
-    if (!(spans || of_others) || !(missed_more(b, lane) > some)) return;
+    if (!(missed_more(b, lane) > some * fastest)) return;
     const int blocked = int(b.params[joint_blocked * b.count + lane]);
     for (int c = 0; c < b.components; ++c)
       if (blocked >> c & 1) b.bias[c * b.count + lane] = 0;
@@ -185,20 +197,23 @@ bool Interactions::State::ease_joints() {
   return true;
 }
 
-// What a joint will miss by the velocities at hand where that is far more than it misses now, as a part of how far its
-// bodies fly against each other.
+// How far the bodies of a joint fly past each other in a step, by the velocities at hand.
+double Interactions::State::flown(const cairn_batch& b, int lane) const {
+  const double *one = system.record[b.body_a[lane]].x, *two = system.record[b.body_b[lane]].x;
+  double apart = 0;
+  for (int k = 0; k < dim(); ++k) apart = std::hypot(apart, one[k] - two[k]);
+  return h * apart;
+}
+
+// What a joint will miss by the velocities at hand where that is far more than it misses now, else 0.
 double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
   constexpr double worse = 4;
-  const std::int64_t i = system.candidate[b.first + lane];
-  if (!is_anchored(i) || !(b.state[lane] > 0)) return 0;
-  const double* params = laws->entry(entry[i]).params;
+  const double* params = laws->entry(entry[std::size_t(system.candidate[b.first + lane])]).params;
   const int n = b.count, d = dim(), blocked = int(params[joint_blocked]);
   JointPose pose;
-  double error[6], was = 0, is = 0, flown = 0, far = 0;
+  double error[6], was = 0, is = 0, far = 0;
   pose_ahead(b, lane, pose);
   const double reach = joint_errors(b, lane, pose, error);
-  for (int k = 0; k < d; ++k)
-    flown = std::hypot(flown, h * (system.record[b.body_a[lane]].x[k] - system.record[b.body_b[lane]].x[k]));
   for (int c = 0; c < d; ++c)
     if (blocked >> c & 1 && !(d == 2 && c == 2)) {
       was = std::max(was, std::abs(b.state[(1 + c) * n + lane]));
@@ -212,7 +227,7 @@ double Interactions::State::missed_more(const cairn_batch& b, int lane) const {
     was = std::max(was, beyond(b.state[7 * n + lane]));
     is = std::max(is, beyond(reach + far));
   }
-  return was > 0 && is > worse * was && flown > 0 ? is / flown : 0;
+  return was > 0 && is > worse * was ? is : 0;
 }
 
 } // namespace cairn

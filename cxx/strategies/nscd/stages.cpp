@@ -305,16 +305,18 @@ void Nscd::solve_contacts(Simulation& s) {
     last = s.report.solve.iterations;
     s.report.solve.iterations += before;
   };
+  bool settled = false;
   for (int pass = 0; pass < most; ++pass) {
     // what a solver that ended elsewhere leaves is its own error, which may not be taken for what joints miss
     if (s.report.solve.status != SolveStatus::converged) break;
     const int before = s.report.solve.iterations;
     options.max_iterations = settings.solver.max_iterations - before;
     if (options.max_iterations < std::max(last, options.min_iterations)) break;
-    if (!s.interactions.correct_joints(s.scene.bodies, pass > 0 ? settings.solver.tolerance : 0)) break;
+    settled = !s.interactions.correct_joints(s.scene.bodies, pass > 0 ? settings.solver.tolerance : 0);
+    if (settled) break;
     again(before);
   }
-  if (s.report.solve.status != SolveStatus::converged || !s.interactions.ease_joints(s.scene.bodies)) return;
+  if (s.report.solve.status != SolveStatus::converged || !s.interactions.ease_joints(s.scene.bodies, settled)) return;
   const int before = s.report.solve.iterations;
   options.max_iterations = std::max(settings.solver.max_iterations - before, options.min_iterations);
   again(before);
