@@ -412,9 +412,10 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   for (std::size_t i = 0; i < n; ++i) trial_[i] = model.held[i] ? 0 : impulse[i];
   respond(trial_.data());
   for (std::size_t i = 0; i < n; ++i) trial_[i] += free_[i] - iterate_[i]; // the change
-  const std::vector<double> jump_before = impulse_jump_;
-  std::vector<double> jump_now(impulse_jump_.empty() ? 0 : n);
-  if (!jump_now.empty()) {
+  const std::size_t jumps = impulse_jump_.size();                          // none, or of each dof
+  std::vector<double>&jump_before = known_, &jump_now = responding_;
+  if (jumps > 0) {
+    jump_before = impulse_jump_;
     jump_now.assign(impulse.begin(), impulse.end());
     solve_mass(jump_now.data());
   }
@@ -431,8 +432,7 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   double share = 1;
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
     for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
-    for (std::size_t i = 0; i < jump_now.size(); ++i)
-      impulse_jump_[i] = jump_before[i] + share * (jump_now[i] - jump_before[i]);
+    for (std::size_t i = 0; i < jumps; ++i) impulse_jump_[i] = jump_before[i] + share * (jump_now[i] - jump_before[i]);
     turn_iterate();
     tangent_known_ = with_tangent && turn == 0;
     out.fault = stresses_of(iterate_, tangent_known_);
@@ -471,7 +471,7 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   }
   if (!out.fault.ok()) {
     iterate_ = start;
-    impulse_jump_ = jump_before;
+    if (jumps > 0) impulse_jump_ = jump_before;
     turn_iterate();
     out.error = 1;
     out.whole = false;
