@@ -57,6 +57,11 @@ MeshBody::MeshBody(MeshModel m) : model(std::move(m)) {
     model.side_from[std::size_t(model.side_nodes[4 * s])] = std::int32_t(s);
     model.side_to[std::size_t(model.side_nodes[4 * s + 1])] = std::int32_t(s);
   }
+  for (int k = 0; k < dim; ++k) {
+    bool given = false;
+    for (std::size_t i = k; i < n; i += dim) given = given || model.held[i];
+    if (!given && mean_mass_ > 0) inverse_mass_ = dim / (mean_mass_ * double(n));
+  }
   model.options.held = model.held;
   mark_contact_nodes();
   if (!model.ties.empty()) model.ties.start(dim, model.reference, model.mass, model.options);

@@ -179,6 +179,8 @@ public:
   double* compliance() { return now_->compliance.data(); }
   std::int64_t leading() const { return now_->leading; }
   const UnitReaches* reaches() const { return now_->reached ? &now_->reaches : nullptr; }
+  // Of the whole, 0 where dofs along each axis are given [1/kg].
+  double inverse_mass() const { return inverse_mass_; }
   Array<double> impulse;        // (dofs) of contacts, to be given
   std::vector<double> reaction; // (dofs) forces that hold the held dofs, of the last step [N]; of free ones rounding
 
@@ -343,6 +345,7 @@ private:
   std::vector<double> borne_;       // (dofs) what reactions to jumps would have too much by the scheme's impulse [N]
   std::unique_ptr<Soe> mass_;       // factors of M, for histories alone
   double size_ = 0, mean_mass_ = 0; // of a dof [kg]
+  double inverse_mass_ = 0;         // see inverse_mass()
   cairn_scheme scheme_{};           // of the step at hand
 };
 

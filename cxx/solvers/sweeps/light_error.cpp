@@ -17,7 +17,7 @@ struct MassRange {
     least = std::min(least, x);
     most = std::max(most, x);
   }
-  double ratio() const { return most > 0 ? most / least : 1; }
+  double ratio() const { return most > 0 ? std::max(most / least, 1.0) : 1; }
 };
 
 // Adds up contacts; scales of velocity come from two bodies, of which one may stand still.
@@ -74,8 +74,31 @@ double size(const double* x, int n) {
 
 } // namespace
 
-double mass_ratio(const ContactSystem& system) {
+namespace {
+
+const std::vector<std::int64_t>& contacts_of_condensed(ContactSystem& system) {
+  std::vector<std::int64_t>& count = system.condensed_contacts;
+  count.assign(system.condensed.size(), 0);
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts && (b.mapped_a || b.mapped_b); ++lane) {
+      if (b.mapped_a) ++count[std::size_t(b.body_a[lane])];
+      if (b.mapped_b) ++count[std::size_t(b.body_b[lane])];
+    }
+  return count;
+}
+
+} // namespace
+
+// A condensed body is as light as it is as a whole, but what bears one of its contacts does not bear the whole: it
+// bends.
+double mass_ratio(ContactSystem& system) {
   MassRange range;
+  const std::vector<std::int64_t>& contacts = contacts_of_condensed(system);
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (const double inverse = system.condensed[i].inverse_mass; inverse > 0 && contacts[i] > 0) {
+      range.most = std::max(range.most, inverse);
+      range.least = std::min(range.least, inverse * double(contacts[i]));
+    }
   for (std::int64_t b = 0; b < system.bodies; ++b)
     if (const double inverse = inverse_mass(system, b); inverse > 0) range.add(inverse);
   return range.ratio();
@@ -116,6 +139,26 @@ void law_misses(const cairn_schedule& schedule, std::size_t batch, const cairn_b
   for (int lane = 0; lane < b.contacts; ++lane) speed[lane] = std::sqrt(speed[lane] / b.rho[lane]);
 }
 
+// By how much the impulses of all contacts change the velocity of each condensed body as a whole (dim, bodies): what
+// its own forces do to its nodes sums up to nothing.
+void changes_of_condensed(const ContactSystem& system, std::vector<double>& change) {
+  const int d = system.dim;
+  change.assign(std::size_t(d) * system.condensed.size(), 0.0);
+  const auto add = [&](std::int32_t body, double sign, const double(&impulse)[3]) {
+    for (int k = 0; k < std::min(d, 3); ++k)
+      change[std::size_t(d) * body + k] += sign * system.condensed[body].inverse_mass * impulse[k];
+  };
+  for (const cairn_batch& b : system.batches)
+    for (int lane = 0; lane < b.contacts && (b.mapped_a || b.mapped_b); ++lane) {
+      double axes[3][3], impulse[3] = {0, 0, 0};
+      axes_of(b, d, lane, axes);
+      for (int c = 0; c < std::min(d, b.components); ++c)
+        for (int k = 0; k < d; ++k) impulse[k] += at(b, b.r, lane, c) * axes[c][k];
+      if (b.mapped_a) add(b.body_a[lane], 1, impulse);
+      if (b.mapped_b) add(b.body_b[lane], -1, impulse);
+    }
+}
+
 } // namespace
 
 LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free) {
@@ -130,6 +173,15 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
     return square;
   };
   for (std::int64_t b = 0; b < system.bodies; ++b) sum.add_body(inverse_mass(system, b), change_square(b));
+  std::vector<double>& of_condensed = system.condensed_change;
+  changes_of_condensed(system, of_condensed);
+  const auto condensed_side = [&](std::size_t i) -> LightSum::Side {
+    return {system.condensed[i].inverse_mass, size(&of_condensed[std::size_t(d) * i], d)};
+  };
+  for (std::size_t i = 0; i < system.condensed.size(); ++i) {
+    const LightSum::Side s = condensed_side(i);
+    sum.add_body(s.inverse, s.change * s.change);
+  }
   sum.close_bodies();
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
@@ -138,13 +190,14 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
     own ? law_misses(schedule, k, b, speed) : cone_breaks(d, schedule, k, b, speed, impulse);
     for (int lane = 0; lane < b.contacts; ++lane) {
       if (!(speed[lane] > 0)) continue;
-      const auto side = [&](std::int32_t body, bool moves) -> LightSum::Side {
+      const auto side = [&](std::int32_t body, bool moves, bool mapped) -> LightSum::Side {
+        if (mapped) return condensed_side(std::size_t(body));
         if (!moves || body >= system.bodies) return {};
         return {inverse_mass(system, body), std::sqrt(change_square(body))};
       };
       // bonds in balance with each other press and pull by more than any load: what they would do is not asked
-      sum.add_contact(speed[lane], own ? 0 : impulse[lane], side(b.body_a[lane], b.moves_a != 0 && !b.mapped_a),
-                      side(b.body_b[lane], b.moves_b != 0 && !b.mapped_b), system.candidate[b.first + lane]);
+      sum.add_contact(speed[lane], own ? 0 : impulse[lane], side(b.body_a[lane], b.moves_a != 0, b.mapped_a != 0),
+                      side(b.body_b[lane], b.moves_b != 0, b.mapped_b != 0), system.candidate[b.first + lane]);
     }
   }
   return sum.finish();

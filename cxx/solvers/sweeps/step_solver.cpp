@@ -43,7 +43,8 @@ public:
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         ratio_(mass_ratio(system)), patience_(first_patience()), cost_(of_newton * of_contact * contacts()),
         from_nothing_(begins_from_nothing(system)),
-        given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()) {}
+        given_up_(!StepProblem::obstacle(system).empty() || !has_factorisations()),
+        enough_(system.condensed.empty() ? light_enough(options.tolerance, ratio_) : 0.1 * options.tolerance) {}
 
   bool pays(int iterations, double error) override {
     constexpr double believed = 4; // times the way that is behind: errors may stand still for a while
@@ -64,7 +65,7 @@ public:
 
   bool accepts(int iterations, double light) override {
     constexpr double few_contacts = 5000, few_sweeps = 256;
-    if (given_up_ || refinements_ >= most_refinements || light <= light_enough(options_.tolerance, ratio_)) return true;
+    if (given_up_ || refinements_ >= most_refinements || light <= enough_) return true;
     const bool urgent = light > 0.1; // something sinks
     if (!urgent && contacts() > few_contacts) return true;
     if (!asked_) ask();
@@ -72,6 +73,7 @@ public:
     if (given_up_ || (!urgent && cost > std::max(few_sweeps, 2.0 * iterations) * sweep_operations(system_)))
       return true;
     ++refinements_;
+    light_ = light;
     return false;
   }
 
@@ -81,6 +83,11 @@ public:
     Array<double> start(step.problem().unknowns());
     step.read(start.data());
     ProblemOptions options = problem_options(options_);
+    if (light_ > 0 && !system_.condensed.empty()) { // whose velocities the solver does not refine: impulses have to do
+      constexpr double finest = 1e-14;
+      options.tolerance =
+          std::clamp(0.1 * options_.tolerance / light_ * std::sqrt(measure()), finest, options.tolerance);
+    }
     // as much work as was done before, so that neither way is long gone in vain; measured: what is larger takes more
     const double operations = cost_ / of_newton, before = sweeps_ * sweep_operations(system_) + newton_operations_;
     const int least = std::max(least_iterations, int(std::sqrt(system_.dim * contacts())));
@@ -179,8 +186,10 @@ private:
   static constexpr int least_iterations = 24, most_refinements = 64;
   int sweeps_ = 0, refinements_ = 0;
   double cost_, newton_operations_ = 0; // expected, done
+  double light_ = 0;                    // the light error that was not accepted last
   bool from_nothing_;                   // the step begins without impulses
   bool given_up_, asked_ = false;
+  double enough_; // light error; what is pushed on where meshes bear leans on nodes that hold it
 };
 
 // Newton's method over bodies, where laws have a local solution of their own.

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..pre import checks
 from . import time_functions
 
 
@@ -87,3 +88,15 @@ def living(sets, seen, present):
         if speaks:
             kept.append(s)
     return [*sets[:seen], *reversed(kept)]
+
+
+def free_masses(sets):
+    """(mass, mass over its nodes that may touch) of each deformable body of sets that is free along some axis [kg]."""
+    meshes = {id(s.mesh): s.mesh for s in sets if s.mesh is not None}.values()
+
+    def free(d):
+        axes = [axis for group, given in d.fixed.items() for axis in checks.fixed_axes(group, given, d.body.dim)]
+        return len(set(axes)) < d.body.dim
+
+    masses = [(float(np.sum(d.body.nodal_mass())), max(1, len(d.contact_nodes))) for d in meshes if free(d)]
+    return [(mass, mass / touching) for mass, touching in masses]

@@ -15,7 +15,7 @@ from . import cracks, first_overlaps, restored, unmet_shapes, views
 from .drives import Drives
 from .parts import ask_for_parts
 from .reshaping import Reshaping
-from .sets import found, ids_of, later_to_dict, living
+from .sets import found, free_masses, ids_of, later_to_dict, living
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
 from .strategies import NSCD, checked_strategy
@@ -46,7 +46,7 @@ class Simulation(Reshaping, Spelt):
             core.set_cell(*scene.periodic.arrays(scene.dim))
         sets = [s.with_(ids=insert(core, s, self._species, meshes=self._mesh_numbers)) for s in scene.sets]
         table = scene.law_table(self._species)
-        self._given, self._strategy = given, given.for_scene(core, self._rules)
+        self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, table, self.strategy.settings())
         self._core_scene, self._is_older_state = self._core.fingerprint(), self._core.is_older_state
         self._sets, self._materials, self._radii, self._info = sets, scene._materials, None, {}
@@ -89,7 +89,7 @@ class Simulation(Reshaping, Spelt):
     @strategy.setter
     def strategy(self, value):
         self.between_steps("strategy")
-        chosen = checked_strategy(value).for_scene(self._core.scene, self._rules)
+        chosen = checked_strategy(value).for_scene(self._core.scene, self._rules, free_masses(self._sets))
         self._core.set_strategy(chosen.settings())
         self._given, self._strategy = value, chosen
         self._core.check_laws()
@@ -364,7 +364,7 @@ class Simulation(Reshaping, Spelt):
             ids.append(insert(self._core.scene, s, species, self.time, self._mesh_numbers))
             self._sets.append(replace(s, ids=ids[-1]))
         self._radii = None
-        if self._given.for_scene(self._core.scene, self._rules) != self._strategy:
+        if self._given.for_scene(self._core.scene, self._rules, free_masses(self._sets)) != self._strategy:
             self.strategy = self._given
         self._start_functions()
         self._start_meshes()

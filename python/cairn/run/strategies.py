@@ -36,8 +36,9 @@ class ContactSolver:
         if self.min_iter > self.max_iter:
             raise ValueError(f"min_iter is {self.min_iter}, above max_iter = {self.max_iter}: exchange them")
 
-    def for_scene(self, core, rules=()):
-        """The solver that a simulation of this scene (of the core) takes under these rules, (a, b, law) each."""
+    def for_scene(self, core, rules=(), meshes=()):
+        """The solver that a simulation of this scene (of the core) takes under these rules, (a, b, law) each; meshes:
+        (mass, mass of a contact) of deformable bodies that are free [kg]."""
         return self
 
     def settings(self):
@@ -117,8 +118,8 @@ class Auto(ProblemSolver):
 
 @dataclass(frozen=True)
 class Default(ContactSolver):
-    """NLGS, or Auto where a free body is over 1000 times as heavy as another, where faces meet, or where bonds or joints may
-    make a solid of many bodies.
+    """NLGS, or Auto where a free body, rigid or deformable, is over 1000 times as heavy as another, where faces meet, or where
+    bonds or joints may make a solid of many bodies.
 
     There sweeps alone end far from the answer: a box on ten light ones sinks, a wall or a chain takes thousands of them.
     Simulation chooses when it is made and when bodies come in, and Simulation.explain() tells. tol, min_iter, max_iter: as in
@@ -127,20 +128,22 @@ class Default(ContactSolver):
 
     name = "default"
 
-    def for_scene(self, core, rules=()):
-        """The solver that a simulation of this scene (of the core) takes under these rules, (a, b, law) each."""
+    def for_scene(self, core, rules=(), meshes=()):
+        """As that of every solver."""
         shapes = np.array(_core.shapes())[core.contactor("shape")]
         mass = core.raw_body("mass").ravel()
         held = 2 ** (3 * core.dim - 3) - 1  # driven along all of its degrees of freedom
         free = np.isfinite(mass) & (mass > 0)
         if len(driven := core.raw_body("driven").ravel()):
             free &= driven != held
-        light, heavy = (mass[free].min(), mass[free].max()) if free.any() else (1.0, 1.0)
+        whole, each = np.reshape(meshes, (-1, 2)).T  # what bears one contact of a mesh does not bear all of it
+        light, heavy = np.concatenate([mass[free], whole]), np.concatenate([mass[free], each])
+        uneven = len(light) and heavy.max() > HEAVY * light.min()
         body = core.contactor("body")
         carried = body >= 0  # others are of meshes
         faces = np.isin(shapes[carried][free[body[carried]]], _core.shapes("faced")).any()
         solid = any(law is not None and law.bonds for _, _, law in rules)
-        chosen = Auto if faces or solid or heavy > HEAVY * light else NLGS
+        chosen = Auto if faces or solid or uneven else NLGS
         return chosen(tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
 
 
@@ -174,8 +177,8 @@ class Strategy:
     pose = "moreau"  # the condition at contacts
     end_share = 0.5  # of the end of the step in gravity and forces that change with time; the rest is of its start
 
-    def for_scene(self, core, rules=()):
-        """This strategy with what it chooses by a scene of the core and its rules, (a, b, law) each."""
+    def for_scene(self, core, rules=(), meshes=()):
+        """This strategy with what it chooses by a scene of the core, its rules, (a, b, law) each, and masses of meshes [kg]."""
         return self
 
     def settings(self):
@@ -267,9 +270,9 @@ class NSCD(Strategy):
         """Of the end of the step in gravity and forces that change with time."""
         return self.theta if self.integrator is None else self.integrator.end_share
 
-    def for_scene(self, core, rules=()):
+    def for_scene(self, core, rules=(), meshes=()):
         """This strategy with the solver that a simulation of this scene (of the core) takes under these rules."""
-        return replace(self, solver=self.solver.for_scene(core, rules))
+        return replace(self, solver=self.solver.for_scene(core, rules, meshes))
 
     def settings(self):
         """What the core reads."""
