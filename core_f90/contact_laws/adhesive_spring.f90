@@ -23,7 +23,7 @@ contains
     real(c_double), intent(out)         :: f(n, c)        !< on A [N]
     real(c_double), intent(inout), optional :: energy(n, 3) !< stored, dissipated by damping, by friction [J]
     real(c_double), pointer, contiguous :: geometry(:, :)
-    real(c_double) :: elastic(n), damping(n), delta, limit, size, speed
+    real(c_double) :: elastic(n), damping(n), delta, limit, size, speed, gives_way
     integer :: i
     call c_f_pointer(context%geometry, geometry, [n, 3])
     do i = 1, n
@@ -43,12 +43,14 @@ contains
       limit = params(5)*max(0.0_c_double, limit)
       speed = abs(u(i, 2))
       if (c > 2) speed = sqrt(u(i, 2)**2 + u(i, 3)**2)
-      size = min(limit, params(4)*speed/(1 + context%h*params(4)*rolls/geometry(i, 3)))
+      gives_way = 0 ! between bodies that are held
+      if (geometry(i, 3) > 0) gives_way = rolls/geometry(i, 3)
+      size = min(limit, params(4)*speed/(1 + context%h*params(4)*gives_way))
       if (speed > 0) f(i, 2:) = -size*(u(i, 2:)/speed)
       if (.not. present(energy)) cycle
       energy(i, 1) = params(1)*gap(i)**2/2 + params(2)*gap(i)*sqrt(-geometry(i, 2)*gap(i))*(2/3.0_c_double)
       energy(i, 2) = (elastic(i) - f(i, 1))*u(i, 1)*context%h
-      energy(i, 3) = size*(speed - context%h*size*rolls/(2*geometry(i, 3)))*context%h
+      energy(i, 3) = size*(speed - context%h*size*gives_way/2)*context%h
     end do
   end subroutine cairn_law_adhesive_spring_force
 

@@ -21,13 +21,13 @@ contains
   pure subroutine damp(n, h, mass, c, u, f)
     integer(c_int32_t), intent(in) :: n       !< contacts
     real(c_double), intent(in)     :: h       !< step [s]
-    real(c_double), intent(in)     :: mass(n) !< effective mass [kg]
+    real(c_double), intent(in)     :: mass(n) !< effective mass; 0, and c too, between bodies that are held [kg]
     real(c_double), intent(in)     :: c(n)    !< [N s/m]
     real(c_double), intent(in)     :: u(n)    !< velocity at the middle of the step [m/s]
     real(c_double), intent(inout)  :: f(n)    !< elastic force; out, with damping [N]
     integer :: i
     do i = 1, n
-      f(i) = (f(i) - c(i)*u(i))/(1 + 0.5_c_double*h*c(i)/mass(i))
+      f(i) = (f(i) - c(i)*u(i))/(1 + 0.5_c_double*h*c(i)/max(mass(i), tiny(h)))
     end do
   end subroutine damp
 

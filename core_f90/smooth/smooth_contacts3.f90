@@ -15,7 +15,7 @@ contains
     integer(c_int32_t), intent(in) :: lane(m)           !< pair of each, from 1
     integer(c_int32_t), intent(in) :: body_a(n), body_b(n) !< from 0
     real(c_double), intent(in)     :: velocity(6, 0:*)  !< at the middle of the step [m/s, rad/s]
-    real(c_double), intent(in)     :: grain_a(n, 2), grain_b(n, 2) !< curvature [1/m], inverse mass [1/kg]
+    real(c_double), intent(in)     :: grain_a(n, 2), grain_b(n, 2) !< curvature [1/m], inverse mass, 0 if held [1/kg]
     real(c_double), intent(in)     :: gap(n)            !< [m]
     real(c_double), intent(in)     :: normal(n, 3)      !< unit, from B to A
     real(c_double), intent(in)     :: lever_a(n, 3), lever_b(n, 3) !< from the centre of the body to the contact point [m]
@@ -25,7 +25,7 @@ contains
     real(c_double), intent(out)    :: frame(m, 6)       !< normal, first tangent
     real(c_double), intent(out)    :: u(m, 3)           !< relative velocity along n, t, s [m/s]
     real(c_double), intent(out)    :: lane_gap(m)       !< [m]
-    real(c_double), intent(out)    :: geometry(m, 3)    !< 0, effective radius [m], effective mass [kg]
+    real(c_double), intent(out)    :: geometry(m, 3)    !< 0, effective radius [m], effective mass [kg], 0 if both are held
     real(c_double), intent(out)    :: state(m, scalars + 2*vectors) !< vectors along t, s
     real(c_double), intent(in), optional :: jump(n, 3)  !< velocity of the image of B [m/s]
     real(c_double) :: nx, ny, nz, tx, ty, tz, sx, sy, sz, ux, uy, uz, turn, a, b, c, x, y, z, w
@@ -56,7 +56,7 @@ contains
       lane_gap(i) = gap(l)
       geometry(i, 1) = 0
       geometry(i, 2) = 1/(grain_a(l, 1) + grain_b(l, 1))
-      geometry(i, 3) = 1/max(grain_a(l, 2) + grain_b(l, 2), tiny(a))
+      geometry(i, 3) = merge(1/max(grain_a(l, 2) + grain_b(l, 2), tiny(a)), 0.0_c_double, grain_a(l, 2) + grain_b(l, 2) > 0)
     end do
     do k = 1, scalars
       do i = 1, m

@@ -13,7 +13,7 @@ contains
     integer(c_int32_t), value      :: n                 !< pairs
     integer(c_int32_t), intent(in) :: a(n), b(n)        !< contactors
     integer(c_int32_t), intent(in) :: body_a(n), body_b(n)
-    real(c_double), intent(in)     :: grain(2, 0:*)     !< of contactors: curvature [1/m], inverse mass of the body [1/kg]
+    real(c_double), intent(in)     :: grain(2, 0:*)     !< of contactors: curvature [1/m], inverse mass, 0 if held [1/kg]
     real(c_double), intent(in)     :: between(n, dim)   !< centre of a - centre of b [m]
     real(c_double), intent(in)     :: point(n, dim)     !< contact point - centre of a [m]
     integer(c_int32_t), value      :: has_offset        !< 0: contactors are centred on their bodies

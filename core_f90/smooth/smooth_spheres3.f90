@@ -1,6 +1,6 @@
 !> The fast way for contacts of spheres that are centred on their bodies: smooth_contacts3 does the same for all shapes.
 !> A sphere is one record of 16 numbers, two lines of the cache: x y z r, velocity (3), 0; r times spin (3), r, spin (3), inverse
-!> mass. What a contact needs of its two spheres are the difference of their first lines and the sum of their second ones.
+!> mass (0 if it is held). What a contact needs of two spheres are the difference of their first lines and the sum of their second.
 module smooth_spheres3
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_int8_t, c_double
   implicit none
@@ -51,7 +51,7 @@ contains
     real(c_double), intent(out)      :: arm(lanes, 2)    !< from the centres of A and of B to the contact point [m]
     real(c_double), intent(out)      :: u(*)             !< (filled, 3) relative velocity along n, t, s [m/s]
     real(c_double), intent(out)      :: gap(n)           !< of the lanes [m]
-    real(c_double), intent(out)      :: geometry(*)      !< (filled, 3) 0, effective radius [m], effective mass [kg]
+    real(c_double), intent(out)      :: geometry(*)      !< (filled, 3) 0, effective radius [m], mass, 0 if both are held [kg]
     real(c_double), intent(out)      :: state(*)         !< (filled, 2) spring along t, s [m]
     real(c_double) :: delta(8, lanes), total(lanes), square(lanes), both(8, lanes), spring(3, lanes), nearest, farthest
     integer(c_int8_t) :: near(lanes)
@@ -144,7 +144,7 @@ contains
       u(i, 3) = sx*ux + sy*uy + sz*uz
       geometry(i, 1) = 0
       geometry(i, 2) = (total(i)*total(i) - delta(4, i)*delta(4, i))/(4*total(i))
-      geometry(i, 3) = 1/max(both(8, i), tiny(a))
+      geometry(i, 3) = merge(1/max(both(8, i), tiny(a)), 0.0_c_double, both(8, i) > 0)
       px = spring(1, i); py = spring(2, i); pz = spring(3, i)
       size = px*px + py*py + pz*pz
       c = tx*px + ty*py + tz*pz

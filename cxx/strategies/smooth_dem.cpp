@@ -78,6 +78,7 @@ void SmoothDem::check_laws(const Simulation& s) const {
 
 double SmoothDem::stable_step(Simulation& s) {
   view(s);
+  follow_drives(s);
   return contact_limit(s);
 }
 
@@ -98,6 +99,7 @@ void SmoothDem::begin_step(Simulation& s, double h) {
   }
   if (s.scene.cell.any()) s.wrap_into_cell();
   if (list_is_old(s)) make_list(s);
+  follow_drives(s);
   if (settings.refuse_unstable && h > pair_limit_) refuse_step(h);
   if (!forces_known_) {
     h_ = 0;

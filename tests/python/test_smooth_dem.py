@@ -283,3 +283,58 @@ def test_overlap_at_rest_by_the_step(share, restitution):
     weight = 9.81 * mass * np.arange(count, 0, -1)
     assert overlap == pytest.approx(weight / stiffness * (1 + zeta * omega * dt), rel=1e-5)
     assert np.sort(np.abs(sim.contacts.force[:, 2]))[::-1] == pytest.approx(weight, rel=1e-5)
+
+
+@pytest.mark.parametrize("law", ["LinearSpring", "HertzMindlin"])
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("share", [0.1, 1.0, 10.0])
+def test_restitution_against_a_grain_that_is_held(dim, law, share):
+    """Against a base of grains that are held, of any density, as against a wall: the mass that moves is the ball's alone. Held
+    by a later drive, too; let go, the pair is one of two free balls again."""
+    make = cn.disks if dim == 2 else cn.spheres
+    stiffness = {"stiffness": 1e6} if law == "LinearSpring" else {"young": 1e8}
+    dofs = ["vx", "vy", "w"] if dim == 2 else ["vx", "vy", "vz", "wx", "wy", "wz"]
+
+    def impact(driven=(), later=None, density=share * 1000.0):
+        scene, up = cn.Scene(dim), np.eye(dim)[-1:]
+        base = scene.add(make(0 * up, 0.1, cn.Material("base", density=density), driven=driven))
+        ball = cn.Material("ball", density=1000.0)
+        velocity = np.pad(-up, ((0, 0), (0, 2 * dim - 3)))
+        scene.add(make(0.21 * up, 0.1, ball, velocity=velocity))
+        scene.interact("*", "*", getattr(cn, law)(restitution=0.5, **stiffness))
+        sim = cn.Simulation(scene, 2e-5, cn.SmoothDEM())
+        sim.step()
+        if later is not None:
+            sim.drive(base, later, None)
+        for _ in range(2000):
+            sim.step()
+        v = sim.bodies.velocity[:, dim - 1]
+        assert abs(sim.energy["closure"]) < 5e-3 * sim.energy["in_play"]
+        return v[1] - v[0]
+
+    assert impact(dofs) == pytest.approx(0.5, rel=5e-3)
+    assert impact(later=dofs) == pytest.approx(0.5, rel=5e-3)
+    assert impact(["w"] if dim == 2 else ["wx", "wy", "wz"]) == pytest.approx(0.5, rel=5e-3)
+    assert impact(dofs, later=()) == pytest.approx(0.5, rel=5e-3)
+
+
+def test_grains_that_are_held_do_not_shorten_the_stable_step():
+    """Light grains glued to a floor do not move; of two driven against each other the springs act, no dashpot."""
+    scene = cn.Scene(3)
+    light = cn.Material("light", density=25.0)
+    dofs = ["vx", "vy", "vz", "wx", "wy", "wz"]
+    scene.add(cn.spheres([[0, 0, 0]], 0.005, light, driven=dofs), cn.spheres([[0, 0, 0.011]], 0.005, ROCK))
+    toward = [[0, 0, 0.01, 0, 0, 0]]
+    scene.add(cn.spheres([[1, 0, -0.00999]], 0.005, light, driven=dofs, velocity=toward))
+    scene.add(cn.spheres([[1, 0, 0]], 0.005, light, driven=dofs))
+    scene.interact("*", "*", cn.LinearSpring(stiffness=1e4, restitution=0.05))
+    sim = cn.Simulation(scene, 1e-6, cn.SmoothDEM())
+    free = cn.Scene(3)
+    free.add(cn.spheres([[0, 0, 0.011]], 0.005, ROCK))
+    free.interact("*", "*", cn.LinearSpring(stiffness=1e4, restitution=0.05))
+    assert sim.stable_step == cn.Simulation(free, 1e-6, cn.SmoothDEM()).stable_step
+    sim.step()
+    force, gap = sim.contacts.force[:, 2], sim.contacts.gap
+    assert np.abs(force) == pytest.approx(-1e4 * gap, rel=1e-12) and len(gap) == 1
+    sim.drive([0], (), None)
+    assert sim.stable_step < 0.2 * cn.Simulation(free, 1e-6, cn.SmoothDEM()).stable_step

@@ -37,6 +37,8 @@ void SmoothDem::fill_records(const Simulation& s, std::int64_t first, std::int64
   const Bodies& b = s.scene.bodies;
   cairn_sphere_records(first, last, b.position.values.data(), b.velocity.values.data(), body_radius_.data(),
                        b.inverse_mass.values.data(), record_.data());
+  for (std::int64_t i = first; b.driven.active && i < last; ++i)
+    if (held(s, i)) record_[16 * i + 15] = 0;
 }
 
 // The fast way of batch_forces for spheres; -1 if the batch has to go the general one.

@@ -112,6 +112,30 @@ void SmoothDem::read_laws(const Simulation& s) {
   }
 }
 
+// Whether no force moves the centre of a body. One that is driven along some axes alone counts as free.
+bool SmoothDem::held(const Simulation& s, std::int64_t body) const {
+  const Bodies& b = s.scene.bodies;
+  const int all = (1 << dim_) - 1;
+  return b.driven.active && (*b.driven[body] & all) == all;
+}
+
+// The masses that dashpots take are those of what moves: what is held is as heavy as a wall. True if one is another.
+bool SmoothDem::weigh_grains(const Simulation& s) {
+  const Contactors& c = s.scene.contactors;
+  bool other = false;
+  for (std::int64_t k = 0; k < c.count; ++k) {
+    const double inverse_mass = held(s, *c.body[k]) ? 0 : 1 / *s.scene.bodies.mass[*c.body[k]];
+    other = other || grain_[2 * k + 1] < inverse_mass || inverse_mass < grain_[2 * k + 1];
+    grain_[2 * k + 1] = inverse_mass;
+  }
+  return other;
+}
+
+// Bodies may have been held or let go since the list was made.
+void SmoothDem::follow_drives(const Simulation& s) {
+  if (s.scene.bodies.driven.active && weigh_grains(s)) pair_limit_ = pair_limit(s);
+}
+
 void SmoothDem::make_list(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
@@ -128,7 +152,6 @@ void SmoothDem::make_list(Simulation& s) {
   for (std::int64_t k = 0; k < c.count; ++k) {
     const Shape shape = Shape(*c.shape[k]);
     grain_[2 * k] = curvature(shape, *c.radius[k]);
-    grain_[2 * k + 1] = 1 / *b.mass[*c.body[k]];
     centred_ = centred_ && *c.body[k] == k;
     if (info(shape).ball()) widest_ = std::max(widest_, *c.radius[k]);
     if (info(shape).directed) directed_.push_back(std::int32_t(k));
@@ -141,6 +164,7 @@ void SmoothDem::make_list(Simulation& s) {
     }
     arm_ = std::max(arm_, arm);
   }
+  weigh_grains(s);
   read_laws(s);
   records_ = dim_ == 3 && centred_ && states_ == 3 && !s.scene.cell.any();
   if (records_) {

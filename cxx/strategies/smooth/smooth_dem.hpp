@@ -109,6 +109,10 @@ private:
   void place_contactors(Simulation& s);
   void batch_geometry(const Simulation& s, const NeighbourList::Batch& batch, Lanes& w) const;
   void fill_records(const Simulation& s, std::int64_t first, std::int64_t last);
+  double stiffness_over_mass(const Simulation& s, const double k[3], std::int64_t body, double arm) const;
+  bool held(const Simulation& s, std::int64_t body) const;
+  void follow_drives(const Simulation& s);
+  bool weigh_grains(const Simulation& s);
   int sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
   void batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
   void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);

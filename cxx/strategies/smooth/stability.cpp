@@ -12,12 +12,17 @@ namespace {
 
 double damped_share(double ratio) { return std::sqrt(1 + ratio * ratio) - ratio; } // Belytschko 1983
 
+} // namespace
+
 // Stiffness over mass of a contact on a body: along the normal, or along the tangent where the spin gives way too.
-double stiffness_over_mass(const double k[3], double inverse_mass, double inverse_inertia, double arm) {
+double SmoothDem::stiffness_over_mass(const Simulation& s, const double k[3], std::int64_t body, double arm) const {
+  const Bodies& b = s.scene.bodies;
+  const int spins = dim_ == 2 ? 4 : 56;
+  const double inverse_mass = held(s, body) ? 0 : b.inverse_mass[body][0];
+  const bool turns = !b.driven.active || (*b.driven[body] & spins) != spins;
+  const double inverse_inertia = turns ? b.inverse_mass[body][dim_] : 0;
   return std::max(k[0] * inverse_mass, k[1] * (inverse_mass + arm * arm * inverse_inertia));
 }
-
-} // namespace
 
 // Of a collision of any body with its like at the overlap of the options, whatever touches now.
 double SmoothDem::pair_limit(const Simulation& s) const {
@@ -26,16 +31,15 @@ double SmoothDem::pair_limit(const Simulation& s) const {
   double limit = std::numeric_limits<double>::infinity();
   std::vector<int> entries_of(s.laws.materials());
   for (std::int64_t i = 0; i < c.count; ++i) {
-    const double inverse_mass = b.inverse_mass[*c.body[i]][0], inverse_inertia = b.inverse_mass[*c.body[i]][dim_];
     const double radius = 0.5 * *c.radius[i], overlap = settings.overlap * radius;
-    if (!(inverse_mass > 0) || !(radius > 0)) continue;
+    if (!(b.inverse_mass[*c.body[i]][0] > 0) || !(radius > 0)) continue;
     const int entry = s.laws.find(*c.material[i], *c.material[i]);
     if (entry < 0) continue;
     double k[3], reach;
     law_infos()[std::size_t(s.laws.entry(entry).law)].stiffness(1, &overlap, &radius, s.laws.entry(entry).params, k,
                                                                 &reach);
-    const double rate = 2 * stiffness_over_mass(k, inverse_mass, inverse_inertia, 2 * radius);
-    limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
+    const double rate = 2 * stiffness_over_mass(s, k, *c.body[i], 2 * radius);
+    if (rate > 0) limit = std::min(limit, 2 / std::sqrt(rate) * damped_share(k[2]));
   }
   return limit * limit_share();
 }
@@ -45,11 +49,10 @@ double SmoothDem::limit_share() const { return settings.integrator.scheme(1).lar
 
 // Gershgorin's bound on the contacts as they are, each at least at the overlap of the settings.
 double SmoothDem::contact_limit(Simulation& s) {
-  const Bodies& b = s.scene.bodies;
   if (lanes_.empty()) lanes_.push_back(std::make_unique<Lanes>());
   Lanes& w = *lanes_[0];
   Array<double>& rate = margins_;
-  rate.assign(b.count, 0);
+  rate.assign(s.scene.bodies.count, 0);
   double damping = 0;
   for (const NeighbourList::Batch& batch : list_.batches) {
     batch_geometry(s, batch, w);
@@ -63,8 +66,7 @@ double SmoothDem::contact_limit(Simulation& s) {
       law_infos()[std::size_t(entry.law)].stiffness(1, &overlap, &radius, entry.params, k, &reach);
       damping = std::max(damping, k[2]);
       for (const std::int32_t body : {list_.body_a[p], list_.body_b[p]})
-        rate[body] += stiffness_over_mass(k, b.inverse_mass[body][0], b.inverse_mass[body][dim_],
-                                          body == list_.body_a[p] ? w.radius_a[i] : w.radius_b[i]);
+        rate[body] += stiffness_over_mass(s, k, body, body == list_.body_a[p] ? w.radius_a[i] : w.radius_b[i]);
     }
   }
   double greatest = 0;
