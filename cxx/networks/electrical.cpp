@@ -59,7 +59,7 @@ void Network::advance_potential(Simulation& s, double h, const Network* thermal)
   }
   remember_films(s);
   give_back(potential_, scene.bodies.potential, scene.nodes.potential);
-  settle_current(s, h, potential_);
+  settle_current(s, h + flown, potential_);
 }
 
 // What comes in, goes out and is dissipated.

@@ -92,7 +92,7 @@ void Network::place(const Simulation& s) {
 void Network::attract(const Simulation& s) {
   bool any = false;
   for (int e = 0; e < s.laws.entries(); ++e) any |= s.laws.entry(e).law == Law::wet;
-  if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("dissipated"))) return;
+  if (!any || !s.contacts_known || !s.strategy().has(contact_field_info("beta"))) return;
   fit(drawn_, std::size_t(s.candidates.count));
   s.interactions.attraction(drawn_.data());
   for (std::int64_t i = 0; i < s.candidates.count; ++i) force_[i] += drawn_[i];
@@ -126,7 +126,8 @@ void Network::gather(Simulation& s, double h) {
   }
   if (needs_bond) {
     for (auto* v : {&intact_, &area_}) v->assign(n, 0.0);
-    if (s.contacts_known && s.strategy().has(contact_field_info("dissipated"))) { // explicit contacts keep no bonds
+    // smooth contacts keep no bonds, and impacts of a flight none
+    if (s.contacts_known && s.strategy().has(contact_field_info("beta")) && s.interactions.count() == c.count) {
       s.interactions.law_state("beta", intact_.data());
       s.interactions.law_state("area", area_.data());
     }
@@ -319,6 +320,19 @@ void Networks::advance(Simulation& s, double h) {
   s.strategy().view(s);
   if (electrical) electrical->advance_potential(s, h, thermal ? &*thermal : nullptr);
   if (thermal) thermal->advance_temperature(s, h, electrical ? &*electrical : nullptr);
+  forget_flight();
+}
+
+void Networks::keep_flight(Simulation& s, double time) {
+  if (electrical) electrical->flown = time;
+  if (!thermal) return;
+  thermal->flown = time;
+  thermal->keep_impact_heat(s);
+}
+
+void Networks::forget_flight() {
+  if (electrical) electrical->forget_flight();
+  if (thermal) thermal->forget_flight();
 }
 
 std::int64_t Networks::bytes() const {

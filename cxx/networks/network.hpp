@@ -128,6 +128,12 @@ public:
   // Films that are gone, by the keys of their contacts, for the next step and for a checkpoint.
   std::vector<ContactKey> broken_keys;
 
+  // Of a step that began in flight: the time before the contacts that it ended with [s].
+  double flown = 0;
+  // Heat of impacts before those contacts, from the candidates as they stand, is that of the next advance_temperature.
+  void keep_impact_heat(Simulation& s);
+  void forget_flight() { flown = owed_friction_ = 0, owed_.clear(); }
+
   void advance_potential(Simulation& s, double h, const Network* thermal);
   void advance_temperature(Simulation& s, double h, const Network* electrical);
   void load_meshes(Simulation& s);
@@ -188,6 +194,8 @@ private:
   // of heat
   std::vector<double> rise_low_, now_low_; // what the sums beside lost
   std::vector<double> begin_, now_, rise_, given_, out_begin_, out_now_, late_, early_, contact_heat_;
+  std::vector<std::pair<std::int64_t, double>> owed_; // heat of impacts, by ids of bodies [J]
+  double owed_friction_ = 0;
   std::vector<std::int32_t> joined_;   // who stands for a body among those that perfect conductors join; empty: none
   std::vector<double> lack_, perfect_; // of each body before its joined ones answer for it [W]; through each branch [W]
   std::vector<double> expected_;       // temperatures at the end of the step by its last pass
@@ -203,6 +211,8 @@ double value_at(const Simulation& s, const double* value, std::int32_t contactor
 struct Networks {
   std::optional<Network> electrical, thermal;
   void advance(Simulation& s, double h);
+  void keep_flight(Simulation& s, double time); // what flew that long touches from now on
+  void forget_flight();
   bool repeats() const { return thermal && thermal->coupling_tolerance < std::numeric_limits<double>::infinity(); }
   std::int64_t bytes() const;
 };

@@ -62,6 +62,20 @@ void Network::contact_heat(Simulation& s, double h, const Network* electrical) {
     give(local_, 1, friction, balance.friction);
   }
   if (joule != Split::none && electrical) give(electrical->power, h, joule, balance.joule);
+  for (const auto& [id, heat] : owed_) contact_heat_[std::size_t(unknown_of_id(s.scene, id))] += heat;
+  balance.friction += owed_friction_;
+}
+
+void Network::keep_impact_heat(Simulation& s) {
+  const double before = balance.friction;
+  place(s);
+  begin_heat(s);
+  lay_branches(s);
+  contact_heat(s, 0, nullptr);
+  owed_friction_ = balance.friction - before;
+  balance.friction = before;
+  for (std::size_t i = 0; i < std::size_t(s.scene.bodies.count); ++i)
+    if (std::abs(contact_heat_[i]) > 0) owed_.emplace_back(*s.scene.bodies.id[std::int64_t(i)], contact_heat_[i]);
 }
 
 // Flows out of each body over branches and to what is outside, at temperatures in two parts; positive out.
@@ -228,6 +242,7 @@ void Network::advance_temperature(Simulation& s, double h, const Network* electr
   begin_heat(s);
   joined_.clear();
   lay_branches(s);
+  h += flown;
   contact_heat(s, h, electrical);
   conduct(s, begin_.data(), clean_);
   weigh_branches(clean_);

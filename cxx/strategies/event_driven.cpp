@@ -7,6 +7,7 @@
 
 #include "../base/call.hpp"
 #include "../base/threads.hpp"
+#include "../networks/network.hpp"
 #include "contact_fields.hpp"
 #include "event_driven/event_driven.hpp"
 #include "options.hpp"
@@ -37,7 +38,14 @@ const StepReport& EventDriven::step(Simulation& s, double h) {
     s.time += whole ? h : now_;
     persistent_.settings.solver.tolerance = settings_.tol;
     persistent_.settings.solver.max_iterations = settings_.max_iter;
-    if (!whole) s.timed("persist", [&] { persistent_.step(s, h - now_); });
+    persists_ = false; // what networks read first are the impacts
+    if (whole) {
+      s.advance_networks(h);
+    } else {
+      if (s.networks) s.networks->keep_flight(s, now_);
+      persists_ = true;
+      s.timed("persist", [&] { persistent_.step(s, h - now_); });
+    }
   } catch (...) {
     s.time = before;
     s.energy = energy;
@@ -46,9 +54,9 @@ const StepReport& EventDriven::step(Simulation& s, double h) {
     b.velocity.values = kept_velocity_;
     if (b.rotation.active) b.rotation.values = kept_rotation_;
     s.forget_contacts();
+    if (s.networks) s.networks->forget_flight();
     throw;
   }
-  persists_ = !whole;
   if (whole) s.report.step = ++s.steps;
   s.report.events = impacts;
   s.report.persistent = whole ? 0 : h - now_;

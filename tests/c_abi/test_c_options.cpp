@@ -70,7 +70,7 @@ TEST_F(COptions, smooth_dem_is_chosen_by_name) {
   EXPECT_LT(gap[0], 0);
   EXPECT_GT(impulse[2], 0);
   EXPECT_GT(energy("stored"), 0);
-  EXPECT_REFUSED(cairn_simulation_contact_field(simulation, "dissipated", 0, nullptr, nullptr, &error), "dissipated");
+  EXPECT_REFUSED(cairn_simulation_contact_field(simulation, "beta", 0, nullptr, nullptr, &error), "beta");
 }
 
 // Springs at the contacts: at rest, the weight is their stiffness times the overlap.

@@ -248,3 +248,91 @@ def test_heat_goes_through_a_strip_at_any_depth_alike():
         bare.add(cn.disks([[0, 0.1]], 0.1, clay))
         bare.thermal(initial=300.0, steady=True, conductance=N.HertzStrip())
         cn.Simulation(bare, 1e-2)
+
+
+METAL = cn.Material("metal", density=1000.0, capacity=100.0, conductivity=1.0, young=1e9, poisson=0.3)
+STRATEGIES = {
+    "NSCD": lambda: (cn.NSCD(), cn.Restitution(normal=0.5, mu=0.3), 1e-3),
+    "EventDriven": lambda: (cn.EventDriven(), cn.Restitution(normal=0.5, mu=0.3), 1e-3),
+    "SmoothDEM": lambda: (cn.SmoothDEM(), cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.3), 1e-5),
+    "SmoothDEM without energy": lambda: (
+        cn.SmoothDEM(energy=False, skin=1e-4),
+        cn.LinearSpring(stiffness=1e7, restitution=0.5, mu=0.3),
+        1e-5,
+    ),
+    "Gear": lambda: (
+        cn.SmoothDEM(integrator=cn.Gear(values=5)),
+        cn.HertzMindlin(young=1e9, restitution=0.5, mu=0.3),
+        5e-6,
+    ),
+}
+
+
+@pytest.mark.parametrize("strategy", list(STRATEGIES))
+def test_heat_of_a_collision(strategy):
+    """Two spinning disks collide obliquely: all that motion loses is heat in them, in equal halves."""
+    made, law, dt = STRATEGIES[strategy]()
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[-0.15, 0], [0.1, 0.08]], 0.1, METAL, velocity=[[1.0, 0, 9.0], [-1.0, 0, 3.0]]))
+    scene.interact("*", "*", law)
+    scene.thermal(initial=300.0)
+    sim = cn.Simulation(scene, dt, strategy=made)
+    mass, inertia = sim.bodies.mass[0], sim.bodies.inertia[0]
+
+    def kinetic():
+        v = sim.bodies.velocity
+        return 0.5 * mass * np.sum(v[:, :2] ** 2) + 0.5 * inertia * np.sum(v[:, 2] ** 2)
+
+    before, lost = kinetic(), 0.0
+    for _ in range(round(0.1 / dt)):
+        report = sim.step()
+        lost += sim.contacts.dissipated.sum()
+    exact = 1e-9 if strategy in ("NSCD", "EventDriven") else 1e-2
+    heat = report["thermal"]["balance"]["friction"]
+    assert before - kinetic() > 19 and heat == pytest.approx(before - kinetic(), rel=exact)
+    assert heat == pytest.approx(lost, rel=1e-9)
+    if "without" not in strategy:
+        spent = sim.energy["dissipated_normal"] + sim.energy["dissipated_friction"]
+        assert heat == pytest.approx(spent, rel=1e-9)
+    assert (sim.bodies.temperature - 300).sum() * mass * 100 == pytest.approx(heat, rel=1e-7)
+    assert np.ptp(sim.bodies.temperature) < 1e-9
+
+
+@pytest.mark.parametrize("dt", [1e-3, 0.02])
+def test_heat_of_events_and_of_what_rests(dt):
+    """A disk is dropped and slides to rest, by flight and steps of NSCD: what it had of energy is heat, and while it flies it
+    cools as it does at rest."""
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks([[0, 0.15]], 0.1, METAL, velocity=[[2.0, 0, 0]], driven=["w"]), cn.wall((0, 0), (0, 1), METAL))
+    scene.interact("*", "*", cn.Restitution(normal=0.5, mu=0.3))
+    scene.thermal(initial=300.0)
+    sim = cn.Simulation(scene, dt, strategy=cn.EventDriven())
+    for _ in range(round(2 / dt)):
+        report = sim.step()
+    mass = sim.bodies.mass[0]
+    energy = 0.5 * mass * 4 + mass * 9.81 * 0.05
+    assert abs(sim.bodies.velocity[0, 0]) < 1e-9
+    heat = report["thermal"]["balance"]["friction"]
+    assert heat == pytest.approx(sim.energy["dissipated_normal"] + sim.energy["dissipated_friction"], rel=1e-9)
+    assert heat == pytest.approx(energy, rel=2 * dt)
+
+
+def test_bodies_cool_in_flight():
+    """By events, too, time passes for temperatures while nothing touches."""
+    temperatures = []
+    for strategy in (cn.NSCD(), cn.EventDriven()):
+        scene = cn.Scene(2, gravity=(0, -9.81))
+        scene.add(cn.disks([[0, 1.1]], 0.1, METAL), cn.wall((0, 0), (0, 1), METAL))
+        scene.interact("*", "*", cn.Restitution(normal=0.5))
+        scene.thermal(
+            initial=300.0,
+            friction="none",
+            convection=[([0], 5000.0, None, 280.0)],
+            conductance=N.Constant(conductance=0.0),
+        )
+        sim = cn.Simulation(scene, 0.01, strategy=strategy)
+        for _ in range(100):
+            report = sim.step()
+        temperatures.append(sim.bodies.temperature[0])
+        assert abs(report["thermal"]["balance"]["closure"]) < 1e-12 * report["thermal"]["balance"]["in_play"]
+    assert temperatures[1] == pytest.approx(temperatures[0], rel=1e-12) and temperatures[0] < 299

@@ -45,7 +45,9 @@ void SmoothDem::view(Simulation& s) {
   s.contacts_known = true;
 }
 
-bool SmoothDem::has(const ContactFieldInfo& field) const { return field.smooth; }
+bool SmoothDem::has(const ContactFieldInfo& field) const {
+  return field.smooth && (counts_loss_ || std::string_view(field.name) != "dissipated");
+}
 
 // Forces of smooth contacts count for a step, as impulses do.
 void SmoothDem::read(Simulation& s, std::string_view field, int components, double* out) {
@@ -53,6 +55,10 @@ void SmoothDem::read(Simulation& s, std::string_view field, int components, doub
   if (field == "relative_velocity") return relative_velocity(s, out);
   if (field == "moment") {
     std::fill_n(out, n, 0.0);
+    return;
+  }
+  if (field == "dissipated") {
+    for (const std::int32_t p : viewed_) *out++ = list_.loss[p];
     return;
   }
   if (field == "impulse_local")

@@ -58,13 +58,19 @@ int SmoothDem::sphere_forces(Simulation& s, const NeighbourList::Batch& batch, L
                       w.geometry, w.state);
   if (count <= 0) return count;
   const cairn_law_context context{h, 0.5, w.geometry, nullptr};
-  double* energy = settings.energy ? w.energy : nullptr;
+  double* energy = counts_loss_ ? w.energy : nullptr;
   law_infos()[std::size_t(entry.law)].force(m, 3, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
   cairn_sphere_scatter(batch.count, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.frame, w.arm, w.f, w.state,
                        &list_.state[3 * p], &list_.force[3 * p], s.scene.bodies.contact_force.values.data(),
                        batch.other < 0 ? nullptr : &list_.other[batch.other * 6]);
   cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
+  if (energy) keep_loss(batch, count, m, w);
   return count;
+}
+
+void SmoothDem::keep_loss(const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w) {
+  for (std::int32_t i = 0; i < count; ++i)
+    list_.loss[batch.first + w.lane[i] - 1] = w.energy[m + i] + w.energy[2 * m + i];
 }
 
 // sums: see sums_of_tile
@@ -98,13 +104,13 @@ void SmoothDem::batch_forces(Simulation& s, const NeighbourList::Batch& batch, L
       w.lever_a, w.lever_b, h, shape.scalars, shape.vectors, stored, w.frame, w.u, w.lane_gap, w.geometry, w.state,
       sheared ? w.jump : nullptr);
   const cairn_law_context context{h, 0.5, w.geometry, nullptr};
-  law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f,
-                                            settings.energy ? w.energy : nullptr);
+  double* energy = counts_loss_ ? w.energy : nullptr;
+  law_infos()[std::size_t(entry.law)].force(m, dim_, &context, w.lane_gap, w.u, entry.params, w.state, w.f, energy);
   (dim_ == 2 ? cairn_smooth_scatter2 : cairn_smooth_scatter3)(
       n, count, m, w.lane, &list_.body_a[p], &list_.body_b[p], w.lever_a, w.lever_b, w.frame, w.f, shape.scalars,
       shape.vectors, w.state, stored, &list_.force[p * dim_], b.contact_force.values.data(), other);
-  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, settings.energy ? w.energy : nullptr, &sums[2], &sums[3],
-                    &sums[9]);
+  cairn_smooth_sums(count, m, w.lane_gap, w.geometry, energy, &sums[2], &sums[3], &sums[9]);
+  if (energy) keep_loss(batch, count, m, w);
 }
 
 void SmoothDem::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums) {
@@ -112,6 +118,10 @@ void SmoothDem::tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h
   const std::int64_t first = tile * NeighbourList::tile, last = std::min(first + NeighbourList::tile, b.count);
   std::fill(b.contact_force[first], b.contact_force[last], 0.0);
   std::fill_n(sums, sums_of_tile, 0.0);
+  if (const auto& batches = list_.tile_batches; counts_loss_ && batches[tile] < batches[tile + 1]) {
+    const auto &one = list_.batches[batches[tile]], &end = list_.batches[batches[tile + 1] - 1];
+    std::fill(&list_.loss[one.first], &list_.loss[end.first] + end.count, 0.0);
+  }
   for (std::int64_t k = list_.tile_batches[tile]; k < list_.tile_batches[tile + 1]; ++k)
     batch_forces(s, list_.batches[k], w, h, sums);
 }

@@ -5,6 +5,7 @@
 #include "../../base/call.hpp"
 #include "../../base/key_search.hpp"
 #include "../../contactors/shapes.hpp"
+#include "../../networks/network.hpp"
 #include "cairn/rows.h"
 #include "lanes.hpp"
 
@@ -140,6 +141,8 @@ void SmoothDem::make_list(Simulation& s) {
   Bodies& b = s.scene.bodies;
   const Contactors& c = s.scene.contactors;
   check_laws(s);
+  const bool heats = s.networks && s.networks->thermal && s.networks->thermal->friction != Network::Split::none;
+  counts_loss_ = settings.energy || heats;
   s.scene.activate(Need::smooth);
   remember(s);
   cairn_inverse_masses(dim_, b.dofs(), b.count, b.mass.values.data(), b.inertia.values.data(),
@@ -234,6 +237,7 @@ void SmoothDem::lay_out(Simulation& s) {
   list_.state.assign(n * states_, 0);
   list_.force.assign(n * dim_, 0);
   list_.active.assign(n, 0);
+  list_.loss.assign(counts_loss_ ? n : 0, 0);
   list_.batches.clear();
   list_.tile_batches.assign(1, 0);
   list_.others = 0;
@@ -295,6 +299,9 @@ ContactMemory SmoothDem::memory(const Simulation&) const {
 void SmoothDem::remember(Simulation& s) {
   if (list_.pairs == 0) return;
   memory_ = memory(s);
+  lost_.clear();
+  for (std::int64_t p = 0; p < std::int64_t(list_.loss.size()); ++p)
+    if (list_.active[p]) lost_.push_back(list_.loss[p]);
   list_.pairs = 0;
   list_.valid = false;
 }
@@ -311,6 +318,7 @@ void SmoothDem::recall(const Simulation& s) {
   for (std::int64_t p = 0; p < list_.pairs; ++p) {
     if (place[p] < 0) continue;
     list_.active[p] = 1;
+    if (counts_loss_ && lost_.size() == memory_.keys.size()) list_.loss[p] = lost_[std::size_t(place[p])];
     std::copy_n(&memory_.states[std::size_t(place[p]) * memory_.state_components], kept, &list_.state[p * states_]);
     std::copy_n(&memory_.impulses[std::size_t(place[p]) * dim_], dim_, &list_.force[p * dim_]);
   }
@@ -318,6 +326,7 @@ void SmoothDem::recall(const Simulation& s) {
 
 void SmoothDem::restore(Simulation&, ContactMemory memory) {
   memory_ = std::move(memory);
+  lost_.clear();
   list_.pairs = 0;
   list_.valid = false;
   forces_known_ = true;
@@ -340,8 +349,9 @@ std::int64_t SmoothDem::body_bytes() const {
 std::int64_t SmoothDem::contact_bytes() const {
   return std::int64_t(
       4 * (5 * list_.a.capacity() + list_.incoming_body.capacity() + list_.incoming_place.capacity()) +
-      8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity()) + list_.active.capacity() +
-      8 * (found_.gap.capacity() + found_.normal.capacity() + found_.point.capacity()) + 16 * found_.image.capacity());
+      8 * (list_.state.capacity() + list_.force.capacity() + list_.other.capacity() + list_.loss.capacity()) +
+      list_.active.capacity() + 8 * (found_.gap.capacity() + found_.normal.capacity() + found_.point.capacity()) +
+      16 * found_.image.capacity());
 }
 
 } // namespace cairn

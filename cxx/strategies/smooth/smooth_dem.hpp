@@ -25,6 +25,7 @@ struct NeighbourList {
   Array<std::int32_t> a, b, body_a, body_b, image;
   Array<double> state; // (states, pairs), vectors in space axes
   Array<double> force; // (dim, pairs) on A [N]
+  Array<double> loss;  // (pairs) to damping and friction in the step, if anyone asks for it [J]
   Array<std::int8_t> active;
   std::vector<Batch> batches;
   std::vector<std::int64_t> tile_batches, tile_incoming; // first of each tile
@@ -115,6 +116,7 @@ private:
   bool weigh_grains(const Simulation& s);
   int sphere_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
   void batch_forces(Simulation& s, const NeighbourList::Batch& batch, Lanes& w, double h, double* sums);
+  void keep_loss(const NeighbourList::Batch& batch, std::int32_t count, std::int32_t m, const Lanes& w);
   void tile_forces(Simulation& s, std::int64_t tile, Lanes& w, double h, double* sums);
   void to_local(const double* n, const double* v, double* out) const;
   bool plain_tile(const Simulation& s, std::int64_t first, std::int64_t last) const;
@@ -140,7 +142,9 @@ private:
   std::int64_t lists_made_ = 0;
   NeighbourList list_;
   Candidates found_;
-  ContactMemory memory_; // between lists
+  ContactMemory memory_;    // between lists
+  Array<double> lost_;      // of its contacts [J]
+  bool counts_loss_ = true; // what contacts dissipate is known, for the balance or for a network of heat
   std::vector<EntryShape> entries_;
   int states_ = 0; // numbers of a pair
   Array<double> grain_, centre_, direction_, margins_, sums_;
