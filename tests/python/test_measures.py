@@ -255,3 +255,54 @@ def test_a_region_has_its_own_contacts(tmp_path):
     bears = ~loose[pairs].any(axis=1)
     steady = np.bincount(pairs[bears].ravel(), minlength=153)[inside & ~loose]
     assert found["coordination_without_rattlers"] == pytest.approx(steady.mean())
+
+
+@pytest.mark.parametrize("lean", [0.0, 0.3])
+@pytest.mark.parametrize("offset", [0.0, 0.02, 0.05])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_periodic_cell_is_measured_whole(tmp_path, dim, offset, lean):
+    """A lattice pressed by springs, whatever of it crosses the border: without a region all of the cell, and any region of its
+    size; half of it by the images that it holds."""
+    overlap, stiffness, per, d = 0.001, 1e6, 5, 0.1
+    pitch = d - overlap
+    size = per * pitch
+    rock = cn.Material("rock", density=1000.0)
+    lattice = np.stack(np.meshgrid(*[np.arange(per)] * dim, indexing="ij"), -1).reshape(-1, dim) * pitch + offset
+    if lean:
+        lattice[:, 0] += lean * pitch * np.round((lattice[:, -1] - offset) / pitch)
+    scene = cn.Scene(dim, periodic=cn.Periodic((size,) * dim, lean=lean * size))
+    scene.add((cn.disks if dim == 2 else cn.spheres)(lattice, d / 2, rock))
+    scene.interact("*", "*", cn.LinearSpring(stiffness=stiffness))
+    sim = cn.Simulation(scene, 1e-7, strategy=cn.SmoothDEM(unstable="ignore"), overlap="ignore")
+    sim.run(steps=1, output=tmp_path / "a.vtkhdf", progress=False)
+    step = load(tmp_path / "a.vtkhdf")[-1]
+    fill = (np.pi * d**2 / 4 if dim == 2 else np.pi * d**3 / 6) / pitch**dim
+    everything = me.measure(step)
+    assert everything["solid_fraction"] == pytest.approx(fill, rel=1e-12)
+    low = np.full(dim, -0.013)
+    shifted = me.measure(step, low=low, high=low + size)
+    assert shifted["solid_fraction"] == pytest.approx(fill, rel=1e-9)
+    for found in (everything, shifted):
+        assert found["coordination"] == pytest.approx(2 * everything["contacts"] / per**dim) and found["rattlers"] == 0
+        assert np.allclose(found["stress"], everything["stress"], rtol=1e-9)
+        if not lean:  # a force of k overlap in each row, of one for the area of a cell
+            pressed = -stiffness * overlap / pitch ** (dim - 1) * np.eye(dim)
+            assert np.allclose(found["stress"], pressed, rtol=1e-4, atol=1e-4 * abs(pressed).max())
+    if not lean and offset == 0:  # planes of centres at its ends
+        half = me.measure(step, low=np.zeros(dim), high=np.r_[2 * pitch, np.full(dim - 1, size)])
+        assert half["solid_fraction"] == pytest.approx(fill, rel=1e-9)
+    with pytest.raises(ValueError, match="along y, and the periodic cell .*: give one that is no longer"):
+        me.measure(step, low=np.zeros(dim), high=np.r_[size, 1.1 * size, np.full(dim - 2, size)])
+
+
+def test_blocks_across_the_border_of_a_cell(tmp_path):
+    """A row of blocks that presses itself across the border: levers are those of the images that touch."""
+    rock = cn.Material("rock", density=1000.0)
+    scene = cn.Scene(2, periodic=cn.Periodic((3.0, np.inf)))
+    square = np.array([[-0.5, 0], [0.5, 0], [0.5, 1], [-0.5, 1]])
+    scene.add(cn.polygons([square + [k + 0.1, 0] for k in range(3)], rock, velocity=[[0, 0, 0], [1, 0, 0], [-1, 0, 0]]))
+    scene.interact("*", "*", cn.Coulomb(mu=0.0))
+    _, step = output_of(scene, tmp_path, steps=1)
+    force = np.abs(step.contacts["impulse"][:, 0]).sum() / 1e-3
+    assert force > 0
+    assert me.measure(step, low=(0, 0), high=(3, 1))["stress"][0, 0] == pytest.approx(-force / 3.0, rel=2e-3)

@@ -121,8 +121,9 @@ def lever_arms(step):
     """From the centres of both bodies to each contact point: rows (m,) of A and B, arms (m, dim) [m] of A and B.
 
     Across a periodic boundary, where the centre is not near the point, the arm of a round body is its radius and half the
-    gap along the normal, which is exact.
+    gap along the normal, which is exact; that of another body is the shortest of its images.
     """
+    cell = cell_of(step)
     contacts, position = step.contacts, step.drawn["position"]
     radius = step.drawn["radius"] if "radius" in step.drawn else np.zeros(len(position))
     rows, arms = [], []
@@ -132,6 +133,50 @@ def lever_arms(step):
         reach = radius[row] + contacts["gap"] / 2
         far = (radius[row] > 0) & (np.linalg.norm(arm, axis=1) > 1.5 * radius[row] + np.abs(contacts["gap"]))
         arm[far] = sign * reach[far, None] * contacts["normal"][far]
+        if cell is not None:
+            arm[radius[row] == 0] = nearest_image(arm[radius[row] == 0], cell)
         rows.append(row)
         arms.append(arm)
     return (*rows, *arms)
+
+
+class Cell:
+    """A periodic cell at the time of an output: corner (dim,) [m], vectors (dim, dim) by rows [m], of which the last may lean
+    along the first, and periodic (dim,) of bool."""
+
+    def __init__(self, corner, vectors, periodic):
+        self.corner, self.vectors, self.periodic = corner, vectors, periodic
+        self.axes = np.flatnonzero(periodic)[::-1]  # that which leans first
+        self.lengths = np.where(periodic, np.diagonal(vectors), np.inf)
+
+
+def cell_of(step):
+    """The Cell of an output; None where the scene has none."""
+    stated = step.run.periodic
+    if stated is None:
+        return None
+    dim = step.dim
+    vectors, periodic = np.array(stated["vectors"])[:dim, :dim], np.array(stated["periodic"], bool)[:dim]
+    vectors = vectors + step.time * vectors @ np.array(stated["velocity_gradient"])[:dim, :dim].T
+    if not periodic.any():
+        return None
+    return Cell(np.array(stated["corner"])[:dim], vectors, periodic)
+
+
+def nearest_image(x, cell):
+    """Of each x (n, dim) [m], the image that is nearest to zero along each axis that repeats."""
+    for k in cell.axes:
+        x = nearest_along(x, cell, k)
+    return x
+
+
+def images_about(x, middle, cell):
+    """Images of x (n, dim) [m] within one cell and a half of `middle` (dim,) along each axis that repeats: arrays as x."""
+    some = [np.asarray(x, dtype=float) - middle]
+    for k in cell.axes:
+        some = [nearest_along(y, cell, k) + turn * cell.vectors[k] for y in some for turn in (-1, 0, 1)]
+    return [middle + y for y in some]
+
+
+def nearest_along(x, cell, k):
+    return x - np.round(x[:, k] / cell.lengths[k])[:, None] * cell.vectors[k]

@@ -9,7 +9,7 @@ import numpy as np
 from .. import _core
 from ..pre import checks
 from .errors import FileError
-from .geometry import contactors_of, lever_arms
+from .geometry import cell_of, contactors_of, images_about, lever_arms
 from .overlap import box_vertices, disk_polygon_area, sphere_box_volume
 
 
@@ -134,7 +134,9 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=
     """All measures of one output: a dict.
 
     Region: a box from low to high, a polygon in 2D, or if neither is given the box around all disks and spheres that count and
-    the centres of the others. dt : step [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene [m].
+    the centres of the others; along axes that repeat, all of the periodic cell. There a region is no longer than the cell, and
+    bodies count by their images. dt : step [s] that turns impulses into forces, the run's own if None. depth : of a 2D scene
+    [m].
 
     bodies : ids of those that count, (k,); None: disks and spheres, and all bodies of other shapes that have a mass, such as
     polygons, polyhedra, capsules, cylinders, superquadrics. Walls do not count, nor deformable bodies, whose nodes have no size.
@@ -160,16 +162,14 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=
     loaded = np.any(step.contacts["impulse"] != 0, axis=1)
     row_a, row_b, arm_a, arm_b = (x[loaded] for x in lever_arms(step))
     forces = step.contacts["impulse"][loaded] / (step_size(step) if dt is None else dt)
+    cell = cell_of(step)
+    whole = cell is not None and polygon is None and low is None  # of the cell
     if polygon is None and low is None:
-        center = np.concatenate([balls.center, step.drawn["position"][others]])
-        radius = np.concatenate([balls.radius, np.zeros(int(others.sum()))])
-        low = (center - radius[:, None]).min(0, initial=np.inf)
-        high = (center + radius[:, None]).max(0, initial=-np.inf)
-        if not np.all(np.isfinite(center)):
-            what = f"output {step.index} holds positions that are no numbers"
-            raise FileError(step.run.path, what, "give the region that is measured, or use a copy of it")
+        low, high = _around(step, balls, others, cell)
+    elif cell is not None:
+        _within(cell, low, high, polygon)
     volume = depth * _area(polygon) if polygon is not None else np.prod(np.subtract(high, low)) * (depth if dim == 2 else 1.0)
-    inside = counted & _inside(step.drawn["position"], low, high, polygon)
+    inside = counted.copy() if whole else counted & _inside(step.drawn["position"], low, high, polygon, cell)
     moments = body_moments(n, row_a, row_b, forces, arm_a, arm_b)
     stress = moments[inside].sum(0) / volume if np.any(inside) and volume > 0 else np.full((dim, dim), np.nan)
     pressure, deviator = pressure_and_deviator(stress)
@@ -183,7 +183,7 @@ def measure(step, low=None, high=None, polygon=None, dt=None, depth=1.0, bodies=
         "coordination": coordination_number(n, row_a, row_b, counted=inside),
         "coordination_without_rattlers": coordination_number(n, row_a[bears], row_b[bears], counted=inside & ~loose),
         "rattlers": float(loose[inside].mean()) if inside.any() else float("nan"),
-        "solid_fraction": solid_fraction(balls.center, balls.radius, low, high, polygon) if known else np.nan,
+        "solid_fraction": _filled(balls, low, high, polygon, cell, whole) if known else np.nan,
         "fabric": fabric_tensor(step.contacts["normal"][loaded][own]),
         "stress": stress,
         "pressure": float(pressure),
@@ -214,7 +214,58 @@ def _area(polygon):
     return 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
 
 
-def _inside(points, low, high, polygon):
+def _around(step, balls, others, cell):
+    """The box round all balls and the centres of the others, and along axes that repeat the cell."""
+    center = np.concatenate([balls.center, step.drawn["position"][others]])
+    radius = np.concatenate([balls.radius, np.zeros(int(others.sum()))])
+    if not np.all(np.isfinite(center)):
+        what = f"output {step.index} holds positions that are no numbers"
+        raise FileError(step.run.path, what, "give the region that is measured, or use a copy of it")
+    low = (center - radius[:, None]).min(0, initial=np.inf)
+    high = (center + radius[:, None]).max(0, initial=-np.inf)
+    if cell is None:
+        return low, high
+    end = cell.corner + np.diagonal(cell.vectors)
+    return np.where(cell.periodic, cell.corner, low), np.where(cell.periodic, end, high)
+
+
+def _corners(low, high, polygon):
+    """Lowest and highest corner of the box round a region."""
+    return (np.min(polygon, axis=0), np.max(polygon, axis=0)) if polygon is not None else (np.asarray(low), np.asarray(high))
+
+
+def _within(cell, low, high, polygon):
+    """A region that is longer than the cell would hold bodies more than once."""
+    low, high = _corners(low, high, polygon)
+    over = np.flatnonzero(high - low > cell.lengths * (1 + 1e-9))
+    if len(over):
+        k = over[0]
+        raise ValueError(
+            f"the region is {high[k] - low[k]:g} m long along {'xyz'[k]}, and the periodic cell {cell.lengths[k]:g} m: give one "
+            "that is no longer, or none for all of the cell"
+        )
+
+
+def _filled(balls, low, high, polygon, cell, whole):
+    """Solid fraction of the region by balls, and by their images in a cell."""
+    if cell is None:
+        return solid_fraction(balls.center, balls.radius, low, high, polygon)
+    if whole:  # none is cut
+        dim = balls.center.shape[1]
+        return float(np.sum((np.pi if dim == 2 else 4 / 3 * np.pi) * balls.radius**dim) / np.prod(np.subtract(high, low)))
+    middle = np.mean(_corners(low, high, polygon), axis=0)
+    return sum(solid_fraction(x, balls.radius, low, high, polygon) for x in images_about(balls.center, middle, cell))
+
+
+def _inside(points, low, high, polygon, cell):
+    """Which points have an image in the region, (n,) of bool."""
+    if cell is None:
+        return _holds(points, low, high, polygon)
+    middle = np.mean(_corners(low, high, polygon), axis=0)
+    return np.any([_holds(x, low, high, polygon) for x in images_about(points, middle, cell)], axis=0)
+
+
+def _holds(points, low, high, polygon):
     """Points in the region, (n,) of bool; in a polygon by the number of edges that a ray crosses."""
     if polygon is None:
         return np.all((points >= low) & (points <= high), axis=1)
