@@ -195,6 +195,7 @@ py::dict contact_rows(Simulation& s) {
   out["lever"] = array_of(rows.lever);
   out["bias"] = array_of(rows.bias);
   out["mu"] = array_of(rows.mu);
+  out["compliance"] = array_of(rows.compliance);
   out["bodies"] = array_of(rows.bodies);
   out["kind"] = array_of(rows.kind);
   out["mesh"] = array_of(rows.mesh);

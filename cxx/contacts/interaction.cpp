@@ -390,6 +390,7 @@ ContactRows Interactions::rows() const {
                    .lever = std::vector<double>(2 * d * n),
                    .bias = std::vector<double>(d * n),
                    .mu = std::vector<double>(n),
+                   .compliance = std::vector<double>(d * n),
                    .bodies = std::vector<std::int32_t>(2 * n),
                    .kind = std::vector<std::int32_t>(n),
                    .mesh = {},
@@ -413,6 +414,7 @@ ContactRows Interactions::rows() const {
       rows.lever[2 * d * i + d + k] = lever(b.lever_b, b.side_b, k);
       rows.bias[d * i + k] = b.pack ? (k == 0 ? at(b, b.bias, lane, 0) : 0) : b.bias[k * b.count + lane];
     }
+    for (int k = 0; b.compliance && k < d; ++k) rows.compliance[d * i + k] = b.compliance[k * b.count + lane];
     const bool cone = !law_infos()[b.law].has_solve;
     rows.mu[i] = cone ? at(b, b.params, lane, 0) : 0;
     rows.bodies[2 * i] = b.mapped_a ? -1 : b.body_a[lane];

@@ -250,6 +250,7 @@ struct ContactRows {
   std::vector<double> axes;         // (dim, dim, count): normal, tangents, each in space axes
   std::vector<double> lever;        // (dim, 2, count) of A, of B, in space axes [m]
   std::vector<double> bias, mu;     // (dim, count) [m/s], (count) [-]
+  std::vector<double> compliance;   // (dim, count) of the law, on the diagonal of W [1/kg]
   std::vector<std::int32_t> bodies; // (2, count) internal numbers, -1 of a mesh
   std::vector<std::int32_t> kind;   // (count) 0: nothing there moves, 1: Coulomb's cone, 2: a law with its own solution
   // Of sides on meshes, if there are any: the mesh, -1 of others (2, count); nodes and their weights (4, 2, count), the

@@ -164,3 +164,100 @@ def test_a_matrix_to_which_changes_are_added_is_that_which_is_summed_anew():
     system.matrix.begin()
     anew = system.matrix.of(d).toarray()
     assert np.abs(added - anew).max() < 1e-12 * np.abs(anew).max()
+
+
+def heap(kind, **of_bodies):
+    scene = cn.Scene(2, gravity=(0, -G))
+    rock = cn.Material("rock", density=1000.0)
+    if kind == "lid":
+        scene.add(cn.disks([[0, 0.1], [0, 0.3]], 0.1, rock, **of_bodies))
+        scene.add(cn.wall((0, 0.4), (0, -1), rock, mass=5.0, free="vy", force=(0, -10.0)))
+        weight = 2 * np.pi * 10 * G + 5 * G + 10
+    else:
+        row = np.array([[0.2 * i + 0.1 * j, 0.1 + 0.1 * np.sqrt(3) * j] for j in range(5) for i in range(6 - j)])
+        scene.add(cn.disks(row, 0.1, rock, **of_bodies))
+        for x, n in ((-0.1, 1), (1.1, -1)):
+            scene.add(cn.wall((x, 0), (n, 0), rock))
+        weight = len(row) * np.pi * 10 * G
+    scene.add(cn.wall((0, 0), (0, 1), rock))
+    return scene, weight
+
+
+@pytest.mark.parametrize("law", [cn.Coulomb(mu=0.5), cn.UnilateralContact(mu=0.5)])
+@pytest.mark.parametrize(
+    ("kind", "driven"), [("column", ()), ("column", ("w",)), ("lid", ("vx",)), ("lid", ()), ("lid", ("w",)), ("column", ("vx",))]
+)
+def test_round_and_guided_bodies_at_rest(kind, driven, law):
+    """Disks and a lid that moves along y alone, under laws with and without a state: what is held bears their weight."""
+    scene, weight = heap(kind, driven=driven)
+    scene.interact("*", "*", law)
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=1.0, solver=cn.NLGS(tol=1e-5, max_iter=1)), overlap="ignore")
+    found = cn.find_equilibrium(sim, tol=1e-7, unbalanced=1e-7)
+    assert found["converged"] and sim.steps == 0
+    place = sim.bodies.position.copy()
+    for _ in range(3):
+        assert sim.step()["status"] == "converged"
+    assert np.abs(sim.bodies.position - place).max() < 1e-9
+    held = sim.bodies.id[np.isinf(sim.bodies.mass)]
+    on_b, on_a = np.isin(sim.contacts.bodies, held).T[::-1].astype(float)
+    judge("reaction of walls and floor", np.sum((on_b - on_a) * sim.contacts.force[:, 1]), weight, 1e-5)
+
+
+def test_a_state_of_contacts_stays():
+    """What a law remembers from before is there after: a slip that has begun, a gap that counts from the start."""
+    scene, _ = heap("lid")
+    scene.interact("*", "*", cn.UnilateralContact(mu=0.5, from_start=1))
+    sim = cn.Simulation(scene, 1e-3, overlap="ignore")
+    for _ in range(5):
+        sim.step()
+    before = sim.get_state()["memory"]
+    assert cn.find_equilibrium(sim, rounds=3)["error"] < 1e-3
+    after = sim.get_state()["memory"]
+    kept = [
+        {tuple(key): tuple(state) for key, state in zip(m["keys"], np.reshape(m["states"], (len(m["keys"]), -1)), strict=True)}
+        for m in (before, after)
+    ]
+    assert len(kept[0]) > 0 and kept[0] == kept[1]
+
+
+def test_a_settled_heap_of_disks():
+    """Gaps of many sizes: where Newton's method is lost among stiff contacts, softer ones find the way."""
+    generator = np.random.default_rng(3)
+    scene = cn.Scene(2, gravity=(0, -G))
+    rock = cn.Material("rock", density=1000.0)
+    places = np.array([[0.12 * i, 0.1 + 0.12 * j] for j in range(6) for i in range(8)]) + generator.uniform(0, 0.01, (48, 2))
+    scene.add(cn.disks(places, generator.uniform(0.04, 0.055, 48), rock))
+    for x, n in (((0, 0), (0, 1)), ((-0.07, 0), (1, 0)), ((0.95, 0), (-1, 0))):
+        scene.add(cn.wall(x, n, rock))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 2e-3)
+    for _ in range(1500):
+        sim.step()
+    sim.bodies.set(velocity=np.zeros_like(sim.bodies.velocity))
+    assert cn.find_equilibrium(sim)["converged"]
+
+
+def test_what_cannot_be_asked_for_rest_is_told():
+    scene, _ = heap("column")
+    scene.interact("*", "*", cn.ElasticContact(stiffness=1e7, mu=0.5))
+    with pytest.raises(ValueError, match="contacts give way as springs do .* let the scene settle, or give UnilateralContact"):
+        cn.find_equilibrium(cn.Simulation(scene, 1e-3, overlap="ignore"))
+    scene, _ = heap("column")
+    scene.gravity = (0, 0)
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    with pytest.raises(ValueError, match="nothing moves the bodies when they are let go: give gravity or a force"):
+        cn.find_equilibrium(cn.Simulation(scene, 1e-3, overlap="ignore"))
+
+
+def test_the_problem_of_a_step_has_the_compliance_of_its_laws():
+    """A disk on a spring: W is 1/m + 1/(k h^2), and its impulse that of the step."""
+    scene = cn.Scene(2, gravity=(0, -G))
+    rock = cn.Material("rock", density=1000.0)
+    scene.add(cn.disks([[0, 0.0999]], 0.1, rock), cn.wall((0, 0), (0, 1), rock))
+    scene.interact("*", "*", cn.ElasticContact(stiffness=1e6, mu=0.3))
+    h = 1e-3
+    sim = cn.Simulation(scene, h, cn.NSCD(theta=1.0), overlap="ignore")
+    sim.step()
+    p = sim.problem()
+    assert p.W.toarray()[0, 0] == pytest.approx(1 / sim.bodies.mass[0] + 1 / (1e6 * h * h), rel=1e-12)
+    assert p.solve(tol=1e-12).r[0, 0] == pytest.approx(sim.contacts.impulse_local[0, 0], rel=1e-6)

@@ -237,7 +237,7 @@ def _corners(low, high, polygon):
 def _within(cell, low, high, polygon):
     """A region that is longer than the cell would hold bodies more than once."""
     low, high = _corners(low, high, polygon)
-    over = np.flatnonzero(high - low > cell.lengths * (1 + 1e-9))
+    over = np.flatnonzero(high - low > cell.lengths * (1 + 1e-6))
     if len(over):
         k = over[0]
         raise ValueError(

@@ -143,6 +143,8 @@ def jointed_problem_of(simulation):
 def problem_of(simulation):
     """The step at hand as a dict: problem; rows, and which of them it holds; operator H' and inverse A^-1 (sparse),
     of the rigid bodies in internal order, then of the nodes of meshes."""
+    from scipy import sparse
+
     from ..problems import Problem
 
     rows = simulation.stages.contacts
@@ -153,7 +155,10 @@ def problem_of(simulation):
     if simulation.meshes:
         inverse = with_meshes(simulation, inverse, rows, chosen, simulation.stages.h or simulation.report["dt"])
     q = h @ free.ravel() + rows.bias[chosen].ravel()
-    w = (h @ inverse @ h.T).tobsr(blocksize=(rows.dim, rows.dim))
+    w = h @ inverse @ h.T
+    if rows.compliance[chosen].any():
+        w = w + sparse.diags_array(rows.compliance[chosen].ravel())
+    w = w.tobsr(blocksize=(rows.dim, rows.dim))
     problem = Problem(rows.dim, w, q, rows.mu[chosen])
     return {"problem": problem, "rows": rows, "chosen": chosen, "operator": h, "inverse": inverse}
 

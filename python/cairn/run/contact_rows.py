@@ -9,8 +9,9 @@ class ContactRows:
     """Contacts as laws prepared them, in the order of simulation.contacts: conditions on u = H'v + bias [m/s].
 
     axes (m, dim, dim) by rows normal, tangents; lever (m, 2, dim) from the centres of A and B to where impulses act [m]; bias
-    (m, dim) [m/s]; mu (m,); bodies (m, 2) internal numbers, -1 of a mesh; kind (m,): 0 nothing moves or the law holds it open, 1
-    Coulomb's cone, 2 a law with its own solution. Of sides on deformable bodies mesh (m, 2), its number in simulation.meshes or
+    (m, dim) [m/s]; mu (m,); compliance (m, dim) of laws that give way, on the diagonal of W [1/kg]; bodies (m, 2) internal
+    numbers, -1 of a mesh; kind (m,): 0 nothing moves or the law holds it open, 1 Coulomb's cone, 2 a law with its own solution.
+    Of sides on deformable bodies mesh (m, 2), its number in simulation.meshes or
     -1; node (m, 2, 4) and weight (m, 2, 4), which are None in scenes without them.
     """
 
@@ -19,6 +20,7 @@ class ContactRows:
         self.axes = arrays["axes"].reshape(-1, dim, dim)
         self.lever = arrays["lever"].reshape(-1, 2, dim)
         self.bias = arrays["bias"].reshape(-1, dim)
+        self.compliance = arrays["compliance"].reshape(-1, dim)
         self.mu, self.kind = arrays["mu"], arrays["kind"]
         self.bodies = arrays["bodies"].reshape(-1, 2)
         self.mesh = self.node = self.weight = None

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import _core
 from ..pre import checks
 from .contact_problem import inverse_mass, jacobians
 from .simulation import Simulation
@@ -23,12 +24,14 @@ from .simulation import Simulation
 def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness=None, report=None):
     """Starts the next step from impulses that keep the scene at rest, if there are any; positions stay as they are.
 
-    simulation: bodies at rest, Coulomb's law or another cone at all contacts. tol: of the true error; unbalanced: largest
-    change of a body's velocity in a step over that of a body let go. Both are sought, in at most `rounds` rounds. stiffness: c
-    over the mass that a contact feels (None: 1e8, with deformable bodies 1e6). report: called with a dict after each round.
-    Returns the last such dict: round, newton, cg (how many so far), error, unbalanced, converged. A structure that cannot
-    stand does not converge: then the step starts from what was found. With deformable bodies the shape at rest is sought too,
-    and where the others stand on it: bodies move there and velocities vanish; without rest all stays as it was.
+    simulation: bodies of any shape at rest under gravity or forces, some of their dofs held or driven, Coulomb's law or another
+    cone without a spring at all contacts (ValueError for others, and where nothing touches or nothing moves). tol: of the true
+    error; unbalanced: largest change of a body's velocity in a step over that of a body let go. Both are sought, in at most
+    `rounds` rounds. stiffness: c over the mass that a contact feels (None: 1e8, with deformable bodies 1e6); less where Newton's
+    method is lost. report: called with a dict after each round. Returns the last such dict: round, newton, cg (how many so far),
+    error, unbalanced, converged. A structure that cannot stand does not converge: then the step starts from what was found. With
+    deformable bodies the shape at rest is sought too, and where the others stand on it: bodies move there and velocities vanish;
+    without rest all stays as it was.
     """
     if not isinstance(simulation, Simulation):
         raise ValueError(f"simulation is {simulation!r}: give a cairn.Simulation")
@@ -53,11 +56,32 @@ def find_equilibrium(simulation, tol=1e-6, unbalanced=1e-4, rounds=30, stiffness
         simulation.set_state(state)
     result = system.solve(tol, unbalanced, rounds, stiffness, report)
     impulses = system.r if system.dim == 2 else np.einsum("mk,mki->mi", system.r, system.axes)
-    act = np.any(impulses != 0, axis=1)
-    memory["keys"], memory["impulses"] = keys[act], np.ascontiguousarray(impulses[act])
-    state["memory"] = memory
+    state["memory"] = with_impulses(memory, state["memory"], keys, impulses)
     simulation.set_state(state)
     return result
+
+
+def with_impulses(memory, before, keys, impulses):
+    """The memory of contacts after the step that was tried, with these impulses (m, dim) of these contacts (m, 4) alone. Where
+    laws keep a state all contacts stay, each with what it was before that step if it was there."""
+    act = np.any(impulses != 0, axis=1)
+    keys, impulses = keys[act], impulses[act]
+    if np.size(memory["states"]) == 0:
+        return {**memory, "keys": keys, "impulses": np.ascontiguousarray(impulses)}
+    there = np.asarray(memory["keys"]).reshape(-1, 4)
+    states = np.array(memory["states"]).reshape(len(there), -1)
+    row = {tuple(key): k for k, key in enumerate(there)}
+    all_impulses = np.zeros((len(there), np.size(memory["impulses"]) // len(there)))
+    for key, impulse in zip(keys, impulses, strict=True):
+        if (k := row.get(tuple(key))) is not None:
+            all_impulses[k, : len(impulse)] = impulse
+    old = np.asarray(before["keys"]).reshape(-1, 4)
+    if len(old) and np.size(before["states"]) == len(old) * states.shape[1]:
+        for key, was in zip(old, np.reshape(before["states"], (len(old), -1)), strict=True):
+            if (k := row.get(tuple(key))) is not None:
+                states[k] = was
+    shape_of = lambda name, values: values.reshape(np.shape(memory[name]))
+    return {**memory, "impulses": shape_of("impulses", all_impulses), "states": shape_of("states", states)}
 
 
 def project(p, mu, derived=True):
@@ -90,31 +114,41 @@ class System:
         rows = simulation.stages.contacts
         self.dim = rows.dim
         self.chosen = rows.cones()
-        self.chosen = self.chosen[on_faces(simulation.contacts)[self.chosen]]
+        self.chosen = self.chosen[determined(simulation, rows)[self.chosen]]
+        refuse_springs(rows, self.chosen)
         self.dofs = 3 * self.dim - 3
         self.mu, self.bias, self.axes = rows.mu[self.chosen], rows.bias[self.chosen], rows.axes[self.chosen]
         inverse = inverse_mass(simulation).tobsr(blocksize=(self.dofs, self.dofs))
         inverse.sum_duplicates()
         free = np.flatnonzero(np.diff(inverse.indptr))
         inverse = inverse.data[inverse.indptr[free]]
-        moves = inverse[:, 0, 0] > 0
+        given = ~(np.diagonal(inverse, axis1=1, axis2=2) > 0)  # dofs that are held or driven
+        moves = ~given.all(axis=1)
         if not np.any(moves):
             raise ValueError("no body is free to move: there is nothing to find")
-        free, self.inverse = free[moves], inverse[moves]
-        self.mass = np.linalg.inv(self.inverse)
+        free, given, self.inverse = free[moves], given[moves], inverse[moves]
+        # what is given has no part in the sums below, and any mass will do
+        self.mass = np.linalg.inv(self.inverse + np.eye(self.dofs) * given[:, :, None])
         raw = simulation.raw
-        self.v_free, self.position = (np.array(getattr(raw, name))[free] for name in ("velocity_free", "position"))
+        velocity, self.position = np.array(raw.velocity_free), np.array(raw.position)[free]
+        self.v_free = np.where(given, 0.0, velocity[free])
+        velocity[free] -= self.v_free
+        if not np.any(self.v_free[:, : self.dim]):
+            raise ValueError("nothing moves the bodies when they are let go: give gravity or a force that they are to bear")
         number = np.full(rows.bodies.max() + 1, len(free))
         number[free[free < len(number)]] = np.arange(np.sum(free < len(number)))
         self.bodies = number[rows.bodies[self.chosen]]  # the number after the last: cannot move
         h = jacobians(rows, self.chosen)
-        self.sides = [np.ascontiguousarray(h[:, :, side]) for side in (0, 1)]
+        self.bias = self.bias + np.einsum("mksi,msi->mk", h, velocity[rows.bodies[self.chosen]])
+        moving = np.concatenate((~given, np.zeros((1, self.dofs), bool)))
+        self.sides = [h[:, :, side] * moving[self.bodies[:, side], None, :] for side in (0, 1)]
         self.r = np.zeros((len(self.chosen), self.dim))
         self.graph = Graph(self.bodies, len(free))
         normal = [side[:, 0] for side in self.sides]
         still = np.concatenate((self.inverse, np.zeros((1, self.dofs, self.dofs))))
         w = sum(np.einsum("mi,mij,mj->m", n, still[b], n) for n, b in zip(normal, self.bodies.T))
-        self.rho = 1 / w
+        movable = w > 0  # the others join what nothing moves along their normal
+        self.rho = 1 / np.where(movable, w, np.mean(w[movable]) if movable.any() else 1)
         self.modes = rigid_motions(self.position[:, : self.dim], self.dofs)
         self.matrix = Matrix(self.graph, self.mass, self.sides)
 
@@ -147,18 +181,22 @@ class System:
         speed, scale = (np.linalg.norm(x[:, : self.dim], axis=1) for x in (v, self.v_free))
         return float(error), float(np.max(speed / np.max(scale)))
 
-    def solve(self, tol, unbalanced, rounds, stiffness, report):
+    def solve(self, tol, unbalanced, rounds, stiffness, report, most=100):
         v, newton, cg = np.zeros_like(self.v_free), 0, 0
         slack = np.zeros(len(self.r))
         for k in range(1, rounds + 1):
             c = stiffness * self.rho
-            v, steps, products = self.minimise(v, c, slack, 0.1 * unbalanced)
+            begin, before = v, self.r
+            v, steps, products = self.minimise(v, c, slack, 0.1 * unbalanced, most)
             newton, cg = newton + steps, cg + products
             u = self.relative(v) + self.bias
             u[:, 0] += slack
             self.r = project(self.r - c[:, None] * u, self.mu)[0]
-            slack = self.mu * np.linalg.norm(u[:, 1:], axis=1)
             error, left = self.errors()
+            if steps == most and error > 0.1 and stiffness > 1e3:  # Newton's method is lost: softer contacts open less
+                stiffness, v, self.r = 1e-2 * stiffness, begin, before
+            else:
+                slack = self.mu * np.linalg.norm(u[:, 1:], axis=1)
             done = error <= tol and left <= unbalanced
             result = dict(round=k, newton=newton, cg=cg, error=error, unbalanced=left, converged=done)
             if report:
@@ -200,14 +238,14 @@ class System:
             way, products = conjugate_gradients(matrix, -gradient, precondition, enough)
             used += products
             slope, along, t = np.sum(gradient * way), self.relative(way), 1.0
-            while t > 1e-6:
+            while True:
                 trial = value(v + t * way, u + t * along)
                 flat = abs(t * slope) <= 1e-14 * abs(energy)
                 if not flat:
                     fell = trial[0] <= energy + 1e-4 * t * slope
                 else:  # energies differ by rounding, slopes do not: not far beyond the lowest point
                     fell = np.sum(descent(v + t * way, trial[1]) * way) <= 0.5 * abs(slope)
-                if fell:
+                if fell or t < 1e-6:
                     break
                 t /= 2
             v, u, (energy, p, asked) = v + t * way, u + t * along, trial
@@ -247,6 +285,24 @@ class Matrix:
         da, db = np.matmul(d, a), np.matmul(d, b)
         at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
         return np.matmul(at, da), np.matmul(bt, db), np.matmul(at, db)
+
+
+def determined(simulation, rows):
+    """Which contacts (m,) have a normal that the last digits of positions do not turn: those of meshes, of round bodies, and of
+    pairs that touch on a face."""
+    contactors, contacts = simulation.contactors, simulation.contacts
+    faced = np.unique(contactors.body[np.isin(contactors.shape, _core.shapes("faced"))])
+    flat = np.isin(contacts.bodies, faced).all(axis=1)
+    of_meshes = np.zeros(len(flat), bool) if rows.mesh is None else (rows.mesh >= 0).any(axis=1)
+    return of_meshes | ~flat | on_faces(contacts)
+
+
+def refuse_springs(rows, chosen):
+    if rows.compliance[chosen].any():
+        raise ValueError(
+            "contacts give way as springs do (ElasticContact, CriticalVoigt, AdhesiveContact with a stiffness, say): they bear "
+            "a load where bodies have moved alone; let the scene settle, or give UnilateralContact or Coulomb"
+        )
 
 
 def on_faces(contacts, flat=1e-6):

@@ -12,9 +12,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from .. import _core
 from .contact_problem import inverse_mass, jacobians
-from .equilibrium import on_faces, project
+from .equilibrium import determined, project, refuse_springs
 
 
 def find(simulation, tol, unbalanced, rounds, stiffness, report):
@@ -96,7 +95,8 @@ class Rest:
             self.h, theta = stages.h, simulation.strategy.theta
             rows, raw = stages.contacts, simulation.raw
             chosen = rows.cones()
-            chosen = chosen[_kept(simulation, rows)[chosen]]
+            chosen = chosen[determined(simulation, rows)[chosen]]
+            refuse_springs(rows, chosen)
             self.mu, self.axes = rows.mu[chosen], rows.axes[chosen]
             self.bias = self.h * rows.bias[chosen]  # along the way of a step: gaps
             self.keys = np.array(simulation.contacts.key)[chosen]
@@ -276,9 +276,10 @@ class Rest:
             middle = sparse.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(self.dim * n, self.dim * n))
             way = splu((matrix + self.H.T @ middle @ self.H).tocsc()).solve(-gradient)
             slope, t = gradient @ way, 1.0
-            while t > 1e-6:
+            while True:
                 trial = value(d + t * way)
-                if trial[0] <= energy + 1e-4 * t * slope or abs(t * slope) <= 1e-14 * abs(energy):
+                fell = trial[0] <= energy + 1e-4 * t * slope or abs(t * slope) <= 1e-14 * abs(energy)
+                if fell or t < 1e-6:
                     break
                 t /= 2
             d, (energy, p, asked, ad) = d + t * way, trial
@@ -289,11 +290,3 @@ def _blocks(mass):
     n, k = mass.shape[:2]
     shape = (n * k, n * k)
     return sparse.bsr_array((mass, np.arange(n), np.arange(n + 1)), shape=shape).tocsc() if n else sparse.csc_array(shape)
-
-
-def _kept(simulation, rows):
-    """Which contacts count: those of meshes, of round bodies, and of pairs that touch on a face."""
-    contactors, contacts = simulation.contactors, simulation.contacts
-    faced = np.unique(contactors.body[np.isin(contactors.shape, _core.shapes("faced"))])
-    flat = np.isin(contacts.bodies, faced).all(axis=1)
-    return (rows.mesh >= 0).any(axis=1) | ~flat | on_faces(contacts)
