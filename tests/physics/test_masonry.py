@@ -9,6 +9,7 @@ import pytest
 from cairn.post import limit_analysis
 from cairn.post.masonry import Structure, joint_resultants, stands, tilted_gravity
 from cairn.pre import loads, masonry
+from cairn.pre.blocks import Blocks
 from report import judge
 
 G = 9.81
@@ -300,3 +301,24 @@ def test_stands_tells_what_falls(share):
     b = masonry.panel(1, 8, brick=(2.0, 1.0), bond="stack")
     s = simulated(b, 0.9, gravity=tilted_gravity(np.arctan(share / 4), 2), dt=5e-3, tol=1e-6)
     assert stands(s, 2000) == (share < 1)
+
+
+@pytest.mark.parametrize("depth", [1.0, 0.5, 3.0])
+@pytest.mark.parametrize("own", [None, 2.0])
+def test_figures_at_any_depth(depth, own):
+    """Three blocks on a support: stress is rho g H whatever the depth, of the scene or of the blocks alone; reactions and the
+    weights of Assembly are those of the depth."""
+    squares = [np.array([[-0.5, k], [0.5, k], [0.5, k + 1.0], [-0.5, k + 1.0]]) for k in range(3)]
+    blocks = Blocks(2, [np.array([[-1, -1], [1, -1], [1, 0], [-1, 0.0]]), *squares], [], ["support", "b", "b", "b"])
+    scene = cn.Scene(2, gravity=(0, -10), depth=depth)
+    ids = blocks.add_to(scene, cn.Material("stone", density=2000.0), **({} if own is None else {"depth": own}))
+    scene.interact("*", "*", cn.Coulomb(mu=0.6))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Default(tol=1e-10)))
+    for _ in range(5):
+        sim.step()
+    built = Structure(blocks, sim, ids)
+    deep = depth if own is None else own
+    judge("stress", built.stress()[1:, 1, 1], [-50000, -30000, -10000], 1e-6)
+    judge("pressure", np.sort(built.resultants().pressure), np.array([20000, 40000, 60000]) * deep, 1e-6)
+    assembly = limit_analysis.Assembly(blocks, mu=0.6, density=2000.0, gravity=(0, -10), depth=deep)
+    judge("masses", assembly.mass[1:], sim.bodies.mass[built.rows()][1:], 1e-12)

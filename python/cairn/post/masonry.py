@@ -183,8 +183,17 @@ class Structure:
         position = self.places()[0]
         a, b = numbers.T
         moments = body_moments(len(self.ids), a, b, force, point - position[a], point - position[b])
-        volume = self.blocks.properties().measure * (self.simulation.scene.depth if self.dim == 2 else 1.0)
+        volume = self.blocks.properties().measure * (self.depth() if self.dim == 2 else 1.0)
         return (moments + np.swapaxes(moments, 1, 2)) / 2 / volume[:, None, None]
+
+    def depth(self):
+        """How deep each block is in 2D, (n,) [m]: as its mass, and so the forces on it, are; of one whose mass was given, the
+        scene's depth."""
+        depth = np.full(len(self.ids), float(self.simulation.scene.depth))
+        for bodies in self.simulation._sets:
+            if bodies.depth is not None:
+                depth[np.isin(self.ids, bodies.ids)] = bodies.depth
+        return depth
 
     # ------------------------------------------------------------------ motion
 

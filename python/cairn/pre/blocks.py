@@ -148,7 +148,10 @@ class Blocks:
         return sets, rows
 
     def add_to(self, scene, material, **options) -> np.ndarray:
-        """Adds the blocks to a scene: the ids (n,) of their bodies, in the order of the blocks. Options: those of `sets`."""
+        """Adds the blocks to a scene: the ids (n,) of their bodies, in the order of the blocks. Options: those of `sets`; in 2D
+        blocks are as deep as the scene unless depth says otherwise."""
+        if self.dim == 2:
+            options = {"depth": scene.depth, **options}
         sets, rows = self.sets(material, **options)
         return scene.add(*sets)[rows]
 
