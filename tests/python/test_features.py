@@ -548,3 +548,20 @@ def test_explain_tells_what_runs():
         assert words in text, words
     assert "not stored, since nothing needs them: " in text
     assert "angular_momentum" in text.split("not stored")[1].splitlines()[0]
+
+
+def test_a_boundary_begins_with_the_velocity_of_its_free_dofs():
+    """What is held is driven by it, what is free begins with it; a function drives what is held alone."""
+    for dim, free, velocity in ((2, "vy", (0.2, -1.0)), (3, ("vz", "wx"), (0.1, 0, -1.0, 0.3, 0, 0))):
+        up = np.eye(dim)[-1]
+        scene = cn.Scene(dim)
+        scene.add(cn.wall(0 * up, up, ROCK, mass=5.0, inertia=1.0, free=free, velocity=velocity))
+        scene.add(cn.wall(0 * up - up, up, ROCK, mass=5.0, free=free if dim == 2 else "vz", velocity=lambda t, v=velocity: v))
+        sim = cn.Simulation(scene, 0.1)
+        given = np.zeros(3 * dim - 3)
+        given[: len(velocity)] = velocity
+        for _ in range(3):
+            sim.step()
+            assert np.array_equal(sim.bodies.velocity[0], given)
+            assert sim.bodies.velocity[1, dim - 1] == 0 and sim.bodies.velocity[1, 0] == given[0]
+        assert np.allclose(sim.bodies.position[0], 0.3 * given[:dim])

@@ -230,7 +230,7 @@ def clumps(positions, offsets, radii, mass, inertia, material, **options) -> Bod
 
 
 def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, options):
-    """One body that is held but for its free dofs; velocity drives what is held."""
+    """One body that is held but for its free dofs; velocity drives what is held, and free dofs begin with it."""
     names = DOFS[dim]
     free = (free,) if isinstance(free, str) else tuple(free or ())
     for name in free:
@@ -244,6 +244,9 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
     moment = np.inf if infinite or inertia is None else inertia
     moments = _per_body("inertia", moment, (1, 1 if dim == 2 else 3))
     drive = np.zeros(len(names)) if velocity is None else velocity
+    if free and not callable(drive):
+        start = _spread("velocity", drive, 1, len(names), dim)
+        options["velocity"] = np.where(np.isin(names, free), start, 0.0)
     return checked(
         BodySet(
             dim,
@@ -263,7 +266,8 @@ def _boundary(dim, position, contactor, mass, inertia, free, velocity, force, op
 def wall(point, normal, material, *, velocity=None, mass=None, inertia=None, free=(), force=None, **options) -> BodySet:
     """A half-plane (2D) or plane (3D): solid behind, free in front of it, where normal points.
 
-    point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given.
+    point, normal: (dim,). velocity: (dofs,) or (dim,) imposed, or a function of time giving it; zero when not given. Free dofs
+    begin with it; a function leaves them at rest.
     mass, free, force: a wall pushed by a force instead, e.g. `wall(p, n, m, mass=50, free="vy", force=(0, -300))`.
     """
     point = checks.real_array("point", point, (None,))

@@ -188,7 +188,19 @@ class Study:
         """
         from .recommend import recommend
 
+        self._check_known(of)
         return recommend(self.table, accuracy, of, here)
+
+    def _check_known(self, of):
+        """Refuses a figure that was measured and has no errors: it is no number, or nothing to relate them to."""
+        if of in self.figures and of not in self.measured:
+            values = [row[of] for row in self.rows if row.get("role") == "reference" and of in row]
+            if values:
+                told = ", ".join(f"{value:g}" for value in values[:3])
+                raise ValueError(
+                    f"figure {of!r} has no errors: runs that others are compared with found {told}; let it be a finite number "
+                    "that is not zero, to which an error is relative"
+                )
 
     def profile(self, accuracy, of):
         """Performance profile of the solvers over the targets, {solver: (tau, share)}, at an accuracy of a figure."""
@@ -203,6 +215,7 @@ class Study:
         """Work-precision plot of a figure: error against CPU seconds, one curve a solver. Returns the matplotlib figure."""
         from .plots import work_precision
 
+        self._check_known(of)
         return _kept(work_precision(self.table, of, accuracy), path)
 
     def plot_profile(self, accuracy, of, path=None):
