@@ -258,3 +258,13 @@ def test_auto_keeps_to_its_iterations_under_heavy_bodies():
                 assert p.solve("auto", tol=1e-10, max_iter=most).iterations <= most
                 cut += 1
     assert cut > 10
+
+
+@pytest.mark.parametrize("solver", ["auto", "ppa_newton", "newton_alart_curnier", "admm", "accelerated_gradient", "nlgs"])
+def test_a_problem_without_a_solution_is_not_converged(solver):
+    """Two contacts that squeeze a body, W = [[1, -1], [-1, 1]] along the normals: beside large impulses the error is small."""
+    w = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.diag([1.0, 0.0])) + np.kron(np.eye(2), np.diag([0.0, 1.0]))
+    found = Problem(2, w, [-1.0, 0.0, -1.0, 0.0], 0.3).solve(solver, tol=1e-8, max_iter=2000)
+    assert found.status in ("stalled", "iteration limit", "diverged", "no solution")
+    possible = Problem(2, w, [-1.0, 0.0, 1.0 + 1e-9, 0.0], 0.3).solve(solver, tol=1e-8, max_iter=2000)
+    assert possible.status == "converged"

@@ -419,3 +419,33 @@ def test_a_guided_heavy_lid_is_heavy(held):
         assert info["status"] == "converged"
         light = max(light, info["light_error"])
     assert 0 < light <= 1e-4 and abs(sim.bodies.position[-1, 1] - start) < 1e-3 * radius
+
+
+@pytest.mark.parametrize("solver", [None, cn.Auto(), cn.PPANewton(), cn.NLGS(tol=1e-6, max_iter=20000), cn.ADMM()])
+@pytest.mark.parametrize("both", [False, True])
+def test_a_disk_between_walls_that_close_is_no_step_that_converged(solver, both):
+    """No motion obeys it: impulses grow until the error beside them is as small as asked, and contacts close as without any."""
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0, 0]], 0.1, ROCK))
+    for side, speed in ((-1, 0.3 * both), (1, -0.3)):
+        scene.add(cn.wall((0.1 * side, 0), (-side, 0), ROCK, velocity=(speed, 0, 0)))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(**({} if solver is None else {"solver": solver})))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for _ in range(10):
+            info = sim.step()
+            assert info["status"] == "iteration_limit" and info["hint"]
+    if solver is None:
+        assert "no motion obeys bodies that are squeezed" in info["hint"]
+
+
+def test_what_jams_between_held_walls_has_converged():
+    """The same without a drive, and a high column: large impulses, and nothing that closes."""
+    scene = cn.Scene(2, gravity=(0, -9.81))
+    scene.add(cn.disks([[0, 0.1 + 0.2 * k] for k in range(400)], 0.1, ROCK))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((-0.1, 0), (1, 0), ROCK), cn.wall((0.1, 0), (-1, 0), ROCK))
+    scene.interact("*", "*", cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.Auto()), overlap="ignore")
+    for _ in range(5):
+        assert sim.step()["status"] == "converged"

@@ -138,6 +138,8 @@ public:
     light_error();
     if (!velocity_.held()) velocity_.follow(report_.error);
     report_.velocity_error = velocity_.value();
+    if (end.square <= wanted_ && report_.light_error <= options_.tolerance)
+      end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     SolverOptions asked = options_;
     if (refinement_.change > 0 && !refinement_.known && !velocity_.asked()) {
       report_.velocity_error = refinement_.change;

@@ -143,6 +143,29 @@ void ProblemMonitor::give_up(ProblemStatus status, const std::string& hint) {
   hint_ = hint;
 }
 
+// The error is relative to the impulses, so that ever larger ones seem to obey the law where none do, as between walls
+// that close. Then impulses are a million times those that velocities without them ask of each contact alone, and
+// contacts close as fast as without any, or as far as digits of velocities go beside such impulses.
+bool ProblemMonitor::unbounded() {
+  constexpr double beyond = 1e12, half = 0.5;
+  const int d = problem_.dim;
+  double size = 0, fastest = 0;
+  for (std::int64_t a = 0; a < problem_.contacts; ++a) {
+    double square = 0, speed = 0;
+    for (int i = 0; i < d; ++i) {
+      square += best_[d * a + i] * best_[d * a + i];
+      speed += problem_.q[d * a + i] * problem_.q[d * a + i];
+    }
+    size += w_nn_[a] * square;
+    fastest = std::max(fastest, speed);
+  }
+  if (!(size > beyond * scale_) || !(scale_ > 0)) return false;
+  const double* u = best_velocity();
+  double closing = 0;
+  for (std::int64_t a = 0; a < problem_.contacts; ++a) closing = std::max(closing, -u[d * a]);
+  return closing > half * std::sqrt(fastest);
+}
+
 ProblemReport ProblemMonitor::finish(const std::string& solver, std::int64_t iterations) {
   ProblemReport report;
   report.solver = solver;
@@ -164,6 +187,12 @@ ProblemReport ProblemMonitor::finish(const std::string& solver, std::int64_t ite
   }
   report.status = status_.value_or(ProblemStatus::iteration_limit);
   if (best_error_ <= options_.tolerance) report.status = ProblemStatus::converged;
+  if (report.status == ProblemStatus::converged && unbounded()) {
+    report.status = ProblemStatus::stalled;
+    hint_ =
+        "impulses grow without end, and contacts close as without them: no motion obeys bodies that are squeezed, say; "
+        "look for what is driven or held on both sides";
+  }
   if (report.status != ProblemStatus::converged) {
     char text[160];
     std::snprintf(text, sizeof text,

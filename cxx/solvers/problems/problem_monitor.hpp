@@ -57,6 +57,8 @@ private:
   const ProblemOptions& options_;
   double* best_;
   Array<double> u_, w_nn_, speed_;
+  bool unbounded();
+
   bool held_ = false, u_is_of_best_ = false;
   std::vector<std::int64_t> place_;
   double scale_ = 0, best_error_ = std::numeric_limits<double>::infinity(), last_error_ = 0, begin_ = 0;

@@ -124,6 +124,7 @@ void cone_breaks(int d, const cairn_schedule& schedule, std::size_t batch, const
     for (int c = 0; c < d; ++c) {
       flat_u[d * lane + c] = u[c * b.count + lane] + (b.pack && c > 0 ? 0 : at(b, b.bias, lane, c));
       flat_r[d * lane + c] = at(b, b.r, lane, c);
+      if (b.compliance) flat_u[d * lane + c] += at(b, b.compliance, lane, c) * flat_r[d * lane + c];
     }
   }
   cairn_law_breaks(d, b.contacts, mu, w_nn, flat_r, flat_u, broken);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "../../contacts/interaction_state.hpp"
+#include "light_error.hpp"
 
 namespace cairn {
 
@@ -112,6 +113,7 @@ StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeSca
   for (const cairn_record& r : system.record)
     finite = finite && std::isfinite(r.x[0] + r.x[1] + r.x[2] + r.x[3] + r.x[5]);
   StepError e{residual > free.rounding && scale > 0 ? residual / scale : 0, finite};
+  e.growth = free.energy > 0 ? size / free.energy : 0;
   if (!finite) e.square = std::numeric_limits<double>::infinity();
   report.error = std::sqrt(e.square);
   report.worst_error = std::sqrt(worst);
@@ -119,11 +121,24 @@ StepError measure(ContactSystem& system, const cairn_schedule& schedule, FreeSca
   return e;
 }
 
+bool grows_without_end(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
+                       const StepError& error, double tolerance) {
+  constexpr double share = 0.1;
+  const double least = share / std::max(tolerance, std::sqrt(std::numeric_limits<double>::epsilon()));
+  if (!error.finite || !(error.growth > least * least) || !system.condensed.empty()) return false;
+  return measure_light(system, schedule, velocity_free).power > least;
+}
+
 namespace {
 
-std::string hint_of(const SolveReport& r, const SolverOptions& options) {
-  char text[256];
-  if (r.status == SolveStatus::diverged)
+std::string hint_of(const SolveReport& r, const StepError& last, const SolverOptions& options) {
+  char text[320];
+  if (last.unbounded)
+    std::snprintf(text, sizeof text,
+                  "impulses grow without end, and contacts close as without them: no motion obeys bodies that are "
+                  "squeezed; look for what is driven or held on both sides, near contact %lld",
+                  static_cast<long long>(r.worst_contact));
+  else if (r.status == SolveStatus::diverged)
     std::snprintf(text, sizeof text,
                   "impulses are not finite after %d iterations, so none were given: look for velocities, masses or "
                   "gaps of absurd size near "
@@ -154,13 +169,14 @@ std::string hint_of(const SolveReport& r, const SolverOptions& options) {
 
 void conclude(SolveReport& report, const StepError& last, const SolverOptions& options, const std::string& hint) {
   const bool exact = !std::isfinite(options.accuracy) || report.velocity_error <= options.accuracy;
-  const bool small = last.finite && exact && std::max(report.error, report.light_error) <= options.tolerance;
+  const bool small =
+      last.finite && exact && !last.unbounded && std::max(report.error, report.light_error) <= options.tolerance;
   if (!last.finite) report.status = SolveStatus::diverged;
   if (report.status != SolveStatus::diverged)
     report.status = small ? SolveStatus::converged : SolveStatus::iteration_limit;
   if (report.status == SolveStatus::converged) return;
-  if (hint.empty())
-    report.hint = hint_of(report, options);
+  if (hint.empty() || last.unbounded)
+    report.hint = hint_of(report, last, options);
   else
     report.hint = hint;
 }

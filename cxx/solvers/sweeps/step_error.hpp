@@ -9,6 +9,8 @@ namespace cairn {
 struct StepError {
   double square = 0;
   bool finite = true;
+  double growth = 0;      // sum |r|^2/rho / that of free energies
+  bool unbounded = false; // see grows_without_end
 };
 
 // The free velocity of contacts: scale of their error, and the part of it that the rounding of the bodies' velocities
@@ -22,6 +24,11 @@ struct FreeScale {
 FreeScale measure_free(ContactSystem&, const cairn_schedule&, double tolerance);
 // Records hold the velocity that the impulses leave. last: the status of each contact too.
 StepError measure(ContactSystem&, const cairn_schedule&, FreeScale, bool last, SolveReport&);
+// The error is relative to impulses, so that ever larger ones seem to obey the law where none do, as between two walls
+// that close: they grow until what is left, the free velocity, is the tolerance beside them. Then the impulses would do
+// more work over the speeds that are left than all bodies' changes of velocity are worth, 1/tolerance times as much.
+bool grows_without_end(ContactSystem&, const cairn_schedule&, const Velocities& velocity_free, const StepError&,
+                       double tolerance);
 // Of values (n), stride apart, in the order of batches, whatever thread did them.
 double total(const Array<double>& values, std::size_t n, std::size_t stride, std::size_t offset);
 // The status that the last error gives, whatever the solver thought, and a hint; what was found to diverge stays so.

@@ -385,6 +385,8 @@ SolveReport solve_by_problem(ContactSystem& system, const Velocities& velocity_f
     give_none(system, velocity_free);
     error = measure(system, schedule, free, true, report);
   }
+  if (report.light_error <= options.tolerance)
+    error.unbounded = grows_without_end(system, schedule, velocity_free, error, options.tolerance);
   conclude(report, error, options, solved.hint);
   return report;
 }
