@@ -6,8 +6,9 @@
 namespace cairn {
 namespace {
 
-constexpr double least_part = 1e-12; // of a piece, that counts as common
-constexpr double least_share = 1e-6; // of a side, that is worth dual functions of its own
+constexpr double least_part = 1e-12;  // of a piece, that counts as common
+constexpr double least_facing = 0.25; // cosine: sides at a corner, all but square to each other, have slivers in common
+constexpr double least_share = 1e-6;  // of a side, that is worth dual functions of its own
 
 double dot(const double* a, const double* b, int n) {
   double sum = 0;
@@ -174,7 +175,7 @@ bool face_each_other(const Nodes& nodes, const MeshBody& mesh, const MortarPiece
                      const MortarPiece& other) {
   PieceFrame one, two;
   return frame_of(nodes, mesh, piece, one) && frame_of(nodes, other_mesh, other, two) &&
-         dot(one.normal, two.normal, nodes.dim) < 0;
+         dot(one.normal, two.normal, nodes.dim) < -least_facing;
 }
 
 MortarPair::Flat MortarPair::flat(const MeshBody& mesh, const MortarPiece& p, const PieceFrame& f) const {
@@ -235,12 +236,30 @@ bool MortarPair::beside(const Flat& one, const Flat& other) const {
   return true;
 }
 
+// Whether all of the other's piece is behind by over half a cell: the far sides of two bodies, one of which has just
+// reached into the other, face each other through both of them, and have a strip in common that is as wide as it did.
+bool MortarPair::deep_behind(const MortarPiece& p, const PieceFrame& f, const MortarPiece& q,
+                             const PieceFrame& opposite) const {
+  const double size = std::max(f.size, opposite.size);
+  const auto behind = [&](const MortarPiece& piece, const MeshBody& mesh, const PieceFrame& of) {
+    for (int i = 0; i < piece.corners; ++i) {
+      const double* x = place(mesh, piece.node[i]);
+      double away = 0;
+      for (int k = 0; k < dim_; ++k) away += of.normal[k] * (x[k] - of.middle[k]);
+      if (away > -0.5 * size) return false;
+    }
+    return true;
+  };
+  return behind(q, *other_, f) && behind(p, *own_, opposite);
+}
+
 // What a piece of the other mesh that is in front has in common with one; whether it is beside it or in front.
 bool MortarPair::common(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q) {
   PieceFrame opposite;
-  if (!frame_of(*nodes_, *other_, q, opposite) || !(dot(opposite.normal, f.normal, dim_) < 0)) return false;
+  if (!frame_of(*nodes_, *other_, q, opposite) || !(dot(opposite.normal, f.normal, dim_) < -least_facing)) return false;
   const Flat there = flat(*other_, q, f);
   if (!beside(here, there)) return false;
+  if (deep_behind(p, f, q, opposite)) return true;
   if (dim_ == 2) {
     if (common_length(p, f, here, q, there)) front_.push_back(std::int32_t(&q - other_surface_->piece.data()));
     return true;

@@ -53,6 +53,7 @@ private:
   void search(const MortarPiece& p, std::span<const std::int32_t> seeds);
   bool common(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q);
   bool beside(const Flat& one, const Flat& other) const;
+  bool deep_behind(const MortarPiece& p, const PieceFrame& f, const MortarPiece& q, const PieceFrame& opposite) const;
   bool common_length(const MortarPiece& p, const PieceFrame& f, const Flat& here, const MortarPiece& q,
                      const Flat& there);
   void add_sample(const MortarPiece& p, const PieceFrame& f, const MortarPiece& q, const double* at,

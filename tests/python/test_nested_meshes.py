@@ -231,3 +231,26 @@ def test_a_step_is_as_it_would_be_without():
                 sim.step()
         ways.append(sim.nodes.position.copy())
     assert np.array_equal(*ways)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("solid", [False, True])
+@pytest.mark.parametrize("scale, origin", [(1.0, 0.0), (1e-6, 0.0), (1.0, 1e6)])
+def test_meshes_that_reach_into_each_other_are_told(kind, solid, scale, origin):
+    dim = dim_of(kind)
+
+    def pair(shift):
+        two = [body(kind, 4, scale, np.full(dim, origin) + scale * np.array(of), 0.0, solid) for of in ((0.0,) * dim, shift)]
+        return placed(touching(two[0], "one"), touching(two[1], "two"), dim=dim)
+
+    told(pair((0.3, 0.4, 0.2)[:dim]), "reaches into the mesh '(one|two)' by over an eighth of a cell at the begin of step 1")
+    told(pair((0.03, 0.9, 0.0)[:dim]), "reaches into")
+    for shift in ((0.0, 1.0, 0.0), (0.25, 0.99, 0.1), (1.0, 1.0, 1.0)):  # they touch, or overlap by a twentieth of a cell
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert "mesh_within" not in pair(shift[:dim]).step()
+
+
+def test_meshes_without_a_law_may_reach_into_each_other():
+    two = [body("quad", 4, 1.0, np.array(of)) for of in ((0.0, 0.0), (0.3, 0.4))]
+    assert "mesh_within" not in placed(touching(two[0], "one"), touching(two[1], "two"), law=False).step()

@@ -154,3 +154,25 @@ def test_segments_without_thickness_are_told_of_beside_meshes():
             warnings.simplefilter("always")
             cn.Simulation(scene, dt=1e-3)
         assert [w.category for w in told] == ([cn.ShapesWarning] if radius == 0 else [])
+
+
+def test_sides_alone_are_told_that_they_meet_no_wall():
+    from second_order import box
+
+    points, cells = box("quad", (2, 2), (1.0, 1.0))
+    groups = {"out": np.flatnonzero(((points == 0) | (points == 1)).any(axis=1)), "foot": np.flatnonzero(points[:, 1] == 0)}
+    rock = cn.Material("rock", density=1000.0)
+
+    def made(**options):
+        scene = cn.Scene(2, gravity=(0, -9.81))
+        body = cn.ElasticBody(points, cells, young=1e7, poisson=0.3, density=1000.0, groups=groups)
+        scene.add(cn.deformable(body, rock, edges="out", **options))
+        scene.add(cn.wall((0, 0), (0, 1), rock))
+        scene.interact("*", "*", cn.Coulomb(mu=0.3))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            cn.Simulation(scene, 1e-3)
+        return [str(w.message) for w in told if w.category is cn.ShapesWarning]
+
+    assert len(made()) == 1 and "sides of meshes have no contact with shapes half_plane" in made()[0]
+    assert not made(contact="out") and not made(fixed={"foot": "xy"})

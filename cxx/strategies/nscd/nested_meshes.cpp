@@ -1,12 +1,15 @@
 // Meshes that begin wholly within each other or within rigid surfaces, and rigid bodies within meshes: no side is near,
-// so that no contact tells. They are looked for once, when they come in.
+// so that no contact tells; meshes that reach into each other by more than contacts see. They are looked for once, when
+// they come in.
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <numeric>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -71,8 +74,11 @@ private:
   bool is_told(const Piece& inner, const Piece& outer);
   bool is_told(std::int32_t contactor, const Piece& outer);
   bool is_told(const Piece& inner, std::int32_t body, const Shell& outer) const;
+  const std::vector<double>& below_surface(std::int32_t mesh);
+  bool reaches(const Piece& inner, const Piece& outer, std::int32_t& node);
   void tell(const std::string& inner, const std::string& outer);
-  std::string name(const Piece& p) const;
+  std::string name_of_node(std::int32_t mesh, std::int32_t node) const;
+  std::string name(const Piece& p) const { return name_of_node(p.mesh, p.extreme[0]); }
 
   const Simulation& s_;
   int dim_;
@@ -84,7 +90,10 @@ private:
   std::int64_t more_ = 0;
   std::vector<std::vector<std::int32_t>> points_, sides_; // materials that each mesh has, of what touches
   std::vector<std::optional<ClosedSurface>> surface_;
-  std::vector<std::int8_t> tried_; // surfaces that were made, or are none
+  std::vector<std::int8_t> tried_;                        // surfaces that were made, or are none
+  std::vector<std::vector<double>> below_;                // of each mesh, see below_surface
+  std::set<std::pair<std::int32_t, std::int32_t>> asked_; // meshes of which one was sought in the other
+  std::string reach_;                                     // the first that reaches into another
 };
 
 void NestedMeshes::find_pieces(std::int32_t mesh) {
@@ -288,10 +297,10 @@ bool NestedMeshes::within(std::int32_t contactor, const Piece& outer) {
   return true;
 }
 
-std::string NestedMeshes::name(const Piece& p) const {
-  const MeshModel& m = model(p.mesh);
-  const std::string node = m.bulk ? m.bulk->place_of_node(p.extreme[0]) + "," : "node " + std::to_string(p.extreme[0]);
-  return node + " of the mesh '" + m.name + "'";
+std::string NestedMeshes::name_of_node(std::int32_t mesh, std::int32_t node) const {
+  const MeshModel& m = model(mesh);
+  const std::string name = m.bulk ? m.bulk->place_of_node(node) + "," : "node " + std::to_string(node);
+  return name + " of the mesh '" + m.name + "'";
 }
 
 // What may be within which piece, by balls about both: a piece or, behind these, one of the rigid contactors.
@@ -348,6 +357,50 @@ bool NestedMeshes::is_told(const Piece& inner, std::int32_t body, const Shell& o
   return meet && within(inner, outer);
 }
 
+// Of each node of a mesh that may touch (dim) [m], a quarter of the way to the middle of a cell of it, so that what is
+// within another body there reached in by over an eighth of the cell; no number of other nodes.
+const std::vector<double>& NestedMeshes::below_surface(std::int32_t mesh) {
+  std::vector<double>& out = below_[std::size_t(mesh)];
+  if (!out.empty()) return out;
+  const MeshModel& m = model(mesh);
+  const double* x = place(mesh);
+  out.assign(std::size_t(m.dofs()), std::numeric_limits<double>::quiet_NaN());
+  const auto look = [&](const ElementInfo& e, const std::vector<std::int32_t>& node) {
+    for (std::size_t first = 0; first < node.size(); first += std::size_t(e.nodes))
+      for (std::size_t i = first; i < first + std::size_t(e.nodes); ++i) {
+        double* at = &out[std::size_t(dim_ * node[i])];
+        if (!m.options.last[std::size_t(dim_ * node[i])] || !std::isnan(at[0])) continue;
+        for (int k = 0; k < dim_; ++k) {
+          double middle = 0;
+          for (std::size_t j = first; j < first + std::size_t(e.nodes); ++j) middle += x[dim_ * node[j] + k] / e.nodes;
+          at[k] = 0.75 * x[dim_ * node[i] + k] + 0.25 * middle;
+        }
+      }
+  };
+  for (const ElasticCells& c : m.cells) look(*c.element, c.node);
+  if (const BulkModel* solid = m.bulk ? m.bulk->solid() : nullptr)
+    for (const BulkCells& c : solid->cells()) look(*c.element, c.node);
+  return out;
+}
+
+// Whether a mesh reaches into another by more than contacts see, and by which node.
+bool NestedMeshes::reaches(const Piece& inner, const Piece& outer, std::int32_t& node) {
+  if (inner.mesh == outer.mesh || !(is_fresh(inner.mesh) || is_fresh(outer.mesh)) || !meet(inner.mesh, outer.mesh))
+    return false;
+  if (!asked_.insert({inner.mesh, outer.mesh}).second) return false;
+  const std::vector<double>& below = below_surface(inner.mesh);
+  for (std::int32_t i = 0; i < std::int32_t(model(inner.mesh).nodes()); ++i) {
+    const double* x = &below[std::size_t(dim_ * i)];
+    if (std::isnan(x[0])) continue;
+    const ClosedSurface* round = surface(outer.mesh);
+    if (!round) return false;
+    if (round->turns(x) < 1) continue;
+    node = i;
+    return true;
+  }
+  return false;
+}
+
 void NestedMeshes::tell(const std::string& inner, const std::string& outer) {
   if (told_.empty())
     told_ = inner + ", which lies wholly within " + outer + " at the begin of step " + std::to_string(s_.steps + 1);
@@ -365,6 +418,7 @@ std::string NestedMeshes::text() {
   find_materials();
   surface_.resize(std::size_t(meshes));
   tried_.assign(std::size_t(meshes), 0);
+  below_.resize(std::size_t(meshes));
   for (std::int32_t mesh = 0; mesh < meshes; ++mesh)
     if (!points_[std::size_t(mesh)].empty() || !sides_[std::size_t(mesh)].empty()) find_pieces(mesh);
   const auto pieces = std::int32_t(pieces_.size());
@@ -375,7 +429,15 @@ std::string NestedMeshes::text() {
     const std::int32_t contactor = inner < pieces ? -1 : rigid_[std::size_t(inner - pieces)];
     const std::pair both{inner, round.mesh};
     if (both == last) continue;
-    if (!(contactor < 0 ? is_told(pieces_[std::size_t(inner)], round) : is_told(contactor, round))) continue;
+    if (!(contactor < 0 ? is_told(pieces_[std::size_t(inner)], round) : is_told(contactor, round))) {
+      if (std::int32_t node = -1; contactor < 0 && reach_.empty() && reaches(pieces_[std::size_t(inner)], round, node))
+        reach_ = name_of_node(pieces_[std::size_t(inner)].mesh, node) + " reaches into the mesh '" +
+                 model(round.mesh).name + "' by over an eighth of a cell at the begin of step " +
+                 std::to_string(s_.steps + 1) +
+                 ": contacts see what is near a side alone, and may not push all of it apart; let them begin apart, or "
+                 "let them pass through each other, with no law";
+      continue;
+    }
     last = both;
     tell(contactor < 0 ? name(pieces_[std::size_t(inner)]) : name_of_body(carrier_id(s_.scene.bodies, c, contactor)),
          "the mesh '" + model(round.mesh).name + "'");
@@ -383,7 +445,7 @@ std::string NestedMeshes::text() {
   for (const auto& [body, shell] : shells_)
     for (const Piece& p : pieces_)
       if (is_told(p, body, shell)) tell(name(p), name_of_body(*s_.scene.bodies.id[body]));
-  if (told_.empty()) return {};
+  if (told_.empty()) return reach_;
   if (more_ > 0) told_ += ", as " + std::to_string(more_) + " more do";
   return told_ + ": no side is near, and contacts do not push them apart; let them begin apart, or let them pass "
                  "through each other, with no law";

@@ -38,6 +38,34 @@ def whole_sides(body, pieces):
     return out
 
 
+def outwards(body, sides):
+    """Sides (m, 2 | 3 | 4) that were given as arrays, those which bound a cell of the body the other way round turned over.
+
+    Of what no cell knows, as parts of a body of matrices alone, the order is the user's word.
+    """
+    if not len(sides) or not isinstance(getattr(body, "cells", None), dict):
+        return sides
+    own = body.boundary_edges() if body.dim == 2 else body.boundary_faces()
+    known = {tuple(sorted(side)): side for side in map(_nodes_of, own.tolist())}
+    out = np.array(sides)
+    for k, side in enumerate(map(_nodes_of, out.tolist())):
+        as_cells_know = known.get(tuple(sorted(side)))
+        if as_cells_know is not None and not _same_way(side, as_cells_know):
+            out[k, : len(side)] = side[::-1]
+    return out
+
+
+def _nodes_of(side):
+    return [node for node in side if node >= 0]
+
+
+def _same_way(side, other):
+    """Whether two sides of the same nodes go round them the same way."""
+    if len(side) == 2:
+        return side == other
+    return other[(other.index(side[0]) + 1) % len(other)] == side[1]
+
+
 class Faces:
     """nodes (m, 3): of each facet; faces (m, 4): of the face it is a part of, the fourth -1 in a triangle."""
 

@@ -15,8 +15,8 @@ from .joints import end_on_node
 from .materials import Material
 from .meshes import LinearBody, deformable
 from .moving_frames import FrameBody
-from .section_forces import LinearFrame
 from .opening_faces import OpeningFaces
+from .section_forces import LinearFrame
 from .solid import SolidBody
 from .ties import TiedBody
 

@@ -14,7 +14,7 @@ from ..names import listed
 from ..pre import checks
 from . import bodies
 from .materials import Material
-from .mesh_faces import Faces
+from .mesh_faces import Faces, outwards
 
 
 class GivenBody:
@@ -133,9 +133,9 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     material: of its contacts. contact: names of groups
     (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges and faces
     of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
-    boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left: they meet disks, and points of other
-    meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
-    outside: they meet spheres, and points of other meshes.
+    boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left (if it has cells, either way): they meet
+    disks, and points of other meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
+    outside (of bodies with cells either way): they meet spheres, and points of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
     time. displace: {group: {"x": u}} their displacement [m], a function of time, where steps end from the second on. rigid: names
     of groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
@@ -166,8 +166,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     dim, places = body.dim, body.points
     n = len(places)
     nodes = _nodes(body, contact)
-    pairs = edges if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
-    patches = faces if isinstance(faces, np.ndarray) and faces.ndim == 2 else _faces(body, faces)
+    pairs = outwards(body, edges) if isinstance(edges, np.ndarray) and edges.ndim == 2 else _edges(body, edges)
+    patches = outwards(body, faces) if isinstance(faces, np.ndarray) and faces.ndim == 2 else _faces(body, faces)
     patches = Faces(patches) if len(patches) else None
     points = [np.zeros((0, 2), int), np.zeros((0, 2))] if points is None else [np.asarray(part) for part in points]
     if points[0].shape != points[1].shape or points[0].ndim != 2:

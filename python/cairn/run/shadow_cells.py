@@ -162,8 +162,8 @@ def _stress(name, values, kinematics, f):
         back = np.linalg.inv(f).T
         first = mu * (f - back) + lame * np.log(np.linalg.det(f)) * back
     else:
-        known = "IsotropicElastic, SaintVenantKirchhoff and NeoHookean"
-        raise ValueError(f"the plain reference knows {known}, not {name}: give a function")
+        known = "IsotropicElastic (small, total_lagrangian), SaintVenantKirchhoff and NeoHookean"
+        raise ValueError(f"the plain reference knows {known}, not {name} with kinematics {kinematics!r}: give a function")
     return first, first @ f.T / np.linalg.det(f)
 
 

@@ -58,7 +58,7 @@ class Simulation(Reshaping, Spelt):
         self._start_meshes()
         one_of("overlap", overlap, ("warn", "error", "ignore"))
         self._unmet, self._lawless = set(), set()
-        unmet_shapes.warn(self._core.scene, self._unmet, 3)
+        unmet_shapes.warn(self._core.scene, self._unmet, 3, bool(free_masses(self._sets)))
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap != "ignore" and len(self.bodies):
             first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share))
@@ -368,7 +368,7 @@ class Simulation(Reshaping, Spelt):
             self.strategy = self._given
         self._start_functions()
         self._start_meshes()
-        unmet_shapes.warn(self._core.scene, self._unmet, 3)
+        unmet_shapes.warn(self._core.scene, self._unmet, 3, bool(free_masses(self._sets)))
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         return np.concatenate(ids) if ids else np.zeros(0, np.int64)
 
