@@ -134,8 +134,8 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     (or numbers of nodes) that are candidate points: they meet disks, spheres, walls, polygons, polyhedra and the edges and faces
     of other meshes. points: (nodes (m, k), weights (m, k)), candidate points between nodes. edges: in 2D, names of groups whose
     boundary edges are antagonists, or pairs of nodes (m, 2), the body on their left (if it has cells, either way): they meet
-    disks, and points of other meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes (m, 3 | 4), anticlockwise from
-    outside (of bodies with cells either way): they meet spheres, and points of other meshes.
+    disks, and points of other meshes. faces: in 3D, names of groups whose boundary faces are antagonists, or their nodes
+    (m, 3 | 4), anticlockwise from outside (of bodies with cells either way): they meet spheres, and points of other meshes.
     fixed: {group: "x" | "xy" | ...} dofs that are held; drive: {group: {"x": v}} their velocity [m/s], a number or a function of
     time. displace: {group: {"x": u}} their displacement [m], a function of time, where steps end from the second on. rigid: names
     of groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
