@@ -15,7 +15,8 @@ inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs +
 
 struct CondensedBody {
   cairn_condensed dofs{};
-  cairn_reach reach{}; // where dofs.reach is not null
+  cairn_reach reach{};     // where dofs.reach is not null
+  double mass = 0;         // of the whole body, whatever holds it [kg]
   double inverse_mass = 0; // of the whole body, 0 where dofs along each axis are given [1/kg]
   // Numbers from dofs.velocity on that impulses change, whatever their kind, and those between.
   std::size_t moving() const {

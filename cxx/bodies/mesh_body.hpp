@@ -179,6 +179,7 @@ public:
   double* compliance() { return now_->compliance.data(); }
   std::int64_t leading() const { return now_->leading; }
   const UnitReaches* reaches() const { return now_->reached ? &now_->reaches : nullptr; }
+  double mass() const { return mean_mass_ * double(model.nodes()); } // of the whole [kg]
   // Of the whole, 0 where dofs along each axis are given [1/kg].
   double inverse_mass() const { return inverse_mass_; }
   Array<double> impulse;        // (dofs) of contacts, to be given

@@ -488,7 +488,13 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   }
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
   const auto opening = [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); };
-  settle_singular_blocks(b, dim(), w, std::cref(opening)); // of which no copy is made, that would be allocated
+  const auto held = [&](int lane) {
+    const double a = b.mapped_a ? system.condensed[std::size_t(b.body_a[lane])].mass : 0;
+    const double c = b.mapped_b ? system.condensed[std::size_t(b.body_b[lane])].mass : 0;
+    return (a > 0 ? 1 / a : 0) + (c > 0 ? 1 / c : 0);
+  };
+  // of what is handed on no copies are made, which would be allocated
+  settle_singular_blocks(b, dim(), w, std::cref(opening), std::cref(held));
   if (b.repeats) repeat_last(b, w, c * c);
   if (b.block)
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);

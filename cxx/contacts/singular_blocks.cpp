@@ -38,15 +38,20 @@ bool answers_drives(const LawInfo& law, const cairn_batch& batch, int lane) {
 
 } // namespace
 
-void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const std::function<double(int)>& opening) {
+void settle_singular_blocks(const cairn_batch& batch, int dim, double* w, const std::function<double(int)>& opening,
+                            const std::function<double(int)>& held) {
   const int n = batch.count, c = batch.components;
   const LawInfo& law = law_infos()[std::size_t(batch.law)];
   for (int lane = 0; lane < batch.contacts; ++lane) {
     if (batch.bonds && batch.state[lane] > 0) continue;
     double sum = 0;
     for (int k = 0; k < dim; ++k) sum += w[n * (k * c + k) + lane];
-    const double little = std::sqrt(epsilon) * sum;
     const bool moves = w[lane] > rounding * sum;
+    double little = std::sqrt(epsilon) * sum;
+    if (!(sum > 0) && answers_drives(law, batch, lane)) {
+      sum = held(lane); // no direction moves: less than any spring gives way
+      little = epsilon * sum;
+    }
     if (law.joins) {
       leave_out_unmoved(n, c, dim, sum, lane, w);
       if (!moves) batch.rho[lane] = 1 / (sum > 0 ? sum : 1);

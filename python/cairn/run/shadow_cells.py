@@ -163,7 +163,8 @@ def _stress(name, values, kinematics, f):
         first = mu * (f - back) + lame * np.log(np.linalg.det(f)) * back
     else:
         known = "IsotropicElastic (small, total_lagrangian), SaintVenantKirchhoff and NeoHookean"
-        raise ValueError(f"the plain reference knows {known}, not {name} with kinematics {kinematics!r}: give a function")
+        what = f"kinematics {kinematics!r} of {name}" if name in known else name
+        raise ValueError(f"the plain reference knows {known}, not {what}: give a function")
     return first, first @ f.T / np.linalg.det(f)
 
 
