@@ -39,83 +39,105 @@ def mean_strain(body, displacement, large):
     return out
 
 
-# Of nodes at corners, in the middle of edges and of faces of cells of second order: what each has of a piece of a side, over the
-# sum. Of parabolic edges and HEX27 it is the integral of the shape function; corners of six and eight nodes have none.
-SHARES = {2: np.array([1.0, 2.0, 2.0]), 3: np.array([0.0, 1.0, 1.0]), 4: np.array([1.0, 2.0, 4.0])}
-CORNERS = {"triangle6": 3, "quad8": 4, "quad9": 4, "tetra10": 4, "hexahedron20": 8, "hexahedron27": 8}
-
-
-def surface_vectors(body, displacement, force=None):
-    """Of each node the part of the surface that it stands for, where that is now: its outward normal by its area, (n, dim) [m2];
-    zero inside, and of bodies whose surface is not known. force (n, dim) on the nodes: sides that it does not push on, more than
-    60 degrees from its way, are no part of it, so that at an edge of the body only the side counts that is pushed."""
-    x = body.points + np.asarray(displacement, float).reshape(body.points.shape)
-    out, ring = np.zeros(x.shape), getattr(body, "plane", "") == "axisymmetric"
-    for nodes, shares in _pieces(body):
-        of = x[nodes]
-        if body.dim == 2:
-            along = of[:, 1] - of[:, 0]
-            part = np.stack([along[:, 1], -along[:, 0]], axis=1) * getattr(body, "thickness", 1.0)
-        else:  # (c - a) x (d - b) of the diagonals is twice the area, of a triangle with d = a too
-            part = np.cross(of[:, 2] - of[:, 0], of[:, 3 % nodes.shape[1]] - of[:, 1]) / 2
-        for k, node in enumerate(nodes.T):
-            own = shares[:, k, None]
-            if ring:  # the integral of the node's shape function, 2 pi r ds
-                radius = x[node, :1]
-                mean = (2 * radius + x[nodes[:, 1 - k], :1]) / 3
-                own = own * 2 * np.pi * np.where(own == 0.5, mean, radius)
-            _add(out, node, part * own, force)
-    return out
-
-
 def pressure_of(body, displacement, force):
-    """Pressure (n,) [Pa] of forces (n, dim) on nodes. Corners of sides of six and eight nodes, and of parabolic edges on an axis
-    of symmetry, bear nothing where the pressure is uniform: they have the mean of the nodes beside them."""
-    areas = surface_vectors(body, displacement, force)
+    """Pressure (n,) [Pa] of forces (n, dim) [N] on nodes, over the parts of the surface that they stand for where it is now: the
+    integrals of their shape functions. Zero of bodies whose surface is not known.
+
+    Sides that a force does not push on, more than 60 degrees from its way, are no part of it, so that at an edge of the body only
+    the side counts that is pushed. Corners of sides of six and eight nodes bear nothing where the pressure is uniform, or pull:
+    forces and parts of the surface go from them to the middles beside them, of which they have the mean; so do nodes of
+    parabolic edges on an axis of symmetry."""
+    x = body.points + np.asarray(displacement, float).reshape(body.points.shape)
+    sides = _sides_pushed(body, x, force)
+    areas = np.zeros(x.shape)
+    for nodes, own in sides:
+        np.add.at(areas, nodes, own)
+    bare = [(nodes, np.linalg.norm(own.sum(axis=1), axis=1)) for nodes, own in sides if nodes.shape[1] in CORNERS]
+    force, areas = _off_corners(bare, np.asarray(force, float)), _off_corners(bare, areas)
     size = np.linalg.norm(areas, axis=1)
     pushed = -np.einsum("nk,nk->n", force, areas)
     out = np.divide(pushed, size**2, out=np.zeros(len(size)), where=size > 0)
     total, count = np.zeros(len(size)), np.zeros(len(size))
-    radius = np.abs(body.points[:, 0]) if getattr(body, "plane", "") == "axisymmetric" else np.ones(len(size))
-    on_axis = radius <= 1e-12 * radius.max()
-    for nodes, shares in _pieces(body):
-        bare = (shares == 0) | (on_axis[nodes] & (shares != 0.5))
-        beside = ~bare & (out[nodes] > 0)
-        mean = np.where(beside, out[nodes], 0.0).sum(axis=1)
-        for k, node in enumerate(nodes.T):
-            np.add.at(total, node[bare[:, k]], mean[bare[:, k]])
-            np.add.at(count, node[bare[:, k]], beside.sum(axis=1)[bare[:, k]])
+    for node, beside in _beside(body, sides):
+        known = out[beside] > 0
+        np.add.at(total, node, np.where(known, out[beside], 0.0))
+        np.add.at(count, node, known)
     return np.divide(total, count, out=out, where=count > 0)
 
 
-def _pieces(body):
-    """[(nodes (m, k), shares (m, k))] of the sides of the boundary, cut along nodes in the middle; [] where none are known."""
-    try:
-        sides = body.boundary_edges() if body.dim == 2 else body.boundary_faces()
-    except (ValueError, AttributeError):
-        return []
-    role = np.zeros(len(body.points), int)
-    for kind, corners in CORNERS.items():
-        if kind in getattr(body, "cells", {}):
-            cells = body.cells[kind]
-            role[cells[:, corners:]] = 1
-            if kind == "hexahedron27":
-                role[cells[:, 20:]] = 2
-    sides = np.asarray(sides)
-    wide = sides[:, 3] >= 0 if sides.shape[1] == 4 else np.zeros(len(sides), bool)
-    parts = [sides] if body.dim == 2 else [sides[~wide][:, :3], sides[wide]]
-    out = []
-    for nodes in parts:
-        if len(nodes):
-            shares = SHARES[nodes.shape[1]][role[nodes]]
-            total = shares.sum(axis=1, keepdims=True)
-            shares, total = np.where(total > 0, shares, 1.0), np.where(total > 0, total, nodes.shape[1])
-            out.append((nodes, shares / total))
+CORNERS = {6: 3, 8: 4}  # of sides whose corners bear nothing, or pull, by their nodes
+
+
+def surface_vectors(body, displacement):
+    """Of each node the integral of its shape function over the surface where that is now, by the outward normal, (n, dim) [m2];
+    zero inside, and of bodies whose surface is not known."""
+    x = body.points + np.asarray(displacement, float).reshape(body.points.shape)
+    out = np.zeros(x.shape)
+    for nodes, own in _sides(body, x):
+        np.add.at(out, nodes, own)
     return out
 
 
-def _add(out, nodes, part, force):
-    if force is not None:
-        pushed = -np.einsum("nk,nk->n", force[nodes], part)
-        part = part * (pushed >= 0.5 * np.linalg.norm(force[nodes], axis=1) * np.linalg.norm(part, axis=1))[:, None]
-    np.add.at(out, nodes, part)
+def _sides(body, x):
+    """Of the sides of the boundary, those of one form together: nodes (m, k), and the integrals of their shape functions by the
+    outward normal (m, k, dim) [m2]."""
+    from .pressure import boundary_sides, samples
+
+    try:
+        boundary = boundary_sides(body)
+    except (ValueError, AttributeError):
+        return
+    for part in boundary:
+        wide = part[:, -1] >= 0
+        for some in (part[wide], part[~wide][:, :-1]):
+            if len(some):
+                own = np.zeros((*some.shape, body.dim))
+                for _, value, inward in samples(body, some, x):
+                    own -= value[:, None] * inward[:, None, :]
+                yield some, own
+
+
+def _sides_pushed(body, x, force):
+    """[(nodes (m, k), integrals (m, k, dim) [m2])] of the sides that forces push on, zero of nodes that do not push on a side."""
+    out = []
+    for nodes, own in _sides(body, x):
+        corners = CORNERS.get(nodes.shape[1], 0)
+        way, of = force[nodes], own
+        if corners:  # which may pull: the middles tell for the whole side
+            way, of = way[:, corners:].sum(axis=1, keepdims=True), own.sum(axis=1, keepdims=True)
+        pushed = -np.einsum("mak,mak->ma", way, of)
+        on = (pushed > 0) & (pushed >= 0.5 * np.linalg.norm(way, axis=2) * np.linalg.norm(of, axis=2))
+        own *= on[:, :, None]
+        out.append((nodes[on.any(axis=1)], own[on.any(axis=1)]))
+    return out
+
+
+def _off_corners(sides, of_nodes):
+    """What nodes have (n, dim), that of the corners of sides (nodes, sizes) moved to the middles beside them, by the sizes."""
+    weight, out = np.zeros(len(of_nodes)), of_nodes.copy()
+    for nodes, size in sides:
+        corners = CORNERS[nodes.shape[1]]
+        np.add.at(weight, nodes[:, :corners], 2 * size[:, None])
+        out[nodes[:, :corners]] = 0.0
+    for nodes, size in sides:
+        corners = CORNERS[nodes.shape[1]]
+        for k in range(corners):
+            for corner in (nodes[:, k], nodes[:, (k + 1) % corners]):
+                np.add.at(out, nodes[:, corners + k], (size / weight[corner])[:, None] * of_nodes[corner])
+    return out
+
+
+def _beside(body, sides):
+    """(node (m,), one beside it (m,)) of those that have the mean of nodes beside them."""
+    radius = np.abs(body.points[:, 0]) if getattr(body, "plane", "") == "axisymmetric" else np.ones(len(body.points))
+    on_axis = radius <= 1e-12 * radius.max()
+    for nodes, _ in sides:
+        corners = CORNERS.get(nodes.shape[1], 0)
+        for k in range(corners):
+            yield nodes[:, k], nodes[:, corners + k]
+            yield nodes[:, (k + 1) % corners], nodes[:, corners + k]
+        if body.dim == 2 and nodes.shape[1] == 3:
+            for k, other in ((0, 1), (1, 0)):
+                bare = nodes[on_axis[nodes[:, k]]]
+                for beside in (bare[:, other], bare[:, 2]):
+                    yield bare[:, k], beside

@@ -14,36 +14,44 @@ _PARENTS = {6: [(0, 0), (1, 0), (0, 1), (0.5, 0), (0.5, 0.5), (0, 0.5)], 8: _QUA
 GAUSS = np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)]), np.array([5.0, 8.0, 5.0]) / 9
 
 
-def pressed_sides(body, nodes, what):
+def pressed_sides(body, nodes, what, load="pressure"):
     """Sides of the boundary with all of their nodes among some: edges (m, 2), of second order (m, 3) with the middle last, in 2D,
     faces (m, 4) in 3D, -1 for the fourth of a triangle, of second order (m, 6 | 8 | 9). Those of a body whose cells another
-    code knows are the edges and faces that it was given, which are flat. Raises ValueError where there is none."""
-    if isinstance(body, GivenBody):
-        return _pressed(body, [body.boundary_edges() if body.dim == 2 else body.boundary_faces()], nodes, what)
-    if not hasattr(body, "cells") or not isinstance(body.cells, dict) or any(kind not in ELEMENTS for kind in body.cells):
-        kind = type(body).__name__
-        raise ValueError(f"pressure on {what!r}: the cells of a {kind} are not known; give an ElasticBody or a SolidBody")
-    second = [kind for kind in body.cells if ELEMENTS[kind]["order"] > 1]
-    if body.dim == 3:
-        sides = _whole_faces(body, second) if second else [body.boundary_faces()]
-    else:
-        sides = [_edges_of_second_order(body.cells[kind], len(SIDES[kind]) // 2) for kind in second]
-        first = {kind: cells for kind, cells in body.cells.items() if kind not in second}
-        sides += [cells[:, SIDES[kind]].reshape(-1, 2) for kind, cells in first.items()]
-    if body.dim == 2:
-        ends = np.concatenate([np.sort(part[:, :2], axis=1) for part in sides])
-        _, place, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-        alone = np.split(count[place.ravel()] == 1, np.cumsum([len(part) for part in sides])[:-1])
-        sides = [part[keep] for part, keep in zip(sides, alone)]
-    return _pressed(body, sides, nodes, what)
-
-
-def _pressed(body, sides, nodes, what):
+    code knows are the edges and faces that it was given, which are flat. Raises ValueError, by the name of the load, where there
+    is none."""
+    try:
+        sides = boundary_sides(body)
+    except UnknownCellsError as wrong:
+        raise ValueError(f"{load} on {what!r}: {wrong}") from None
     kept = [part[(np.isin(part, nodes) | (part < 0)).all(axis=1)] for part in sides]
     if not sum(len(part) for part in kept):
         side = "edge" if body.dim == 2 else "face"
-        raise ValueError(f"pressure on {what!r}: no {side} of the boundary has all its nodes in it")
+        raise ValueError(f"{load} on {what!r}: no {side} of the boundary has all its nodes in it")
     return [part for part in kept if len(part)]
+
+
+class UnknownCellsError(ValueError):
+    """Of a body whose cells are not those of the elements."""
+
+
+def boundary_sides(body):
+    """Sides of the boundary, as pressed_sides has them. Raises ValueError of a body whose cells are not known."""
+    if isinstance(body, GivenBody):
+        return [body.boundary_edges() if body.dim == 2 else body.boundary_faces()]
+    if not hasattr(body, "cells") or not isinstance(body.cells, dict) or any(kind not in ELEMENTS for kind in body.cells):
+        raise UnknownCellsError(f"the cells of a {type(body).__name__} are not known; give an ElasticBody or a SolidBody")
+    second = [kind for kind in body.cells if ELEMENTS[kind]["order"] > 1]
+    if not second:
+        return [body.boundary_edges() if body.dim == 2 else body.boundary_faces()]
+    if body.dim == 3:
+        return _whole_faces(body, second)
+    sides = [_edges_of_second_order(body.cells[kind], len(SIDES[kind]) // 2) for kind in second]
+    first = {kind: cells for kind, cells in body.cells.items() if kind not in second}
+    sides += [cells[:, SIDES[kind]].reshape(-1, 2) for kind, cells in first.items()]
+    ends = np.concatenate([np.sort(part[:, :2], axis=1) for part in sides])
+    _, place, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    alone = np.split(count[place.ravel()] == 1, np.cumsum([len(part) for part in sides])[:-1])
+    return [part[keep] for part, keep in zip(sides, alone)]
 
 
 def _whole_faces(body, second):
@@ -74,12 +82,35 @@ def forces(body, sides, x):
     round one."""
     out = np.zeros(x.shape)
     for part in sides:
-        push = _on_edges if body.dim == 2 else _on_faces if part.shape[1] <= 4 else _on_bent_faces
-        push(body, part, x, out)
+        for nodes, value, inward in samples(body, part, x):
+            for a, column in enumerate(nodes.T):
+                np.add.at(out, column, value[a] * inward)
     return out
 
 
-def _on_edges(body, edges, x, out):
+def areas(body, sides, x):
+    """Integrals of the shape functions of nodes over sides at places x (n, dim) [m], (n,) [m2]."""
+    out = np.zeros(len(x))
+    for part in sides:
+        for nodes, value, inward in samples(body, part, x):
+            size = np.linalg.norm(inward, axis=1)
+            for a, column in enumerate(nodes.T):
+                np.add.at(out, column, value[a] * size)
+    return out
+
+
+def samples(body, sides, x):
+    """Of each point of the rule that sides of one form are integrated by: nodes (m, k), shape functions (k,) there, and normals
+    into the body (m, dim), as long as what the point stands for [m2]."""
+    if body.dim == 2:
+        yield from _on_edges(body, sides, x)
+    elif sides.shape[1] > 4:
+        yield from _on_bent_faces(sides, x)
+    else:
+        yield from _on_faces(sides, x)
+
+
+def _on_edges(body, edges, x):
     of, ring = x[edges], getattr(body, "plane", "") == "axisymmetric"
     for s, weight in zip(*GAUSS):
         if edges.shape[1] == 2:
@@ -91,23 +122,24 @@ def _on_edges(body, edges, x, out):
         wide = np.full(len(of), getattr(body, "thickness", 1.0))
         if ring:
             wide = 2 * np.pi * np.einsum("a,na->n", value, of[:, :, 0])
-        for a, column in enumerate(edges.T):
-            np.add.at(out, column, value[a] * wide[:, None] * inward)
+        yield edges, value, wide[:, None] * inward
 
 
-def _on_faces(body, faces, x, out):
+def _on_faces(faces, x):
     wide = faces[:, 3] >= 0 if faces.shape[1] == 4 else np.zeros(len(faces), bool)
-    of = x[faces[~wide][:, :3]]
-    for column in faces[~wide][:, :3].T:
-        np.add.at(out, column, -np.cross(of[:, 1] - of[:, 0], of[:, 2] - of[:, 0]) / 6)
-    of, corner = x[faces[wide]], np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    nodes = faces[~wide][:, :3]
+    of = x[nodes]
+    if len(nodes):
+        yield nodes, np.full(3, 1 / 3), -np.cross(of[:, 1] - of[:, 0], of[:, 2] - of[:, 0]) / 2
+    if not wide.any():
+        return
+    nodes, corner = faces[wide], np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    of = x[nodes]
     for r in (-(3**-0.5), 3**-0.5):
         for s in (-(3**-0.5), 3**-0.5):
             value = (1 + r * corner[:, 0]) * (1 + s * corner[:, 1]) / 4
             by_r, by_s = corner[:, 0] * (1 + s * corner[:, 1]) / 4, corner[:, 1] * (1 + r * corner[:, 0]) / 4
-            inward = -np.cross(np.einsum("a,nak->nk", by_r, of), np.einsum("a,nak->nk", by_s, of))
-            for a, column in enumerate(faces[wide].T):
-                np.add.at(out, column, value[a] * inward)
+            yield nodes, value, -np.cross(np.einsum("a,nak->nk", by_r, of), np.einsum("a,nak->nk", by_s, of))
 
 
 def _rule(nodes):
@@ -120,7 +152,7 @@ def _rule(nodes):
     return out
 
 
-def _on_bent_faces(body, faces, x, out):
+def _on_bent_faces(faces, x):
     """Of second order: shape functions are the polynomials of the parent that are one at a node and nought at the others."""
     nodes = faces.shape[1]
     p, q = np.array(_POWERS[:nodes]).T
@@ -129,6 +161,4 @@ def _on_bent_faces(body, faces, x, out):
     for (r, s), weight in _rule(nodes):
         value = (r**p * s**q) @ shape
         by_r, by_s = (p * r ** np.maximum(p - 1, 0) * s**q) @ shape, (q * r**p * s ** np.maximum(q - 1, 0)) @ shape
-        inward = -weight * np.cross(np.einsum("a,nak->nk", by_r, of), np.einsum("a,nak->nk", by_s, of))
-        for a, column in enumerate(faces.T):
-            np.add.at(out, column, value[a] * inward)
+        yield faces, value, -weight * np.cross(np.einsum("a,nak->nk", by_r, of), np.einsum("a,nak->nk", by_s, of))
