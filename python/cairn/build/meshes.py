@@ -112,6 +112,7 @@ class Deformable:
         self.storage, self.name = storage, name
         self.contact_nodes = np.zeros(0, int)
         self.pressed = []  # sides, and the pressure on them
+        self.loads = []  # tractions and forces of the volume, see dead_loads.py
         self.displace, self.rigid, self.self_contact, self.mortar = {}, [], False, False
         self.modal_damping = None  # a ratio, or those of the first modes (n,)
         self.joints = []  # (name of the joint, node)
@@ -123,7 +124,7 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
                force=None, velocity=None,
                displacement=None, storage=None, name="mesh", point_material=None, edge_material=None, face_material=None,
                bulk=None, pressure=None, self_contact=False, mortar=False, initial_stress=None, modal_damping=None,
-               **options):  # fmt: skip
+               traction=None, body_force=None, **options):  # fmt: skip
     """A deformable body for a scene: list of the sets of its nodes, edges and faces.
 
     body: a mesh, of a file that meshio reads (gmsh, MED, VTK, Abaqus's .inp), a meshio.Mesh, or the module gmsh after its model
@@ -141,8 +142,10 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     of groups whose nodes move together as a rigid body, which turns as far as the kinematics of the body let it. force:
     {group: (dim,)} total force, spread evenly over the nodes [N], or a function of time giving that dict.
     pressure: {group: p} on the sides of the boundary whose nodes are in it [Pa], a number or a function of time, along their
-    normals where these are at the begin and, by the velocities of the nodes, at the end of each step. velocity, displacement:
-    (dim,) or (n, dim) at the start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
+    normals where these are at the begin and, by the velocities of the nodes, at the end of each step. traction: {group: (dim,)}
+    on these sides where they are at the start [Pa], which keeps its way, and body_force: (dim,) of the volume there [N/m3], each
+    or a function of time giving it, as forces of nodes by shape functions. velocity, displacement: (dim,) or (n, dim) at the
+    start. storage: of the system of equations, see cairn.soe. name: of the group that rules of
     contact may name, those of its edges and faces "NAME edges", "NAME faces". Displacements of linear bodies are small.
     point_material, edge_material, face_material: in place of material, of its points (those of contact, in the order of their
     numbers, then points), of edges and of faces; one for all of them or a list with one for each.
@@ -194,6 +197,10 @@ def deformable(body, material, *, contact=(), points=None, edges=(), faces=(), f
     d.mortar = checked_mortar(mortar, dim, nodes, pairs, patches)
     d.self_contact = checked_self_contact(self_contact, nodes, points[0], pairs, patches)
     d.modal_damping = checked_modal_damping(modal_damping, body, d.rigid)
+    if traction is not None or body_force is not None:
+        from .dead_loads import dead_loads
+
+        d.loads = dead_loads(body, traction, body_force)
     if pressure:
         from .pressure import pressed_sides
 
@@ -444,6 +451,10 @@ class MovingMesh:
         for group, total in (given or {}).items():
             nodes = _group(self.body, group)
             out[nodes] += checks.real_array("force", total, (self.dim,)) / len(nodes)
+        if self.d.loads:
+            from .dead_loads import at_time
+
+            at_time(self.d.loads, t, out)
         return out.ravel()
 
     def pressure_load(self, t, x):

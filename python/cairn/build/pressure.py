@@ -31,11 +31,13 @@ def pressed_sides(body, nodes, what, load="pressure"):
 
 
 class UnknownCellsError(ValueError):
-    """Of a body whose cells are not those of the elements."""
+    """Of a body whose cells are not those of the elements, or have no sides."""
 
 
 def boundary_sides(body):
     """Sides of the boundary, as pressed_sides has them. Raises ValueError of a body whose cells are not known."""
+    if hasattr(body, "section_forces"):
+        raise UnknownCellsError(f"a {type(body).__name__} of bars or beams has no sides; give force={{group: total}} [N]")
     if isinstance(body, GivenBody):
         return [body.boundary_edges() if body.dim == 2 else body.boundary_faces()]
     if not hasattr(body, "cells") or not isinstance(body.cells, dict) or any(kind not in ELEMENTS for kind in body.cells):

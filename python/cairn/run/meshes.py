@@ -73,7 +73,8 @@ class Meshes:
             if k in self._loaded:
                 continue
             d = mesh.d
-            if d.force is None and d.carried is None and not d.drive and not d.pressed and not d.displace:
+            moved = d.drive or d.displace or d.carried is not None
+            if d.force is None and not moved and not d.pressed and not d.loads:
                 self._loaded.add(k)
                 continue
             begin, end = mesh.load(t), mesh.load(t + h)
@@ -93,7 +94,7 @@ class Meshes:
                     self._core.set_pressures(k, mesh.pressures(t, t + h))
                 continue
             self._core.load_mesh(k, begin, end, held)
-            functions = [mesh.d.force, *(v for by_axis in mesh.d.drive.values() for v in by_axis.values())]
+            functions = [d.force, *(load for *_, load in d.loads), *(v for of in d.drive.values() for v in of.values())]
             if not any(callable(f) for f in functions):
                 self._loaded.add(k)
 

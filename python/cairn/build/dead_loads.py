@@ -1,0 +1,53 @@
+"""Loads of a body that deforms which keep their way as it moves: tractions on its boundary, and forces of its volume."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .. import _core
+from ..pre import checks
+from .elastic import ELEMENTS
+from .meshes import GivenBody, _group
+from .pressure import areas, pressed_sides
+
+
+def dead_loads(body, traction, body_force):
+    """[(name, weights of the nodes (n,), load (dim,) or a function of time)] of what `cairn.deformable` was given: weights are
+    integrals of the shape functions where the body is at the start, over sides [m2] or the volume [m3]. Raises ValueError for
+    loads of another shape, and bodies whose sides or cells are not known."""
+    out = []
+    if traction is not None:
+        if not isinstance(traction, dict):
+            raise ValueError(f"traction is {traction!r}: give {{group: ({body.dim},)}} [Pa]")
+        for group, given in traction.items():
+            sides = pressed_sides(body, _group(body, group), group, "traction")
+            out.append((f"traction on {group!r}", areas(body, sides, body.points), given))
+    if body_force is not None:
+        out.append(("body_force", volumes(body), body_force))
+    for name, _, given in out:
+        if not callable(given):
+            checks.real_array(name, given, (body.dim,))
+    return out
+
+
+def volumes(body):
+    """Integrals of the shape functions of the nodes over a body, (n,) [m3]. Raises ValueError where its cells are not known."""
+    cells = getattr(body, "cells", None)
+    if isinstance(body, GivenBody) or not isinstance(cells, dict) or any(kind not in ELEMENTS for kind in cells):
+        told = f"body_force: the cells of a {type(body).__name__} are not known, and what volume each node has"
+        raise ValueError(f"{told}; give an ElasticBody or a SolidBody, or force={{group: total}} [N]")
+    out, dim = np.zeros(len(body.points)), body.dim
+    for kind, nodes in cells.items():
+        x = np.ascontiguousarray(body.points[nodes])
+        if getattr(body, "plane", "") == "axisymmetric":
+            mass = _core.ring_masses(kind, x, 1.0)
+        else:
+            mass = _core.element_matrices(kind, x, float(body.thickness), np.eye(3 * dim - 3))[1]
+        np.add.at(out, nodes, mass[:, ::dim, ::dim].sum(axis=2))
+    return out
+
+
+def at_time(loads, t, out):
+    """Adds what loads are at a time to forces of nodes (n, dim) [N]."""
+    for name, weights, given in loads:
+        out += weights[:, None] * checks.real_array(name, given(t) if callable(given) else given, out.shape[1:])
