@@ -69,6 +69,12 @@ BulkModel::BulkModel(int dim, std::vector<double> place, std::vector<BulkCells> 
     refuse_repeated_nodes(c);
     if (c.mean_dilatation && (dim == 2 && c.plane == Plane::stress))
       throw Error("mean dilatation has no use in plane stress: leave it out");
+    if (c.mean_dilatation && e.bulk_points == 1)
+      throw Error("mean dilatation changes nothing in " + std::string(e.cell) +
+                  " cells, which have one dilatation each as they are: give " +
+                  (dim == 2 ? "quad or triangle6 cells (Q4, T6), or split each triangle into three quads"
+                            : "hexahedron or tetra10 cells (HEX8, TET10), or split each tetra into four hexahedra") +
+                  ", or leave it out");
     if (c.material->takes_gradient && c.kinematics != Kinematics::total_lagrangian)
       throw Error(c.material->python_name + " is for large strains: give kinematics='total_lagrangian'");
     if (c.material->plane_stress && !(dim == 2 && c.plane == Plane::stress))

@@ -159,8 +159,8 @@ int32_t cairn_mesh_add_elastic_cells(cairn_mesh* mesh, const char* element, int6
 /* n cells of a material of bulk_materials.def ("neo_hookean", "j2_plasticity", ...), whose strains may be large:
  * parameters by names and values (count each); those that are not given have their defaults. kinematics "small",
  * "corotational", "total_lagrangian" (materials that take the gradient of deformation need it) or "logarithmic"; plane
- * "strain", "stress" or "axisymmetric" round y, in 2D; mean_dilatation 1: cells of first order do not lock near
- * poisson = 1/2. */
+ * "strain", "stress" or "axisymmetric" round y, in 2D; mean_dilatation 1: cells do not lock near poisson = 1/2, which
+ * is of no use to triangle and tetra cells, and refused once the mesh is in a simulation. */
 int32_t cairn_mesh_add_solid_cells(cairn_mesh* mesh, const char* element, int64_t n, const int32_t* node,
                                    const char* material, int32_t count, const char* const* names, const double* values,
                                    double density, const char* kinematics, const char* plane, int32_t mean_dilatation,

@@ -28,10 +28,11 @@ class SolidBody(ElasticBody):
     turns with the material: "corotational" (Biot's), "total_lagrangian" (Green's), "logarithmic" (Hencky's); materials that
     take the gradient of deformation are for "total_lagrangian" alone, which is what they get when none is given; users'
     routines (UMAT) are called as with NLGEOM under any but "small". plane:
-    "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells of first order
-    change their volume as a whole, so that they do not lock near nu = 1/2. lumped, rayleigh: as of ElasticBody, by the
-    stiffness at the start, which brakes what turns, too. initial_stress: true stress of the body before it moves [Pa], as
-    `cairn.deformable` takes it; the material is strained by it where it lies, so that it yields at what is left of its strength.
+    "strain", "stress" or "axisymmetric" (round y, x the radius) in 2D; thickness [m]. mean_dilatation: cells change their
+    volume as a whole, so that they do not lock near nu = 1/2; triangle and tetra cells do so as they are, and are refused.
+    lumped, rayleigh: as of ElasticBody, by the stiffness at the start, which brakes what turns, too. initial_stress: true stress
+    of the body before it moves [Pa], as `cairn.deformable` takes it; the material is strained by it where it lies, so that it
+    yields at what is left of its strength.
     Raises ValueError naming what is wrong, the cell and the remedy.
     """
 
