@@ -125,7 +125,7 @@ py::tuple evaluate(BulkModel& model, const Input<double>& u, double h, double th
     values = made;
   }
   const cairn::BulkResult found = model.evaluate(u.data(), h, theta, force.mutable_data(), tangent);
-  if (!found.ok()) return py::make_tuple(py::none(), py::none(), model.describe(found), 0.0, 0.0);
+  if (!found.ok()) return py::make_tuple(py::none(), py::none(), model.told(found), 0.0, 0.0);
   return py::make_tuple(force, values, py::none(), found.energy, found.dissipated);
 }
 

@@ -21,6 +21,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_body.cpp
   bodies/mesh_compliance.cpp
   bodies/mesh_condense.cpp
+  bodies/mesh_faults.cpp
   bodies/mesh_jumps.cpp
   bodies/mesh_modes.cpp
   bodies/mesh_mortar.cpp
@@ -77,6 +78,7 @@ set(CAIRN_CXX_SOURCES
   fe/frame_model.cpp
   fe/initial_stress.cpp
   fe/umat.cpp
+  fe/umat_apart.cpp
   fe/umat_library.cpp
   fe/umat_points.cpp
   fe/umat_utilities.cpp

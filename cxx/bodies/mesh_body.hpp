@@ -154,6 +154,9 @@ public:
   void restore(std::span<const double> state, std::span<const double> memory);
   void forget(); // as at the start
   std::string describe(const BulkResult& fault) const;
+  // Throws what is told of a fault: StepTooLong with the advice where shorter parts of the step may mend it, else
+  // Error.
+  [[noreturn]] void fail(const BulkResult& fault, const std::string& where, const std::string& advice) const;
   std::string remedy() const; // where no balance is found
   // check: throws Error beyond the limit of an explicit scheme.
   void free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check);

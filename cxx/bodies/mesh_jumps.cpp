@@ -148,7 +148,7 @@ void MeshBody::find_stresses_at_end(const std::vector<double>& end) {
   iterate_ = end;
   for (std::size_t i = 0; i < end.size(); ++i) b_[i] = q_[i] + way_of(i, end[i]);
   found_ = stresses_there(end.data(), 0, false);
-  if (!found_.ok()) throw StepTooLong(describe(found_) + " at the end of the step" + advice());
+  if (!found_.ok()) fail(found_, " at the end of the step", advice());
 }
 
 } // namespace cairn

@@ -32,21 +32,6 @@ void add_sizes(const SparseMatrix& pattern, const std::vector<double>& value, do
 
 } // namespace
 
-// Of a body that is light for what contacts hold accelerations lead far.
-std::string MeshBody::advice() const {
-  if (past_.empty()) return ": give a smaller dt";
-  return ": give a smaller dt, Theta(), or Newmark with beta = gamma/2, which no acceleration moves that knows no "
-         "contact";
-}
-
-std::string MeshBody::remedy() const {
-  return model.bulk->remedy() + (given_jump_.empty() ? "" : ", Theta(), or Newmark with beta = gamma/2");
-}
-
-std::string MeshBody::describe(const BulkResult& fault) const {
-  return "the mesh '" + model.name + "': " + model.bulk->describe(fault);
-}
-
 BulkResult MeshBody::stresses_of(const std::vector<double>& v, bool tangent) {
   const std::int64_t n = model.dofs();
   if (tangent) {
@@ -176,7 +161,7 @@ void MeshBody::start_newton(Nodes& nodes) {
     find_swelling_force();
     const Stopwatch watch(&newton_seconds.balance);
     found_ = forces_at_begin(force_end_.data());
-    if (!found_.ok()) throw Error(describe(found_) + " at the begin of the step");
+    if (!found_.ok()) fail(found_, " at the begin of the step", "");
     force_begin_ = force_end_;
     const double stored = found_.energy + found_.dissipated;
     if (begun_) warmed_ = stored - stored_begin_;
@@ -206,7 +191,7 @@ void MeshBody::start_newton(Nodes& nodes) {
       for (std::size_t i = 0; i < past_.size(); ++i) iterate_[i] -= past_[i] / (h_ * share_);
       turn_iterate();
       found_ = stresses_of(iterate_, true);
-      if (!found_.ok()) throw StepTooLong(describe(found_) + " at the begin of the step" + advice());
+      if (!found_.ok()) fail(found_, " at the begin of the step", advice());
     }
   }
   find_free_velocity();
@@ -219,7 +204,7 @@ void MeshBody::predict_force() {
   for (std::size_t i = 0; i < b_.size(); ++i)
     b_[i] = q_[i] + (scheme_.elastic_velocity * v_[i] + elastic_past_[i]) / end_weight_;
   found_ = stresses_there(v_.data(), 0, false);
-  if (!found_.ok()) throw StepTooLong(describe(found_) + " where the step is predicted to lead: give a smaller dt");
+  if (!found_.ok()) fail(found_, " where the step is predicted to lead", ": give a smaller dt");
   for (std::size_t i = 0; i < b_.size(); ++i)
     force_step_[i] = end_weight_ * force_end_[i] + (1 - end_weight_) * force_begin_[i];
 }
@@ -276,8 +261,7 @@ void MeshBody::start_bulk_history(Nodes& nodes, const double* gravity, const cai
           found = force_at((p - 2) * time, at[p]);
       if (found.ok()) break;
     }
-    if (!found.ok())
-      throw StepTooLong(describe(found) + " within two steps of its begin, as it moves there: give a smaller dt");
+    if (!found.ok()) fail(found, " within two steps of its begin, as it moves there", ": give a smaller dt");
     if (damps_) damping_times(known[k + 1].data(), drag.data());
     for (std::size_t i = 0; i < n; ++i) {
       double force = 0;
@@ -312,7 +296,7 @@ void MeshBody::linearise(Nodes& nodes) {
   went_on_ = true;
   if (!tangent_known_) found_ = stresses_of(iterate_, true);
   tangent_known_ = false;
-  if (!found_.ok()) throw StepTooLong(describe(found_));
+  if (!found_.ok()) fail(found_, "", "");
   find_free_velocity();
   scatter(free_.data(), nodes.velocity_free);
 }
@@ -437,6 +421,7 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
     tangent_known_ = with_tangent && turn == 0;
     out.fault = stresses_of(iterate_, tangent_known_);
     tangent_known_ = tangent_known_ && out.fault.ok();
+    if (!out.fault.ok() && !model.bulk->shorter_helps(out.fault)) break;
     if (!out.fault.ok()) continue;
     residual_of(iterate_);
     for (std::size_t i = 0; i < n; ++i) {

@@ -64,15 +64,21 @@ std::string BulkModel::describe(const BulkResult& r) const {
   if (r.fault == 4) return text + ": " + c.material->python_name + " has softened to a yield stress of zero";
   if (r.fault == umat_writes_beyond)
     return text + ": " + c.material->python_name + " writes beyond the NTENS = " +
-           (c.material->plane_stress ? "3 stresses of plane stress, 11 22 12"
-                                     : "4 stresses of the plane, 11 22 33 12") +
-           ": give a routine that goes by NDI, NSHR and NTENS";
+           (c.material->plane_stress ? "3 stresses of plane stress, 11 22 12" : "4 stresses of the plane, 11 22 33 12");
+  if (r.fault == umat_ends) return text + ": " + c.material->python_name + " " + last_words(*c.material);
   if (r.fault == umat_leaves) return text + ": " + c.material->python_name + " calls XIT";
   if (r.fault == umat_wants_less) return text + ": " + c.material->python_name + " asks for a smaller step, PNEWDT < 1";
   return text + ": " + c.material->python_name + " finds no finite stress";
 }
 
+bool BulkModel::shorter_helps(const BulkResult& r) const {
+  return r.fault != umat_writes_beyond && r.fault != umat_ends;
+}
+
 std::string BulkModel::remedy_of(const BulkResult& r) const {
+  if (r.fault == umat_writes_beyond) return "give a routine that goes by NDI, NSHR and NTENS";
+  if (r.fault == umat_ends)
+    return "mend the routine, or what it is given; a new process is begun when it is asked again";
   if (r.fault == 4) return "give isotropic nearer to zero, or a smaller load";
   if (r.fault == umat_leaves) return "look at what it prints, or give a smaller dt, or NSCD(cut_back=3) to halve steps";
   if (r.fault == umat_wants_less) return "give a smaller dt, or NSCD(cut_back=3), by which steps are halved";

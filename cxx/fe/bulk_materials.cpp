@@ -68,7 +68,7 @@ const BulkMaterialInfo& bulk_material_named(const std::string& name) {
 }
 
 const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* routine, int states,
-                                      const std::string& library, bool plane_stress) {
+                                      const std::string& library, bool plane_stress, double time_limit) {
   if (name.empty() || name.size() > 80) throw Error("the name of a UMAT has 1 to 80 characters: give a shorter one");
   if (states < 0) throw Error("a UMAT has " + std::to_string(states) + " states: give a whole number >= 0");
   BulkMaterialInfo m;
@@ -77,6 +77,7 @@ const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* rout
   m.umat = routine;
   m.plane_stress = plane_stress;
   m.library = library;
+  m.time_limit = time_limit;
   // what Abaqus keeps between increments: stress, strain, gradient of displacement, time, energies, how many there were
   for (int k = 1; k <= 6; ++k) m.state.push_back("stress" + std::to_string(k));
   for (int k = 1; k <= 6; ++k) m.state.push_back("strain" + std::to_string(k));
@@ -88,7 +89,7 @@ const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* rout
     if (known.name != name && known.python_name != name) continue;
     if (!known.umat) throw Error("'" + name + "' is a material of the list: give the UMAT another name");
     if (known.umat != routine || known.state.size() != m.state.size() || known.library != library ||
-        known.plane_stress != plane_stress)
+        known.plane_stress != plane_stress || known.time_limit < time_limit || known.time_limit > time_limit)
       continue;
     plugged()[name] = row; // it is the same again
     return all()[row];

@@ -37,13 +37,14 @@ struct BulkMaterialInfo {
   // Of a user's library: as many parameters as are given, its own states beside those that the call itself needs.
   UmatRoutine* umat = nullptr;
   bool plane_stress = false; // it is written for that: two direct stresses, and the strain across is its own to find
+  double time_limit = 0;     // of a call in a process of its own [s]; 0: it is called in this one
   std::string library;
 };
 // References stay valid.
 const std::vector<BulkMaterialInfo>& bulk_material_infos();
 const BulkMaterialInfo& bulk_material_named(const std::string& name); // throws Error with those that there are
 const BulkMaterialInfo& register_umat(const std::string& name, UmatRoutine* routine, int states,
-                                      const std::string& library, bool plane_stress);
+                                      const std::string& library, bool plane_stress, double time_limit = 0);
 // Parameters in their order from those given by name; throws Error naming parameter, value and range.
 std::vector<double> bulk_parameters(const BulkMaterialInfo& material, std::span<const std::string> names,
                                     std::span<const double> values);

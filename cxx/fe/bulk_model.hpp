@@ -56,6 +56,7 @@ public:
   void commit() override;
   std::string describe(const BulkResult& result) const override;
   std::string remedy_of(const BulkResult& result) const override;
+  bool shorter_helps(const BulkResult& result) const override;
   std::string place_of_node(std::int64_t node) const override;
   std::vector<double> history() const override { return state_begin_; } // all blocks
   std::int64_t history_size() const override { return std::int64_t(state_begin_.size()); }

@@ -45,6 +45,10 @@ public:
   virtual std::string remedy_of(const BulkResult&) const {
     return "give a smaller dt, a finer mesh or a stiffer material";
   }
+  // Whether a shorter step may mend it; if not, nothing more is asked in this one.
+  virtual bool shorter_helps(const BulkResult&) const { return true; }
+  // The same with what helps, of a fault that does not tell so by itself.
+  std::string told(const BulkResult& r) const { return describe(r) + (shorter_helps(r) ? "" : ": " + remedy_of(r)); }
   virtual std::string remedy() const { return "give a smaller dt or more newton_passes"; }
   // Why no stress is known by its energy, of the mesh of that name; empty: it is.
   virtual std::string not_by_energy(const std::string& mesh) const = 0;

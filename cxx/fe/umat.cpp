@@ -137,7 +137,8 @@ int ask(const UmatCall& call, const char* name, const double* rotation, double l
 
 } // namespace
 
-void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& a) {
+void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& a,
+                      volatile std::int64_t* working_on) {
   const int states = int(call.material.state.size()), components = call.direct + call.shear;
   const double upright[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   char name[80];
@@ -150,6 +151,7 @@ void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArray
     std::fill_n(a.tangent + 36 * p, 36, 0.0);
     a.energy[p] = a.dissipated[p] = 0;
     if (a.status[p] != 0) continue; // its volume is not positive
+    if (working_on) *working_on = p;
     Point at;
     at.take(call, a, p, states);
     const int status = ask(call, name, call.large ? a.rotation + 9 * p : upright, a.length[p], at, state + umat_kept);

@@ -12,7 +12,7 @@ namespace cairn {
 // increments.
 inline constexpr int umat_stress = 0, umat_strain = 6, umat_gradient = 12, umat_time = 21, umat_energy = 22,
                      umat_increment = 25, umat_kept = 26;
-inline constexpr int umat_writes_beyond = 5, umat_leaves = 6, umat_wants_less = 7; // faults
+inline constexpr int umat_writes_beyond = 5, umat_leaves = 6, umat_wants_less = 7, umat_ends = 8; // faults
 
 // Where XIT goes to; null outside a call.
 extern thread_local std::jmp_buf* umat_exit;
@@ -35,13 +35,21 @@ struct UmatArrays {                                       // of the points
   std::int32_t* status;
 };
 
-// Stresses of points one after the other.
-void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& arrays);
+// Stresses of points one after the other; working_on, if given, is told which.
+void call_umat_points(const UmatCall& call, std::int64_t points, const UmatArrays& arrays,
+                      volatile std::int64_t* working_on = nullptr);
+
+// The same in a process of its own, for a material with a time limit [s]: where that ends by itself, or takes longer
+// and is stopped, the point it was at has the fault umat_ends, and a new process answers the next call.
+void call_umat_apart(const UmatCall& call, std::int64_t points, const UmatArrays& arrays);
+
+// How the process of a material ended last, and what it said: "ended its process (signal 11); it said: ...".
+std::string last_words(const BulkMaterialInfo& material);
 
 // The routine `symbol`, or that with an underscore, of a shared library, as a material of that name with so many states
-// STATEV at each point; plane_stress: it is written for elements of plane stress. The library stays loaded. Throws
-// Error.
+// STATEV at each point; plane_stress: it is written for elements of plane stress; time_limit: of a call in a process of
+// its own [s], 0 in this one. The library stays loaded. Throws Error.
 void plug_umat(const std::string& library, const std::string& symbol, const std::string& name, int states,
-               bool plane_stress);
+               bool plane_stress, double time_limit = 0);
 
 } // namespace cairn

@@ -7,7 +7,7 @@
 namespace cairn {
 
 void plug_umat(const std::string& library, const std::string& symbol, const std::string& name, int states,
-               bool plane_stress) {
+               bool plane_stress, double time_limit) {
   Dl_info here{}; // what UMATs call is in this library, whose names others may not see until it is opened so
   if (dladdr(reinterpret_cast<const void*>(&bulk_material_named), &here) && here.dli_fname)
     dlopen(here.dli_fname, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD);
@@ -20,7 +20,7 @@ void plug_umat(const std::string& library, const std::string& symbol, const std:
   for (const std::string& spelling : {symbol, symbol + "_"})
     if (!found) found = dlsym(opened, spelling.c_str());
   if (!found) throw Error(library + " has no routine " + symbol + ": give the name that the library exports");
-  register_umat(name, reinterpret_cast<UmatRoutine*>(found), states, library, plane_stress);
+  register_umat(name, reinterpret_cast<UmatRoutine*>(found), states, library, plane_stress, time_limit);
 }
 
 } // namespace cairn

@@ -49,7 +49,10 @@ void BulkModel::call_umat(std::size_t block, std::int64_t first, std::int64_t n,
   // what a user wrote need not bear two threads at once
 #pragma omp critical(cairn_umat)
   {
-    call_umat_points(call, n * points, arrays);
+    if (c.material->time_limit > 0)
+      call_umat_apart(call, n * points, arrays);
+    else
+      call_umat_points(call, n * points, arrays);
     for (std::int64_t p = 0; p < n * points && blocks_[block].silent; ++p)
       for (int k = 0; k < 3; ++k) {
         const double told = arrays.state[p * b.states + umat_energy + k];

@@ -149,7 +149,7 @@ double MeshDraft::initial_force(std::vector<double>& force) const {
   const std::vector<double> none(reference.size(), 0.0);
   force.resize(reference.size());
   const BulkResult found = model->evaluate(none.data(), 1, 1, force.data(), nullptr);
-  if (!found.ok()) throw Error(model->describe(found) + " at the start");
+  if (!found.ok()) throw Error(model->told(found) + ", at the start");
   return found.energy;
 }
 
@@ -329,7 +329,7 @@ void MeshDraft::assemble(SparseMatrix& m, SparseMatrix& k, SparseMatrix& c, std:
     if (const BulkResult found =
             solid->evaluate(none.data(), std::numeric_limits<double>::infinity(), 1, force.data(), k.value.data());
         !found.ok())
-      throw Error(solid->describe(found) + " at the start");
+      throw Error(solid->told(found) + ", at the start");
   }
   c = m;
   for (std::size_t i = 0; i < c.value.size(); ++i) c.value[i] = by_mass * m.value[i] + by_stiffness * k.value[i];

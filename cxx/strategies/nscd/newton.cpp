@@ -23,8 +23,8 @@ void Nscd::newton_passes(Simulation& s) {
         if (mesh.linear()) continue;
         const NewtonError found = mesh.judge(settings.newton_tolerance);
         if (!found.fault.ok())
-          throw StepTooLong(mesh.describe(found.fault) + " in step " + std::to_string(s.steps + 1) + ": " +
-                            mesh.model.bulk->remedy_of(found.fault));
+          mesh.fail(found.fault, " in step " + std::to_string(s.steps + 1),
+                    ": " + mesh.model.bulk->remedy_of(found.fault));
         whole = whole && found.whole;
         if (worst && !(found.error > s.report.newton_error)) continue;
         s.report.newton_error = found.error;

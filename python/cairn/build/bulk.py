@@ -104,8 +104,9 @@ class Umat(BulkMaterial):
         self.parameter_names = tuple(f"props{k + 1}" for k in range(len(self.values)))
 
 
-def plugged_material(library, symbol, name, states, plane_stress):
-    """Takes in a UMAT; returns a function that makes a material of its PROPS."""
-    _core.plug_umat(str(library), symbol, name, int(states), plane_stress)
+def plugged_material(library, symbol, name, states, plane_stress, time_limit):
+    """Takes in a UMAT; returns a function that makes a material of its PROPS. time_limit: of a call in a process of its own [s],
+    0 in this one."""
+    _core.plug_umat(str(library), symbol, name, int(states), plane_stress, time_limit)
     state = next(d["state"] for d in _core.bulk_materials() if d["name"] == name)
     return lambda *props: Umat(name, props, state)

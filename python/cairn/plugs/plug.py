@@ -35,7 +35,7 @@ KINDS = {"solver": 2, "pair": 3, "velocity": 4, "force": 5, "body": 6}
 
 
 def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None, material=None, body=None, of=None, params=None,
-         replace=False, thread_safe=True, state=0, routine="umat", plane=None):  # fmt: skip
+         replace=False, thread_safe=True, state=0, routine="umat", plane=None, isolate=False, time_limit=None):  # fmt: skip
     """A routine from a shared library, which describes it by `cairn_describe_NAME` (cairn/plug.h, module cairn_plug).
 
     library: path of the library. One of the others is the NAME, and says what the routine is and what comes back:
@@ -51,7 +51,9 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
     SolidBody, `Mine = plug("libumat.so", material="mine", state=7)`, `SolidBody(points, cells, Mine(2e11, 0.3))`. It is
     called as Abaqus/Standard calls it, at large strains as with NLGEOM: Cauchy's stress in axes of the scene, see
     docs/solids.md. It needs no descriptor. plane="stress": the routine is written for elements of plane stress (NDI = 2,
-    NTENS = 3) and finds the strain across for itself; it is for bodies of plane="stress" alone.
+    NTENS = 3) and finds the strain across for itself; it is for bodies of plane="stress" alone. isolate=True: it runs in a
+    process of its own, so that its STOP, a fault of its memory, or a call (of the points of 16 cells) that takes longer than
+    time_limit (60 s) is an error that names the cell. Laws have the same by `cairn wrap-law`.
     body: forces of a deformable body and their tangent, for CallbackBody; without params a function of these,
     `Rubber = plug("librubber.so", body="rubber")`, `CallbackBody(points, mass, Rubber(mu=1e5), pattern=pattern)`.
     params: values in the order of the descriptor, or a dict.
@@ -72,10 +74,16 @@ def plug(library, *, law=None, solver=None, pair=None, velocity=None, force=None
         raise ValueError(f"{path}: there is no such file; build the library first")
     if plane is not None and (kind != "material" or plane != "stress"):
         raise ValueError(f"plane is {plane!r}: give 'stress' with material= for a UMAT of plane stress, NDI = 2, or leave it out")
+    if isolate and kind != "material":
+        raise ValueError(f"isolate is for material=, not for {kind}=: of a law, wrap its routine by cairn wrap-law, with isolate")
+    if time_limit is not None and not isolate:
+        raise ValueError(f"time_limit is {time_limit!r}, of a routine in a process of its own: give isolate=True, too")
     if kind == "material":
         from ..build.bulk import plugged_material
 
-        return plugged_material(path, routine, name, checks.count("state", state, 0, checks.INT32), plane == "stress")
+        states = checks.count("state", state, 0, checks.INT32)
+        limit = checks.positive("time_limit", 60.0 if time_limit is None else time_limit) if isolate else 0.0
+        return plugged_material(path, routine, name, states, plane == "stress", limit)
     if kind == "law":
         return _law(path, name, params, replace, thread_safe)
     routine = _core.PluggedRoutine(path, name, KINDS[kind])

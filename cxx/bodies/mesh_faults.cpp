@@ -1,0 +1,28 @@
+// What is told of a mesh whose stresses are not found, and what may help.
+#include "../base/call.hpp"
+#include "mesh_body.hpp"
+
+namespace cairn {
+
+// Of a body that is light for what contacts hold accelerations lead far.
+std::string MeshBody::advice() const {
+  if (past_.empty()) return ": give a smaller dt";
+  return ": give a smaller dt, Theta(), or Newmark with beta = gamma/2, which no acceleration moves that knows no "
+         "contact";
+}
+
+std::string MeshBody::remedy() const {
+  return model.bulk->remedy() + (given_jump_.empty() ? "" : ", Theta(), or Newmark with beta = gamma/2");
+}
+
+std::string MeshBody::describe(const BulkResult& fault) const {
+  return "the mesh '" + model.name + "': " + model.bulk->describe(fault);
+}
+
+void MeshBody::fail(const BulkResult& fault, const std::string& where, const std::string& advice) const {
+  if (!model.bulk->shorter_helps(fault))
+    throw Error(describe(fault) + where + ": " + model.bulk->remedy_of(fault)); // parts of the step end so, too
+  throw StepTooLong(describe(fault) + where + advice);
+}
+
+} // namespace cairn
