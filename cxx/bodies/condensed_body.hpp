@@ -15,9 +15,10 @@ inline std::size_t condensed_rows(std::int64_t dofs) { return std::size_t(dofs +
 
 struct CondensedBody {
   cairn_condensed dofs{};
-  cairn_reach reach{};     // where dofs.reach is not null
-  double mass = 0;         // of the whole body, whatever holds it [kg]
-  double inverse_mass = 0; // of the whole body, 0 where dofs along each axis are given [1/kg]
+  cairn_reach reach{};       // where dofs.reach is not null
+  double mass = 0;           // of the whole body, whatever holds it [kg]
+  std::int64_t touching = 1; // its nodes that may ever touch
+  double inverse_mass = 0;   // of the whole body, 0 where dofs along each axis are given [1/kg]
   // Numbers from dofs.velocity on that impulses change, whatever their kind, and those between.
   std::size_t moving() const {
     return dofs.reach ? condensed_rows(dofs.dofs) + std::size_t(reach.numbers) : std::size_t(dofs.dofs);

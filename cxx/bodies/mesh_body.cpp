@@ -74,6 +74,7 @@ void MeshBody::mark_contact_nodes() {
   for (const std::vector<std::int32_t>* nodes : {&model.contact_nodes, &model.point_nodes, &model.side_nodes})
     for (const std::int32_t node : *nodes)
       for (int k = 0; k < model.dim && node >= 0; ++k) last[model.dim * node + k] = 1;
+  touching_ = std::max<std::int64_t>(1, std::count(last.begin(), last.end(), 1) / model.dim);
 }
 
 void MeshBody::multiply(const SparseMatrix& a, const double* x, double* out) const {

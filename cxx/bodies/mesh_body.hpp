@@ -183,6 +183,7 @@ public:
   std::int64_t leading() const { return now_->leading; }
   const UnitReaches* reaches() const { return now_->reached ? &now_->reaches : nullptr; }
   double mass() const { return mean_mass_ * double(model.nodes()); } // of the whole [kg]
+  std::int64_t touching() const { return touching_; }                // nodes that contacts may ever rest on, 1 at least
   // Of the whole, 0 where dofs along each axis are given [1/kg].
   double inverse_mass() const { return inverse_mass_; }
   Array<double> impulse;        // (dofs) of contacts, to be given
@@ -350,6 +351,7 @@ private:
   std::unique_ptr<Soe> mass_;       // factors of M, for histories alone
   double size_ = 0, mean_mass_ = 0; // of a dof [kg]
   double inverse_mass_ = 0;         // see inverse_mass()
+  std::int64_t touching_ = 1;       // see touching()
   cairn_scheme scheme_{};           // of the step at hand
 };
 

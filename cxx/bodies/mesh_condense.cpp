@@ -100,6 +100,7 @@ void MeshSet::make_room(std::vector<CondensedBody>& out, Array<double>& velocity
     const auto rows = std::int64_t(body.node.size() + body.means());
     body.dofs = {mesh.model.dim * rows, mesh.leading(), nullptr, mesh.compliance(), nullptr};
     body.mass = mesh.mass();
+    body.touching = mesh.touching();
     body.inverse_mass = mesh.inverse_mass();
     if (body.means() > 0) mix(mesh, body);
     if (const UnitReaches* reaches = mesh.reaches(); reaches && rows > 0) {

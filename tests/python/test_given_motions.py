@@ -224,3 +224,21 @@ def test_what_holds_the_other_dofs_goes_on(tmp_path):
     again.step()
     assert again.bodies.velocity.tobytes() == sim.bodies.velocity.tobytes()
     assert again.bodies.position.tobytes() == sim.bodies.position.tobytes()
+
+
+def test_velocities_that_drive_are_those_of_the_call():
+    """Later changes of the array that was given reach no body."""
+    given = np.array([0.0, 1.0, 0.0])
+    stone = cn.Material("stone", density=1000.0)
+    scene = cn.Scene(2)
+    bodies = scene.add(cn.disks([[0.0, 0.0], [1.0, 0.0]], 0.1, stone, driven=("vx", "vy"), drive=given))
+    given[:] = 7.0
+    sim = cn.Simulation(scene, 1e-3)
+    sim.step()
+    assert np.array_equal(sim.bodies.velocity[:, 1], [1.0, 1.0])
+    given[:] = (0.0, 2.0, 0.0)
+    sim.drive(bodies[:1], ("vx", "vy"), given)
+    given[:] = 9.0
+    sim.drive(bodies[1:], ("vx", "vy"), (0.0, 3.0, 0.0))
+    sim.step()
+    assert np.array_equal(sim.bodies.velocity[:, 1], [2.0, 3.0])

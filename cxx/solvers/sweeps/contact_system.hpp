@@ -29,10 +29,9 @@ struct ContactSystem {
   Array<cairn_record> record, general;               // (bodies + 1); the last is the spare one
   std::vector<CondensedBody> condensed;              // on which mapped sides rest
   std::vector<cairn_condensed> condensed_dofs;       // of them, as batches refer to them
-  bool reaches = false;                         // the compliance of one of them is not formed, so that there is no W
-  std::vector<double> condensed_change;         // (dim, condensed) of their velocities as wholes: see measure_light
-  std::vector<std::int64_t> condensed_contacts; // of each condensed body: see mass_ratio
-  Array<double> condensed_velocity;             // of their contact nodes, each body from a cache line on
+  bool reaches = false;                 // the compliance of one of them is not formed, so that there is no W
+  std::vector<double> condensed_change; // (dim, condensed) of their velocities as wholes: see measure_light
+  Array<double> condensed_velocity;     // of their contact nodes, each body from a cache line on
   Array<double> work;
   Array<std::int32_t> candidate;         // (places of contacts, dummies included); -1: dummy
   Array<double> sums, change;            // (6, batches), (batches)

@@ -74,30 +74,13 @@ double size(const double* x, int n) {
 
 } // namespace
 
-namespace {
-
-const std::vector<std::int64_t>& contacts_of_condensed(ContactSystem& system) {
-  std::vector<std::int64_t>& count = system.condensed_contacts;
-  count.assign(system.condensed.size(), 0);
-  for (const cairn_batch& b : system.batches)
-    for (int lane = 0; lane < b.contacts && (b.mapped_a || b.mapped_b); ++lane) {
-      if (b.mapped_a) ++count[std::size_t(b.body_a[lane])];
-      if (b.mapped_b) ++count[std::size_t(b.body_b[lane])];
-    }
-  return count;
-}
-
-} // namespace
-
-// A condensed body is as light as it is as a whole, but what bears one of its contacts does not bear the whole: it
-// bends.
-double mass_ratio(ContactSystem& system) {
+// A condensed body is as light as it is as a whole, but what bears a node of it does not bear the whole: it bends.
+double mass_ratio(const ContactSystem& system) {
   MassRange range;
-  const std::vector<std::int64_t>& contacts = contacts_of_condensed(system);
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (const double inverse = system.condensed[i].inverse_mass; inverse > 0 && contacts[i] > 0) {
-      range.most = std::max(range.most, inverse);
-      range.least = std::min(range.least, inverse * double(contacts[i]));
+  for (const CondensedBody& c : system.condensed)
+    if (c.inverse_mass > 0) {
+      range.most = std::max(range.most, c.inverse_mass);
+      range.least = std::min(range.least, c.inverse_mass * double(c.touching));
     }
   for (std::int64_t b = 0; b < system.bodies; ++b)
     if (const double inverse = inverse_mass(system, b); inverse > 0) range.add(inverse);

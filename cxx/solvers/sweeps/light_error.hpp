@@ -25,7 +25,7 @@ struct LightError {
 };
 
 // Heaviest / lightest of the bodies that move. By masses alone: what touches what is not asked.
-double mass_ratio(ContactSystem&);
+double mass_ratio(const ContactSystem&);
 double mass_ratio(const ContactBodies&);
 // Where light errors count. Sweeps alone cannot do much about them: there, not before a ratio at which others are
 // chosen.

@@ -139,7 +139,8 @@ def _spread(name, value, n, components, dim):
             f"{name} has shape {np.shape(value)}: give ({components},) or ({n}, {components}), "
             f"or translations only, ({dim},) or ({n}, {dim})"
         )
-    return checks.real_array(name, np.ascontiguousarray(array), (n, components))
+    # a copy, which no later change of the user's array reaches
+    return checks.real_array(name, np.array(array, dtype=array.dtype, order="C"), (n, components))
 
 
 def _per_body(name, value, shape):
