@@ -323,6 +323,17 @@ void in_quadrilateral(const Point corner[4], const double* point, const double* 
 
 } // namespace
 
+std::array<std::int32_t, 4> MeshSet::nodes_of_side(std::int32_t contactor) const {
+  const Seat& place = seat(contactor);
+  if (place.role == Role::edge) return {place.middle.node[0], place.middle.node[1], -1, -1};
+  const MeshModel& model = meshes[place.mesh].model;
+  const std::int32_t* face = &model.face_nodes[4 * place.index];
+  const std::int32_t* node = face[3] >= 0 ? face : &model.side_nodes[4 * place.index];
+  std::array<std::int32_t, 4> found{-1, -1, -1, -1};
+  for (std::size_t j = 0; j < (face[3] >= 0 ? 4u : 3u); ++j) found[j] = place.first_node + node[j];
+  return found;
+}
+
 Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other) const {
   if (!mortar_.empty() && other >= 0)
     if (const MortarContact* mortar = mortar_of(other, contactor)) return mortar->there;

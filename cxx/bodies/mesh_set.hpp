@@ -1,6 +1,7 @@
 // The deformable bodies of a scene, and what a contact on one of them rests on.
 #pragma once
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 #include <span>
@@ -62,6 +63,8 @@ public:
     }
   };
   const Middle& middle(std::int32_t contactor) const { return seat(contactor).middle; }
+  // Of an edge or a facet, as places among those of the scene, in the order of the weights of `mapping`; -1: none.
+  std::array<std::int32_t, 4> nodes_of_side(std::int32_t contactor) const;
   // The nodes that a point (dim) [m] on a mapped contactor moves with.
   // other: the contactor that it touches, whose mortar with this one counts in the place of the point.
   Mapping mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other = -1) const;

@@ -18,7 +18,12 @@ namespace cairn {
 void Interactions::State::anchor(std::int64_t i, const LawInfo& law) {
   const Candidates& c = *candidates;
   const std::int32_t ca = c.contactor_a[i], cb = c.contactor_b[i];
-  if (!law.joins && ((kind[ca] | kind[cb]) & mapped || !info(Shape(*contactors->shape[ca])).is_hull())) return;
+  const auto flat = [&](std::int32_t of) { return info(Shape(*contactors->shape[of])).is_hull(); };
+  const bool of_bodies = !((kind[ca] | kind[cb]) & mapped) && flat(ca);
+  // a node beside the rim of a side would be held by the corner, askew
+  const bool of_node = kind[ca] & mapped && !(kind[cb] & mapped) && flat(cb) && !meshes->turns(ca);
+  const bool of_side = !law.spans && !(kind[ca] & mapped) && kind[cb] & mapped && flat(ca) && meshes->turns(cb);
+  if (!law.joins && !of_bodies && !of_side && !(of_node && !(*contactors->radius[ca] > 0))) return;
   Anchor made;
   law.joins ? anchor_joint(i, made) : anchor_bond(i, law, made);
   memory.keys.back().feature = ~memory.keys.back().feature; // none of those that detection gives
@@ -32,15 +37,24 @@ void Interactions::State::anchor_bond(std::int64_t i, const LawInfo& law, Anchor
   const int d = dim() == 2 ? 2 : 3;
   double shift[3] = {0, 0, 0}, from_a[3] = {}, from_b[3] = {};
   if (cell->any()) image_shift(*cell, c.image[i], shift);
-  const double *point = &c.point[d * i], *normal = &c.normal[d * i];
-  const double *xa = bodies->position[body(ca)], *xb = bodies->position[body(cb)];
+  const double* point = &c.point[d * i];
+  double xa[3] = {}, xb[3] = {}, normal[3] = {}, gap = c.gap[i];
+  std::copy_n(&c.normal[d * i], d, normal);
+  carrier_at(ca, xa);
+  if (body(cb) >= 0) carrier_at(cb, xb);
   for (int k = 0; k < d; ++k) {
-    from_a[k] = point[k] + c.gap[i] / 2 * normal[k] - xa[k];
-    from_b[k] = point[k] - c.gap[i] / 2 * normal[k] - (xb[k] + shift[k]);
+    from_a[k] = point[k] + gap / 2 * normal[k] - xa[k];
+    from_b[k] = point[k] - gap / 2 * normal[k] - (xb[k] + shift[k]);
   }
-  to_body_axes(*bodies, d, body(ca), from_a, made.a);
-  to_body_axes(*bodies, d, body(cb), from_b, made.b);
-  to_body_axes(*bodies, d, body(cb), normal, made.normal);
+  if (body(ca) < 0) face_of_node(ca, cb, shift, normal, from_b);
+  if (body(ca) >= 0) to_body_axes(*bodies, d, body(ca), from_a, made.a); // a node carries what is held itself
+  if (body(cb) >= 0) {
+    to_body_axes(*bodies, d, body(cb), from_b, made.b);
+    to_body_axes(*bodies, d, body(cb), normal, made.normal);
+  } else {
+    const Mapping at = meshes->mapping(*nodes, cb, from_b, ca);
+    std::copy_n(at.weight, 3, made.b);
+  }
   std::copy_n(made.a, 3, made.shape_a);
   std::copy_n(made.b, 3, made.shape_b);
   made.reach = law.spans ? 0 : std::numeric_limits<double>::max();
@@ -48,6 +62,43 @@ void Interactions::State::anchor_bond(std::int64_t i, const LawInfo& law, Anchor
   if (!law.holds) return;
   made.length = 1; // it knows how its bodies stood
   keep_turn(ca, cb, made);
+}
+
+// A node on the rim of a hull lies on several of its faces, and rounding says which detection took: it is held by the
+// one that a side of its mesh lies on. normal: in space axes, from: the end on B, from its centre in space axes.
+void Interactions::State::face_of_node(std::int32_t node, std::int32_t hull, const double* shift, double* normal,
+                                       double* from) const {
+  const int d = dim();
+  const Hulls& hulls = contactors->hulls;
+  const MappedContactors& mapped_sides = meshes->mapped();
+  const std::int32_t which = *contactors->hull[hull], seat = mapped_sides.place[std::size_t(node)];
+  if (hulls.form(which) != Hulls::Form::polygon && hulls.form(which) != Hulls::Form::polyhedron) return;
+  if (mapped_sides.sides_start.empty()) return;
+  const auto facing = [&](const double* face) { // how squarely a side at the node looks at it
+    double most = -1;
+    for (std::int64_t k = mapped_sides.sides_start[std::size_t(seat)];
+         k < mapped_sides.sides_start[std::size_t(seat) + 1]; ++k) {
+      double side[3], along = 0;
+      normal_of_side(mapped_sides.sides[std::size_t(k)], side);
+      for (int l = 0; l < d; ++l) along -= face[l] * side[l];
+      most = std::max(most, along);
+    }
+    return most;
+  };
+  double x[3] = {}, centre[3] = {}, at_node[3] = {}, best = facing(normal) + 1.0 / 64;
+  if (contactors->offset.active) to_space_axes(*bodies, d, body(hull), contactors->offset[hull], centre);
+  carrier_at(node, at_node);
+  for (int k = 0; k < d; ++k) x[k] = at_node[k] - (bodies->position[body(hull)][k] + shift[k]) - centre[k];
+  const double near = 2 * touch * std::max(*contactors->radius[hull], meshes->meshes[meshes->mesh_of(node)].size());
+  for (std::int32_t f = hulls.first_face[which]; f < hulls.first_face[which + 1]; ++f) {
+    double face[3] = {}, distance = -hulls.offset[std::size_t(f)];
+    to_space_axes(*bodies, d, body(hull), &hulls.normal[std::size_t(d) * std::size_t(f)], face);
+    for (int k = 0; k < d; ++k) distance += face[k] * x[k];
+    if (std::abs(distance) > near || !(facing(face) > best)) continue;
+    best = facing(face);
+    std::copy_n(face, d, normal);
+    for (int k = 0; k < d; ++k) from[k] = x[k] + centre[k] - distance * face[k];
+  }
 }
 
 // What carries a contactor: where it is, and vectors in its axes in those of space. A point of a mesh carries its end
@@ -61,6 +112,26 @@ void Interactions::State::carrier_at(std::int32_t contactor, double* x) const {
 void Interactions::State::carried(std::int32_t contactor, const double* own, double* out) const {
   if (body(contactor) >= 0) return to_space_axes(*bodies, dim(), body(contactor), own, out);
   for (int k = 0; k < dim(); ++k) out[k] = own[k];
+}
+
+// The end on A from that on B, which a side of a mesh carries by the weights of its nodes.
+void Interactions::State::between_ends(std::int32_t ca, std::int32_t cb, std::int32_t image, const Anchor& anchor,
+                                       double* between) const {
+  const int d = dim();
+  double shift[3] = {0, 0, 0}, a[3] = {}, b[3] = {}, xa[3] = {}, xb[3] = {};
+  if (cell->any()) image_shift(*cell, image, shift);
+  carried(ca, anchor.a, a);
+  carrier_at(ca, xa);
+  if (on_mesh_side(cb)) {
+    const std::array<std::int32_t, 4> node = meshes->nodes_of_side(cb);
+    const double weight[4] = {anchor.b[0], anchor.b[1], anchor.b[2], 1 - anchor.b[0] - anchor.b[1] - anchor.b[2]};
+    for (int j = 0; j < 4 && node[std::size_t(j)] >= 0; ++j)
+      for (int k = 0; k < d; ++k) xb[k] += weight[j] * nodes->position[node[std::size_t(j)]][k];
+  } else {
+    carried(cb, anchor.b, b);
+    carrier_at(cb, xb);
+  }
+  for (int k = 0; k < d; ++k) between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - b[k]);
 }
 
 // Half the way to the next anchored point of the pair. A rod stands for no point where bodies touch.
@@ -124,6 +195,7 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
     return pair_of(p) != pair_of(q) ? pair_of(p) < pair_of(q) : ~p.feature < ~q.feature;
   });
   s.find_bonds_on_surfaces();
+  s.find_bonded_nodes();
   Candidates& to = s.measured;
   const std::size_t most = std::size_t(found.count) + s.anchored_places.size();
   for (auto* column : {&to.contactor_a, &to.contactor_b, &to.image, &to.feature}) fit(*column, most);
@@ -168,6 +240,35 @@ void Interactions::State::find_bonds_on_surfaces() {
   });
 }
 
+// Nodes of meshes that bonds hold on flat sides of bodies.
+void Interactions::State::find_bonded_nodes() {
+  bonded_nodes.clear();
+  for (const AnchoredPlace& p : anchored_places)
+    if (p.sound && !p.joins && !p.spans && body(p.a) < 0 && body(p.b) >= 0 && meshes->middle(p.a).node[1] < 0)
+      bonded_nodes.emplace_back(body(p.b), meshes->middle(p.a).node[0]);
+  std::sort(bonded_nodes.begin(), bonded_nodes.end());
+}
+
+// Whether all nodes that a side of a mesh rests on where it meets a body are held on that body. What the bonds leave to
+// it is rounding, and a second contact there, of a normal and a gap that differ by it, runs away against them.
+bool Interactions::State::is_held_by_nodes(std::int64_t i, const Candidates& found) const {
+  constexpr double some = 1.0 / 64; // of the weight of a node
+  const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
+  if (bonded_nodes.empty() || (body(a) < 0) == (body(b) < 0)) return false;
+  const std::int32_t side = body(a) < 0 ? a : b, bearer = body(a) < 0 ? body(b) : body(a);
+  if (!meshes->turns(side)) return false;
+  double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0};
+  if (cell->any() && side == b) image_shift(*cell, found.image[i], shift);
+  for (int k = 0; k < 3 && k < dim(); ++k) point[k] = found.point[dim() * i + k] - shift[k];
+  const Mapping m = meshes->mapping(*nodes, side, point);
+  const std::int32_t first = meshes->meshes[std::size_t(m.mesh)].first_node;
+  for (int j = 0; j < 4 && m.node[j] >= 0; ++j)
+    if (std::abs(m.weight[j]) > some &&
+        !std::binary_search(bonded_nodes.begin(), bonded_nodes.end(), std::pair(bearer, first + m.node[j])))
+      return false;
+  return true;
+}
+
 // Whether what detection found of a body on a triangle is a corner that a bond holds on the triangle beside it: a hair
 // decides which of two triangles a corner above their edge is given to.
 bool Interactions::State::is_held_beside(std::int64_t i, const Candidates& found) const {
@@ -190,7 +291,7 @@ bool Interactions::State::is_held_beside(std::int64_t i, const Candidates& found
       square += apart * apart;
       alike += normal[k] * found.normal[3 * i + k];
     }
-    const double size = near * *contactors->radius[a];
+    const double size = near * *contactors->radius[body(a) < 0 ? b : a];
     if (at->b != b && square <= size * size && alike > flat_faces) return true;
   }
   return false;
@@ -211,18 +312,14 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
     to.contactor_b[i] = p.b;
     to.image[i] = p.image;
     to.feature[i] = p.feature;
-    double shift[3] = {0, 0, 0}, a[3] = {}, b[3] = {}, normal[3] = {}, xa[3] = {}, xb[3] = {}, square = 0, along = 0;
-    if (cell->any()) image_shift(*cell, p.image, shift);
+    double a[3] = {}, normal[3] = {}, xa[3] = {}, between[3] = {}, square = 0, along = 0;
     carried(p.a, anchor.a, a);
-    carried(p.b, anchor.b, b);
-    carried(p.b, anchor.normal, normal);
+    on_mesh_side(p.b) ? normal_of_side(p.b, normal) : carried(p.b, anchor.normal, normal);
     carrier_at(p.a, xa);
-    carrier_at(p.b, xb);
-    double between[3] = {};
+    between_ends(p.a, p.b, p.image, anchor, between);
     // a node does not turn with the other end: what slides along it is seen where A's end is, not half way
     const double share = p.joins && (body(p.a) < 0 || body(p.b) < 0) ? 0 : 0.5;
     for (int k = 0; k < d; ++k) {
-      between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - b[k]);
       square += between[k] * between[k];
       to.point[d * i + k] = xa[k] + a[k] - share * between[k];
     }
@@ -244,14 +341,14 @@ void Interactions::State::measure_pair(std::span<const AnchoredPlace> places, st
   // between flat faces that hold at all their points nothing else can touch
   bool whole = others > begin;
   for (std::int64_t j = begin; j < others; ++j)
-    whole = whole && held[std::size_t(anchor_of[std::size_t(j)])].reach > 0 &&
+    whole = whole && !on_mesh_side(to.contactor_b[j]) && held[std::size_t(anchor_of[std::size_t(j)])].reach > 0 &&
             held[std::size_t(anchor_of[std::size_t(j)])].siblings <= double(others - begin);
   for (std::int64_t i = first; i < last; ++i) {
     bool stands = whole;
     for (std::int64_t j = begin; j < others && !stands; ++j)
       stands = distance(i, j) <= held[std::size_t(anchor_of[std::size_t(j)])].reach &&
                held[std::size_t(anchor_of[std::size_t(j)])].reach > 0;
-    if (stands || is_held_beside(i, found)) continue;
+    if (stands || is_held_beside(i, found) || is_held_by_nodes(i, found)) continue;
     const std::int64_t j = to.count++;
     to.contactor_a[j] = found.contactor_a[i];
     to.contactor_b[j] = found.contactor_b[i];

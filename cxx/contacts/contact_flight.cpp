@@ -117,9 +117,11 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
   const auto shape_a = Shape(*contactors->shape[ca]), shape_b = Shape(*contactors->shape[cb]);
   Curved how = curved(shape_a, shape_b);
-  if (is_anchored(i)) return flight_of_anchored(b, lane, out);
+  const LawInfo& law = law_infos()[b.law];
+  const bool beside_mesh = b.mapped_a || b.mapped_b;
+  if (is_anchored(i) && (!beside_mesh || law.joins || law.spans)) return flight_of_anchored(b, lane, out);
   std::fill_n(out, 3, 0.0);
-  if (b.mapped_a || b.mapped_b) return; // a joint that broke
+  if (beside_mesh) return flight_beside_mesh(b, lane, out);
   const int d = dim();
   const auto turns = [&](std::int32_t of) {
     const double* x = system.record[of].x;
@@ -228,6 +230,25 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   for (int k = 1; k < d; ++k) out[k] = h / 2 * dot(rate, axes[k]);
 }
 
+// Of a body that turns, against a mesh, whose nodes fly straight on: nodes that stick to it, or are joined to it, would
+// part from it by the square of the turn in each step, and the mesh be stretched by as much. Along the normal gaps tell
+// what was missed. What is round and rolls on the side of a mesh has one point there.
+void Interactions::State::flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const {
+  if ((b.mapped_a && b.mapped_b) || law_infos()[b.law].joins) return; // or a joint that broke
+  const auto side = b.mapped_a ? b.side_b : b.side_a;
+  const double* from = (b.mapped_a ? b.lever_b : b.lever_a) + lane;
+  const bool flat = side == rigid2 || side == rigid3;
+  if (!flat && !(b.mapped_a && is_radial(side))) return;
+  const int d = dim();
+  const std::int32_t turning = (b.mapped_a ? b.body_b : b.body_a)[lane];
+  double axes[3][3] = {};
+  Vector lever{}, v{}, a{};
+  axes_of(b, d, lane, axes);
+  for (int k = 0; k < d; ++k) lever[k] = flat ? from[k * b.count] : from[0] * axes[0][k];
+  Motion(*bodies, system.record[turning], turning, d, h).carry(lever, v, a);
+  for (int c = 1; c < d; ++c) out[c] = (b.mapped_a ? -h : h) / 2 * dot(a, axes[c]);
+}
+
 // Of two points that their bodies carry; what spans them turns as they pass each other.
 void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const {
   const std::int64_t i = system.candidate[b.first + lane];
@@ -278,8 +299,8 @@ bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) cons
   const int n = b.count, d = dim();
   bool some = false;
   std::fill_n(flight, n * b.components, 0.0);
-  // what is deformable holds where it is detected, but for joints, whose other end may turn
-  if (!flies || ((b.mapped_a || b.mapped_b) && !law_infos()[b.law].joins)) return false;
+  // what is deformable holds where it is detected, unless its other end may turn
+  if (!flies || (b.mapped_a && b.mapped_b && !law_infos()[b.law].joins)) return false;
   for (int lane = 0; lane < b.contacts; ++lane) {
     double change[3];
     flight_of(b, lane, change);

@@ -368,7 +368,7 @@ void Interactions::State::fill_states(const cairn_batch& b) const {
         axes_of(b, 3, lane, axes);
         t[0] = t[1] = 0;
         std::copy_n(found + from, 3, x);
-        if (!memory.anchors.empty() && memory.anchors[std::size_t(where)].reach >= 0)
+        if (!b.mapped_b && !memory.anchors.empty() && memory.anchors[std::size_t(where)].reach >= 0)
           to_space_axes(*bodies, 3, b.body_b[lane], x, x);
         for (int k = 0; k < 3; ++k) {
           whole += x[k] * x[k];

@@ -327,7 +327,7 @@ void Interactions::State::keep_states(const cairn_batch& b, int lane, double* to
     axes_of(b, 3, lane, axes);
     double x[3];
     for (int k = 0; k < 3; ++k) x[k] = axes[1][k] * from[0] + axes[2][k] * from[b.count];
-    if (is_anchored(system.candidate[b.first + lane])) to_body_axes(*bodies, 3, b.body_b[lane], x, x);
+    if (!b.mapped_b && is_anchored(system.candidate[b.first + lane])) to_body_axes(*bodies, 3, b.body_b[lane], x, x);
     to = std::copy_n(x, 3, to);
     from += 2 * b.count;
   }

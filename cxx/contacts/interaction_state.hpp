@@ -141,6 +141,7 @@ struct Interactions::State {
     bool sound, spans, joins;
   };
   std::vector<AnchoredPlace> anchored_places, on_surfaces;
+  std::vector<std::pair<std::int32_t, std::int32_t>> bonded_nodes; // a body, and a node that is held on it; sorted
   std::vector<std::uint8_t> anchored_seen, joint_material;
   std::vector<std::optional<RopeEnds>> rope_of; // per material: of a rope over a pulley; empty where there is none
   Candidates measured;
@@ -301,9 +302,13 @@ struct Interactions::State {
   bool came_in_touching(std::int64_t i) const;     // its bodies came in together, and touch
   void anchor(std::int64_t i, const LawInfo& law); // the last key of the memory, in anchors.cpp
   void anchor_bond(std::int64_t i, const LawInfo& law, Anchor& made) const;
+  void face_of_node(std::int32_t node, std::int32_t hull, const double* shift, double* normal, double* from) const;
   void anchor_joint(std::int64_t i, Anchor& made) const;
   void carrier_at(std::int32_t contactor, double* x) const;                   // of what carries it [m]
   void carried(std::int32_t contactor, const double* own, double* out) const; // a vector in its axes, in those of space
+  bool on_mesh_side(std::int32_t contactor) const { return body(contactor) < 0 && meshes->turns(contactor); }
+  void between_ends(std::int32_t contactor_a, std::int32_t contactor_b, std::int32_t image, const Anchor& anchor,
+                    double* between) const;        // of both ends of what is anchored [m]
   void measure_joints(const cairn_batch& b) const; // errors of their frames, before the law prepares; in joints.cpp
   void keep_turn(std::int32_t contactor_a, std::int32_t contactor_b, Anchor& made) const;
   void turned_from(std::int32_t A, std::int32_t B, const Anchor& anchor, double found[4]) const;
@@ -345,6 +350,8 @@ struct Interactions::State {
   void keep_anchors();
   void find_bonds_on_surfaces();
   bool is_held_beside(std::int64_t i, const Candidates& found) const;
+  void find_bonded_nodes();
+  bool is_held_by_nodes(std::int64_t i, const Candidates& found) const;
   void hand_on_broken();
   void measure_pair(std::span<const AnchoredPlace> places, std::int64_t first, std::int64_t last,
                     const Candidates& found);
@@ -363,6 +370,8 @@ struct Interactions::State {
   void each(F&& f) const;
   void add_image_jump(const cairn_batch& b, int lane, double factor, double* u) const;
 
+  void normal_of_side(std::int32_t side, double* m) const;
+
 private:
   void load_further_inertia(std::int64_t n);
   void load_meshes();
@@ -377,7 +386,6 @@ private:
   void find_others(std::int64_t places, const KeyOf& key_of);
   void follow_across_facets();
   void follow_bonds_across_sides();
-  void normal_of_side(std::int32_t side, double* m) const;
   std::int64_t remember(const cairn_batch& b, std::int64_t to);
   template <int d>
   std::int64_t remember_packed(const cairn_batch& b, std::int64_t to);
@@ -406,6 +414,7 @@ private:
   template <int d>
   void inherit_packed(cairn_batch& b) const;
   void flight_of(const cairn_batch& b, int lane, double out[3]) const;
+  void flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const;
   void flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const;
   bool fill_flight(const cairn_batch& b, double* flight) const;
   bool flies_as_round() const;

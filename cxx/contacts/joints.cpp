@@ -110,16 +110,18 @@ void Interactions::State::hold_places(const cairn_batch& b) const {
     const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
     if (!(anchor.length > 0)) continue; // of a file that did not know how its bodies stood
     const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i];
-    double axes[3][3] = {}, a[3] = {}, to_b[3] = {}, xa[3] = {}, xb[3] = {}, shift[3] = {0, 0, 0}, found[4], turn[3];
+    double axes[3][3] = {}, between[3] = {}, found[4], turn[3];
     axes_of(b, d, lane, axes);
-    if (cell->any()) image_shift(*cell, candidates->image[i], shift);
-    carried(ca, anchor.a, a);
-    carried(cb, anchor.b, to_b);
-    carrier_at(ca, xa);
-    carrier_at(cb, xb);
+    between_ends(ca, cb, candidates->image[i], anchor, between);
     for (int k = 0; k < d; ++k)
-      for (int c = 1; c < d; ++c)
-        b.bias[c * n + lane] += ((xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k])) * axes[c][k] / h;
+      for (int c = 1; c < d; ++c) b.bias[c * n + lane] += between[k] * axes[c][k] / h;
+    if (b.mapped_a || b.mapped_b) { // nodes have no turn; their flight to where contacts are detected is straight
+      double bent[3] = {};
+      const double flown = flies ? (1 - theta) * (1 - theta) * h : 0; // over half a flight
+      flight_beside_mesh(b, lane, bent);
+      for (int c = 1; c < d; ++c) b.bias[c * n + lane] -= flown / h * bent[c];
+      continue;
+    }
     turned_from(body(ca), body(cb), anchor, found);
     if (d == 2) {
       b.bias[2 * n + lane] += found[0] / h;
@@ -136,13 +138,7 @@ void Interactions::State::joint_pose(const cairn_batch& b, int lane, JointPose& 
   const std::int64_t i = system.candidate[b.first + lane];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
   const std::int32_t ca = candidates->contactor_a[i], cb = candidates->contactor_b[i], A = body(ca), B = body(cb);
-  double a[3] = {}, to_b[3] = {}, xa[3] = {}, xb[3] = {}, shift[3] = {0, 0, 0};
-  if (cell->any()) image_shift(*cell, candidates->image[i], shift);
-  carried(ca, anchor.a, a);
-  carried(cb, anchor.b, to_b);
-  carrier_at(ca, xa);
-  carrier_at(cb, xb);
-  for (int k = 0; k < 3 && k < dim(); ++k) pose.between[k] = (xa[k] - (xb[k] + shift[k])) + (a[k] - to_b[k]);
+  between_ends(ca, cb, candidates->image[i], anchor, pose.between);
   pose.turned[0] = dim() == 2 ? 0 : 1;
   if (A >= 0 && B >= 0) turned_from(A, B, anchor, pose.turned); // points of meshes do not turn
   pose.turns = A >= 0 && B >= 0;
