@@ -425,6 +425,26 @@ bool Interactions::State::wants_area(const cairn_batch& b, int lane) const {
   return !bonds || !b.state || b.state[lane] > 0;
 }
 
+namespace {
+
+// W with what laws give way by; dummies touch nothing.
+void add_compliance(const cairn_batch& b, const double* exact, double* w, double* compliance, double* mu) {
+  const int n = b.count, c = b.components;
+  for (int lane = 0; lane < n; ++lane) {
+    const bool real = lane < b.contacts;
+    b.rho[lane] = real ? 1 / (exact[lane] + compliance[lane]) : 1;
+    for (int k = 0; k < c; ++k) {
+      w[n * (k * c + k) + lane] += compliance[k * n + lane];
+      if (!real) w[n * (k * c + k) + lane] = 1;
+    }
+    if (!real)
+      for (int k = 0; k < c; ++k) b.bias[k * n + lane] = compliance[k * n + lane] = 0;
+    if (!real) mu[lane] = 0;
+  }
+}
+
+} // namespace
+
 void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& b, int thread) {
   const int n = b.count, c = b.components, parameters = int(law_infos()[b.law].parameters.size());
   alignas(64) double w[36 * 128], w_true[36 * 128], u[6 * 128], gap[128], params[(LawTable::max_parameters + 4) * 128];
@@ -474,18 +494,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   if (bodies->stretch.active) add_growth(b, gap, b.bias);
   for (int k = 0; flying && k < n * c; ++k) b.bias[k] += flight[k];
   if (pose.kernel) apply_pose(b, gap, u, compliance);
-  const double* exact = b.hub ? w_true : w;
-  for (int lane = 0; lane < n; ++lane) {
-    const bool real = lane < b.contacts;
-    b.rho[lane] = real ? 1 / (exact[lane] + compliance[lane]) : 1;
-    for (int k = 0; k < c; ++k) {
-      w[n * (k * c + k) + lane] += compliance[k * n + lane];
-      if (!real) w[n * (k * c + k) + lane] = 1;
-    }
-    if (!real)
-      for (int k = 0; k < c; ++k) b.bias[k * n + lane] = compliance[k * n + lane] = 0;
-    if (!real) mu[lane] = 0;
-  }
+  add_compliance(b, b.hub ? w_true : w, w, compliance, mu);
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
   const auto opening = [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); };
   const auto held = [&](int lane) {
