@@ -89,15 +89,22 @@ def test_what_does_not_map_is_told(kinematics, law, name, rows, told, tmp_path):
         legacy.read_datbox(folder_of(tmp_path, kinematics, law, name, rows))
 
 
-def meshed(folder, cells, points, models, gummies, below):
-    """A MAILx of [(element, nodes, model, material)] above a held bar, candidates on a side below (two nodes)."""
+def mesh_text(cells, points):
+    """As LMGC90 writes a mesh: nodes of an element eight on a line."""
     text = "$bdyty\n MAILx      1\n$blmty\n"
     for k, (element, nodes, model, name) in enumerate(cells, 1):
-        text += f" {element}{k:7d}  nodes" + "".join(f"{n + 1:7d}" for n in nodes) + "\n"
+        lines = ["".join(f"{n + 1:7d}" for n in nodes[i : i + 8]) for i in range(0, len(nodes), 8)]
+        text += f" {element}{k:7d}  nodes" + ("\n" + " " * 20).join(lines) + "\n"
         text += f"               model  {model}  behav  {name}\n"
     text += "$nodty\n"
     for k, x in enumerate(points, 1):
-        text += f" NO2xx{k:7d}" + " " * 16 + row(*x).lstrip()
+        text += f" NO{len(x)}xx{k:7d}" + " " * 16 + row(*x).lstrip()
+    return text
+
+
+def meshed(folder, cells, points, models, gummies, below):
+    """A MAILx of [(element, nodes, model, material)] above a held bar, candidates on a side below (two nodes)."""
+    text = mesh_text(cells, points)
     text += "$tacty\n"
     for k, share in enumerate((0.25, 0.75)):
         text += f"{' +'[k]}CLxxx      1  color  BLUEx  noda={below[0] + 1:5d}  nodb={below[1] + 1:5d}  apab={share:14.7E}\n"
@@ -122,10 +129,10 @@ CORNERS = [(0.0, 0.05), (1.0, 0.05), (1.0, 1.05), (0.0, 1.05)]
 MIDDLES = [(0.5, 0.05), (1.0, 0.55), (0.5, 1.05), (0.0, 0.55)]
 
 
-@pytest.mark.parametrize("element, kind", [("T6xxx", "triangle6"), ("Q8xxx", "quad8")])
+@pytest.mark.parametrize("element, kind", [("T6xxx", "triangle6"), ("Q8xxx", "quad8"), ("Q9xxx", "quad9")])
 def test_cells_of_second_order_are_read_and_run(element, kind, tmp_path):
     points = CORNERS + MIDDLES + [(0.5, 0.55)]
-    nodes = [list(range(8))] if element == "Q8xxx" else [[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]]
+    nodes = {"Q8xxx": [list(range(8))], "Q9xxx": [list(range(9))], "T6xxx": [[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]]}[element]
     cells = [(element, of, "M2D_L", "GUMMY") for of in nodes]
     points = points[:8] if element == "Q8xxx" else points
     folder = meshed(tmp_path, cells, points, model("M2D_L", element), gummy("GUMMY", 1e3, ELASTIC), (0, 1))
@@ -167,3 +174,67 @@ def test_models_that_differ_in_kinematics_within_a_body_are_told(tmp_path):
     models = model("FIRST", "Q4xxx") + model("OTHER", "Q4xxx", "neoh_", "large")
     with pytest.raises(legacy.LegacyError, match="several physics, kinematics or masses in one body"):
         legacy.read_datbox(meshed(tmp_path, cells, points, models, gummy("GUMMY", 1e3, ELASTIC), (0, 1)))
+
+
+def curved(kind):
+    """Corners, then middles of edges that are bent: nodes (n, 3) [m] in LMGC90's order, the ends of each edge (mod_a_EF.f90)."""
+    if kind == "tetra10":
+        corners = [(0.0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
+    else:
+        corners = [(x, y, z) for z in (0.0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+        ring = [(0, 1), (1, 2), (2, 3), (3, 0)]
+        edges = [*ring, *[(a + 4, b + 4) for a, b in ring], *[(a, a + 4) for a in range(4)]]
+    x = np.array(corners)
+    middles = np.array([(x[a] + x[b]) / 2 for a, b in edges])
+    return np.vstack((x, middles + 0.04 * np.sin(7.0 * np.arange(3 * len(edges)) + 1).reshape(-1, 3)))
+
+
+def volume_by_shape_functions(kind, x):
+    """With LMGC90's shape functions and Gauss's rule: an independent way to the mass, which knows the order of the nodes."""
+    along, weight = np.polynomial.legendre.leggauss(6)
+    if kind == "tetra10":  # the cube drawn together to a corner
+        u, v, w = (a.ravel() for a in np.meshgrid(*3 * [(along + 1) / 2], indexing="ij"))
+        at = np.column_stack((u, v * (1 - u), w * (1 - u) * (1 - v)))
+        weights = np.prod(np.meshgrid(*3 * [weight / 2], indexing="ij"), axis=0).ravel() * (1 - u) ** 2 * (1 - v)
+    else:
+        at = np.stack(np.meshgrid(*3 * [along], indexing="ij"), -1).reshape(-1, 3)
+        weights = np.prod(np.meshgrid(*3 * [weight], indexing="ij"), axis=0).ravel()
+
+    def shape(p):
+        a, b, c = p.T
+        if kind == "tetra10":
+            d = 1 - a - b - c
+            corner = [f * (2 * f - 1) for f in (d, a, b, c)]
+            return np.array([*corner, 4 * a * d, 4 * a * b, 4 * b * d, 4 * c * d, 4 * a * c, 4 * b * c])
+        signs = np.array([(x, y, z) for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+        corner = [(1 + x * a) * (1 + y * b) * (1 + z * c) * (x * a + y * b + z * c - 2) / 8 for x, y, z in signs]
+        flat = lambda z: [(1 - a * a) * (1 - b) * (1 + z * c), (1 + a) * (1 - b * b) * (1 + z * c),
+                          (1 - a * a) * (1 + b) * (1 + z * c), (1 - a) * (1 - b * b) * (1 + z * c)]  # fmt: skip
+        upright = [(1 + x * a) * (1 + y * b) * (1 - c * c) for x, y, _ in signs[:4]]
+        return np.array([*corner, *[f / 4 for f in (*flat(-1), *flat(1), *upright)]])
+
+    step = 1e-4  # the functions are of the second degree along each axis but for mixed ones: differences to 1e-8
+    slope = np.stack([(shape(at + step * e) - shape(at - step * e)) / (2 * step) for e in np.eye(3)])
+    return float(weights @ np.linalg.det(np.einsum("jnq,ni->qij", slope, x)))
+
+
+@pytest.mark.parametrize("element, kind", [("TE10x", "tetra10"), ("H20xx", "hexahedron20")])
+def test_cells_of_second_order_in_space_have_their_nodes_in_order(element, kind, tmp_path):
+    x = curved(kind)
+    text = mesh_text([(element, list(range(len(x))), "M3D_L", "GUMMY")], [tuple(p) for p in x])
+    write(tmp_path / "DATBOX", text + "$$$$$$\n", "", "", "", bulk=BULK + gummy("GUMMY", 1e3, ELASTIC))
+    model_text = "$model  mdlty  finel  eleop  value\n" + model("M3D_L", element)
+    (tmp_path / "DATBOX" / "MODELS.DAT").write_text(model_text)
+    scene = legacy.read_datbox(tmp_path)
+    assert not scene.legacy.unmapped
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(theta=0.5))
+    body = sim.meshes[0].body
+    assert list(body.cells) == [kind] and body.points == pytest.approx(x, abs=1e-7)
+    assert body.nodal_mass().sum() == pytest.approx(1e3 * volume_by_shape_functions(kind, x), rel=1e-6)
+    assert sim.step()["status"] == "converged"
+    broken = (tmp_path / "DATBOX" / "BODIES.DAT").read_text().splitlines()
+    at = next(k for k, line in enumerate(broken) if line.startswith(f" {element}")) + 1
+    (tmp_path / "DATBOX" / "BODIES.DAT").write_text("\n".join(broken[:at] + broken[at + 1 :]))
+    with pytest.raises(legacy.LegacyError, match=f"element {element} has {12 if len(x) == 20 else 8} nodes, not {len(x)}"):
+        legacy.read_datbox(tmp_path / "DATBOX")

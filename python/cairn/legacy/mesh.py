@@ -11,7 +11,8 @@ from . import solids
 from .text import LegacyError, Reader
 
 CELLS = {
-    "T3xxx": "triangle", "Q4xxx": "quad", "T6xxx": "triangle6", "Q8xxx": "quad8", "TE4xx": "tetra", "H8xxx": "hexahedron",
+    "T3xxx": "triangle", "Q4xxx": "quad", "T6xxx": "triangle6", "Q8xxx": "quad8", "Q9xxx": "quad9",
+    "TE4xx": "tetra", "H8xxx": "hexahedron", "TE10x": "tetra10", "H20xx": "hexahedron20",
 }  # fmt: skip
 
 # Candidate points of a face, by their type: those of Gauss's rule of this order on triangles and on quadrilaterals; CSpxx has
@@ -60,9 +61,14 @@ def read_mesh(reader, number, line):
         if line.startswith("$"):
             part = line.strip()
         elif part == "$blmty":
-            nodes = [reader.whole(line, c, c + 6) - 1 for c in range(21, len(line), 7) if line[c - 1 : c + 6].strip()]
-            words = reader.next()
-            mesh.cells.append((line[1:6].strip(), nodes, words[22:27].strip(), words[36:41].strip()))
+            nodes, words = _numbers(reader, line), reader.next()
+            while not words[:20].strip():  # nodes are eight on a line
+                nodes, words = nodes + _numbers(reader, words), reader.next()
+            element = line[1:6].strip()
+            count = int("".join(c for c in element if c.isdigit()) or 0)  # the name of an element tells how many it has
+            if element in CELLS and len(nodes) != count:
+                reader.fail(f"element {element} has {len(nodes)} nodes, not {count}")
+            mesh.cells.append((element, nodes, words[22:27].strip(), words[36:41].strip()))
         elif part == "$nodty":
             mesh.points.append(reader.values(line, 2 if line[1:6] == "NO2xx" else 3))
         elif part == "$tacty" and line[29:31] == "w1":
@@ -76,6 +82,11 @@ def read_mesh(reader, number, line):
             mesh.contactors.append((line[1:6].strip(), line[22:27].strip(), [int(w) - 1 for w in words], share))
         else:
             reader.fail(f"{line.strip()!r} stands in no block of the body")
+
+
+def _numbers(reader, line):
+    """Nodes from 0 of one line of an element."""
+    return [reader.whole(line, c, c + 6) - 1 for c in range(21, len(line) + 1, 7) if line[c - 1 : c + 6].strip()]
 
 
 def _weights(reader, line, count):
