@@ -9,7 +9,7 @@ ROCK = cn.Material("rock", density=1000.0)
 
 
 def simulation(kind="quad", law=None, velocity=-1.0):
-    dim = 3 if kind in ("tetra", "hexahedron") else 2
+    dim = 3 if kind.startswith(("tetra", "hexahedron")) else 2
     rng = np.random.default_rng(5)
     points, cells = box(kind, (3, 2, 2)[:dim], (1.0,) * dim)
     inside = np.all((points > 0.01) & (points < 0.99), axis=1)
@@ -32,7 +32,10 @@ LAWS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", ["triangle", "quad", "tetra", "hexahedron"])
+KINDS = ["triangle", "quad", "triangle6", "quad8", "quad9", "tetra", "hexahedron", "tetra10", "hexahedron20", "hexahedron27"]
+
+
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("law", [*LAWS])
 def test_plain_references_agree(kind, law, tmp_path):
     sim, alone = (simulation(kind, LAWS[law]()) for _ in range(2))
@@ -54,7 +57,7 @@ def test_forces_of_a_linear_body_agree(tmp_path):
     assert shadow.beyond is None and len(shadow.records) == 5
 
 
-@pytest.mark.parametrize("kind", ["triangle", "quad", "tetra", "hexahedron"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_stresses_of_a_linear_body_agree(kind, tmp_path):
     """Those that are shown: in the middles of the cells, in the plane xx yy xy."""
     sim = simulation(kind)

@@ -10,9 +10,20 @@ from .views import core_of
 
 STAGES = {"stresses": "true stresses of the cells", "element_forces": "forces of the nodes by the stresses of the cells"}
 
-_A = 3**-0.5
+# Corners of the parent cells, and between which of these the other nodes lie, one after the other.
+_TRIANGLE = np.array([(0, 0), (1, 0), (0, 1)], float)
+_TETRA = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
 _QUAD = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
 _HEXA = np.array([(*p, z) for z in (-1, 1) for p in _QUAD], float)
+_RING = [(0, 1), (1, 2), (2, 3), (3, 0)]
+_EDGES = [*_RING, *[(a + 4, b + 4) for a, b in _RING], *[(a, a + 4) for a in range(4)]]
+_FACES = [(0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7), tuple(range(8))]
+_CELLS = {
+    "triangle": (_TRIANGLE, []), "triangle6": (_TRIANGLE, [(0, 1), (1, 2), (2, 0)]),
+    "tetra": (_TETRA, []), "tetra10": (_TETRA, [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]),
+    "quad": (_QUAD, []), "quad8": (_QUAD, _RING), "quad9": (_QUAD, [*_RING, (0, 1, 2, 3)]),
+    "hexahedron": (_HEXA, []), "hexahedron20": (_HEXA, _EDGES), "hexahedron27": (_HEXA, [*_EDGES, *_FACES]),
+}  # fmt: skip
 
 
 def given_of(simulation, view, h):
@@ -129,21 +140,53 @@ def _points(given, kind, cell, law, middle=False):
         yield first, true[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]], grad, volume
 
 
+def _powers(kind):
+    """Exponents (nodes, dim) of the monomials that the shape functions are sums of."""
+    corner, between = _CELLS[kind]
+    dim, order = corner.shape[1], 2 if between else 1
+    powers = np.array(list(np.ndindex(*[order + 1] * dim)))
+    if len(corner) == dim + 1:
+        return powers[powers.sum(axis=1) <= order]
+    whole = len(corner) + len(between) == 3**dim
+    return powers if whole or order == 1 else powers[(powers == 2).sum(axis=1) <= 1]  # those of serendipity
+
+
+def _points_of(kind):
+    """Gauss's points (k, dim) of a cell and their weights (k,)."""
+    corner, between = _CELLS[kind]
+    dim = corner.shape[1]
+    if len(corner) == dim + 1:
+        if not between:
+            return np.full((1, dim), 1 / (dim + 1)), np.array([1 / math.factorial(dim)])
+        inner = 1 / 6 if dim == 2 else (5 - 5**0.5) / 20
+        at = np.full((dim + 1, dim), inner)
+        at[1:] += (1 - (dim + 1) * inner) * np.eye(dim)
+        return at, np.full(dim + 1, 1 / math.factorial(dim + 1))
+    along, weight = np.polynomial.legendre.leggauss(3 if between else 2)
+    grid = [g.ravel() for g in np.meshgrid(*[along] * dim, indexing="ij")]
+    weights = np.prod(np.meshgrid(*[weight] * dim, indexing="ij"), axis=0)
+    return np.stack(grid, axis=1), weights.ravel()
+
+
 def _rule(kind, middle=False):
-    """Derivatives of the shape functions (nodes, dim) at each Gauss point, and its weight; of the middle the whole of it."""
-    if kind == "triangle":
-        return [(np.array([(-1.0, -1), (1, 0), (0, 1)]), 0.5)]
-    if kind == "tetra":
-        return [(np.array([(-1.0, -1, -1), (1, 0, 0), (0, 1, 0), (0, 0, 1)]), 1 / 6)]
-    if kind not in ("quad", "hexahedron"):
-        raise ValueError(f"the plain reference knows cells of first order, not {kind}: give a function")
-    corner = _QUAD if kind == "quad" else _HEXA
+    """Derivatives of the shape functions (nodes, dim) at each Gauss point, and its weight; of the middle the whole of it. The
+    functions are those sums of monomials that are one at their node and nothing at the others."""
+    if kind not in _CELLS:
+        raise ValueError(f"the plain reference knows {', '.join(_CELLS)}, not {kind}: give a function")
+    corner, between = _CELLS[kind]
+    nodes = np.vstack([corner, *[corner[list(of)].mean(axis=0) for of in between]])
+    powers = _powers(kind)
+    at, weight = _points_of(kind)
+    if middle:
+        at, weight = corner.mean(axis=0)[None], weight.sum(keepdims=True)
+    sums = np.linalg.inv(np.prod(nodes[:, None] ** powers, axis=2))  # (monomials, nodes)
     out = []
-    for point in np.zeros((1, corner.shape[1])) if middle else corner * _A:
-        one = 1 + corner * point
-        others = [np.prod(np.delete(one, k, axis=1), axis=1) for k in range(corner.shape[1])]
-        whole = 2 ** corner.shape[1]
-        out.append((corner * np.stack(others, axis=1) / whole, float(whole) if middle else 1.0))
+    for x, w in zip(at, weight):
+        slopes = np.empty((len(powers), len(x)))
+        for k in range(len(x)):
+            lower = powers - np.eye(len(x), dtype=int)[k]
+            slopes[:, k] = powers[:, k] * np.prod(x ** np.maximum(lower, 0), axis=1)
+        out.append((sums.T @ slopes, float(w)))
     return out
 
 
