@@ -27,13 +27,14 @@ YOUNG, POISSON, YIELD, HARDENING = 70e9, 0.3, 250e6, 1e9
 def options_from(arguments):
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--across", type=int, default=4, help="cells across the plate")
-    parser.add_argument("--steps", type=int, default=90, help="two thirds down, one third back")
+    # the free end snaps down as the plate yields: in fewer steps by more than a cell in one of them
+    parser.add_argument("--steps", type=int, default=240, help="two thirds down, one third back")
     parser.add_argument("--force", type=float, default=14e3, help="on the free end [N/m]")
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--output", type=Path, default=Path("."))
     options = parser.parse_args(arguments)
     if options.full:
-        options.across, options.steps = 6, 180
+        options.across, options.steps = 6, 480
     if not options.force > 0:
         raise ValueError(f"force is {options.force}: give a force above 0 [N/m]")
     return options
