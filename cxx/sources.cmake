@@ -70,6 +70,7 @@ set(CAIRN_CXX_SOURCES
   detection/interaction_handler.cpp
   detection/kept_pairs.cpp
   detection/narrow_phase.cpp
+  detection/rims.cpp
   fe/bulk_history.cpp
   fe/bulk_materials.cpp
   fe/bulk_model.cpp

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "../base/call.hpp"
+#include "../detection/candidates.hpp"
 
 namespace cairn {
 
@@ -57,6 +58,7 @@ void MeshSet::place(const Nodes& nodes, const Contactors& contactors) {
   find_sides_of_nodes();
   part_from_themselves(contactors);
   find_sizes();
+  find_nodes_beside();
   any_mortar_ = std::any_of(meshes.begin(), meshes.end(), [](const MeshBody& m) { return m.model.mortar; });
   mortar_work_.reset(); // it is of the meshes that were
 }
@@ -225,6 +227,7 @@ MeshSet::Seat MeshSet::find_seat(std::int32_t which, std::int64_t part) const {
 void MeshSet::follow(const Nodes& nodes, const Contactors& contactors) {
   const int dim = nodes.dim;
   facet_vertices_.clear();
+  mapped_.node_position = nodes.position.values.data();
   for (std::size_t i = 0; i < seats_.size(); ++i) {
     const Seat& s = seats_[i];
     double* centre = &mapped_.centre[std::size_t(dim) * i];
@@ -334,6 +337,14 @@ std::array<std::int32_t, 4> MeshSet::nodes_of_side(std::int32_t contactor) const
   return found;
 }
 
+void MeshSet::let_past_ends(const Candidates& candidates) {
+  past_ends_.clear();
+  for (const RimSeat& seat : candidates.seats)
+    if (const auto side = std::int32_t(seat.side); carries(side) && this->seat(side).role == Role::edge)
+      past_ends_.emplace_back(side, std::int32_t(seat.node));
+  std::sort(past_ends_.begin(), past_ends_.end());
+}
+
 Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const double* point, std::int32_t other) const {
   if (!mortar_.empty() && other >= 0)
     if (const MortarContact* mortar = mortar_of(other, contactor)) return mortar->there;
@@ -354,7 +365,9 @@ Mapping MeshSet::mapping(const Nodes& nodes, std::int32_t contactor, const doubl
     const double *one = nodes.position[place.middle.node[0]], *two = nodes.position[place.middle.node[1]];
     const double x = two[0] - one[0], y = two[1] - one[1];
     // beyond an end it is the end that touches
-    const double t = std::clamp(((point[0] - one[0]) * x + (point[1] - one[1]) * y) / (x * x + y * y), 0.0, 1.0);
+    double t = ((point[0] - one[0]) * x + (point[1] - one[1]) * y) / (x * x + y * y);
+    if (!std::binary_search(past_ends_.begin(), past_ends_.end(), std::pair(contactor, other)))
+      t = std::clamp(t, 0.0, 1.0);
     for (int j = 0; j < 2; ++j) m.node[j] = place.middle.node[j] - place.first_node;
     m.weight[0] = 1 - t;
     m.weight[1] = t;

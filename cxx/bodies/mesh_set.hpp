@@ -82,6 +82,8 @@ public:
     const LawRules& rules;
     const Cell& cell;
   };
+  // Of the candidates: edges beyond whose ends nodes lie on their line.
+  void let_past_ends(const Candidates& candidates);
   void weigh_mortar(const Nodes& nodes, const MortarSearch& search, Candidates& candidates);
   // Of a contact on a node or a point, the part of the surface that it stands for [m2], in 2D of a metre across the
   // plane, or round the axis; 0 of edges and facets. After find_areas, which is asked again when internal numbers
@@ -125,6 +127,7 @@ private:
   const Seat& seat(std::int32_t contactor) const { return seats_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
   Seat find_seat(std::int32_t mesh, std::int64_t part) const;
   void find_sizes();
+  void find_nodes_beside();
   void find_sides_of_nodes();
   double cell_size(std::int32_t contactor) const {
     const std::int32_t at = of_contactor_[std::size_t(contactor)];
@@ -174,7 +177,8 @@ private:
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
   std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
   std::vector<KeptMortar> kept_mortar_;
-  bool any_mortar_ = false; // a mesh asks for it
+  std::vector<std::pair<std::int32_t, std::int32_t>> past_ends_; // edge and node, rising
+  bool any_mortar_ = false;                                      // a mesh asks for it
   // Means of the last mortars: their nodes (of the mesh) and weights; rows, -1 unless wanted.
   std::vector<std::int32_t> mean_start_, mean_node_, mean_row_;
   std::vector<double> mean_weight_;

@@ -11,6 +11,9 @@ namespace cairn {
 namespace {
 
 constexpr double none = std::numeric_limits<double>::infinity();
+// Of a cell: how far its nodes may slide past the rim of what they lie on. A node at the rim of a face stands for half
+// a cell, of which more than half lies on the other body up to there.
+constexpr double past_a_rim = 0.25;
 
 double distance(const MeshModel& m, std::int64_t one, std::int64_t two) {
   double square = 0;
@@ -47,6 +50,36 @@ void MeshSet::find_sizes() {
       size = std::min(size, of_node[std::size_t(s.mesh)][std::size_t(node_of(s, j))]);
     if (!(size < none)) size = mesh.size();
     size_.push_back(size > 0 ? size : none); // a node alone is no cell to pass through
+    const bool is_side = s.role == Role::edge || s.role == Role::facet;
+    mapped_.hair.push_back(is_side || !(size > 0 && size < none) ? 0 : past_a_rim * size);
+  }
+}
+
+// Nodes that each contact node has cells with, from which it is seen which way the body lies.
+void MeshSet::find_nodes_beside() {
+  std::vector<std::vector<std::vector<std::int32_t>>> of(meshes.size());
+  std::vector<std::uint8_t> asked(meshes.size(), 0);
+  for (const Seat& s : seats_) asked[std::size_t(s.mesh)] |= s.role == Role::node;
+  for (std::size_t m = 0; m < meshes.size(); ++m) {
+    const MeshModel& model = meshes[m].model;
+    if (!asked[m]) continue;
+    of[m].resize(std::size_t(model.nodes()));
+    for (std::int64_t column = 0; column < model.mass.n; column += model.dim)
+      for (std::int64_t e = model.mass.start[std::size_t(column)]; e < model.mass.start[std::size_t(column) + 1]; ++e) {
+        const std::int32_t row = model.mass.row[std::size_t(e)], one = std::int32_t(column / model.dim);
+        if (row % model.dim != 0 || row == column) continue;
+        of[m][std::size_t(one)].push_back(meshes[m].node(row / model.dim));
+        of[m][std::size_t(row / model.dim)].push_back(meshes[m].node(one));
+      }
+  }
+  mapped_.beside.clear();
+  mapped_.beside_start.assign(1, 0);
+  for (const Seat& s : seats_) {
+    if (s.role == Role::node) {
+      const std::vector<std::int32_t>& near = of[std::size_t(s.mesh)][std::size_t(s.index)];
+      mapped_.beside.insert(mapped_.beside.end(), near.begin(), near.end());
+    }
+    mapped_.beside_start.push_back(std::int64_t(mapped_.beside.size()));
   }
 }
 

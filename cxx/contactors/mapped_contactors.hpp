@@ -20,6 +20,11 @@ struct MappedContactors {
   // no mesh has both.
   std::vector<std::int64_t> sides_start;
   std::vector<std::int32_t> sides;
+  std::vector<double> hair; // of nodes and points: how far past the rim of a flat side they stay on it [m]; 0 of sides
+  // Of nodes, by place in `contactor`: nodes of the scene that they have cells with; where all nodes are (dim, nodes).
+  std::vector<std::int64_t> beside_start;
+  std::vector<std::int32_t> beside;
+  const double* node_position = nullptr;
   std::vector<std::int32_t> place; // of all contactors in `contactor`, -1: a rigid body carries it
   std::int32_t bodies = 0;         // contactors.body goes down to -bodies
   // Of bodies that touch themselves: their sides are carried by bodies of their own, as far as pairs are sought, with

@@ -242,6 +242,7 @@ struct ContactMemory {
   std::vector<double> states;  // (state_components, keys), vectors in space axes, of anchored ones in those of B
   std::vector<Anchor> anchors; // (keys), empty where no contact is anchored
   RefinementMemory refinement;
+  std::vector<RimSeat> seats; // by ids: nodes of meshes that lie on flat sides, see detection/rims.cpp
   std::vector<double> forces; // (dim, keys) at the end of the step, as impulses; empty where no strategy needs them
 };
 

@@ -276,6 +276,9 @@ void Interactions::State::remember() {
   for (std::int64_t c = 0; c < contactors->count; ++c)
     m.contactors_seen = std::max(m.contactors_seen, *contactors->id[c] + 1);
   m.seen_besides.clear();
+  m.seats.clear();
+  for (const RimSeat& seat : candidates->seats)
+    m.seats.push_back({*contactors->id[seat.node], *contactors->id[seat.side], seat.face});
   ids_in_order = contactors->id.values;
   keys_in_order = kept;
   in_order = true;

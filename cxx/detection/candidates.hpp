@@ -3,6 +3,7 @@
 #pragma once
 #include <compare>
 #include <functional>
+#include <vector>
 
 #include "../base/field.hpp"
 
@@ -17,15 +18,25 @@ struct ContactKey {
   auto operator<=>(const ContactKey&) const = default;
 };
 
+// A node of a mesh over a flat side, or held at the rim of one: which face of it. Of contactors, by their ids, or their
+// internal numbers.
+struct RimSeat {
+  std::int64_t node, side;
+  std::int32_t face;
+  bool operator==(const RimSeat&) const = default;
+  auto operator<=>(const RimSeat&) const = default;
+};
+
 struct Candidates {
   std::int64_t count = 0;
   // per contact; n points from antagonist B to candidate A; point is the middle of the gap, relative to the origin of
   // the scene, on A's image
   Array<std::int32_t> contactor_a, contactor_b; // internal numbers
   Array<std::int32_t> feature, image;
-  Array<double> gap;    // (count) [m], negative when overlapping
-  Array<double> normal; // (dim, count)
-  Array<double> point;  // (dim, count) [m]
+  Array<double> gap;          // (count) [m], negative when overlapping
+  Array<double> normal;       // (dim, count)
+  Array<double> point;        // (dim, count) [m]
+  std::vector<RimSeat> seats; // rising, by internal numbers; see rims.cpp
 };
 
 } // namespace cairn

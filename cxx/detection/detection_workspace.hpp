@@ -188,6 +188,36 @@ struct InteractionHandler::Workspace {
   bool is_beyond_its_edge(const Candidates& out, std::int64_t i) const;
   bool points_along_a_side(const Candidates& out, std::int64_t i, bool first) const;
   bool is_node_with_sides(std::int32_t contactor) const;
+  // Nodes that slide past the rim of a flat side, see rims.cpp.
+  struct FlatSide;
+  struct HeldNode {
+    std::int32_t node = -1, side = -1, face = 0, kind = 0, image = 0;
+    double gap = 0, normal[3] = {}, way[3] = {}; // past the rim
+  };
+  int flat_sides(std::int32_t contactor) const; // how many it has
+  void view_side(std::int32_t contactor, int face, FlatSide& side) const;
+  void view_edge(std::int32_t contactor, FlatSide& side) const;
+  void view_facet(std::int32_t contactor, FlatSide& side) const;
+  void view_face(std::int32_t contactor, int face, FlatSide& side) const;
+  void vertex_of(std::int32_t contactor, int i, double* x) const;
+  void looks_of(std::int32_t contactor, int i, double* normal) const;
+  double beyond(const FlatSide& side, const double* x, bool& rim, double* way) const;
+  bool is_mapped_point(std::int32_t contactor) const;
+  void from_centre(std::int32_t a, std::int32_t b, std::int32_t which, double* x) const;
+  void note_seats(Candidates& out);
+  bool past_its_rim(const detection::OrderedPairs& pairs, const RimSeat& seat, HeldNode& held) const;
+  bool lies_on_another(const detection::OrderedPairs& pairs, const Candidates& out, std::int64_t i,
+                       HeldNode& held) const;
+  bool reaches_back(std::int32_t node, const double* normal, const double* way, double far) const;
+  bool comes_past_a_rim(const detection::OrderedPairs& pairs, int kind, std::int64_t first, std::int64_t last,
+                        HeldNode& held) const;
+  void hold_at_rims(const detection::OrderedPairs& pairs, std::span<const RimSeat> before, Candidates& out);
+  bool bears_as_high(const Candidates& out, const HeldNode& h) const;
+  void put_held(std::span<const HeldNode> held, Candidates& out);
+  void index_nodes(const Candidates& out);
+  std::span<const std::pair<std::int32_t, std::int64_t>> contacts_of(std::int32_t node) const; // after this
+  std::vector<std::pair<std::int32_t, std::int64_t>> contacts_of_nodes, contacts_on_sides;
+  bool is_met_there(const Candidates& out, const HeldNode& h) const;
   void admit(detection::PairList& list, std::int64_t added) const;
 };
 

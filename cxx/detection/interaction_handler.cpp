@@ -113,7 +113,9 @@ void InteractionHandler::detect(const Bodies& bodies, const Contactors& contacto
   w.any_periodic = w.periodic[0] || w.periodic[1] || w.periodic[2];
   w.check();
   w.place_contactors();
-  w.narrow(w.seek(configuration.soon_again && w.may_keep()), out);
+  const OrderedPairs& pairs = w.seek(configuration.soon_again && w.may_keep());
+  w.narrow(pairs, out);
+  w.hold_at_rims(pairs, configuration.seats, out);
 }
 
 // Where what is found depends on places that change by no more than their contactors move: of balls, and of walls and
@@ -246,6 +248,8 @@ void InteractionHandler::Workspace::place_contactors() {
   });
   if (mapped) std::fill_n(movable.begin() + bodies->count, carriers, std::int8_t(1));
   if (mapped) place_mapped();
+  for (std::size_t k = 0; mapped && k < mapped->contactor.size(); ++k) // sides past whose rim it is held
+    reach[mapped->contactor[k]] = std::max(reach[mapped->contactor[k]], mapped->hair[k]);
   if (contactors->hull.active) place_hulls();
   if (bad_centre < n) {
     std::string where;

@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "../base/cell.hpp"
@@ -26,7 +27,9 @@ struct Configuration {
   const double* position = nullptr;         // (dim, bodies) [m]
   const double* rotation = nullptr;         // (1 | 4, bodies) [rad | -]
   const MappedContactors* mapped = nullptr; // null: rigid bodies carry all contactors
-  bool for_bonds = false;  // bodies are joined where they touch: no contact is left out for what it would stop
+  bool for_bonds = false; // bodies are joined where they touch: no contact is left out for what it would stop
+  // Seats of the step before, by internal numbers: nodes that stay where they slid past the rim of a side.
+  std::span<const RimSeat> seats{};
   bool soon_again = false; // a call like this follows in the next step: pairs are kept for it, which changes no result
 };
 

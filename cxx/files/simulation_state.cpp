@@ -102,6 +102,11 @@ StoredValue memory_of(const ContactMemory& m) {
     out.add_array("refinement", values, {4});
   }
   if (!m.forces.empty()) add_vector(out, "forces", m.forces);
+  if (!m.seats.empty()) {
+    std::vector<std::int64_t> seats;
+    for (const RimSeat& seat : m.seats) seats.insert(seats.end(), {seat.node, seat.side, seat.face});
+    out.add_array("seats", seats.data(), {std::int64_t(m.seats.size()), 3});
+  }
   if (!m.anchors.empty()) {
     const auto* first = reinterpret_cast<const double*>(m.anchors.data());
     out.add_array("anchors", first, {std::int64_t(m.anchors.size()), numbers_of_anchor});
@@ -131,6 +136,11 @@ ContactMemory memory_from(const StoredValue& tree) {
     if (values.size() == 4) m.refinement = {values[0], values[1], whole(values[2]), whole(values[3])};
   }
   if (const StoredValue* forces = tree.find("forces")) m.forces = numbers_of<double>(forces->array, "forces");
+  if (const StoredValue* stored = tree.find("seats")) {
+    const auto seats = numbers_of<std::int64_t>(stored->array, "seats");
+    for (std::size_t i = 0; i + 2 < seats.size(); i += 3)
+      m.seats.push_back({seats[i], seats[i + 1], std::int32_t(seats[i + 2])});
+  }
   if (const StoredValue* anchors = tree.find("anchors")) {
     const auto values = numbers_of<double>(anchors->array, "anchors");
     m.anchors.resize(values.size() / numbers_of_anchor);

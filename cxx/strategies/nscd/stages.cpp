@@ -244,6 +244,14 @@ double Nscd::margin_of_mapped(const Simulation& s, std::int32_t contactor) const
   return 0.05 * s.meshes.meshes[s.meshes.mesh_of(contactor)].size() + h_ * std::sqrt(std::max(begin, free));
 }
 
+std::vector<RimSeat> Nscd::seats_of_contactors(const Simulation& s) {
+  std::vector<RimSeat> seats;
+  for (const RimSeat& seat : s.interactions.memory().seats)
+    if (const std::int32_t node = s.contactor(seat.node), side = s.contactor(seat.side); node >= 0 && side >= 0)
+      seats.push_back({node, side, seat.face});
+  return seats;
+}
+
 void Nscd::detect_contacts(Simulation& s) {
   check_free_velocity(s);
   Margin margin{};
@@ -269,8 +277,11 @@ void Nscd::detect_contacts(Simulation& s) {
       if (entry >= 0 && keeps(s.laws.entry(entry).law)) declared.push_back({key.contactor_a, key.contactor_b});
     }
   s.contacts_known = shows_kept_ = false;
+  const std::vector<RimSeat> seats = seats_of_contactors(s);
   s.handler.detect(s.scene.bodies, s.scene.contactors, s.scene.cell, margin, s.candidates,
-                   {.mapped = &s.meshes.mapped(), .soon_again = true}, &s.interactions.scratch(), &s.laws.rules());
+                   {.mapped = &s.meshes.mapped(), .seats = seats, .soon_again = true}, &s.interactions.scratch(),
+                   &s.laws.rules());
+  s.meshes.let_past_ends(s.candidates);
   s.meshes.weigh_mortar(s.scene.nodes, {s.scene.contactors, margin, s.laws.rules(), s.scene.cell}, s.candidates);
   measure_anchored(s);
   look_at_meshes(s);
