@@ -497,10 +497,12 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   add_compliance(b, b.hub ? w_true : w, w, compliance, mu);
   if (b.compliance) std::copy_n(compliance, std::size_t(n) * c, b.compliance);
   const auto opening = [&](int lane) { return b.bias[lane] + free_opening(b, lane, u[lane]); };
-  const auto held = [&](int lane) {
-    const double a = b.mapped_a ? system.condensed[std::size_t(b.body_a[lane])].mass : 0;
-    const double c = b.mapped_b ? system.condensed[std::size_t(b.body_b[lane])].mass : 0;
-    return (a > 0 ? 1 / a : 0) + (c > 0 ? 1 / c : 0);
+  const auto held = [&](int lane) { // what its sides would move by if nothing drove them [1/kg]
+    const auto of = [&](bool mesh, std::int32_t which) {
+      const double mass = mesh ? system.condensed[std::size_t(which)].mass : *bodies->mass[which];
+      return mass > 0 ? 1 / mass : 0;
+    };
+    return of(b.mapped_a, b.body_a[lane]) + of(b.mapped_b, b.body_b[lane]);
   };
   // of what is handed on no copies are made, which would be allocated
   settle_singular_blocks(b, dim(), w, std::cref(opening), std::cref(held));
