@@ -7,6 +7,7 @@ option(CAIRN_WERROR "Treat warnings as errors" OFF)
 option(CAIRN_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 option(CAIRN_SANITIZE_THREADS "The thread sanitizer, over an OpenMP of its own (tests/thread_sanitizer)" OFF)
 option(CAIRN_FCHECK "Run-time checks of the Fortran kernels (bounds, do, pointers), NaN in what is not set" OFF)
+option(CAIRN_PRECOMPILE "Read the headers that most files include once, unless ccache compiles" OFF)
 set(CAIRN_MARCH "native" CACHE STRING "native, portable (x86-64-v2 on Intel and AMD) or a value of -march")
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
@@ -23,6 +24,10 @@ set(CMAKE_COLOR_DIAGNOSTICS ON)
 foreach(language C CXX Fortran)
   set(CMAKE_${language}_FLAGS_RELEASE "-O3")
 endforeach()
+
+if(CAIRN_PRECOMPILE AND CMAKE_CXX_COMPILER_LAUNCHER MATCHES "ccache")
+  set(CAIRN_PRECOMPILE OFF) # it would keep nothing
+endif()
 
 find_package(OpenMP REQUIRED COMPONENTS CXX Fortran)
 
