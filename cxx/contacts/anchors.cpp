@@ -228,15 +228,23 @@ void Interactions::measure_anchored(const Bodies& bodies, const Contactors& cont
   std::swap(found, to);
 }
 
-// Bonds that hold on triangles of rigid bodies, by what they hold together.
+// Triangles of a rigid body, and the sides of a mesh, are a surface, named by what has it.
+bool Interactions::State::is_of_surface(std::int32_t side) const {
+  return body(side) >= 0 ? Shape(*contactors->shape[side]) == Shape::facet : meshes->turns(side);
+}
+
+std::int32_t Interactions::State::surface_of(std::int32_t side) const {
+  return body(side) >= 0 ? body(side) : -1 - meshes->mesh_of(side);
+}
+
+// Bonds that hold on surfaces, by what they hold together.
 void Interactions::State::find_bonds_on_surfaces() {
   on_surfaces.clear();
   for (const AnchoredPlace& p : anchored_places)
-    if (p.sound && !p.joins && body(p.b) >= 0 && Shape(*contactors->shape[p.b]) == Shape::facet &&
-        memory.anchors[std::size_t(p.key)].reach > 0)
+    if (p.sound && !p.joins && is_of_surface(p.b) && memory.anchors[std::size_t(p.key)].reach > 0)
       on_surfaces.push_back(p);
   std::sort(on_surfaces.begin(), on_surfaces.end(), [&](const AnchoredPlace& p, const AnchoredPlace& q) {
-    return std::tuple(p.a, body(p.b), p.image, p.key) < std::tuple(q.a, body(q.b), q.image, q.key);
+    return std::tuple(p.a, surface_of(p.b), p.image, p.key) < std::tuple(q.a, surface_of(q.b), q.image, q.key);
   });
 }
 
@@ -272,27 +280,29 @@ bool Interactions::State::is_held_by_nodes(std::int64_t i, const Candidates& fou
 // Whether what detection found of a body on a triangle is a corner that a bond holds on the triangle beside it: a hair
 // decides which of two triangles a corner above their edge is given to.
 bool Interactions::State::is_held_beside(std::int64_t i, const Candidates& found) const {
+  constexpr double bends = 0.75;    // cosine between sides of a mesh, which bend
   constexpr double near = 1.0 / 64; // of the size of the body
   const std::int32_t a = found.contactor_a[i], b = found.contactor_b[i];
-  if (on_surfaces.empty() || body(b) < 0 || Shape(*contactors->shape[b]) != Shape::facet) return false;
-  const std::tuple pair(a, body(b), found.image[i]);
+  if (on_surfaces.empty() || !is_of_surface(b)) return false;
+  const int d = dim();
+  const std::tuple pair(a, surface_of(b), found.image[i]);
   auto at =
       std::lower_bound(on_surfaces.begin(), on_surfaces.end(), pair, [&](const AnchoredPlace& p, const auto& wanted) {
-        return std::tuple(p.a, body(p.b), p.image) < wanted;
+        return std::tuple(p.a, surface_of(p.b), p.image) < wanted;
       });
-  for (; at != on_surfaces.end() && std::tuple(at->a, body(at->b), at->image) == pair; ++at) {
+  for (; at != on_surfaces.end() && std::tuple(at->a, surface_of(at->b), at->image) == pair; ++at) {
     const Anchor& anchor = memory.anchors[std::size_t(at->key)];
-    double from[3], normal[3], x[3], square = 0, alike = 0;
+    double from[3] = {}, normal[3] = {}, x[3] = {}, square = 0, alike = 0;
     carried(a, anchor.a, from);
-    carried(at->b, anchor.normal, normal);
+    on_mesh_side(at->b) ? normal_of_side(at->b, normal) : carried(at->b, anchor.normal, normal);
     carrier_at(a, x);
-    for (int k = 0; k < 3; ++k) {
-      const double apart = found.point[3 * i + k] - (x[k] + from[k]);
+    for (int k = 0; k < d; ++k) {
+      const double apart = found.point[d * i + k] - (x[k] + from[k]);
       square += apart * apart;
-      alike += normal[k] * found.normal[3 * i + k];
+      alike += normal[k] * found.normal[d * i + k];
     }
     const double size = near * *contactors->radius[body(a) < 0 ? b : a];
-    if (at->b != b && square <= size * size && alike > flat_faces) return true;
+    if (at->b != b && square <= size * size && alike > (body(b) < 0 ? bends : flat_faces)) return true;
   }
   return false;
 }

@@ -349,6 +349,8 @@ struct Interactions::State {
   void space_anchors(std::size_t first); // reaches of those from a key on
   void keep_anchors();
   void find_bonds_on_surfaces();
+  bool is_of_surface(std::int32_t side) const;
+  std::int32_t surface_of(std::int32_t side) const;
   bool is_held_beside(std::int64_t i, const Candidates& found) const;
   void find_bonded_nodes();
   bool is_held_by_nodes(std::int64_t i, const Candidates& found) const;

@@ -99,6 +99,15 @@ def test_a_face_of_a_cube_turns_with_the_side_of_a_box(law):
     assert len(sim.contacts.beta) == 9
 
 
+def test_a_corner_between_two_triangles_of_a_mesh_has_one_contact():
+    """Each corner of the box stands on the diagonal of a face: a contact with the other half ran away against the bond."""
+    sim, _ = turning(3, cn.Bonded(), beyond=-0.02)
+    for _ in range(60):
+        sim.step()
+        assert sim.info["status"] == "converged"
+        assert np.count_nonzero(sim.contacts.beta == 1) == 5  # the node in the middle, and the corners
+
+
 def test_a_restart_goes_on_to_the_same_bits(tmp_path):
     """Corners on sides of the mesh and nodes on sides of the rigid block keep where they hold."""
     ways = []
