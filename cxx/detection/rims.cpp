@@ -34,6 +34,20 @@ void cross(const double* a, const double* b, double* out) {
   for (int k = 0; k < 3; ++k) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
+// f(pair, kind) for the pairs of a node, kind by kind, until it says no; whether it never did.
+template <class Pairs, class F>
+bool each_pair_of(const Pairs& pairs, std::int32_t node, F&& f) {
+  std::int64_t begin = 0;
+  for (int kind = 0; kind < kinds; ++kind) {
+    const std::int64_t end = pairs.kind_end[std::size_t(kind)];
+    const auto first = std::lower_bound(pairs.a.begin() + begin, pairs.a.begin() + end, node) - pairs.a.begin();
+    for (std::int64_t p = first; p < end && pairs.a[p] == node; ++p)
+      if (!f(p, kind)) return false;
+    begin = end;
+  }
+  return true;
+}
+
 } // namespace
 
 // A flat face: how it looks, and its corners one after the other with whether the edge from each is a rim.
@@ -226,30 +240,26 @@ bool InteractionHandler::Workspace::past_its_rim(const OrderedPairs& pairs, cons
   view_side(was, seat.face, before);
   double least = hair, x[3] = {0, 0, 0}, way[3] = {0, 0, 0};
   bool found = false, rim = false;
-  std::int64_t begin = 0;
-  for (int kind = 0; kind < kinds; ++kind) {
-    const std::int64_t end = pairs.kind_end[std::size_t(kind)];
-    const auto first = std::lower_bound(pairs.a.begin() + begin, pairs.a.begin() + end, node) - pairs.a.begin();
-    for (std::int64_t p = first; p < end && pairs.a[p] == node; ++p) {
-      const std::int32_t b = pairs.b[p], image_of = pairs.image[p] & image_bits;
-      if (carrier[b] != carrier[was]) continue;
-      if (pairs.image[p] & declared_bit) return false; // it is held by its bond
-      from_centre(node, b, image_of, x);
-      for (int face = 0; face < flat_sides(b); ++face) {
-        view_side(b, face, side);
-        if (!(dot(dim, side.normal, before.normal) > alike)) continue;
-        const double height = dot(dim, side.normal, x) - side.offset, far = beyond(side, x, rim, way);
-        if (far <= on_rim * hair && height >= -hair) return false; // it is over it
-        if (!rim || !(far < least) || !(height >= -hair) || !(height <= share(node) + share(b))) continue;
-        least = far;
-        found = true;
-        held = {node, b, face, kind, image_of, height, {}, {}};
-        std::copy_n(side.normal, 3, held.normal);
-        std::copy_n(way, 3, held.way);
-      }
+  const bool all = each_pair_of(pairs, node, [&](std::int64_t p, int kind) {
+    const std::int32_t b = pairs.b[p], image_of = pairs.image[p] & image_bits;
+    if (carrier[b] != carrier[was]) return true;
+    if (pairs.image[p] & declared_bit) return false; // it is held by its bond
+    from_centre(node, b, image_of, x);
+    for (int face = 0; face < flat_sides(b); ++face) {
+      view_side(b, face, side);
+      if (!(dot(dim, side.normal, before.normal) > alike)) continue;
+      const double height = dot(dim, side.normal, x) - side.offset, far = beyond(side, x, rim, way);
+      if (far <= on_rim * hair && height >= -hair) return false; // it is over it
+      if (!rim || !(far < least) || !(height >= -hair) || !(height <= share(node) + share(b))) continue;
+      least = far;
+      found = true;
+      held = {node, b, face, kind, image_of, height, {}, {}};
+      std::copy_n(side.normal, 3, held.normal);
+      std::copy_n(way, 3, held.way);
     }
-    begin = end;
-  }
+    return true;
+  });
+  if (!all) return false;
   if (!found || !same_mesh(node, held.side)) return found;
   return held.gap >= -mapped->apart_depth[std::size_t(mapped->place[std::size_t(held.side)])];
 }
@@ -271,28 +281,23 @@ bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, c
   FlatSide side;
   double most = dot(dim, normal, inward) + slack;
   bool rim = false, found = false;
-  std::int64_t begin = 0;
-  for (int kind = 0; kind < kinds; ++kind) {
-    const std::int64_t end = pairs.kind_end[std::size_t(kind)];
-    const auto first = std::lower_bound(pairs.a.begin() + begin, pairs.a.begin() + end, node) - pairs.a.begin();
-    for (std::int64_t p = first; p < end && pairs.a[p] == node; ++p) {
-      const std::int32_t b = pairs.b[p], image_of = pairs.image[p] & image_bits;
-      if (carrier[b] != carrier[met] || image_of != out.image[i] || (pairs.image[p] & declared_bit)) continue;
-      from_centre(node, b, image_of, x);
-      for (int face = 0; face < flat_sides(b); ++face) {
-        view_side(b, face, side);
-        const double height = dot(dim, side.normal, x) - side.offset;
-        if (!(std::abs(height) <= slack) || !(dot(dim, side.normal, normal) < alike)) continue;
-        if (!(dot(dim, side.normal, inward) > most) || !(beyond(side, x, rim, way) <= slack)) continue;
-        most = dot(dim, side.normal, inward);
-        found = true;
-        held = {node, b, face, kind, image_of, height, {}, {}};
-        std::copy_n(side.normal, 3, held.normal);
-        std::copy_n(normal, dim, held.way);
-      }
+  each_pair_of(pairs, node, [&](std::int64_t p, int kind) {
+    const std::int32_t b = pairs.b[p], image_of = pairs.image[p] & image_bits;
+    if (carrier[b] != carrier[met] || image_of != out.image[i] || (pairs.image[p] & declared_bit)) return true;
+    from_centre(node, b, image_of, x);
+    for (int face = 0; face < flat_sides(b); ++face) {
+      view_side(b, face, side);
+      const double height = dot(dim, side.normal, x) - side.offset;
+      if (!(std::abs(height) <= slack) || !(dot(dim, side.normal, normal) < alike)) continue;
+      if (!(dot(dim, side.normal, inward) > most) || !(beyond(side, x, rim, way) <= slack)) continue;
+      most = dot(dim, side.normal, inward);
+      found = true;
+      held = {node, b, face, kind, image_of, height, {}, {}};
+      std::copy_n(side.normal, 3, held.normal);
+      std::copy_n(normal, dim, held.way);
     }
-    begin = end;
-  }
+    return true;
+  });
   return found;
 }
 
