@@ -178,6 +178,7 @@ void MeshBody::start_newton(Nodes& nodes) {
   }
   tangent_known_ = false;
   error_before_ = std::numeric_limits<double>::infinity();
+  scale_ = 0;
   goes_on_ = went_on_; // as the step before
   went_on_ = false;
   iterate_ = v_;
@@ -389,6 +390,40 @@ double MeshBody::rounding() {
   return std::numeric_limits<double>::epsilon() * std::sqrt(std::max(square, 0.0));
 }
 
+// What is left of the balance at the iterate, by the inverse of A, and the scale of its terms, to which an error is
+// relative; `node`: where most is left. A pass after the first of a step, that another is to follow, takes the scale
+// from before where that tells already that the error is larger than `far`: two solutions less.
+double MeshBody::measure_balance(bool scale_known, double far, std::int64_t& node) {
+  const auto n = std::size_t(model.dofs());
+  const bool swells = !swelling_force_.empty();
+  const std::size_t terms = swells ? 4 : 3;
+  for (std::size_t i = 0; i < n; ++i) {
+    const bool held = model.held[i];
+    norms_[i] = held ? 0 : residual_[i] + impulse[i];
+    norms_[n + i] = held ? 0 : b_[i];
+    norms_[2 * n + i] = held ? 0 : scheme_.impulse * (c_[i] + force_of(i));
+    if (swells) norms_[3 * n + i] = held ? 0 : scheme_.impulse * swelling_force_[i];
+  }
+  std::copy_n(norms_.begin(), terms * n, norms_.begin() + std::ptrdiff_t(terms * n));
+  double size[4] = {0, 0, 0, 0};
+  const auto measure = [&](std::size_t first, std::size_t last) {
+    solve(&norms_[first * n], std::int64_t(last - first));
+    for (std::size_t k = first; k < last; ++k) {
+      for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * norms_[(terms + k) * n + i];
+      size[k] = std::sqrt(std::max(size[k], 0.0));
+    }
+  };
+  measure(0, scale_known ? 1 : terms);
+  if (!scale_known || !(size[0] > far * scale_)) {
+    if (scale_known) measure(1, terms);
+    scale_ = std::max(size[1] + size[2] + size[3], std::sqrt(borne_by_held()));
+  }
+  double worst = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    if (const double w = norms_[i] * norms_[terms * n + i]; w > worst) worst = w, node = std::int64_t(i) / model.dim;
+  return size[0];
+}
+
 NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   const auto n = std::size_t(model.dofs());
   NewtonError out;
@@ -410,9 +445,8 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
   start = iterate_;
   bool moved = false; // a held dof, whose change is no part of the balance
   for (std::size_t i = 0; i < n; ++i) moved = moved || (model.held[i] && (change[i] < 0 || change[i] > 0));
-  const bool swells = !swelling_force_.empty();
-  const std::size_t terms = swells ? 4 : 3;
   constexpr int halvings = 10;
+  constexpr double small = 1e-6; // where rounding alone may be left
   double share = 1;
   for (int turn = 0; turn <= halvings; ++turn, share /= 2) {
     for (std::size_t i = 0; i < n; ++i) iterate_[i] = start[i] + share * change[i];
@@ -424,26 +458,8 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
     if (!out.fault.ok() && !model.bulk->shorter_helps(out.fault)) break;
     if (!out.fault.ok()) continue;
     residual_of(iterate_);
-    for (std::size_t i = 0; i < n; ++i) {
-      const bool held = model.held[i];
-      norms_[i] = held ? 0 : residual_[i] + impulse[i];
-      norms_[n + i] = held ? 0 : b_[i];
-      norms_[2 * n + i] = held ? 0 : scheme_.impulse * (c_[i] + force_of(i));
-      if (swells) norms_[3 * n + i] = held ? 0 : scheme_.impulse * swelling_force_[i];
-    }
-    std::copy_n(norms_.begin(), terms * n, norms_.begin() + std::ptrdiff_t(terms * n));
-    const double* right = &norms_[terms * n];
-    solve(norms_.data(), int(terms));
-    double size[4] = {0, 0, 0, 0}, worst = 0;
-    for (std::size_t k = 0; k < terms; ++k)
-      for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * right[k * n + i];
-    for (std::size_t i = 0; i < n; ++i)
-      if (norms_[i] * right[i] > worst) worst = norms_[i] * right[i], out.node = std::int64_t(i) / model.dim;
-    double scale =
-        std::sqrt(std::max(size[1], 0.0)) + std::sqrt(std::max(size[2], 0.0)) + std::sqrt(std::max(size[3], 0.0));
-    scale = std::max(scale, std::sqrt(borne_by_held()));
-    const double left = std::sqrt(std::max(size[0], 0.0));
-    out.error = left > 0 ? (scale > 0 ? left / scale : 1) : 0;
+    const double left = measure_balance(with_tangent && scale_ > 0, 100 * std::max(tolerance, small), out.node);
+    out.error = left > 0 ? (scale_ > 0 ? left / scale_ : 1) : 0;
     // Newton's method gains no digit, or its error does not fall from pass to pass: there may be none
     if (out.error > tolerance && (left * left > 0.01 * before || out.error > 0.5 * error_before_)) {
       const double floor = rounding();
@@ -451,7 +467,6 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
     }
     found_ = out.fault;
     out.whole = turn == 0;
-    constexpr double small = 1e-6; // where rounding alone may be left
     if (moved || out.error < small || left * left <= before * (1 - 1e-4 * share) || turn == halvings) return out;
   }
   if (!out.fault.ok()) {

@@ -98,7 +98,7 @@ void InteractionHandler::Workspace::view_facet(std::int32_t c, FlatSide& s) cons
     vertex_of(c, k, corner.x);
     corner.rim = beyond == 0;
     if (beyond > 0) {
-      double e[3], w[3], next[3];
+      double e[3] = {0, 0, 0}, w[3] = {0, 0, 0}, next[3];
       vertex_of(c, (k + 1) % 3, e);
       vertex_of(c, beyond - 1, w);
       for (int i = 0; i < 3; ++i) e[i] -= corner.x[i], w[i] -= corner.x[i];
