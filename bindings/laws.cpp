@@ -86,7 +86,7 @@ void bind_laws(py::module_& m) {
       .def(py::init(&cairn::open_routine))
       .def("described", [](const cairn::PluggedRoutine& r) { return described(r.declared); })
       .def("plug_solver",
-           [](const cairn::PluggedRoutine& r, std::vector<double> p) { cairn::plug_solver(r, std::move(p)); })
+           [](const cairn::PluggedRoutine& r, const std::vector<double>& p) { cairn::plug_solver(r, p); })
       .def("plug_pair", [](const cairn::PluggedRoutine& r, const std::string& pair) { cairn::plug_pair(r, pair); });
   m.def("unplug_pair", [](const std::string& pair) { cairn::plug_pair({}, pair); });
 

@@ -51,6 +51,7 @@ void Hulls::follow_vertices(std::int32_t h) {
   const std::int32_t corners = vertices(h);
   for (std::int32_t f = first_face[h]; f < first_face[h + 1]; ++f) {
     double n[3] = {0, 0, 0}, size = 0, reach = -std::numeric_limits<double>::infinity();
+    const int axes = std::min(dim, 3);
     const std::int32_t begin = dim == 3 ? first_corner[f] : f - first_face[h],
                        many = dim == 3 ? first_corner[f + 1] - begin : 2;
     const auto corner = [&](std::int32_t k) {
@@ -64,12 +65,12 @@ void Hulls::follow_vertices(std::int32_t h) {
       const double *a = corner(k), *b = corner(k + 1);
       for (int d = 0; d < 3; ++d) n[d] += (a[(d + 1) % 3] - b[(d + 1) % 3]) * (a[(d + 2) % 3] + b[(d + 2) % 3]);
     }
-    for (int d = 0; d < dim; ++d) size += n[d] * n[d];
+    for (int d = 0; d < axes; ++d) size += n[d] * n[d];
     size = std::sqrt(size);
-    for (int d = 0; d < dim; ++d) normal[std::size_t(dim) * f + d] = n[d] / size;
+    for (int d = 0; d < axes; ++d) normal[std::size_t(dim) * f + d] = n[d] / size;
     for (std::int32_t k = 0; k < many; ++k) {
       double along = 0;
-      for (int d = 0; d < dim; ++d) along += n[d] / size * corner(k)[d];
+      for (int d = 0; d < axes; ++d) along += n[d] / size * corner(k)[d];
       reach = std::max(reach, along);
     }
     offset[std::size_t(f)] = reach;

@@ -109,6 +109,67 @@ void axis_of(const Contactors& c, const Bodies& b, std::int32_t contactor, Vecto
   for (int k = 0; k < 3; ++k) axis[k] = x[k] + 2 * (q[0] * once[k] + twice[k]);
 }
 
+// Bodies that lie on each other in several points, of one face or of several triangles of a surface, neither roll nor
+// turn on each other: their spins are what is left of a solution, and conditions that differ from point to point by
+// them cost a solver ten times the iterations. They lie when gaps differ by less than a thousandth of the way from
+// point to point, whatever else the margin lists.
+template <class BodyOf>
+bool lies_with_others(const Candidates& c, int dim, std::int64_t i, const BodyOf& body_of) {
+  const auto same_pair = [&](std::int64_t j) {
+    return j >= 0 && j < c.count && body_of(c.contactor_a[j]) == body_of(c.contactor_a[i]) &&
+           body_of(c.contactor_b[j]) == body_of(c.contactor_b[i]);
+  };
+  const auto lies = [&](std::int64_t j) {
+    double way = 0;
+    for (int k = 0; k < dim; ++k) {
+      const double apart = c.point[dim * j + k] - c.point[dim * i + k];
+      way += apart * apart;
+    }
+    return std::abs(c.gap[j] - c.gap[i]) < 0x1p-10 * std::sqrt(way);
+  };
+  constexpr std::int64_t some =
+      16; // points of a pair stand together; a body on a thousand triangles is not asked of all
+  for (std::int64_t j = i - 1; j >= i - some && same_pair(j); --j)
+    if (lies(j)) return true;
+  for (std::int64_t j = i + 1; j <= i + some && same_pair(j); ++j)
+    if (lies(j)) return true;
+  return false;
+}
+
+// How fast the speed along a side turns by itself (added to `rate`, the accelerations of the two
+// points), and what the gap gets by the way being bent. The normal turns with the body whose side it stands on; between faces, with either.
+double flat_rate(Curved how, const Motion& A, const Motion& B, const double* n, const double* v, double ra, double h,
+                 double* rate) {
+  Vector turning, swing, rolled, pressed, slip, drawn{};
+  for (int k = 0; k < 3; ++k)
+    turning[k] = how == Curved::plane ? B.kept * B.spin[k] : (A.kept * A.spin[k] + B.kept * B.spin[k]) / 2;
+  cross(turning, n, swing);
+  for (int k = 0; k < 3; ++k) slip[k] = v[k] - ra * swing[k];
+  if (how == Curved::plane) cross(turning, slip, drawn);
+  cross(A.spin, swing, rolled);
+  cross(A.spin_rate, n, pressed);
+  for (int k = 0; k < 3; ++k) rate[k] = rate[k] - ra * (pressed[k] + rolled[k]) - drawn[k];
+  return h * (dot(swing, v) - ra / 2 * dot(swing, swing));
+}
+
+// The same where both are round, or one hollow (rb < 0); `across`: the velocity without what is along a tube.
+double round_rate(const Motion& A, const Motion& B, const double* n, const double* across, double ra, double rb,
+                  double gap, double h, double* rate) {
+  Vector swing, rolled, pressed, spun, spun_rate;
+  const bool hollow = rb < 0;
+  const double distance = hollow ? -(ra + rb) - std::min(gap, 0.0) : ra + rb + std::min(gap, 0.0);
+  const double bend = flight_of_round(across, n, 3, distance, h), normal = dot(across, n);
+  for (int k = 0; k < 3; ++k) {
+    swing[k] = distance > 0 ? (across[k] - normal * n[k]) / (hollow ? -distance : distance) : 0;
+    spun[k] = ra * A.spin[k] + rb * B.spin[k];
+    spun_rate[k] = ra * A.spin_rate[k] + rb * B.spin_rate[k];
+  }
+  cross(spun, swing, rolled);
+  cross(spun_rate, n, pressed);
+  for (int k = 0; k < 3; ++k) rate[k] = rate[k] - pressed[k] - rolled[k];
+  return hollow ? -bend : bend;
+}
+
 } // namespace
 
 // Rows n, t and s of one contact.
@@ -129,30 +190,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   };
   if (how == Curved::plane && is_radial(b.side_a) && !turns(b.body_b[lane])) return; // what slides or rolls on a plane
   if (how == Curved::unknown || replaced(shape_a, shape_b)) return;
-  // Bodies that lie on each other in several points, of one face or of several triangles of a surface, neither roll nor
-  // turn on each other: their spins are what is left of a solution, and conditions that differ from point to point by
-  // them cost a solver ten times the iterations. They lie when gaps differ by less than a thousandth of the way from
-  // point to point, whatever else the margin lists.
-  const auto same_pair = [&](std::int64_t j) {
-    return j >= 0 && j < candidates->count && body(candidates->contactor_a[j]) == body(ca) &&
-           body(candidates->contactor_b[j]) == body(cb);
-  };
-  const auto lies = [&](std::int64_t j) {
-    double way = 0;
-    for (int k = 0; k < dim(); ++k) {
-      const double apart = candidates->point[dim() * j + k] - candidates->point[dim() * i + k];
-      way += apart * apart;
-    }
-    return std::abs(candidates->gap[j] - candidates->gap[i]) < 0x1p-10 * std::sqrt(way);
-  };
-  if (info(shape_a).is_hull()) {
-    constexpr std::int64_t some =
-        16; // points of a pair stand together; a body on a thousand triangles is not asked of all
-    for (std::int64_t j = i - 1; j >= i - some && same_pair(j); --j)
-      if (lies(j)) return;
-    for (std::int64_t j = i + 1; j <= i + some && same_pair(j); ++j)
-      if (lies(j)) return;
-  }
+  if (info(shape_a).is_hull() && lies_with_others(*candidates, d, i, [&](std::int32_t of) { return body(of); })) return;
   const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
   const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
   if (how == Curved::plane && !A.turns && !B.turns) return; // what slides on a plane
@@ -185,22 +223,13 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   if (sheared) image_velocity(*cell, candidates->image[i], v);
   for (int k = 0; k < 3; ++k) v[k] = va[k] - vb[k] - v[k];
 
-  Vector rate, swing, rolled, pressed;
+  Vector rate;
+  for (int k = 0; k < 3; ++k) rate[k] = aa[k] - ab[k];
   double bend = 0;
   if (how == Curved::plane || how == Curved::faces) {
-    // the normal turns with the body whose side it stands on; between faces, with either
-    Vector turning, slip, drawn{};
-    for (int k = 0; k < 3; ++k)
-      turning[k] = how == Curved::plane ? B.kept * B.spin[k] : (A.kept * A.spin[k] + B.kept * B.spin[k]) / 2;
-    cross(turning, n, swing);
-    bend = h * (dot(swing, v) - ra / 2 * dot(swing, swing));
-    for (int k = 0; k < 3; ++k) slip[k] = v[k] - ra * swing[k];
-    if (how == Curved::plane) cross(turning, slip, drawn);
-    cross(A.spin, swing, rolled);
-    cross(A.spin_rate, n, pressed);
-    for (int k = 0; k < 3; ++k) rate[k] = aa[k] - ab[k] - ra * (pressed[k] + rolled[k]) - drawn[k];
+    bend = flat_rate(how, A, B, n, v, ra, h, rate);
   } else {
-    Vector across, spun, spun_rate;
+    Vector across;
     std::copy_n(v, 3, across);
     if (how == Curved::tube) {
       Vector axis;
@@ -209,19 +238,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
       const double along = dot(v, axis);
       for (int k = 0; k < 3; ++k) across[k] -= along * axis[k];
     }
-    const bool hollow = rb < 0;
-    const double distance = hollow ? -(ra + rb) - std::min(gap, 0.0) : ra + rb + std::min(gap, 0.0);
-    bend = flight_of_round(across, n, 3, distance, h);
-    if (hollow) bend = -bend;
-    const double normal = dot(across, n);
-    for (int k = 0; k < 3; ++k) {
-      swing[k] = distance > 0 ? (across[k] - normal * n[k]) / (hollow ? -distance : distance) : 0;
-      spun[k] = ra * A.spin[k] + rb * B.spin[k];
-      spun_rate[k] = ra * A.spin_rate[k] + rb * B.spin_rate[k];
-    }
-    cross(spun, swing, rolled);
-    cross(spun_rate, n, pressed);
-    for (int k = 0; k < 3; ++k) rate[k] = aa[k] - ab[k] - pressed[k] - rolled[k];
+    bend = round_rate(A, B, n, across, ra, rb, gap, h, rate);
   }
   for (int k = 0; k < 3; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * n[k];
   out[0] += bend;

@@ -99,6 +99,25 @@ void Interactions::State::fill_batch(int which, int thread, double& deepest) {
   fill_law(schedule, batch, thread);
 }
 
+// What `commit` asks of a packed batch: flights along the normal (null: none), geometry, fields.
+void Interactions::State::keep_for_commit(cairn_batch& b, const double* flight, int d) {
+  const LawColumns& own = of_law[std::size_t(&b - system.batches.data())];
+  if (!own.flight) return;
+  const int n = b.count;
+  const std::int32_t* who = &system.candidate[b.first];
+  std::fill_n(own.flight, n * d, 0.0);
+  std::copy_n(flight, flight ? n : 0, own.flight);
+  for (int lane = 0; lane < b.contacts; ++lane) {
+    own.geometry[lane] = area_of(who[lane]);
+    own.geometry[n + lane] = effective_radius(who[lane]);
+    own.geometry[2 * n + lane] = b.rho[lane];
+    if (own.fields) fields_of(who[lane], n, own.fields + lane);
+  }
+  if (own.fields) repeat_last(b, own.fields, 4);
+  repeat_last(b, own.flight, d);
+  repeat_last(b, own.geometry, 3);
+}
+
 // Two round bodies that move, a bias along the normal: everything at once.
 template <int d>
 void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
@@ -107,6 +126,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   const int n = b.count, lines = 8 * b.pack, parameters = int(law.parameters.size());
   alignas(64) double gap[128], params[LawTable::max_parameters * 128], bias[3 * 128], compliance[3 * 128], mu[128];
   alignas(64) double flight[128], speed[d][128], apart[128], mass[128], smaller[128];
+  std::fill_n(mass, n, 1.0);
   const bool flying = flies_as_round(), one_rule = laws->entries() == 1 && !temperature;
   const auto& radius = contactors->radius.values;
   const auto& record = system.record;
@@ -148,7 +168,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
     double* to = b.frame + lane / 8 * lines + lane % 8;
     for (int k = 0; k < d + 2; ++k) to[8 * k] = 0;
     for (int k = 0; k < d; ++k) speed[k][lane] = 0;
-    apart[lane] = mass[lane] = smaller[lane] = 1;
+    apart[lane] = smaller[lane] = 1;
     gap[lane] = 0;
     b.body_a[lane] = b.body_b[lane] = std::int32_t(system.bodies);
   }
@@ -163,19 +183,7 @@ void Interactions::State::fill_packed(cairn_batch& b, double& deepest) {
   if (flying) flights_of_round<d>(n, b.frame, lines, speed, apart, h, flight);
   repeat_last(b, gap, 1);
   if (!one_rule) repeat_last(b, params, parameters);
-  if (const LawColumns& own = of_law[std::size_t(&b - system.batches.data())]; own.flight) { // commit asks for it
-    std::fill_n(own.flight, n * d, 0.0);
-    std::copy_n(flight, flying ? n : 0, own.flight);
-    for (int lane = 0; lane < b.contacts; ++lane) {
-      own.geometry[lane] = area_of(who[lane]);
-      own.geometry[n + lane] = effective_radius(who[lane]);
-      own.geometry[2 * n + lane] = b.rho[lane];
-      if (own.fields) fields_of(who[lane], n, own.fields + lane);
-    }
-    if (own.fields) repeat_last(b, own.fields, 4);
-    repeat_last(b, own.flight, d);
-    repeat_last(b, own.geometry, 3);
-  }
+  keep_for_commit(b, flying ? flight : nullptr, d);
   const cairn_law_context context{h, theta, nullptr, nullptr};
   law.prepare(n, d, &context, gap, nullptr, params, nullptr, bias, compliance, mu);
   std::fill(bias + b.contacts, bias + n, 0.0);

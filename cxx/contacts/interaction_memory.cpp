@@ -319,8 +319,9 @@ std::int64_t Interactions::State::remember_packed(const cairn_batch& b, std::int
 // States of a contact, vectors in space axes, of an anchored one in those of B; huge where it has none.
 void Interactions::State::keep_states(const cairn_batch& b, int lane, double* to) const {
   const LawInfo& law = law_infos()[b.law];
-  const double *from = law.state.empty() ? nullptr : b.state + lane, *end = to + state_components;
+  const double *from = b.state ? b.state + lane : nullptr, *end = to + state_components;
   for (const std::string& name : law.state) {
+    if (!from) break; // a law without states
     if (name.back() != '*' || dim() == 2) {
       *to++ = *from;
       from += b.count;

@@ -76,7 +76,7 @@ void Interactions::State::load_meshes() {
     if (!(kind[two] & mapped)) continue;
     double shift[3] = {0, 0, 0}, there[3] = {0, 0, 0}; // the point beside B, where B itself is
     if (images) image_shift(*cell, c.image[i], shift);
-    for (int k = 0; k < dim(); ++k) there[k] = point[k] - shift[k];
+    for (int k = 0; k < std::min(dim(), 3); ++k) there[k] = point[k] - shift[k];
     meshes->want(meshes->mapping(*nodes, two, there, one));
   }
   meshes->condense(system.condensed, system.condensed_velocity, pose.kernel != nullptr);

@@ -413,6 +413,7 @@ private:
   void keep_states(const cairn_batch& b, int lane, double* to) const;
   template <int d>
   void fill_packed(cairn_batch& b, double& deepest);
+  void keep_for_commit(cairn_batch& b, const double* flight, int d);
   template <int d>
   void inherit_packed(cairn_batch& b) const;
   void flight_of(const cairn_batch& b, int lane, double out[3]) const;

@@ -55,7 +55,7 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& 
   const std::int64_t i = system.candidate[b.first + lane];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
   const std::int32_t A = b.body_a[lane], B = b.body_b[lane];
-  const int d = dim();
+  const int d = std::min(dim(), 3);
   const Ahead of_a(*bodies, system.record[A], A, d, h, theta), of_b(*bodies, system.record[B], B, d, h, theta);
   double a[3] = {}, to_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0}, between[3] = {};
   if (cell->any()) image_shift(*cell, candidates->image[i], shift);

@@ -1,8 +1,8 @@
 // Contacts that detection found within the margin, in its canonical order: what the interaction handler hands to the
 // interactions.
 #pragma once
-#include <compare>
 #include <functional>
+#include <tuple>
 #include <vector>
 
 #include "../base/field.hpp"
@@ -24,7 +24,7 @@ struct RimSeat {
   std::int64_t node, side;
   std::int32_t face;
   bool operator==(const RimSeat&) const = default;
-  auto operator<=>(const RimSeat&) const = default;
+  bool operator<(const RimSeat& o) const { return std::tie(node, side, face) < std::tie(o.node, o.side, o.face); }
 };
 
 struct Candidates {

@@ -189,11 +189,23 @@ struct InteractionHandler::Workspace {
   bool points_along_a_side(const Candidates& out, std::int64_t i, bool first) const;
   bool is_node_with_sides(std::int32_t contactor) const;
   // Nodes that slide past the rim of a flat side, see rims.cpp.
-  struct FlatSide;
+  // A flat face: how it looks, and its corners one after the other with whether the edge from each is a rim.
+  struct FlatSide {
+    double normal[3] = {0, 0, 0}, offset = 0; // from the centre of the contactor
+    struct Corner {
+      double x[3];
+      bool rim; // of the edge from here; in 2D of this end
+    };
+    std::vector<Corner> corner; // two in 2D
+  };
   struct HeldNode {
     std::int32_t node = -1, side = -1, face = 0, kind = 0, image = 0;
     double gap = 0, normal[3] = {}, way[3] = {}; // past the rim
   };
+  mutable FlatSide seen_side, seen_before, own_side; // as large as was needed so far, as the next three
+  std::vector<HeldNode> held_nodes;
+  std::vector<std::uint8_t> hinders_held;
+  Candidates with_held;
   int flat_sides(std::int32_t contactor) const; // how many it has
   void view_side(std::int32_t contactor, int face, FlatSide& side) const;
   void view_edge(std::int32_t contactor, FlatSide& side) const;

@@ -50,16 +50,6 @@ bool each_pair_of(const Pairs& pairs, std::int32_t node, F&& f) {
 
 } // namespace
 
-// A flat face: how it looks, and its corners one after the other with whether the edge from each is a rim.
-struct InteractionHandler::Workspace::FlatSide {
-  double normal[3] = {0, 0, 0}, offset = 0; // from the centre of the contactor
-  struct Corner {
-    double x[3];
-    bool rim; // of the edge from here; in 2D of this end
-  };
-  std::vector<Corner> corner; // two in 2D
-};
-
 int InteractionHandler::Workspace::flat_sides(std::int32_t c) const {
   switch (Shape(contactors->shape.values[c])) {
   case Shape::segment: return mapped->place[std::size_t(c)] >= 0 ? 1 : 0; // others have round ends
@@ -204,7 +194,7 @@ bool InteractionHandler::Workspace::is_mapped_point(std::int32_t c) const {
 
 // Nodes that are over a flat side that they may touch: those that may slide past its rim in the step.
 void InteractionHandler::Workspace::note_seats(Candidates& out) {
-  FlatSide side;
+  FlatSide& side = seen_side;
   double x[3] = {0, 0, 0}, way[3] = {0, 0, 0};
   bool rim = false;
   for (std::int64_t i = 0; i < out.count; ++i) {
@@ -236,7 +226,7 @@ void InteractionHandler::Workspace::from_centre(std::int32_t a, std::int32_t b, 
 bool InteractionHandler::Workspace::past_its_rim(const OrderedPairs& pairs, const RimSeat& seat, HeldNode& held) const {
   const auto node = std::int32_t(seat.node), was = std::int32_t(seat.side);
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(node)])];
-  FlatSide before, side;
+  FlatSide &before = seen_before, &side = seen_side;
   view_side(was, seat.face, before);
   double least = hair, x[3] = {0, 0, 0}, way[3] = {0, 0, 0};
   bool found = false, rim = false;
@@ -278,7 +268,7 @@ bool InteractionHandler::Workspace::lies_on_another(const OrderedPairs& pairs, c
       inward[c] += mapped->node_position[std::int64_t(dim) * mapped->beside[std::size_t(n)] + c] -
                    centre[std::int64_t(dim) * node + c];
   const double* normal = &out.normal[dim * i];
-  FlatSide side;
+  FlatSide& side = seen_side;
   double most = dot(dim, normal, inward) + slack;
   bool rim = false, found = false;
   each_pair_of(pairs, node, [&](std::int64_t p, int kind) {
@@ -308,7 +298,7 @@ bool InteractionHandler::Workspace::reaches_back(std::int32_t node, const double
   const auto k = std::size_t(mapped->place[std::size_t(node)]);
   if (mapped->sides.empty()) return false;
   const double* x = &centre[std::int64_t(dim) * node];
-  FlatSide side;
+  FlatSide& side = own_side;
   for (std::int64_t s = mapped->sides_start[k]; s < mapped->sides_start[k + 1]; ++s) {
     const std::int32_t own = mapped->sides[std::size_t(s)];
     view_side(own, 0, side);
@@ -327,7 +317,7 @@ bool InteractionHandler::Workspace::comes_past_a_rim(const OrderedPairs& pairs, 
                                                      std::int64_t last, HeldNode& held) const {
   const std::int32_t node = pairs.a[first];
   const double hair = mapped->hair[std::size_t(mapped->place[std::size_t(node)])];
-  FlatSide side;
+  FlatSide& side = seen_side;
   double x[3] = {0, 0, 0}, way[3] = {0, 0, 0}, least = hair;
   bool rim = false, found = false;
   for (std::int64_t p = first; p < last; ++p) {
@@ -358,7 +348,8 @@ void InteractionHandler::Workspace::hold_at_rims(const OrderedPairs& pairs, std:
   if (!mapped || for_bonds) return;
   note_seats(out);
   std::sort(out.seats.begin(), out.seats.end());
-  std::vector<HeldNode> held;
+  std::vector<HeldNode>& held = held_nodes;
+  held.clear();
   contacts_of_nodes.clear();
   const auto same_surface = [&](const HeldNode& one, const HeldNode& two) {
     return one.node == two.node && carrier[one.side] == carrier[two.side] && dot(dim, one.normal, two.normal) > alike;
@@ -445,7 +436,9 @@ bool InteractionHandler::Workspace::bears_as_high(const Candidates& out, const H
 
 // In the order of detection, in the place of what the pairs had, and of what would stop the node on its way back.
 void InteractionHandler::Workspace::put_held(std::span<const HeldNode> held, Candidates& out) {
-  Candidates all;
+  Candidates& all = with_held;
+  for (Array<std::int32_t>* ids : {&all.contactor_a, &all.contactor_b, &all.feature, &all.image}) ids->resize(0);
+  for (Array<double>* numbers : {&all.gap, &all.normal, &all.point}) numbers->resize(0);
   const auto kind_of = [&](std::int32_t a, std::int32_t b) {
     return kind_table.kind[contactors->shape.values[a] + shapes * contactors->shape.values[b]];
   };
@@ -473,7 +466,8 @@ void InteractionHandler::Workspace::put_held(std::span<const HeldNode> held, Can
     all.normal.insert(all.normal.end(), h.normal, h.normal + dim);
     for (int k = 0; k < dim; ++k) all.point.push_back(centre[std::int64_t(dim) * h.node + k] - h.gap / 2 * h.normal[k]);
   };
-  std::vector<std::uint8_t> gone(std::size_t(out.count), 0);
+  std::vector<std::uint8_t>& gone = hinders_held;
+  gone.assign(std::size_t(out.count), 0);
   for (const HeldNode& h : held)
     for (const auto& [node, i] : contacts_of(h.node)) gone[std::size_t(i)] |= hinders(i, h);
   std::size_t next = 0;
@@ -488,9 +482,9 @@ void InteractionHandler::Workspace::put_held(std::span<const HeldNode> held, Can
     if (!gone[std::size_t(i)]) copy(i);
   }
   for (; next < held.size(); ++next) put(held[next]);
-  all.seats = std::move(out.seats);
   all.count = std::int64_t(all.contactor_a.size());
-  out = std::move(all);
+  std::swap(all.seats, out.seats);
+  std::swap(all, out);
 }
 
 } // namespace cairn

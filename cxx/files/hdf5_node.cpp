@@ -249,7 +249,7 @@ std::optional<StoredArray> Hdf5Node::attribute(const std::string& name) const {
     const std::uint16_t name_size = in.u16(), type_size = in.u16(), space_size = in.u16();
     if (version == 3) in.u8();
     const auto part = [&](std::uint16_t size) {
-      const Bytes bytes = in.bytes(size);
+      Bytes bytes = in.bytes(size);
       if (version == 1) in.align(); // from the begin of the message, as HDF5 has it
       return bytes;
     };
@@ -376,7 +376,8 @@ void Hdf5Node::gather(std::uint64_t address, int above, std::set<std::uint64_t>&
 }
 
 std::vector<std::uint64_t> Hdf5Node::chunk_addresses() const {
-  const std::int64_t per_chunk = chunk_rows(), due = shape_.empty() ? 0 : (shape_[0] + per_chunk - 1) / per_chunk;
+  const std::int64_t per_chunk = std::max<std::int64_t>(1, chunk_rows()),
+                     due = shape_.empty() ? 0 : (shape_[0] + per_chunk - 1) / per_chunk;
   if (filtered_ || !std::equal(shape_.begin() + 1, shape_.end(), layout_.chunk.begin() + 1))
     image_->unknown("arrays that Cairn cannot go on with");
   const auto& all = chunks();

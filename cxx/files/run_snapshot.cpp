@@ -159,6 +159,7 @@ void write_scene(Group& scene, Simulation& s, const std::vector<std::string>& na
   const Contactors& c = s.scene.contactors;
   const auto& order = s.scene.contactor_insertion_order();
   std::vector<std::int64_t> bodies;
+  bodies.reserve(order.size());
   for (const std::int32_t i : order) bodies.push_back(carrier_id(s.scene.bodies, c, i));
   table.array("shape_number", ordered(c.shape, order));
   table.array("body", StoredArray::of(bodies.data(), {std::int64_t(bodies.size())}));

@@ -60,7 +60,7 @@ void remove_stale(const std::string& folder, const std::string& prefix) {
   std::vector<std::string> left;
   while (const dirent* entry = ::readdir(entries.get())) {
     const std::string name = entry->d_name;
-    if (name.starts_with(prefix) && name.ends_with(".part")) left.push_back(folder + "/" + name);
+    if (name.starts_with(prefix) && name.ends_with(".part")) (left.emplace_back(folder) += '/') += name;
   }
   for (const std::string& path : left) {
     const Descriptor d{::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK)};
@@ -128,7 +128,8 @@ std::pair<int, std::string> create_part_beside(const std::string& path) {
   const auto [folder, name] = split(path);
   remove_stale(folder, "." + name + ".");
   for (;;) {
-    std::string made = folder + "/." + name + ".XXXXXX.part";
+    std::string made = folder;
+    made.append("/.").append(name).append(".XXXXXX.part");
     const int fd = ::mkostemps(made.data(), 5, O_CLOEXEC);
     if (fd < 0) throw system_error(path, errno);
     if (lock_for_writing(fd) != Lock::held_by_another && stands(fd, made)) {

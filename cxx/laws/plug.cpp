@@ -117,7 +117,7 @@ PluggedRoutine open_routine(const std::string& library, const std::string& name,
   return found;
 }
 
-void plug_solver(const PluggedRoutine& r, std::vector<double> params) {
+void plug_solver(const PluggedRoutine& r, const std::vector<double>& params) {
   auto* solve = reinterpret_cast<cairn_plug_solve*>(r.routine);
   const auto driver = [solve, params, name = r.name](const FrictionProblem& p, const ProblemOptions& o, double* best) {
     ProblemMonitor monitor(p, o, best);

@@ -24,7 +24,7 @@ struct PluggedRoutine {
 };
 PluggedRoutine open_routine(const std::string& library, const std::string& name, int kind);
 // A solver of contact problems under that name, for Nscd and for problems; an equal name is replaced.
-void plug_solver(const PluggedRoutine& routine, std::vector<double> params);
+void plug_solver(const PluggedRoutine& routine, const std::vector<double>& params);
 // The forces of a mesh of nodes at position (dim, nodes) [m]; pattern: of its tangent, see CalledForces.
 std::shared_ptr<CalledForces> plug_body(const PluggedRoutine& routine, std::vector<double> params, int dim,
                                         std::vector<double> position, SparseMatrix pattern);

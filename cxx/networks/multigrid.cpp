@@ -94,7 +94,8 @@ void Multigrid::contract(const LaplacianMatrix& a, const std::vector<std::int32_
   for (std::int64_t i = 0; i < a.n; ++i)
     if (aggregate[i] >= 0) ++first[aggregate[i] + 1];
   for (std::int64_t k = 0; k < count; ++k) first[k + 1] += first[k];
-  std::vector<std::int32_t> member(std::size_t(first[count]));
+  std::vector<std::int32_t> member;
+  member.resize(std::size_t(first[count]));
   std::vector<std::int64_t> at(first.begin(), first.end() - 1);
   for (std::int64_t i = 0; i < a.n; ++i)
     if (aggregate[i] >= 0) member[at[aggregate[i]]++] = std::int32_t(i);

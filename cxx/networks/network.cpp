@@ -237,7 +237,7 @@ void Network::lay_branches(const Simulation& s) {
     }
     double shift[3] = {0, 0, 0}, point[3] = {0, 0, 0}, sum = 0;
     if (s.scene.cell.any() && other) image_shift(s.scene.cell, c.image[i], shift);
-    for (int d = 0; d < s.scene.dim; ++d) point[d] = c.point[s.scene.dim * i + d] - shift[d];
+    for (int d = 0; d < std::min(s.scene.dim, 3); ++d) point[d] = c.point[s.scene.dim * i + d] - shift[d];
     const Mapping m = s.meshes.mapping(s.scene.nodes, contactor, point, other ? c.contactor_a[i] : c.contactor_b[i]);
     for (int j = 0; j < 4; ++j) {
       if (m.node[j] < 0 || !(m.weight[j] > 0)) continue;
