@@ -13,7 +13,11 @@
 namespace cairn {
 
 struct Pairs {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  static constexpr int pairs = 1024, most = 4; // twenty times slower
+#else
   static constexpr int pairs = 8192, most = 4;
+#endif
   Hulls hulls{3};
   std::vector<std::int32_t> hull, body, a, b, count, feature;
   std::vector<std::int64_t> place;
