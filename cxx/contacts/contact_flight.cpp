@@ -136,8 +136,8 @@ bool lies_with_others(const Candidates& c, int dim, std::int64_t i, const BodyOf
   return false;
 }
 
-// How fast the speed along a side turns by itself (added to `rate`, the accelerations of the two
-// points), and what the gap gets by the way being bent. The normal turns with the body whose side it stands on; between faces, with either.
+// How fast the speed along a side turns by itself, added to `rate`, the accelerations of the two points; and what the
+// gap gets by the way being bent. The normal turns with the body whose side it stands on; between faces, with either.
 double flat_rate(Curved how, const Motion& A, const Motion& B, const double* n, const double* v, double ra, double h,
                  double* rate) {
   Vector turning, swing, rolled, pressed, slip, drawn{};

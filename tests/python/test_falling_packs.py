@@ -9,7 +9,7 @@ SOLVERS = (cn.PPANewton, cn.InteriorPoint, cn.ADMM, cn.AcceleratedGradient, cn.A
 
 
 def falling():
-    """Grains that touch each other and two walls, and fall between these as one, each at the same speed but for the last digit."""
+    """Grains that touch each other and two walls, and fall between these at one speed but for the last digit."""
     random = np.random.default_rng(1)
     radii = random.uniform(0.005, 0.01, 120)
     scene = cn.Scene(2, gravity=(0, -9.81))
