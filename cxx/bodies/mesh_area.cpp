@@ -10,20 +10,17 @@ namespace cairn {
 
 namespace {
 
-struct OnEdge {
-  double at; // 0 at its first node, 1 at its second
+struct OnSide {
+  double at; // of an edge: 0 at its first node, 1 at its second
   double* area;
+  int corner; // -1: a point
 };
 
-// Each of the points of an edge has what is nearer to it than to the others. wide: across the plane, at its first node
-// and at its second.
-void share_edge(std::vector<OnEdge>& points, double length, double wide_first, double wide_second) {
-  std::sort(points.begin(), points.end(), [](const OnEdge& a, const OnEdge& b) { return a.at < b.at; });
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double from = i == 0 ? 0 : (points[i - 1].at + points[i].at) / 2;
-    const double to = i + 1 == points.size() ? 1 : (points[i].at + points[i + 1].at) / 2;
-    *points[i].area += length * (to - from) * (wide_first + (wide_second - wide_first) * (from + to) / 2);
-  }
+double area_of_edge(const MeshModel& m, const std::int32_t* node, double from, double to) {
+  const double *one = &m.reference[2 * std::size_t(node[0])], *two = &m.reference[2 * std::size_t(node[1])];
+  const auto wide = [&](const double* x) { return m.ring ? 2 * std::numbers::pi * std::abs(x[0] - m.axis) : 1; };
+  const double length = std::hypot(two[0] - one[0], two[1] - one[1]);
+  return length * (to - from) * (wide(one) + (wide(two) - wide(one)) * (from + to) / 2);
 }
 
 double face_area(const double* corner[4], int corners) {
@@ -45,8 +42,14 @@ double face_area(const double* corner[4], int corners) {
 // By the reference configuration.
 void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
   area_.assign(seats_.size(), 0);
-  std::vector<OnEdge> on_edge;
-  std::vector<double*> on_face;
+  parts_.clear();
+  first_part_.assign(1, 0);
+  first_side_.clear();
+  std::vector<OnSide> on_side;
+  const auto add = [&](const OnSide& owner, double from, double to, double area) {
+    *owner.area += area;
+    parts_.push_back({mapped_.contactor[std::size_t(owner.area - area_.data())], owner.corner, from, to, area});
+  };
   std::vector<std::size_t> by_mesh; // those on nodes and points
   for (std::size_t i = 0; i < seats_.size(); ++i)
     if (const Role role = seats_[i].role; role == Role::point || (role == Role::node && !is_mark[i]))
@@ -84,37 +87,52 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
           if (here) take(p);
         }
     };
-    for (std::size_t s = 0; s < m.side_nodes.size() / 4; ++s) {
+    first_side_.push_back(std::int64_t(first_part_.size()) - 1);
+    for (std::size_t s = 0; s < m.side_nodes.size() / 4; ++s, first_part_.push_back(std::int64_t(parts_.size()))) {
       const std::int32_t* node = &m.side_nodes[4 * s];
       const int corners = node[2] < 0 ? 2 : node[3] < 0 ? 3 : 4;
-      const double* corner[4];
-      for (int j = 0; j < corners; ++j) corner[j] = &m.reference[std::size_t(m.dim) * node[j]];
+      on_side.clear();
+      for (int j = 0; j < corners; ++j)
+        if (of_node[node[j]]) on_side.push_back({double(j), of_node[node[j]], j});
       if (m.dim == 2) {
-        on_edge.clear();
-        for (int j = 0; j < 2; ++j)
-          if (of_node[node[j]]) on_edge.push_back({double(j), of_node[node[j]]});
         each_point(node, 2, [&](std::int32_t p) {
           double at = 0;
           for (int l = 0; l < 4; ++l)
             if (m.point_nodes[4 * p + l] == node[1]) at += m.point_weights[4 * p + l];
-          on_edge.push_back({at, of_point[std::size_t(p)]});
+          on_side.push_back({at, of_point[std::size_t(p)], -1});
         });
-        const auto wide = [&](int j) { return m.ring ? 2 * std::numbers::pi * std::abs(corner[j][0] - m.axis) : 1; };
-        share_edge(on_edge, std::hypot(corner[1][0] - corner[0][0], corner[1][1] - corner[0][1]), wide(0), wide(1));
+        // each has what is nearer to it than to the others
+        std::sort(on_side.begin(), on_side.end(), [](const OnSide& a, const OnSide& b) { return a.at < b.at; });
+        for (std::size_t i = 0; i < on_side.size(); ++i) {
+          const double from = i == 0 ? 0 : (on_side[i - 1].at + on_side[i].at) / 2;
+          const double to = i + 1 == on_side.size() ? 1 : (on_side[i].at + on_side[i + 1].at) / 2;
+          add(on_side[i], from, to, area_of_edge(m, node, from, to));
+        }
         continue;
       }
-      on_face.clear();
-      for (int j = 0; j < corners; ++j)
-        if (of_node[node[j]]) on_face.push_back(of_node[node[j]]);
-      each_point(node, corners, [&](std::int32_t p) { on_face.push_back(of_point[std::size_t(p)]); });
+      const double* corner[4];
+      for (int j = 0; j < corners; ++j) corner[j] = &m.reference[std::size_t(m.dim) * node[j]];
+      each_point(node, corners, [&](std::int32_t p) { on_side.push_back({0, of_point[std::size_t(p)], -1}); });
       const std::int32_t* whole = &m.face_nodes[4 * s]; // of which this is a half where there is a fourth node
       if (whole[3] >= 0)
         each_point(whole, 4, [&](std::int32_t p) {
-          if (on_all_of(p, whole, 4)) on_face.push_back(of_point[std::size_t(p)]);
+          if (on_all_of(p, whole, 4)) on_side.push_back({0, of_point[std::size_t(p)], -1});
         });
-      for (double* area : on_face) *area += face_area(corner, corners) / double(on_face.size());
+      for (const OnSide& owner : on_side) add(owner, 0, 1, face_area(corner, corners) / double(on_side.size()));
     }
   }
+}
+
+std::span<const MeshSet::SidePart> MeshSet::parts_of_side(std::int32_t contactor) const {
+  const Seat& s = seat(contactor);
+  const std::size_t side = std::size_t(first_side_[std::size_t(s.mesh)]) + std::size_t(s.index);
+  return {parts_.data() + first_part_[side], parts_.data() + first_part_[side + 1]};
+}
+
+double MeshSet::edge_area(std::int32_t contactor, double from, double to) const {
+  const Seat& s = seat(contactor);
+  const MeshModel& m = meshes[std::size_t(s.mesh)].model;
+  return area_of_edge(m, &m.side_nodes[4 * std::size_t(s.index)], from, to);
 }
 
 } // namespace cairn

@@ -89,6 +89,16 @@ public:
   // plane, or round the axis; 0 of edges and facets. After find_areas, which is asked again when internal numbers
   // changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
+  // What of a side a contact on a node or a point stands for. Beside area(), which is the sum of them.
+  struct SidePart {
+    std::int32_t owner; // contactor
+    int corner;         // number of the node among those of the side, -1: a point
+    double from, to;    // of an edge: from 0 at its first node to 1 at its second
+    double area;        // [m2], of a metre across the plane, or round the axis
+  };
+  std::span<const SidePart> parts_of_side(std::int32_t contactor) const;
+  // Of an edge from a share of its way to another.
+  double edge_area(std::int32_t contactor, double from, double to) const;
   // Whether a point and a half of a face of four nodes, of one mesh, were one before the face opened. The face may be
   // warped then, so that they do not touch to rounding.
   bool parted_warped(std::int32_t point, std::int32_t side) const;
@@ -174,6 +184,9 @@ private:
   std::vector<std::int32_t> facets_;
   std::vector<double> facet_vertices_;
   std::vector<double> area_, size_;               // of each of mapped_
+  std::vector<SidePart> parts_;                   // side by side, mesh by mesh
+  std::vector<std::int64_t> first_part_;          // (sides + 1)
+  std::vector<std::int64_t> first_side_;          // of each mesh among them
   std::vector<std::vector<std::int32_t>> wanted_; // nodes of each mesh
   std::vector<MortarContact> mortar_;             // of the last candidates, by their contactors
   std::vector<KeptMortar> kept_mortar_;

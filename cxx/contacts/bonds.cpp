@@ -79,10 +79,13 @@ std::string Interactions::bond(const Bodies& bodies, const Contactors& contactor
       continue;
     beginning.push_back(std::int32_t(i));
   }
-  s.leave_out_twins(beginning);
-  std::vector<std::int32_t> joined, bare;
+  std::vector<std::int32_t> joined, bare, spare;
+  s.leave_out_twins(beginning, spare);
+  const std::vector<State::BondArea> shared = s.share_mesh_faces(beginning, spare);
+  auto next = shared.begin(); // both rise
   for (const std::int32_t i : beginning) {
-    const State::Begun begun = s.begin_kept(i, h, theta);
+    const bool here = next != shared.end() && next->first == i;
+    const State::Begun begun = s.begin_kept(i, h, theta, here ? (next++)->second : s.area_of(i));
     if (begun == State::Begun::joined) joined.push_back(i);
     if (begun == State::Begun::without_area) bare.push_back(i);
   }
@@ -91,7 +94,8 @@ std::string Interactions::bond(const Bodies& bodies, const Contactors& contactor
 }
 
 // One contact, as eight that are the same.
-Interactions::State::Begun Interactions::State::begin_kept(std::int64_t i, double with_h, double with_theta) {
+Interactions::State::Begun Interactions::State::begin_kept(std::int64_t i, double with_h, double with_theta,
+                                                           double area) {
   constexpr int n = 8;
   const LawTable::Entry& e = laws->entry(entry[i]);
   const LawInfo& law = law_infos()[std::size_t(e.law)];
@@ -107,7 +111,7 @@ Interactions::State::Begun Interactions::State::begin_kept(std::int64_t i, doubl
   double state[LawTable::max_states * n] = {}, bias[6 * n], compliance[6 * n], mu[n];
   const auto fill = [](double* column, double value) { std::fill_n(column, n, value); };
   fill(gap, candidates->gap[i]);
-  fill(geometry, area_of(i));
+  fill(geometry, area);
   fill(geometry + n, effective_radius(i));
   fill(geometry + 2 * n, 0);
   for (std::size_t p = 0; p < law.parameters.size(); ++p) fill(params + p * n, e.params[p]);

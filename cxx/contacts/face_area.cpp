@@ -12,8 +12,6 @@ namespace cairn {
 
 namespace {
 
-constexpr double as_high = 1.0 / 1024; // of the size of a body: triangles that it stands on are no farther apart
-
 double dot(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 } // namespace
@@ -85,7 +83,8 @@ double Interactions::State::shared_face(std::int64_t i) const {
   double shift[3] = {0, 0, 0};
   if (cell->any()) image_shift(*cell, c.image[i], shift);
   const double unshifted[3] = {0, 0, 0};
-  if (!see_face(i, ca, -1, unshifted, one) || !see_face(i, cb, 1, shift, other)) return 0;
+  const FaceView view{&c.normal[3 * i], &c.point[3 * i], *contactors->radius[ca], c.gap[i]};
+  if (!see_face(view, ca, -1, unshifted, one) || !see_face(view, cb, 1, shift, other)) return 0;
   double sum = shared_area(one, other);
   if (Shape(*contactors->shape[cb]) != Shape::facet) return sum;
   const double whole = one.area(); // triangles with numbers near its own are near it: they are asked first
@@ -100,7 +99,7 @@ double Interactions::State::shared_face(std::int64_t i) const {
   };
   const auto add = [&](std::int64_t k) {
     if (is_near(k) && *contactors->material[k] == *contactors->material[cb] &&
-        see_face(i, std::int32_t(k), 1, shift, other))
+        see_face(view, std::int32_t(k), 1, shift, other))
       sum += shared_area(one, other);
   };
   const auto is_next = [&](std::int64_t k) {
@@ -141,17 +140,17 @@ bool see_polyhedron(const Hulls& hulls, std::int32_t hull, const SeenFrom& view,
   if (!(best > flat_faces)) return false;
   for (std::int32_t k = hulls.first_corner[which]; k < hulls.first_corner[which + 1]; ++k)
     face.corner.push_back(view.corner(vertex + 3 * (std::ptrdiff_t(hulls.corner_vertex[k]) - 1)));
+  const std::ptrdiff_t first = hulls.corner_vertex[hulls.first_corner[which]] - 1;
+  face.height = dot(view.normal, view.place(vertex + 3 * first).data());
   face.turn_left();
   return true;
 }
 
 } // namespace
 
-// What of a contactor looks along sense times the normal of a contact, across it and from its point; false where that
-// is no face that lies flat there.
-bool Interactions::State::see_face(std::int64_t i, std::int32_t contactor, int sense, const double* shift,
+// What of a contactor looks along sense times a normal, across it; false where that is no face that lies flat there.
+bool Interactions::State::see_face(const FaceView& from, std::int32_t contactor, int sense, const double* shift,
                                    FaceOutline& face) const {
-  const Candidates& c = *candidates;
   const Hulls& hulls = contactors->hulls;
   const auto shape = Shape(*contactors->shape[contactor]);
   face.clear();
@@ -162,12 +161,12 @@ bool Interactions::State::see_face(std::int64_t i, std::int32_t contactor, int s
   SeenFrom view;
   double* const n = view.normal;
   double* const t = view.tangents[0];
-  tangent_of(&c.normal[3 * i], t);
-  to_body_axes(*bodies, 3, carrier, &c.normal[3 * i], n);
+  tangent_of(from.normal, t);
+  to_body_axes(*bodies, 3, carrier, from.normal, n);
   to_body_axes(*bodies, 3, carrier, t, t);
   for (int k = 0; k < 3; ++k) {
     view.tangents[1][k] = n[(k + 1) % 3] * t[(k + 2) % 3] - n[(k + 2) % 3] * t[(k + 1) % 3];
-    view.centre[k] = bodies->position[carrier][k] + shift[k] - c.point[3 * i + k];
+    view.centre[k] = bodies->position[carrier][k] + shift[k] - from.point[k];
   }
   to_body_axes(*bodies, 3, carrier, view.centre, view.centre);
   for (int k = 0; k < 3 && contactors->offset.active; ++k) view.centre[k] += contactors->offset[contactor][k];
@@ -179,11 +178,11 @@ bool Interactions::State::see_face(std::int64_t i, std::int32_t contactor, int s
     if (!(std::abs(along) > flat_faces)) return false;
     face.centre = view.corner(vertex + (along > 0 ? 3 : 0));
     face.radius = hulls.offset[std::size_t(hulls.first_face[hull])];
+    face.height = dot(n, view.place(vertex + (along > 0 ? 3 : 0)).data());
     return true;
   }
-  const double size = *contactors->radius[c.contactor_a[i]];
   if (!(along > flat_faces)) return false;
-  if (std::abs(dot(m, view.place(vertex).data())) > as_high * size + std::abs(c.gap[i])) return false;
+  if (std::abs(dot(m, view.place(vertex).data())) > as_high * from.size + std::abs(from.gap)) return false;
   for (int k = 0; k < 3; ++k) face.corner.push_back(view.corner(vertex + 3 * std::ptrdiff_t(k)));
   face.turn_left();
   return true;

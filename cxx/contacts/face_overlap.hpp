@@ -11,6 +11,7 @@ struct FaceOutline {
   std::array<double, 2> centre{};            // of the disk [m]
   double radius = 0;                         // of the disk [m], 0: none
   bool endless = false;
+  double height = 0; // of one of its points along the normal [m]
   bool is_disk() const { return radius > 0; }
   void clear();
   void turn_left(); // corners in the order that is asked for
@@ -19,7 +20,14 @@ struct FaceOutline {
 
 inline constexpr int most_face_points = 64; // of a pair, that are looked at
 inline constexpr double area_rounding = 1e-9;
+inline constexpr double as_high = 1.0 / 1024;  // of the size of a body: what it stands on is no farther apart
 inline constexpr double flat_faces = 1 - 5e-5; // cosine of two faces that lie on each other
+
+// Where a face is seen from: along a unit normal, from a point.
+struct FaceView {
+  const double *normal, *point;
+  double size, gap; // how large what is seen there is, and how far from the other [m]
+};
 
 // Area of the convex polygon of some points (3, count) in the plane across a normal, none if they are on a line [m2].
 double area_of_points(const double* point, int count, const double* normal);

@@ -109,6 +109,7 @@ struct Stand {
 };
 
 struct FaceOutline;
+struct FaceView;
 
 struct Interactions::State {
   explicit State(int dim) { system.dim = dim; }
@@ -284,7 +285,7 @@ struct Interactions::State {
   double cap_radius(std::int64_t i) const;
   double face_area(std::int64_t i) const;
   double shared_face(std::int64_t i) const;
-  bool see_face(std::int64_t i, std::int32_t contactor, int sense, const double* shift, FaceOutline& face) const;
+  bool see_face(const FaceView& from, std::int32_t contactor, int sense, const double* shift, FaceOutline& face) const;
   double effective_radius(std::int64_t i) const;
   void find_mesh_areas();
   std::vector<Stand> bond_stands;                                // that hold, of those that begin
@@ -294,10 +295,19 @@ struct Interactions::State {
   static bool may_be_twin(const Stand& s);
   bool is_twin(const Stand& s) const;
   void add_bond(const Stand& s);
-  void leave_out_twins(std::vector<std::int32_t>& beginning);
+  // Those that are left out since others share the side that they touch go to `spare`.
+  void leave_out_twins(std::vector<std::int32_t>& beginning, std::vector<std::int32_t>& spare);
+  // Areas of bonds between meshes and flat sides of bodies, in mesh_face_area.cpp.
+  using BondArea = std::pair<std::int32_t, double>; // candidate, area [m2]
+  struct MeshFaceBond;
+  struct SidesOfNodes;
+  class MeshFaces;
+  std::vector<BondArea> share_mesh_faces(std::vector<std::int32_t>& beginning, std::span<const std::int32_t> spare);
+  bool as_mesh_bond(std::int32_t i, bool spare, MeshFaceBond& bond) const;
+  bool is_there(std::span<const MeshFaceBond> bonds, const MeshFaceBond& wanted) const;
   // A contact of bodies that came in, in bonds.cpp.
   enum class Begun { joined, loose, without_area };
-  Begun begin_kept(std::int64_t i, double with_h, double with_theta);
+  Begun begin_kept(std::int64_t i, double with_h, double with_theta, double area);
   std::string tell_unjoined(std::span<const std::int32_t> joined, std::span<const std::int32_t> bare) const;
   bool came_in_touching(std::int64_t i) const;     // its bodies came in together, and touch
   void anchor(std::int64_t i, const LawInfo& law); // the last key of the memory, in anchors.cpp

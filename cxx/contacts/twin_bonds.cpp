@@ -1,7 +1,8 @@
 // Sides of a mesh share their nodes. A rigid body that touches a shared node touches all of its sides at one point: one
 // bond holds it, and a second would make W singular, so that both run away against each other. Where one contactor is
 // bonded to a side, it has no contact with the end of a neighbour that the side holds too. Points and nodes that are
-// bonded to a body with sides share the area of their side of the mesh: corners of that body on it would add theirs.
+// bonded to a body with sides share the area of their side of the mesh: corners of that body on it stand for what of it
+// is left, if anything is.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -125,7 +126,7 @@ bool Interactions::State::is_twin(const Stand& s) const {
 
 // Of the contacts that would begin as bonds: points and nodes that share a side go before what touches it besides,
 // those in the middle of a side stay, then the first at each place.
-void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) {
+void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning, std::vector<std::int32_t>& spare) {
   if (!meshes) return;
   const Candidates& c = *candidates;
   const auto is_ball = [&](std::int32_t contactor) { return info(Shape(*contactors->shape[contactor])).ball(); };
@@ -166,7 +167,10 @@ void Interactions::State::leave_out_twins(std::vector<std::int32_t>& beginning) 
   bond_stands.clear();
   bond_names.clear();
   for (const Stand& s : stands)
-    if (!is_shared(s)) add_bond(s);
+    if (!is_shared(s))
+      add_bond(s);
+    else if (s.a.bearing != 1 && s.b.bearing != 1) // at a node it would be a twin
+      spare.push_back(s.candidate);
   std::sort(bond_names.begin(), bond_names.end());
   for (Stand& s : bond_stands) s.left_out = may_be_twin(s);
   std::vector<std::int32_t> kept;
