@@ -23,6 +23,7 @@ using namespace detection;
 
 namespace {
 
+constexpr double over_it = 1 - 5e-5;    // cosine of a contact over a triangle and that triangle
 constexpr double on_end = 1e-9;         // of the edges: what lies so near to their common node lies over it
 constexpr double nearly_one = 0.75;     // cosine between edges over whose common node one of them has a point
 constexpr double clearly = 16;          // times as deep behind one edge as behind the other
@@ -270,21 +271,31 @@ void InteractionHandler::Workspace::leave_out_spares(Candidates& out) {
     const std::int32_t facet = out.contactor_b[i], hull = contactors->hull.values[facet];
     return turned.data() + hull_place[facet] + 3 * contactors->hulls.vertices(hull);
   };
+  const auto alike = [](const double* x, const double* y) { return x[0] * y[0] + x[1] * y[1] + x[2] * y[2]; };
   // one that is declared itself goes on with itself alone
-  const auto goes_on = [&](std::int64_t i, std::int64_t j) {
-    if (out.feature[j] < 0 || out.image[j] != out.image[i] || !on_facet(j)) return false;
-    if (carrier[out.contactor_b[j]] != carrier[out.contactor_b[i]]) return false;
-    const double *here = looks(i), *there = looks(j);
-    return here[0] * there[0] + here[1] * there[1] + here[2] * there[2] > 0.5; // as follow_bonds_across_sides
+  const auto may_go_on = [&](std::int64_t i, std::int64_t j) {
+    return out.feature[j] >= 0 && out.image[j] == out.image[i] && on_facet(j) &&
+           carrier[out.contactor_b[j]] == carrier[out.contactor_b[i]] &&
+           alike(looks(i), looks(j)) > 0.5; // as follow_bonds_across_sides
   };
-  const auto has_heir = [&](std::int64_t i) {
-    for (const int way : {-1, 1})
-      for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == out.contactor_a[i]; j += way)
-        if (goes_on(i, j)) return true;
-    return false;
+  // beyond a rim the triangle beside has a node no more than its own
+  const auto is_beyond = [&](std::int64_t j) {
+    return !(contactors->radius.values[out.contactor_a[j]] > 0) && !(alike(&out.normal[3 * j], looks(j)) > over_it);
   };
   left.assign(std::size_t(out.count), 0);
-  for (std::int64_t i = 0; i < out.count; ++i) left[std::size_t(i)] = out.feature[i] == cairn_spare && has_heir(i);
+  const auto leave_one = [&](std::int64_t i) {
+    bool heir = false;
+    const auto each_other = [&](auto&& take) {
+      for (const int way : {-1, 1})
+        for (std::int64_t j = i + way; j >= 0 && j < out.count && out.contactor_a[j] == out.contactor_a[i]; j += way)
+          if (may_go_on(i, j)) take(j);
+    };
+    each_other([&](std::int64_t j) { heir = heir || !is_beyond(j); });
+    left[std::size_t(i)] = heir;
+    if (!heir) each_other([&](std::int64_t j) { left[std::size_t(j)] = 1; });
+  };
+  for (std::int64_t i = 0; i < out.count; ++i)
+    if (out.feature[i] == cairn_spare) leave_one(i);
   for (std::int64_t i = 0; i < out.count; ++i)
     if (out.feature[i] < 0) out.feature[i] = 0;
   leave_out(out);

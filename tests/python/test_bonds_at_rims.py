@@ -72,3 +72,16 @@ def test_what_is_not_bonded_passes_beside_a_rim():
     for _ in range(5):
         sim.step()
         assert len(sim.contacts.force) == 0
+
+
+@pytest.mark.parametrize("cells", [(3, 2, 1), (2, 3, 1), (4, 4, 1)])
+@pytest.mark.parametrize("way", [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, -0.8)])
+def test_blocks_sheared_past_each_other_bear_their_strength(cells, way):
+    """Nodes that pass the rim shear as on a face that is longer: held as if they opened there they broke early."""
+    own = dict(normal_strength=2e6, tangential_strength=3e6, normal_work=30.0, tangential_work=30.0)
+    sim = glued(cn.MAL(**SPRINGS, **own), cells, dt=2e-6, young=1e14, velocity=(0.1 * way[0], 0.1 * way[1], 0.0))
+    most = 0.0
+    for _ in range(40):
+        assert sim.step()["status"] == "converged"
+        most = max(most, np.linalg.norm(sim.contacts.force.sum(axis=0)[:2]) / AREA)
+    assert most == pytest.approx(3e6, rel=2e-3)

@@ -9,6 +9,9 @@ module sphere_facet
 
   ! Features of declared pairs until the caller knows whether another facet has the point: see cairn/core.h.
   integer(c_int32_t), parameter :: own = -2, spare = -1
+  ! Of the ball around a facet: as far beyond a rim a bond of a point shears in the plane of the facet, and does not open.
+  real(c_double), parameter :: past_a_rim = 0.25_c_double
+  real(c_double), parameter :: over_it = 1 - 5e-5_c_double ! cosine of a contact over a facet and that facet
 
 contains
 
@@ -44,7 +47,9 @@ contains
       feature(1, i) = 0
       if (limit(i) >= huge(distance)) then
         feature(1, i) = merge(own, spare, found)
-        if (.not. found) call nearest_of_border(q, between(i, :), distance, m)
+        if (.not. found) call nearest_of_border(q, between(i, :), 0.0_c_double, distance, m)
+        if (.not. radius_a(i) > 0 .and. (.not. found .or. distance > 0) .and. &
+            dot_product(m, q%normal(1, :)) < over_it) call nearest_of_border(q, between(i, :), past_a_rim*q%size, distance, m)
         found = .true.
       end if
       count(i) = merge(1, 0, found .and. distance - radius_a(i) <= limit(i))
@@ -130,11 +135,12 @@ contains
 
   !> Distance of a point that is not over the facet from its edges, and the direction from there. A point behind the plane is
   !> taken as one in it: beside a convex rim it neither touches nor opens by how deep it is.
-  pure subroutine nearest_of_border(q, x, distance, m)
+  pure subroutine nearest_of_border(q, x, longer, distance, m)
     type(solid), intent(in) :: q
     real(c_double), intent(in) :: x(3)
+    real(c_double), intent(in) :: longer !< the facet is taken as that much longer beyond its edges [m]
     real(c_double), intent(out) :: distance, m(3)
-    real(c_double) :: e(3), w(3), d(3), height, square
+    real(c_double) :: e(3), w(3), d(3), height, square, beyond
     integer :: k
     height = dot_product(q%normal(1, :), x) - q%offset(1)
     square = huge(square)
@@ -149,8 +155,9 @@ contains
     end do
     m = q%normal(1, :)
     distance = height
-    if (sqrt(square) <= 2*on_edge*q%size) return ! over the edge: as deep as from the plane
-    d = d + max(height, 0.0_c_double)*m
+    beyond = sqrt(square)
+    if (beyond <= 2*on_edge*q%size + longer) return ! over the edge: as deep as from the plane
+    d = (1 - longer/beyond)*d + max(height, 0.0_c_double)*m
     distance = sqrt(dot_product(d, d))
     m = d/distance
   end subroutine nearest_of_border
