@@ -16,14 +16,14 @@ def zone():
     return cn.MAL(normal_stiffness=1e12, tangential_stiffness=1e12, **own)
 
 
-def block(dim, cells, **options):
+def block(dim, cells, young=1e14, **options):
     """A stiff square or cube from 0 to SIDE, held below, whose group "high" is joined."""
     grid = np.stack(np.meshgrid(*[np.linspace(0, SIDE, cells + 1)] * dim, indexing="ij"), -1)
     number = np.arange(grid[..., 0].size).reshape(grid.shape[:dim])
     cell = [number[tuple(slice(c, cells + c) for c in corner[:dim])].ravel() for corner in CORNERS[: 2**dim]]
     groups = {"high": number[..., -1].ravel(), "low": number[..., 0].ravel(), "all": number.ravel()}
     cells = {"quad" if dim == 2 else "hexahedron": np.stack(cell, -1)}
-    body = cn.ElasticBody(grid.reshape(-1, dim), cells, young=1e14, poisson=0.0, density=1000.0, groups=groups)
+    body = cn.ElasticBody(grid.reshape(-1, dim), cells, young=young, poisson=0.0, density=1000.0, groups=groups)
     return cn.deformable(body, SOFT, **{"contact": "high", "fixed": {"low": "xyz"[:dim]}, **options})
 
 
@@ -116,3 +116,20 @@ def test_two_bodies_side_by_side_share_the_nodes_at_their_seam(dim, seam):
     peak, work = pulled_off(dim, block(dim, 3, **sides), *bodies)
     assert work == pytest.approx(SIDE ** (dim - 1), rel=1e-6)
     assert peak == pytest.approx(SIDE ** (dim - 1), rel=2e-3)
+
+
+@pytest.mark.parametrize("strength, low, high", [(3e6, 30.0 - 1e-6, 30.0 + 1e-6), (2e6, 29.0, 29.5)])
+def test_what_opens_and_shears_spends_the_work_of_a_law_of_one_strength(strength, low, high):
+    """A soft cube sheared off a box of its size opens at one rim first, where a law of two strengths spends another work."""
+    box = cn.boxes([[SIDE / 2, SIDE / 2, 1.5 * SIDE]], [[SIDE] * 3], HARD, driven=("vx", "vy", "vz", "wx", "wy", "wz"),
+                   drive=[0.1, 0, 0, 0, 0, 0])  # fmt: skip
+    scene = cn.Scene(3)
+    scene.add(block(3, 3, young=1e11, faces="high"))
+    scene.add(box)
+    own = dict(normal_strength=strength, tangential_strength=3e6, normal_work=30.0, tangential_work=30.0)
+    scene.interact(SOFT, HARD, cn.MAL(normal_stiffness=1e12, tangential_stiffness=1e12, **own))
+    sim = cn.Simulation(scene, 2e-6, cn.NSCD(theta=1, solver=cn.NLGS(tol=1e-9, max_iter=5000)), overlap="ignore")
+    for _ in range(220):
+        sim.step()
+    assert not np.any(sim.contacts.beta > 0)
+    assert low < sim.info["energy"]["released"] / SIDE**2 < high
