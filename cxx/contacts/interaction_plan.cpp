@@ -431,7 +431,7 @@ void Interactions::State::lay_out() {
     own.flight = asks ? scratch.take<double>(b.components * std::int64_t(b.count)) : nullptr;
     own.energy = law.energy ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;
     own.fields = asks && has_fields() ? scratch.take<double>(4 * std::int64_t(b.count)) : nullptr;
-    own.context = {h, theta, own.geometry, own.fields};
+    own.context = {h, theta_of(law), own.geometry, own.fields};
     b.context = &own.context;
     const auto take = [&](int components) {
       double* here = next;

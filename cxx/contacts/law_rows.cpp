@@ -37,7 +37,7 @@ LawRows Interactions::law_rows(Law law) const {
   LawRows rows;
   rows.components = int(c);
   rows.h = s.h;
-  rows.theta = s.theta;
+  rows.theta = s.theta_of(info);
   std::size_t n = 0;
   for (const cairn_batch& b : s.system.batches) n += Law(b.law) == law ? std::size_t(b.contacts) : 0;
   for (auto [column, width] : {std::pair{&rows.gap, std::size_t(1)},

@@ -296,6 +296,8 @@ void Nscd::prepare_contacts(Simulation& s) {
   constexpr double slow = 0.01;
   const bool beside = scheme_.stiffness > 0 && scheme_.histories > 0 && std::abs(scheme_.position[0]) > 0;
   s.interactions.correct_meshes_by(beside ? slow : 1);
+  const bool by_theta = settings.integrator.name == "theta";
+  s.interactions.centre_joints(by_theta ? law_share() : 0.5, scheme_.position[0] / h_);
   s.interactions.pose(settings.pose);
   s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
                           &s.meshes, &s.scene.nodes);
