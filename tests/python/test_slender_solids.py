@@ -71,6 +71,20 @@ def test_stiff_springs_move_as_they_do_in_a_step_solved_further(stiffness, accur
         assert np.linalg.norm(sim.bodies.velocity[:, :2] - of) <= 1e-3 * scale
 
 
+@pytest.mark.parametrize("stiffness", [1e15, 1e16, 1e17, 1e20])
+@pytest.mark.parametrize("count", [20, 60, 100])
+def test_springs_that_hold_fast_in_a_step_do_so_by_default(stiffness, count):
+    """Far stiffer than a step sees, of 60 disks they left up to .8 of the free velocity where .02 remain."""
+    law = cn.ParallelBond(normal_stiffness=stiffness, tangential_stiffness=0.4 * stiffness, within=1e-6)
+    sim = clamped(row(count), law, cn.Auto())
+    exact = clamped(row(count), law, cn.Auto(tol=1e-8, max_iter=10000), accuracy=1e-4)
+    for _ in range(6):
+        assert sim.step()["status"] == exact.step()["status"] == "converged"
+        of = exact.bodies.velocity[:, :2]
+        scale = max(np.linalg.norm(of), GRAVITY * STEP * np.sqrt(len(of)))
+        assert np.linalg.norm(sim.bodies.velocity[:, :2] - of) <= 2e-3 * scale
+
+
 def test_accuracy_is_reached_where_bonds_are_more_than_hold():
     sim = clamped(lattice(40, 10), cn.Bonded(mu=0.3), cn.Auto(), accuracy=1e-3)
     for _ in range(5):

@@ -21,19 +21,34 @@ bool nothing_slides_or_opens(const ContactSystem& system) {
                      [](const cairn_batch& b) { return b.bonds && std::all_of(b.state, b.state + b.contacts, held); });
 }
 
+// Whether springs of a bond are so much stiffer than the bodies are heavy that it holds fast in a step.
+bool holds_fast(const cairn_batch& b, const LawInfo& law, int lane) {
+  constexpr double fast = 0x1p20;
+  if (!(b.state[lane] > 0)) return false;
+  const std::size_t p = law.parameters.size(), n = std::size_t(b.count);
+  const double *own = b.params + lane, *geometry = own + (p + 1) * n; // area, radius, mass
+  const double h = own[p * n];
+  return own[0] * h * h * geometry[0] > fast * geometry[2 * n];
+}
+
 constexpr double unknown = std::numeric_limits<double>::infinity();
 
 } // namespace
 
-// Rigid bodies, by bonds that hold fast; springs beside a contact, which passes may have to find pressed or drawn
-// first, where that is asked for. Of a mesh passes know the inverse of its compliance, in which its stiffness is most
-// of all: digits of its velocities are lost in it, and passes do not come to an end.
+// Rigid bodies, by bonds that hold fast, as stiff springs do; other springs beside a contact, which passes may have to
+// find pressed or drawn first, where that is asked for. Of a mesh passes know the inverse of its compliance, in which
+// its stiffness is most of all: digits of its velocities are lost in it, and passes do not come to an end.
 bool SolidCorrection::makes_solid(const ContactSystem& system, bool springs) {
   return system.condensed.empty() &&
          std::any_of(system.batches.begin(), system.batches.end(), [=](const cairn_batch& b) {
            const LawInfo& law = law_infos()[b.law];
-           return (b.bonds || (springs && law.keeps && law.has_solve && !law.joins)) &&
-                  std::any_of(b.state, b.state + b.contacts, held);
+           if (b.bonds || (springs && law.keeps && law.has_solve && !law.joins))
+             return std::any_of(b.state, b.state + b.contacts, held);
+           if (!law.keeps || !law.has_solve || law.plugged() || law.parameters[0].name != "normal_stiffness")
+             return false;
+           for (int lane = 0; lane < b.contacts; ++lane)
+             if (holds_fast(b, law, lane)) return true;
+           return false;
          });
 }
 
