@@ -357,12 +357,14 @@ def _check_probes(simulation, probes):
         _takes_a_simulation(f"probe {name!r}", probe, "which gives a number")
 
 
-def _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output):
+def _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output, time_error_every):
     if until is not None and checks.number("until", until) < simulation.time - simulation.dt / 2:
         raise ValueError(f"until is {until!r}: the simulation is at {simulation.time:g} s already; give a later time, or steps=")
     if steps is not None:
         checks.count("steps", steps)
     checks.count("every", every, 1)
+    if time_error_every is not None:
+        checks.count("time_error_every", time_error_every, 1)
     if checkpoint_every is not None:
         checks.count("checkpoint_every", checkpoint_every, 1)
         if output is None:
@@ -380,13 +382,26 @@ def _tell(simulation, number, output):
     print(f"cairn: stopped by {name} at step {simulation.steps}, t = {simulation.time:g} s{where}", file=sys.stderr, flush=True)
 
 
-def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite, append):
+def _stepped(simulation, first, time_error_every):
+    """Report of one step, with the estimate of its error in time where one is asked for."""
+    if time_error_every is None:
+        return simulation.step()
+    from . import time_error
+
+    due = (simulation.steps - first) % time_error_every == 0
+    doubling = time_error.halved(simulation) if due else None
+    simulation.step()
+    return simulation.add_to_report(time_error=time_error.of_step(simulation, doubling))
+
+
+def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite, append,
+        time_error_every=None):  # fmt: skip
     """See Simulation.run."""
     from .progress import Progress, StopAtSignal
 
     if steps is None and until is None and while_ is None:
         raise ValueError("run needs an end: give steps=, until= or while_=")
-    _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output)
+    _check(simulation, steps, until, while_, every, callback, checkpoint_every, probes, output, time_error_every)
     if progress != "always":
         checks.flag("progress", progress)
     if checks.flag("append", append) & checks.flag("overwrite", overwrite):
@@ -409,7 +424,7 @@ def run(simulation, *, steps, until, while_, output, every, callback, checkpoint
                     break
                 if while_ is not None and not while_(simulation):
                     break
-                info = simulation.step()
+                info = _stepped(simulation, first, time_error_every)
                 recorder.record(probes)
                 if info["status"] not in SOLVED and log.isEnabledFor(logging.WARNING):
                     log.warning("step %d: %s, error %.2e after %d iterations", simulation.steps, info["status"], info["error"],

@@ -116,6 +116,11 @@ class Simulation(Reshaping, Spelt):
         """What the last step returned, without energy and seconds; {} before the first."""
         return self._info
 
+    def add_to_report(self, **more):
+        """The report of the last step, with what else was found out of it."""
+        self._info = {**self._info, **more}
+        return self._info
+
     @property
     def energy(self):
         """Terms of the energy balance since the start [J]; closure is what is left over, in_play its scale."""
@@ -231,6 +236,23 @@ class Simulation(Reshaping, Spelt):
             change()
         return report
 
+    def time_error(self, dt=None):
+        """The error in time of the coming step, estimated by doubling: one step of dt against two of dt / 2 from the same state.
+
+        Returns {"velocity": |v - v*|_M / max(|v*|_M, |v_0|_M, |h g|_M), "position": |q - q*|_M / max(|q* - q_0|_M, h |h g|_M),
+        "order"}: what the step of dt misses of the exact motion, 0 before it and * after its halves, M masses and inertia, from
+        what both differ by over 1 - 2**-order (Richardson). order is that of the integrator in smooth motion, and 1 where a
+        contact begins to bear, lets go or changes by half: across impacts a step is of first order, an error of positions of a
+        share of h v, and velocities may differ by all that the impact changes. Of CentralDifference and BetaScheme, whose
+        velocities stand in the middle of steps, "velocity" is that of the mean over the step. It is the error of one step,
+        which a run adds up; that of the contact solver is in it, see NSCD(accuracy=), so tol is to be well below it. The
+        simulation stays as it was, to the bit; contacts are shown again after the next step, as after set_state.
+        """
+        from .time_error import time_error
+
+        self.between_steps("time_error")
+        return time_error(self, dt)
+
     def between_steps(self, what):
         """Raises ValueError if a step is being made, by the core or stage by stage, where `what` would find it half done."""
         self._stage.at_rest(what)
@@ -252,6 +274,7 @@ class Simulation(Reshaping, Spelt):
         progress=True,
         overwrite=False,
         append=False,
+        time_error_every=None,
     ):
         """Steps until a number of steps is taken, a time reached, or a condition `while_(sim)` is false.
 
@@ -259,6 +282,8 @@ class Simulation(Reshaping, Spelt):
         the output. callback(sim) after each step; returning False ends the run. probes: {name: function(sim) -> number},
         recorded each step in the history. overwrite: replace the file if it is there. append: go on in it, after a restart say:
         outputs later than the step at hand are dropped, those to come follow; cairn.load takes several files as one, too.
+        time_error_every: steps between estimates of the error in time, `time_error` of the step that follows, in the history and
+        in info["time_error"]; NaN of steps between, and of those that cannot be made in halves. Each costs two steps of dt / 2.
         Ctrl-C and SIGTERM end the run after the step at hand and close the file. Returns the number of steps taken.
         """
         from .loop import run
@@ -277,6 +302,7 @@ class Simulation(Reshaping, Spelt):
             progress=progress,
             overwrite=overwrite,
             append=append,
+            time_error_every=time_error_every,
         )
 
     # ------------------------------------------------------------------ comparisons
