@@ -12,6 +12,8 @@ cairn study pile.scene.h5 --dt 1e-3 --prepare 1.0 --accuracy 1e-3 --of step_velo
 cairn study pile.py --solvers NLGS --tolerances 1e-1 1e-2 1e-3 --dt-factors 0.5 1 2 --warm-start both --plot
 cairn study bar.py --meshes 8 16 --reference-mesh 64 --integrators "HHT(alpha=-0.1)" "Theta(theta=0.5)" --dt-factors 1 2 --plot
                                              bar.py defines build(mesh=8) -> cn.Scene
+cairn study pile.py --solvers NLGS --tolerances 1e-4 --accuracies 1e-2 1e-3 1e-5 --accelerations nesterov none --in-time
+                                             what steps tell of their own errors, against the truth
 cairn study *.hdf5 --solvers nlgs --tolerances 1e-4 1e-8 --accuracy 1e-4 --of true_error --plot
 cairn study pile.py --plan                   what would be done, and what is done already"""
 
@@ -39,6 +41,9 @@ def add_parser(add, commands):
     sweep.add_argument("--dt-factors", nargs="+", type=float, default=(1.0,), help="of the time step (default: 1)")
     sweep.add_argument("--warm-start", choices=("on", "off", "both"), default="both", help="default: both")
     sweep.add_argument("--integrators", nargs="+", default=("",), metavar="CALL", help="'HHT(alpha=-0.1)' (default: the scene's)")
+    sweep.add_argument("--accuracies", nargs="+", type=float, default=(0.0,), metavar="A",
+                       help="of velocities, NSCD(accuracy=A), 0: none (default: 0)")  # fmt: skip
+    sweep.add_argument("--accelerations", nargs="+", choices=("nesterov", "none"), default=("",), help="of NLGS")
     sweep.add_argument("--meshes", nargs="+", type=float, default=(0.0,), metavar="N", help="for build(mesh=N)")
     sweep.add_argument("--network-tolerances", nargs="+", type=float, default=(0.0,), help="default: the scene's")
     sweep.add_argument("--couplings", nargs="+", default=("",), metavar="C", help="staggered or numbers (default: the scene's)")
@@ -57,6 +62,8 @@ def add_parser(add, commands):
     how.add_argument("--reference-tol", type=float, help="of the runs compared with (default: a tenth of the tightest)")
     how.add_argument("--reference-mesh", type=float, metavar="N", help="of the runs compared with (default: the finest)")
     how.add_argument("--no-one-step", action="store_true", help="leave out the comparison of one step")
+    how.add_argument("--in-time", action="store_true",
+                     help="set the error in time that a step tells (time_error) against eight steps of an eighth")  # fmt: skip
     how.add_argument("--max-seconds", type=float, help="CPU seconds of a run at most")
 
 
@@ -106,13 +113,15 @@ def _call(options):
             "warm_start": warm, "min_iter": tuple(options.min_iter), "max_iter": options.max_iter,
             "integrators": tuple(options.integrators), "meshes": tuple(options.meshes),
             "network_tolerances": tuple(options.network_tolerances),
-            "couplings": tuple(options.couplings),
+            "couplings": tuple(options.couplings), "accuracies": tuple(options.accuracies),
+            "accelerations": tuple(options.accelerations),
         },
     )
     for name in ("prepare", "states", "duration", "runs", "perturbation", "averaged", "samples", "reference_tol",
                  "reference_mesh", "max_seconds"):  # fmt: skip
         yield name, getattr(options, name)
     yield "one_step", not options.no_one_step
+    yield "in_time", options.in_time
 
 
 def _with_options(text):

@@ -32,7 +32,7 @@ def order_of(moved_by):
     return 2 if row in SECOND_ORDER or values.get(SECOND_AT_HALF.get(row)) == 0.5 else 1
 
 
-class _End:
+class End:
     """Where bodies and nodes are at the end of a step and how fast."""
 
     def __init__(self, simulation):
@@ -40,6 +40,19 @@ class _End:
         self.position = [np.array(bodies.position), np.array(nodes.position)]
         self.velocity = [np.array(bodies.velocity), np.array(nodes.velocity)[:, :dim]]
         self.rotation = np.array(bodies.rotation) if "rotation" in bodies.names else None
+
+    @classmethod
+    def of_arrays(cls, arrays):
+        """What as_arrays gave."""
+        end = cls.__new__(cls)
+        end.position, end.velocity = ([arrays[f"end_{name}_{k}"] for k in range(2)] for name in ("position", "velocity"))
+        end.rotation = arrays.get("end_rotation")
+        return end
+
+    def as_arrays(self):
+        """By name, for a file."""
+        out = {f"end_{name}_{k}": getattr(self, name)[k] for name in ("position", "velocity") for k in range(2)}
+        return out if self.rotation is None else {**out, "end_rotation": self.rotation}
 
     def way_from(self, other):
         """Displacements of bodies with their rotations, and of nodes, from another end of a step."""
@@ -58,7 +71,7 @@ def _turn(begin, end):
     return 2 * np.sign(scalar) * (w * end[:, 1:] - end[:, :1] * v - np.cross(v, end[:, 1:]))
 
 
-class _Norm:
+class EnergyNorm:
     """The energy norm over the dofs that are free: sqrt(sum m |v|^2 + I |w|^2)."""
 
     def __init__(self, simulation):
@@ -129,15 +142,32 @@ def _momenta(simulation, begin, end):
     return out
 
 
+def staggered(strategy):
+    """Whether velocities stand in the middle of steps."""
+    return strategy.row != "smooth_dem" and getattr(_moved_by(strategy), "row", "") in STAGGERED
+
+
+def apart(simulation, norm, begin, end, exact, h):
+    """How far the end of a step of h [s] is from the exact one, (of velocities, of positions): over the largest speed or what
+    gravity makes, and over the way. Speeds are those of the way where velocities stand in the middle of steps."""
+    loads, way = norm.of_loads(simulation, h), norm(exact.way_from(begin))
+    differs = norm(end.way_from(exact))
+    velocity = norm([a - b for a, b in zip(end.velocity, exact.velocity)])
+    speed = max(norm(exact.velocity), norm(begin.velocity))
+    if staggered(simulation.strategy):
+        velocity, speed = differs / h, way / h
+    return _over(velocity, max(speed, loads)), _over(differs, max(way, h * loads))
+
+
 class Doubling:
     """A step in two halves, made and undone, to be set against the whole one from the same state: see `against`."""
 
     def __init__(self, simulation, dt=None):
         self._simulation, self._h = simulation, simulation.dt if dt is None else checks.positive("dt", dt)
         self._moved_by = _moved_by(simulation.strategy)
-        self._staggered = simulation.strategy.row != "smooth_dem" and getattr(self._moved_by, "row", "") in STAGGERED
-        self._state, self._norm = simulation.get_state(), _Norm(simulation)
-        self._begin = begin = _End(simulation)
+        self._staggered = staggered(simulation.strategy)
+        self._state, self._norm = simulation.get_state(), EnergyNorm(simulation)
+        self._begin = begin = End(simulation)
         if self._staggered:  # velocities are those of dt / 2 before the step, and of halves of it are to be those of dt / 4
             change = [0.25 * (v - before) for v, before in zip(self.undone(1)[0].velocity, begin.velocity)]
             self._shift = [before + of for before, of in zip(begin.velocity, change)]
@@ -164,7 +194,7 @@ class Doubling:
                 with simulation._stage.of_step(simulation):
                     simulation._core.step(length)
                 bore.append(_Impulses(simulation))
-            return _End(simulation), bore
+            return End(simulation), bore
         finally:
             simulation.set_state(self._state)
 
@@ -174,22 +204,13 @@ class Doubling:
 
     def against(self, coarse):
         """The estimate, from the end of the whole step."""
-        fine, norm, h = self._fine, self._norm, self._h
+        fine, h = self._fine, self._h
         order = order_of(self._moved_by)
         if not self._smooth or (self._bears and getattr(self._moved_by, "row", "") in KEEPS_FORCES):
             order = 1
         left = 1 / (1 - 0.5**order)  # what the whole step errs by, over what it differs by
-        loads, way = norm.of_loads(self._simulation, h), norm(fine.way_from(self._begin))
-        differs = left * norm(coarse.way_from(fine))
-        velocity = left * norm([a - b for a, b in zip(coarse.velocity, fine.velocity)])
-        speed = max(norm(fine.velocity), norm(self._begin.velocity))
-        if self._staggered:
-            velocity, speed = differs / h, way / h
-        return {
-            "velocity": _over(velocity, max(speed, loads)),
-            "position": _over(differs, max(way, h * loads)),
-            "order": order,
-        }
+        velocity, position = apart(self._simulation, self._norm, self._begin, coarse, fine, h)
+        return {"velocity": left * velocity, "position": left * position, "order": order}
 
 
 def _over(difference, scale):
@@ -208,7 +229,7 @@ def of_step(simulation, doubling):
     """The estimate for the step that was made since; NaN without one, and where bodies came in or went."""
     if doubling is None or not doubling.fits(simulation):
         return {"velocity": math.nan, "position": math.nan, "order": 0}
-    return doubling.against(_End(simulation))
+    return doubling.against(End(simulation))
 
 
 def time_error(simulation, dt=None):

@@ -62,7 +62,7 @@ def upper_bound(errors, floor, confidence=CONFIDENCE):
 
 
 SETTING = ("setting", "solver", "tol", "dt", "dt_factor", "warm_start", "min_iter", "max_iter", "integrator",
-           "network_tol", "coupling", "mesh")  # fmt: skip
+           "network_tol", "coupling", "mesh", "accuracy", "acceleration")  # fmt: skip
 
 
 def table(rows, figures, confidence=CONFIDENCE):

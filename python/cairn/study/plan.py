@@ -17,6 +17,7 @@ class Protocol:
     prepare_tol: float = 1e-5
     states: int = 4
     one_step: bool = True
+    in_time: bool = False
     step_tol: float = 1e-11
     duration: float | None = None
     runs: int = 8
@@ -118,11 +119,12 @@ class Plan:
 
     def _steps(self, target, settings, files, start, tight):
         protocol = {**start, "step_tol": tight.tol, "solver": tight.solver}
+        protocol |= {"in_time": True} if self.protocol.in_time else {}
         for k, state in enumerate(files):
             for factor in dict.fromkeys(s.dt_factor for s in settings.values()):
                 reference = dataclasses.replace(tight, dt_factor=factor)
                 file = str(self.folder / "states" / f"{digest([target.fingerprint, protocol, k, factor])}.npz")
-                more = {"number": k, "state": state, "file": file}
+                more = {"number": k, "state": state, "file": file, "in_time": self.protocol.in_time}
                 self.stages[1].append(self._task(target, "step_reference", "reference", reference, protocol, **more))
                 for setting in settings.values():
                     # steps of other methods are other ones

@@ -51,6 +51,8 @@ def work_precision(table, of, accuracy=None):
 def _curve(row):
     """A solver, with its integrator, its mesh and what networks are given where these were swept."""
     words = [row["solver"], row.get("integrator") or ""]
+    words += [f"accuracy {row['accuracy']:g}"] if row.get("accuracy") else []
+    words += [{"none": "plain"}.get(row["acceleration"], row["acceleration"])] if row.get("acceleration") else []
     words += [f"mesh {row['mesh']:g}"] if row.get("mesh") else []
     words += [f"network {row['network_tol']:g}"] if row.get("network_tol") else []
     words += [f"coupling {row['coupling']}"] if row.get("coupling") else []

@@ -116,7 +116,8 @@ def _typed(name, value):
 
 def _family(s):
     return (s["solver"], s["dt_factor"], s["warm_start"], s["min_iter"], s["max_iter"], s.get("integrator", ""),
-            s.get("network_tol", 0.0), s.get("coupling", ""), s.get("mesh", 0.0))  # fmt: skip
+            s.get("network_tol", 0.0), s.get("coupling", ""), s.get("mesh", 0.0), s.get("accuracy", 0.0),
+            s.get("acceleration", ""))  # fmt: skip
 
 
 def _tighter_too(s, settings, accuracy):

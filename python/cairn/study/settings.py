@@ -1,5 +1,6 @@
 """What a study sweeps: a setting is a solver, its tolerance, the time step, warm start, the fewest iterations, an integrator,
-a mesh, and of scenes with heat or current what their networks are solved to and how heat and mechanics are coupled."""
+a mesh, the accuracy of velocities that is asked for, how sweeps are accelerated, and of scenes with heat or current what their
+networks are solved to and how heat and mechanics are coupled."""
 
 from __future__ import annotations
 
@@ -8,9 +9,10 @@ import hashlib
 import itertools
 import json
 
-from ..names import listed
+from ..names import listed, one_of
 
 TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4)
+ACCELERATIONS = ("", "nesterov", "none")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,7 +23,8 @@ class Setting:
     for solvers that know no such number; problems use solver and tol alone. integrator: as it is called, "HHT(alpha=-0.1)"; "":
     that of the scene. network_tol: of networks of heat and current, 0: those of the scene. coupling: of
     Scene.thermal, "staggered" or a number in words; "": that of the scene. mesh: what build(mesh=...) of the scene's file gets,
-    the more the finer; 0: what it has by itself.
+    the more the finer; 0: what it has by itself. accuracy: of NSCD, by which the solver goes on until velocities are so
+    exact; 0: none. acceleration: of NLGS, "nesterov" or "none"; "": its default.
     """
 
     solver: str
@@ -34,10 +37,12 @@ class Setting:
     network_tol: float = 0.0
     coupling: str = ""
     mesh: float = 0.0
+    accuracy: float = 0.0
+    acceleration: str = ""
 
     def as_row(self):
         """What it holds, by name, without what is not asked for: rows of earlier studies stay what they were."""
-        later = ("integrator", "network_tol", "coupling", "mesh")
+        later = ("integrator", "network_tol", "coupling", "mesh", "accuracy", "acceleration")
         return {name: value for name, value in dataclasses.asdict(self).items() if name not in later or value}
 
     def key(self):
@@ -48,7 +53,7 @@ class Setting:
     def family(self):
         """All but the tolerance: settings of one family are one curve of error against cost."""
         return (self.solver, self.dt_factor, self.warm_start, self.min_iter, self.max_iter, self.integrator, self.network_tol,
-                self.coupling, self.mesh)  # fmt: skip
+                self.coupling, self.mesh, self.accuracy, self.acceleration)  # fmt: skip
 
     def strategy(self, base=None):
         """The cairn.NSCD that runs it, on one thread; what a setting does not say comes from base."""
@@ -56,8 +61,10 @@ class Setting:
 
         if base is not None and not isinstance(base, NSCD):
             raise ValueError(f"strategy of the scene is {base!r}: a study sweeps the settings of cairn.NSCD")
-        solver = make_solver(self.solver, tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter)
+        wanted = {"acceleration": self.acceleration} if self.acceleration else {}
+        solver = make_solver(self.solver, tol=self.tol, min_iter=self.min_iter, max_iter=self.max_iter, **wanted)
         more = {"integrator": make_integrator(self.integrator)} if self.integrator else {}
+        more |= {"accuracy": self.accuracy} if self.accuracy else {}
         return dataclasses.replace(base or NSCD(), solver=solver, warm_start=self.warm_start, threads=1, **more)
 
     @property
@@ -79,9 +86,11 @@ class Setting:
     def line(self):
         """What a script says to have it."""
         given = {"tol": f"{self.tol:g}", "min_iter": self.min_iter, "max_iter": self.max_iter}
+        given |= {"acceleration": repr(self.acceleration)} if self.acceleration else {}
         known = solver_options(self.solver) if self.solver in scene_solvers() else given
         words = ", ".join(f"{name}={value}" for name, value in given.items() if name in known)
         more = f", integrator=cn.{self.integrator}" if self.integrator else ""
+        more += f", accuracy={self.accuracy:g}" if self.accuracy else ""
         return f"cn.NSCD(solver=cn.{self.solver}({words}), warm_start={self.warm_start}{more})"
 
 
@@ -139,7 +148,7 @@ def make_integrator(text):
 
 def scene_settings(
     solvers=None, tolerances=TOLERANCES, dt_factors=(1.0,), warm_start=(True, False), min_iter=(1,), max_iter=10_000,
-    integrators=("",), network_tolerances=(0.0,), couplings=("",), meshes=(0.0,),
+    integrators=("",), network_tolerances=(0.0,), couplings=("",), meshes=(0.0,), accuracies=(0.0,), accelerations=("",),
 ):  # fmt: skip
     """All settings of the sweep, each once: {key: Setting} in the order of the sweep. solvers None: all of the registry."""
     names = list(scene_solvers()) if solvers is None else [_python_name(name) for name in solvers]
@@ -149,18 +158,29 @@ def scene_settings(
             check_mesh("meshes", mesh)
     every = itertools.product(
         names, tolerances, dt_factors, warm_start, min_iter, integrators or ("",), network_tolerances or (0.0,),
-        couplings or ("",), meshes or (0.0,),
+        couplings or ("",), meshes or (0.0,), accuracies or (0.0,), accelerations or ("",),
     )
-    for name, tol, factor, warm, least, integrator, network_tol, coupling, mesh in every:
+    for name, tol, factor, warm, least, integrator, network_tol, coupling, mesh, accuracy, acceleration in every:
         _check(tol, factor)
         _check_networks(network_tol, coupling)
         if integrator:
             make_integrator(integrator)
         least = int(least) if "min_iter" in solver_options(name) else 0
+        if not 0 <= accuracy < 1:
+            raise ValueError(f"an accuracy is {accuracy}: give numbers between 0 and 1, 0: none")
+        accuracy = float(accuracy) if _estimates(name) else 0.0
+        acceleration = one_of("acceleration", acceleration, ACCELERATIONS) if "acceleration" in solver_options(name) else ""
         setting = Setting(name, float(tol), float(factor), bool(warm), least, int(max_iter), integrator, float(network_tol),
-                          str(coupling), float(mesh))  # fmt: skip
+                          str(coupling), float(mesh), accuracy, acceleration)  # fmt: skip
         out.setdefault(setting.key(), setting)
     return out
+
+
+def _estimates(name):
+    """Whether the solver estimates the error of velocities, which NSCD(accuracy=...) asks for."""
+    from ..run.strategies import SOLVERS, Auto, ProblemSolver
+
+    return issubclass(SOLVERS[name], Auto) or not issubclass(SOLVERS[name], ProblemSolver)
 
 
 def check_mesh(name, mesh):

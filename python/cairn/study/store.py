@@ -18,7 +18,7 @@ COLUMNS = (
 )
 TEXTS = {
     "key", "target", "fingerprint", "protocol", "kind", "role", "setting", "solver", "integrator", "coupling", "version",
-    "figure", "unit", "note",
+    "acceleration", "figure", "unit", "note",
 }  # fmt: skip
 NAME = "rows.csv"
 

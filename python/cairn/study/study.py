@@ -7,8 +7,8 @@ from collections import Counter
 from pathlib import Path
 
 from ..names import listed
+from . import claims, measures, store
 from . import figures as builtin
-from . import measures, store
 from .plan import Plan, Protocol
 from .pool import Pool
 from .settings import TOLERANCES
@@ -25,12 +25,14 @@ def run(what, folder=None, *, figures=None, options=None, dt=None, sweep=None, w
     folder: for rows and tables (default: <first name>.study beside the first).
     figures: names of figures.SUMMARY or of functions figure_<name>(sim) in the .py file. options: of build. dt: time step of
     the scenes [s]; a .py may set DT, or return a Simulation, which has one.
-    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators, and meshes, numbers that
-    build(mesh=...) of a .py file gets. workers: processes (default: cores).
+    sweep: dict of solvers, tolerances, dt_factors, warm_start, min_iter, max_iter, integrators, accuracies of NSCD, accelerations
+    of NLGS ("nesterov", "none"), and meshes, numbers that build(mesh=...) of a .py file gets.
+    workers: processes (default: cores).
     say: function that gets words on what is done (default: print). progress: as Progress.
 
     Of the protocol: prepare: time [s] to the last of the common states (default: PREPARE of the .py file, or 0); states: how
-    many; one_step: whether one step from these is compared; duration [s] of the perturbed runs (DURATION; none without it);
+    many; one_step: whether one step from these is compared; in_time: whether its error in time, as Simulation.time_error tells
+    it, is set against eight steps of an eighth; duration [s] of the perturbed runs (DURATION; none without it);
     runs: how many, at least 8; perturbation: share of the radius; averaged: share of a run; samples: in it; step_tol,
     reference_tol, reference_dt_factor, reference_solver, reference_mesh (default: the largest of meshes): of what is compared
     with; prepare_tol; max_seconds: CPU seconds of a
@@ -168,13 +170,14 @@ def _do(plan, rows, workers, progress, say):
 
 class Study:
     """What a study found. rows: as measured. table: errors and costs of each setting, a list of dicts (measures.table).
+    claims: what steps told of their own errors against the truth, for each setting (claims.table).
 
     whole: False if it was stopped before its end.
     """
 
     def __init__(self, folder, rows, figures, whole=True):
         self.folder, self.rows, self.figures, self.whole = Path(folder), rows, list(figures), whole
-        self.table = measures.table(rows, self.figures)
+        self.table, self.claims = measures.table(rows, self.figures), claims.table(rows)
 
     @property
     def measured(self):
@@ -227,7 +230,9 @@ class Study:
     def write(self):
         """Writes table.csv and study.h5 (groups rows and table) into the folder."""
         store.write_csv(self.folder / "table.csv", self.table)
-        store.write_hdf5(self.folder / "study.h5", {"rows": self.rows, "table": self.table})
+        if self.claims:
+            store.write_csv(self.folder / "claims.csv", self.claims)
+        store.write_hdf5(self.folder / "study.h5", {"rows": self.rows, "table": self.table, "claims": self.claims})
 
     def __str__(self):
         lines = []
@@ -236,6 +241,8 @@ class Study:
             lines.append(f"{figure}: {len(rows)} settings; noise floor {max(row['floor'] for row in rows):.2g}")
             loose = measures.loose_reference(rows)
             lines += [f"  {loose}"] if loose else []
+        if any("accuracy" in row or "time_told_velocity_median" in row for row in self.claims):
+            lines += claims.said(self.claims)
         return "\n".join(lines) or "nothing is measured yet"
 
 
