@@ -131,8 +131,16 @@ bool grows_without_end(ContactSystem& system, const cairn_schedule& schedule, co
 
 namespace {
 
+// What may help, by what ended the solver: more iterations do not where it ended by itself.
+std::string remedy(const SolveReport& r, const SolverOptions& options, const char* others) {
+  if (r.iterations >= options.max_iterations) return std::string("allow more iterations, ") + others;
+  return std::string(r.solver) + " ended by itself, before its limit of " + std::to_string(options.max_iterations) +
+         ": take " + (options.solver == "auto" ? "" : "cairn.Auto, ") + others;
+}
+
 std::string hint_of(const SolveReport& r, const StepError& last, const SolverOptions& options) {
-  char text[320];
+  char text[400];
+  const bool limited = r.iterations >= options.max_iterations;
   if (last.unbounded)
     std::snprintf(text, sizeof text,
                   "impulses grow without end, and contacts close as without them: no motion obeys bodies that are "
@@ -148,20 +156,25 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
     std::snprintf(
         text, sizeof text,
         "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, after %d iterations, the "
-        "worst contact is %lld: take cairn.Auto, allow more iterations or lower dt",
-        r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact));
+        "worst contact is %lld: %s",
+        r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact),
+        remedy(r, options, limited && options.solver != "auto" ? "cairn.Auto or a smaller dt" : "a smaller tol or dt")
+            .c_str());
+  else if (r.error <= options.tolerance && std::isnan(r.velocity_error))
+    std::snprintf(text, sizeof text,
+                  "how exact velocities are is not known after %d iterations, since errors fell too little to tell it; "
+                  "accuracy is %.2e: %s",
+                  r.iterations, options.accuracy, remedy(r, options, "or a larger accuracy").c_str());
   else if (r.error <= options.tolerance)
     std::snprintf(
         text, sizeof text,
         "velocities are not known to be as exact as was asked: velocity_error %.2e, accuracy is %.2e, after %d "
-        "iterations: allow more iterations or a larger accuracy",
-        r.velocity_error, options.accuracy, r.iterations);
+        "iterations: %s",
+        r.velocity_error, options.accuracy, r.iterations, remedy(r, options, "or a larger accuracy").c_str());
   else
-    std::snprintf(
-        text, sizeof text,
-        "error %.2e after %d iterations, tol is %.2e: allow more iterations, a larger tol or a smaller dt; the "
-        "worst contact is %lld",
-        r.error, r.iterations, options.tolerance, static_cast<long long>(r.worst_contact));
+    std::snprintf(text, sizeof text, "error %.2e after %d iterations, tol is %.2e: %s; the worst contact is %lld",
+                  r.error, r.iterations, options.tolerance, remedy(r, options, "a larger tol or a smaller dt").c_str(),
+                  static_cast<long long>(r.worst_contact));
   return text;
 }
 

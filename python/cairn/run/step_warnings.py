@@ -7,7 +7,8 @@ import warnings
 
 import numpy as np
 
-from .strategies import NSCD
+from .sets import free_masses
+from .strategies import NSCD, Auto
 from .views import core_of
 
 
@@ -21,7 +22,7 @@ class StableStepWarning(UserWarning):
 
 
 class EnergyCreatedWarning(UserWarning):
-    """Contacts made energy from nothing in a step that converged: the residual does not see a heavy body on light ones."""
+    """Contacts made energy from nothing in a step that converged: what its tolerance leaves, or what its error does not see."""
 
 
 class TunnellingWarning(UserWarning):
@@ -40,6 +41,8 @@ class RunawayWarning(UserWarning):
 FAR = 1e6
 # of the energy of a step; a bounce that ends within a step may show a sixth
 MOST_CREATED = 0.25
+# beyond which the error may not see what heavy bodies do to light ones
+MASSES_DIFFER = 100
 # overlap over the size of the smaller body, or over that of a cell of a mesh
 DEEP = 0.5
 
@@ -60,6 +63,20 @@ def _reach_of(simulation, h):
     if not lightest < np.inf or not np.any(high > low):  # nothing that moves, or one place alone: no scene to leave
         return np.inf, np.inf
     return float(np.linalg.norm(high - low)) + 2 * float(np.max(simulation.radii(), initial=0.0)), lightest
+
+
+def _creators(simulation):
+    """What in the scene may make energy at a small error, and what helps, in words."""
+    mass = np.ravel(simulation.bodies.mass)
+    mass = np.concatenate([mass[np.isfinite(mass) & (mass > 0)], [whole for whole, _ in free_masses(simulation._sets)]])
+    laws, ratio = [law for *_, law in simulation._rules if law is not None], mass.max() / mass.min() if len(mass) else 1.0
+    unseen = [f"a heavy body that light ones carry (masses differ by {ratio:.0e})"] if ratio > MASSES_DIFFER else []
+    unseen += ["how far a long row of bonds falls that each miss little"] if any(law.bonds for law in laws) else []
+    text = f"the error does not see {', nor '.join(unseen)}" if unseen else "that is what the tolerance leaves"
+    auto = "" if isinstance(simulation.strategy.solver, Auto) or not unseen else "solver=cn.Auto(), "
+    text += f"; give {auto}a smaller tol or accuracy=1e-3 of NSCD"
+    own = any(type(law).__name__ == "Restitution" and law.mu > 0 for law in laws)
+    return text + (" (Restitution with friction may do so by its law)" if own else "")
 
 
 class StepWarnings:
@@ -94,9 +111,7 @@ class StepWarnings:
             self._tell(
                 EnergyCreatedWarning,
                 f"contacts made {info['energy_created']:.0%} of the energy of step {simulation.steps} from nothing, at an error "
-                f"of {info['error']:.1e}: the error does not see a heavy body that light ones carry, nor how far a long row of "
-                "bonds falls that each miss little; give solver=cn.Auto(), a smaller tol or accuracy=1e-3 of NSCD (Restitution "
-                "with friction may do so by its law)",
+                f"of {info['error']:.1e}: {_creators(simulation)}",
             )
         overlap = info.get("penetration", 0.0)
         if self._first_overlap is None:

@@ -1,0 +1,93 @@
+"""Hints and warnings of a step name what is there: what ended the solver, and what in the scene makes energy."""
+
+import warnings
+
+import cairn as cn
+import numpy as np
+import pytest
+
+ROCK = cn.Material("rock", density=2500.0)
+HEAVY = cn.Material("iron", density=2500.0e4)
+
+
+def pack(dim, n, law=None, heavy=False):
+    rng = np.random.default_rng(7)
+    radii = rng.uniform(0.005, 0.01, n) if heavy else np.full(n, 0.01)
+    scene = cn.Scene(dim, gravity=-9.81 * np.eye(dim)[-1])
+    dense = (rng.random(n) < 0.5) & heavy
+    width = 0.02 * np.sqrt(n) if dim == 2 else np.cbrt((4 / 3 * np.pi * radii**3).sum() / 0.55)
+    places = cn.pre.deposit_disks(radii, width) if dim == 2 else cn.pre.deposit_spheres(radii, (width, width))
+    shape = cn.disks if dim == 2 else cn.spheres
+    for material, those in ((ROCK, ~dense), (HEAVY, dense)):
+        if those.any():
+            scene.add(shape(places[those], radii[those], material))
+    scene.add(cn.box(np.zeros(dim), np.r_[[width] * (dim - 1), 2 * width], ROCK, lid=False))
+    scene.interact("*", "*", law or cn.Coulomb(mu=0.4))
+    return scene
+
+
+def hint(sim, state, solver, **options):
+    sim.set_state(state)
+    sim.strategy = cn.NSCD(solver=solver, threads=1, **options)
+    info = sim.step()
+    assert info["status"] == "iteration_limit"
+    return info
+
+
+@pytest.mark.skipif(cn._core.suitesparse == "off", reason="a build without factors")
+def test_a_solver_that_ended_by_itself_is_not_given_more_iterations():
+    start = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=100), threads=1)
+    sim = cn.Simulation(pack(3, 150, heavy=True), 5e-4, start, overlap="ignore")
+    for _ in range(3):
+        sim.step()
+    state = sim.get_state()
+    info = hint(sim, state, cn.PPANewton(tol=1e-4, max_iter=400))
+    assert info["iterations"] < 400 and info["light_error"] > 1e-4 >= info["error"]
+    assert "more iterations" not in info["hint"]
+    assert "ppa_newton ended by itself, before its limit of 400" in info["hint"] and "cairn.Auto" in info["hint"]
+    info = hint(sim, state, cn.NLGS(tol=1e-4, max_iter=20))
+    assert info["iterations"] == 20 and "allow more iterations" in info["hint"]
+    info = hint(sim, state, cn.Auto(tol=1e-4, max_iter=20))
+    assert info["iterations"] == 20 and "allow more iterations" in info["hint"] and "cairn.Auto" not in info["hint"]
+
+
+def test_velocities_that_are_not_known_are_no_nan():
+    scene = cn.Scene(2, gravity=(0.0, -9.81))
+    scene.add(cn.disks([(i + 0.5 * (j % 2), 0.5 + 0.87 * j) for j in range(6) for i in range(6)], 0.5, ROCK))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK), cn.wall((-0.5, 0), (1, 0), ROCK), cn.wall((6, 0), (-1, 0), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.5))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(accuracy=1e-4))
+    infos = [sim.step() for _ in range(50)]
+    unknown = [info["hint"] for info in infos if info["status"] != "converged" and "velocity_error" not in info]
+    assert unknown and all("nan" not in text and "not known" in text for text in unknown)
+
+
+def told(scene, solver, steps):
+    with warnings.catch_warnings(record=True) as kept:
+        warnings.simplefilter("always")
+        sim = cn.Simulation(scene, 5e-4, cn.NSCD(solver=solver), overlap="ignore")
+        for _ in range(steps):
+            sim.step()
+    (text,) = [str(each.message) for each in kept if each.category is cn.EnergyCreatedWarning]
+    return text
+
+
+def test_energy_from_nothing_is_not_laid_to_what_is_not_there():
+    text = told(pack(2, 100), cn.NLGS(tol=1e-2), 60)
+    assert "what the tolerance leaves" in text and "smaller tol" in text
+    assert not any(word in text for word in ("heavy", "bond", "Restitution", "Auto"))
+
+
+@pytest.mark.parametrize(
+    "law, heavy, named, others",
+    [(None, True, "masses differ by 3e+04", ("bond", "Restitution")),
+     (cn.Bonded(mu=0.4), False, "row of bonds", ("heavy", "Restitution")),
+     (cn.Restitution(normal=0.5, mu=0.4), False, "Restitution with friction", ("heavy", "bond"))],
+)  # fmt: skip
+def test_energy_from_nothing_is_laid_to_what_is_there(law, heavy, named, others):
+    sim = cn.Simulation(pack(2, 30, law, heavy), 5e-4, cn.NSCD(solver=cn.NLGS(tol=1e-2)), overlap="ignore")
+    made = {**sim.step(), "status": "converged", "energy_created": 0.3}
+    with pytest.warns(cn.EnergyCreatedWarning, match="made 30%") as kept:
+        sim._warnings.look(sim, made, 5e-4)
+    text = next(str(each.message) for each in kept if each.category is cn.EnergyCreatedWarning)
+    assert named in text and not any(word in text for word in others)
