@@ -99,11 +99,12 @@ def _of_setting(rows):
 
 def said(table):
     """The table in words, a line for each setting."""
-    lines = []
+    lines, several = [], len({row["target"] for row in table}) > 1
     for row in table:
         name = " ".join(str(word) for word in (row["solver"], row.get("acceleration", "")) if word)
         asked = f"accuracy {row['accuracy']:g}" if "accuracy" in row else f"tol {row['tol']:g}"
-        text = f"  {name}, {asked}: {row['converged']} of {row['steps']} steps converged"
+        text = f"  {row['target']}: " if several else "  "
+        text += f"{name}, {asked}: {row['converged']} of {row['steps']} steps converged"
         if "held" in row:
             text += f", of which {row['held']} held it"
         if "velocity_told_median" in row:
