@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 ROCK = cn.Material("rock", density=2500.0)
-HEAVY = cn.Material("iron", density=2500.0e4)
 
 
-def pack(dim, n, law=None, heavy=False):
+def pack(dim, n, law=None, heavy=False, density=2500.0e4):
     rng = np.random.default_rng(7)
     radii = rng.uniform(0.005, 0.01, n) if heavy else np.full(n, 0.01)
     scene = cn.Scene(dim, gravity=-9.81 * np.eye(dim)[-1])
@@ -18,7 +17,8 @@ def pack(dim, n, law=None, heavy=False):
     width = 0.02 * np.sqrt(n) if dim == 2 else np.cbrt((4 / 3 * np.pi * radii**3).sum() / 0.55)
     places = cn.pre.deposit_disks(radii, width) if dim == 2 else cn.pre.deposit_spheres(radii, (width, width))
     shape = cn.disks if dim == 2 else cn.spheres
-    for material, those in ((ROCK, ~dense), (HEAVY, dense)):
+    iron = cn.Material("iron", density=density)
+    for material, those in ((ROCK, ~dense), (iron, dense)):
         if those.any():
             scene.add(shape(places[those], radii[those], material))
     scene.add(cn.box(np.zeros(dim), np.r_[[width] * (dim - 1), 2 * width], ROCK, lid=False))

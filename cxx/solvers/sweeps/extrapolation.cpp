@@ -43,18 +43,24 @@ void each_row(const ContactSystem& system, F&& f) {
 
 } // namespace
 
+bool ExtrapolationGrounds::extrapolates() const { return mass_ratio <= largest_ratio && 2 * faced_share <= 1; }
+
+ExtrapolationGrounds extrapolation_grounds(const ContactSystem& system) {
+  double faces = 0, contacts = 0;
+  for (const cairn_batch& b : system.batches) {
+    contacts += b.contacts;
+    if (faced(b)) faces += b.contacts;
+  }
+  return {mass_ratio(system), contacts > 0 ? faces / contacts : 0};
+}
+
 Extrapolation::Extrapolation(ContactSystem& system, const cairn_schedule& schedule)
-    : system_(system), schedule_(schedule), allowed_(mass_ratio(system) <= largest_ratio) {
+    : system_(system), schedule_(schedule), allowed_(extrapolation_grounds(system).extrapolates()) {
   for (const cairn_batch& b : system.batches) stride_ = std::max(stride_, b.components);
   std::size_t velocities = std::size_t(system.velocities()) * system.bodies;
   for (const CondensedBody& c : system.condensed) velocities += c.moving();
   fit(system.before, velocities);
-  double faces = 0;
-  for (const cairn_batch& b : system.batches) {
-    contacts_ += b.contacts;
-    if (faced(b)) faces += b.contacts;
-  }
-  allowed_ = allowed_ && 2 * faces <= contacts_;
+  for (const cairn_batch& b : system.batches) contacts_ += b.contacts;
   fit(system.r_before, std::size_t(stride_) * system.places());
   fit(system.along, system.batches.size());
   fit(system.chosen, system.first_batch.size());

@@ -6,6 +6,14 @@
 
 namespace cairn {
 
+// What the sweeps of a system may be extrapolated by.
+struct ExtrapolationGrounds {
+  double mass_ratio = 1;     // the largest of moving bodies
+  double faced_share = 0;    // of the contacts, between faces or of meshes that are swept in turn
+  bool extrapolates() const; // whether they are, unless the solver forbids it
+};
+ExtrapolationGrounds extrapolation_grounds(const ContactSystem& system);
+
 class Extrapolation {
 public:
   Extrapolation(ContactSystem& system, const cairn_schedule& schedule);

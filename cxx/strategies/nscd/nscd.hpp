@@ -58,6 +58,7 @@ public:
   void status(Simulation& s, std::int32_t* out) override;
   void changed(Simulation& s, bool places) override;
   double stable_step(Simulation& s) override; // of meshes under an explicit integrator
+  std::vector<std::pair<std::string_view, double>> figures(Simulation& s) override; // of the sweeps of the last step
   std::int64_t body_bytes() const override {
     return std::int64_t(
         (margins_.capacity() + change_.capacity() + way_.capacity() + node_change_.capacity() + node_way_.capacity()) *

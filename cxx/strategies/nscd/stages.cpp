@@ -8,6 +8,7 @@
 #include "../../bodies/mesh_rates.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
+#include "../../solvers/sweeps/extrapolation.hpp"
 #include "nscd.hpp"
 
 namespace cairn {
@@ -21,6 +22,15 @@ auto pointer(Field<T>& field) {
 const std::int8_t* bits(Field<std::uint8_t>& field) { return reinterpret_cast<const std::int8_t*>(pointer(field)); }
 
 } // namespace
+
+std::vector<std::pair<std::string_view, double>> Nscd::figures(Simulation& s) {
+  const ContactSystem& system = s.interactions.system();
+  if (!s.contacts_known || system.batches.empty()) return {};
+  const ExtrapolationGrounds grounds = extrapolation_grounds(system);
+  return {{"extrapolates", grounds.extrapolates()},
+          {"mass_ratio", grounds.mass_ratio},
+          {"faced_share", grounds.faced_share}};
+}
 
 double Nscd::stable_step(Simulation& s) {
   const cairn_scheme scheme = settings.integrator.scheme(1); // none of its shares is of the step

@@ -49,26 +49,61 @@ def _nscd(simulation):
         f"{integrator}; step {simulation.dt:g} s; margin of detection: {margin}",
         f"Solver {type(solver).__name__}: true error at most {solver.tol:g}, {solver.min_iter} to {solver.max_iter} iterations, "
         f"{'warm' if strategy.warm_start else 'cold'} start",
-        *_sweeps(solver),
+        *_accuracy(strategy),
+        *_sweeps(simulation, solver),
         "Arbitrary: how impulses share out among contacts of rigid bodies that are more than motion determines (a face on "
         "many points, a wedged pile); their sums and moments on each body, and the motion, are not. cn.PPANewton shares smoothly",
     ]
     return lines
 
 
-def _sweeps(solver):
-    if isinstance(solver, NLGS):
-        lines = ["Sweeps are plain, over-relaxed from the tenth on"]
-        if solver.acceleration == "nesterov":
-            lines = ["Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, if most are round"]
-        if solver.associated_start:
-            lines.append("Sweeps of a pile at rest without impulses begin with associated friction")
-        if solver.softening_relaxation < 1:
-            lines.append(f"Bonds that soften take {solver.softening_relaxation:g} of their change in a sweep")
-        return lines
+def _accuracy(strategy):
+    if strategy.accuracy is None:
+        return ["Accuracy of velocities is not asked for: the tolerance alone ends a step"]
+    return [
+        f"Accuracy {strategy.accuracy:g} of velocities: sweeps go on beyond the tolerance until their estimated error, "
+        'info["velocity_error"], is as small'
+    ]
+
+
+MOST_APART = 2**20  # ratio of masses up to which sweeps are extrapolated, see cxx/solvers/sweeps/extrapolation.cpp
+
+
+def _sweeps(simulation, solver):
+    if not isinstance(solver, (NLGS, Auto)):
+        return []
+    lines, plain = [], getattr(solver, "acceleration", "nesterov") == "none"
+    found = simulation._core.figures()
+    if plain:
+        lines.append("Sweeps are plain, over-relaxed from the tenth on")
+    elif not found:
+        lines.append(
+            "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile, in steps in which no body moves "
+            f"that is more than {MOST_APART:,} times as heavy as another and half of the contacts at most are between faces or "
+            "of meshes swept in turn; in others they are plain, over-relaxed from the tenth on. No contacts are known yet"
+        )
+    elif found["extrapolates"]:
+        lines.append(
+            "Sweeps are extrapolated from the tenth on, and repeated over slow parts of a pile: in the last step masses differ "
+            f"by {found['mass_ratio']:.3g}, {found['faced_share']:.0%} of contacts are between faces or of meshes swept in turn"
+        )
+    else:
+        why = f"masses differ by {found['mass_ratio']:.3g}, beyond {MOST_APART:,} light bodies feel what is rounded"
+        if found["mass_ratio"] <= MOST_APART:
+            why = (f"{found['faced_share']:.0%} of the contacts are between faces or of meshes swept in turn, where a step may "
+                   "have several answers and plain sweeps stay with the near one")  # fmt: skip
+        lines.append(f"Sweeps are plain, over-relaxed from the tenth on: in the last step {why}")
     if isinstance(solver, Auto):
-        return ["Sweeps are plain, and extrapolated where factors for Newton's method would not fit"]
-    return []
+        lines.append(
+            "Newton's method takes over where its factors cost less than the sweeps that the errors foretell, and fit "
+            f"{solver.memory:.3g} bytes; few contacts are solved by their active set"
+        )
+        return lines
+    if solver.associated_start and found.get("extrapolates", True):
+        lines.append("Sweeps of a pile at rest without impulses begin with associated friction")
+    if solver.softening_relaxation < 1:
+        lines.append(f"Bonds that soften take {solver.softening_relaxation:g} of their change in a sweep")
+    return lines
 
 
 def _smooth(simulation):
