@@ -131,12 +131,18 @@ bool grows_without_end(ContactSystem& system, const cairn_schedule& schedule, co
 
 namespace {
 
-// What may help, by what ended the solver: more iterations do not where it ended by itself.
-std::string remedy(const SolveReport& r, const SolverOptions& options, const char* others) {
-  if (r.iterations >= options.max_iterations) return std::string("allow more iterations, ") + others;
-  return std::string(r.solver) + " ended by itself, before its limit of " + std::to_string(options.max_iterations) +
-         ": take " + (options.solver == "auto" ? "" : "cairn.Auto, ") + others;
-}
+// What may help, by what ended the solver: more iterations do not where it ended by itself. On the stack, since a step
+// allocates nothing but the hint.
+struct Remedy {
+  char text[160];
+  Remedy(const SolveReport& r, const SolverOptions& options, const char* others) {
+    if (r.iterations >= options.max_iterations)
+      std::snprintf(text, sizeof text, "allow more iterations, %s", others);
+    else
+      std::snprintf(text, sizeof text, "%s ended by itself, before its limit of %d: take %s%s", r.solver,
+                    options.max_iterations, options.solver == "auto" ? "" : "cairn.Auto, ", others);
+  }
+};
 
 std::string hint_of(const SolveReport& r, const StepError& last, const SolverOptions& options) {
   char text[400];
@@ -158,22 +164,22 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
         "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, after %d iterations, the "
         "worst contact is %lld: %s",
         r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact),
-        remedy(r, options, limited && options.solver != "auto" ? "cairn.Auto or a smaller dt" : "a smaller tol or dt")
-            .c_str());
+        Remedy(r, options, limited && options.solver != "auto" ? "cairn.Auto or a smaller dt" : "a smaller tol or dt")
+            .text);
   else if (r.error <= options.tolerance && std::isnan(r.velocity_error))
     std::snprintf(text, sizeof text,
                   "how exact velocities are is not known after %d iterations, since errors fell too little to tell it; "
                   "accuracy is %.2e: %s",
-                  r.iterations, options.accuracy, remedy(r, options, "or a larger accuracy").c_str());
+                  r.iterations, options.accuracy, Remedy(r, options, "a larger accuracy or a smaller dt").text);
   else if (r.error <= options.tolerance)
     std::snprintf(
         text, sizeof text,
         "velocities are not known to be as exact as was asked: velocity_error %.2e, accuracy is %.2e, after %d "
         "iterations: %s",
-        r.velocity_error, options.accuracy, r.iterations, remedy(r, options, "or a larger accuracy").c_str());
+        r.velocity_error, options.accuracy, r.iterations, Remedy(r, options, "a larger accuracy or a smaller dt").text);
   else
     std::snprintf(text, sizeof text, "error %.2e after %d iterations, tol is %.2e: %s; the worst contact is %lld",
-                  r.error, r.iterations, options.tolerance, remedy(r, options, "a larger tol or a smaller dt").c_str(),
+                  r.error, r.iterations, options.tolerance, Remedy(r, options, "a larger tol or a smaller dt").text,
                   static_cast<long long>(r.worst_contact));
   return text;
 }
