@@ -323,7 +323,7 @@ private:
   std::unique_ptr<Factors> own_; // of the pass
   BulkResult found_;             // at the end
   NewtonError find_change(bool with_tangent, double tolerance);
-  double measure_balance(bool scale_known, double far, std::int64_t& node);
+  double measure_balance(double& scale, std::int64_t& node);
   double borne_by_held() const;
   double rounding();
   void find_swelling_force();
@@ -341,7 +341,6 @@ private:
   bool explicit_ = false, by_energy_ = false;
   bool tangent_known_ = false;             // at iterate_, with its stresses
   double error_before_ = 0;                // of the pass before
-  double scale_ = 0;                       // of errors in this step, as a pass of it found
   bool goes_on_ = false, went_on_ = false; // a pass follows the next one, as it is guessed; the step took more than one
   std::vector<double> known_, stiff_known_, damped_known_, momentum_known_; // of the history; zero where there is none
   std::vector<double> way_beside_; // (dofs) see turn_way; empty where no rigid part turns, or nothing is kept [m]

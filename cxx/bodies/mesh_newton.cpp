@@ -178,7 +178,6 @@ void MeshBody::start_newton(Nodes& nodes) {
   }
   tangent_known_ = false;
   error_before_ = std::numeric_limits<double>::infinity();
-  scale_ = 0;
   goes_on_ = went_on_; // as the step before
   went_on_ = false;
   iterate_ = v_;
@@ -391,9 +390,8 @@ double MeshBody::rounding() {
 }
 
 // What is left of the balance at the iterate, by the inverse of A, and the scale of its terms, to which an error is
-// relative; `node`: where most is left. A pass after the first of a step, that another is to follow, takes the scale
-// from before where that tells already that the error is larger than `far`: two solutions less.
-double MeshBody::measure_balance(bool scale_known, double far, std::int64_t& node) {
+// relative; `node`: where most is left.
+double MeshBody::measure_balance(double& scale, std::int64_t& node) {
   const auto n = std::size_t(model.dofs());
   const bool swells = !swelling_force_.empty();
   const std::size_t terms = swells ? 4 : 3;
@@ -405,22 +403,15 @@ double MeshBody::measure_balance(bool scale_known, double far, std::int64_t& nod
     if (swells) norms_[3 * n + i] = held ? 0 : scheme_.impulse * swelling_force_[i];
   }
   std::copy_n(norms_.begin(), terms * n, norms_.begin() + std::ptrdiff_t(terms * n));
-  double size[4] = {0, 0, 0, 0};
-  const auto measure = [&](std::size_t first, std::size_t last) {
-    solve(&norms_[first * n], std::int64_t(last - first));
-    for (std::size_t k = first; k < last; ++k) {
-      for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * norms_[(terms + k) * n + i];
-      size[k] = std::sqrt(std::max(size[k], 0.0));
-    }
-  };
-  measure(0, scale_known ? 1 : terms);
-  if (!scale_known || !(size[0] > far * scale_)) {
-    if (scale_known) measure(1, terms);
-    scale_ = std::max(size[1] + size[2] + size[3], std::sqrt(borne_by_held()));
+  solve(norms_.data(), std::int64_t(terms));
+  double size[4] = {0, 0, 0, 0}, worst = 0;
+  for (std::size_t k = 0; k < terms; ++k) {
+    for (std::size_t i = 0; i < n; ++i) size[k] += norms_[k * n + i] * norms_[(terms + k) * n + i];
+    size[k] = std::sqrt(std::max(size[k], 0.0));
   }
-  double worst = 0;
   for (std::size_t i = 0; i < n; ++i)
     if (const double w = norms_[i] * norms_[terms * n + i]; w > worst) worst = w, node = std::int64_t(i) / model.dim;
+  scale = std::max(size[1] + size[2] + size[3], std::sqrt(borne_by_held()));
   return size[0];
 }
 
@@ -458,8 +449,9 @@ NewtonError MeshBody::find_change(bool with_tangent, double tolerance) {
     if (!out.fault.ok() && !model.bulk->shorter_helps(out.fault)) break;
     if (!out.fault.ok()) continue;
     residual_of(iterate_);
-    const double left = measure_balance(with_tangent && scale_ > 0, 100 * std::max(tolerance, small), out.node);
-    out.error = left > 0 ? (scale_ > 0 ? left / scale_ : 1) : 0;
+    double scale = 0;
+    const double left = measure_balance(scale, out.node);
+    out.error = left > 0 ? (scale > 0 ? left / scale : 1) : 0;
     // Newton's method gains no digit, or its error does not fall from pass to pass: there may be none
     if (out.error > tolerance && (left * left > 0.01 * before || out.error > 0.5 * error_before_)) {
       const double floor = rounding();
