@@ -136,8 +136,10 @@ public:
         best_.give_back(end.square, velocity_free_, schedule_))
       end = measure(system_, schedule_, free_, true, report_);
     light_error();
-    if (!velocity_.held()) velocity_.follow(report_.error);
+    velocity_.end(report_.error);
     report_.velocity_error = velocity_.value();
+    end.vague = velocity_.asked() && !velocity_.held();
+    end.rounded = end.vague && velocity_.exhausted();
     if (end.square <= wanted_ && report_.light_error <= options_.tolerance)
       end.unbounded = grows_without_end(system_, schedule_, velocity_free_, end, aim(options_));
     SolverOptions asked = options_;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "../problems/newton_step.hpp"
+#include "../problems/ppa_newton.hpp"
 #include "../problems/scaled_problem.hpp"
 
 namespace cairn {
@@ -109,6 +110,11 @@ bool NewtonCorrection::take(double& error_square, const std::function<double()>&
   constexpr double fall = 16;
   if (!close_) return false;
   for (std::size_t i = 0; i < step_.size(); ++i) step_[i] += start_[i];
+  return give(fall, error_square, measure);
+}
+
+// step_ if it brings the square of the error down by so much.
+bool NewtonCorrection::give(double fall, double& error_square, const std::function<double()>& measure) {
   problem_->write(step_.data());
   refresh();
   const double now = measure();
@@ -121,6 +127,33 @@ bool NewtonCorrection::take(double& error_square, const std::function<double()>&
     error_square = now;
   }
   return better;
+}
+
+bool NewtonCorrection::solve_on(int sweeps, double& error_square, double wanted,
+                                const std::function<double()>& measure) {
+  constexpr double of_contact = 2000, fall = 256, least = 0x1p-43, most = 1000;
+  if (!problem_ || !possible_) return false;
+  const FrictionProblem& given = problem_->problem();
+  const double iterations = sweeps * sweep_operations(system_) / (operations_ + of_contact * double(given.contacts));
+  if (iterations < 2) return false;
+  problem_->read(start_.data());
+  step_ = start_;
+  ProblemOptions options;
+  options.tolerance = std::max(least, std::min(wanted, std::sqrt(error_square / fall)));
+  options.max_iterations = int(std::min(iterations, most));
+  options.warm_start = true;
+  options.threads = schedule_.threads;
+  options.max_bytes = options_.max_bytes;
+  try {
+    ProximalNewton newton(given, options, step_.data());
+    newton.settle_failures(1);
+    newton.begin_without_sticking();
+    newton.solve();
+  } catch (const FactorsTooLarge&) {
+    possible_ = false;
+    return false;
+  }
+  return give(fall, error_square, measure);
 }
 
 } // namespace cairn

@@ -27,7 +27,12 @@ public:
   // date, to a sixteenth or less. False: they are as they were.
   bool take(double& error_square, const std::function<double()>& measure);
 
+  // Proximal points around Newton's method from the impulses at hand, for as much work as the sweeps were, down to the
+  // error `wanted`: taken if they bring the error down to a sixteenth. Not before a look by `find`.
+  bool solve_on(int sweeps, double& error_square, double wanted, const std::function<double()>& measure);
+
 private:
+  bool give(double fall, double& error_square, const std::function<double()>& measure);
   void refresh();
   bool make_problem();
   double least_operations() const;

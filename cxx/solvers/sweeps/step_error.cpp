@@ -166,11 +166,18 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
         r.light_error, options.tolerance, r.iterations, static_cast<long long>(r.light_contact),
         Remedy(r, options, limited && options.solver != "auto" ? "cairn.Auto or a smaller dt" : "a smaller tol or dt")
             .text);
-  else if (r.error <= options.tolerance && std::isnan(r.velocity_error))
+  else if (r.error <= options.tolerance && last.rounded)
     std::snprintf(text, sizeof text,
-                  "how exact velocities are is not known after %d iterations, since errors fell too little to tell it; "
-                  "accuracy is %.2e: %s",
-                  r.iterations, options.accuracy, Remedy(r, options, "a larger accuracy or a smaller dt").text);
+                  "only rounding is left of the error after %d iterations, and velocities are not known to be as exact "
+                  "as was asked: velocity_error %.2e, accuracy is %.2e: more iterations change nothing, give an "
+                  "accuracy of %.0e or more",
+                  r.iterations, r.velocity_error, options.accuracy, 2 * r.velocity_error);
+  else if (r.error <= options.tolerance && r.velocity_error <= options.accuracy)
+    std::snprintf(
+        text, sizeof text,
+        "velocities may be as exact as was asked, but nothing proves it: velocity_error %.2e is an estimate from their "
+        "changes alone, accuracy is %.2e, after %d iterations: %s",
+        r.velocity_error, options.accuracy, r.iterations, Remedy(r, options, "a larger accuracy or a smaller dt").text);
   else if (r.error <= options.tolerance)
     std::snprintf(
         text, sizeof text,
@@ -187,7 +194,7 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
 } // namespace
 
 void conclude(SolveReport& report, const StepError& last, const SolverOptions& options, const std::string& hint) {
-  const bool exact = !std::isfinite(options.accuracy) || report.velocity_error <= options.accuracy;
+  const bool exact = !last.vague && (!std::isfinite(options.accuracy) || report.velocity_error <= options.accuracy);
   const bool small =
       last.finite && exact && !last.unbounded && std::max(report.error, report.light_error) <= options.tolerance;
   if (!last.finite) report.status = SolveStatus::diverged;

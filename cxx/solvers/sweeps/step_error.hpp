@@ -11,6 +11,8 @@ struct StepError {
   bool finite = true;
   double growth = 0;      // sum |r|^2/rho / that of free energies
   bool unbounded = false; // see grows_without_end
+  bool vague = false;     // velocities are not known to be as exact as was asked
+  bool rounded = false;   // and will not be: only rounding is left
 };
 
 // The free velocity of contacts: scale of their error, and the part of it that the rounding of the bodies' velocities

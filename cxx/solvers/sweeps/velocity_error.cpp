@@ -11,7 +11,7 @@ namespace cairn {
 VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedule, const Velocities& velocity_free,
                              const SolverOptions& options)
     : system_(system), schedule_(schedule), newton_(system, schedule, velocity_free, options),
-      accuracy_(options.accuracy), holds_(!asked()) {
+      accuracy_(options.accuracy) {
   if (!asked()) return;
   std::size_t numbers = 0;
   for (const cairn_batch& b : system.batches) numbers += std::size_t(b.count) * b.components;
@@ -19,39 +19,50 @@ VelocityError::VelocityError(ContactSystem& system, const cairn_schedule& schedu
   fit(system.kept_u, numbers);
 }
 
-void VelocityError::follow(double error) {
-  constexpr double safety = 4;
-  if (!asked()) return;
-  holds_ = false;
-  if (!(error > 0x1p-40)) { // only rounding is left
-    value_ = error;
-    confirmed_ = holds_ = true;
-    return;
-  }
+// What is off at most, where the slowest cluster is no slower than `reach`; of an error that rounding hides, too.
+void VelocityError::bound(double error) {
+  constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
+  const double borne = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)), speed = system_.speed();
+  const double amplified = speed > 0 ? std::max(1.0, borne / speed) : 1;
+  bound_ = reach * amplified * std::max(error, rounding);
   // Or that of impulses in balance. How much larger they are than velocities tells how ill the bodies that they hold
   // are.
-  const double borne = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)), speed = system_.speed();
-  const double amplified = error * borne / speed;
-  if (error * speed <= std::numeric_limits<double>::epsilon() * borne && amplified <= accuracy_) {
-    value_ = amplified;
-    confirmed_ = holds_ = true;
-    return;
-  }
-  if (!(kept_error_ > 0)) return keep(error);
-  if (error * fall <= kept_error_) {
+  const bool balanced = error * speed <= std::numeric_limits<double>::epsilon() * borne;
+  if (balanced && error > 0) bound_ = std::min(bound_, error * borne / speed);
+  exhausted_ = !(error > 0) && !(bound_ <= accuracy_);
+}
+
+void VelocityError::follow(double error) {
+  constexpr double safety = 4, tiny = 0x1p-30;
+  if (!asked()) return;
+  holds_ = false;
+  bound(error);
+  if (kept_error_ > 0 && error * fall <= kept_error_) {
     slope_before_ = slope_;
     slope_ = std::sqrt(change_square()) / (kept_error_ - error);
     known_ = true;
     keep(error);
+  } else if (!(kept_error_ > 0)) {
+    keep(error);
   }
-  if (!known_) return;
-  value_ = safety * std::max(slope_, slope_before_) * error / system_.speed();
-  if (!(value_ <= accuracy_))
-    held_at_ = 0, confirmed_ = false;
-  else if (!(held_at_ > 0))
-    held_at_ = error;
-  else
-    confirmed_ = confirmed_ || error * fall <= held_at_;
+  if (known_) {
+    value_ = safety * std::max(slope_, slope_before_) * error / system_.speed();
+    if (!(value_ <= accuracy_))
+      held_at_ = 0, confirmed_ = false;
+    else if (!(held_at_ > 0))
+      held_at_ = error;
+    else
+      confirmed_ = confirmed_ || error * fall <= held_at_;
+  }
+  tiny_ = bound_ <= accuracy_ && (confirmed_ || error < tiny);
+  if (exhausted_) value_ = bound_;
+}
+
+void VelocityError::end(double error) {
+  if (!asked() || holds_) return;
+  follow(error);
+  if (tiny_) value_ = bound_;
+  holds_ = tiny_;
 }
 
 void VelocityError::told(const Refinement& by) {
@@ -64,24 +75,39 @@ bool VelocityError::holds(int iterations, double& error_square, const std::funct
   constexpr int most = 8; // one after the other
   // sweeps until the next, and until what is small is believed, against those until now
   constexpr double patience = 1.5, to_confirm = 4;
+  if (!asked()) return true;
   bool taken = iterations >= next_newton_;
-  for (int k = 0; k < most && taken && !holds_ && promises(); ++k) {
+  for (int k = 0; k < most && taken && !tiny_ && worth_asking(iterations); ++k) {
+    next_newton_ = int(std::min(patience * iterations, 1e9));
     const double change = newton_.find(iterations);
-    if (std::isnan(change)) return holds_ = confirmed_;
+    if (std::isnan(change)) break;
     const bool small = change <= accuracy_ * system_.speed(),
                again = small && small_since_ > 0 && iterations >= to_confirm * small_since_;
-    value_ = std::fmax(value_, change / system_.speed()); // which may be no number yet
-    next_newton_ = int(std::min(patience * iterations, 1e9));
     if (!small || small_since_ == 0) small_since_ = small ? iterations : 0;
     taken = newton_.take(error_square, measure);
-    holds_ = small && (taken || again);
-    if (taken && !holds_) follow(std::sqrt(error_square));
+    if (small && (taken || again)) {
+      value_ = std::fmax(value_, change / system_.speed()); // which may be no number yet
+      return holds_ = true;
+    }
+    taken = taken || (!small && solve_on(iterations, error_square, measure));
+    if (taken) follow(std::sqrt(error_square));
   }
-  return holds_;
+  if (tiny_) value_ = bound_;
+  holds_ = tiny_;
+  return holds_ || exhausted_;
+}
+
+bool VelocityError::solve_on(int iterations, double& error_square, const std::function<double()>& measure) {
+  constexpr int patience = 2;
+  if (iterations < next_points_) return false;
+  next_points_ = int(std::min<std::int64_t>(std::int64_t(patience) * iterations, std::numeric_limits<int>::max()));
+  // far enough, as impulses that just do are as far from doing once they are measured again
+  return newton_.solve_on(iterations, error_square, std::sqrt(error_square) * accuracy_ / (16 * bound_), measure);
 }
 
 double VelocityError::wanted(double error) const {
   if (!known_) return error / fall;
+  if (value_ <= accuracy_ && confirmed_) return std::min(0.75 * error, std::max(accuracy_ / bound_, 1.0 / 16) * error);
   if (value_ <= accuracy_) return std::min(0.75 * error, held_at_ / fall);
   return error * std::clamp(accuracy_ / value_, 1.0 / 16, 0.75);
 }

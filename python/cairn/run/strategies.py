@@ -203,8 +203,8 @@ class NSCD(Strategy):
     velocities where contacts are detected, which on curved surfaces loses distance and speed in proportion to the step.
     accuracy: largest error of the velocities that contacts leave, |v - v*|_M / max(|v*|_M, |h g|_M), v* the exact solution of the
     step, M the masses, h g what loads alone make of the velocities: estimated from how velocities changed while the error of
-    impulses fell and from what Newton's method would change of them, and the solver goes on until it holds;
-    info["velocity_error"] tells the estimate. None: tol alone counts.
+    impulses fell and proved by what Newton's method would change of them, or by an error that is far smaller, and the solver
+    goes on until it holds; info["velocity_error"] tells the estimate. None: tol alone counts.
     newton_tol: on the balance of deformable bodies that are not linear, in an energy norm without units; newton_passes: of
     Newton's method round the contact solver, at most. cut_back: how often a step that Newton's method does not make, where a cell
     turns inside out, a material has no stress or the balance stays open, is halved: its parts are made one after the other,
