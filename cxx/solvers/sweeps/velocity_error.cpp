@@ -73,22 +73,23 @@ void VelocityError::told(const Refinement& by) {
 
 bool VelocityError::holds(int iterations, double& error_square, const std::function<double()>& measure) {
   constexpr int most = 8; // one after the other
-  // sweeps until the next, and until what is small is believed, against those until now
-  constexpr double patience = 1.5, to_confirm = 4;
+  // sweeps until the next, and until what is small is believed, against those until now; what is far smaller than
+  // asked, by the estimate, too, at the next
+  constexpr double patience = 1.5, to_confirm = 4, far = 64;
   if (!asked()) return true;
   bool taken = iterations >= next_newton_;
   for (int k = 0; k < most && taken && !tiny_ && worth_asking(iterations); ++k) {
     next_newton_ = int(std::min(patience * iterations, 1e9));
     const double change = newton_.find(iterations);
-    if (std::isnan(change)) break;
-    const bool small = change <= accuracy_ * system_.speed(),
-               again = small && small_since_ > 0 && iterations >= to_confirm * small_since_;
+    alone_ = std::isnan(change);
+    if (alone_) break;
+    const bool small = change <= accuracy_ * system_.speed();
+    const bool smaller = value_ * far <= accuracy_ && change * far <= accuracy_ * system_.speed();
+    const bool again = small && small_since_ > 0 && iterations >= (smaller ? patience : to_confirm) * small_since_;
     if (!small || small_since_ == 0) small_since_ = small ? iterations : 0;
     taken = newton_.take(error_square, measure);
-    if (small && (taken || again)) {
-      value_ = std::fmax(value_, change / system_.speed()); // which may be no number yet
-      return holds_ = true;
-    }
+    value_ = std::fmax(value_, change / system_.speed()); // which may be no number yet
+    if (small && (taken || again)) return holds_ = true;
     taken = taken || (!small && solve_on(iterations, error_square, measure));
     if (taken) follow(std::sqrt(error_square));
   }
@@ -98,16 +99,19 @@ bool VelocityError::holds(int iterations, double& error_square, const std::funct
 }
 
 bool VelocityError::solve_on(int iterations, double& error_square, const std::function<double()>& measure) {
-  constexpr int patience = 2;
+  constexpr double patience = 2;
   if (iterations < next_points_) return false;
-  next_points_ = int(std::min<std::int64_t>(std::int64_t(patience) * iterations, std::numeric_limits<int>::max()));
   // far enough, as impulses that just do are as far from doing once they are measured again
-  return newton_.solve_on(iterations, error_square, std::sqrt(error_square) * accuracy_ / (16 * bound_), measure);
+  const double wanted = std::sqrt(error_square) * accuracy_ / (16 * bound_);
+  const bool better = newton_.solve_on(iterations, error_square, wanted, measure);
+  if (!better) next_points_ = int(std::min(patience * iterations, 1e9)); // what gets on goes on
+  return better;
 }
 
 double VelocityError::wanted(double error) const {
   if (!known_) return error / fall;
-  if (value_ <= accuracy_ && confirmed_) return std::min(0.75 * error, std::max(accuracy_ / bound_, 1.0 / 16) * error);
+  if (value_ <= accuracy_ && confirmed_ && alone_)
+    return std::min(0.75 * error, std::max(accuracy_ / bound_, 1.0 / 16) * error);
   if (value_ <= accuracy_) return std::min(0.75 * error, held_at_ / fall);
   return error * std::clamp(accuracy_ / value_, 1.0 / 16, 0.75);
 }

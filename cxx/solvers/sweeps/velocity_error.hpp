@@ -69,6 +69,7 @@ private:
   int next_newton_ = 0, small_since_ = 0; // sweeps; what Newton's method changes was small since
   int next_points_ = 1024;                // sweeps until proximal points are looked for
   bool known_ = false, confirmed_ = false, holds_ = false;
+  bool alone_ = false;                    // Newton's method has no word
   bool tiny_ = false, exhausted_ = false; // the error, to velocities; and to rounding alone
   // Of velocities in |.|_M, over what the impulses of contacts miss in the same norm: in 40 steps of hoppers and drums
   // of six laws 2e4 at most, mostly below 100.
