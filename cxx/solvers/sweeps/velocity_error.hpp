@@ -23,9 +23,8 @@ namespace cairn {
 //   small and are so after four times as many sweeps.
 // - Where such steps turn in circles, proximal points around them, found from the impulses at hand: at an error that is
 //   smaller by decades velocities are known.
-// - An error so small that the slowest cluster that was ever seen to give way would not matter: see `reach`. Laws with
-// a
-//   local solution of their own have this alone.
+// - An error so small that the slowest cluster that was ever seen to give way would not matter: see `reach`. Laws
+//   with a local solution of their own have this alone.
 class VelocityError {
 public:
   // options.accuracy: what is asked for; infinity: nothing, and nothing is measured

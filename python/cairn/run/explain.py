@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import _core
 from .strategies import NLGS, NSCD, Auto, SmoothDEM
+from .views import core_of
 
 
 def explain(simulation):
@@ -73,7 +74,7 @@ def _sweeps(simulation, solver):
     if not isinstance(solver, (NLGS, Auto)):
         return []
     lines, plain = [], getattr(solver, "acceleration", "nesterov") == "none"
-    found = simulation._core.figures()
+    found = core_of(simulation).figures()
     if plain:
         lines.append("Sweeps are plain, over-relaxed from the tenth on")
     elif not found:

@@ -8,11 +8,12 @@ import numpy as np
 
 from .._core import Error
 from ..pre import checks
+from .views import core_of
 
 # integrators of second order whatever their parameters, and the parameter at which others are
 SECOND_ORDER = ("discrete_gradient", "hht", "generalised_alpha", "central_difference", "velocity_verlet")
 STAGGERED = ("central_difference", "beta_scheme")  # velocities stand in the middle of steps
-KEEPS_FORCES = ("velocity_verlet", "gear")  # of the last step, where impulses are of this one
+KEEPS_FORCES = ("velocity_verlet", "gear")  # of the last step, where impulses of contacts are of this one; joints take the middle
 LARGEST_CHANGE, SHARE = 0.5, 0.05  # of an impulse between two halves of a step; of the momentum of a body
 SECOND_AT_HALF = {"theta": "theta", "beta_scheme": "beta", "newmark": "gamma"}
 
@@ -107,6 +108,7 @@ class _Impulses:
         keys = list(map(tuple, np.array(contacts.key)[bears].tolist()))
         self.bodies = dict(zip(keys, np.array(contacts.bodies)[bears].tolist()))
         self.sizes = dict(zip(keys, np.linalg.norm(impulse[bears], axis=1).tolist()))
+        self.of_contacts = any(key[2] >= 0 for key in keys)  # those of joints are below
 
     def jump_from(self, before, momenta):
         """Whether a contact bears otherwise than in a step as long, of which the sizes are known: an impact, which is no smooth
@@ -180,7 +182,7 @@ class Doubling:
             or second.jump_from(first.sizes, momenta)
             or first.jump_from(second.sizes, momenta)
         )
-        self._bears = bool(first.sizes or second.sizes)
+        self._bears = first.of_contacts or second.of_contacts
 
     def undone(self, parts):
         """The end of the step made in parts, and what contacts bore in each, undone again."""
@@ -192,7 +194,7 @@ class Doubling:
             for _ in range(parts):
                 length = simulation.ready(self._h / parts)
                 with simulation._stage.of_step(simulation):
-                    simulation._core.step(length)
+                    core_of(simulation).step(length)
                 bore.append(_Impulses(simulation))
             return End(simulation), bore
         finally:
