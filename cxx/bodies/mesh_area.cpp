@@ -37,6 +37,17 @@ double face_area(const double* corner[4], int corners) {
   return area;
 }
 
+// Points by the first of their nodes: those of node n stand in `order` from first[n] to first[n + 1].
+void sort_points(const MeshModel& m, std::vector<std::int32_t>& first, std::vector<std::int32_t>& order) {
+  const std::size_t points = m.point_nodes.size() / 4;
+  first.assign(std::size_t(m.nodes()) + 1, 0);
+  order.resize(points);
+  for (std::size_t p = 0; p < points; ++p) ++first[std::size_t(m.point_nodes[4 * p]) + 1];
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  std::vector<std::int32_t> next(first.begin(), first.end() - 1);
+  for (std::size_t p = 0; p < points; ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
+}
+
 } // namespace
 
 // By the reference configuration.
@@ -66,12 +77,8 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
       const Seat& s = seats_[*next_seat];
       (s.role == Role::node ? of_node : of_point)[std::size_t(s.index)] = &area_[*next_seat];
     }
-    // points by the first of their nodes
-    std::vector<std::int32_t> first(std::size_t(m.nodes()) + 1, 0), order(points);
-    for (std::size_t p = 0; p < points; ++p) ++first[std::size_t(m.point_nodes[4 * p]) + 1];
-    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-    std::vector<std::int32_t> next(first.begin(), first.end() - 1);
-    for (std::size_t p = 0; p < points; ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
+    std::vector<std::int32_t> first, order;
+    sort_points(m, first, order);
     const auto on_all_of = [&](std::int32_t p, const std::int32_t* node, int corners) {
       const std::int32_t* own = &m.point_nodes[4 * std::size_t(p)];
       return std::all_of(node, node + corners, [&](std::int32_t n) { return std::find(own, own + 4, n) < own + 4; });
