@@ -15,13 +15,11 @@ import csv
 import time
 from pathlib import Path
 
-import cairn as cn
 import numpy as np
-import reference_scenes
 from cairn.problems import Problem
 from cairn.run.contact_problem import problem_of
 from scipy import sparse
-from stalls import Step
+from stalls import Step, moving_piles
 
 HERE = Path(__file__).resolve().parent
 SWEPT_BETWEEN, SWEPT_AFTER = 200, 400
@@ -138,18 +136,10 @@ def main():
     parser.add_argument("--size", type=int, default=250, help="contacts of a cluster")
     parser.add_argument("--rounds", type=int, default=8)
     options = parser.parse_args()
-    sim, _, _ = reference_scenes.build("disks2d_5000", 1e-4)
-    coarse, done = sim.strategy, 0
-    fine = cn.NSCD(theta=coarse.theta, solver=cn.NLGS(tol=1e-6, max_iter=4000), margin=coarse.margin, threads=1)
     with open(HERE / "results" / "clusters.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["steps_before", "method", "clusters", "contacts", "rounds", "error", "cpu_seconds"])
-        for moment in options.moments:
-            while done < moment:
-                sim.step()
-                done += 1
-            state = sim.get_state()
-            sim.strategy = fine
+        for moment, sim in moving_piles(options.moments, 4000):
             sim.step()
             before = time.process_time()
             for method, clusters, contacts, error in rows_of(sim, options.size, options.rounds):
@@ -158,8 +148,6 @@ def main():
                 file.flush()
                 print(*row, flush=True)
                 before = time.process_time()
-            sim.strategy = coarse
-            sim.set_state(state)
 
 
 if __name__ == "__main__":

@@ -159,6 +159,22 @@ def rows_of(sim, rounds):
                    "error_before": problem.error(r), "error": end.error}  # fmt: skip
 
 
+def moving_piles(moments, sweeps):
+    """(steps before, disks2d_5000 that made them at 1e-4) at each of these numbers of steps, rising; what steps follow are
+    swept so often at most, to 1e-6, and forgotten."""
+    sim, _, _ = reference_scenes.build("disks2d_5000", 1e-4)
+    coarse, done = sim.strategy, 0
+    fine = cn.NSCD(theta=coarse.theta, solver=cn.NLGS(tol=1e-6, max_iter=sweeps), margin=coarse.margin, threads=1)
+    for moment in moments:
+        while done < moment:
+            sim.step()
+            done += 1
+        state, sim.strategy = sim.get_state(), fine
+        yield moment, sim
+        sim.strategy = coarse
+        sim.set_state(state)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--moments", type=int, nargs="+", default=[60, 75, 90, 100, 115, 130], help="steps at 1e-4 before")
@@ -166,18 +182,10 @@ def main():
     options = parser.parse_args()
     names = ["steps_before", "question", "method", "contacts", "iterations", "error_before", "error"]
     names += ["first_change", "last_change", "cpu_seconds"]
-    sim, _, _ = reference_scenes.build("disks2d_5000", 1e-4)
-    coarse, done = sim.strategy, 0
-    fine = cn.NSCD(theta=coarse.theta, solver=cn.NLGS(tol=1e-6, max_iter=20000), margin=coarse.margin, threads=1)
     with open(HERE / "results" / "stalls.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, names)
         writer.writeheader()
-        for moment in options.moments:
-            while done < moment:
-                sim.step()
-                done += 1
-            state = sim.get_state()
-            sim.strategy = fine
+        for moment, sim in moving_piles(options.moments, 20000):
             before = time.process_time()
             for row in rows_of(sim, options.rounds):
                 told = {k: f"{x:.3g}" if isinstance(x, float) else x for k, x in row.items()}
@@ -186,8 +194,6 @@ def main():
                 file.flush()
                 print(*row.values(), flush=True)
                 before = time.process_time()
-            sim.strategy = coarse
-            sim.set_state(state)
 
 
 if __name__ == "__main__":

@@ -127,8 +127,8 @@ bool lies_with_others(const Candidates& c, int dim, std::int64_t i, const BodyOf
     }
     return std::abs(c.gap[j] - c.gap[i]) < 0x1p-10 * std::sqrt(way);
   };
-  constexpr std::int64_t some =
-      16; // points of a pair stand together; a body on a thousand triangles is not asked of all
+  // points of a pair stand together; a body on a thousand triangles is not asked of all
+  constexpr std::int64_t some = 16;
   for (std::int64_t j = i - 1; j >= i - some && same_pair(j); --j)
     if (lies(j)) return true;
   for (std::int64_t j = i + 1; j <= i + some && same_pair(j); ++j)
