@@ -36,6 +36,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
   bodies/mesh_turning.cpp
+  bodies/mesh_work.cpp
   bodies/mortar_pair.cpp
   bodies/mortar_surface.cpp
   bodies/nodes.cpp

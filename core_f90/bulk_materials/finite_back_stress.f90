@@ -8,23 +8,13 @@
 module finite_back_stress
   use, intrinsic :: iso_c_binding, only: c_double
   use tensor_functions, only: symmetric_eigen, inverse, to_strain, to_stress, from_strain, first_index, second_index, &
-                              half_log_difference
+                              half_log_difference, log1p, expm1
   use radial_return, only: hardening_law, mises, yield_stress, hardening_slope, hardening_energy
   implicit none
   private
   public :: point_with_back_stress
   real(c_double), parameter :: root = sqrt(2.0_c_double/3), weight(6) = [1.0_c_double, 1.0_c_double, 1.0_c_double, &
                                                          sqrt(2.0_c_double), sqrt(2.0_c_double), sqrt(2.0_c_double)]
-  interface
-    pure real(c_double) function log1p(x) bind(c) ! of C: ln (1 + x)
-      import :: c_double
-      real(c_double), value :: x
-    end function
-    pure real(c_double) function expm1(x) bind(c) ! of C: exp(x) - 1
-      import :: c_double
-      real(c_double), value :: x
-    end function
-  end interface
 
   !> Principal values and axes of the flow of the step, and of the logarithms of the stretches that it leaves.
   type :: flow_state

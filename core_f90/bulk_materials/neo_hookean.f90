@@ -1,17 +1,12 @@
 !> Compressible neo-Hookean: W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2 (Bonet & Wood 2008).
 module neo_hookean
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
-  use tensor_functions, only: determinant
+  use tensor_functions, only: determinant, cofactors, beyond_one, log1p
   implicit none
   private
   public :: cairn_bulk_neo_hookean
   integer, parameter :: parameters = 2, states = 0
-  interface
-    pure real(c_double) function log1p(x) bind(c) ! of C: ln (1 + x)
-      import :: c_double
-      real(c_double), value :: x
-    end function
-  end interface
+  real(c_double), parameter :: identity(3, 3) = reshape([1, 0, 0, 0, 1, 0, 0, 0, 1], [3, 3])
 contains
 
   !> Stress of n points.
@@ -30,26 +25,35 @@ contains
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
     integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
-    real(c_double), parameter :: apart = 0.25_c_double !< square of the strain above which 1 rounds it no more
-    real(c_double) :: grown(3, 3), back(3, 3), shear, lame, log_j, distortion
+    real(c_double), parameter :: apart = 0.25_c_double !< square of C - 1 above which 1 rounds it no more
+    real(c_double) :: f(3, 3), stretched(3, 3), back(3, 3), pull(3, 3), volume, shear, lame, log_j, distortion
     integer(c_int64_t) :: i
     integer :: k, l, p, q
-    logical :: sound
     shear = params(1)/(2*(1 + params(2)))
     lame = params(1)*params(2)/((1 + params(2))*(1 - 2*params(2)))
     do i = 1, n
-      grown = gradient(:, :, i)
-      if (sum(grown**2) <= apart) then
-        call by_strain(grown, back, stress(:, :, i), log_j, distortion, sound)
-      else
-        call by_deformation(grown, back, stress(:, :, i), log_j, distortion, sound)
-      end if
-      if (.not. sound) then
+      f = gradient(:, :, i)
+      do k = 1, 3
+        f(k, k) = f(k, k) + 1
+      end do
+      volume = determinant(f)
+      stretched = beyond_one(gradient(:, :, i))
+      if (.not. volume > 0) then
         status(i) = 1
-        grown = 0
-        call by_strain(grown, back, stress(:, :, i), log_j, distortion, sound)
+        f = identity
+        volume = 1
+        stretched = 0
       end if
-      stress(:, :, i) = shear*stress(:, :, i) + lame*log_j*back
+      back = cofactors(f)/volume
+      if (sum(stretched**2) <= apart) then
+        pull = matmul(back, stretched) ! F - F^-T, but for the difference of two numbers of size 1
+        call by_strain(stretched, log_j, distortion)
+      else ! the volume may be small, and no difference of numbers of size 1
+        pull = f - back
+        log_j = log(volume)
+        distortion = sum(f**2) - 3 - 2*log_j
+      end if
+      stress(:, :, i) = shear*pull + lame*log_j*back
       energy(i) = 0.5_c_double*shear*distortion + 0.5_c_double*lame*log_j**2
       do q = 1, 3
         do p = 1, 3
@@ -66,51 +70,18 @@ contains
     state = state_begin
   end subroutine cairn_bulk_neo_hookean
 
-  !> F - F^-T without differences of numbers of size 1, whose rounding would be all that small strains leave.
-  pure subroutine by_strain(grown, back, pull, log_j, distortion, sound)
-    real(c_double), intent(in)  :: grown(3, 3) !< F - 1
-    real(c_double), intent(out) :: back(3, 3)  !< F^-T
-    real(c_double), intent(out) :: pull(3, 3)  !< F - F^-T
+  !> ln J and I1 - 3 - 2 ln J of C - 1 without differences of numbers of size 1, whose rounding would be all that small strains leave:
+  !> with the invariants i1, i2, i3 of C - 1, J**2 = 1 + i1 + i2 + i3.
+  pure subroutine by_strain(stretched, log_j, distortion)
+    real(c_double), intent(in)  :: stretched(3, 3)   !< C - 1
     real(c_double), intent(out) :: log_j, distortion !< ln J; I1 - 3 - 2 ln J
-    logical, intent(out)        :: sound !< J is positive
     real(c_double) :: cofactor(3, 3), higher, growth
-    integer :: k
-    cofactor = cofactors(grown)
-    higher = cofactor(1, 1) + cofactor(2, 2) + cofactor(3, 3) + determinant(grown)
-    growth = grown(1, 1) + grown(2, 2) + grown(3, 3) + higher ! J - 1
-    sound = 1 + growth > 0
-    if (.not. sound) growth = 0
-    log_j = log1p(growth)
-    back = cofactor - transpose(grown)
-    pull = grown + transpose(grown) + growth*grown - cofactor
-    do k = 1, 3
-      back(k, k) = back(k, k) + 1 + growth - higher
-      pull(k, k) = pull(k, k) + higher
-    end do
-    back = back/(1 + growth)
-    pull = pull/(1 + growth)
-    distortion = sum(grown**2) + 2*(beyond_log(growth) - higher)
+    cofactor = cofactors(stretched)
+    higher = cofactor(1, 1) + cofactor(2, 2) + cofactor(3, 3) + determinant(stretched)
+    growth = stretched(1, 1) + stretched(2, 2) + stretched(3, 3) + higher ! J**2 - 1
+    log_j = 0.5_c_double*log1p(growth)
+    distortion = beyond_log(growth) - higher
   end subroutine by_strain
-
-  !> The same of large strains, whose volume may be small: a difference of numbers of size 1 by 1 + trace + ...
-  pure subroutine by_deformation(grown, back, pull, log_j, distortion, sound)
-    real(c_double), intent(in)  :: grown(3, 3)
-    real(c_double), intent(out) :: back(3, 3), pull(3, 3), log_j, distortion
-    logical, intent(out)        :: sound
-    real(c_double) :: f(3, 3), volume
-    integer :: k
-    f = grown
-    do k = 1, 3
-      f(k, k) = f(k, k) + 1
-    end do
-    volume = determinant(f)
-    sound = volume > 0
-    if (.not. sound) volume = 1
-    log_j = log(volume)
-    back = cofactors(f)/volume
-    pull = f - back
-    distortion = sum(f**2) - 3 - 2*log_j
-  end subroutine by_deformation
 
   !> x - ln (1 + x), of small x to their own precision.
   pure function beyond_log(x) result(rest)
@@ -128,19 +99,4 @@ contains
     end do
     rest = x**2*rest
   end function beyond_log
-
-  pure function cofactors(a) result(b)
-    real(c_double), intent(in) :: a(3, 3)
-    real(c_double) :: b(3, 3)
-    integer :: i, k, p, q, r, s
-    do k = 1, 3
-      r = mod(k, 3) + 1
-      s = mod(k + 1, 3) + 1
-      do i = 1, 3
-        p = mod(i, 3) + 1
-        q = mod(i + 1, 3) + 1
-        b(i, k) = a(p, r)*a(q, s) - a(p, s)*a(q, r)
-      end do
-    end do
-  end function cofactors
 end module neo_hookean

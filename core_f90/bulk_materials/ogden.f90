@@ -3,7 +3,7 @@
 module ogden
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use tensor_functions, only: symmetric_eigen, to_stress, elastic_from_measure, determinant, from_strain, &
-                              to_strain, place_of
+                              to_strain, place_of, beyond_one, log1p, expm1
   implicit none
   private
   public :: cairn_bulk_ogden
@@ -26,11 +26,14 @@ contains
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
     integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
-    real(c_double) :: f(3, 3), x(3), q(3, 3), s(3), by(3, 3), full(6), c(6, 6)
+    real(c_double) :: f(3, 3), stretched(3, 3), x(3), q(3, 3), log_stretch(3), s(3), by(3, 3), full(6), c(6, 6)
+    real(c_double), parameter :: apart = 0.25_c_double !< square of C - 1 above which 1 rounds it no more
     integer(c_int64_t) :: i
     integer :: k
+    if (.not. params(2)*params(3) + params(4)*params(5) + params(6)*params(7) > 0) status = 2 ! shear would grow by itself
     do i = 1, n
       f = gradient(:, :, i)
+      stretched = beyond_one(f)
       do k = 1, 3
         f(k, k) = f(k, k) + 1
       end do
@@ -40,9 +43,17 @@ contains
         do k = 1, 3
           f(k, k) = 1
         end do
+        stretched = 0
       end if
-      call symmetric_eigen(matmul(transpose(f), f), x, q)
-      call principal(params, x, energy(i), s, by)
+      if (sum(stretched**2) <= apart) then
+        call symmetric_eigen(stretched, x, q)
+        log_stretch = [(0.5_c_double*log1p(x(k)), k=1, 3)]
+        x = 1 + x
+      else ! stretches may be small, and no differences of numbers of size 1
+        call symmetric_eigen(matmul(transpose(f), f), x, q)
+        log_stretch = 0.5_c_double*log(x)
+      end if
+      call principal(params, x, log_stretch, energy(i), s, by)
       full = to_stress(matmul(q*spread(s, 1, 3), transpose(q)))
       call turned(x, q, s, by, c)
       call elastic_from_measure(f, full, c, stress(:, :, i), tangent(:, :, :, :, i))
@@ -51,31 +62,33 @@ contains
     state = state_begin
   end subroutine cairn_bulk_ogden
 
-  !> Energy, principal second Piola-Kirchhoff stresses and their derivatives by half the eigenvalues of C.
-  pure subroutine principal(params, x, energy, s, by)
-    real(c_double), intent(in)  :: params(parameters), x(3)
+  !> Energy, principal second Piola-Kirchhoff stresses and their derivatives by half the eigenvalues of C, of small strains to their
+  !> own precision: powers less 1, and of their sum what is beyond that of their exponents, which is 0.
+  pure subroutine principal(params, x, log_stretch, energy, s, by)
+    real(c_double), intent(in)  :: params(parameters), x(3), log_stretch(3)
     real(c_double), intent(out) :: energy, s(3), by(3, 3)
-    real(c_double) :: j, log_x(3), power(3), mean, shear, a
+    real(c_double) :: growth, j, log_x(3), power(3), mean, shear, a
     integer :: term, i, k
-    j = sqrt(product(x))
-    log_x = 0.5_c_double*log(x) - log(j)/3 ! of stretches without change of volume
-    energy = 0.5_c_double*params(1)*(j - 1)**2
+    log_x = log_stretch - sum(log_stretch)/3 ! of stretches without change of volume
+    growth = expm1(sum(log_stretch))
+    j = 1 + growth
+    energy = 0.5_c_double*params(1)*growth**2
     ! beta = dW / d ln stretch; s = beta / x; by = (d beta / d ln stretch - 2 beta delta) / (x x)
-    s = params(1)*(j - 1)*j
+    s = params(1)*growth*j
     by = params(1)*(2*j - 1)*j
     do term = 1, 3
       shear = params(2*term)
       a = params(2*term + 1)
       if (.not. (abs(shear) > 0 .and. abs(a) > 0)) cycle
-      power = exp(a*log_x)
-      mean = sum(power)/3
-      energy = energy + shear/a*(3*mean - 3)
+      power = [(expm1(a*log_x(i)), i=1, 3)]
+      mean = (beyond_exponent(a*log_x(1)) + beyond_exponent(a*log_x(2)) + beyond_exponent(a*log_x(3)))/3
+      energy = energy + 3*shear/a*mean
       s = s + shear*(power - mean)
       do k = 1, 3
         do i = 1, 3
-          by(i, k) = by(i, k) + shear*a*(mean - power(i) - power(k))/3
+          by(i, k) = by(i, k) + shear*a*(mean - power(i) - power(k) - 1)/3
         end do
-        by(k, k) = by(k, k) + shear*a*power(k)
+        by(k, k) = by(k, k) + shear*a*(1 + power(k))
       end do
     end do
     do k = 1, 3
@@ -86,6 +99,23 @@ contains
       by(:, k) = by(:, k)/(x*x(k))
     end do
   end subroutine principal
+
+  !> exp(x) - 1 - x, of small x to their own precision.
+  pure function beyond_exponent(x) result(rest)
+    real(c_double), intent(in) :: x
+    real(c_double) :: rest
+    integer, parameter :: terms = 9
+    integer :: k
+    if (abs(x) > 0.03125_c_double) then
+      rest = expm1(x) - x
+      return
+    end if
+    rest = 1
+    do k = terms, 3, -1
+      rest = 1 + x/k*rest
+    end do
+    rest = 0.5_c_double*x**2*rest
+  end function beyond_exponent
 
   !> Derivative of the stress by Green's strain in the axes of space.
   pure subroutine turned(x, q, s, by, c)

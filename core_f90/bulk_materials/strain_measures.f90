@@ -4,7 +4,7 @@
 module strain_measures
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use tensor_functions, only: from_strain, from_stress, to_strain, symmetric_eigen, elastic_from_measure, determinant, place_of, &
-                              half_log_difference
+                              half_log_difference, beyond_one
   implicit none
   private
   public :: cairn_strain_measure, cairn_stress_of_measure
@@ -131,13 +131,6 @@ contains
       end do
     end function turned
   end subroutine pulled_back
-
-  !> C - 1, of full accuracy where the strain is small.
-  pure function beyond_one(gradient) result(e)
-    real(c_double), intent(in) :: gradient(3, 3)
-    real(c_double) :: e(3, 3)
-    e = gradient + transpose(gradient) + matmul(transpose(gradient), gradient)
-  end function beyond_one
 
   pure function volume_ratio(gradient) result(j)
     real(c_double), intent(in) :: gradient(3, 3)

@@ -4,10 +4,21 @@ module tensor_functions
   implicit none
   private
   public :: first_index, second_index, place_of, identity6, to_strain, from_strain, to_stress, from_stress
-  public :: determinant, inverse, symmetric_eigen, isotropic_moduli, elastic_from_measure, half_log_difference
+  public :: determinant, cofactors, inverse, beyond_one, symmetric_eigen, isotropic_moduli, elastic_from_measure
+  public :: half_log_difference, log1p, expm1
   integer, parameter :: first_index(6) = [1, 2, 3, 1, 2, 1], second_index(6) = [1, 2, 3, 2, 3, 3]
   integer, parameter :: place_of(3, 3) = reshape([1, 4, 6, 4, 2, 5, 6, 5, 3], [3, 3])
   real(c_double), parameter :: identity6(6) = [1, 1, 1, 0, 0, 0]
+  interface
+    pure real(c_double) function log1p(x) bind(c) ! of C: ln (1 + x)
+      import :: c_double
+      real(c_double), value :: x
+    end function
+    pure real(c_double) function expm1(x) bind(c) ! of C: exp(x) - 1
+      import :: c_double
+      real(c_double), value :: x
+    end function
+  end interface
 contains
 
   pure function to_strain(a) result(v)
@@ -44,7 +55,7 @@ contains
         + a(1, 3)*(a(2, 1)*a(3, 2) - a(2, 2)*a(3, 1))
   end function determinant
 
-  pure function inverse(a) result(b)
+  pure function cofactors(a) result(b)
     real(c_double), intent(in) :: a(3, 3)
     real(c_double) :: b(3, 3)
     integer :: i, k, p, q, r, s
@@ -54,9 +65,22 @@ contains
       do i = 1, 3
         p = mod(i, 3) + 1
         q = mod(i + 1, 3) + 1
-        b(k, i) = a(p, r)*a(q, s) - a(p, s)*a(q, r)
+        b(i, k) = a(p, r)*a(q, s) - a(p, s)*a(q, r)
       end do
     end do
+  end function cofactors
+
+  !> C - 1 of F - 1, C = F'F: exact to rounding of the strain where points are not turned, to that of 1 where they are.
+  pure function beyond_one(h) result(c)
+    real(c_double), intent(in) :: h(3, 3)
+    real(c_double) :: c(3, 3)
+    c = h + transpose(h) + matmul(transpose(h), h)
+  end function beyond_one
+
+  pure function inverse(a) result(b)
+    real(c_double), intent(in) :: a(3, 3)
+    real(c_double) :: b(3, 3)
+    b = transpose(cofactors(a))
     b = b/dot_product(a(1, :), b(:, 1))
   end function inverse
 

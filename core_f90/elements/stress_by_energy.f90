@@ -3,7 +3,7 @@
 !> Linear and angular momentum are kept as well. The law is asked at the upper triangle R with R'R = C.
 module stress_by_energy
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
-  use tensor_functions, only: inverse
+  use tensor_functions, only: inverse, beyond_one
   implicit none
   private
   public :: cairn_middle_stretch, cairn_stress_by_energy
@@ -83,13 +83,6 @@ contains
       end do
     end do
   end subroutine turned
-
-  !> C - 1 of F - 1.
-  pure function beyond_one(h) result(c)
-    real(c_double), intent(in) :: h(3, 3)
-    real(c_double) :: c(3, 3)
-    c = h + transpose(h) + matmul(transpose(h), h)
-  end function beyond_one
 
   pure function with_identity(h) result(f)
     real(c_double), intent(in) :: h(3, 3)

@@ -361,6 +361,7 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
   for (std::int64_t i = 0; i < n; ++i) way[i] += way_end * end[i] + way_begin * v_[i];
   for (std::int64_t i = 0; i < n && s.histories > 0; ++i) way[i] += s.position[0] / s.h * jump_[i];
   if (!given_jump_.empty()) take_jumps(free_.data());
+  taken_.resize(end.size());
   work = {};
   for (std::int64_t i = 0; i < n; ++i) {
     const double elastic =
@@ -369,6 +370,7 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
     work.elastic += way[i] * elastic;
     work.damping += way[i] * damping;
     f_[i] -= elastic + damping;
+    taken_[i] = elastic + damping;
   }
   history_sum(nodes, s.velocity, x.data());
   for (std::int64_t i = 0; i < n; ++i) {
@@ -389,6 +391,7 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
     work.kinetic += 0.5 * end[i] * (momentum_[i] - lumped_[i] * end[i]);
   }
   account_stored(nodes, end, way);
+  account_linear_means(way, free_);
   account_ties();
 }
 

@@ -86,9 +86,12 @@ struct NewtonError {
 struct MeshWork {
   double elastic = 0, damping = 0, inertia = 0, kinetic_change = 0; // along the way
   double material = 0;                                              // dissipated at the points of the material
-  double absorbed = 0;   // of `elastic`, by a code that does not tell what of it is stored, or what is spent
-  double warmed = 0;     // given by what swelled at the begin of the step
-  double binding = 0;    // by what ties nodes and keeps parts rigid: none, but for what is left of their balance
+  double absorbed = 0; // of `elastic`, by a code that does not tell what of it is stored, or what is spent
+  double warmed = 0;   // given by what swelled at the begin of the step
+  double binding = 0;  // by what ties nodes and keeps parts rigid: none, but for what is left of their balance
+  double beyond =
+      0;           // of loads and of what moves held nodes: in the mean of both ends beyond where the integrator has it
+  double drag = 0; // of `damping`, in the mean of both ends
   double integrator = 0; // dissipated by it: what it takes of inertia, and of elastic forces by where it knows them
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };
@@ -248,6 +251,11 @@ private:
   void follow_leaders(Nodes& nodes); // what is kept of dofs that follow others
   void account_ties();               // after the reactions, before what follows hands its own on
   void account_stored(Nodes& nodes, const std::vector<double>& end, const std::vector<double>& way);
+  bool weighs_an_end() const; // the scheme takes forces elsewhere than in the mean of both ends of a step
+  void find_loads_beyond(const std::vector<double>& way);
+  void account_means(const std::vector<double>& way);
+  void account_linear_means(const std::vector<double>& way, const std::vector<double>& pull);
+  void account_bulk_means(const std::vector<double>& end);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme);
   void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step
@@ -331,13 +339,14 @@ private:
   double warmed_ = 0;
   std::vector<double> force_step_; // of the stresses over a step that is predicted, or has ended [N]
   std::vector<double> past_, elastic_past_, damped_past_, kicked_past_; // of the history; empty where there is none
-  std::vector<double> press_begin_, press_; // of pressures: at the begin of the step, over the step [N]
-  double end_share_ = 0.5;                  // of the end of the step in loads
-  double stored_begin_ = 0, checked_ = 0;   // checked_: step over its limit that is known to be stable
-  bool begun_ = false;                      // stored_begin_ and force_begin_ are known
-  bool undone_ = false;                     // the step before was: nodes begin at way_end_, to the bit, or were set
-  double h_ = 0, share_ = 0;                // the step at hand, of a body that is not linear
-  double end_weight_ = 0, rate_share_ = 0;  // of the end in forces of stresses, and in rates of strain
+  std::vector<double> press_begin_, press_;               // of pressures: at the begin of the step, over the step [N]
+  std::vector<double> loads_, mean_, drag_, taken_, way_; // (dofs) see mesh_work.cpp
+  double end_share_ = 0.5;                                // of the end of the step in loads
+  double stored_begin_ = 0, checked_ = 0;                 // checked_: step over its limit that is known to be stable
+  bool begun_ = false;                                    // stored_begin_ and force_begin_ are known
+  bool undone_ = false;                    // the step before was: nodes begin at way_end_, to the bit, or were set
+  double h_ = 0, share_ = 0;               // the step at hand, of a body that is not linear
+  double end_weight_ = 0, rate_share_ = 0; // of the end in forces of stresses, and in rates of strain
   bool explicit_ = false, by_energy_ = false;
   bool tangent_known_ = false;             // at iterate_, with its stresses
   double error_before_ = 0;                // of the pass before

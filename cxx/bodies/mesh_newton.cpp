@@ -481,6 +481,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   for (std::int64_t i = 0; i < n && !pressed.empty(); ++i) f_[i] += press_[i];
   gather(nodes.velocity, end.data());
   find_stresses_at_end(end);
+  taken_.resize(end.size());
   work = {};
   damped_velocity(end);
   if (damps_) damping_times(a_.data(), c_.data());
@@ -491,6 +492,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   if (keeps) kept_momentum(momentum_known_.data());
   for (std::int64_t i = 0; i < n; ++i) {
     const double way = way_of(std::size_t(i), end[i]), elastic = force_step_[i];
+    taken_[i] = elastic + c_[i];
     work.elastic += way * elastic;
     work.damping += way * c_[i];
     // what is kept gives momentum beside the forces, to the points of mass as well
@@ -522,6 +524,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   const double beyond = work.elastic - work.stored_change - work.material;
   const bool told = model.bulk->knows_energy() && model.bulk->knows_dissipation();
   (told ? work.integrator : work.absorbed) += beyond;
+  account_bulk_means(end);
 }
 
 void MeshBody::commit() {

@@ -94,11 +94,11 @@ void Simulation::account_for_meshes() {
     const MeshWork& w = mesh.work;
     energy.stored += w.stored;
     energy.kinetic += w.kinetic;
-    energy.work_external += w.elastic + w.damping + w.inertia + w.warmed - w.binding;
-    energy.dissipated_bulk += w.damping;
+    energy.work_external += w.elastic + w.damping + w.inertia + w.warmed - w.binding + w.beyond;
+    energy.dissipated_bulk += w.drag;
     energy.dissipated_material += w.material;
     energy.absorbed += w.absorbed;
-    energy.dissipated_integrator += w.integrator;
+    energy.dissipated_integrator += w.integrator + w.beyond + (w.damping - w.drag);
     energy.closure +=
         w.kinetic_change + w.stored_change + w.material + w.absorbed + w.integrator + w.binding - w.elastic - w.inertia;
     energy.turned_over += std::abs(w.elastic) + std::abs(w.damping) + std::abs(w.inertia) + std::abs(w.warmed);

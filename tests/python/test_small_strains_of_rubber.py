@@ -5,6 +5,7 @@ from decimal import Decimal, getcontext
 import cairn as cn
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from second_order import box
 from test_bulk_materials import found, params
 
@@ -41,6 +42,54 @@ def test_stress_and_energy_of_strains_of_any_size(size):
         here = np.swapaxes(got["stress"][k].reshape(3, 3), 0, 1)
         assert np.abs(here - stress).max() < 1e-14 * np.abs(stress).max() + 1e-15 * size
         assert got["energy"][k] == pytest.approx(energy, rel=1e-12, abs=0)
+
+
+def exact_ogden(gradient):
+    """Energy of the gradient of a displacement by Ogden's law, by decimals: powers of 2, -2 and 4 need no eigenvalues."""
+    getcontext().prec = 120
+    f = [[Decimal(float(gradient[i, j])) + (i == j) for j in range(3)] for i in range(3)]
+    c = [[sum(f[k][i] * f[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    first = sum(c[i][i] for i in range(3))
+    square = sum(c[i][j] * c[j][i] for i in range(3) for j in range(3))
+    second = (first**2 - square) / 2
+    volume = sum(f[0][i] * (f[1][(i + 1) % 3] * f[2][(i + 2) % 3] - f[1][(i + 2) % 3] * f[2][(i + 1) % 3]) for i in range(3))
+    shrink = (volume.ln() * Decimal(-2) / 3).exp()  # of squares of stretches
+    bulk, *terms = (Decimal(float(x)) for x in OGDEN)
+    powers = shrink * first, second * shrink**2, shrink**2 * square
+    shares = zip(terms[::2], terms[1::2], powers)
+    return float(bulk / 2 * (volume - 1) ** 2 + sum(shear / power * (of - 3) for shear, power, of in shares))
+
+
+OGDEN = 4.0, 1.2, 2.0, -0.4, -2.0, 0.1, 4.0
+
+
+@pytest.mark.parametrize("size", [1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("law", ["neo_hookean", "ogden"])
+def test_energies_and_stresses_of_points_that_are_turned(law, size):
+    """Rounding of a turned gradient is a strain of its own: no more of the energy and stress is lost than that."""
+    rng = np.random.default_rng(5)
+    turns = Rotation.random(12, random_state=5).as_matrix()
+    strains = size * (rng.random((12, 3, 3)) - 0.5)
+    ways = [turn @ (np.eye(3) + e + e.T) - np.eye(3) for turn, e in zip(turns, strains)]
+    ways += [e + e.T for e in strains]
+    got = found(law, ways) if law == "neo_hookean" else found(law, ways, values=list(OGDEN))
+    assert not got["status"].any()
+    for k, way in enumerate(ways):
+        energy = exact(way)[1] if law == "neo_hookean" else exact_ogden(way)
+        lost = 1e-13 + (40 * 2.0**-53 / size if k < 12 else 0)
+        assert got["energy"][k] == pytest.approx(energy, rel=lost, abs=0)
+        if law == "neo_hookean":
+            stress = exact(way)[0]
+            here = np.swapaxes(got["stress"][k].reshape(3, 3), 0, 1)
+            assert np.abs(here - stress).max() < lost * np.abs(stress).max()
+
+
+def test_rubber_without_shear_stiffness_is_refused():
+    for shear, power in ((-1e5, 2.0), (1e5, -2.0), (1e5, 0.0)):
+        with pytest.raises(ValueError, match="shear modulus of Ogden at rest"):
+            cn.Ogden(bulk=1e6, shear1=shear, power1=power)
+    assert found("ogden", [np.zeros((3, 3))], values=[1.0, -1.0, 2.0, 0.0, 2.0, 0.0, 2.0])["status"][0] == 2
+    cn.Ogden(bulk=1e6, shear1=-1e5, power1=-2.0)
 
 
 @pytest.mark.parametrize("small", [0.5, 1e-2, 1e-4, 1e-8, 1e-15])

@@ -36,7 +36,7 @@ class BulkMaterial:
 # of those whose parameters a name does not tell
 SAID = {
     "ogden": """W = sum over k of shear_k/power_k (l1^power_k + l2^power_k + l3^power_k - 3) + bulk/2 (J - 1)^2, of the stretches
-without change of volume l_i = J^(-1/3) lambda_i (Ogden 1972). The shear modulus at rest is the sum of shear_k power_k / 2. Mooney
+without change of volume l_i = J^(-1/3) lambda_i (Ogden 1972). The shear modulus at rest is the sum of shear_k power_k / 2, and positive. Mooney
 and Rivlin's W = C10 (I1 - 3) + C01 (I2 - 3) is shear1=2 C10, power1=2, shear2=-2 C01, power2=-2; neo-Hookean rubber the first
 term alone, shear1 its shear modulus.""",
     "drucker_prager": """sqrt(J2) + eta p <= xi c, of the mean stress p (tension positive) and the cohesion c = cohesion
@@ -51,6 +51,18 @@ takes fracture_energy [J/m2] of a crack through cells that are `length` wide acr
 in 2D, the cube root of its volume in 3D: right for squares and cubes; cells half as wide across the crack as along it take 0.71
 of fracture_energy in 2D, 0.63 in 3D if they are flat. Give the width across the crack as `length` there.""",
 }
+
+
+def _stiff_in_shear(ogden):
+    modulus = sum(ogden[f"shear{k}"] * ogden[f"power{k}"] for k in (1, 2, 3)) / 2
+    if not modulus > 0:
+        raise ValueError(
+            f"the shear modulus of Ogden at rest is {modulus:g} Pa, the sum of shear_k power_k / 2: give terms whose sum is "
+            "positive (a negative power goes with a negative shear)"
+        )
+
+
+CHECKED = {"ogden": _stiff_in_shear}  # what ranges of parameters, each by itself, do not tell
 
 
 def _material_class(description):
@@ -71,6 +83,8 @@ def _material_class(description):
             if math.isnan(value) or not low <= value <= high:
                 raise ValueError(f"{name} of {own} is {value:g}: give a value from {low:.12g} to {high:.12g}")
             values.append(value)
+        if description["name"] in CHECKED:
+            CHECKED[description["name"]](dict(zip(names, values)))
         BulkMaterial.__init__(self, values)
 
     ranges = "\n".join(
