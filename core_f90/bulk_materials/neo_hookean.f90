@@ -70,8 +70,8 @@ contains
     state = state_begin
   end subroutine cairn_bulk_neo_hookean
 
-  !> ln J and I1 - 3 - 2 ln J of C - 1 without differences of numbers of size 1, whose rounding would be all that small strains leave:
-  !> with the invariants i1, i2, i3 of C - 1, J**2 = 1 + i1 + i2 + i3.
+  !> ln J and I1 - 3 - 2 ln J of C - 1 without differences of numbers of size 1, whose rounding would be all that small strains
+  !> leave: with the invariants i1, i2, i3 of C - 1, J**2 = 1 + i1 + i2 + i3.
   pure subroutine by_strain(stretched, log_j, distortion)
     real(c_double), intent(in)  :: stretched(3, 3)   !< C - 1
     real(c_double), intent(out) :: log_j, distortion !< ln J; I1 - 3 - 2 ln J

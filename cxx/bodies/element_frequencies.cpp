@@ -72,10 +72,10 @@ void each_elastic(const MeshModel& m, Use&& use) {
   }
 }
 
-// The same of a material of solids, by its tangent at the start: that of a body whose cells have no node in common.
-// False: it is not known there.
+// The same of a material of solids, by its tangent at displacements `at` (null: none): that of a body whose cells have
+// no node in common. False: it is not known there.
 template <class Use>
-bool each_solid(const MeshModel& m, Use&& use) {
+bool each_solid(const MeshModel& m, const double* at, Use&& use) {
   const BulkModel& whole = *m.bulk->solid();
   std::vector<BulkCells> cells = whole.cells();
   std::vector<double> place;
@@ -92,10 +92,15 @@ bool each_solid(const MeshModel& m, Use&& use) {
       if ((i + 1) % std::size_t(c.element->nodes) == 0) start.push_back(std::int64_t(unknown.size()));
     }
   const SparseMatrix pattern = lower_pattern(std::int64_t(place.size()), start, unknown);
-  std::vector<double> none(place.size(), 0.0), force(place.size()), value(pattern.row.size(), 0.0), stiffness;
+  std::vector<double> moved(place.size(), 0.0), force(place.size()), value(pattern.row.size(), 0.0), stiffness;
+  std::size_t to = 0;
+  for (const BulkCells& c : whole.cells())
+    for (std::size_t i = 0; i < c.node.size() && at; ++i)
+      for (int k = 0; k < m.dim; ++k) moved[to++] = at[std::size_t(m.dim * c.node[i] + k)];
   BulkModel apart(m.dim, std::move(place), std::move(cells));
   apart.fit(pattern);
-  if (const BulkResult found = apart.evaluate(none.data(), infinity, 1, force.data(), value.data()); !found.ok())
+  if (at) apart.take_history(whole.history());
+  if (const BulkResult found = apart.evaluate(moved.data(), infinity, 1, force.data(), value.data()); !found.ok())
     return false;
   std::size_t cell = 0;
   std::vector<std::int32_t> dof;
@@ -118,8 +123,8 @@ bool each_solid(const MeshModel& m, Use&& use) {
 }
 
 template <class Use>
-bool each_cell(const MeshModel& m, Use&& use) {
-  if (m.bulk) return m.bulk->solid() && each_solid(m, use);
+bool each_cell(const MeshModel& m, const double* at, Use&& use) {
+  if (m.bulk) return m.bulk->solid() && each_solid(m, at, use);
   each_elastic(m, use);
   return !m.cells.empty();
 }
@@ -146,7 +151,7 @@ double MeshBody::element_bound(const std::vector<double>& mass, double slack) co
       if (free(dof[j])) sum += std::abs(k[j * dofs + i]);
     return sum;
   };
-  const bool known = each_cell(model, [&](int dofs, const std::int32_t* dof, const double* k) {
+  const bool known = each_cell(model, seen_at_, [&](int dofs, const std::int32_t* dof, const double* k) {
     for (int i = 0; i < dofs; ++i) {
       hold[std::size_t(dof[i])] += row(dofs, dof, k, i);
       diagonal[std::size_t(dof[i])] += k[i * dofs + i];
@@ -159,7 +164,7 @@ double MeshBody::element_bound(const std::vector<double>& mass, double slack) co
   std::vector<int> kept;
   double square = 0;
   bool finite = true;
-  each_cell(model, [&](int dofs, const std::int32_t* dof, const double* k) {
+  each_cell(model, seen_at_, [&](int dofs, const std::int32_t* dof, const double* k) {
     root.clear();
     kept.clear();
     for (int i = 0; i < dofs; ++i) {

@@ -256,6 +256,7 @@ void MeshBody::follow_leaders(Nodes& nodes) {
 void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_scheme& scheme, bool check) {
   const std::int64_t n = model.dofs();
   scheme_ = scheme;
+  for (std::int64_t i = 0; i < n; ++i) q_[i] = nodes.position_begin[first_node][i] - model.reference[i];
   if (linear())
     factorise(scheme, check);
   else
@@ -263,7 +264,6 @@ void MeshBody::free_velocity(Nodes& nodes, const double* gravity, const cairn_sc
   gather(nodes.velocity, v_.data());
   if (!model.ties.empty()) model.ties.follow(v_.data());
   if (scheme.histories > 1) follow_leaders(nodes);
-  for (std::int64_t i = 0; i < n; ++i) q_[i] = nodes.position_begin[first_node][i] - model.reference[i];
   weigh(gravity);
   if (!linear()) {
     f_ = weight_;

@@ -131,7 +131,7 @@ public:
   double size() const { return size_; } // of a cell, about [m]
   // A step of central differences that is certain to be stable [s], see mesh_stability.cpp; what opposes velocities
   // counts so many times, by drag_bound of the integrator.
-  double stable_step(double rate_share);
+  double stable_step(double rate_share, const Nodes& nodes);
 
   // Velocities of nodes at the end of the step without contacts, from those in `nodes`; of a step's begin.
   // Of a body whose stresses are a material's: Newton's method round the solution of contacts. free_velocity is its
@@ -258,6 +258,11 @@ private:
   void account_bulk_means(const std::vector<double>& end);
   void factorise(const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme);
+  double stable_step_there(double rate_share);
+  void check_step_there(const cairn_scheme& scheme);
+  template <class Use>
+  auto with_stiffness_at(const std::vector<double>& u, Use&& use); // of what is not linear
+  void watch_stability();
   void times_history(Nodes& nodes); // what the history adds to K q, C v and M v of the step
   void history_sum(Nodes& nodes, const double* factors, double* out) const;
   void solve_mass(double* b); // of held dofs: zero
@@ -342,8 +347,11 @@ private:
   std::vector<double> press_begin_, press_;               // of pressures: at the begin of the step, over the step [N]
   std::vector<double> loads_, mean_, drag_, taken_, way_; // (dofs) see mesh_work.cpp
   double end_share_ = 0.5;                                // of the end of the step in loads
-  double stored_begin_ = 0, checked_ = 0;                 // checked_: step over its limit that is known to be stable
-  bool begun_ = false;                                    // stored_begin_ and force_begin_ are known
+  const double* seen_at_ = nullptr;                       // displacements by which frequencies are judged; null: none
+  double judged_ = 0;                      // share of the limit at which stability was judged last, squared
+  std::int64_t since_judged_ = 0;          // [steps]
+  double stored_begin_ = 0, checked_ = 0;  // checked_: step over its limit that is known to be stable
+  bool begun_ = false;                     // stored_begin_ and force_begin_ are known
   bool undone_ = false;                    // the step before was: nodes begin at way_end_, to the bit, or were set
   double h_ = 0, share_ = 0;               // the step at hand, of a body that is not linear
   double end_weight_ = 0, rate_share_ = 0; // of the end in forces of stresses, and in rates of strain

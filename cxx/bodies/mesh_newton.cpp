@@ -481,6 +481,7 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
   for (std::int64_t i = 0; i < n && !pressed.empty(); ++i) f_[i] += press_[i];
   gather(nodes.velocity, end.data());
   find_stresses_at_end(end);
+  watch_stability();
   taken_.resize(end.size());
   work = {};
   damped_velocity(end);

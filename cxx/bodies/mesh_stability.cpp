@@ -12,6 +12,7 @@
 #include "../soe/lapack.hpp"
 #include "mesh_body.hpp"
 #include "mesh_rates.hpp"
+#include "nodes.hpp"
 
 namespace cairn {
 
@@ -112,7 +113,66 @@ bool MeshBody::steady(double h, double rate_share) {
   return model.mode_rates.empty() || steady_with_modes(*soe, rate_share * h);
 }
 
-double MeshBody::stable_step(double rate_share) {
+// Calls `use` with the stiffness at displacements u in the place of that at rest, of a body whose forces are not
+// linear.
+template <class Use>
+auto MeshBody::with_stiffness_at(const std::vector<double>& u, Use&& use) {
+  const bool moved = std::any_of(u.begin(), u.end(), [](double x) { return x < 0 || x > 0; });
+  if (linear() || !moved || !model.bulk->known_anywhere()) return use();
+  std::vector<double> value(model.stiffness.value.size(), 0.0), still(u.size(), 0.0), force(u.size());
+  const MeshMotion there{u.data(), still.data(), time, infinity, 1, 0, nullptr, time};
+  if (!model.bulk->evaluate(there, force.data(), value.data()).ok()) return use();
+  struct Back {
+    MeshBody& of;
+    std::vector<double>& rest;
+    ~Back() {
+      of.model.stiffness.value.swap(rest);
+      of.seen_at_ = nullptr;
+    }
+  } back{*this, value};
+  model.stiffness.value.swap(value);
+  seen_at_ = u.data();
+  return use();
+}
+
+double MeshBody::stable_step(double rate_share, const Nodes& nodes) {
+  std::vector<double> u(std::size_t(model.dofs()));
+  gather(nodes.position, u.data());
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] -= model.reference[i];
+  return with_stiffness_at(u, [&] { return stable_step_there(rate_share); });
+}
+
+void MeshBody::check_step(const cairn_scheme& scheme) {
+  with_stiffness_at(q_, [&] { check_step_there(scheme); });
+}
+
+// Where a body stiffens or its cells grow thin its limit falls below what it was as the step was checked. With dF the
+// change of the forces of stresses along the way dq of a step, dF.M^-1 dF/(dq.dF) is no more than the square of the
+// highest frequency of the mean of its tangents, and near it as soon as that mode moves the nodes by a hundredth of
+// what the others do: the step is checked once more then, at the stiffness that there is. What is beyond the limit
+// itself is always checked, the rest where the quotient grew or the last check is long ago.
+void MeshBody::watch_stability() {
+  if (!explicit_ || !std::isfinite(scheme_.largest) || !model.bulk->known_anywhere()) return;
+  constexpr std::int64_t seldom = 256;
+  constexpr double grown = 1.05, rounding = 256 * std::numeric_limits<double>::epsilon();
+  double square = 0, work_of_change = 0, greatest = 0;
+  for (const double force : force_end_) greatest = std::max(greatest, std::abs(force));
+  for (std::size_t i = 0; i < lumped_.size(); ++i) {
+    const double change = force_end_[i] - force_begin_[i];
+    if (!(std::abs(change) > rounding * greatest)) continue;
+    if (!model.held[i] && lumped_[i] > 0) square += change * change / lumped_[i];
+    work_of_change += change * way_of(i, trial_[i]);
+  }
+  ++since_judged_;
+  const double limit = scheme_.largest / h_, share = (work_of_change > 0 ? square / work_of_change : 0) / limit / limit;
+  const double worth = lumped_mass_ ? 0.1 : 0.03; // a mass that is shared makes the highest frequencies higher
+  if (!(share > worth) || (share <= 1 && share <= grown * judged_ && since_judged_ < seldom)) return;
+  judged_ = share;
+  since_judged_ = 0;
+  checked_ = 0;
+}
+
+double MeshBody::stable_step_there(double rate_share) {
   if (const FrequencyBound bound = frequency_bound(true); bound.known()) return step_of(bound, rate_share);
   double xi = 0;
   const double omega = frequency_estimate(&xi);
@@ -127,7 +187,7 @@ double MeshBody::stable_step(double rate_share) {
   return h;
 }
 
-void MeshBody::check_step(const cairn_scheme& scheme) {
+void MeshBody::check_step_there(const cairn_scheme& scheme) {
   constexpr double rounding = 1 + 0x1p-40;
   const double h = scheme.h * 2 / scheme.largest; // of central differences
   const DragBound drag = drag_bound(scheme);
@@ -148,9 +208,10 @@ void MeshBody::check_step(const cairn_scheme& scheme) {
   char text[400];
   std::snprintf(
       text, sizeof text,
-      "dt is %g s, beyond the stable step %.3g s of the mesh '%s' under this explicit integrator: give a smaller "
-      "dt, larger or softer cells, Carpenter(unstable='ignore'), or an implicit integrator, which has no such limit",
-      scheme.h, scheme.largest / 2 * std::min(limit, h), model.name.c_str());
+      "dt is %g s, beyond the stable step %.3g s of the mesh '%s'%s under this explicit integrator: give a smaller "
+      "dt, larger or softer cells, or an implicit integrator, which has no such limit (Carpenter takes "
+      "unstable='ignore')",
+      scheme.h, scheme.largest / 2 * std::min(limit, h), model.name.c_str(), seen_at_ ? " as it is strained now" : "");
   throw StepTooLong(text);
 }
 

@@ -64,6 +64,7 @@ public:
   void forget_history() override;
   std::shared_ptr<InternalForces> another() override;
   BulkModel* solid() override { return this; }
+  bool known_anywhere() const override { return true; }
   // Routines of users may leave their energies alone: then those of their stresses are not known.
   bool knows_energy() const override;
   bool knows_dissipation() const override { return knows_energy(); }

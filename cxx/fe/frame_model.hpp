@@ -46,6 +46,7 @@ public:
   void take_history(std::span<const double> history) override;
   void forget_history() override;
   std::shared_ptr<InternalForces> another() override;
+  bool known_anywhere() const override { return true; }
   std::int64_t bytes() const override;
   // Of each node (9), a column after the other, at the begin of the step; of bars none.
   const std::vector<double>& rotations() const { return turned_begin_; }

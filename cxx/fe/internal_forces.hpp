@@ -63,6 +63,8 @@ public:
   virtual void forget_history() = 0;                     // as at the start
   virtual std::shared_ptr<InternalForces> another() = 0; // for another simulation, at the start
   virtual std::int64_t bytes() const = 0;
+  // Whether forces and their derivative may be asked for between steps, at any displacements.
+  virtual bool known_anywhere() const { return false; }
   virtual BulkModel* solid() { return nullptr; } // of materials of solids
   // What views show of the last evaluation, and no step begins from; empty: nothing.
   virtual std::span<double> shown() { return {}; }

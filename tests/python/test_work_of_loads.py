@@ -68,7 +68,7 @@ def test_the_integrator_s_part_is_of_second_order(name, linear, load):
 @pytest.mark.parametrize("linear", [True, False])
 @pytest.mark.parametrize("integrator", [cn.Newmark(), cn.HHT(alpha=-0.1)])
 def test_the_work_of_what_moves_nodes(integrator, linear):
-    """Held nodes work their elastic forces at the mean of both ends; of their inertia, which a drive gives as an impulse, a part of
-    first order is left that is a hundredth of what forces at the end alone made of it (2.7 % of what is stored)."""
+    """Held nodes work their elastic forces at the mean of both ends; of their inertia, which a drive gives as an impulse, a part
+    of first order is left that is a hundredth of what forces at the end alone made of it (2.7 % of what is stored)."""
     e = terms(integrator, 0.4, "displace", linear)
     assert abs(e["dissipated_integrator"]) < 4e-4 * e["stored"]

@@ -38,8 +38,8 @@ double Nscd::stable_step(Simulation& s) {
   double least = std::numeric_limits<double>::infinity();
   for (MeshBody& mesh : s.meshes.meshes) {
     if (!std::isfinite(scheme.largest)) continue;
-    least = std::min(least, scheme.largest / 2 * mesh.stable_step(drag.rate) / drag.frequency);
-    if (drag.frequency < 1) least = std::min(least, scheme.largest / 2 * mesh.stable_step(0));
+    least = std::min(least, scheme.largest / 2 * mesh.stable_step(drag.rate, s.scene.nodes) / drag.frequency);
+    if (drag.frequency < 1) least = std::min(least, scheme.largest / 2 * mesh.stable_step(0, s.scene.nodes));
   }
   return least;
 }

@@ -36,9 +36,9 @@ class BulkMaterial:
 # of those whose parameters a name does not tell
 SAID = {
     "ogden": """W = sum over k of shear_k/power_k (l1^power_k + l2^power_k + l3^power_k - 3) + bulk/2 (J - 1)^2, of the stretches
-without change of volume l_i = J^(-1/3) lambda_i (Ogden 1972). The shear modulus at rest is the sum of shear_k power_k / 2, and positive. Mooney
-and Rivlin's W = C10 (I1 - 3) + C01 (I2 - 3) is shear1=2 C10, power1=2, shear2=-2 C01, power2=-2; neo-Hookean rubber the first
-term alone, shear1 its shear modulus.""",
+without change of volume l_i = J^(-1/3) lambda_i (Ogden 1972). The shear modulus at rest is the sum of shear_k power_k / 2, and
+positive. Mooney and Rivlin's W = C10 (I1 - 3) + C01 (I2 - 3) is shear1=2 C10, power1=2, shear2=-2 C01, power2=-2; neo-Hookean
+rubber the first term alone, shear1 its shear modulus.""",
     "drucker_prager": """sqrt(J2) + eta p <= xi c, of the mean stress p (tension positive) and the cohesion c = cohesion
 + hardening times the accumulated plastic strain. The cone goes through the edges of compression of Mohr and Coulomb's, outside:
 eta = 6 sin(phi)/(sqrt(3) (3 - sin(phi))), xi = 6 cos(phi)/(sqrt(3) (3 - sin(phi))), so that strengths of triaxial compression
