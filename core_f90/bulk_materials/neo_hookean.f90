@@ -1,7 +1,7 @@
 !> Compressible neo-Hookean: W = mu/2 (I1 - 3 - 2 ln J) + lambda/2 (ln J)^2 (Bonet & Wood 2008).
 module neo_hookean
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
-  use tensor_functions, only: determinant, cofactors, beyond_one, log1p
+  use tensor_functions, only: cofactors, log1p
   implicit none
   private
   public :: cairn_bulk_neo_hookean
@@ -36,15 +36,17 @@ contains
       do k = 1, 3
         f(k, k) = f(k, k) + 1
       end do
-      volume = determinant(f)
-      stretched = beyond_one(gradient(:, :, i))
+      back = cofactors(f)
+      volume = dot_product(f(1, :), back(1, :))
+      stretched = gradient(:, :, i) + transpose(gradient(:, :, i)) + matmul(transpose(gradient(:, :, i)), gradient(:, :, i))
       if (.not. volume > 0) then
         status(i) = 1
         f = identity
+        back = identity
         volume = 1
         stretched = 0
       end if
-      back = cofactors(f)/volume
+      back = back/volume
       if (sum(stretched**2) <= apart) then
         pull = matmul(back, stretched) ! F - F^-T, but for the difference of two numbers of size 1
         call by_strain(stretched, log_j, distortion)
@@ -75,10 +77,15 @@ contains
   pure subroutine by_strain(stretched, log_j, distortion)
     real(c_double), intent(in)  :: stretched(3, 3)   !< C - 1
     real(c_double), intent(out) :: log_j, distortion !< ln J; I1 - 3 - 2 ln J
-    real(c_double) :: cofactor(3, 3), higher, growth
-    cofactor = cofactors(stretched)
-    higher = cofactor(1, 1) + cofactor(2, 2) + cofactor(3, 3) + determinant(stretched)
-    growth = stretched(1, 1) + stretched(2, 2) + stretched(3, 3) + higher ! J**2 - 1
+    real(c_double) :: a, b, c, d, e, f, higher, growth
+    a = stretched(1, 1)
+    b = stretched(2, 2)
+    c = stretched(3, 3)
+    d = stretched(1, 2)
+    e = stretched(2, 3)
+    f = stretched(1, 3)
+    higher = a*b + b*c + c*a - d*d - e*e - f*f + a*(b*c - e*e) - d*(d*c - e*f) + f*(d*e - b*f)
+    growth = a + b + c + higher ! J**2 - 1
     log_j = 0.5_c_double*log1p(growth)
     distortion = beyond_log(growth) - higher
   end subroutine by_strain

@@ -1,5 +1,5 @@
-"""Steps of explicit integrators on bodies that stiffen, or whose cells grow thin, as they deform: the stable step is that of the body
-as it is strained, and a step that was below it at the start is refused once it is above, before the motion shows it."""
+"""Steps of explicit integrators on bodies that stiffen, or whose cells grow thin, as they deform: the stable step is that of the
+body as it is strained, and a step that was below it at the start is refused once it is above, before the motion shows it."""
 
 import cairn as cn
 import numpy as np
