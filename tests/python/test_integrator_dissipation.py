@@ -75,8 +75,8 @@ def taken(integrator, h, mass, stiffness, begin, end, impulse, jump):
 
 
 def beyond_the_mean(integrator, h, body, free, begin, end, jump, loads):
-    """What loads, drag and the elastic forces of held dofs work as the method has them, beyond their mean at both ends: loads work
-    less by that, drag more, and held dofs need less."""
+    """What loads, drag and the elastic forces of held dofs work as the method has them, beyond their mean at both ends: loads
+    work less by that, drag more, and held dofs need less."""
     (q0, v0, a0), (q1, v1, _), s = begin, end, integrator.scheme(h)
     damping, stiffness, dq = body.C.toarray(), body.K.toarray(), q1 - q0
     late = s["elastic_velocity"] * v0 + s["stiffness"] / s["impulse"] * (v1 - v0)
@@ -95,8 +95,8 @@ def beyond_the_mean(integrator, h, body, free, begin, end, jump, loads):
 @pytest.mark.parametrize("lumped, drives", [(True, True), (False, False), (False, True)])
 @pytest.mark.parametrize("integrator", EACH, ids=repr)
 def test_closed_forms_and_balance(integrator, lumped, drives):
-    """Step by step what is told is that of the closed form, with loads and drag at their mean of both ends; and the balance of all terms closes to 1e-10 of the energy in play,
-    with energies by the matrices."""
+    """Step by step what is told is that of the closed form, with loads and drag at their mean of both ends; and the balance of all
+    terms closes to 1e-10 of the energy in play, with energies by the matrices."""
     h = 2e-3 if np.isinf(integrator.scheme(1.0)["largest"]) else 4e-4
     sim = struck(integrator, h, lumped=lumped, drives=drives)
     mesh = sim.meshes[0]
