@@ -41,8 +41,8 @@ def struck(integrator, dt, *, lumped, drives):
 
 
 def taken(integrator, h, mass, stiffness, begin, end, impulse, jump):
-    """What the closed form of an integrator says that it takes in a step, of the forces that it has. begin, end: displacement, velocity, acceleration; jump:
-    that of velocities by the impulse, and by velocities that are given, alone."""
+    """What the closed form of an integrator says that it takes in a step, of the forces that it has. begin, end: displacement,
+    velocity, acceleration; jump: that of velocities by the impulse, and by velocities that are given, alone."""
     (q0, v0, a0), (q1, v1, a1) = begin, end
     dq, dv, da, mean = q1 - q0, v1 - v0, a1 - a0, (v0 + v1) / 2
     strain = dq @ stiffness @ dq
@@ -95,8 +95,8 @@ def beyond_the_mean(integrator, h, body, free, begin, end, jump, loads):
 @pytest.mark.parametrize("lumped, drives", [(True, True), (False, False), (False, True)])
 @pytest.mark.parametrize("integrator", EACH, ids=repr)
 def test_closed_forms_and_balance(integrator, lumped, drives):
-    """Step by step what is told is that of the closed form, with loads and drag at their mean of both ends; and the balance of all
-    terms closes to 1e-10 of the energy in play, with energies by the matrices."""
+    """Step by step what is told is that of the closed form, with loads and drag at their mean of both ends; and the balance of
+    all terms closes to 1e-10 of the energy in play, with energies by the matrices."""
     h = 2e-3 if np.isinf(integrator.scheme(1.0)["largest"]) else 4e-4
     sim = struck(integrator, h, lumped=lumped, drives=drives)
     mesh = sim.meshes[0]
