@@ -294,9 +294,8 @@ public:
   // Which share of what joints and bonds on meshes miss a step makes good, where its integrator moves what impulses
   // hold beside their velocities (mesh_jumps.cpp): all of it at once would answer to that, and grow.
   void correct_meshes_by(double share);
-  // Joints go by the middle of the flight: the share of the end of the step in forces of their springs, and how long
-  // what is detected has flown beyond where a theta-method of that share has it [s].
-  void centre_joints(double share, double beyond);
+  // Joints go by the middle of the flight: the share of the end of the step in forces of their springs.
+  void centre_joints(double share);
   void measure_from(const std::array<double, 3>& origin); // of the scene [m]
   // Once a solution is there: biases of joints that hold at the next detection; false: there are no such joints, or by
   // the solution at hand they miss it by no more than `least` of their speed.

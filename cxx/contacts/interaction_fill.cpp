@@ -483,7 +483,7 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
   repeat_last(b, geometry, 3);
   repeat_last(b, u, c);
   if (has_fields()) repeat_last(b, fields, 4);
-  if (law_infos()[b.law].joins) measure_joints(b, u);
+  if (law_infos()[b.law].joins) measure_joints(b);
   const cairn_law_context context{h, theta_of(law_infos()[b.law]), geometry, has_fields() ? fields : nullptr};
   if (own.fields) std::copy_n(fields, 4 * n, own.fields);
   if (own.geometry) {

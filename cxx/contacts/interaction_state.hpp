@@ -155,10 +155,10 @@ struct Interactions::State {
   const Cell* cell = nullptr;
   std::array<double, 3> origin{}; // of the scene: places that were given had its size, and their rounding [m]
   double h = 0, theta = 0;
-  double gap_share = 0.5;                   // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
-  double joint_theta = 0, joint_beyond = 0; // see centre_joints; 0: theta
-  double correction = 1;                    // of what joints and bonds on meshes miss, by a step
-  bool flies = true;                        // whether laws hold in the middle of the flight: see contact_flight.cpp
+  double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
+  double joint_theta = 0; // see centre_joints; 0: theta
+  double correction = 1;  // of what joints and bonds on meshes miss, by a step
+  bool flies = true;      // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
   bool laws_commit = false;                         // a law of the step has a slot commit or energy
   int impulse_components = 0, state_components = 0; // of this step's laws
@@ -322,7 +322,7 @@ struct Interactions::State {
   void between_ends(std::int32_t contactor_a, std::int32_t contactor_b, std::int32_t image, const Anchor& anchor,
                     double* between) const; // of both ends of what is anchored [m]
   // Errors of their frames, before the law prepares, with velocities at the begin of the step; in joints.cpp.
-  void measure_joints(const cairn_batch& b, const double* u) const;
+  void measure_joints(const cairn_batch& b) const;
   void keep_turn(std::int32_t contactor_a, std::int32_t contactor_b, Anchor& made) const;
   void turned_from(std::int32_t A, std::int32_t B, const Anchor& anchor, double found[4]) const;
   void turned_from(const double* A, const double* B, const Anchor& anchor, double found[4]) const; // of rotations

@@ -184,10 +184,8 @@ double Interactions::State::joint_errors(const cairn_batch& b, int lane, const J
   return along;
 }
 
-// Methods that keep derivatives detect farther along the flight than where impulses, which move bodies by half of the
-// step with their jump, make up for what is missed there: velocities would swing about that without end.
-void Interactions::State::measure_joints(const cairn_batch& b, const double* u) const {
-  const int n = b.count, d = dim();
+void Interactions::State::measure_joints(const cairn_batch& b) const {
+  const int n = b.count;
   for (int lane = 0; lane < b.contacts; ++lane) {
     if (!is_anchored(system.candidate[b.first + lane])) continue; // broken
     JointPose pose;
@@ -195,13 +193,6 @@ void Interactions::State::measure_joints(const cairn_batch& b, const double* u) 
     joint_pose(b, lane, pose);
     b.state[7 * n + lane] = joint_errors(b, lane, pose, error);
     for (int c = 0; c < 6; ++c) b.state[(1 + c) * n + lane] = error[c];
-    if (joint_beyond == 0) continue;
-    const int coordinate = int(laws->entry(entry[system.candidate[b.first + lane]]).params[joint_coordinate]);
-    if (coordinate > 0) b.state[7 * n + lane] -= joint_beyond * u[(coordinate - 1) * n + lane];
-    for (int c = 0; c < b.components; ++c) { // errors have three of places before those of turns
-      const int place = d == 2 && c == 2 ? 3 : c;
-      b.state[(1 + place) * n + lane] -= joint_beyond * u[c * n + lane];
-    }
   }
   repeat_last(b, b.state, 8);
 }

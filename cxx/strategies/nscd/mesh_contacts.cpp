@@ -113,7 +113,7 @@ void Nscd::look_at_meshes(Simulation& s) {
   const int dim = s.scene.dim;
   const bool measured = std::isnan(settings.margin);
   const Contactors& contactors = s.scene.contactors;
-  const double ahead = h_ * (1 - scheme_.share); // for which bodies move on before contacts are sought
+  const double ahead = ahead_; // for which bodies move on before contacts are sought
   std::int64_t deepest = -1, farthest = -1, through = -1;
   double depth = 0, way = 0, beyond = 0, safe = 0;
   for (std::int64_t i = 0; i < c.count; ++i) {
@@ -122,8 +122,7 @@ void Nscd::look_at_meshes(Simulation& s) {
     if (!std::isfinite(size)) continue;                                           // of rigid bodies
     const double apart = gap + *contactors.radius[one] + *contactors.radius[two]; // of their middles
     const double most = measured ? margins_[one] + margins_[two] : std::numeric_limits<double>::infinity();
-    if (!(gap < -s.report.mesh_depth * size) && most <= far_share * size && (1 - scheme_.share) * most <= apart)
-      continue;
+    if (!(gap < -s.report.mesh_depth * size) && most <= far_share * size && ahead / h_ * most <= apart) continue;
     const double* normal = &c.normal[std::size_t(dim * i)];
     const double speed = speed_of(s, i);
     if (gap < -s.report.mesh_depth * size && !holds(s, one, two))

@@ -87,6 +87,7 @@ private:
   void measure_histories(Simulation& s);
   // Where the laws take the way of a step from: the end velocity of this one, or that of the next.
   double law_share() const { return scheme_.share > 0 ? scheme_.share : 1; }
+  double flight_to_detection(const Simulation& s) const;
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
   void find_bonds(Simulation& s);
@@ -104,6 +105,7 @@ private:
   const LawTable& projection_laws(const Simulation& s);
 
   double h_ = 0;
+  double ahead_ = 0;                     // from the start of the step to the detection of contacts [s]
   cairn_scheme scheme_{};                // of the step at hand
   Array<double> change_, way_;           // of velocities by forces, without contacts; displacement of the history
   Array<double> node_change_, node_way_; // of nodes

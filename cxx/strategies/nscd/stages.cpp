@@ -114,11 +114,21 @@ void Nscd::undo_step(Simulation& s) {
   show_again(s, shown_);
 }
 
+// Impulses move bodies by the mean of the velocities at both ends of a step under every integrator that keeps
+// derivatives, so that what they do along the axes of a joint is of second order in the middle of the step alone: by
+// axes of another time hard joints take or give energy in proportion to how far that is from the middle.
+double Nscd::flight_to_detection(const Simulation& s) const {
+  const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
+  const std::vector<Law>& laws = s.laws.laws();
+  if (scheme_.histories > 0 && std::any_of(laws.begin(), laws.end(), joins)) return h_ / 2;
+  return h_ * (1 - scheme_.share);
+}
+
 // q_m: the displacement of the step without what the velocity at its end adds, nor what an integrator keeps: that is
 // undone by the impulses of contacts on what rests.
 void Nscd::predict_configuration(Simulation& s) {
   Bodies& b = s.scene.bodies;
-  const double ahead = h_ * (1 - scheme_.share);
+  const double ahead = ahead_ = flight_to_detection(s);
   cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
                       s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   Nodes& nodes = s.scene.nodes;
@@ -307,7 +317,7 @@ void Nscd::prepare_contacts(Simulation& s) {
   const bool beside = scheme_.stiffness > 0 && scheme_.histories > 0 && std::abs(scheme_.position[0]) > 0;
   s.interactions.correct_meshes_by(beside ? slow : 1);
   const bool by_theta = settings.integrator.name == "theta";
-  s.interactions.centre_joints(by_theta ? law_share() : 0.5, scheme_.position[0] / h_);
+  s.interactions.centre_joints(by_theta ? law_share() : 0.5);
   s.interactions.pose(settings.pose);
   s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
                           &s.meshes, &s.scene.nodes);
@@ -317,7 +327,6 @@ void Nscd::prepare_contacts(Simulation& s) {
 void Nscd::solve_contacts(Simulation& s) {
   const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
   s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver);
-  if (scheme_.histories > 0) return;
   constexpr int most = 5; // what turns far in a step takes more than one
   SolverOptions options = settings.solver;
   int last = s.report.solve.iterations;
@@ -436,27 +445,33 @@ void Nscd::update_configuration(Simulation& s) {
     cairn_history_update(nodes.dim, nodes.dim, nodes.count, &scheme_, node_change_.data(), nullptr, nodes.history(0),
                          nodes.history(1), nodes.history(2), nodes.history(3));
   }
-  const double ahead = h_ * scheme_.share;
-  cairn_theta_advance(s.scene.dim, b.dofs(), b.count, ahead, b.velocity.values.data(), b.position.values.data(),
-                      s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
   Nodes& nodes = s.scene.nodes;
-  cairn_theta_advance(nodes.dim, nodes.dim, nodes.count, ahead, nodes.velocity.values.data(),
-                      nodes.position.values.data(), nullptr);
+  const auto advance = [&](double time, Field<double>& of_bodies, Field<double>& of_nodes) {
+    cairn_theta_advance(s.scene.dim, b.dofs(), b.count, time, of_bodies.values.data(), b.position.values.data(),
+                        s.scene.dim == 2 ? pointer(b.rotation) : nullptr);
+    cairn_theta_advance(nodes.dim, nodes.dim, nodes.count, time, of_nodes.values.data(), nodes.position.values.data(),
+                        nullptr);
+  };
+  const double before = h_ * (1 - scheme_.share), moved = before - ahead_;
+  const bool elsewhere = std::abs(moved) > 0; // contacts were detected in the middle of the step
+  const double rest = elsewhere ? h_ - ahead_ : h_ * scheme_.share;
+  if (elsewhere) advance(moved, b.velocity_begin, nodes.velocity_begin);
+  advance(h_ * scheme_.share, b.velocity, nodes.velocity);
   if (s.scene.dim == 3 && b.rotation.active) {
     std::int64_t unsolved = 0;
-    cairn_rotate(b.count, ahead, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
+    cairn_rotate(b.count, rest, b.inertia.values.data(), b.velocity.values.data(), b.rotation.values.data(),
                  pointer(b.angular_momentum), bits(b.driven), &unsolved);
     s.report.unresolved_rotations += unsolved;
   }
   if (b.angular_momentum.active)
     cairn_momentum_update(b.count, 0, b.inertia.values.data(), b.rotation.values.data(), b.velocity_begin.values.data(),
                           b.velocity.values.data(), b.angular_momentum.values.data(), bits(b.driven));
-  s.advance_cell(ahead);
+  s.advance_cell(rest);
   s.follow_meshes();
   if (s.scene.cell.any()) s.wrap_into_cell();
   s.report.step = ++s.steps;
   s.report.h = h_;
-  s.report.time_detection = s.time + h_ * (1 - scheme_.share);
+  s.report.time_detection = s.time + ahead_;
   s.report.time = s.time += h_;
   s.report.contacts = s.candidates.count;
   s.report.energy = s.energy;
