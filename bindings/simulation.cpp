@@ -143,6 +143,12 @@ py::dict report_of(const cairn::StepReport& r) {
   out["penetration"] = r.solve.penetration;
   out["cone_distance"] = r.solve.cone_distance;
   out["energy_created"] = r.solve.energy_created;
+  if (r.solve.joint_contact >= 0) {
+    out["joint_error"] = r.solve.joint_error;
+    out["joint_gap"] = r.solve.joint_gap;
+    out["joint_contact"] = r.solve.joint_contact;
+  }
+  if (!r.solve.joint_hint.empty()) out["joint_hint"] = r.solve.joint_hint;
   out["hint"] = r.solve.hint;
   out["mesh_depth"] = r.mesh_depth;
   out["mesh_way"] = r.mesh_way;

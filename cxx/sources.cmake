@@ -177,6 +177,7 @@ set(CAIRN_CXX_SOURCES
   strategies/nscd/newton.cpp
   strategies/nscd/own_conditions.cpp
   strategies/nscd/histories.cpp
+  strategies/nscd/joints.cpp
   strategies/nscd/mesh_contacts.cpp
   strategies/nscd/nested_meshes.cpp
   strategies/nscd/projection.cpp

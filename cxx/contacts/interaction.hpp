@@ -178,9 +178,22 @@ struct SolveReport {
   double velocity_error = std::numeric_limits<double>::quiet_NaN(); // estimated, see VelocityError; NaN: not asked for
   double penetration = 0;                                           // deepest overlap / size of the smaller body
   double cone_distance = 0;                                         // distance of impulses outside the cone / impulse
-  double energy_created = 0;   // energy that contacts made from nothing / energy in play; once it is committed
-  std::string hint;            // empty when converged
-  const char* solver = "nlgs"; // that gave the answer
+  double energy_created = 0; // energy that contacts made from nothing / energy in play; once it is committed
+  double joint_error = 0;    // largest error of a joint at the next detection / its length; a turn [rad]: see JointMiss
+  double joint_gap = 0;      // largest distance there of points that a joint holds together [m]
+  std::int64_t joint_contact = -1; // where joint_error is, its place in the candidates; -1: none was measured
+  std::string joint_hint;          // what to do about it; empty: it is as small as was asked
+  std::string hint;                // empty when converged
+  const char* solver = "nlgs";     // that gave the answer
+};
+
+// What joints of rigid bodies miss where the next step detects them, by the velocities of a solution.
+struct JointMiss {
+  double gap = 0;            // the largest along what is blocked [m]
+  double error = 0;          // the largest, over the length of its joint; a turn [rad]
+  std::int64_t contact = -1; // where that is, its place in the candidates; -1: nothing was measured
+  double swing = 0;          // largest square of step times rate at which tension swings a body about its joint
+  bool small = true;         // against how fast the bodies of any joint move against each other, or rounding
 };
 
 // Energy that the contacts took out of the bodies in one step [J], D = -sum r.(u+ + u-)/2.
@@ -297,9 +310,13 @@ public:
   // Joints go by the middle of the flight: the share of the end of the step in forces of their springs.
   void centre_joints(double share);
   void measure_from(const std::array<double, 3>& origin); // of the scene [m]
-  // Once a solution is there: biases of joints that hold at the next detection; false: there are no such joints, or by
-  // the solution at hand they miss it by no more than `least` of their speed.
-  bool correct_joints(const Bodies&, double least);
+  // Once a solution is there; small: no more than `least` of the speed of joints.
+  JointMiss miss_of_joints(const Bodies&, double least);
+  // Biases that the next solution begins from, and what was missed by that at hand; then biases by which a share of
+  // this is made good.
+  void keep_joints();
+  void correct_joints(double share);
+  std::string name_of_joint(std::int64_t contact) const;
   // After these; settled: they miss no more than they may. See joint_flight.cpp.
   bool ease_joints(const Bodies&, bool settled);
   void pose(const ContactPose& pose);

@@ -156,9 +156,10 @@ struct Interactions::State {
   std::array<double, 3> origin{}; // of the scene: places that were given had its size, and their rounding [m]
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
-  double joint_theta = 0; // see centre_joints; 0: theta
-  double correction = 1;  // of what joints and bonds on meshes miss, by a step
-  bool flies = true;      // whether laws hold in the middle of the flight: see contact_flight.cpp
+  std::vector<double> joint_biases, joint_misses; // kept by keep_joints, in the order of each_miss [m/s], [m]
+  double joint_theta = 0;                         // see centre_joints; 0: theta
+  double correction = 1;                          // of what joints and bonds on meshes miss, by a step
+  bool flies = true; // whether laws hold in the middle of the flight: see contact_flight.cpp
   bool sheared = false;
   bool laws_commit = false;                         // a law of the step has a slot commit or energy
   int impulse_components = 0, state_components = 0; // of this step's laws
@@ -335,7 +336,9 @@ struct Interactions::State {
   void pose_ahead(const cairn_batch& b, int lane,
                   JointPose& pose) const; // where the next step detects; joint_flight.cpp
   double joint_errors(const cairn_batch& b, int lane, const JointPose& pose, double error[6]) const;
-  bool correct_joints(double least);
+  JointMiss miss_of_joints(double least) const;
+  double length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const;
+  double swing_of(const cairn_batch& b, int lane, double length) const;
   bool ease_joints();
   bool any_spans() const;
   double flown(const cairn_batch& b, int lane) const;

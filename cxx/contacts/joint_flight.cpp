@@ -83,13 +83,13 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& 
   turn_about(now, 1, own, pose.turned + 1);
 }
 
-bool Interactions::correct_joints(const Bodies& bodies, double least) {
+JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) {
   State& s = *s_;
-  if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return false;
+  if (!s.flies || s.pose.kernel || s.joint_material.empty() || s.system.batches.empty()) return {};
   s.system.load(s.free(bodies));
   const cairn_schedule schedule = s.system.schedule(omp_get_max_threads());
   cairn_add_impulses(&schedule);
-  return s.correct_joints(least);
+  return s.miss_of_joints(least);
 }
 
 // f(batch, lane, component, miss) by the records, which hold the velocities of a solution.
@@ -113,18 +113,19 @@ void Interactions::State::each_miss(F&& f) const {
 
 // What joints miss is small beside how fast their bodies move against each other, whatever the frame of the scene;
 // below the rounding of places and velocities there is nothing to make good.
-bool Interactions::State::correct_joints(double least) {
-  double worst = 0, fastest = 0, rounding = 0;
+JointMiss Interactions::State::miss_of_joints(double least) const {
+  JointMiss found;
+  double fastest = 0, rounding = 0;
   each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
-    if (c < dim()) worst = std::max(worst, std::abs(miss) / h);
-    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(system.candidate[b.first + lane])])];
+    const std::int64_t i = system.candidate[b.first + lane];
+    const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
     const std::int32_t body[2] = {b.body_a[lane], b.body_b[lane]};
     const double *one = system.record[body[0]].x, *two = system.record[body[1]].x;
     double apart = 0, whole = 0, place = 0;
     for (int k = 0; k < dim(); ++k) {
       apart = std::hypot(apart, one[k] - two[k]);
       whole = std::max({whole, std::abs(one[k]), std::abs(two[k])});
-      for (const std::int32_t i : body) place = std::max(place, std::abs(bodies->position[i][k]));
+      for (const std::int32_t of : body) place = std::max(place, std::abs(bodies->position[of][k]));
     }
     rounding = std::max(rounding, std::numeric_limits<double>::epsilon() * (place / h + whole));
     for (const auto& [x, arm] :
@@ -135,14 +136,61 @@ bool Interactions::State::correct_joints(double least) {
       apart = std::max(apart, spin * length);
     }
     fastest = std::max(fastest, apart);
+    const double length = length_of_joint(b, lane, anchor), error = std::abs(miss) / (c < dim() ? length : 1);
+    if (c < dim()) found.gap = std::max(found.gap, std::abs(miss));
+    if (found.contact < 0 || error > found.error) found.error = error, found.contact = i;
+    found.swing = std::max(found.swing, swing_of(b, lane, length));
   });
-  if (least > 0 && worst <= std::max(least * fastest, rounding)) return false;
-  bool some = false;
-  each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
-    b.bias[c * b.count + lane] += miss / h;
-    some = true;
+  found.small = found.gap / h <= std::max(least * fastest, rounding);
+  return found;
+}
+
+// How far from the middles of its bodies a joint holds them, or apart; at the middle of both, how far these reach.
+double Interactions::State::length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const {
+  double length = anchor.length, of_a = 0, of_b = 0;
+  for (int k = 0; k < dim(); ++k) of_a = std::hypot(of_a, anchor.a[k]), of_b = std::hypot(of_b, anchor.b[k]);
+  length = std::max({length, of_a, of_b});
+  for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
+    const double mass = *bodies->mass[body], inertia = bodies->inertia[body][0];
+    if (!(length > 0) && mass > 0 && std::isfinite(mass) && std::isfinite(inertia)) length = std::sqrt(inertia / mass);
+  }
+  return length > 0 ? length : 1;
+}
+
+// What a joint bears draws the lighter body straight as a string its weight: rate^2 = F W/length, W how much its end
+// gives way.
+double Interactions::State::swing_of(const cairn_batch& b, int lane, double length) const {
+  double impulse = 0;
+  for (int c = 0; c < std::min(dim(), b.components); ++c) impulse = std::hypot(impulse, at(b, b.r, lane, c));
+  return h * impulse / (b.rho[lane] * length);
+}
+
+void Interactions::keep_joints() {
+  State& s = *s_;
+  std::size_t n = 0;
+  s.each_miss([&](const cairn_batch&, int, int, double) { ++n; });
+  fit(s.joint_biases, n);
+  fit(s.joint_misses, n);
+  n = 0;
+  s.each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
+    s.joint_biases[n] = b.bias[c * b.count + lane];
+    s.joint_misses[n++] = miss;
   });
-  return some;
+}
+
+void Interactions::correct_joints(double share) {
+  State& s = *s_;
+  std::size_t n = 0;
+  s.each_miss([&](const cairn_batch& b, int lane, int c, double) {
+    b.bias[c * b.count + lane] = s.joint_biases[n] + share * s.joint_misses[n] / s.h;
+    ++n;
+  });
+}
+
+std::string Interactions::name_of_joint(std::int64_t contact) const {
+  const State& s = *s_;
+  const std::string name = s.laws->name(*s.contactors->material[s.candidates->contactor_a[contact]]);
+  return name.substr(0, name.find(" (")); // its group has the same name
 }
 
 // Where what a joint blocks is nearly at a right angle to all that its bodies may do, as of a weight between two

@@ -30,6 +30,7 @@ from .run.servo import Servo
 from .run.simulation import Simulation
 from .run.step_warnings import (
     EnergyCreatedWarning,
+    JointWarning,
     OverlapWarning,
     RunawayWarning,
     StableStepWarning,
@@ -94,6 +95,7 @@ __all__ = [
     "Distance",
     "ElasticBody",
     "EnergyCreatedWarning",
+    "JointWarning",
     "Error",
     "FileError",
     "Fixed",

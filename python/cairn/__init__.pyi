@@ -69,6 +69,7 @@ from .run.integrators import Integrator
 from .run.servo import Servo as Servo
 from .run.simulation import Simulation as Simulation
 from .run.step_warnings import EnergyCreatedWarning as EnergyCreatedWarning
+from .run.step_warnings import JointWarning as JointWarning
 from .run.step_warnings import OverlapWarning as OverlapWarning
 from .run.step_warnings import RunawayWarning as RunawayWarning
 from .run.step_warnings import StableStepWarning as StableStepWarning

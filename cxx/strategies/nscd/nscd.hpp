@@ -91,6 +91,7 @@ private:
   void save_begin(Simulation& s);
   void make_bonds(Simulation& s);
   void find_bonds(Simulation& s);
+  void hold_joints(Simulation& s);      // where the next step detects them; joints.cpp
   void declare_joints(Simulation& s);   // those that came in since the last step
   void measure_anchored(Simulation& s); // contacts of bonds, at the points that hold them
   void measure_margins(Simulation& s);

@@ -327,31 +327,7 @@ void Nscd::prepare_contacts(Simulation& s) {
 void Nscd::solve_contacts(Simulation& s) {
   const Stopwatch watch(s.meshes.linear() ? nullptr : &s.pass_seconds.contacts);
   s.report.solve = s.interactions.solve(s.scene.bodies, settings.solver);
-  constexpr int most = 5; // what turns far in a step takes more than one
-  SolverOptions options = settings.solver;
-  int last = s.report.solve.iterations;
-  const auto again = [&](int before) {
-    const bool by_newton = s.report.solve.solver == std::string_view("newton_over_bodies");
-    options.again = by_newton || options.again == 2 ? 2 : 1;
-    s.report.solve = s.interactions.solve(s.scene.bodies, options);
-    last = s.report.solve.iterations;
-    s.report.solve.iterations += before;
-  };
-  bool settled = false;
-  for (int pass = 0; pass < most; ++pass) {
-    // what a solver that ended elsewhere leaves is its own error, which may not be taken for what joints miss
-    if (s.report.solve.status != SolveStatus::converged) break;
-    const int before = s.report.solve.iterations;
-    options.max_iterations = settings.solver.max_iterations - before;
-    if (options.max_iterations < std::max(last, options.min_iterations)) break;
-    settled = !s.interactions.correct_joints(s.scene.bodies, pass > 0 ? settings.solver.tolerance : 0);
-    if (settled) break;
-    again(before);
-  }
-  if (s.report.solve.status != SolveStatus::converged || !s.interactions.ease_joints(s.scene.bodies, settled)) return;
-  const int before = s.report.solve.iterations;
-  options.max_iterations = std::max(settings.solver.max_iterations - before, options.min_iterations);
-  again(before);
+  hold_joints(s);
 }
 
 void Nscd::update_velocity(Simulation& s) {

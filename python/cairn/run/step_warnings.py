@@ -25,6 +25,10 @@ class EnergyCreatedWarning(UserWarning):
     """Contacts made energy from nothing in a step that converged: what its tolerance leaves, or what its error does not see."""
 
 
+class JointWarning(UserWarning):
+    """A joint stands off by more of its length than the tolerance: its bodies turn or swing faster than the step follows."""
+
+
 class TunnellingWarning(UserWarning):
     """A step moves a mesh and what it may touch against each other by more than a cell is wide: they may pass through."""
 
@@ -97,6 +101,8 @@ class StepWarnings:
             self._look_for_runaways(simulation, info, h)
         if "unjoined" in info:
             self._tell(UnjoinedWarning, info["unjoined"])
+        if "joint_hint" in info:
+            self._tell(JointWarning, f"step {simulation.steps}: {info['joint_hint']}")
         if "mesh_within" in info:
             self._tell(OverlapWarning, info["mesh_within"])
         if "mesh_hint" in info:

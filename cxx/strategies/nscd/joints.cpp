@@ -1,0 +1,87 @@
+// Joints hold where the next step detects them (see joint_flight.cpp): further solutions make good what the last one
+// missed, until that is small or falls no more. Where tension swings light bodies faster than steps follow, a whole
+// correction throws them further: then a share of it is taken, from the best solution so far.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "nscd.hpp"
+
+namespace cairn {
+namespace {
+
+// What the next step will find, and what may help: on the stack, since a step allocates nothing but the hint.
+std::string hint_of(const JointMiss& left, const std::string& joint, double h, double tolerance) {
+  constexpr double slow = 0.25; // of the square of step times rate, by which corrections gain three digits each
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "%s will be off by %.2e m, %.1e of its length (tol is %.1e): bodies turn about it, or swing under its "
+                "tension, faster than the step follows; give a dt of at most %.1e s",
+                joint.c_str(), left.gap, left.error, tolerance,
+                h * std::min(0.5, std::sqrt(slow / std::max(left.swing, slow))));
+  return text;
+}
+
+} // namespace
+
+void Nscd::hold_joints(Simulation& s) {
+  constexpr int most = 12;
+  constexpr double least_share = 1.0 / 64;
+  SolveReport& report = s.report.solve;
+  SolverOptions options = settings.solver;
+  int last = report.iterations;
+  const auto again = [&](int limit) {
+    const int before = report.iterations;
+    options.max_iterations = limit;
+    const bool by_newton = report.solver == std::string_view("newton_over_bodies");
+    options.again = by_newton || options.again == 2 ? 2 : 1;
+    report = s.interactions.solve(s.scene.bodies, options);
+    last = report.iterations;
+    report.iterations += before;
+  };
+  const double tolerance = settings.solver.tolerance;
+  JointMiss best, miss;
+  double share = 1;
+  bool settled = false, at_best = true;
+  for (int pass = 0; pass < most && share >= least_share && report.status == SolveStatus::converged; ++pass) {
+    // what a solver that ended elsewhere leaves is its own error, which may not be taken for what joints miss
+    miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
+    settled = miss.contact < 0 || (pass > 0 && miss.small); // none that blocks: limits and ropes have their own
+    if (settled) break;
+    at_best = pass == 0 || miss.gap < best.gap;
+    if (at_best) {
+      best = miss;
+      s.interactions.keep_joints();
+      share = std::min(1.0, 2 * share);
+    } else {
+      share /= 4;
+    }
+    const int limit = settings.solver.max_iterations - report.iterations;
+    if (limit < std::max(last, options.min_iterations)) break;
+    s.interactions.correct_joints(share);
+    again(limit);
+    at_best = false;
+  }
+  const auto limit = [&] {
+    return std::max(settings.solver.max_iterations - report.iterations, options.min_iterations);
+  };
+  if (report.status == SolveStatus::converged && !settled && !at_best) {
+    miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
+    if (!(miss.gap <= best.gap)) {
+      s.interactions.correct_joints(0);
+      again(limit());
+    }
+  }
+  if (report.status == SolveStatus::converged && s.interactions.ease_joints(s.scene.bodies, settled)) again(limit());
+  if (!settled) miss = s.interactions.miss_of_joints(s.scene.bodies, tolerance);
+  report.joint_error = miss.error;
+  report.joint_gap = miss.gap;
+  report.joint_contact = miss.contact;
+  if (miss.small || miss.error <= tolerance) return;
+  report.joint_hint = hint_of(miss, s.interactions.name_of_joint(miss.contact), h_, tolerance);
+  if (report.status != SolveStatus::converged) return;
+  report.status = SolveStatus::iteration_limit;
+  report.hint = report.joint_hint;
+}
+
+} // namespace cairn
