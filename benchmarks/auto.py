@@ -3,6 +3,8 @@
     python benchmarks/auto.py problems                  those of $CAIRN_REFERENCE_DATA/problems, of piles of cubes, rods,
                                                         cylinders and tetrahedra, of vaults and stairs
     python benchmarks/auto.py problems --scenes unseen  grains of two sizes, arches and other vaults, half of them kept aside
+    python benchmarks/auto.py problems --scenes packs   packs of cubes, tetrahedra, rods and cylinders that took no part in
+                                                        any choice, beside ADMM as well
     python benchmarks/auto.py steps [--scenes WORD...]  walls, arches, towers, piles: some steps from one state by each
 
 Problems of piles are those that `cairn run --dump-problem` would write. A solver that has not converged has no seconds. Writes
@@ -224,6 +226,19 @@ def unseen_problems():
     )
 
 
+def packs():
+    """(name, problem) of packs of faces and rods that fall or have come to rest."""
+    cubes_of = ((200, 31, (80, 150)), (350, 32, (70, 110, 160)), (450, 33, (90, 140)), (550, 34, (80, 130)))
+    for count, seed, moments in (*cubes_of, (700, 35, (70, 120)), (900, 36, (80, 110)), (700, 40, (140,))):
+        yield from problems_of((f"{count} cubes, {seed}", lambda c=count, s=seed: cubes(c, s), moments))
+    yield from problems_of(
+        ("300 tetrahedra", lambda: thrown("tetrahedra", 39, count=300), (80, 150)),
+        ("500 tetrahedra, mu .8", lambda: thrown("tetrahedra", 38, 0.8, count=500), (90,)),
+        ("500 rods", lambda: thrown("rods", 37, count=500), (100,)),
+        ("400 cylinders", lambda: thrown("cylinders", 36, count=400), (90, 150)),
+    )
+
+
 def seconds_of_problem(problem, solver, tol, repeats):
     result = problem.solve(solver, tol, max_iter=10**8, max_seconds=LONGEST)
     if not result.converged:
@@ -236,13 +251,14 @@ def seconds_of_problem(problem, solver, tol, repeats):
 
 def rows_of_problems(options, folder):
     files = [(path.stem, problems.read(path)) for path in sorted(DATA.glob("*.hdf5"))]
-    unseen = options.scenes == ["unseen"]
-    for name, problem in unseen_problems() if unseen else chain(files, pile_problems(), other_problems()):
-        if options.scenes and not unseen and not any(word in name for word in options.scenes):
+    apart = {"unseen": unseen_problems, "packs": packs}.get(" ".join(options.scenes or ()))
+    rivals = (*MEMBERS["problems"], *(["admm"] if apart is packs else []), "auto")
+    for name, problem in apart() if apart else chain(files, pile_problems(), other_problems()):
+        if options.scenes and not apart and not any(word in name for word in options.scenes):
             continue
         for tol in options.tol:
             row, least = {"problem": name, "contacts": len(problem.mu), "tol": tol}, np.inf
-            for solver in (*MEMBERS["problems"], "auto"):
+            for solver in rivals:
                 seconds, result = seconds_of_problem(problem, solver, tol, options.repeats)
                 row[f"{solver} [ms]"] = f"{1e3 * seconds:.4g}" if seconds else "none"
                 row[f"{solver} iterations"] = result.iterations
@@ -263,8 +279,8 @@ def main():
     options = parser.parse_args()
     options.tol = options.tol or ((1e-4, 1e-8) if options.part == "problems" else (1e-4, 1e-6))
     warnings.simplefilter("ignore")
-    unseen = "_unseen" if options.scenes == ["unseen"] else ""
-    out = options.output or HERE / "results" / f"auto_{options.part}{unseen}.csv"
+    apart = f"_{options.scenes[0]}" if options.scenes in (["unseen"], ["packs"]) else ""
+    out = options.output or HERE / "results" / f"auto_{options.part}{apart}.csv"
     with open(out, "w", newline="") as file, tempfile.TemporaryDirectory() as folder:
         writer, ratios = None, []
         rows = rows_of_problems if options.part == "problems" else rows_of_steps

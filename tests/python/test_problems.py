@@ -218,6 +218,21 @@ def vault_problem(steps):
     return sim.problem()
 
 
+def falling_cubes():
+    rng = np.random.default_rng(31)
+    radii = rng.uniform(0.005, 0.01, 200)
+    width = np.cbrt(np.sum(4 / 3 * np.pi * radii**3) / 0.55)
+    rock = cairn.Material("rock", density=2500.0)
+    scene = cairn.Scene(3, gravity=(0, 0, -9.81))
+    scene.add(cairn.boxes(cairn.pre.deposit_spheres(radii, (width, width)), 1.1 * radii[:, None] * np.ones(3), rock))
+    scene.add(cairn.box(np.zeros(3), (width, width, 2 * width), rock, lid=False))
+    scene.interact("*", "*", cairn.Coulomb(mu=0.4))
+    sim = cairn.Simulation(scene, 1e-3, cairn.NSCD(threads=1), overlap="ignore")
+    for _ in range(80):
+        sim.step()
+    return sim
+
+
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
 def test_auto_stays_with_sweeps_that_come_there(tol):
     """Their errors foretell less than Newton's method would take, whose factors are dear on a vault."""
@@ -225,6 +240,13 @@ def test_auto_stays_with_sweeps_that_come_there(tol):
     alone = p.solve("nlgs_anderson", tol=tol)
     result = p.solve("auto", tol=tol)
     assert result.converged and result.iterations == alone.iterations and (result.r == alone.r).all()
+
+
+def test_auto_leaves_sweeps_that_stand_still():
+    """On a pile of cubes errors stand just above the tolerance after a fast fall: 1,000 sweeps end it, or a few iterations."""
+    p = falling_cubes().problem()
+    result = p.solve("auto", tol=1e-4)
+    assert result.converged and result.solver == "ppa_newton" and result.iterations < 150
 
 
 def test_auto_gives_velocities_a_share_of_the_work():

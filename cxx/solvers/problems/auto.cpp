@@ -31,7 +31,7 @@ private:
   ProblemOptions inner();
   double newton_work(double blocks, double operations) const;
   void weigh_newton();
-  bool leaves(std::int64_t sweeps, double to_come) const;
+  bool leaves(std::int64_t sweeps, const ErrorForecast& forecast, double to_come) const;
   bool many_slip() const;
   void sweep();
   bool turn_of_newton();
@@ -82,16 +82,20 @@ void Auto::weigh_newton() {
 
 // The dearer an iteration of Newton's method, the more contacts hang together, and the more iterations it takes: by the
 // square root, measured. What few sweeps foretell is little worth, and the less, the more digits are to come: the less
-// was done beside what Newton's method would take, the more has to be to come. Between its turns sweeps are left where
-// they foretell more than half of the last turn.
-bool Auto::leaves(std::int64_t sweeps, double to_come) const {
+// was done beside what Newton's method would take, the more has to be to come. In space it takes half of that where no
+// more digits are to come than were done; and where as much was done, errors that stand still at last foretell no end,
+// however fast they fell before. Between its turns sweeps are left where they foretell more than half of the last turn.
+bool Auto::leaves(std::int64_t sweeps, const ErrorForecast& forecast, double to_come) const {
   constexpr double patience = 16, trial = 0.1, again = 0.5, few = 8, largest = 0.9;
   const auto done = double(sweeps);
   if (turn_ > 0) return done >= std::max(patience, trial * turn_) && to_come > again * turn_;
-  const double newton = few * iteration_ * std::sqrt(iteration_);
+  if (done < patience) return false;
+  const auto foretells = [done](double more, double newton) { return more > newton * std::max(1.0, newton / done); };
+  const double newton = few * iteration_ * std::sqrt(iteration_), half = p_.dim == 2 ? newton : 0.5 * newton;
   const double error = std::min(largest, monitor_.best_error());
   const double ahead = std::max(1.0, std::log(error / options_.tolerance) / -std::log(error));
-  return done >= patience && ahead * ahead * ahead * to_come > newton * std::max(1.0, newton / done);
+  const double at_last = done >= half ? std::max(to_come, forecast.by_last_quarter()) : to_come;
+  return foretells(ahead * ahead * ahead * to_come, newton) || foretells(at_last, half);
 }
 
 // Until they converge, or foretell that they take longer than Newton's method.
@@ -102,9 +106,9 @@ void Auto::sweep() {
   const std::int64_t begin = iterations_;
   iterations_ = sweep_with_memory(p_, inner_, monitor_, start_.data(), iterations_, [&](std::int64_t i, double error) {
     const double to_come = forecast.sweeps_to_come(i - begin, error);
-    if (!has_newton_ || !leaves(i - begin, to_come)) return false;
+    if (!has_newton_ || !leaves(i - begin, forecast, to_come)) return false;
     if (!weighed_) weigh_newton();
-    return has_newton_ && leaves(i - begin, to_come);
+    return has_newton_ && leaves(i - begin, forecast, to_come);
   });
   sweeps_ += iterations_ - begin;
 }

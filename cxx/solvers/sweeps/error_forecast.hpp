@@ -16,9 +16,15 @@ public:
     best_ = std::min(best_, error);
     seen_.push_back({iterations, best_});
     while (middle_ + 1 < seen_.size() && seen_[middle_ + 1].iterations <= iterations / 2) ++middle_;
-    const Seen& half = seen_[middle_];
-    const double fall = std::log(half.error / best_) / double(std::max<std::int64_t>(1, iterations - half.iterations));
-    return fall > 0 ? std::log(best_ / tolerance_) / fall : std::numeric_limits<double>::infinity();
+    return to_come_since(seen_[middle_]);
+  }
+  // The same by the rate of the last quarter, of what sweeps_to_come was asked for: infinite where errors stand still
+  // after a fall that the later half still sees.
+  double by_last_quarter() const {
+    const std::int64_t begin = seen_.back().iterations - seen_.back().iterations / 4;
+    std::size_t k = seen_.size() - 1;
+    while (k > 0 && seen_[k].iterations > begin) --k;
+    return to_come_since(seen_[k]);
   }
 
 private:
@@ -26,6 +32,11 @@ private:
     std::int64_t iterations;
     double error;
   };
+  double to_come_since(const Seen& seen) const {
+    const std::int64_t iterations = std::max<std::int64_t>(1, seen_.back().iterations - seen.iterations);
+    const double fall = std::log(seen.error / best_) / double(iterations);
+    return fall > 0 ? std::log(best_ / tolerance_) / fall : std::numeric_limits<double>::infinity();
+  }
   double tolerance_, best_ = std::numeric_limits<double>::infinity();
   std::vector<Seen> seen_;
   std::size_t middle_ = 0;
