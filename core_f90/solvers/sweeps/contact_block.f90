@@ -112,7 +112,7 @@ contains
         if (high < huge(high)) next = low + (high - low)/2
         if (next <= low .or. next >= high) exit
       end if
-      if (abs(next - a) <= 1e-8_c_double*a) then ! its square is below rounding
+      if (abs(next - a) <= 1e-5_c_double*a) then ! its square is far below what a sweep changes, and the next one begins from it
         a = next
         call residual(a, local, q, p, mu, r, f, slope)
         exit
