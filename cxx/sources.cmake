@@ -60,6 +60,7 @@ set(CAIRN_CXX_SOURCES
   contacts/joint_flight.cpp
   contacts/joints.cpp
   contacts/mesh_face_area.cpp
+  contacts/mesh_pair_area.cpp
   contacts/ropes.cpp
   contacts/law_commit.cpp
   contacts/law_rows.cpp

@@ -80,8 +80,10 @@ std::string Interactions::bond(const Bodies& bodies, const Contactors& contactor
     beginning.push_back(std::int32_t(i));
   }
   std::vector<std::int32_t> joined, bare, spare;
+  s.leave_out_corners(beginning);
   s.leave_out_twins(beginning, spare);
-  const std::vector<State::BondArea> shared = s.share_mesh_faces(beginning, spare);
+  std::vector<State::BondArea> shared = s.share_mesh_faces(beginning, spare);
+  s.share_mesh_pairs(beginning, spare, shared);
   auto next = shared.begin(); // both rise
   for (const std::int32_t i : beginning) {
     const bool here = next != shared.end() && next->first == i;

@@ -305,6 +305,12 @@ struct Interactions::State {
   struct MeshFaceBond;
   struct SidesOfNodes;
   class MeshFaces;
+  struct MeshPairBond; // of two meshes, in mesh_pair_area.cpp
+  class MeshPairFaces;
+  bool as_mesh_pair_bond(std::int32_t i, bool spare, MeshPairBond& bond) const;
+  void leave_out_corners(std::vector<std::int32_t>& beginning) const;
+  void share_mesh_pairs(std::vector<std::int32_t>& beginning, std::span<const std::int32_t> spare,
+                        std::vector<BondArea>& areas) const;
   std::vector<BondArea> share_mesh_faces(std::vector<std::int32_t>& beginning, std::span<const std::int32_t> spare);
   bool as_mesh_bond(std::int32_t i, bool spare, MeshFaceBond& bond) const;
   bool is_there(std::span<const MeshFaceBond> bonds, const MeshFaceBond& wanted) const;
