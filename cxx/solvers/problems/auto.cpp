@@ -36,6 +36,8 @@ private:
   void sweep();
   bool turn_of_newton();
   void make_velocities_right();
+  // Iterations of Newton's method that velocities far from right have at least: as much work as so many sweeps.
+  double trial() const { return std::clamp(80 / iteration_, 3.0, 10.0); }
 
   // What velocities that are brought right once the error is met are given of all work before. Not where they err by so
   // many roots of the tolerance: what falls there stands on what is light beside it.
@@ -143,7 +145,7 @@ bool Auto::turn_of_newton() {
     } catch (const FactorsTooLarge&) { return false; }
     if (many_slip()) newton_->begin_without_sticking();
     const double before = double(sweeps_) / iteration_ + double(all_newton_iterations_);
-    if (!differ_) newton_->settle_share(settling, before, falling * std::sqrt(options_.tolerance));
+    newton_->settle_share(settling, before, differ_ ? 0 : falling * std::sqrt(options_.tolerance), trial());
   }
   const std::int64_t most = options_.max_iterations - iterations_;
   const auto iterations = std::int64_t(std::min(double(most), turn_ / iteration_));
@@ -167,19 +169,21 @@ void Auto::make_velocities_right() {
   if (power <= enough) return;
   const bool all = differ_ || power >= falling * enough;
   const auto pays = [&] { return all || settling * double(iterations_) >= least * iteration_; };
-  if (!all && all_newton_iterations_ > 0) return; // it had its share
+  if (all_newton_iterations_ > 0 && (!all || newton_error_ <= options_.tolerance)) return; // it had its share
   if (pays() && !weighed_) weigh_newton();
   if (!has_newton_ || !pays()) return;
   ProblemOptions options = inner_;
   options.warm_start = true;
   const double left = double(options_.max_iterations - iterations_);
-  const double iterations = (all ? 1 : settling) * double(iterations_) / iteration_;
-  options.max_iterations = int(std::min(left, std::max(least, iterations)));
+  const double share = settling * double(iterations_) / iteration_;
+  options.max_iterations = int(all ? left : std::min(left, std::max(least, share)));
   if (options.max_iterations < 1) return;
   options.max_seconds = options_.max_seconds - monitor_.seconds();
   start_.assign(r_, r_ + p_.unknowns());
   try {
-    const ProblemReport report = ProximalNewton(p_, options, start_.data()).solve();
+    ProximalNewton newton(p_, options, start_.data());
+    newton.settle_share(settling, double(iterations_) / iteration_, 0, trial());
+    const ProblemReport report = newton.solve();
     iterations_ += report.iterations;
     monitor_.hold(true);
     monitor_.error_of(start_.data());

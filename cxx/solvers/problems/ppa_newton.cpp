@@ -142,10 +142,14 @@ void ProximalNewton::settle() {
   const double limit = alarm * monitor.tolerance(), enough = 0.1 * monitor.tolerance();
   error_of(centre_);
   double speed = monitor.fall_error(centre_.data(), u_.data()), change = 0, energy = 0, factor = 1e-3;
-  constexpr double least = 3; // iterations that show anything
-  const double share = settle_share_ * (before_ + double(iterations_));
-  if (speed < far_ && share < double(most_ - iterations_))
-    most_ = iterations_ + (share < least ? 0 : std::int64_t(share));
+  constexpr double least = 3;  // iterations that show anything
+  constexpr int most_vain = 3; // rounds; where one has helped, all that are needed
+  const std::int64_t most = most_, begin = iterations_;
+  const double work = before_ + double(iterations_), share = settle_share_ * work;
+  const auto at_most = [&](double n) { most_ = iterations_ + std::int64_t(std::min(n, double(most - iterations_))); };
+  bool doubted = settle_share_ > 0 && !(speed < far_); // whether more iterations help
+  if (speed < far_) at_most(share < least ? 0 : share);
+  if (doubted) at_most(std::max(settle_trial_, work));
   settling_ = true;
   Array<double> before(u_);
   int failures = 0;
@@ -155,7 +159,9 @@ void ProximalNewton::settle() {
   const auto most_failures = [&] { return speed > limit ? settle_failures_ : few; };
   for (int round = 0; round < 60 && failures < most_failures() && !monitor.ended(iterations_) && iterations_ < most_;
        ++round) {
-    if (!(speed > limit) && !(change > enough * enough * energy)) break;
+    if ((!(speed > limit) && !(change > enough * enough * energy)) ||
+        (doubted && round >= most_vain && double(iterations_ - begin) >= settle_trial_))
+      break;
     alpha_ = std::max(smallest_, factor * alpha_);
     double error = 0, next = 0;
     int steps = 0;
@@ -166,6 +172,10 @@ void ProximalNewton::settle() {
       factor = 0.1;
       ++failures;
       continue;
+    }
+    if (doubted && next < 0.5 * speed) {
+      doubted = false;
+      most_ = most;
     }
     change = energy = 0;
     for (std::size_t i = 0; i < r_.size(); ++i) {

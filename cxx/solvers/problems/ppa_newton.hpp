@@ -17,8 +17,11 @@ public:
   // How often it may fail to bring velocities right once the tolerance is met, which matters under heavy bodies.
   void settle_failures(int most) { settle_failures_ = most; }
   // Once the tolerance is met, velocities that err by less than `far` are given this share of the work so far at most,
-  // which is that of the iterations and of so many before them.
-  void settle_share(double share, double before, double far) { settle_share_ = share, before_ = before, far_ = far; }
+  // which is that of the iterations and of so many before them; others all it takes, if as much as there was, at least
+  // `trial` iterations, halves what they err by.
+  void settle_share(double share, double before, double far, double trial) {
+    settle_share_ = share, before_ = before, far_ = far, settle_trial_ = trial;
+  }
   // Leaves out the state in which every contact sticks: the caller knows that many slip.
   void begin_without_sticking() { sticks_first_ = false; }
   // Ends where the state in which every contact sticks is not near the answer.
@@ -50,7 +53,7 @@ private:
   double alpha_ = 1e-2, smallest_; // of the proximal term, relative to the mean diagonal of W
   bool settling_ = false, needs_sticking_ = false, follows_sweeps_ = false;
   bool sticks_first_ = true;
-  double settle_share_ = 0, before_ = 0, far_ = 0;
+  double settle_share_ = 0, before_ = 0, far_ = 0, settle_trial_ = 0;
   int settle_failures_ = 24;
   Array<double> centre_, r_, u_, shifted_;
   Array<double> velocity_; // of bodies, once refined
