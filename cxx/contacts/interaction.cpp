@@ -52,7 +52,10 @@ void Interactions::act_on_surfaces(bool surfaces) { s_->gap_share = surfaces ? 0
 void Interactions::measure_from(const std::array<double, 3>& origin) { s_->origin = origin; }
 void Interactions::hold_at_detection(bool there) { s_->flies = !there; }
 void Interactions::correct_meshes_by(double share) { s_->correction = share; }
-void Interactions::centre_joints(double share) { s_->joint_theta = share; }
+void Interactions::centre_joints(double share, double left) {
+  s_->joint_theta = share;
+  s_->left_of_step = left;
+}
 void Interactions::pose(const ContactPose& pose) {
   s_->pose = pose;
   if (!pose.kernel) s_->memory.forces.clear();

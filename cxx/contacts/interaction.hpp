@@ -307,8 +307,9 @@ public:
   // Which share of what joints and bonds on meshes miss a step makes good, where its integrator moves what impulses
   // hold beside their velocities (mesh_jumps.cpp): all of it at once would answer to that, and grow.
   void correct_meshes_by(double share);
-  // Joints go by the middle of the flight: the share of the end of the step in forces of their springs.
-  void centre_joints(double share);
+  // Joints go by the middle of the flight: the share of the end of the step in forces of their springs, and that of the
+  // step which is left when contacts are detected.
+  void centre_joints(double share, double left);
   void measure_from(const std::array<double, 3>& origin); // of the scene [m]
   // Once a solution is there; small: no more than `least` of the speed of joints.
   JointMiss miss_of_joints(const Bodies&, double least);

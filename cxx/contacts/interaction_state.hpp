@@ -157,6 +157,7 @@ struct Interactions::State {
   double h = 0, theta = 0;
   double gap_share = 0.5; // of the gap in a lever: 1/2 to its middle, 0 to the body's own surface
   std::vector<double> joint_biases, joint_misses; // kept by keep_joints, in the order of each_miss [m/s], [m]
+  double left_of_step = 0;                        // see centre_joints
   double joint_theta = 0;                         // see centre_joints; 0: theta
   double correction = 1;                          // of what joints and bonds on meshes miss, by a step
   bool flies = true; // whether laws hold in the middle of the flight: see contact_flight.cpp

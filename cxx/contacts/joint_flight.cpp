@@ -56,8 +56,8 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& 
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
   const std::int32_t A = b.body_a[lane], B = b.body_b[lane];
   const int d = std::min(dim(), 3);
-  const double share = theta_of(law_infos()[b.law]);
-  const Ahead of_a(*bodies, system.record[A], A, d, h, share), of_b(*bodies, system.record[B], B, d, h, share);
+  const double left = left_of_step;
+  const Ahead of_a(*bodies, system.record[A], A, d, h, left), of_b(*bodies, system.record[B], B, d, h, left);
   double a[3] = {}, to_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0}, between[3] = {};
   if (cell->any()) image_shift(*cell, candidates->image[i], shift);
   if (sheared) image_velocity(*cell, candidates->image[i], flown);

@@ -114,14 +114,16 @@ void Nscd::undo_step(Simulation& s) {
   show_again(s, shown_);
 }
 
-// Impulses move bodies by the mean of the velocities at both ends of a step under every integrator that keeps
-// derivatives, so that what they do along the axes of a joint is of second order in the middle of the step alone: by
-// axes of another time hard joints take or give energy in proportion to how far that is from the middle.
+// Impulses move bodies by a share of the step, of which an integrator that keeps derivatives has a part beside that of
+// its velocities: mostly by the mean of those at both ends. What they do along the axes of a joint is of second order
+// at the time when the rest of the step is that share alone: by axes of another time hard joints take or give energy
+// in proportion to how far off that is.
 double Nscd::flight_to_detection(const Simulation& s) const {
   const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
   const std::vector<Law>& laws = s.laws.laws();
-  if (scheme_.histories > 0 && std::any_of(laws.begin(), laws.end(), joins)) return h_ / 2;
-  return h_ * (1 - scheme_.share);
+  double ahead = h_ * (1 - scheme_.share);
+  if (scheme_.histories > 0 && std::any_of(laws.begin(), laws.end(), joins)) ahead -= scheme_.position[0] / h_;
+  return ahead;
 }
 
 // q_m: the displacement of the step without what the velocity at its end adds, nor what an integrator keeps: that is
@@ -317,7 +319,7 @@ void Nscd::prepare_contacts(Simulation& s) {
   const bool beside = scheme_.stiffness > 0 && scheme_.histories > 0 && std::abs(scheme_.position[0]) > 0;
   s.interactions.correct_meshes_by(beside ? slow : 1);
   const bool by_theta = settings.integrator.name == "theta";
-  s.interactions.centre_joints(by_theta ? law_share() : 0.5);
+  s.interactions.centre_joints(by_theta ? law_share() : 0.5, by_theta ? law_share() : 1 - ahead_ / h_);
   s.interactions.pose(settings.pose);
   s.interactions.assemble(s.scene.bodies, s.scene.contactors, s.candidates, s.laws, s.scene.cell, h_, law_share(),
                           &s.meshes, &s.scene.nodes);
@@ -429,7 +431,7 @@ void Nscd::update_configuration(Simulation& s) {
                         nullptr);
   };
   const double before = h_ * (1 - scheme_.share), moved = before - ahead_;
-  const bool elsewhere = std::abs(moved) > 0; // contacts were detected in the middle of the step
+  const bool elsewhere = std::abs(moved) > 0; // contacts were detected where impulses act
   const double rest = elsewhere ? h_ - ahead_ : h_ * scheme_.share;
   if (elsewhere) advance(moved, b.velocity_begin, nodes.velocity_begin);
   advance(h_ * scheme_.share, b.velocity, nodes.velocity);
