@@ -390,8 +390,9 @@ def _stepped(simulation, first, time_error_every):
 
     due = (simulation.steps - first) % time_error_every == 0
     doubling = time_error.halved(simulation) if due else None
-    simulation.step()
-    return simulation.add_to_report(time_error=time_error.of_step(simulation, doubling))
+    report = simulation.step()
+    found = time_error.of_step(simulation, doubling)
+    return report if found is None else simulation.add_to_report(time_error=found)
 
 
 def run(simulation, *, steps, until, while_, output, every, callback, checkpoint_every, probes, progress, overwrite, append,

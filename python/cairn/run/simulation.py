@@ -283,7 +283,8 @@ class Simulation(Reshaping, Spelt):
         recorded each step in the history. overwrite: replace the file if it is there. append: go on in it, after a restart say:
         outputs later than the step at hand are dropped, those to come follow; cairn.load takes several files as one, too.
         time_error_every: steps between estimates of the error in time, `time_error` of the step that follows, in the history and
-        in info["time_error"]; NaN of steps between, and of those that cannot be made in halves. Each costs two steps of dt / 2.
+        in info["time_error"]; steps between, and those that cannot be made in halves, have none, and NaN in the history. Each
+        costs two steps of dt / 2.
         Ctrl-C and SIGTERM end the run after the step at hand and close the file. Returns the number of steps taken.
         """
         from .loop import run

@@ -228,9 +228,9 @@ def halved(simulation):
 
 
 def of_step(simulation, doubling):
-    """The estimate for the step that was made since; NaN without one, and where bodies came in or went."""
+    """The estimate for the step that was made since; None without one, and where bodies came in or went."""
     if doubling is None or not doubling.fits(simulation):
-        return {"velocity": math.nan, "position": math.nan, "order": 0}
+        return None
     return doubling.against(End(simulation))
 
 
