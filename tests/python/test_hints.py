@@ -91,3 +91,17 @@ def test_energy_from_nothing_is_laid_to_what_is_there(law, heavy, named, others)
         sim._warnings.look(sim, made, 5e-4)
     text = next(str(each.message) for each in kept if each.category is cn.EnergyCreatedWarning)
     assert named in text and not any(word in text for word in others)
+
+
+def test_where_only_rounding_is_left_no_smaller_tolerance_is_advised():
+    """Sweeps of masses that differ by 1e12 leave light bodies to rounding, and were told to iterate on."""
+    scene = cn.Scene(2, gravity=(0.0, -9.81))
+    scene.add(cn.disks([(0.0, 0.5 + i) for i in range(3)], 0.5, cn.Material("light", density=1.0)))
+    scene.add(cn.disks([(0.0, 3.5)], 0.5, cn.Material("heavy", density=1e12)))
+    scene.add(cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact("*", "*", cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 1e-3, cn.NSCD(solver=cn.NLGS(tol=1e-6, max_iter=500)), overlap="ignore")
+    info = sim.step()
+    assert info["status"] == "iteration_limit" and info["error"] < 1e-15 and info["light_error"] > 1e-6
+    assert "only rounding is left" in info["hint"] and "cairn.Auto" in info["hint"]
+    assert "allow more iterations" not in info["hint"]

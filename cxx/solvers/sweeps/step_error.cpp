@@ -145,7 +145,8 @@ struct Remedy {
 };
 
 std::string hint_of(const SolveReport& r, const StepError& last, const SolverOptions& options) {
-  char text[400];
+  constexpr double rounding = 16 * std::numeric_limits<double>::epsilon();
+  char text[500];
   const bool limited = r.iterations >= options.max_iterations;
   if (last.unbounded)
     std::snprintf(text, sizeof text,
@@ -158,6 +159,14 @@ std::string hint_of(const SolveReport& r, const StepError& last, const SolverOpt
                   "gaps of absurd size near "
                   "contact %lld, or lower dt",
                   r.iterations, static_cast<long long>(r.worst_contact));
+  else if (r.error <= rounding && r.light_error > options.tolerance)
+    std::snprintf(
+        text, sizeof text,
+        "light bodies under heavy ones are not solved: light_error %.2e, tol is %.2e, the worst contact is %lld, and "
+        "only rounding is left of the error: their masses differ by more than 16 digits tell apart, so that neither "
+        "more iterations nor a smaller tol help: give %smasses that differ less, or a tol of %.0e or more",
+        r.light_error, options.tolerance, static_cast<long long>(r.light_contact),
+        options.solver == "auto" ? "" : "cairn.Auto, ", 2 * r.light_error);
   else if (r.error <= options.tolerance && r.light_error > options.tolerance)
     std::snprintf(
         text, sizeof text,
