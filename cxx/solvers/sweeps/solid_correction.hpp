@@ -35,7 +35,7 @@ public:
   // measure: square of the error of the impulses at hand. Returns how many passes led to it, 0: none did.
   int improve(double error_square, double wanted_square, const std::function<double()>& measure);
   // Whether bonds, or springs too, join bodies of which passes can tell how exact velocities are.
-  static bool makes_solid(const ContactSystem&, bool springs);
+  static bool makes_solid(const ContactSystem&, bool springs, double tolerance);
   // How far velocities may be off, |dv|_M over the error of the impulses at hand: see solid_refinement.cpp.
   static double amplification(const ContactSystem&);
   // Passes until velocities change by no more than `wanted` of the speed of all, to impulses whose error is within the

@@ -21,9 +21,9 @@ bool nothing_slides_or_opens(const ContactSystem& system) {
                      [](const cairn_batch& b) { return b.bonds && std::all_of(b.state, b.state + b.contacts, held); });
 }
 
-// Whether springs of a bond are so much stiffer than the bodies are heavy that it holds fast in a step.
-bool holds_fast(const cairn_batch& b, const LawInfo& law, int lane) {
-  constexpr double fast = 0x1p20;
+// Whether springs of a bond are so much stiffer than the bodies are heavy that it holds fast in a step: their sag under
+// a weight is the fall of a step over that, and an error of velocities of `tolerance` as large beyond 1/tolerance.
+bool holds_fast(const cairn_batch& b, const LawInfo& law, int lane, double fast) {
   if (!(b.state[lane] > 0)) return false;
   const std::size_t p = law.parameters.size(), n = std::size_t(b.count);
   const double *own = b.params + lane, *geometry = own + (p + 1) * n; // area, radius, mass
@@ -38,7 +38,9 @@ constexpr double unknown = std::numeric_limits<double>::infinity();
 // Rigid bodies, by bonds that hold fast, as stiff springs do; other springs beside a contact, which passes may have to
 // find pressed or drawn first, where that is asked for. Of a mesh passes know the inverse of its compliance, in which
 // its stiffness is most of all: digits of its velocities are lost in it, and passes do not come to an end.
-bool SolidCorrection::makes_solid(const ContactSystem& system, bool springs) {
+bool SolidCorrection::makes_solid(const ContactSystem& system, bool springs, double tolerance) {
+  constexpr double far = 0x1p20, share = 0.1;
+  const double fast = std::min(far, share / std::max(tolerance, share / far));
   return system.condensed.empty() &&
          std::any_of(system.batches.begin(), system.batches.end(), [=](const cairn_batch& b) {
            const LawInfo& law = law_infos()[b.law];
@@ -47,7 +49,7 @@ bool SolidCorrection::makes_solid(const ContactSystem& system, bool springs) {
            if (!law.keeps || !law.has_solve || law.plugged() || law.parameters[0].name != "normal_stiffness")
              return false;
            for (int lane = 0; lane < b.contacts; ++lane)
-             if (holds_fast(b, law, lane)) return true;
+             if (holds_fast(b, law, lane, fast)) return true;
            return false;
          });
 }

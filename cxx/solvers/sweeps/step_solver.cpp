@@ -198,7 +198,7 @@ public:
   SolidHelp(ContactSystem& system, const Velocities& velocity_free, const SolverOptions& options)
       : system_(system), velocity_free_(velocity_free), options_(options), forecast_(options.tolerance),
         tolerance_(options.tolerance),
-        solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy))) {}
+        solid_bonds_(SolidCorrection::makes_solid(system, std::isfinite(options.accuracy), options.tolerance)) {}
 
   bool pays(int iterations, double error) override {
     const double to_come = forecast_.sweeps_to_come(iterations, error);
