@@ -301,13 +301,15 @@ bool BulkModel::find_gradients(std::size_t block, std::int64_t n, Work& w) {
   cairn_solid_gradients(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, b.value.data(),
                         b.gradient.data(), b.weight.data(), thickness, n, w.x.data(), w.u.data(), w.d.data(),
                         w.hoop.data(), w.h.data(), w.h_bar.data(), w.volume.data(), w.share.data(), w.status.data());
+  // A crack softens all cells of one strain that a square or cube is cut into: two triangles, six tetrahedra.
+  const int cells = e.nodes == dim_ + 1 ? (dim_ == 2 ? 2 : 6) : 1;
   for (std::int64_t cell = 0; cell < n; ++cell) {
     double volume = 0; // of an axisymmetric cell its area, which does not go round
     for (int p = 0; p < e.bulk_points; ++p) {
       const auto at = std::size_t(cell * e.bulk_points + p);
       volume += w.volume[at] * (round ? of_round(&w.hoop[at * std::size_t(e.nodes)], e.nodes) : 1.0);
     }
-    const double length = dim_ == 2 ? std::sqrt(volume / thickness) : std::cbrt(volume);
+    const double length = dim_ == 2 ? std::sqrt(cells * volume / thickness) : std::cbrt(cells * volume);
     for (int p = 0; p < e.bulk_points; ++p) w.length[std::size_t(cell * e.bulk_points + p)] = length;
   }
   return std::all_of(w.status.data(), w.status.data() + points, [](std::int32_t s) { return s == 0; });
