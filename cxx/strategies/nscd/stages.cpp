@@ -431,7 +431,8 @@ void Nscd::update_configuration(Simulation& s) {
                         nullptr);
   };
   const double before = h_ * (1 - scheme_.share), moved = before - ahead_;
-  const bool elsewhere = std::abs(moved) > 0; // contacts were detected where impulses act
+  constexpr double rounding = 1e-9;
+  const bool elsewhere = std::abs(moved) > rounding * h_; // contacts were detected where impulses act
   const double rest = elsewhere ? h_ - ahead_ : h_ * scheme_.share;
   if (elsewhere) advance(moved, b.velocity_begin, nodes.velocity_begin);
   advance(h_ * scheme_.share, b.velocity, nodes.velocity);
