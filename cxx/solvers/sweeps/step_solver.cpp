@@ -97,11 +97,19 @@ public:
     // at the edges of cones, so that many contacts change in the next step, and the step takes hundreds of sweeps.
     const bool last = sweeps_ >= options_.max_iterations; // no sweeps are left to go on
     const bool tries = tries_sticking() && !last;
-    if (from_nothing_) std::fill(r.begin(), r.end(), 0.0);
+    // In the plane it needs a start of its own where it fails from what sweeps found, and about as many iterations as
+    // there are unknowns: once sweeps took a quarter of that work, if those still allowed would take longer.
+    const double whole = of_unknowns * system_.dim * contacts(), left = options_.max_iterations - sweeps_;
+    const bool anew = fails_from_sweeps_ && !began_anew_ && !last && 4 * before >= whole * operations &&
+                      whole * operations <= left * sweep_operations(system_);
+    if (anew) options.max_iterations = int(whole);
+    if (from_nothing_ || anew) std::fill(r.begin(), r.end(), 0.0);
     from_nothing_ = false;
     ProximalNewton newton(step.problem(), options, r.data());
     if (tries) newton.go_on_if_sticking();
-    if (!tries && in_plane() && !last) newton.go_on_from_sweeps();
+    began_anew_ = began_anew_ || anew;
+    const bool follows = !tries && !anew && in_plane() && !last;
+    if (follows) newton.go_on_from_sweeps();
     if (!heavy_on_light()) newton.settle_failures(1);
     const ProblemReport report = newton.solve();
     newton_operations_ += double(report.iterations) * operations;
@@ -116,7 +124,10 @@ public:
       system_.load(velocity_free_);
       cairn_add_impulses(&schedule);
     }
-    if (report.status != ProblemStatus::converged && !tries) patience_ *= 8;
+    if (report.status != ProblemStatus::converged) {
+      if (!tries) patience_ *= follows && !began_anew_ ? 4 : 8;
+      fails_from_sweeps_ = fails_from_sweeps_ || follows;
+    }
     return better;
   }
 
@@ -176,6 +187,7 @@ private:
   }
 
   static constexpr double of_newton = 15, of_contact = 2000; // iterations, operations
+  static constexpr double of_unknowns = 0.75;                // iterations from nothing in the plane (measured)
   static constexpr double of_asking = 2;                     // work of a step over that of asking
   ContactSystem& system_;
   Velocities velocity_free_;
@@ -188,7 +200,7 @@ private:
   double cost_, newton_operations_ = 0; // expected, done
   double light_ = 0;                    // the light error that was not accepted last
   bool from_nothing_;                   // the step begins without impulses
-  bool given_up_, asked_ = false;
+  bool given_up_, asked_ = false, fails_from_sweeps_ = false, began_anew_ = false;
   double enough_; // light error; what is pushed on where meshes bear leans on nodes that hold it
 };
 
