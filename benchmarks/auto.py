@@ -5,6 +5,7 @@
     python benchmarks/auto.py problems --scenes unseen  grains of two sizes, arches and other vaults, half of them kept aside
     python benchmarks/auto.py problems --scenes packs   packs of cubes, tetrahedra, rods and cylinders that took no part in
                                                         any choice, beside ADMM as well
+    python benchmarks/auto.py problems --scenes masses  packs whose grains differ in mass, in fall
     python benchmarks/auto.py steps [--scenes WORD...]  walls, arches, towers, piles: some steps from one state by each
 
 Problems of piles are those that `cairn run --dump-problem` would write. A solver that has not converged has no seconds. Writes
@@ -239,6 +240,20 @@ def packs():
     )
 
 
+def masses():
+    """(name, problem) of packs in fall, half of whose grains are so many times as heavy as the others."""
+
+    def pack(dim, count, shape, ratio):
+        sim = sim_of(grains(dim, count, 1, ratio=ratio, shape=shape), 1e-3)
+        sim.strategy = cn.NSCD(solver=cn.NLGS(tol=1e-4, max_iter=200), threads=1)
+        return sim
+
+    for dim, count, shape, name in ((2, 400, "round", "disks"), (3, 400, "round", "spheres"), (3, 200, "faced", "cubes")):
+        for ratio in (3e2, 1e3, 1e4):
+            build = lambda d=dim, c=count, s=shape, r=ratio: pack(d, c, s, r)  # noqa: E731
+            yield from problems_of((f"{count} {name}, {ratio:g}", build, (60 if shape == "faced" else 4,)))
+
+
 def seconds_of_problem(problem, solver, tol, repeats):
     result = problem.solve(solver, tol, max_iter=10**8, max_seconds=LONGEST)
     if not result.converged:
@@ -251,7 +266,7 @@ def seconds_of_problem(problem, solver, tol, repeats):
 
 def rows_of_problems(options, folder):
     files = [(path.stem, problems.read(path)) for path in sorted(DATA.glob("*.hdf5"))]
-    apart = {"unseen": unseen_problems, "packs": packs}.get(" ".join(options.scenes or ()))
+    apart = {"unseen": unseen_problems, "packs": packs, "masses": masses}.get(" ".join(options.scenes or ()))
     rivals = (*MEMBERS["problems"], *(["admm"] if apart is packs else []), "auto")
     for name, problem in apart() if apart else chain(files, pile_problems(), other_problems()):
         if options.scenes and not apart and not any(word in name for word in options.scenes):
@@ -279,7 +294,7 @@ def main():
     options = parser.parse_args()
     options.tol = options.tol or ((1e-4, 1e-8) if options.part == "problems" else (1e-4, 1e-6))
     warnings.simplefilter("ignore")
-    apart = f"_{options.scenes[0]}" if options.scenes in (["unseen"], ["packs"]) else ""
+    apart = f"_{options.scenes[0]}" if options.scenes in (["unseen"], ["packs"], ["masses"]) else ""
     out = options.output or HERE / "results" / f"auto_{options.part}{apart}.csv"
     with open(out, "w", newline="") as file, tempfile.TemporaryDirectory() as folder:
         writer, ratios = None, []

@@ -93,11 +93,12 @@ bool Auto::leaves(std::int64_t sweeps, const ErrorForecast& forecast, double to_
   if (turn_ > 0) return done >= std::max(patience, trial * turn_) && to_come > again * turn_;
   if (done < patience) return false;
   const auto foretells = [done](double more, double newton) { return more > newton * std::max(1.0, newton / done); };
-  const double newton = few * iteration_ * std::sqrt(iteration_), half = p_.dim == 2 ? newton : 0.5 * newton;
+  const double newton = few * iteration_ * std::sqrt(iteration_), half = 0.5 * newton;
   const double error = std::min(largest, monitor_.best_error());
   const double ahead = std::max(1.0, std::log(error / options_.tolerance) / -std::log(error));
-  const double at_last = done >= half ? std::max(to_come, forecast.by_last_quarter()) : to_come;
-  return foretells(ahead * ahead * ahead * to_come, newton) || foretells(at_last, half);
+  if (foretells(ahead * ahead * ahead * to_come, newton)) return true;
+  if (p_.dim == 2) return false;
+  return foretells(done >= half ? std::max(to_come, forecast.by_last_quarter()) : to_come, half);
 }
 
 // Until they converge, or foretell that they take longer than Newton's method.
