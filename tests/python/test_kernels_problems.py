@@ -1,6 +1,5 @@
 """Kernels of solvers of problems, of their figures and of motion, against numpy, dense matrices and conserved quantities."""
 
-import time
 
 import numpy as np
 import pytest
@@ -328,23 +327,3 @@ def test_answers_of_springs_are_their_stiffness():
     np.testing.assert_allclose(answer[0], np.diag([2.0**44 / 2, 2.0**44 / 3]), rtol=1e-14)
     np.testing.assert_allclose(known[0], [2.0**43, -(2.0**44) / 6], rtol=1e-14)
     assert abs(answer[1, 0, 0] / 2.0**29 - 1) < 0.2
-
-
-def test_errors_of_many_contacts_take_vectors():
-    """Together less than five times as long as a root and a quotient of each number; contacts one by one took six."""
-    n = 4096
-    mu, w, out = RNG.uniform(0.1, 1.0, n), RNG.uniform(1.0, 2.0, n), np.zeros((2, 1))
-    r, u, q, figures = *RNG.standard_normal((3, n, 3)), np.zeros(5)
-    size, under, into = np.abs(r), np.repeat(w[:, None], 3, axis=1), np.zeros((n, 3))
-
-    def least(run):
-        seconds = []
-        for _ in range(400):
-            begin = time.perf_counter()
-            run()
-            seconds.append(time.perf_counter() - begin)
-        return min(seconds)
-
-    error, others = kernel("cairn_problem_error"), kernel("cairn_problem_figures")
-    own = least(lambda: error(3, n, mu, w, r, u, *out)) + least(lambda: others(3, n, mu, w, q, r, u, figures))
-    assert own < 5 * least(lambda: np.divide(np.sqrt(size, out=into), under, out=into))
