@@ -96,7 +96,8 @@ def ironed(options):
     path = options.output / f"{NAME}.vtkhdf"
     every = max(1, options.steps // 40)
     sim.run(options.steps, output=path, every=every, callback=watch, overwrite=True, progress=False)
-    work = (np.array(force) * np.diff(way, axis=0)).sum()
+    mean = np.array(force) - np.diff(force, axis=0, prepend=[np.zeros(2)]) / 2  # of both ends of each step
+    work = (mean * np.diff(way, axis=0)).sum()
     return sim, np.array(force), work, frames, max(errors)
 
 
