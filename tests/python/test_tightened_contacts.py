@@ -1,4 +1,4 @@
-"""Newton's method of solids beside contacts that are solved to a tolerance of their own: passes that it holds up solve tighter."""
+"""Passes of Newton's method of solids that the tolerance of the contact solver holds up solve contacts tighter."""
 
 import cairn as cn
 import numpy as np
