@@ -209,33 +209,7 @@ class Scene(Spelt):
                     meshes.add(id(s.mesh))
                     sets[f"{k:06d}"] = {"deformable": to_dict(s.mesh)}
                 continue
-            d = {
-                n: getattr(s, n)
-                for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth")
-                if getattr(s, n) is not None
-            }
-            d |= {"group": s.group or "", "driven": ",".join(s.driven)}
-            for name in ("drive", "force"):
-                if getattr(s, name) is not None:
-                    d[name] = time_functions.to_dict(name, getattr(s, name))
-            d["contactors"] = {}
-            for j, c in enumerate(s.contactors):
-                entry = {
-                    n: getattr(c, n)
-                    for n in ("shape", "body", "radius", "offset", "direction", "hull")
-                    if getattr(c, n) is not None
-                }
-                if c.hulls is not None:
-                    entry["hulls"] = dict(c.hulls._asdict())
-                entry |= {"material": c.material.name, "density": c.material.density or np.nan}
-                if c.joint:
-                    entry["joint"] = 1
-                if (more := c.material.beside_density()) is not None:
-                    from .mesh_files import encoded
-
-                    entry["properties"] = encoded(more)
-                d["contactors"][f"{j:06d}"] = entry
-            sets[f"{k:06d}"] = d
+            sets[f"{k:06d}"] = set_to_dict(s)
         content = {
             "kind": "scene",
             "dim": self.dim,
@@ -299,7 +273,7 @@ class Scene(Spelt):
 
                 scene.add(from_dict(d["deformable"]))
             else:
-                scene.add(_set_from(scene.dim, d))
+                scene.add(set_from_dict(scene.dim, d))
         scene.rules = rules_from_dict(content["rules"])
         for kind, given in content.get("networks", {}).items():
             from .mesh_files import decoded
@@ -339,7 +313,39 @@ def rules_from_dict(d):
     return rules
 
 
-def _set_from(dim, d):
+def set_to_dict(s):
+    """What a file holds of a set of rigid bodies. Raises ValueError for functions in Python."""
+    d = {
+        n: getattr(s, n)
+        for n in ("position", "mass", "inertia", "velocity", "rotation", "damping", "depth")
+        if getattr(s, n) is not None
+    }
+    d |= {"group": s.group or "", "driven": ",".join(s.driven)}
+    for name in ("drive", "force"):
+        if getattr(s, name) is not None:
+            d[name] = time_functions.to_dict(name, getattr(s, name))
+    d["contactors"] = {}
+    for j, c in enumerate(s.contactors):
+        entry = {
+            n: getattr(c, n)
+            for n in ("shape", "body", "radius", "offset", "direction", "hull")
+            if getattr(c, n) is not None
+        }
+        if c.hulls is not None:
+            entry["hulls"] = dict(c.hulls._asdict())
+        entry |= {"material": c.material.name, "density": c.material.density or np.nan}
+        if c.joint:
+            entry["joint"] = 1
+        if (more := c.material.beside_density()) is not None:
+            from .mesh_files import encoded
+
+            entry["properties"] = encoded(more)
+        d["contactors"][f"{j:06d}"] = entry
+    return d
+
+
+def set_from_dict(dim, d):
+    """The inverse of set_to_dict."""
     contactors = []
     for _, c in sorted(d["contactors"].items()):
         density = float(c["density"])
@@ -485,7 +491,9 @@ def insert(core, s, species, time=0.0, meshes=None):
     deformable bodies, by the id() of each; both filled where missing."""
     if s.mesh is not None:
         known = {} if meshes is None else meshes
-        number = known[id(s.mesh)] = known.get(id(s.mesh)) or core.new_mesh()
+        # by what is there, and not by what was: a simulation that goes on from a file knows no other
+        number = known.get(id(s.mesh)) or 1 + max([int(core.raw_node("mesh").max(initial=0)), *known.values()])
+        known[id(s.mesh)] = number
         first = core.add_nodes(number, s.position, None if s.velocity is None else s.velocity[:, : s.dim], s.mass)
         core.add_parts(number, s.parts)
     else:

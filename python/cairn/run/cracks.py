@@ -93,7 +93,6 @@ def open_faces(sim, mesh, faces):
         point, side = _add_sides(sim, mesh, after, more[1])
         ids["points"], ids["sides"] = np.concatenate([ids["points"], point]), np.concatenate([ids["sides"], side])
     sim._sets = [_of(s, before, new, ids) for s in sim._sets]
-    sim._mesh_numbers.pop(id(before), None)
     if any(more):
         sim._start_meshes()
     else:

@@ -14,6 +14,7 @@ from ..build.shapes import Hulls
 from ..build.solid import SolidBody
 from ..pre import checks
 from .carried_forces import carry, damping_of, force_of
+from .sets import place_of
 from .views import core_of
 
 
@@ -98,8 +99,10 @@ def rigidify(sim, mesh, shape=None):
     new = sim.add(sets.checked(one))
     if shape is None and former["id"] not in sim.bodies.id:
         core.scene.give_id(int(new[0]), former["id"])
-        sim._sets[-1] = replace(sim._sets[-1], ids=np.array([former["id"]]))
-        new = sim._sets[-1].ids
+        sim._sets.pop()  # it is of its former set again, which says how it stood as it came in, and its force and damping
+        if place_of(former["set"], sim._sets) is None:
+            sim._sets.append(former["set"])
+        new = np.array([former["id"]])
         sim._start_functions()
     _account(sim, kinetic - at["kinetic"], -at["stored"])
     contacts.pass_to(new)
@@ -196,6 +199,9 @@ def _set_of(sim, id):
         if len(row) and np.isin(id, present):
             if not np.isfinite(s.mass[row[0]]) or s.driven:
                 raise ValueError(f"body {id} is held or driven: a deformable body in its place would fall; give it free dofs")
+            if not s.contactors:
+                told = f"body {id} came in later, by a checkpoint of before these held shapes"
+                raise ValueError(f"{told}: restart from one of before it came in, or write that one anew")
             return s, int(row[0])
     raise ValueError(f"there is no rigid body {id}: give the id of one, as Scene.add and Simulation.add return them")
 

@@ -1,15 +1,17 @@
 """What a checkpoint says of a simulation, looked at before any of it is used: of the core's state by cxx/files/state_check.cpp,
 of what Python keeps beside it here."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from ..build.bodies import BodySet
 from ..build.scene import rules_from_dict, rules_to_dict
 from ..post.checkpoint import load
 from ..post.errors import DAMAGE, FileError
 from ..pre import checks
-from . import cracks, time_functions
-from .sets import mesh_from_dict
+from . import cracks
+from .sets import FUNCTIONS, later_from_dict, mesh_from_dict
+from .strategies import SOLVERS, Default
 
 
 def restore(sim, path):
@@ -22,7 +24,7 @@ def restore(sim, path):
     if not isinstance(content.get(name), str) or (content[name] != own and not _is_older(sim, content)):
         raise FileError(path, "the checkpoint belongs to another scene", "build the simulation from the same scene")
     before = {"species": sim._species, "rules": sim._rules, "sets": sim._sets, "dt": sim._dt, "info": sim._info}
-    before["state"] = sim.get_state()
+    before |= {"state": sim.get_state(), "strategy": sim._strategy}
     try:
         made = _content(sim, path, _completed(sim, content) if of_program else content)
     except FileError:
@@ -69,7 +71,27 @@ def _content(sim, path, content):
     sets = cracks.restored([*known[:start], *later], content.get("cracks", {}))
     sim.scene.law_table(species, rules, sets)
     dt = checks.positive("dt", float(content["dt"]))
-    return {"state": content["state"], "species": species, "rules": rules, "sets": sets, "dt": dt, "info": {}}
+    made = {"state": content["state"], "species": species, "rules": rules, "sets": sets, "dt": dt, "info": {}}
+    return {**made, "strategy": _strategy(sim, content.get("solver"))}
+
+
+def solver_to_dict(sim):
+    """What a checkpoint says of the solver, where the simulation chose it: as bodies last came in, and not as they are."""
+    return {"solver": type(sim.strategy.solver).__name__} if _chooses(sim) else {}
+
+
+def _chooses(sim):
+    return isinstance(getattr(sim._given, "solver", None), Default)
+
+
+def _strategy(sim, name):
+    """The strategy of a simulation with the solver that the one that wrote the file chose; older files do not say it."""
+    if name is None or not _chooses(sim) or name == type(sim.strategy.solver).__name__:
+        return sim.strategy
+    if name not in ("Auto", "NLGS"):
+        raise ValueError(f"solver is {name!r}: Auto or NLGS is chosen")
+    given = sim._given.solver
+    return replace(sim.strategy, solver=SOLVERS[name](tol=given.tol, min_iter=given.min_iter, max_iter=given.max_iter))
 
 
 def _text(value):
@@ -103,17 +125,11 @@ def _later_from_dict(path, dim, d, known):
             told = f"the mesh {d['mesh']!r} came in later, with a function in Python or a solver of its own, which no file holds"
             raise FileError(path, told, "add, or deform, the same bodies before restore")
         return known
-    n, values = len(d["ids"]), {}
-    for name in ("drive", "force", "damping"):
-        if name not in d:
-            continue
-        if d[name]["kind"] == "python":
-            if known is None or not callable(getattr(known, name)) or len(known) != n:
+    functions = {}
+    for name in FUNCTIONS:
+        if d.get(name, {}).get("kind") == "python":
+            if known is None or not callable(getattr(known, name)) or len(known) != len(d["ids"]):
                 remedy = "add the same bodies by Simulation.add before restore, or use cairn.Table or cairn.Harmonic"
                 raise FileError(path, f"{name} of bodies that came in later is a Python function, which no file holds", remedy)
-            values[name] = getattr(known, name)
-        else:
-            values[name] = time_functions.from_dict(d[name])
-    mass = None if d["carrier"] else np.ones(n)
-    driven = tuple(name for name in d["driven"].split(",") if name)
-    return BodySet(dim, np.zeros((n, dim)), mass, None, [], driven=driven, ids=np.asarray(d["ids"], np.int64), **values)
+            functions[name] = getattr(known, name)
+    return later_from_dict(dim, d, **functions)

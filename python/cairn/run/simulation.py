@@ -15,7 +15,7 @@ from . import cracks, first_overlaps, restored, unmet_shapes, views
 from .drives import Drives
 from .parts import ask_for_parts
 from .reshaping import Reshaping
-from .sets import found, free_masses, ids_of, later_to_dict, living
+from .sets import found, free_masses, ids_of, later_to_dict, living, numbers_of_meshes
 from .stages import Place, Stages
 from .step_warnings import StepWarnings
 from .strategies import NSCD, checked_strategy
@@ -39,12 +39,12 @@ class Simulation(Reshaping, Spelt):
         self.scene = scene
         scene.check_names()
         self._rules, self._rules_seen, self._sets_seen = list(scene.rules), len(scene.rules), len(scene.sets)
-        self._species, self._mesh_numbers = scene.species(), {}
+        self._species, numbers = scene.species(), {}
         core = _core.Scene(scene.dim)
         core.origin = _three(scene.origin)
         if scene.periodic is not None:
             core.set_cell(*scene.periodic.arrays(scene.dim))
-        sets = [s.with_(ids=insert(core, s, self._species, meshes=self._mesh_numbers)) for s in scene.sets]
+        sets = [s.with_(ids=insert(core, s, self._species, meshes=numbers)) for s in scene.sets]
         table = scene.law_table(self._species)
         self._given, self._strategy = given, given.for_scene(core, self._rules, free_masses(sets))
         self._core = _core.Simulation(core, table, self.strategy.settings())
@@ -384,11 +384,11 @@ class Simulation(Reshaping, Spelt):
         for s in sets:
             for c in s.contactors:
                 species.setdefault(c.species(s.group), len(species))
-        if len(species) > len(self._species):
+        if len(species) > len(self._species) or any(s.mesh for s in sets):  # whose nodes meet no nodes
             self._use_laws(species, self._rules, sets)
-        ids = []
+        numbers, ids = numbers_of_meshes(self._core.scene, self._sets), []
         for s in sets:
-            ids.append(insert(self._core.scene, s, species, self.time, self._mesh_numbers))
+            ids.append(insert(self._core.scene, s, species, self.time, numbers))
             self._sets.append(replace(s, ids=ids[-1]))
         self._radii = None
         if self._given.for_scene(self._core.scene, self._rules, free_masses(self._sets)) != self._strategy:
@@ -440,11 +440,11 @@ class Simulation(Reshaping, Spelt):
 
         self.between_steps("checkpoint")
         state = self.get_state()
-        opened = state.pop("cracks", {})
+        opened = {"cracks": state.pop("cracks")} if "cracks" in state else {}
         save(
             path,
             {
-                **({"cracks": opened} if opened else {}),
+                **(opened | restored.solver_to_dict(self)),
                 "kind": "checkpoint",
                 "dim": self.scene.dim,
                 "dt": self._dt,
@@ -494,11 +494,14 @@ class Simulation(Reshaping, Spelt):
         self.between_steps("restore")
         restored.restore(self, path)
 
-    def _take(self, state, species, rules, sets, dt, info):
-        self._core.set_state(state)
+    def _take(self, state, species, rules, sets, dt, info, strategy):
+        if strategy != self._strategy:
+            self._core.set_strategy(strategy.settings())
+            self._strategy = strategy
+        # meshes that there are may be others than those of the state: these have their states when they are there
+        self._core.set_state({name: of for name, of in state.items() if name != "meshes"})
         self._use_laws(species, rules, sets[self._sets_seen :])
-        self._sets = sets
-        self._dt, self._radii, self._info = dt, None, info
+        self._sets, self._dt, self._radii, self._info = sets, dt, None, info
         self._start_functions()
         self._start_meshes(state, anew=True)
 
@@ -549,6 +552,8 @@ class Simulation(Reshaping, Spelt):
             self._meshes = Meshes(self, self._core, before, state, anew)
             if any(mesh.d.opening is not None for mesh in self._meshes.meshes):
                 cracks.watch(self)
+        elif before:
+            self._core.set_meshes([])
         self._networks = self.scene.running_networks(self, self._core)
 
     def _field(self, name, shape):
@@ -584,9 +589,7 @@ class Simulation(Reshaping, Spelt):
     def _rows(self, name, value, alive):
         from ..build.bodies import _spread
 
-        return np.ascontiguousarray(
-            _spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive]
-        )
+        return np.ascontiguousarray(_spread(name, value, len(alive), 3 if self.scene.dim == 2 else 6, self.scene.dim)[alive])
 
 
 def _three(values):
