@@ -20,7 +20,7 @@ void MeshSet::want(const Mapping& m) {
   }
   for (int j = 0; j < 4 && m.node[j] >= 0; ++j) {
     if (all || mesh.place(m.node[j]) < 0) wanted.push_back(m.node[j]);
-    if (!mean_row_.empty()) direct_[std::size_t(m.mesh)].push_back(m.node[j]);
+    direct_[std::size_t(m.mesh)].push_back(m.node[j]);
   }
 }
 
@@ -49,21 +49,17 @@ void MeshSet::condense(std::vector<CondensedBody>& out, Array<double>& velocity,
 void MeshSet::condense_again(std::vector<CondensedBody>& out, Array<double>& velocity) {
   for (MeshBody& mesh : meshes) mesh.touch({});
   for (std::size_t i = 0; i < out.size(); ++i)
-    if (out[i].means() == 0) take_rows(i, out[i], false);
+    if (out[i].row.empty()) take_rows(i, out[i], false);
   make_room(out, velocity);
 }
 
-// Rows of a body: its contact nodes; where contacts rest on means, the nodes that others rest on, then the means.
+// Rows of a body: its contact nodes; where contacts rest on means, the nodes that others rest on, then the means. Of
+// few nodes they are those of this step alone: contacts then keep what they do to the body, which sums otherwise, and a
+// run that goes on from a file knows no nodes that were touched before.
 void MeshSet::take_rows(std::size_t which, CondensedBody& body, bool keep_nodes) {
   MeshBody& mesh = meshes[which];
   body.mean_start.clear();
   body.row.clear();
-  if (wanted_means_[which].empty()) {
-    direct_[which].clear();
-    body.node.resize(std::size_t(mesh.contact_nodes()));
-    for (std::size_t k = 0; k < body.node.size(); ++k) body.node[k] = mesh.node(mesh.contact_node(std::int64_t(k)));
-    return;
-  }
   std::vector<std::int32_t>&direct = direct_[which], &means = wanted_means_[which];
   for (const std::int32_t m : means)
     if (keep_nodes)
@@ -71,12 +67,21 @@ void MeshSet::take_rows(std::size_t which, CondensedBody& body, bool keep_nodes)
                     mean_node_.begin() + mean_start_[std::size_t(m) + 1]);
   std::sort(direct.begin(), direct.end());
   direct.erase(std::unique(direct.begin(), direct.end()), direct.end());
+  const bool few = !direct.empty() && mesh.model.dim * std::int64_t(direct.size()) <= small_condensed &&
+                   mesh.model.dofs() > small_condensed && !mesh.reaches();
+  if (means.empty() && !few) {
+    direct.clear();
+    body.node.resize(std::size_t(mesh.contact_nodes()));
+    for (std::size_t k = 0; k < body.node.size(); ++k) body.node[k] = mesh.node(mesh.contact_node(std::int64_t(k)));
+    return;
+  }
   body.row.assign(std::size_t(mesh.model.nodes()), -1);
   body.node.clear();
   for (const std::int32_t node : direct) {
     body.row[std::size_t(node)] = std::int32_t(body.node.size());
     body.node.push_back(mesh.node(node));
   }
+  if (means.empty()) return direct.clear();
   body.mean_start.assign(1, 0);
   body.mean_node.clear();
   body.mean_weight.clear();
@@ -102,7 +107,7 @@ void MeshSet::make_room(std::vector<CondensedBody>& out, Array<double>& velocity
     body.mass = mesh.mass();
     body.touching = mesh.touching();
     body.inverse_mass = mesh.inverse_mass();
-    if (body.means() > 0) mix(mesh, body);
+    if (!body.row.empty()) mix(mesh, body);
     if (const UnitReaches* reaches = mesh.reaches(); reaches && rows > 0) {
       body.reach = {
           reaches->equations,    reaches->unit, reaches->first.data(), reaches->place.data(), reaches->length.data(),
