@@ -117,3 +117,25 @@ def test_what_gmsh_writes_is_what_gmsh_has(dim, order, quads, ending, tmp_path):
     for part in (body, other):
         for found in part.stress(part.points @ (stretch - np.eye(dim)).T).values():
             assert np.ptp(found, axis=0).max() < 1e-9 * np.abs(found).max()
+
+
+def test_sets_that_blocks_of_nodes_name_are_groups(tmp_path):
+    """*NODE, NSET=...: the nodes of the block, with those that *NSET adds; several blocks hold the nodes of one mesh."""
+    (tmp_path / "part.inp").write_text(
+        "*HEADING\nof two blocks\n** a comment, NSET=NONE\n*Node, nset=FOOT\n 5, 0., 0., 0.\n15, 1., 0., 0.\n"
+        "*NODE, SYSTEM=R, NSET=HEAD\n25, 1., 1., 0.\n35, 0., 1., 0.\n*NODE\n45, 2., 0., 0.\n55, 2., 1., 0.\n"
+        "*ELEMENT, TYPE=CPE4\n1, 5, 15, 25, 35\n2, 15, 45, 55, 25\n*NSET, NSET=HEAD\n55\n*NODE PRINT, NSET=PRINTED\nU\n"
+    )
+    body = cn.SolidBody.read(tmp_path / "part.inp", material=RUBBER, density=1.0)
+    assert np.array_equal(body.points, [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]])
+    assert np.array_equal(body.cells["quad"], [[0, 1, 2, 3], [1, 4, 5, 2]])
+    assert {name: list(nodes) for name, nodes in body.groups.items()} == {"FOOT": [0, 1], "HEAD": [2, 3, 5]}
+
+
+def test_a_function_in_place_of_tractions_is_told_where_functions_go():
+    points, cells = box("quad", (2, 1), (1.0, 1.0))
+    body = cn.SolidBody(points, cells, RUBBER, density=1.0, groups={"top": np.flatnonzero(points[:, 1] > 0.9)})
+    skin = cn.Material("skin", density=1.0)
+    with pytest.raises(ValueError, match=r"give {group: \(2,\)} \[Pa\], a function of time in the place of \(2,\)"):
+        cn.deformable(body, skin, traction=lambda t: {"top": (0.0, t)})
+    cn.deformable(body, skin, traction={"top": lambda t: (0.0, t)})

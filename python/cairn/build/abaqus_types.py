@@ -1,9 +1,11 @@
-"""Names of Abaqus's elements as kinds of cells: meshio knows some of them alone."""
+"""What meshio does not know of Abaqus's files: names of most elements, several blocks of nodes, and the sets that these name."""
 
 from __future__ import annotations
 
 import contextlib
 import re
+
+import numpy as np
 
 # families of elements, by how many nodes they have; what letters behind tell (reduced integration, hybrid, modified, ...) changes
 # no node
@@ -42,26 +44,64 @@ class _Kinds:
         return kind
 
 
+class _Nodes:
+    """Reads a block of nodes as meshio asks for it, after those that the file had before, which meshio lets go."""
+
+    def __init__(self, own):
+        self._own, self._before = own, {}
+
+    def __call__(self, file):
+        points, places, line = self._own(file)
+        if file in self._before:
+            first, known = self._before[file]
+            points = np.concatenate([first, points])
+            places = known | {number: len(first) + place for number, place in places.items()}
+        self._before[file] = points, places
+        return points, places, line
+
+
 @contextlib.contextmanager
 def known():
-    """Meanwhile meshio reads .inp files with elements of all of these families."""
+    """Meanwhile meshio reads .inp files with elements of all of these families, and with all of their nodes."""
     from meshio.abaqus import _abaqus
 
-    own = _abaqus.abaqus_to_meshio_type
-    _abaqus.abaqus_to_meshio_type = _Kinds(own)
+    own = _abaqus.abaqus_to_meshio_type, _abaqus._read_nodes
+    _abaqus.abaqus_to_meshio_type, _abaqus._read_nodes = _Kinds(own[0]), _Nodes(own[1])
     try:
         yield
     finally:
-        _abaqus.abaqus_to_meshio_type = own
+        _abaqus.abaqus_to_meshio_type, _abaqus._read_nodes = own
+
+
+def sets_of_blocks(path):
+    """{name: places of its nodes} of the sets that blocks of nodes name, as in *NODE, NSET=FOOT."""
+    out, count, name, in_nodes = {}, 0, None, False
+    with open(path, errors="replace") as file:
+        for line in file:
+            if line.startswith("**") or not line.strip():
+                continue
+            if line.startswith("*"):
+                keyword, *given = (word.strip() for word in line[1:].split(","))
+                in_nodes = keyword.upper() == "NODE"
+                options = {key.strip().upper(): value.strip() for key, _, value in (word.partition("=") for word in given)}
+                name = options.get("NSET") if in_nodes else None
+            elif in_nodes:
+                if name:
+                    out.setdefault(name, []).append(count)
+                count += 1
+    return out
 
 
 def read(path, by):
     """What meshio's `by` reads of an .inp file. Raises UnknownType with a message that names file and element."""
     with known():
         try:
-            return by(path)
+            found = by(path)
         except UnknownType as error:
             raise UnknownType(
                 f"{path.name} has elements of type {error}, which are no cells that are known: give CPS, CPE or CAX with 3, 4, "
                 "6 or 8 nodes, C3D with 4, 8, 10 or 20 (any letters behind, as in CPE4R), and leave others out"
             ) from None
+    for name, nodes in sets_of_blocks(path).items():
+        found.point_sets[name] = np.union1d(found.point_sets.get(name, np.zeros(0, np.int32)), nodes).astype(np.int32)
+    return found

@@ -90,7 +90,7 @@ def _material_class(description):
         BulkMaterial.__init__(self, values)
 
     ranges = "\n".join(
-        f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")
+        f"    {name}: from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
         for name, default, low, high in parameters
     )
     said = f"{SAID[description['name']]}\n\n" if description["name"] in SAID else ""

@@ -18,7 +18,8 @@ def dead_loads(body, traction, body_force):
     out = []
     if traction is not None:
         if not isinstance(traction, dict):
-            raise ValueError(f"traction is {traction!r}: give {{group: ({body.dim},)}} [Pa]")
+            told = f"give {{group: ({body.dim},)}} [Pa], a function of time in the place of ({body.dim},) where it changes"
+            raise ValueError(f"traction is {traction!r}: {told}")
         for group, given in traction.items():
             sides = pressed_sides(body, _group(body, group), group, "traction")
             out.append((f"traction on {group!r}", areas(body, sides, body.points), given))

@@ -92,7 +92,7 @@ def _law_class(row, description):
         _core.LawTable([], []).rule("*", "*", row, list(self.values), of_temperature)
 
     ranges = "\n".join(
-        f"    {name}: from {low:g} to {high:g}" + ("" if default is None else f", {default:g} when not given")
+        f"    {name}: from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
         for name, default, low, high in parameters
     )
     doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"

@@ -75,7 +75,7 @@ class Material:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, checks.number(name, getattr(self, name)))
         if self.poisson is not None and not -1 < self.poisson <= 0.5:
-            raise ValueError(f"poisson is {self.poisson}: give a value from -1 to 0.5")
+            raise ValueError(f"poisson is {self.poisson}: give a value above -1, up to 0.5")
         if self.latent is not None:
             heat, begin, end = checks.real_array("latent", self.latent, (3,))
             if not (heat >= 0 and end > begin):
