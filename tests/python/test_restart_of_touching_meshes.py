@@ -1,4 +1,4 @@
-"""A mesh that lands on a corner, rocks and slides: a new simulation goes on to the same bits, whatever nodes were touched before."""
+"""A mesh that lands on a corner, rocks and slides: a new simulation goes on to the same bits, whatever was touched before."""
 
 import cairn as cn
 import numpy as np
@@ -23,7 +23,7 @@ def landing(angle, columns):
 
 @pytest.mark.parametrize(("angle", "columns"), [(0.05, 12), (0.2, 12), (0.1, 40)])
 def test_a_restart_knows_no_nodes_that_were_touched_before(angle, columns, tmp_path):
-    """Fewer nodes touch at the cuts than did: contacts on few nodes keep what they do to the body, and did not where it had many."""
+    """Fewer nodes touch at the cuts than did: contacts on few keep what they do to the body, and did not where it had many."""
     one, cuts = landing(angle, columns), (17, 26, 35, 44)
     for k in range(60):
         if k in cuts:
