@@ -121,7 +121,11 @@ auto MeshBody::with_stiffness_at(const std::vector<double>& u, Use&& use) {
   if (linear() || !moved || !model.bulk->known_anywhere()) return use();
   std::vector<double> value(model.stiffness.value.size(), 0.0), still(u.size(), 0.0), force(u.size());
   const MeshMotion there{u.data(), still.data(), time, infinity, 1, 0, nullptr, time};
-  if (!model.bulk->evaluate(there, force.data(), value.data()).ok()) return use();
+  const std::shared_ptr<InternalForces> apart = model.bulk->another(); // views show what the one at hand found last
+  apart->fit(model.mass);
+  apart->take_history(model.bulk->history());
+  apart->swelling = model.bulk->swelling;
+  if (!apart->evaluate(there, force.data(), value.data()).ok()) return use();
   struct Back {
     MeshBody& of;
     std::vector<double>& rest;

@@ -61,6 +61,33 @@ def test_the_stable_step_is_that_of_the_body_as_it_is_strained(kind, law, to):
     assert sim.time == 0
 
 
+@pytest.mark.parametrize("law", [
+    cn.KelvinVoigt(young=1e6, poisson=0.3, viscous_young=1e3),
+    cn.FiniteJ2(young=1e6, poisson=0.3, yield_stress=1e3, isotropic=1e4),
+])  # fmt: skip
+def test_to_ask_for_it_changes_nothing(law):
+    """Stresses that are shown are those of the step, with their part of rates, and the next steps have the same bits."""
+    points, cells = box("quad", (4, 4), (1.0, 1.0))
+    groups = {"bottom": np.flatnonzero(points[:, 1] == 0)}
+    kind = {"kinematics": "logarithmic"} if isinstance(law, cn.KelvinVoigt) else {}
+    body = cn.SolidBody(points, cells, law, density=1e3, groups=groups, lumped=True, **kind)
+    ends = []
+    for asks in (False, True):
+        scene = cn.Scene(dim=2, gravity=(0, 0))
+        scene.add(cn.deformable(body, ROCK, fixed={"bottom": "xy"}, velocity=points * [0.1, -1.0]))
+        sim = cn.Simulation(scene, dt=1e-3, strategy=cn.NSCD(integrator=cn.CentralDifference()))
+        for _ in range(20):
+            sim.step()
+        shown = sim.meshes[0].stress["quad"].copy()
+        if asks:
+            assert 0 < sim.stable_step < np.inf
+        assert np.array_equal(sim.meshes[0].stress["quad"], shown) and shown.any()
+        for _ in range(20):
+            sim.step()
+        ends.append((sim.meshes[0].displacement.copy(), sim.energy))
+    assert np.array_equal(ends[0][0], ends[1][0]) and ends[0][1] == ends[1][1]
+
+
 @pytest.mark.parametrize("integrator", [cn.CentralDifference(), cn.VelocityVerlet()])
 def test_a_step_that_the_body_outgrew_is_refused(integrator):
     sim = pulled(STIFFENS, 1.5, 0.9, integrator)
