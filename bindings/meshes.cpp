@@ -280,6 +280,10 @@ void bind_meshes(py::module_& m) {
              s.meshes.meshes.at(k).restore({state.data(), std::size_t(state.size())},
                                            {memory.data(), std::size_t(memory.size())});
            })
+      .def("restore_touched",
+           [](Simulation& s, std::size_t k, const Input<double>& of) {
+             s.meshes.meshes.at(k).restore_touched({of.data(), std::size_t(of.size())});
+           })
       .def("forget_mesh", [](Simulation& s, std::size_t k) { s.meshes.meshes.at(k).forget(); })
       .def("nodes_of_contactors", // (n, 4) ids
            [](Simulation& s) {

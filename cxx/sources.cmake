@@ -35,6 +35,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mesh_spin.cpp
   bodies/mesh_stability.cpp
   bodies/mesh_ties.cpp
+  bodies/mesh_touched.cpp
   bodies/mesh_turning.cpp
   bodies/mesh_work.cpp
   bodies/mortar_pair.cpp

@@ -168,42 +168,60 @@ void MeshBody::refuse(const SoeStatus& status) const {
 
 // A, factorised once for what a scheme makes it of.
 void MeshBody::factorise(const cairn_scheme& scheme, bool check) {
-  for (const auto& known : factors_)
-    if (known->h == scheme.h && known->damping == scheme.damping && known->stiffness == scheme.stiffness &&
-        known->largest == scheme.largest && known->mixed == jump_share(scheme)) { // the same step, to the bit
-      now_ = known.get();
-      return;
+  const double mixed = jump_share(scheme);
+  const auto known = std::find_if(factors_.begin(), factors_.end(), [&](const auto& f) { // the same step, to the bit
+    return f->h == scheme.h && f->damping == scheme.damping && f->stiffness == scheme.stiffness &&
+           f->largest == scheme.largest && f->mixed == mixed;
+  });
+  if (known != factors_.end() && (*known)->spare) { // as if they were new
+    (*known)->spare = false;
+    std::rotate(known, known + 1, factors_.end());
+    return factorise(scheme, check);
+  }
+  if (known == factors_.end() || !(*known)->made()) {
+    auto made = std::make_unique<Factors>();
+    made->mixed = mixed;
+    make_factors(*made, scheme, check);
+    if (known != factors_.end()) {
+      made->again = std::move((*known)->again);
+      *known = std::move(made);
+      now_ = known->get();
+    } else {
+      if (factors_.size() >= most_factors) factors_.erase(factors_.begin());
+      factors_.push_back(std::move(made));
+      now_ = factors_.back().get();
     }
-  constexpr std::size_t most = 4;
+  } else {
+    now_ = known->get();
+  }
+  if (!now_->again.ends.empty()) touch_again();
+}
+
+void MeshBody::make_factors(Factors& made, const cairn_scheme& scheme, bool check) {
   const bool bare = !(scheme.damping > 0) && !(scheme.stiffness > 0);
   const bool theta_method = scheme.damping == scheme.h * scheme.share && scheme.histories == 0;
   if (model.make_solver && !bare && !theta_method)
     throw Error("the mesh '" + model.name +
                 "' has a solver of its own, which knows the theta-method alone: leave the integrator out");
   if (check && std::isfinite(scheme.largest)) check_step(scheme);
-  if (factors_.size() >= most) factors_.erase(factors_.begin());
-  auto made = std::make_unique<Factors>();
-  made->h = scheme.h;
-  made->largest = scheme.largest;
-  made->mixed = jump_share(scheme);
-  made->damping = scheme.damping;
-  made->stiffness = scheme.stiffness;
+  made.h = scheme.h;
+  made.largest = scheme.largest;
+  made.damping = scheme.damping;
+  made.stiffness = scheme.stiffness;
   ++factorisations;
-  made->forget(model.nodes());
+  made.forget(model.nodes());
   if (model.make_solver && !bare) {
-    made->solver = model.make_solver(scheme.h, scheme.share);
-  } else {
-    made->value.resize(model.mass.value.size());
-    for (std::size_t e = 0; e < made->value.size(); ++e) made->value[e] = model.mass.value[e];
-    for (std::size_t e = 0; e < made->value.size() && !bare; ++e)
-      made->value[e] =
-          model.mass.value[e] + scheme.damping * model.damping.value[e] + scheme.stiffness * model.stiffness.value[e];
-    made->soe = make_soe();
-    if (const SoeStatus status = factor(*made->soe, made->value.data()); !status) refuse(status);
-    if (!model.mode_rates.empty() && scheme.damping > 0) factorise_modes(*made);
+    made.solver = model.make_solver(scheme.h, scheme.share);
+    return;
   }
-  factors_.push_back(std::move(made));
-  now_ = factors_.back().get();
+  made.value.resize(model.mass.value.size());
+  for (std::size_t e = 0; e < made.value.size(); ++e) made.value[e] = model.mass.value[e];
+  for (std::size_t e = 0; e < made.value.size() && !bare; ++e)
+    made.value[e] =
+        model.mass.value[e] + scheme.damping * model.damping.value[e] + scheme.stiffness * model.stiffness.value[e];
+  made.soe = make_soe();
+  if (const SoeStatus status = factor(*made.soe, made.value.data()); !status) refuse(status);
+  if (!model.mode_rates.empty() && scheme.damping > 0) factorise_modes(made);
 }
 
 std::unique_ptr<Soe> MeshBody::make_soe() const {

@@ -156,6 +156,10 @@ public:
   std::vector<double> memory() const;
   void restore(std::span<const double> state, std::span<const double> memory);
   void forget(); // as at the start
+  // For a checkpoint, see mesh_touched.cpp: h, damping, stiffness, largest, mixed of factors, how often nodes came to
+  // touch, how many there were after each time, and these nodes; of the next ones. Empty where nothing depends on it.
+  std::vector<double> touched() const;
+  void restore_touched(std::span<const double> of); // throws Error for what is of another mesh
   std::string describe(const BulkResult& fault) const;
   // Throws what is told of a fault: StepTooLong with the advice where shorter parts of the step may mend it, else
   // Error.
@@ -202,6 +206,10 @@ public:
   std::int64_t bytes() const;
 
 private:
+  struct Touches {
+    std::vector<std::int32_t> nodes, ends; // how many there were after each time
+  };
+  static constexpr std::size_t most_factors = 4;
   struct Factors { // of A = M + damping C + stiffness K
     double h = 0, damping = 0, stiffness = 0, largest = 0;
     double mixed = 0; // share of the inverse of M in the compliance, see mesh_jumps.cpp
@@ -213,6 +221,9 @@ private:
     // modes) and the Cholesky factor of B^-1, lower (modes, modes).
     std::vector<double> modal_reach, modal_factor;
     std::vector<std::int32_t> active, place;
+    std::vector<std::int32_t> order; // how many were active after each time where numbers depend on that
+    Touches again;                   // to be touched before others
+    bool spare = false;              // an undone step had them
     std::int64_t leading = 0;
     Array<double> compliance;        // (leading, leading)
     bool reached = false;            // there are reaches in its place
@@ -221,15 +232,23 @@ private:
     UnitReaches reaches;
     void forget(std::int64_t nodes) { // what was touched
       active.clear();
+      order.clear();
+      again = {};
       place.assign(std::size_t(nodes), -1);
       leading = 0;
       if (reached) reaches.clear();
+    }
+    bool made() const { return soe || solver; }
+    bool same_as(const Factors& f) const {
+      return h == f.h && damping == f.damping && stiffness == f.stiffness && largest == f.largest && mixed == f.mixed;
     }
     std::int64_t bytes() const {
       return (soe ? soe->bytes() : 0) + reaches.bytes() + std::int64_t(8 * (value.capacity() + compliance.capacity()));
     }
   };
   std::vector<std::int32_t> dofs_of(std::span<const std::int32_t> nodes) const;
+  bool by_units(const Factors& f) const;
+  void touch_again();
   bool by_units() const; // the compliance is entries of the inverse of the factorised matrix itself
   void mark_contact_nodes();
   void take_scheme(const cairn_scheme& scheme, bool check);
@@ -257,6 +276,7 @@ private:
   void account_linear_means(const std::vector<double>& way, const std::vector<double>& pull);
   void account_bulk_means(const std::vector<double>& end);
   void factorise(const cairn_scheme& scheme, bool check);
+  void make_factors(Factors& made, const cairn_scheme& scheme, bool check);
   void check_step(const cairn_scheme& scheme);
   double stable_step_there(double rate_share);
   void check_step_there(const cairn_scheme& scheme);

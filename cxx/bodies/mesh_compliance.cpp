@@ -38,10 +38,6 @@ std::vector<std::int32_t> MeshBody::dofs_of(std::span<const std::int32_t> nodes)
   return dofs;
 }
 
-bool MeshBody::by_units() const {
-  return now_->soe && model.ties.empty() && now_->modal_factor.empty() && !has_part(now_->mixed);
-}
-
 // Which kind it is depends on these nodes alone, and so do its numbers: a run that goes on from a file has the same.
 void MeshBody::rest_on(const std::vector<std::int32_t>& nodes, const Bytes& of, bool may_reach) {
   if (nodes.empty()) return; // what was known stays for when it touches again
@@ -110,6 +106,7 @@ void MeshBody::touch(const std::vector<std::int32_t>& more) {
     if (known > 0) solves += (std::int64_t(size - old) + 7) / 8;
     return f.soe->add_units(dofs, std::int64_t(old), f.compliance.data(), std::int64_t(room), omp_get_max_threads());
   }
+  f.order.push_back(std::int32_t(now));
   constexpr std::size_t most = 8; // columns that the factors are gone through for at once
   const auto n = std::size_t(model.dofs());
   for (std::size_t first = old; first < size; first += most) { // one solution for each dof that is new

@@ -314,7 +314,8 @@ void MeshBody::factorise_tangent() {
     now_->mixed = share;
   }
   const bool fresh = now_->place.empty();
-  if (fresh || !model.ties.empty()) now_->forget(model.nodes()); // bits of ties depend on when nodes were touched
+  if (fresh || (!by_units() && (!went_on_ || !model.ties.empty()))) // bits depend on when nodes were touched
+    now_->forget(model.nodes());
   const auto with = [&](const std::vector<double>& stiffness) {
     bool same = now_->known && !model.ties.rigid_parts_turn();
     for (std::size_t e = 0; e < now_->value.size(); ++e) {

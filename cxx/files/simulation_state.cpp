@@ -198,13 +198,20 @@ std::string number_of(std::size_t mesh) {
 const char* const untold_history =
     "is of a code that keeps a history and does not give it: a checkpoint needs its state_size, save and load";
 
-// Of meshes whose stresses are a material's: states of its points, and what the next step begins with.
+// Of meshes whose stresses are a material's: states of its points, and what the next step begins with; of linear ones
+// in which order nodes came to touch, where numbers depend on it.
 StoredValue meshes_of(Simulation& s) {
   StoredValue out;
   for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) {
     const MeshBody& mesh = s.meshes.meshes[k];
-    if (mesh.linear()) continue;
     StoredValue of;
+    if (mesh.linear()) {
+      const std::vector<double> touched = mesh.touched();
+      if (touched.empty()) continue;
+      of.add_array("touched", touched.data(), {std::int64_t(touched.size())});
+      out.add(number_of(k), std::move(of));
+      continue;
+    }
     if (!mesh.model.bulk->tells_history())
       throw Error("the mesh '" + mesh.model.name + "' " + std::string(untold_history));
     const std::vector<double> state = mesh.model.bulk->history(), memory = mesh.memory();
@@ -218,8 +225,10 @@ StoredValue meshes_of(Simulation& s) {
 void take_meshes(Simulation& s, const StoredValue* from) {
   for (std::size_t k = 0; k < s.meshes.meshes.size(); ++k) {
     MeshBody& mesh = s.meshes.meshes[k];
-    if (mesh.linear()) continue;
-    if (const StoredValue* of = from ? from->find(number_of(k)) : nullptr)
+    const StoredValue* of = from ? from->find(number_of(k)) : nullptr;
+    if (mesh.linear())
+      mesh.restore_touched(of ? numbers_of<double>(of->at("touched").array, "touched") : std::vector<double>());
+    else if (of)
       mesh.restore(numbers_of<double>(of->at("state").array, "state"),
                    numbers_of<double>(of->at("memory").array, "memory"));
     else
@@ -282,7 +291,7 @@ StoredValue state_of(Simulation& s) {
   out.add("memory", memory_of(s.strategy().memory(s)));
   out.add("projection_memory", memory_of(s.strategy().projection_memory()));
   out.add("energy", std::move(energy));
-  if (!s.meshes.linear()) out.add("meshes", meshes_of(s));
+  if (StoredValue meshes = meshes_of(s); !meshes.members.empty()) out.add("meshes", std::move(meshes));
   out.add_whole("steps", s.steps);
   out.add_real("time", s.time);
   if (s.networks) out.add("networks", networks_of(*s.networks));

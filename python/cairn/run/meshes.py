@@ -48,12 +48,15 @@ class Meshes:
             self.restore(state)
 
     def restore(self, state):
-        """States of materials of bodies that are not linear, from the state of a simulation; none of what it does not name."""
+        """States of materials of bodies that are not linear, from the state of a simulation; none of what it does not name. Of
+        linear ones in which order nodes came to touch, where numbers depend on it by rounding."""
         kept = state.get("meshes", {})
         for k in range(len(self.meshes)):
             of = kept.get(f"{k:06d}")
             if of is None:
                 self._core.forget_mesh(k)
+            elif "touched" in of:
+                self._core.restore_touched(k, of["touched"])
             else:
                 self._core.restore_mesh(k, of["state"], of["memory"])
 
