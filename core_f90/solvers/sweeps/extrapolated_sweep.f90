@@ -3,9 +3,11 @@
 !> way it makes still leads where sweeps lead (O'Donoghue & Candes 2015).
 module extrapolated_sweep
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double, c_f_pointer
-  use contact_batch, only: cairn_schedule, cairn_batch, max_batch, max_components
+  use contact_batch, only: cairn_schedule, cairn_batch, cairn_record, max_batch, max_components
   use contact_schedule, only: schedule_view, open_schedule
   use nlgs, only: sweep_batch
+  use radial_sweep, only: sweep_extrapolated2, sweep_extrapolated3, sweep_extrapolated_associated2, &
+    sweep_extrapolated_associated3
   !$ use omp_lib, only: omp_get_thread_num
   implicit none
   private
@@ -53,6 +55,11 @@ contains
       integer, intent(in) :: me !< thread, from 1
       real(c_double) :: start(max_batch*max_components)
       associate (batch => s%batch(b))
+        if (batch%pack > 0) then
+          call sweep_packed(batch, s%record, s%relaxation, s%associated, factor, r_before(1, batch%first + 1), &
+                            change(b), along(b))
+          return
+        end if
         call lean(batch, factor, r_before(1, batch%first + 1), start)
         call sweep_batch(batch, s%side, s%record, s%general, s%relaxation, s%softening_relaxation, &
                          s%associated, s%work(:, me), change(b))
@@ -103,24 +110,42 @@ contains
     end do
   end subroutine lean_body
 
+  !> Begins beyond the last sweep, sweeps and adds up the way, eight contacts at a time: a batch is gone through once.
+  subroutine sweep_packed(batch, record, relaxation, associated, factor, before, change, along)
+    type(cairn_batch), intent(in)     :: batch
+    type(cairn_record), intent(inout) :: record(*)
+    real(c_double), value             :: relaxation !< factor on changes of impulse [-]
+    logical, value                    :: associated !< see radial_sweep
+    real(c_double), intent(in)        :: factor     !< [-]
+    real(c_double), intent(inout)     :: before(batch%count*batch%components) !< impulses when the last sweep began [N s]
+    real(c_double), intent(out)       :: change     !< sum of dr.W dr [J]
+    real(c_double), intent(out)       :: along      !< -dr.D (r - r before) [J]
+    real(c_double), pointer, contiguous :: packed(:)
+    integer(c_int32_t), pointer, contiguous :: a(:), b(:)
+    integer :: n
+    n = batch%count
+    call c_f_pointer(batch%frame, packed, [batch%pack*n])
+    call c_f_pointer(batch%body_a, a, [n])
+    call c_f_pointer(batch%body_b, b, [n])
+    if (batch%components == 2 .and. associated) then
+      call sweep_extrapolated_associated2(n/w8, batch%contacts, a, b, relaxation, packed, record, change, factor, before, along)
+    else if (batch%components == 2) then
+      call sweep_extrapolated2(n/w8, batch%contacts, a, b, relaxation, packed, record, change, factor, before, along)
+    else if (associated) then
+      call sweep_extrapolated_associated3(n/w8, batch%contacts, a, b, relaxation, packed, record, change, factor, before, along)
+    else
+      call sweep_extrapolated3(n/w8, batch%contacts, a, b, relaxation, packed, record, change, factor, before, along)
+    end if
+  end subroutine sweep_packed
+
   subroutine lean(batch, factor, before, start)
     type(cairn_batch), intent(in) :: batch
     real(c_double), value         :: factor   !< [-]
     real(c_double), intent(inout) :: before(batch%count*batch%components) !< impulses when the last sweep began [N s]
     real(c_double), intent(out)   :: start(batch%count*batch%components) !< impulses that the sweep begins with [N s]
     real(c_double), pointer, contiguous :: r(:)
-    integer :: k, lines, c
-    c = batch%components
-    if (batch%pack > 0) then
-      lines = batch%pack
-      call c_f_pointer(batch%frame, r, [lines*batch%count])
-      do k = 0, batch%count/w8 - 1
-        call lean_some(w8*c, factor, before(w8*c*k + 1), r(w8*(lines*k + lines - c) + 1:), start(w8*c*k + 1))
-      end do
-    else
-      call c_f_pointer(batch%r, r, [batch%count*c])
-      call lean_some(batch%count*c, factor, before, r, start)
-    end if
+    call c_f_pointer(batch%r, r, [batch%count*batch%components])
+    call lean_some(batch%count*batch%components, factor, before, r, start)
   end subroutine lean
 
   pure subroutine lean_some(n, factor, before, r, start)
@@ -151,25 +176,10 @@ contains
     real(c_double), intent(in)    :: before(batch%count*batch%components) !< impulses before that [N s]
     real(c_double), intent(out)   :: along !< -dr.D (r - r before) [J]
     real(c_double), pointer, contiguous :: r(:), w(:)
-    real(c_double) :: inverse(w8), total(w8)
+    real(c_double) :: total(w8)
     integer :: k, l, lines, c, n
     c = batch%components
     n = batch%count
-    if (batch%pack > 0) then
-      lines = batch%pack
-      call c_f_pointer(batch%frame, r, [lines*n])
-      call c_f_pointer(batch%rho, w, [n])
-      total = 0
-      do k = 0, n/w8 - 1
-        inverse = 1/w(w8*k + 1:w8*k + w8)
-        do l = 0, c - 1
-          call note_some(w8, start(w8*(c*k + l) + 1), r(w8*(lines*k + lines - c + l) + 1:), inverse, before(w8*(c*k + l) + 1), &
-                         total)
-        end do
-      end do
-      along = sum(total)
-      return
-    end if
     call c_f_pointer(batch%r, r, [n*c])
     call c_f_pointer(batch%delassus, w, [n*merge(2, c*c, batch%block == 0)])
     along = 0

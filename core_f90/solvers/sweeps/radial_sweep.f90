@@ -8,32 +8,57 @@ module radial_sweep
   implicit none
   private
   public :: sweep_radial2, sweep_radial3, sweep_associated2, sweep_associated3
+  public :: sweep_extrapolated2, sweep_extrapolated3, sweep_extrapolated_associated2, sweep_extrapolated_associated3
   integer, parameter :: w8 = 8 !< contacts at a time: a register of doubles
 contains
 
   !> Spheres.
-  subroutine sweep_radial3(packs, contacts, body_a, body_b, relaxation, pack, record, change)
-    logical, parameter :: associated = .false.
+  subroutine sweep_radial3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .false., extrapolated = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_radial3
 
   !> Disks.
-  subroutine sweep_radial2(packs, contacts, body_a, body_b, relaxation, pack, record, change)
-    logical, parameter :: associated = .false.
+  subroutine sweep_radial2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .false., extrapolated = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_radial2
 
   !> Spheres, that open where they slip: see associated_normal.
-  subroutine sweep_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change)
-    logical, parameter :: associated = .true.
+  subroutine sweep_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .true., extrapolated = .false.
     include "radial_sweep3.inc"
   end subroutine sweep_associated3
 
   !> Disks, that open where they slip: see associated_normal.
-  subroutine sweep_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change)
-    logical, parameter :: associated = .true.
+  subroutine sweep_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .true., extrapolated = .false.
     include "radial_sweep2.inc"
   end subroutine sweep_associated2
+
+  !> Spheres, from beyond the last sweep: see extrapolated_sweep.
+  subroutine sweep_extrapolated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .false., extrapolated = .true.
+    include "radial_sweep3.inc"
+  end subroutine sweep_extrapolated3
+
+  !> Disks, from beyond the last sweep: see extrapolated_sweep.
+  subroutine sweep_extrapolated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .false., extrapolated = .true.
+    include "radial_sweep2.inc"
+  end subroutine sweep_extrapolated2
+
+  !> Spheres, that open where they slip: see associated_normal, from beyond the last sweep: see extrapolated_sweep.
+  subroutine sweep_extrapolated_associated3(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .true., extrapolated = .true.
+    include "radial_sweep3.inc"
+  end subroutine sweep_extrapolated_associated3
+
+  !> Disks, that open where they slip: see associated_normal, from beyond the last sweep: see extrapolated_sweep.
+  subroutine sweep_extrapolated_associated2(packs, contacts, body_a, body_b, relaxation, pack, record, change, ahead, before, along)
+    logical, parameter :: associated = .true., extrapolated = .true.
+    include "radial_sweep2.inc"
+  end subroutine sweep_extrapolated_associated2
 
   !> The normal impulse where slip opens a contact by mu times as much: the nearest point of the cone in the energy of the contact.
   !> Contacts of this kind make a convex problem (Anitescu 2006; Tasora & Anitescu 2011), and where nothing slips in its solution
