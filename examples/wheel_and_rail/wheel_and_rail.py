@@ -19,8 +19,8 @@ grains, shape of the velocity profile. Nothing else is to be compared with a rai
   16 GPa. The zone is MP3, which ends: Raous' MAC, of endless tail, would keep each pair for ever. It takes ten times s^2/c, so
   that it softens slower than what a grain's inertia resists in a step; with four times s^2/c most steps of a rail of 600 disks
   were not solved in 200 sweeps (errors of 5e-3).
-- The wheel of 450 disks weighs a thousand times the lightest grain: steps are held to the worst contact on the scale of its lighter
-  grain then, and not to the error of the whole alone. 1e-2 of it leaves 1e-3 of the speeds of all grains.
+- The wheel of 450 disks weighs a thousand times the lightest grain: steps are held to the worst contact on the scale of its
+  lighter grain then, and not to the error of the whole alone. 1e-2 of it leaves 1e-3 of the speeds of all grains.
 - Bonds that soften take half of their change in a sweep: 200 sweeps leave 19 steps of the default run above an error of 1e-3.
 - Friction 0.3 of what broke and under the wheel. Bottom and sides of the rail are held.
 
