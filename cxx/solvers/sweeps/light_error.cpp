@@ -26,7 +26,7 @@ struct LightSum {
     double inverse = 0, change = 0; // inverse mass, or 0 where it does not move; |v - v_free|
   };
   double mass = 0, energy = 0, mean = 0; // of bodies that impulses move
-  double wrong = 0;
+  double wrong = 0, squares = 0, loads = 0;
   LightError error;
 
   void add_body(double inverse, double change_square) {
@@ -36,14 +36,21 @@ struct LightSum {
   }
   void close_bodies() { mean = mass > 0 ? std::sqrt(energy / mass) : 0; }
   void add_contact(double speed, double impulse, const Side& a, const Side& b, std::int64_t place) {
-    if (!(speed > 0)) return;
+    if (!(speed > 0) && !(impulse > 0)) return;
+    ++error.contacts;
     const Side& lighter = a.inverse > b.inverse ? a : b;
-    const double ratio = speed / std::max(lighter.change, mean);
+    const double scale = std::max(lighter.change, mean), load = impulse > 0 ? impulse * lighter.inverse / scale : 0;
+    loads += load * load;
+    if (!(speed > 0)) return;
+    const double ratio = speed / scale;
     wrong += impulse * speed;
+    squares += ratio * ratio;
     if (!(ratio <= error.largest)) error.largest = ratio, error.worst_contact = place;
   }
   LightError finish() {
     if (wrong > 0) error.power = wrong / energy;
+    if (error.contacts > 0) error.mean = std::sqrt(squares / double(error.contacts));
+    if (error.contacts > 0) error.load = std::sqrt(loads / double(error.contacts));
     return error;
   }
 };
@@ -169,22 +176,24 @@ LightError measure_light(ContactSystem& system, const cairn_schedule& schedule, 
   sum.close_bodies();
   for (std::size_t k = 0; k < system.batches.size(); ++k) {
     const cairn_batch& b = system.batches[k];
-    double speed[128], impulse[128];
+    // bonds in balance with each other press and pull by more than any load: what they would do is not asked
+    double speed[128], impulse[128] = {};
     const bool own = law_infos()[b.law].has_solve;
     own ? law_misses(schedule, k, b, speed) : cone_breaks(d, schedule, k, b, speed, impulse);
     for (int lane = 0; lane < b.contacts; ++lane) {
-      if (!(speed[lane] > 0)) continue;
+      if (!(speed[lane] > 0) && !(impulse[lane] > 0)) continue;
       const auto side = [&](std::int32_t body, bool moves, bool mapped) -> LightSum::Side {
         if (mapped) return condensed_side(std::size_t(body));
         if (!moves || body >= system.bodies) return {};
         return {inverse_mass(system, body), std::sqrt(change_square(body))};
       };
-      // bonds in balance with each other press and pull by more than any load: what they would do is not asked
-      sum.add_contact(speed[lane], own ? 0 : impulse[lane], side(b.body_a[lane], b.moves_a != 0, b.mapped_a != 0),
+      sum.add_contact(speed[lane], impulse[lane], side(b.body_a[lane], b.moves_a != 0, b.mapped_a != 0),
                       side(b.body_b[lane], b.moves_b != 0, b.mapped_b != 0), system.candidate[b.first + lane]);
     }
   }
-  return sum.finish();
+  LightError out = sum.finish();
+  if (!system.condensed.empty()) out.load = 0; // a body that bends is as light as each of its nodes
+  return out;
 }
 
 void note(const LightError& light, SolveReport& report) {
