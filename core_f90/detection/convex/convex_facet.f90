@@ -4,9 +4,10 @@ module convex_facet
   use bracketed_zero, only: bracket, narrow, next_angle, where_it_falls
   use hull_view, only: solid
   use convex_contact, only: touch_plane
-  use convex_shape, only: convex, is_superquadric, support
+  use convex_shape, only: convex, is_cylinder, is_superquadric, support
   use facet_points, only: add, findings
-  use facet_view, only: after, cross, inward, is_over, is_under_valley, on_edge, pokes_out
+  use facet_view, only: after, cross, inward, is_over, is_under_valley, of_mesh, on_edge, pokes_out
+  use rim_arcs, only: most_on_rim, points_on_rim
   implicit none
   private
   public :: arc, see_arc, is_near, on_inside, farthest_on_arc, height_along, leaves_elsewhere
@@ -18,6 +19,7 @@ module convex_facet
     real(c_double) :: first(3) = 0, last(3) = 0                  !< the ends, at -half and half, as the triangles have them
   end type arc
 
+  real(c_double), parameter :: upright = 0.7_c_double            !< cosine: an end looks at the triangle, else the side
   integer, parameter :: most_points = 20                         !< that a plane may find of one body
 
 contains
@@ -92,6 +94,10 @@ contains
     if (.not. dot_product(m, at) > q%offset(1)) return
     low = height_along(p, at - q%offset(1)*m, m, [0.0_c_double, 0.0_c_double, 0.0_c_double])
     if (low > limit .or. low < -2*q%size) return
+    if (p%kind == is_cylinder .and. of_mesh(q) .and. abs(dot_product(p%frame(:, 3), m)) > upright) then
+      call end_on_mesh(p, q, at, limit, low, f)
+      return
+    end if
     most = 4
     if (p%kind == is_superquadric) then
       most = 1
@@ -102,15 +108,42 @@ contains
                      feature(1:most))
     do k = 1, count
       x = at + point(:, k) + (gap(k)/2)*m
-      if (.not. is_over(q, x)) then
-        if (gap(k) >= 0) cycle
-        if (.not. is_under_valley(q, x)) cycle
-      else if (gap(k) < 0) then
-        if (leaves_elsewhere(p, q, at, x, gap(k), low)) cycle
-      end if
-      call add(f, point(:, k), m, gap(k), feature(k))
+      if (meets_inside(p, q, at, x, gap(k), low)) call add(f, point(:, k), m, gap(k), feature(k))
     end do
   end subroutine on_inside
+
+  !> The same of an end that looks at a side of a mesh, whose nodes bend it under a rim: the points of the rim over each triangle
+  !> are of that triangle alone.
+  pure subroutine end_on_mesh(p, q, at, limit, low, f)
+    type(convex), intent(in) :: p
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: at(3), limit, low
+    type(findings), intent(inout) :: f
+    real(c_double) :: m(3), x(3, most_on_rim), gap
+    integer(c_int32_t) :: name(most_on_rim)
+    integer :: k, count
+    m = q%normal(1, :)
+    call points_on_rim(p, q, at, count, x, name)
+    do k = 1, count
+      gap = dot_product(m, x(:, k)) - q%offset(1)
+      if (gap > limit) cycle
+      if (meets_inside(p, q, at, x(:, k), gap, low)) call add(f, x(:, k) - at - (gap/2)*m, m, gap, name(k))
+    end do
+  end subroutine end_on_mesh
+
+  !> Whether a point x of the body at `gap` from the plane of the triangle is this triangle's.
+  pure logical function meets_inside(p, q, at, x, gap, low)
+    type(convex), intent(in) :: p
+    type(solid), intent(in) :: q
+    real(c_double), intent(in) :: at(3), x(3), gap, low
+    if (is_over(q, x)) then
+      meets_inside = gap >= 0
+      if (.not. meets_inside) meets_inside = .not. leaves_elsewhere(p, q, at, x, gap, low)
+    else
+      meets_inside = gap < 0
+      if (meets_inside) meets_inside = is_under_valley(q, x)
+    end if
+  end function meets_inside
 
   !> Whether a point at `height` behind this triangle is nearer to the inside of one around it, along whose normal the whole
   !> body has a shorter way out than `low`.

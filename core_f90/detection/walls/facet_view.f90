@@ -8,7 +8,7 @@ module facet_view
   implicit none
   private
   public :: on_edge, cross, inside_of, inward, is_over, is_under_valley, after, stands_out, pokes_out, leaves_edge, &
-            leaves_vertex, is_bent, edge_from, vertex_from, nearer_elsewhere
+            leaves_vertex, is_bent, of_mesh, edge_from, vertex_from, nearer_elsewhere
 
   ! Of the size of the facet: what lies so near to an edge lies on it, for both of its facets; and what stands out no farther
   ! of a plane is of it.
@@ -129,6 +129,12 @@ contains
     end do
     pokes_out = .false.
   end function pokes_out
+
+  !> Whether it is a side of a mesh.
+  pure logical function of_mesh(q)
+    type(solid), intent(in) :: q
+    of_mesh = any(q%edge(4, 4:6) /= 0)
+  end function of_mesh
 
   !> Whether a load has bent the surface of a mesh at vertex k, which is of this facet: it is not flat there, and no corner.
   !> What is larger than cells bends them round itself, and is borne by all of the vertices that it covers.
