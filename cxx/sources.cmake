@@ -79,6 +79,7 @@ set(CAIRN_CXX_SOURCES
   fe/bulk_materials.cpp
   fe/bulk_model.cpp
   fe/called_forces.cpp
+  fe/cell_damage.cpp
   fe/elements.cpp
   fe/frame_model.cpp
   fe/initial_stress.cpp

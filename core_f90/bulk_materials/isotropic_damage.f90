@@ -1,11 +1,12 @@
 !> Stiffness lost with the largest stretch that was reached (Mazars 1984), softening exponentially so that a cell takes the fracture
-!> energy per area of crack, whatever its size (crack band, Bazant & Oh 1983).
+!> energy per area of crack, whatever its size (crack band, Bazant & Oh 1983). Cells of second order have one damage each: else
+!> some of their points alone would soften, and the crack be narrower than the cell.
 module isotropic_damage
   use, intrinsic :: iso_c_binding, only: c_double, c_int32_t, c_int64_t
   use tensor_functions, only: isotropic_moduli, symmetric_eigen, from_strain, to_stress
   implicit none
   private
-  public :: cairn_bulk_isotropic_damage
+  public :: cairn_bulk_isotropic_damage, cairn_damage_of_cells
   integer, parameter :: parameters = 5, states = 2
 contains
 
@@ -25,33 +26,113 @@ contains
     real(c_double), intent(out) :: energy(n)          !< stored [J/m3]
     real(c_double), intent(out) :: dissipated(n)      !< in the step [J/m3]
     integer(c_int32_t), intent(inout) :: status(n)    !< 0; 1 volume not positive, 2 no solution at the point, 3 cell too large
-    real(c_double) :: c(6, 6), x(3), q(3, 3), whole(6), reached, largest, first, decay, damage, slope, direction(6), size
+    real(c_double) :: c(6, 6), whole(6), reached, largest, first, decay, damage, direction(6)
     integer(c_int64_t) :: i
     c = isotropic_moduli(params(1), params(2))
     first = params(3)/params(1)
     do i = 1, n
-      size = length(i)
-      if (params(5) > 0) size = params(5)
-      decay = params(4)/(size*params(3)) - 0.5_c_double*first ! of strain, beyond the first damage
-      if (.not. decay > 0) status(i) = 3
-      decay = max(decay, 1e-6_c_double*first)
-      call symmetric_eigen(from_strain(strain(:, i)), x, q)
-      x = max(x, 0.0_c_double)
-      reached = sqrt(sum(x**2))
+      call find_decay(params, length(i), decay, status(i))
+      call stretched(strain(:, i), reached, direction)
       largest = max(state_begin(1, i), reached, first)
       damage = 1 - first/largest*exp(-(largest - first)/decay)
       whole = matmul(c, strain(:, i))
       stress(:, i) = (1 - damage)*whole
       tangent(:, :, i) = (1 - damage)*c
-      if (reached >= largest .and. largest > first) then
-        slope = (1 - damage)*(1/largest + 1/decay)
-        direction = to_stress(matmul(q*spread(x, 1, 3), transpose(q)))/reached
-        tangent(:, :, i) = tangent(:, :, i) - slope*spread(whole, 2, 6)*spread(direction, 1, 6)
-      end if
+      if (reached >= largest .and. largest > first) &
+        tangent(:, :, i) = tangent(:, :, i) &
+                           - (1 - damage)*(1/largest + 1/decay)*spread(whole, 2, 6)*spread(direction/reached, 1, 6)
       state(1, i) = largest
       state(2, i) = damage
       energy(i) = 0.5_c_double*dot_product(stress(:, i), strain(:, i))
-      dissipated(i) = 0.5_c_double*dot_product(whole, strain(:, i))*(damage - state_begin(2, i))
+      dissipated(i) = dot_product(whole, strain(:, i))*share_spent(state_begin(1, i), largest, first, decay)
     end do
   end subroutine cairn_bulk_isotropic_damage
+
+  !> Stress of n cells that have one damage each, which grows with the root of the mean square of what stretches their points: with
+  !> that of the energy that they give up, so that a crack takes as much of it as where the strain is the same all over the cell.
+  !> The derivative of the stress is that of damage as it is; what damage adds to the derivative of the forces of a cell by its
+  !> displacements is -growth forces (sum over points of volume drive by strain).
+  pure subroutine cairn_damage_of_cells(points, n, params, length, volume, strain, state_begin, state, stress, tangent, drive, &
+                                        growth, energy, dissipated, status) bind(c)
+    integer(c_int32_t), value   :: points             !< of a cell
+    integer(c_int64_t), value   :: n                  !< cells
+    real(c_double), intent(in)  :: params(parameters) !< these and the others as above
+    real(c_double), intent(in)  :: length(points, n)  !< the same of all points of a cell
+    real(c_double), intent(in)  :: volume(points, n)  !< of each point [m3]
+    real(c_double), intent(in)  :: strain(6, points, n)
+    real(c_double), intent(in)  :: state_begin(states, points, n)
+    real(c_double), intent(out) :: state(states, points, n)
+    real(c_double), intent(out) :: stress(6, points, n)
+    real(c_double), intent(out) :: tangent(6, 6, points, n)
+    real(c_double), intent(out) :: drive(6, points, n) !< of the largest stretch by strain, for each volume [1/m3]
+    real(c_double), intent(out) :: growth(n)          !< of - ln (1 - damage) by the largest stretch [-]
+    real(c_double), intent(out) :: energy(points, n)
+    real(c_double), intent(out) :: dissipated(points, n)
+    integer(c_int32_t), intent(inout) :: status(points, n)
+    real(c_double) :: c(6, 6), whole(6), reached, largest, first, decay, damage, square
+    integer(c_int64_t) :: i
+    integer :: p
+    c = isotropic_moduli(params(1), params(2))
+    first = params(3)/params(1)
+    do i = 1, n
+      square = 0
+      call find_decay(params, length(1, i), decay, status(1, i))
+      do p = 1, points
+        call stretched(strain(:, p, i), reached, drive(:, p, i))
+        square = square + volume(p, i)*reached**2
+      end do
+      reached = sqrt(square/sum(volume(:, i)))
+      if (reached > 0) drive(:, :, i) = drive(:, :, i)/(reached*sum(volume(:, i)))
+      largest = max(maxval(state_begin(1, :, i)), reached, first)
+      damage = 1 - first/largest*exp(-(largest - first)/decay)
+      growth(i) = 0
+      if (reached >= largest .and. largest > first) growth(i) = 1/largest + 1/decay
+      do p = 1, points
+        whole = matmul(c, strain(:, p, i))
+        stress(:, p, i) = (1 - damage)*whole
+        tangent(:, :, p, i) = (1 - damage)*c
+        state(:, p, i) = [largest, damage]
+        energy(p, i) = 0.5_c_double*dot_product(stress(:, p, i), strain(:, p, i))
+        dissipated(p, i) = dot_product(whole, strain(:, p, i))*share_spent(state_begin(1, p, i), largest, first, decay)
+      end do
+    end do
+  end subroutine cairn_damage_of_cells
+
+  !> Of strain, beyond the first damage, in a cell of a size.
+  pure subroutine find_decay(params, length, decay, status)
+    real(c_double), intent(in) :: params(parameters), length
+    real(c_double), intent(out) :: decay
+    integer(c_int32_t), intent(inout) :: status
+    real(c_double) :: size, first
+    first = params(3)/params(1)
+    size = length
+    if (params(5) > 0) size = params(5)
+    decay = params(4)/(size*params(3)) - 0.5_c_double*first
+    if (.not. decay > 0) status = 3
+    decay = max(decay, 1e-6_c_double*first)
+  end subroutine find_decay
+
+  !> The norm of what is stretched, and its derivative by the strain times it.
+  pure subroutine stretched(strain, reached, direction)
+    real(c_double), intent(in) :: strain(6)
+    real(c_double), intent(out) :: reached, direction(6)
+    real(c_double) :: x(3), q(3, 3)
+    call symmetric_eigen(from_strain(strain), x, q)
+    x = max(x, 0.0_c_double)
+    reached = sqrt(sum(x**2))
+    direction = to_stress(matmul(q*spread(x, 1, 3), transpose(q)))
+  end subroutine stretched
+
+  !> What a step spends, of stress times strain at its end without damage: exact along a strain that keeps its direction, since what
+  !> is given up grows with the square of the largest stretch, however long the step is.
+  pure real(c_double) function share_spent(before, now, first, decay)
+    real(c_double), intent(in) :: before, now, first, decay !< largest stretches at both ends of the step
+    share_spent = max(0.5_c_double*first*(left(max(before, first)) - left(now))/now**2, 0.0_c_double)
+  contains
+    !> Of the energy that is to be given up, from a largest stretch on.
+    pure real(c_double) function left(largest)
+      real(c_double), intent(in) :: largest
+      left = exp(-(largest - first)/decay)*(largest + 2*decay)
+    end function left
+  end function share_spent
 end module isotropic_damage

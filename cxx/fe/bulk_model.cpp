@@ -186,6 +186,8 @@ void BulkModel::law_at_points(std::size_t block, std::int64_t first, std::int64_
   double* tangent = measured ? w.moduli.data() : w.tangent.data();
   if (c.material->umat)
     call_umat(block, first, n, h, w);
+  else if (one_damage(block))
+    damage_cells(block, first, n, w);
   else
     c.material->kernel(points, h, theta, c.params.data(), w.length.data(), measure,
                        state_begin_.data() + b.first_state + start * b.states,
@@ -301,8 +303,9 @@ bool BulkModel::find_gradients(std::size_t block, std::int64_t n, Work& w) {
   cairn_solid_gradients(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, b.value.data(),
                         b.gradient.data(), b.weight.data(), thickness, n, w.x.data(), w.u.data(), w.d.data(),
                         w.hoop.data(), w.h.data(), w.h_bar.data(), w.volume.data(), w.share.data(), w.status.data());
-  // A crack softens all cells of one strain that a square or cube is cut into: two triangles, six tetrahedra.
-  const int cells = e.nodes == dim_ + 1 ? (dim_ == 2 ? 2 : 6) : 1;
+  // A crack softens all cells of one damage that a square or cube is cut into: two triangles, six tetrahedra.
+  const bool simplex = e.nodes == dim_ + 1 || (e.nodes == (dim_ + 1) * (dim_ + 2) / 2 && one_damage(block));
+  const int cells = simplex ? (dim_ == 2 ? 2 : 6) : 1;
   for (std::int64_t cell = 0; cell < n; ++cell) {
     double volume = 0; // of an axisymmetric cell its area, which does not go round
     for (int p = 0; p < e.bulk_points; ++p) {
@@ -382,6 +385,7 @@ void BulkModel::evaluate_tile(std::size_t block, std::int64_t first, std::int64_
   cairn_solid_forces(dim_, dim_ == 2 ? std::int32_t(c.plane) : 0, mean_of(c), e.nodes, e.bulk_points, n, w.d.data(),
                      w.hoop.data(), w.h.data(), w.volume.data(), w.share.data(), w.piola.data(), w.tangent.data(),
                      step.want && c.material->symmetric ? 2 : step.want, force, stiffness);
+  if (step.want && one_damage(block)) add_growth_of_damage(block, n, w, force, stiffness);
   if (step.begin) return;
   cairn_true_stress(c.kinematics != Kinematics::small, points, w.h_bar.data(), w.piola.data(),
                     stress_.data() + blocks_[block].first_stress + 6 * first * e.bulk_points);

@@ -109,6 +109,10 @@ private:
                             Work& work);
   void law_at_points(std::size_t block, std::int64_t first, std::int64_t n, double h, double theta, bool want,
                      Work& work);
+  bool one_damage(std::size_t block) const; // of all points of a cell
+  void damage_cells(std::size_t block, std::int64_t first, std::int64_t n, Work& work);
+  void add_growth_of_damage(std::size_t block, std::int64_t n, Work& work, const double* force,
+                            double* stiffness) const;
   void check_initial_stress(std::size_t block) const;
   void start_from_stress(std::size_t block);
   void find_stretches(std::size_t block, std::int64_t first, std::int64_t n, Work& work);

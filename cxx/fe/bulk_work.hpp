@@ -31,7 +31,8 @@ struct BulkModel::Work {
   Array<double> begin, end, energy_begin, energy_end; // of stresses by energy: F - 1 at both ends of the step
   Array<double> place, before, rotation;              // of users' routines: points, F - 1 at the begin, of the step
   BulkAcross across;
-  Array<double> apart; // F - 1 while the law sees that of its stretch at the start
+  Array<double> drive, drive_piola, growth, pull; // of one damage a cell
+  Array<double> apart;                            // F - 1 while the law sees that of its stretch at the start
   Array<std::int32_t> status;
   void resize(int dim, const ElementInfo& e, int states, bool linear) {
     const std::size_t n = bulk_tile, points = n * e.bulk_points, nodes = std::size_t(e.nodes);
@@ -51,6 +52,13 @@ struct BulkModel::Work {
     most(state, std::max<std::size_t>(1, std::size_t(states)) * points);
     status.resize(std::max(status.size(), points));
     most(share, linear ? points * std::size_t(e.bulk_points) : 1);
+  }
+  void keep_drive(int dofs, std::size_t points) {
+    const auto most = [](Array<double>& a, std::size_t size) { a.resize(std::max(a.size(), size)); };
+    most(drive, 6 * points);
+    most(drive_piola, 9 * points);
+    most(growth, bulk_tile);
+    most(pull, std::size_t(dofs) * bulk_tile);
   }
   void keep_begin(std::size_t points) {
     for (Array<double>* a : {&begin, &end}) a->resize(std::max(a->size(), 9 * points));

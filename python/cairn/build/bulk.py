@@ -48,10 +48,10 @@ dilation_angle = friction_angle, and give friction_angle = f with sin(f) = 3 sqr
 cohesion = c xi sqrt(3) (3 - sin(f))/(6 cos(f)).""",
     "isotropic_damage": """Stress (1 - d) C strain, d of the largest norm of the positive principal strains so far. Softening
 takes fracture_energy [J/m2] of a crack through cells that are `length` wide across it. At 0 that is the root of a cell's area
-in 2D, the cube root of its volume in 3D, of triangles of three nodes and tetrahedra of four the side of the square or cube that
-two or six of them fill: right for squares and cubes; cells half as wide across the crack as along it take 0.71 of
-fracture_energy in 2D, 0.63 in 3D if they are flat. Give the width across the crack as `length` there. Cells of second order
-soften in a part of them: they take 0.7 to 1.2 of it.""",
+in 2D, the cube root of its volume in 3D, of triangles and tetrahedra the side of the square or cube that two or six of them
+fill: right for squares and cubes; cells half as wide across the crack as along it take 0.71 of fracture_energy in 2D, 0.63 in
+3D if they are flat. Give the width across the crack as `length` there. Cells of second order have one damage each, by the mean
+square over their points.""",
 }
 
 
