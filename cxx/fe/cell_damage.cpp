@@ -1,11 +1,11 @@
 // Damage that all points of a cell share, where shape functions are of second order: strains vary over such a cell, so
 // that points of their own would soften one after the other, some of them never, and a crack would take less or more
 // than its energy.
-#include "cairn/cell_damage.h"
+#include <algorithm>
 
 #include "bulk_model.hpp"
 #include "bulk_work.hpp"
-#include "cairn/core.h"
+#include "cairn/rows.h"
 
 namespace cairn {
 
@@ -30,6 +30,7 @@ void BulkModel::add_growth_of_damage(std::size_t block, std::int64_t n, Work& w,
   const BulkCells& c = cells_[block];
   const ElementInfo& e = *c.element;
   const std::int64_t points = n * e.bulk_points;
+  if (std::none_of(w.growth.data(), w.growth.data() + n, [](double growth) { return growth > 0; })) return;
   const bool flat = dim_ == 2 && c.plane == Plane::stress;
   const double across = c.params[1] / (1 - c.params[1]); // of the strain there, by those in the plane
   for (std::int64_t p = 0; p < points && flat; ++p) {
