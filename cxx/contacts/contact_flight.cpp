@@ -8,6 +8,7 @@
 
 #include "../contactors/shapes.hpp"
 #include "../detection/detection_workspace.hpp"
+#include "../laws/law_names.hpp"
 #include "../solvers/sweeps/side_names.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"
@@ -109,6 +110,16 @@ void axis_of(const Contactors& c, const Bodies& b, std::int32_t contactor, Vecto
   for (int k = 0; k < 3; ++k) axis[k] = x[k] + 2 * (q[0] * once[k] + twice[k]);
 }
 
+// Whether a segment in the plane is touched at an end, which is round; its sides are flat.
+bool at_end(const Contactors& c, const Bodies& b, std::int32_t contactor, std::int32_t body, const double* n) {
+  Vector axis{};
+  const double turned = b.rotation.active ? *b.rotation[body] : 0;
+  const double *along = c.direction[contactor], cosine = std::cos(turned), sine = std::sin(turned);
+  axis[0] = cosine * along[0] - sine * along[1];
+  axis[1] = sine * along[0] + cosine * along[1];
+  return std::abs(dot(axis, n)) > 1e-6;
+}
+
 // Bodies that lie on each other in several points, of one face or of several triangles of a surface, neither roll nor
 // turn on each other: their spins are what is left of a solution, and conditions that differ from point to point by
 // them cost a solver ten times the iterations. They lie when gaps differ by less than a thousandth of the way from
@@ -152,6 +163,20 @@ double flat_rate(Curved how, const Motion& A, const Motion& B, const double* n, 
   return h * (dot(swing, v) - ra / 2 * dot(swing, swing));
 }
 
+// What a bond of two round bodies, that turns with their spins on its cone, gains across its branch. As the way of
+// round bodies a root: by the velocities of a chord, which lean, bonds of one body would turn by different angles, and
+// strain it by the square of the step.
+void turned_branch(const Motion& A, const Motion& B, const double* n, double ra, double rb, double gap, double h,
+                   double* gain) {
+  const double distance = ra + rb + gap;
+  Vector spin, swing;
+  for (int k = 0; k < 3; ++k) spin[k] = (ra * A.spin[k] + rb * B.spin[k]) / (ra + rb);
+  cross(spin, n, swing);
+  cross(spin, swing, gain);
+  const double square = std::min(1.0, h * h * dot(spin, spin));
+  for (int k = 0; k < 3; ++k) gain[k] *= -distance * h / (1 + std::sqrt(1 - square));
+}
+
 // The same where both are round, or one hollow (rb < 0); `across`: the velocity without what is along a tube.
 double round_rate(const Motion& A, const Motion& B, const double* n, const double* across, double ra, double rb,
                   double gap, double h, double* rate) {
@@ -189,7 +214,11 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
     return d == 2 ? x[2] != 0 : !vanishes(x + 3);
   };
   if (how == Curved::plane && is_radial(b.side_a) && !turns(b.body_b[lane])) return; // what slides or rolls on a plane
-  if (how == Curved::unknown || replaced(shape_a, shape_b)) return;
+  const bool bonded = is_sound_bond(b, lane);
+  if (how == Curved::unknown || replaced(shape_a, shape_b)) {
+    if (bonded) flight_of_carried(b, lane, out);
+    return;
+  }
   if (info(shape_a).is_hull() && lies_with_others(*candidates, d, i, [&](std::int32_t of) { return body(of); })) return;
   const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], d, h);
   const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], d, h);
@@ -201,14 +230,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   const bool ball = info(shape_a).ball(), hull_b = info(shape_b).is_hull();
   const double gap = candidates->gap[i], ra = ball ? *contactors->radius[ca] : 0;
   double rb = hull_b || how == Curved::plane ? 0 : *contactors->radius[cb];
-  if (how == Curved::segment) { // a side is flat, an end round
-    Vector axis{};
-    const double turned = bodies->rotation.active ? *bodies->rotation[b.body_b[lane]] : 0;
-    const double *along = contactors->direction[cb], c = std::cos(turned), s = std::sin(turned);
-    axis[0] = c * along[0] - s * along[1];
-    axis[1] = s * along[0] + c * along[1];
-    how = std::abs(dot(axis, n)) > 1e-6 ? Curved::round : Curved::plane;
-  }
+  if (how == Curved::segment) how = at_end(*contactors, *bodies, cb, b.body_b[lane], n) ? Curved::round : Curved::plane;
   if (how == Curved::ring || how == Curved::tube) rb = -rb;
 
   // centres of A's and B's curvature; of what is flat, the point on its surface
@@ -234,7 +256,10 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
     if (how == Curved::tube) {
       Vector axis;
       axis_of(*contactors, *bodies, cb, axis);
-      if (std::abs(dot(axis, n)) > 1e-6) return; // the rim of an open end
+      if (std::abs(dot(axis, n)) > 1e-6) { // the rim of an open end
+        if (bonded) flight_of_carried(b, lane, out);
+        return;
+      }
       const double along = dot(v, axis);
       for (int k = 0; k < 3; ++k) across[k] -= along * axis[k];
     }
@@ -242,9 +267,37 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
   }
   for (int k = 0; k < 3; ++k) out[0] += h / 2 * (aa[k] - ab[k]) * n[k];
   out[0] += bend;
-  if (b.side_a == radial2 || b.side_a == radial3)
-    return; // batches of two such that move hold a bias along the normal alone
-  for (int k = 1; k < d; ++k) out[k] = h / 2 * dot(rate, axes[k]);
+  // friction of round bodies takes a bias along the normal alone; a bond would tilt to first order without the others,
+  // but of two disks, whose spins and branch are square to each other
+  if (is_radial(b.side_a) && !(bonded && (d == 3 || !is_radial(b.side_b)))) return;
+  const bool branch = how == Curved::round && is_radial(b.side_a) && is_radial(b.side_b);
+  if (branch) turned_branch(A, B, n, ra, rb, gap, h, rate);
+  for (int k = 1; k < d; ++k) out[k] = (branch ? 1 : h / 2) * dot(rate, axes[k]);
+}
+
+// A bond that holds along the tangents as well: what it misses there adds up from step to step.
+bool Interactions::State::is_sound_bond(const cairn_batch& b, int lane) const {
+  const LawInfo& law = law_infos()[b.law];
+  const bool bonds = (law.anchored && !law.spans) || Law(b.law) == Law::sintering || Law(b.law) == Law::coupled_motion;
+  return bonds && b.state && b.state[lane] > 0;
+}
+
+// Of two bodies that are bonded where detection says nothing of how they are curved: of the points that they carry.
+void Interactions::State::flight_of_carried(const cairn_batch& b, int lane, double out[3]) const {
+  const int d = dim();
+  double axes[3][3] = {};
+  axes_of(b, d, lane, axes);
+  Vector v, a[2];
+  for (const int side : {0, 1}) {
+    const double* from = (side ? b.lever_b : b.lever_a) + lane;
+    const bool round = is_radial(side ? b.side_b : b.side_a);
+    const std::int32_t of = (side ? b.body_b : b.body_a)[lane];
+    Vector lever{};
+    for (int k = 0; k < d; ++k) lever[k] = round ? from[0] * axes[0][k] : from[k * b.count];
+    Motion(*bodies, system.record[of], of, d, h).carry(lever, v, a[side]);
+  }
+  for (int c = 0; c < d; ++c)
+    for (int k = 0; k < 3; ++k) out[c] += h / 2 * (a[0][k] - a[1][k]) * axes[c][k];
 }
 
 // Of a body that turns, against a mesh, whose nodes fly straight on: nodes that stick to it, or are joined to it, would
@@ -311,6 +364,18 @@ void Interactions::State::flight_of_anchored(const cairn_batch& b, int lane, dou
   out[0] += flight_of_round(v, part.normal, 3, part.length, h);
 }
 
+// Spins of bodies that are no balls change while they turn freely; those that a bond holds as one would part by that.
+void Interactions::State::turn_of_bond(const cairn_batch& b, int lane, double out[3]) const {
+  std::fill_n(out, 3, 0.0);
+  if (law_infos()[b.law].holds && is_anchored(system.candidate[b.first + lane])) return; // see hold_places
+  double axes[3][3];
+  axes_of(b, 3, lane, axes);
+  const Motion A(*bodies, system.record[b.body_a[lane]], b.body_a[lane], 3, h);
+  const Motion B(*bodies, system.record[b.body_b[lane]], b.body_b[lane], 3, h);
+  for (int c = 0; c < 3; ++c)
+    for (int k = 0; k < 3; ++k) out[c] += h / 2 * (A.spin_rate[k] - B.spin_rate[k]) * axes[c][k];
+}
+
 // Of all contacts of a batch that is not packed, component by component; false if there is none.
 bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) const {
   const int n = b.count, d = dim();
@@ -323,6 +388,12 @@ bool Interactions::State::fill_flight(const cairn_batch& b, double* flight) cons
     flight_of(b, lane, change);
     for (int k = 0; k < d; ++k) {
       flight[k * n + lane] = change[k];
+      some |= change[k] < 0 || change[k] > 0;
+    }
+    if (b.components < 6 || b.mapped_a || b.mapped_b || !is_sound_bond(b, lane)) continue;
+    turn_of_bond(b, lane, change);
+    for (int k = 0; k < 3; ++k) {
+      flight[(3 + k) * n + lane] = change[k];
       some |= change[k] < 0 || change[k] > 0;
     }
   }

@@ -440,6 +440,9 @@ private:
   template <int d>
   void inherit_packed(cairn_batch& b) const;
   void flight_of(const cairn_batch& b, int lane, double out[3]) const;
+  bool is_sound_bond(const cairn_batch& b, int lane) const;
+  void flight_of_carried(const cairn_batch& b, int lane, double out[3]) const;
+  void turn_of_bond(const cairn_batch& b, int lane, double out[3]) const;
   void flight_beside_mesh(const cairn_batch& b, int lane, double out[3]) const;
   void flight_of_anchored(const cairn_batch& b, int lane, double out[3]) const;
   bool fill_flight(const cairn_batch& b, double* flight) const;
