@@ -277,9 +277,7 @@ void Interactions::State::flight_of(const cairn_batch& b, int lane, double out[3
 
 // A bond that holds along the tangents as well: what it misses there adds up from step to step.
 bool Interactions::State::is_sound_bond(const cairn_batch& b, int lane) const {
-  const LawInfo& law = law_infos()[b.law];
-  const bool bonds = (law.anchored && !law.spans) || Law(b.law) == Law::sintering || Law(b.law) == Law::coupled_motion;
-  return bonds && b.state && b.state[lane] > 0;
+  return can_bond(Law(b.law)) && b.state && b.state[lane] > 0;
 }
 
 // Of two bodies that are bonded where detection says nothing of how they are curved: of the points that they carry.

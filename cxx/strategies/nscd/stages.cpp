@@ -6,6 +6,7 @@
 #include "../../base/call.hpp"
 #include "../../base/stopwatch.hpp"
 #include "../../bodies/mesh_rates.hpp"
+#include "../../laws/law_names.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
 #include "../../solvers/sweeps/extrapolation.hpp"
@@ -115,14 +116,17 @@ void Nscd::undo_step(Simulation& s) {
 }
 
 // Impulses move bodies by a share of the step, of which an integrator that keeps derivatives has a part beside that of
-// its velocities: mostly by the mean of those at both ends. What they do along the axes of a joint is of second order
-// at the time when the rest of the step is that share alone: by axes of another time hard joints take or give energy
-// in proportion to how far off that is.
+// its velocities: mostly by the mean of those at both ends. What they do along the axes of a joint or a bond is of
+// second order at the time when the rest of the step is that share alone: by axes of another time what holds hard takes
+// or gives energy and angular momentum in proportion to how far off that is.
 double Nscd::flight_to_detection(const Simulation& s) const {
-  const auto joins = [](Law law) { return law_infos()[std::size_t(law)].joins; };
+  const auto holds = [](Law law) {
+    const LawInfo& of = law_infos()[std::size_t(law)];
+    return of.joins || of.spans || can_bond(law);
+  };
   const std::vector<Law>& laws = s.laws.laws();
   double ahead = h_ * (1 - scheme_.share);
-  if (scheme_.histories > 0 && std::any_of(laws.begin(), laws.end(), joins)) ahead -= scheme_.position[0] / h_;
+  if (scheme_.histories > 0 && std::any_of(laws.begin(), laws.end(), holds)) ahead -= scheme_.position[0] / h_;
   return ahead;
 }
 
