@@ -6,6 +6,7 @@
 #include <string>
 
 #include "../strategies/nscd/nscd.hpp"
+#include "body_axes.hpp"
 #include "interaction_state.hpp"
 
 namespace cairn {
@@ -262,6 +263,39 @@ void Nscd::find_bonds(Simulation& s) {
     s.candidates.count = 0;
   }
   s.interactions.see_contactors(s.scene.next_contactor_id);
+}
+
+// Vectors of states from where the last step detected into the tangent plane of now, at their length: what is anchored
+// stands in axes of B, a bond without anchors turns about its normal as well, with the mean spin of its bodies. x: the
+// vector, in space axes afterwards; where: of the contact in the memory.
+void Interactions::State::lay_into_plane(const cairn_batch& b, int lane, std::int32_t where, double x[3],
+                                         double t[2]) const {
+  double axes[3][3], whole = 0;
+  axes_of(b, 3, lane, axes);
+  t[0] = t[1] = 0;
+  const bool anchored = !b.mapped_b && !memory.anchors.empty() && memory.anchors[std::size_t(where)].reach >= 0;
+  if (anchored) to_space_axes(*bodies, 3, b.body_b[lane], x, x);
+  for (int k = 0; k < 3; ++k) {
+    whole += x[k] * x[k];
+    t[0] += axes[1][k] * x[k];
+    t[1] += axes[2][k] * x[k];
+  }
+  const double left = t[0] * t[0] + t[1] * t[1], scale = left > 0 ? std::sqrt(whole / left) : 1;
+  t[0] *= scale;
+  t[1] *= scale;
+  if (anchored || b.mapped_a || b.mapped_b || !is_sound_bond(b, lane)) return;
+  const double twist = twist_since_last(b, lane, axes[0]), c = std::cos(twist), s = std::sin(twist), along = t[0];
+  t[0] = c * along - s * t[1];
+  t[1] = s * along + c * t[1];
+}
+
+// Of two bodies about the normal, by the velocities that they had from one detection to the next [rad].
+double Interactions::State::twist_since_last(const cairn_batch& b, int lane, const double* normal) const {
+  const double time = left_of_step * memory.h + (1 - left_of_step) * h;
+  double spin = 0;
+  for (int k = 0; k < 3; ++k)
+    spin += normal[k] * (system.record[b.body_a[lane]].x[3 + k] + system.record[b.body_b[lane]].x[3 + k]) / 2;
+  return spin * time;
 }
 
 } // namespace cairn

@@ -372,20 +372,9 @@ void Interactions::State::fill_states(const cairn_batch& b) const {
       }
       double t[2] = {law.state_begin[s], law.state_begin[s]};
       if (known(3)) {
-        double axes[3][3], whole = 0, x[3];
-        axes_of(b, 3, lane, axes);
-        t[0] = t[1] = 0;
+        double x[3];
         std::copy_n(found + from, 3, x);
-        if (!b.mapped_b && !memory.anchors.empty() && memory.anchors[std::size_t(where)].reach >= 0)
-          to_space_axes(*bodies, 3, b.body_b[lane], x, x);
-        for (int k = 0; k < 3; ++k) {
-          whole += x[k] * x[k];
-          t[0] += axes[1][k] * x[k];
-          t[1] += axes[2][k] * x[k];
-        }
-        const double left = t[0] * t[0] + t[1] * t[1], scale = left > 0 ? std::sqrt(whole / left) : 1;
-        t[0] *= scale;
-        t[1] *= scale;
+        lay_into_plane(b, lane, where, x, t);
       }
       b.state[to++ * n + lane] = t[0];
       b.state[to++ * n + lane] = t[1];

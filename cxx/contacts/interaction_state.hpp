@@ -428,6 +428,8 @@ private:
   void fill_geometry(cairn_batch& b, double& deepest);
   void fill_impulses(cairn_batch& b);
   void fill_states(const cairn_batch& b) const;
+  void lay_into_plane(const cairn_batch& b, int lane, std::int32_t where, double x[3], double t[2]) const; // bonds.cpp
+  double twist_since_last(const cairn_batch& b, int lane, const double* normal) const;
   void add_growth(const cairn_batch& b, const double* gap, double* bias) const;
   double grown_at(const cairn_batch& b, int lane, const Field<double>& stretch, const Field<double>& bend) const;
   double free_opening(const cairn_batch& b, int lane, double begin) const;

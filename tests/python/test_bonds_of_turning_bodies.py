@@ -92,6 +92,25 @@ def test_tetrahedron_does_not_break_in_free_flight(spin):
     assert largest / (np.pi * RADIUS**2 / 4) < 5e3
 
 
+def test_what_bonds_of_spheres_bear_turns_with_them():
+    """Slips turn about the normal with the mean spin; left in space they made of a steady load one that came and went."""
+    at = [[0, 0, 0], [0.1, 0, 0], [0.05, 0.05 * 3**0.5, 0], [0.05, 0.05 / 3**0.5, 0.1 * (2 / 3) ** 0.5]]
+    scene = cn.Scene(3)
+    scene.add(cn.spheres(np.array(at, float), RADIUS, ROCK))
+    sim = turning(scene, cn.ParallelBond(normal_stiffness=1e8, tangential_stiffness=1e8), 2e-3, np.array([3.0, -4.0, 9.0]))
+    first, second = np.triu_indices(4, 1)
+    forces, lengths = [], []
+    for k in range(1000):
+        sim.step()
+        if k >= 250:
+            order = np.lexsort(sim.contacts.bodies.T)
+            forces.append(np.linalg.norm(sim.contacts.force, axis=1)[order])
+            q = sim.bodies.position
+            lengths.append(np.linalg.norm(q[first] - q[second], axis=1))
+    assert np.ptp(lengths, axis=0).max() < 0.02 * (np.max(lengths) - 0.1)
+    assert np.ptp(forces, axis=0).max() < 0.02 * np.max(forces)
+
+
 def sphere_and(other):
     def add(scene):
         at = [[0.0, 0.0, 0.1]] if other is ellipsoid else AT if other in (box, disc) else [[0.03, 0.0, 0.1]]
