@@ -42,6 +42,7 @@ set(CAIRN_CXX_SOURCES
   bodies/mortar_surface.cpp
   bodies/nodes.cpp
   bodies/rigid_motion.cpp
+  bodies/side_shares.cpp
   contactors/contactor.cpp
   contactors/hull_growth.cpp
   contactors/hull_shapes.cpp

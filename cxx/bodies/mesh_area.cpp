@@ -5,6 +5,7 @@
 
 #include "body.hpp"
 #include "mesh_set.hpp"
+#include "side_shares.hpp"
 
 namespace cairn {
 
@@ -15,6 +16,14 @@ struct OnSide {
   double* area;
   int corner; // -1: a point
 };
+
+// How far along an edge what a part of its area needs ends: round an axis it is wider at one end.
+double way_of(const MeshModel& m, const std::int32_t* node, double share) {
+  if (!m.ring) return share;
+  const double one = std::abs(m.reference[2 * std::size_t(node[0])] - m.axis);
+  const double two = std::abs(m.reference[2 * std::size_t(node[1])] - m.axis), wanted = share * (one + two) / 2;
+  return 2 * wanted / (one + std::sqrt(std::max(0.0, one * one + 2 * (two - one) * wanted)));
+}
 
 double area_of_edge(const MeshModel& m, const std::int32_t* node, double from, double to) {
   const double *one = &m.reference[2 * std::size_t(node[0])], *two = &m.reference[2 * std::size_t(node[1])];
@@ -53,12 +62,15 @@ void sort_points(const MeshModel& m, std::vector<std::int32_t>& first, std::vect
 // By the reference configuration.
 void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
   area_.assign(seats_.size(), 0);
+  near_area_.assign(seats_.size(), 0);
+  side_share_.clear();
   parts_.clear();
   first_part_.assign(1, 0);
   first_side_.clear();
   std::vector<OnSide> on_side;
-  const auto add = [&](const OnSide& owner, double from, double to, double area) {
+  const auto add = [&](const OnSide& owner, double from, double to, double area, double near) {
     *owner.area += area;
+    near_area_[std::size_t(owner.area - area_.data())] += near;
     parts_.push_back({mapped_.contactor[std::size_t(owner.area - area_.data())], owner.corner, from, to, area});
   };
   std::vector<std::size_t> by_mesh; // those on nodes and points
@@ -94,6 +106,8 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
           if (here) take(p);
         }
     };
+    const std::vector<double> shares = shares_of_sides(m);
+    side_share_.insert(side_share_.end(), shares.begin(), shares.end());
     first_side_.push_back(std::int64_t(first_part_.size()) - 1);
     for (std::size_t s = 0; s < m.side_nodes.size() / 4; ++s, first_part_.push_back(std::int64_t(parts_.size()))) {
       const std::int32_t* node = &m.side_nodes[4 * s];
@@ -108,12 +122,19 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
             if (m.point_nodes[4 * p + l] == node[1]) at += m.point_weights[4 * p + l];
           on_side.push_back({at, of_point[std::size_t(p)], -1});
         });
-        // each has what is nearer to it than to the others
+        // of both ends each has its share; where there are points, each what is nearer to it than to the others
+        const double whole = shares[3 * s] + shares[3 * s + 1];
+        const bool ends = on_side.size() == 2 && on_side[0].corner == 0 && on_side[1].corner == 1 && whole > 0;
+        const double cut = ends ? way_of(m, node, shares[3 * s] / whole) : 0.5;
         std::sort(on_side.begin(), on_side.end(), [](const OnSide& a, const OnSide& b) { return a.at < b.at; });
         for (std::size_t i = 0; i < on_side.size(); ++i) {
           const double from = i == 0 ? 0 : (on_side[i - 1].at + on_side[i].at) / 2;
           const double to = i + 1 == on_side.size() ? 1 : (on_side[i].at + on_side[i + 1].at) / 2;
-          add(on_side[i], from, to, area_of_edge(m, node, from, to));
+          const double near = area_of_edge(m, node, from, to);
+          if (ends)
+            add(on_side[i], i == 0 ? 0 : cut, i == 0 ? cut : 1, shares[3 * s + i], near);
+          else
+            add(on_side[i], from, to, near, near);
         }
         continue;
       }
@@ -125,7 +146,14 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
         each_point(whole, 4, [&](std::int32_t p) {
           if (on_all_of(p, whole, 4)) on_side.push_back({0, of_point[std::size_t(p)], -1});
         });
-      for (const OnSide& owner : on_side) add(owner, 0, 1, face_area(corner, corners) / double(on_side.size()));
+      // points share a side alike, nodes have their shares, and alike what belongs to those that touch nothing
+      const bool nodes = std::none_of(on_side.begin(), on_side.end(), [](const OnSide& o) { return o.corner < 0; });
+      const double area = face_area(corner, corners), alike = area / double(on_side.size());
+      double left = area;
+      for (const OnSide& owner : on_side) left -= nodes ? shares[3 * s + std::size_t(owner.corner)] : 0;
+      left = int(on_side.size()) == corners ? 0 : left / double(on_side.size());
+      for (const OnSide& owner : on_side)
+        add(owner, 0, 1, nodes ? shares[3 * s + std::size_t(owner.corner)] + left : alike, alike);
     }
   }
 }
@@ -134,6 +162,12 @@ std::span<const MeshSet::SidePart> MeshSet::parts_of_side(std::int32_t contactor
   const Seat& s = seat(contactor);
   const std::size_t side = std::size_t(first_side_[std::size_t(s.mesh)]) + std::size_t(s.index);
   return {parts_.data() + first_part_[side], parts_.data() + first_part_[side + 1]};
+}
+
+std::span<const double, 3> MeshSet::shares_of_side(std::int32_t contactor) const {
+  const Seat& s = seat(contactor);
+  const std::size_t side = std::size_t(first_side_[std::size_t(s.mesh)]) + std::size_t(s.index);
+  return std::span<const double, 3>(&side_share_[3 * side], 3);
 }
 
 double MeshSet::edge_area(std::int32_t contactor, double from, double to) const {

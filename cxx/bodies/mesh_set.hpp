@@ -89,6 +89,10 @@ public:
   // plane, or round the axis; 0 of edges and facets. After find_areas, which is asked again when internal numbers
   // changed.
   double area(std::int32_t contactor) const { return area_[std::size_t(of_contactor_[std::size_t(contactor)])]; }
+  // What of it is nearer to that node or point than to others, of which a grain there has a part: nowhere next to none.
+  double near_area(std::int32_t contactor) const {
+    return near_area_[std::size_t(of_contactor_[std::size_t(contactor)])];
+  }
   // What of a side a contact on a node or a point stands for. Beside area(), which is the sum of them.
   struct SidePart {
     std::int32_t owner; // contactor
@@ -97,6 +101,8 @@ public:
     double area;        // [m2], of a metre across the plane, or round the axis
   };
   std::span<const SidePart> parts_of_side(std::int32_t contactor) const;
+  // Areas that the corners of an edge or a triangle stand for, whether they touch or not.
+  std::span<const double, 3> shares_of_side(std::int32_t contactor) const;
   // Of an edge from a share of its way to another.
   double edge_area(std::int32_t contactor, double from, double to) const;
   // Whether a point and a half of a face of four nodes, of one mesh, were one before the face opened. The face may be
@@ -183,7 +189,8 @@ private:
   std::vector<std::int32_t> of_contactor_; // its place among these, -1: a rigid body carries it
   std::vector<std::int32_t> facets_;
   std::vector<double> facet_vertices_;
-  std::vector<double> area_, size_;               // of each of mapped_
+  std::vector<double> area_, near_area_, size_;   // of each of mapped_
+  std::vector<double> side_share_;                // (3, sides), mesh by mesh
   std::vector<SidePart> parts_;                   // side by side, mesh by mesh
   std::vector<std::int64_t> first_part_;          // (sides + 1)
   std::vector<std::int64_t> first_side_;          // of each mesh among them

@@ -36,7 +36,7 @@ double Interactions::State::area_of(std::int64_t i) const {
           const std::int32_t other = contactor == ca ? cb : ca;
           if ((kind[other] & mapped) || !info(Shape(*contactors->shape[other])).ball()) return area;
           const double r = effective_radius(i); // a grain on a node is not joined by more than it is elsewhere
-          return std::min(area, d == 2 ? r : std::numbers::pi * r * r);
+          return std::min(meshes->near_area(contactor), d == 2 ? r : std::numbers::pi * r * r);
         }
   if (info(Shape(*contactors->shape[ca])).ball() || !info(Shape(*contactors->shape[ca])).is_hull()) {
     const double r = effective_radius(i);

@@ -131,6 +131,25 @@ double area_of_points(const double* point, int count, const double* normal) {
 
 double FaceOutline::area() const { return is_disk() ? std::numbers::pi * radius * radius : signed_area(corner); }
 
+// With the shares f the point inside has (1 - f) / 2 of each corner, and edges are cut as their ends have shares: areas
+// then are the shares, and no part has a dent.
+void part_of_corner(const FaceOutline& triangle, const double* share, int corner, FaceOutline& part) {
+  const std::size_t one = std::size_t(corner), two = (one + 1) % 3, three = (one + 2) % 3;
+  const Point &x = triangle.corner[one], &y = triangle.corner[two], &z = triangle.corner[three];
+  const double sum = share[0] + share[1] + share[2], own = share[one];
+  const auto cut = [&](const Point& end, double other) -> Point {
+    const double way = own + other > 0 ? own / (own + other) : 0.5;
+    return {x[0] + way * (end[0] - x[0]), x[1] + way * (end[1] - x[1])};
+  };
+  const double to_y = (1 - share[two] / sum) / 2, to_z = (1 - share[three] / sum) / 2;
+  part.clear();
+  part.corner.push_back(x);
+  part.corner.push_back(cut(y, share[two]));
+  part.corner.push_back(
+      {x[0] + to_y * (y[0] - x[0]) + to_z * (z[0] - x[0]), x[1] + to_y * (y[1] - x[1]) + to_z * (z[1] - x[1])});
+  part.corner.push_back(cut(z, share[three]));
+}
+
 double shared_area(const FaceOutline& a, const FaceOutline& b) {
   if (a.endless || b.endless) return a.endless ? (b.endless ? 0 : b.area()) : a.area();
   if (a.is_disk() && b.is_disk()) return shared_by_disks(a, b);

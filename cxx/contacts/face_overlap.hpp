@@ -32,6 +32,10 @@ struct FaceView {
 // Area of the convex polygon of some points (3, count) in the plane across a normal, none if they are on a line [m2].
 double area_of_points(const double* point, int count, const double* normal);
 
+// What of a triangle a corner has, where each has a share of it: a quadrilateral between the corner, a point of each
+// edge there and a point inside. Where shares are alike these are the middles.
+void part_of_corner(const FaceOutline& triangle, const double* share, int corner, FaceOutline& part);
+
 // Area that two outlines share [m2].
 double shared_area(const FaceOutline& a, const FaceOutline& b);
 

@@ -52,7 +52,7 @@ private:
   bool lay(std::int32_t side, std::int32_t hull);
   bool lay_edge(const double* normal, std::int32_t hull);
   bool lay_triangle(const double* normal, std::int32_t hull);
-  double share_of(int corner); // of the triangle that was laid, in that part of it
+  double share_of(std::int32_t side, int corner); // of the triangle that was laid, in that part of it
   template <class F>
   void each_piece(std::int32_t side, F&& take);
   void begin(MeshFaceBond& b);
@@ -162,15 +162,8 @@ bool Interactions::State::MeshFaces::lay_triangle(const double* normal, std::int
   return true;
 }
 
-// The quadrilateral of a corner, the middles of the edges there and the middle of all.
-double Interactions::State::MeshFaces::share_of(int corner) {
-  const auto &x = side_.corner[std::size_t(corner)], &y = side_.corner[std::size_t((corner + 1) % 3)],
-             &z = side_.corner[std::size_t((corner + 2) % 3)];
-  part_.clear();
-  part_.corner.push_back(x);
-  part_.corner.push_back({(x[0] + y[0]) / 2, (x[1] + y[1]) / 2});
-  part_.corner.push_back({(x[0] + y[0] + z[0]) / 3, (x[1] + y[1] + z[1]) / 3});
-  part_.corner.push_back({(x[0] + z[0]) / 2, (x[1] + z[1]) / 2});
+double Interactions::State::MeshFaces::share_of(std::int32_t side, int corner) {
+  part_of_corner(side_, s_.meshes->shares_of_side(side).data(), corner, part_);
   return shared_area(part_, face_) / whole_;
 }
 
@@ -204,12 +197,14 @@ void Interactions::State::MeshFaces::each_piece(std::int32_t side, F&& take) {
     }
     return;
   }
+  const std::span<const double, 3> share = s_.meshes->shares_of_side(side);
+  const double sum = share[0] + share[1] + share[2];
   for (int j = 0; j < 3; ++j) {
     const auto p = std::find_if(parts.begin(), parts.end(), [&](const auto& q) { return q.corner == j; });
     constexpr double most = 11.0 / 18, less = 7.0 / 36; // of the middle of a part
     place(j == 0 ? most : less, j == 1 ? most : less, j == 2 ? most : less);
     take(p == parts.end() ? -1 : p->owner, x, p == parts.end() ? 0 : p->area,
-         (all ? 1.0 / 3 : share_of(j)) * (parts.empty() ? whole_ : whole));
+         (all ? share[std::size_t(j)] / sum : share_of(side, j)) * (parts.empty() ? whole_ : whole));
   }
 }
 

@@ -204,7 +204,7 @@ bool Interactions::State::MeshPairFaces::lay_triangles(const Sides& pair) {
   return true;
 }
 
-// A corner has the quadrilateral of the middles of the edges there and the middle of all.
+// A corner has its share of the triangle.
 void Interactions::State::MeshPairFaces::take_triangle_parts(std::int32_t side, const FaceOutline& whole,
                                                              std::vector<Part>& out) const {
   const std::span<const MeshSet::SidePart> parts = s_.meshes->parts_of_side(side);
@@ -229,13 +229,8 @@ void Interactions::State::MeshPairFaces::take_triangle_parts(std::int32_t side, 
     return place(made, -1);
   }
   for (int j = 0; j < 3; ++j) {
-    const auto &x = whole.corner[std::size_t(j)], &y = whole.corner[std::size_t((j + 1) % 3)],
-               &z = whole.corner[std::size_t((j + 2) % 3)];
     Part& made = out.emplace_back();
-    made.outline.corner = {x,
-                           {(x[0] + y[0]) / 2, (x[1] + y[1]) / 2},
-                           {(x[0] + y[0] + z[0]) / 3, (x[1] + y[1] + z[1]) / 3},
-                           {(x[0] + z[0]) / 2, (x[1] + z[1]) / 2}};
+    part_of_corner(whole, s_.meshes->shares_of_side(side).data(), j, made.outline);
     made.outline.turn_left();
     const auto p = std::find_if(parts.begin(), parts.end(), [&](const auto& q) { return q.corner == j; });
     made.owner[0] = {p == parts.end() ? -1 : p->owner, 1.0};
