@@ -165,6 +165,7 @@ set(CAIRN_CXX_SOURCES
   solvers/sweeps/solid_correction.cpp
   solvers/sweeps/solid_proximal.cpp
   solvers/sweeps/solid_refinement.cpp
+  solvers/sweeps/solid_self_stress.cpp
   solvers/sweeps/step_error.cpp
   solvers/sweeps/held_rows.cpp
   solvers/sweeps/jointed_blocks.cpp

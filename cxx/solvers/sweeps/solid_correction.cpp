@@ -401,6 +401,7 @@ bool SolidCorrection::take_pass() {
   if (!factor()) return false;
   change_impulses();
   refresh();
+  drop_self_stress();
   return true;
 }
 

@@ -38,6 +38,11 @@ public:
   static bool makes_solid(const ContactSystem&, bool springs, double tolerance);
   // How far velocities may be off, |dv|_M over the error of the impulses at hand: see solid_refinement.cpp.
   static double amplification(const ContactSystem&);
+  // Of biases of bonds that close rings what some velocities can do; see solid_self_stress.cpp.
+  void ask_for_what_rings_can();
+  static bool has_bonds(const ContactSystem&);
+  // The smallest impulses of bonds, if their error is within the tolerance.
+  void drop_self_stress_within(double tolerance, const std::function<double()>& measure);
   // Passes until velocities change by no more than `wanted` of the speed of all, to impulses whose error is within the
   // tolerance; else these are as they were. Records up to date before and after.
   Refinement refine(double error, double wanted, double tolerance, const std::function<double()>& measure);
@@ -71,6 +76,15 @@ private:
   void copy_impulses(bool back);
   void refresh();
 
+  // See solid_self_stress.cpp.
+  bool bonds_close_rings() const;
+  void drop_self_stress();
+  bool find_smallest();
+  void velocities_at_contacts(std::vector<double>& u) const;
+  void answers_to(const std::vector<double>& u, std::vector<double>& impulse) const;
+  void answer_by_blocks(double share);
+  void add_momentum(const std::vector<double>& impulse, double sign, std::vector<double>& momentum) const;
+
   // See solid_proximal.cpp.
   struct Proximal {
     struct Place {
@@ -95,6 +109,7 @@ private:
   const cairn_schedule& schedule_;
   const Velocities& velocity_free_;
   SolidMemory& memory_;
+  double stressed_ = 0; // what impulses were before self-stress was dropped last, as `borne` of the refinement has it
   double proximal_;
   bool possible_ = true;
   std::int32_t unknowns_ = 0;

@@ -178,6 +178,7 @@ int SolidCorrection::improve_by_proximal_points(double& error_square, double wan
     passes += found;
     ++points;
     refresh();
+    drop_self_stress();
     const double now = measure();
     if (!std::isfinite(now)) break;
     if (now < error_square) {

@@ -79,6 +79,7 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
   const auto borne = [&] { return std::sqrt(total(system_.sums, system_.batches.size(), 6, 1)); };
   kept_.resize(known_.size());
   copy_impulses(false);
+  drop_self_stress();
   const double share = proximal_, begun = borne();
   // What is nearly right from the last step hides the motions that a share takes most passes for.
   if (memory.share > 0) proximal_ = std::clamp(memory.share, least, share);
@@ -91,8 +92,8 @@ Refinement SolidCorrection::refine(double error, double wanted, double tolerance
     if ((broken = !std::isfinite(now) || !std::isfinite(change) || !(borne() <= growth * begun))) break;
     sum += change;
     const bool shrinks = change * slow <= last && (pass > 0 || now * fall <= error);
-    // rounding of impulses, which is as large in velocities, or in what contacts miss
-    const double rounded = rounding * borne() / system_.speed();
+    // rounding of impulses, which is as large in velocities, or in what contacts miss, and of velocities themselves
+    const double rounded = rounding * std::max({borne() / system_.speed(), stressed_ / system_.speed(), 1.0});
     const bool settled = change <= rounded || (now <= rounded && change <= std::max(wanted, small));
     contracts |= shrinks;
     known = settled || (contracts && change <= wanted);

@@ -247,16 +247,24 @@ public:
 
   // The more a pass costs beside the sweeps until now, the more it has to be worth.
   bool refines(int iterations, double error) override {
-    constexpr double most = 8, share = 4;
+    constexpr double most = 8, share = 4, small = 1e5;
     if (!solid_bonds_ || given_up_ || refined_ > 0 || !(error > 0)) return false;
     if (std::isfinite(options_.accuracy)) return true;
     const double cost = SolidCorrection::operations(system_) / (std::max(iterations, 1) * sweep_operations(system_));
-    return SolidCorrection::amplification(system_) * error_of_speed() >
-           std::clamp(cost / share, 1.0, most) * tolerance_;
+    const bool wanted =
+        SolidCorrection::amplification(system_) * error_of_speed() > std::clamp(cost / share, 1.0, most) * tolerance_;
+    // What sweeps left in rings stays from step to step: it is dropped where many went before, and in small solids.
+    const bool cheap = cost <= share || SolidCorrection::operations(system_) < small;
+    only_rings_ = !wanted && iterations > 1 && cheap && SolidCorrection::has_bonds(system_);
+    return wanted || only_rings_;
   }
 
   Refinement refine(double error, const std::function<double()>& measure) override {
     if (++refined_; !possible()) return {};
+    if (only_rings_) {
+      solid_->drop_self_stress_within(tolerance_, measure);
+      return {};
+    }
     return solid_->refine(error, std::min(tolerance_, options_.accuracy), tolerance_, measure);
   }
 
@@ -279,6 +287,7 @@ private:
       schedule_ = system_.schedule(1);
       solid_.emplace(system_, schedule_, velocity_free_);
       given_up_ = !solid_->possible();
+      if (!given_up_) solid_->ask_for_what_rings_can();
     }
     return !given_up_;
   }
@@ -295,6 +304,7 @@ private:
   double finer_ = 1; // share of the tolerance that passes aim at
   double tolerance_; // that was asked for
   int refined_ = 0;
+  bool only_rings_ = false;
   bool solid_bonds_;
   bool given_up_ = false;
 };
