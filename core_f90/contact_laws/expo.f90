@@ -7,7 +7,7 @@ module expo
   use cohesive_curves, only: damage_along
   use cohesive_history, only: cohesive_commit, cohesive_energy, opening_velocity
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, first_own
-  use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work
+  use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work, mean_decay
   implicit none
   private
   public :: law_prepare, law_solve, law_residual, law_commit, law_energy
@@ -36,7 +36,7 @@ contains
     last = first - log(p(first_own + 4))/rate
     d = min(opening, last)
     if (opening < last) beta = (first/d)*exp(rate*(first - d))
-    work = work + (g - work)*(1 - exp(rate*(first - d)))
+    work = work + k*first*(d - first)*mean_decay(rate*(d - first))
   end subroutine curve
 
   include "cohesive_curve_slots.inc"

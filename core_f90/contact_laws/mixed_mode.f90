@@ -3,7 +3,7 @@ module mixed_mode
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double
   implicit none
   private
-  public :: mixed_length, mixed_work, parabola, onset_of_strengths
+  public :: mixed_length, mixed_work, parabola, mean_decay, onset_of_strengths
 contains
 
   !> Length of an opening with (d_N/one)^2 + (d_T/two)^2 = 1; none where one of them is none.
@@ -59,6 +59,13 @@ contains
     if (.not. length > 0) return
     x = min((opening - first)/length, 1.0_c_double)
     if (x < 1) beta = (first/opening)*(1 - x)*(1 + x)
-    work = work + k*first*length*x*(1 - x*x/3)
+    work = work + k*first*min(opening - first, length)*(1 - x*x/3) ! whatever is left of the work
   end subroutine parabola
+
+  !> Mean of exp(-x) from 0 on, with all digits where it hardly falls.
+  pure real(c_double) function mean_decay(x)
+    real(c_double), intent(in) :: x
+    mean_decay = 1
+    if (x > tiny(x)) mean_decay = exp(-x/2)*(sinh(x/2)/(x/2))
+  end function mean_decay
 end module mixed_mode

@@ -15,7 +15,7 @@ module plastic_expo
   use cohesive_history, only: cohesive_energy, note_slip
   use cohesive_zone, only: cohesive_prepare, cohesive_solve, cohesive_residual, bias_of, crack_push, first_own, c_n, c_t, &
                            recovery, broken, s_beta, s_opening, s_area, s_first, s_released, s_slip, rest_behind
-  use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work
+  use mixed_mode, only: onset => onset_of_strengths, mixed_length, mixed_work, mean_decay
   implicit none
   private
   public :: cairn_law_plastic_expo_prepare, cairn_law_plastic_expo_solve, cairn_law_plastic_expo_residual
@@ -169,7 +169,7 @@ contains
       now = strength*exp(rate*(first - end))
       beta = now/(k*end)
       kept = end/d
-      if (present(spent)) spent = (was - now)/slow + (was*begun - now*end)/2
+      if (present(spent)) spent = was*(d - begun)*mean_decay(slow*(d - begun)) + (was*begun - now*end)/2
     else
       beta = 0
       if (present(spent)) spent = max(0.0_c_double, was - strength*p(first_own + 4))/slow + was*begun/2

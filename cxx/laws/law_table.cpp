@@ -199,10 +199,18 @@ void check_works(const LawInfo& info, const double* values) {
   if (!normal || !tangential) return;
   for (const std::string mode : {"", "normal_", "tangential_"}) {
     const double *strength = of(mode + "strength"), *work = of(mode + "work");
-    if (!strength || !work || !(*work < std::numeric_limits<double>::max())) continue;
+    if (!strength || !work) continue;
     const double softness =
         mode.empty() ? 0.5 / *normal + 0.5 / *tangential : 1 / (mode == "normal_" ? *normal : *tangential);
     const double stored = *strength * (*strength * softness) / 2;
+    if (*strength > 0 && !(stored >= std::numeric_limits<double>::min())) {
+      std::ostringstream message;
+      message << info.python_name << ": " << mode << "strength = " << *strength
+              << " Pa stores less energy than numbers can tell from none: give 0, which joins nothing, or a strength "
+                 "that something could feel";
+      throw std::invalid_argument(message.str());
+    }
+    if (!(*work < std::numeric_limits<double>::max())) continue;
     if (stored * (1 + 8 * std::numeric_limits<double>::epsilon()) < *work) continue;
     std::ostringstream message;
     message << info.python_name << ": " << mode << "work = " << *work << " J/m2 is no more than the " << stored

@@ -24,11 +24,17 @@ RADIUS = 0.05
     (cn.ABP, SPRINGS | MODES | ABP | {"normal_end": 1e-9}, "normal_end.*normal_strength"),
     (cn.ABP, SPRINGS | MODES | ABP | {"tangential_end": 1e-6}, "tangential_end.*tangential_strength"),
     (cn.ABP, SPRINGS | MODES | ABP | {"first_share": 0.0}, "first_share"),
+    (cn.TH, SPRINGS | MODES | {"normal_work": np.inf}, "normal_work.*1e.30"),
+    (cn.TH, SPRINGS | MODES | {"tangential_work": np.inf}, "tangential_work.*1e.30"),
+    (cn.ABP, SPRINGS | MODES | ABP | {"normal_work": np.inf}, "normal_work.*1e.30"),
+    (cn.PlasticEXPO, SPRINGS | MODES | {"normal_work": np.inf}, "normal_work.*1e.30"),
+    (cn.PlasticEXPO, SPRINGS | MODES | {"normal_strength": 1e-300}, "normal_strength.*give 0"),
+    (cn.MAL, SPRINGS | MODES | {"tangential_strength": 1e-200}, "tangential_strength.*give 0"),
 ])  # fmt: skip
 def test_what_is_no_curve_is_refused_by_name(law, given, name):
     with pytest.raises(ValueError, match=name):
         law(**given)
-    if law is cn.TH:
+    if law is cn.TH and "normal_plateau" in given:
         law(**given | {"normal_plateau": 6e-6})
     if law is cn.ABP:
         law(**SPRINGS, **MODES, **ABP)
@@ -62,3 +68,15 @@ def test_attraction_without_end_counts_from_the_touch():
     energy, _ = drawn_open(cn.Wet(force=3.0, reach=np.inf), 50)
     assert np.isclose(energy["stored"], 3.0 * 50.5 * 1e-7, rtol=1e-6)
     assert np.isclose(energy["work_driven"], 3.0 * 50 * 1e-7, rtol=0.02)
+
+
+@pytest.mark.parametrize("kind, work", [(cn.MAL, 1e30), (cn.MAL, np.inf), (cn.EXPO, 1e18), (cn.EXPO, 1e30), (cn.EXPO, np.inf),
+                                        (cn.PlasticEXPO, 1e18), (cn.PlasticEXPO, 1e30)])  # fmt: skip
+def test_energy_of_a_stress_that_hardly_falls_has_its_digits(kind, work):
+    """What is lost on the way is no difference of two works: it came out as 0, or below it."""
+    law = kind(**SPRINGS, **MODES | dict(normal_work=work, tangential_work=work))
+    energy, area = drawn_open(law, 100)
+    strength, first = 2e6, 2e-6
+    opening = 2 * energy["stored"] / (strength * area)
+    assert 100e-7 < opening < 101e-7
+    assert np.isclose(energy["released"] / area, strength * (opening - first) / 2, rtol=1e-6)
