@@ -21,8 +21,6 @@ constexpr int most = 6, turns = 16;
 // The share by which bonds give way beside masses, whose part turns take away; changes that end them.
 constexpr double soft = 0x1p-30, exact = 0x1p-40, enough = 0x1p-24;
 
-constexpr double heavy = 0x1p20; // masses that differ by more leave no digits for it
-
 // Under heavy bodies what is left of their momentum would move light ones.
 double finer(double share, double ratio) { return std::max(share / std::max(ratio, 1.0), 0x1p-50); }
 
@@ -111,7 +109,9 @@ void SolidCorrection::add_momentum(const std::vector<double>& impulse, double si
 void SolidCorrection::drop_self_stress() {
   stressed_ = std::sqrt(total(system_.sums, system_.batches.size(), 6, 1));
   if (!bonds_close_rings()) return;
+  const std::vector<double> step = velocity_; // of the pass, whose size is asked for afterwards
   if (find_smallest()) refresh();
+  velocity_ = step;
 }
 
 // What velocities at hand are at contacts.
@@ -196,7 +196,6 @@ void SolidCorrection::drop_self_stress_within(double tolerance, const std::funct
 // Impulses of bonds, in the place of those that they have. Where they are not found in some turns all stay.
 bool SolidCorrection::find_smallest() {
   const double ratio = mass_ratio(system_);
-  if (ratio > heavy) return false;
   size_columns();
   answer_by_blocks(soft);
   std::vector<double> begun(known_.size(), 0.0), found(known_.size(), 0.0), change(known_.size()), pull(known_.size());
