@@ -67,3 +67,18 @@ def test_corners_of_eight_nodes_push_and_leave_three_quarters_of_the_strength():
     """A stress there asks for forces below 0 at corners, which no area gives: 0.5 of it with areas of flat pieces."""
     left, bonds = holds("hexahedron20", 1, 0.7 * STRENGTH)
     assert left == bonds
+
+
+@pytest.mark.parametrize("kind", ["quad", "quad8"])
+def test_round_an_axis_nodes_have_what_the_radius_gives_them(kind, monkeypatch):
+    """Nodes on the axis had 1/8 of the first edge's radius in place of 1/6: the rim broke at less than 0.9 of the strength."""
+
+    def body(points, cells, young, poisson, density, groups):
+        material = cn.IsotropicElastic(young=young, poisson=poisson)
+        return cn.SolidBody(points, cells, material, density=density, kinematics="small", plane="axisymmetric", groups=groups)
+
+    monkeypatch.setattr(cn, "ElasticBody", body)
+    for cells in (1, 3):
+        left, bonds = holds(kind, cells, 0.97 * STRENGTH)
+        assert left == bonds
+        assert holds(kind, cells, 1.03 * STRENGTH)[0] == 0
