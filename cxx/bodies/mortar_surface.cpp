@@ -99,6 +99,14 @@ MortarSurface::MortarSurface(const MeshModel& model) {
       model.nodes(), whole, [](const MortarWhole& w) { return w.nodes; }, wholes_start, wholes_at);
 }
 
+static cairn_element_shape* shape_of_face(int nodes) {
+  return nodes == 3   ? cairn_element_t3_shape
+         : nodes == 4 ? cairn_element_q4_shape
+         : nodes == 6 ? cairn_element_t6_shape
+         : nodes == 8 ? cairn_element_q8_shape
+                      : cairn_element_q9_shape;
+}
+
 void side_shape(int dim, int nodes, const double* at, double* value) {
   double unused[2 * most_side_nodes];
   if (dim == 2) {
@@ -108,12 +116,14 @@ void side_shape(int dim, int nodes, const double* at, double* value) {
     if (nodes == 3) value[2] = (1 - s) * (1 + s);
     return;
   }
-  cairn_element_shape* const shape = nodes == 3   ? cairn_element_t3_shape
-                                     : nodes == 4 ? cairn_element_q4_shape
-                                     : nodes == 6 ? cairn_element_t6_shape
-                                     : nodes == 8 ? cairn_element_q8_shape
-                                                  : cairn_element_q9_shape;
-  shape(at, value, unused);
+  shape_of_face(nodes)(at, value, unused);
+}
+
+void side_slopes(int dim, int nodes, const double* at, double* slope) {
+  double unused[most_side_nodes];
+  if (dim == 3) return shape_of_face(nodes)(at, unused, slope);
+  const double s = at[0], parabolic[3] = {s - 0.5, s + 0.5, -2 * s};
+  for (int k = 0; k < nodes; ++k) slope[k] = nodes == 2 ? k - 0.5 : parabolic[k];
 }
 
 void side_basis(int dim, int nodes, const double* at, double* value) {

@@ -40,6 +40,8 @@ const double* place_on_side(int dim, int nodes, int k);
 // Shape functions of a whole side at a place on it: edges from -1 to 1, triangles from 0 to 1, quadrilaterals from -1
 // to 1 along each axis.
 void side_shape(int dim, int nodes, const double* at, double* value);
+// Their slopes along both directions of a face (2, nodes), or along an edge (nodes).
+void side_slopes(int dim, int nodes, const double* at, double* slope);
 
 // A basis of the same functions that are nowhere far below zero, and whose integrals are above it, as dual functions
 // need it: u = sum of value_k w_k, where w of a corner is its u, that of the middle of an edge 2 u - (u_1 + u_2) / 2 of

@@ -10,8 +10,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "cairn/core.h"
-#include "cairn/rows.h"
 #include "mesh_body.hpp"
 #include "mortar_surface.hpp"
 
@@ -25,22 +23,6 @@ using WholeNodes = std::array<std::int32_t, most_side_nodes>;
 constexpr double least = 1.0 / 200;
 
 int count_of(const WholeNodes& nodes) { return int(std::find(nodes.begin(), nodes.end(), -1) - nodes.begin()); }
-
-// Slopes of shape functions along both directions of a face, or along an edge.
-void side_slopes(int dim, int nodes, const double* at, double* slope) {
-  double unused[most_side_nodes];
-  if (dim == 2) {
-    const double s = at[0], parabolic[3] = {s - 0.5, s + 0.5, -2 * s};
-    for (int k = 0; k < nodes; ++k) slope[k] = nodes == 2 ? k - 0.5 : parabolic[k];
-    return;
-  }
-  cairn_element_shape* const shape = nodes == 3   ? cairn_element_t3_shape
-                                     : nodes == 4 ? cairn_element_q4_shape
-                                     : nodes == 6 ? cairn_element_t6_shape
-                                     : nodes == 8 ? cairn_element_q8_shape
-                                                  : cairn_element_q9_shape;
-  shape(at, unused, slope);
-}
 
 // Area that belongs to a point of a whole side, over that in the space of its shape functions.
 double stretch(const MeshModel& m, const WholeNodes& nodes, int count, const double* at) {
@@ -131,6 +113,7 @@ void share_out(const MeshModel& m, const WholeNodes& nodes, const std::vector<st
     double off = 0;
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       double* own = &share[3 * pieces[i]];
+      if (!(area[i] > 0)) continue; // a piece that has collapsed
       for (int j = 0; j < corners; ++j) {
         const auto k = place(pieces[i], j);
         own[j] *= wanted[k] * all / (told * sum[k]);

@@ -8,7 +8,7 @@
 
 #include "../contactors/shapes.hpp"
 #include "../detection/detection_workspace.hpp"
-#include "../laws/law_names.hpp"
+#include "../laws/bond_laws.hpp"
 #include "../solvers/sweeps/side_names.hpp"
 #include "body_axes.hpp"
 #include "interaction_state.hpp"

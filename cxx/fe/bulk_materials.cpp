@@ -6,6 +6,7 @@
 
 #include "../base/call.hpp"
 #include "cairn/rows.h"
+#include "shared_damage.hpp"
 
 namespace cairn {
 namespace {
@@ -131,5 +132,7 @@ std::vector<double> bulk_parameters(const BulkMaterialInfo& material, std::span<
   }
   return out;
 }
+
+DamageOfCells* damage_of_cells() { return cairn_damage_of_cells; }
 
 } // namespace cairn

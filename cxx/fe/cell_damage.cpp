@@ -5,7 +5,7 @@
 
 #include "bulk_model.hpp"
 #include "bulk_work.hpp"
-#include "cairn/rows.h"
+#include "shared_damage.hpp"
 
 namespace cairn {
 
@@ -19,9 +19,9 @@ void BulkModel::damage_cells(std::size_t block, std::int64_t first, std::int64_t
   const Block& b = blocks_[block];
   const std::int64_t at = b.first_state + first * c.element->bulk_points * b.states;
   w.keep_drive(dim_ * c.element->nodes, std::size_t(bulk_tile * c.element->bulk_points));
-  cairn_damage_of_cells(c.element->bulk_points, n, c.params.data(), w.length.data(), w.volume.data(), w.strain.data(),
-                        state_begin_.data() + at, state_.data() + at, w.stress.data(), w.moduli.data(), w.drive.data(),
-                        w.growth.data(), w.energy.data(), w.dissipated.data(), w.status.data());
+  damage_of_cells()(c.element->bulk_points, n, c.params.data(), w.length.data(), w.volume.data(), w.strain.data(),
+                    state_begin_.data() + at, state_.data() + at, w.stress.data(), w.moduli.data(), w.drive.data(),
+                    w.growth.data(), w.energy.data(), w.dissipated.data(), w.status.data());
 }
 
 // What damage adds to the stiffness of cells whose forces are known: it grows with the strains of all of their points.

@@ -5,7 +5,9 @@
 #include <stdexcept>
 
 #include "../contacts/interaction.hpp"
+#include "bond_laws.hpp"
 #include "cairn/rows.h"
+#include "law_names.hpp"
 
 namespace cairn {
 
@@ -345,6 +347,11 @@ void LawTable::settle() {
     at->second = now[std::size_t(at->second)];
     at = at->second < 0 ? known_.erase(at) : std::next(at);
   }
+}
+
+bool can_bond(Law law) {
+  const LawInfo& of = law_infos()[std::size_t(law)];
+  return (of.anchored && !of.spans) || law == Law::sintering || law == Law::coupled_motion;
 }
 
 } // namespace cairn

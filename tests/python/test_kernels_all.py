@@ -19,6 +19,8 @@ THROUGH = [
     (r"(bars|beams)_moved",
      "python/test_moving_frames.py", "test_forces_are_the_gradient_of_the_energy_and_the_tangent_that_of_forces"),
     (r"bulk_\w+", "python/test_bulk_materials.py", "test_tangents_are_the_differences_of_the_stress"),
+    (r"damage_of_cells", "python/test_crack_band.py",
+     "test_the_tangent_of_shared_damage_is_the_symmetric_part_of_the_differences"),
     (r"strain_measure|stress_of_measure", "python/test_bulk_materials.py", "test_measures_of_large_strain"),
     (r"small_\w+", "cxx/test_soe.cpp", "SolvesAsATextbookLoop"),
     (r"nlgs_sweep|delassus", "cxx/test_nlgs.cpp", "FindsWhatTheTextbookFinds"),

@@ -6,7 +6,7 @@
 #include "../../base/call.hpp"
 #include "../../base/stopwatch.hpp"
 #include "../../bodies/mesh_rates.hpp"
-#include "../../laws/law_names.hpp"
+#include "../../laws/bond_laws.hpp"
 #include "../../networks/network.hpp"
 #include "../../networks/unknowns.hpp"
 #include "../../solvers/sweeps/extrapolation.hpp"

@@ -1,0 +1,14 @@
+// Which laws hold bodies together, asked without the list of all laws: sources that include that are compiled anew with
+// each row.
+#pragma once
+#include <cstdint>
+
+namespace cairn {
+
+enum class Law : std::int16_t;
+
+// Whether a law can hold two bodies at their contact along the tangents as well; it does where its first state variable
+// is above 0.
+bool can_bond(Law law);
+
+} // namespace cairn
