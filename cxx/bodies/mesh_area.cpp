@@ -57,6 +57,39 @@ void sort_points(const MeshModel& m, std::vector<std::int32_t>& first, std::vect
   for (std::size_t p = 0; p < points; ++p) order[next[m.point_nodes[4 * p]]++] = std::int32_t(p);
 }
 
+// Of both ends each has its share; where there are points, each what is nearer to it than to the others.
+template <class Add>
+void share_edge(const MeshModel& m, const std::int32_t* node, const double* share, std::vector<OnSide>& on_side,
+                const Add& add) {
+  const double whole = share[0] + share[1];
+  const bool ends = on_side.size() == 2 && on_side[0].corner == 0 && on_side[1].corner == 1 && whole > 0;
+  const double cut = ends ? way_of(m, node, share[0] / whole) : 0.5;
+  std::sort(on_side.begin(), on_side.end(), [](const OnSide& a, const OnSide& b) { return a.at < b.at; });
+  for (std::size_t i = 0; i < on_side.size(); ++i) {
+    const double from = i == 0 ? 0 : (on_side[i - 1].at + on_side[i].at) / 2;
+    const double to = i + 1 == on_side.size() ? 1 : (on_side[i].at + on_side[i + 1].at) / 2;
+    const double near = area_of_edge(m, node, from, to);
+    if (ends)
+      add(on_side[i], i == 0 ? 0 : cut, i == 0 ? cut : 1, share[i], near);
+    else
+      add(on_side[i], from, to, near, near);
+  }
+}
+
+// Points share a side alike, nodes have their shares, and alike what belongs to those that touch nothing.
+template <class Add>
+void share_face(const MeshModel& m, const std::int32_t* node, int corners, const double* share,
+                const std::vector<OnSide>& on_side, const Add& add) {
+  const double* corner[4];
+  for (int j = 0; j < corners; ++j) corner[j] = &m.reference[std::size_t(m.dim) * node[j]];
+  const bool nodes = std::none_of(on_side.begin(), on_side.end(), [](const OnSide& o) { return o.corner < 0; });
+  const double area = face_area(corner, corners), alike = area / double(on_side.size());
+  double left = area;
+  for (const OnSide& owner : on_side) left -= nodes ? share[owner.corner] : 0;
+  left = int(on_side.size()) == corners ? 0 : left / double(on_side.size());
+  for (const OnSide& owner : on_side) add(owner, 0, 1, nodes ? share[owner.corner] + left : alike, alike);
+}
+
 } // namespace
 
 // By the reference configuration.
@@ -122,38 +155,16 @@ void MeshSet::find_areas(const std::vector<std::uint8_t>& is_mark) {
             if (m.point_nodes[4 * p + l] == node[1]) at += m.point_weights[4 * p + l];
           on_side.push_back({at, of_point[std::size_t(p)], -1});
         });
-        // of both ends each has its share; where there are points, each what is nearer to it than to the others
-        const double whole = shares[3 * s] + shares[3 * s + 1];
-        const bool ends = on_side.size() == 2 && on_side[0].corner == 0 && on_side[1].corner == 1 && whole > 0;
-        const double cut = ends ? way_of(m, node, shares[3 * s] / whole) : 0.5;
-        std::sort(on_side.begin(), on_side.end(), [](const OnSide& a, const OnSide& b) { return a.at < b.at; });
-        for (std::size_t i = 0; i < on_side.size(); ++i) {
-          const double from = i == 0 ? 0 : (on_side[i - 1].at + on_side[i].at) / 2;
-          const double to = i + 1 == on_side.size() ? 1 : (on_side[i].at + on_side[i + 1].at) / 2;
-          const double near = area_of_edge(m, node, from, to);
-          if (ends)
-            add(on_side[i], i == 0 ? 0 : cut, i == 0 ? cut : 1, shares[3 * s + i], near);
-          else
-            add(on_side[i], from, to, near, near);
-        }
+        share_edge(m, node, &shares[3 * s], on_side, add);
         continue;
       }
-      const double* corner[4];
-      for (int j = 0; j < corners; ++j) corner[j] = &m.reference[std::size_t(m.dim) * node[j]];
       each_point(node, corners, [&](std::int32_t p) { on_side.push_back({0, of_point[std::size_t(p)], -1}); });
       const std::int32_t* whole = &m.face_nodes[4 * s]; // of which this is a half where there is a fourth node
       if (whole[3] >= 0)
         each_point(whole, 4, [&](std::int32_t p) {
           if (on_all_of(p, whole, 4)) on_side.push_back({0, of_point[std::size_t(p)], -1});
         });
-      // points share a side alike, nodes have their shares, and alike what belongs to those that touch nothing
-      const bool nodes = std::none_of(on_side.begin(), on_side.end(), [](const OnSide& o) { return o.corner < 0; });
-      const double area = face_area(corner, corners), alike = area / double(on_side.size());
-      double left = area;
-      for (const OnSide& owner : on_side) left -= nodes ? shares[3 * s + std::size_t(owner.corner)] : 0;
-      left = int(on_side.size()) == corners ? 0 : left / double(on_side.size());
-      for (const OnSide& owner : on_side)
-        add(owner, 0, 1, nodes ? shares[3 * s + std::size_t(owner.corner)] + left : alike, alike);
+      share_face(m, node, corners, &shares[3 * s], on_side, add);
     }
   }
 }

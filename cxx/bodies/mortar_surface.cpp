@@ -122,8 +122,9 @@ void side_shape(int dim, int nodes, const double* at, double* value) {
 void side_slopes(int dim, int nodes, const double* at, double* slope) {
   double unused[most_side_nodes];
   if (dim == 3) return shape_of_face(nodes)(at, unused, slope);
-  const double s = at[0], parabolic[3] = {s - 0.5, s + 0.5, -2 * s};
-  for (int k = 0; k < nodes; ++k) slope[k] = nodes == 2 ? k - 0.5 : parabolic[k];
+  slope[0] = nodes == 2 ? -0.5 : at[0] - 0.5;
+  slope[1] = nodes == 2 ? 0.5 : at[0] + 0.5;
+  if (nodes == 3) slope[2] = -2 * at[0];
 }
 
 void side_basis(int dim, int nodes, const double* at, double* value) {
