@@ -29,10 +29,11 @@ struct LightError {
   // Grains of deep piles bear a hundred times their weight, and velocities there are 40 to 300 times less exact than
   // the true error: of many contacts that bear no more, light bodies are not held to more either.
   double leave() const {
-    constexpr double of_piles = 300, lightly_loaded = 100, few = 10;
+    constexpr double of_piles = 300, lightly_loaded = 100, few = 100;
     if (!(load > 0)) return 1;
-    const double loaded = of_piles * lightly_loaded / load;
-    return std::clamp(std::min(loaded, double(contacts) / few), 1.0, of_piles);
+    const double share = lightly_loaded / load, loaded = of_piles * share * share;
+    const double many = double(contacts) / few;
+    return std::clamp(std::min(loaded, many * many), 1.0, of_piles);
   }
   // Of ten thousand contacts one is always far worse than the mean, and a bound on it alone would ask for a hundredth
   // of the tolerance of all others: then its square counts, a share of energy.
