@@ -3,19 +3,11 @@
 import cairn as cn
 import numpy as np
 import pytest
+from keeping_integrators import KEEPING
 
 STONE = cn.Material("stone", density=1000.0)
 RADIUS, GRAVITY = 0.05, 9.81
 MASS = 1000.0 * np.pi * RADIUS**2
-KEEPING = {
-    "velocity verlet": cn.VelocityVerlet(),
-    "gear 4": cn.Gear(values=4),
-    "gear 5": cn.Gear(values=5),
-    "gear 6": cn.Gear(values=6),
-    "newmark": cn.Newmark(beta=0.3025, gamma=0.6),
-    "hht": cn.HHT(alpha=-0.1),
-    "generalised alpha": cn.GeneralisedAlpha(spectral_radius=0.8),
-}
 
 
 def hung(joint, integrator, dt, height=0.0):
