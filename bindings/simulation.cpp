@@ -154,6 +154,7 @@ py::dict report_of(const cairn::StepReport& r) {
   out["mesh_way"] = r.mesh_way;
   if (!r.mesh_hint.empty()) out["mesh_hint"] = r.mesh_hint;
   if (!r.mesh_within.empty()) out["mesh_within"] = r.mesh_within;
+  if (!r.mesh_turned.empty()) out["mesh_turned"] = r.mesh_turned;
   if (!r.unjoined.empty()) out["unjoined"] = r.unjoined;
   out["projection_error"] = r.projection_error;
   out["newton_passes"] = r.newton_passes;

@@ -194,6 +194,7 @@ set(CAIRN_CXX_SOURCES
   strategies/reshaping.cpp
   strategies/transforms.cpp
   strategies/simulation.cpp
+  strategies/small_turns.cpp
   strategies/smooth/contact_views.cpp
   strategies/smooth/forces.cpp
   strategies/smooth/histories.cpp

@@ -55,6 +55,7 @@ struct StepReport {
   double mesh_way = 0;              // farthest way along a normal on a mesh in the step / that size; 0: none so far
   std::string mesh_hint;            // what is wrong with them, empty: nothing
   std::string mesh_within;          // what began wholly within a mesh, in the step that it came in with, or empty
+  std::string mesh_turned;          // which one turned though its displacements count as small, or empty
   std::string unjoined;             // which bodies a law did not join, in the step that they came in with, or empty
   double projection_error = 0;      // true error of the problem that project_positions solved
   double stable_step = 0;           // of smooth contacts, as last estimated [s]; 0 with NSCD
@@ -131,9 +132,10 @@ public:
   void account_for_reshaping(double kinetic, double stored);
   // Deformable bodies that the scene shows from now on.
   void add_mesh(MeshModel model);
-  void place_meshes();       // among nodes and contactors, when their order changed
-  void follow_meshes();      // mapped contactors to where the nodes are
-  void account_for_meshes(); // in the balance of energy, beside their nodes
+  void place_meshes();        // among nodes and contactors, when their order changed
+  void follow_meshes();       // mapped contactors to where the nodes are
+  void tell_of_small_turns(); // in the report
+  void account_for_meshes();  // in the balance of energy, beside their nodes
 
   // Bodies back into a periodic cell, and the cell on its way over a duration [s].
   void wrap_into_cell();

@@ -35,6 +35,7 @@ from .run.step_warnings import (
     RunawayWarning,
     StableStepWarning,
     TunnellingWarning,
+    TurnedWarning,
     UnjoinedWarning,
 )
 from .run.strategies import NSCD, Carpenter, GranularElement, SmoothDEM, strategy
@@ -121,6 +122,7 @@ __all__ = [
     "StableStepWarning",
     "Table",
     "TunnellingWarning",
+    "TurnedWarning",
     "UnjoinedWarning",
     "box",
     "boxes",

@@ -74,6 +74,7 @@ from .run.step_warnings import OverlapWarning as OverlapWarning
 from .run.step_warnings import RunawayWarning as RunawayWarning
 from .run.step_warnings import StableStepWarning as StableStepWarning
 from .run.step_warnings import TunnellingWarning as TunnellingWarning
+from .run.step_warnings import TurnedWarning as TurnedWarning
 from .run.step_warnings import UnjoinedWarning as UnjoinedWarning
 from .run.strategies import NSCD as NSCD
 from .run.strategies import Carpenter as Carpenter

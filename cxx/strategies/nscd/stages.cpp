@@ -402,12 +402,18 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.turned_over += std::abs(d_potential) + std::abs(external) + std::abs(driven) + std::abs(contacts.normal) +
                           std::abs(contacts.tangential) + std::abs(bulk) +
                           (std::abs(contacts.stored_change) + contacts.released) + std::abs(strained);
-  s.energy.largest_kinetic = std::max({s.energy.largest_kinetic, kinetic, kinetic - d_kinetic});
+  // Nodes count as points of mass here; what the mass matrix of a mesh adds to that belongs to the largest, too.
+  double moving = kinetic, moved = kinetic - d_kinetic;
+  for (const MeshBody& mesh : s.meshes.meshes) {
+    moving += mesh.work.kinetic;
+    moved += mesh.work.kinetic - mesh.work.kinetic_change;
+  }
+  s.energy.largest_kinetic = std::max({s.energy.largest_kinetic, moving, moved});
   s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
   // what breaks bears nothing at the end of the step, and spends all the same what its springs held
   const double of_springs = std::abs(contacts.stored_change) + contacts.released;
   const double of_step =
-      std::max(kinetic, kinetic - d_kinetic) + contacts.turned_over + of_springs + fall + std::abs(strained);
+      std::max(moving, moved) + contacts.turned_over + of_springs + fall + std::abs(strained);
   // of bodies at rest only what rounds off is left
   const bool moves = of_step > std::numeric_limits<double>::epsilon() * s.energy.in_play;
   s.report.solve.energy_created = moves ? contacts.created / of_step : 0;
@@ -452,6 +458,7 @@ void Nscd::update_configuration(Simulation& s) {
   s.advance_cell(rest);
   s.follow_meshes();
   if (s.scene.cell.any()) s.wrap_into_cell();
+  s.tell_of_small_turns();
   s.report.step = ++s.steps;
   s.report.h = h_;
   s.report.time_detection = s.time + ahead_;

@@ -256,7 +256,7 @@ class _Recorder:
     def record(self, probes):
         sim = self.simulation
         if self.writer is not None:
-            told = ("step", "time", "hint", "joint_hint", "mesh_hint", "mesh_within", "unjoined")
+            told = ("step", "time", "hint", "joint_hint", "mesh_hint", "mesh_within", "mesh_turned", "unjoined")
             row = {k: v for k, v in sim.report.items() if k not in told}
             row["energy"] = sim.energy
             for name, probe in (probes or {}).items():

@@ -33,6 +33,10 @@ class TunnellingWarning(UserWarning):
     """A step moves a mesh and what it may touch against each other by more than a cell is wide: they may pass through."""
 
 
+class TurnedWarning(UserWarning):
+    """A mesh turned whose displacements count as small: it grows by half the square of its turn."""
+
+
 class UnjoinedWarning(UserWarning):
     """Bodies came in touching under a law that joins by the area of a contact, along a line or at a corner, which has none."""
 
@@ -103,6 +107,8 @@ class StepWarnings:
             self._tell(UnjoinedWarning, info["unjoined"])
         if "joint_hint" in info:
             self._tell(JointWarning, f"step {simulation.steps}: {info['joint_hint']}")
+        if "mesh_turned" in info:
+            self._tell(TurnedWarning, f"step {simulation.steps}: {info['mesh_turned']}")
         if "mesh_within" in info:
             self._tell(OverlapWarning, info["mesh_within"])
         if "mesh_hint" in info:
