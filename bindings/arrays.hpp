@@ -96,6 +96,7 @@ py::list describe(Holder& holder) {
   return rows;
 }
 
+void bind_body_rows(py::module_& m);
 void bind_bulk(py::module_& m);
 void bind_called(py::module_& m);
 void bind_elements(py::module_& m);

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import cairn as cn
 import numpy as np
 import pytest
+from cairn import _core
 from cairn.post.masonry import Structure
 from cairn.pre import masonry
-from cairn.run.equilibrium import System, on_faces, project
+from cairn.run.equilibrium import System, on_faces
 from report import judge
 
 G = 9.81
@@ -27,19 +28,22 @@ def test_projection_and_its_derivative(dim):
     """p - P is in the polar cone and orthogonal to P, which is in the cone; the derivative against differences."""
     generator = np.random.default_rng(4)
     p, mu = generator.normal(size=(300, dim)), generator.uniform(0, 2, 300)
-    mu[:10] = 0
-    r, d = project(p, mu)
+    mu[:10], mu[10:20] = 0, 1e3
+    project = _core.project_on_cones
+    r, d = project(p, mu), _core.cone_derivatives(p, mu, np.ones(300))
     away = p - r
     size = np.linalg.norm
     assert np.all(size(r[:, 1:], axis=1) <= mu * r[:, 0] * (1 + 1e-12) + 1e-15)
     assert np.all(away[:, 0] <= -mu * size(away[:, 1:], axis=1) + 1e-12)
     assert np.max(np.abs(np.sum(r * away, axis=1))) < 1e-12
-    assert not project(-np.eye(dim)[:1], np.zeros(1))[0].any()  # what pulls without friction and slip
+    assert not project(-np.eye(dim)[:1], np.zeros(1)).any()  # what pulls without friction and slip
     step = 1e-6
     for k in range(dim):
         by = step * np.eye(dim)[k]
-        difference = (project(p + by, mu)[0] - project(p - by, mu)[0]) / (2 * step)
+        difference = (project(p + by, mu) - project(p - by, mu)) / (2 * step)
         assert np.quantile(np.abs(difference - d[:, :, k]), 0.999) < 1e-5  # but for what lies at a corner of the cone
+    weight = generator.uniform(1, 2, 300)
+    np.testing.assert_allclose(_core.cone_derivatives(p, mu, weight), weight[:, None, None] * d, rtol=1e-14, atol=1e-14)
 
 
 @pytest.mark.parametrize(

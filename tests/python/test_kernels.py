@@ -214,6 +214,19 @@ def test_projections(dim):
 
 
 @pytest.mark.parametrize("dim", [2, 3])
+def test_derivatives_of_projections(dim):
+    n, step = 60, 1e-7
+    mu, weight, r = RNG.uniform(0, 3, n), positive(n), some(n, dim)
+    mu[:2] = 0, 1e4
+    found = np.empty((n, dim, dim))
+    kernel("cairn_cone_derivatives")(dim, n, mu, weight, r, found)
+    for k, by in enumerate(step * np.eye(dim)):
+        ends = [[nearest_in_cone(m, each) for m, each in zip(mu, r + sign * by)] for sign in (1, -1)]
+        slope = weight[:, None] * (np.array(ends[0]) - ends[1]) / (2 * step)
+        np.testing.assert_allclose(found[:, k], slope, atol=1e-6 * weight.max())
+
+
+@pytest.mark.parametrize("dim", [2, 3])
 def test_problem_error(dim):
     n = 20
     mu, w, r, u = RNG.uniform(0, 1, n), positive(n), some(n, dim), some(n, dim)

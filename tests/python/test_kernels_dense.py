@@ -381,6 +381,11 @@ def test_newton_on_the_pattern_of_bodies(dim):
     whole = (diagonal(mass) + h.T @ diagonal(columns(answer)) @ h).reshape(nb, dofs, nb, dofs)
     for (a, b), e in pairs.items():
         np.testing.assert_allclose(matrix[e].T, whole[a, :, b], rtol=1e-9, atol=1e-9)
+    kernel("cairn_newton_add_body_blocks")(
+        dim, dofs, n, nb, body, sides, -answer, np.arange(4), place, len(pairs), matrix
+    )
+    np.testing.assert_allclose(matrix[:4], columns(mass), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(matrix[4:], 0, atol=1e-9)
     inverse, wanted = some(nb, dofs, dofs), [(a, b) for a in range(n) for b in range(n)]
     block = np.empty((n * n, dim, dim))
     columns_of = np.array([b for _, b in wanted], np.int32)

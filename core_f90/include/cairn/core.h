@@ -293,6 +293,8 @@ void cairn_block_product(int32_t dim, int64_t n, const int64_t* row_start, const
 void cairn_block_diagonal(int32_t dim, int64_t n, const int64_t* row_start, const int32_t* column, const double* block,
                           int64_t* place, double* w_nn);
 void cairn_project_cones(int32_t dim, int64_t n, const double* mu, double* r);
+void cairn_cone_derivatives(int32_t dim, int64_t n, const double* mu, const double* weight, const double* r,
+                            double* derivative);
 void cairn_problem_error(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* r, const double* u,
                          double* residual, double* size);
 void cairn_problem_figures(int32_t dim, int64_t n, const double* mu, const double* w_nn, const double* q,
@@ -355,6 +357,9 @@ void cairn_newton_answers(int32_t dim, int64_t n, double alpha, const int32_t* u
 void cairn_newton_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body, const double* rows,
                               const double* answer, const double* mass, const int64_t* diagonal, const int64_t* place,
                               int64_t blocks, double* matrix);
+void cairn_newton_add_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body,
+                                  const double* rows, const double* answer, const int64_t* diagonal,
+                                  const int64_t* place, int64_t blocks, double* matrix);
 void cairn_contact_nudges(int32_t n, int32_t c, int32_t axes, const double* w, const double* q, const double* r,
                           double speed, double* nudges);
 void cairn_contact_responses(int32_t n, int32_t c, int32_t contacts, double proximal, const int32_t* held,

@@ -6,7 +6,7 @@ module newton_bodies
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_int64_t, c_double
   implicit none
   private
-  public :: cairn_newton_answers, cairn_newton_body_blocks, cairn_newton_body_step
+  public :: cairn_newton_answers, cairn_newton_body_blocks, cairn_newton_add_body_blocks, cairn_newton_body_step
 contains
 
   subroutine cairn_newton_answers(dim, n, alpha, unknowns, left, basis, own, step, target, answer, known) bind(c)
@@ -91,28 +91,45 @@ contains
     integer(c_int64_t), intent(in) :: place(2, n)    !< of the blocks (A, B) and (B, A) of a contact, from 0; -1: there is none
     integer(c_int64_t), value      :: blocks         !< of the pattern
     real(c_double), intent(out)    :: matrix(dofs, dofs, blocks)
-    ! loops of known lengths
-    if (dim == 2) then
-      call fill_body_blocks(2_c_int32_t, 3_c_int32_t, n, nb, body, rows, answer, mass, diagonal, place, blocks, matrix)
-    else
-      call fill_body_blocks(3_c_int32_t, 6_c_int32_t, n, nb, body, rows, answer, mass, diagonal, place, blocks, matrix)
-    end if
-  end subroutine cairn_newton_body_blocks
-
-  pure subroutine fill_body_blocks(dim, dofs, n, nb, body, rows, answer, mass, diagonal, place, blocks, matrix)
-    integer(c_int32_t), value      :: dim, dofs
-    integer(c_int64_t), intent(in) :: n, nb, blocks
-    integer(c_int32_t), intent(in) :: body(2, n)
-    real(c_double), intent(in)     :: rows(dim, dofs, 2, n), answer(dim, dim, n), mass(dofs, dofs, nb)
-    integer(c_int64_t), intent(in) :: diagonal(nb), place(2, n)
-    real(c_double), intent(out)    :: matrix(dofs, dofs, blocks)
-    real(c_double) :: half(dofs, dim), side(dofs, dim)
-    integer(c_int64_t) :: a, b, e
-    integer :: s, t
+    integer(c_int64_t) :: b
     matrix = 0
     do b = 1, nb
       matrix(:, :, diagonal(b)+1) = mass(:, :, b)
     end do
+    call cairn_newton_add_body_blocks(dim, dofs, n, nb, body, rows, answer, diagonal, place, blocks, matrix)
+  end subroutine cairn_newton_body_blocks
+
+  !> Adds H answer H' to such a matrix.
+  subroutine cairn_newton_add_body_blocks(dim, dofs, n, nb, body, rows, answer, diagonal, place, blocks, matrix) bind(c)
+    integer(c_int32_t), value      :: dim            !< components of a contact, 2 or 3
+    integer(c_int32_t), value      :: dofs           !< of a body, 3 or 6
+    integer(c_int64_t), value      :: n              !< contacts
+    integer(c_int64_t), value      :: nb             !< bodies
+    integer(c_int32_t), intent(in) :: body(2, n)     !< from 0; -1: does not move
+    real(c_double), intent(in)     :: rows(dim, dofs, 2, n) !< H' of each side [-], [m]
+    real(c_double), intent(in)     :: answer(dim, dim, n) !< [kg]
+    integer(c_int64_t), intent(in) :: diagonal(nb)   !< as above
+    integer(c_int64_t), intent(in) :: place(2, n)    !< as above
+    integer(c_int64_t), value      :: blocks         !< of the pattern
+    real(c_double), intent(inout)  :: matrix(dofs, dofs, blocks)
+    ! loops of known lengths
+    if (dim == 2) then
+      call add_body_blocks(2_c_int32_t, 3_c_int32_t, n, nb, body, rows, answer, diagonal, place, blocks, matrix)
+    else
+      call add_body_blocks(3_c_int32_t, 6_c_int32_t, n, nb, body, rows, answer, diagonal, place, blocks, matrix)
+    end if
+  end subroutine cairn_newton_add_body_blocks
+
+  pure subroutine add_body_blocks(dim, dofs, n, nb, body, rows, answer, diagonal, place, blocks, matrix)
+    integer(c_int32_t), value      :: dim, dofs
+    integer(c_int64_t), intent(in) :: n, nb, blocks
+    integer(c_int32_t), intent(in) :: body(2, n)
+    real(c_double), intent(in)     :: rows(dim, dofs, 2, n), answer(dim, dim, n)
+    integer(c_int64_t), intent(in) :: diagonal(nb), place(2, n)
+    real(c_double), intent(inout)  :: matrix(dofs, dofs, blocks)
+    real(c_double) :: half(dofs, dim), side(dofs, dim)
+    integer(c_int64_t) :: a, e
+    integer :: s, t
     do a = 1, n
       if (.not. any(answer(:, :, a) < 0 .or. answer(:, :, a) > 0)) cycle
       do s = 1, 2
@@ -127,7 +144,7 @@ contains
         end do
       end do
     end do
-  end subroutine fill_body_blocks
+  end subroutine add_body_blocks
 
   pure subroutine times_answer(dim, dofs, side, answer, half)
     integer(c_int32_t), value      :: dim, dofs

@@ -84,27 +84,9 @@ def with_impulses(memory, before, keys, impulses):
     return {**memory, "impulses": shape_of("impulses", all_impulses), "states": shape_of("states", states)}
 
 
-def project(p, mu, derived=True):
-    """Projection of p (m, dim) on Coulomb's cones, and its derivative (m, dim, dim), None unless it is asked for."""
-    m, dim = p.shape
-    normal, size = p[:, 0], np.linalg.norm(p[:, 1:], axis=1)
-    inside = (normal >= 0) & (size <= mu * normal)  # mu may be 0
-    side = ~inside & (mu * size > -normal)
-    pn, way, k = normal[side], p[side, 1:] / size[side, None], mu[side]
-    scale = (pn + k * size[side]) / (1 + k * k)
-    axis = np.concatenate((np.ones((len(pn), 1)), k[:, None] * way), axis=1)
-    out = np.where(inside[:, None], p, 0.0)
-    out[side] = scale[:, None] * axis
-    if not derived:
-        return out, None
-    derivative = np.zeros((m, dim, dim))
-    derivative[inside] = np.eye(dim)
-    d = axis[:, :, None] * axis[:, None, :] / (1 + k * k)[:, None, None]
-    if dim == 3:  # the cone turns about its axis
-        across = np.stack((-way[:, 1], way[:, 0]), axis=1)
-        d[:, 1:, 1:] += (k * scale / size[side])[:, None, None] * across[:, :, None] * across[:, None, :]
-    derivative[side] = d
-    return out, derivative
+def slack_of(u, mu):
+    """u (m, dim) with mu |u_T| added along the normal (De Saxce & Feng 1998)."""
+    return np.concatenate((u[:, :1] + (mu * np.linalg.norm(u[:, 1:], axis=1))[:, None], u[:, 1:]), axis=1)
 
 
 class System:
@@ -135,31 +117,30 @@ class System:
         velocity[free] -= self.v_free
         if not np.any(self.v_free[:, : self.dim]):
             raise ValueError("nothing moves the bodies when they are let go: give gravity or a force that they are to bear")
-        number = np.full(rows.bodies.max() + 1, len(free))
+        number = np.full(rows.bodies.max() + 1, -1, np.int32)
         number[free[free < len(number)]] = np.arange(np.sum(free < len(number)))
-        self.bodies = number[rows.bodies[self.chosen]]  # the number after the last: cannot move
+        self.bodies = number[rows.bodies[self.chosen]]  # -1: cannot move
         h = jacobians(rows, self.chosen)
         self.bias = self.bias + np.einsum("mksi,msi->mk", h, velocity[rows.bodies[self.chosen]])
         moving = np.concatenate((~given, np.zeros((1, self.dofs), bool)))
-        self.sides = [h[:, :, side] * moving[self.bodies[:, side], None, :] for side in (0, 1)]
+        self.rows = np.ascontiguousarray(h.transpose(0, 2, 3, 1) * moving[self.bodies][..., None])  # (m, 2, dofs, dim)
         self.r = np.zeros((len(self.chosen), self.dim))
+        self.none = np.zeros_like(self.r)
         self.graph = Graph(self.bodies, len(free))
-        normal = [side[:, 0] for side in self.sides]
         still = np.concatenate((self.inverse, np.zeros((1, self.dofs, self.dofs))))
-        w = sum(np.einsum("mi,mij,mj->m", n, still[b], n) for n, b in zip(normal, self.bodies.T))
+        w = sum(np.einsum("mi,mij,mj->m", n, still[b], n) for n, b in zip(self.rows[..., 0].swapaxes(0, 1), self.bodies.T))
         movable = w > 0  # the others join what nothing moves along their normal
         self.rho = 1 / np.where(movable, w, np.mean(w[movable]) if movable.any() else 1)
         self.modes = rigid_motions(self.position[:, : self.dim], self.dofs)
-        self.matrix = Matrix(self.graph, self.mass, self.sides)
+        self.matrix = Matrix(self.graph, self.mass, self.rows)
 
-    def relative(self, v):
-        """H'v, (m, dim)."""
-        v = np.concatenate((v, np.zeros((1, self.dofs))))
-        return sum(np.einsum("mki,mi->mk", side, v[b]) for side, b in zip(self.sides, self.bodies.T))
+    def relative(self, v, u=None):
+        """H'v + u, (m, dim)."""
+        return _core.rows_velocities(self.bodies, self.rows, v, self.none if u is None else u)
 
     def gathered(self, r):
         """H r, (n, dofs)."""
-        return self.graph.at_bodies([np.einsum("mki,mk->mi", side, r) for side in self.sides])
+        return _core.rows_impulses(self.bodies, self.rows, r, len(self.mass))
 
     def momentum(self, v):
         return np.einsum("nij,nj->ni", self.mass, v)
@@ -167,16 +148,15 @@ class System:
     def errors(self):
         """True error, and the largest change of a velocity over the largest free one, with the impulses as they are."""
         v = self.v_free + np.einsum("nij,nj->ni", self.inverse, self.gathered(self.r))
-        u = self.relative(v) + self.bias
+        u = self.relative(v, self.bias)
 
         def map_of(r, u):
-            slack = np.concatenate((u[:, :1] + (self.mu * np.linalg.norm(u[:, 1:], axis=1))[:, None], u[:, 1:]), axis=1)
-            return r - project(r - self.rho[:, None] * slack, self.mu)[0]
+            return r - _core.project_on_cones(r - self.rho[:, None] * slack_of(u, self.mu), self.mu)
 
         def energy(x):
             return np.sum(np.sum(x * x, axis=1) / self.rho)
 
-        nothing = map_of(np.zeros_like(self.r), self.relative(self.v_free) + self.bias)
+        nothing = map_of(self.none, self.relative(self.v_free, self.bias))
         error = np.sqrt(energy(map_of(self.r, u)) / max(energy(self.r), energy(nothing)))
         speed, scale = (np.linalg.norm(x[:, : self.dim], axis=1) for x in (v, self.v_free))
         return float(error), float(np.max(speed / np.max(scale)))
@@ -189,9 +169,9 @@ class System:
             begin, before = v, self.r
             v, steps, products = self.minimise(v, c, slack, 0.1 * unbalanced, most)
             newton, cg = newton + steps, cg + products
-            u = self.relative(v) + self.bias
+            u = self.relative(v, self.bias)
             u[:, 0] += slack
-            self.r = project(self.r - c[:, None] * u, self.mu)[0]
+            self.r = _core.project_on_cones(self.r - c[:, None] * u, self.mu)
             error, left = self.errors()
             if steps == most and error > 0.1 and stiffness > 1e3:  # Newton's method is lost: softer contacts open less
                 stiffness, v, self.r = 1e-2 * stiffness, begin, before
@@ -215,14 +195,14 @@ class System:
 
         def value(v, u):
             asked = self.r - c[:, None] * u
-            p = project(asked, self.mu, False)[0]
+            p = _core.project_on_cones(asked, self.mu)
             gap = v - self.v_free
             return 0.5 * np.sum(gap * self.momentum(gap)) + 0.5 * np.sum(np.sum(p * p, axis=1) / c), p, asked
 
         def descent(v, p):
             return self.momentum(v - self.v_free) - self.gathered(p)
 
-        u = self.relative(v) + self.bias
+        u = self.relative(v, self.bias)
         u[:, 0] += slack
         energy, p, asked = value(v, u)
         while True:
@@ -233,7 +213,7 @@ class System:
             if left <= tol or steps == most or steps - least_step >= patience:
                 return best if left > tol else v, steps, used
             steps += 1
-            matrix, precondition = self.newton_matrix(c[:, None, None] * project(asked, self.mu)[1])
+            matrix, precondition = self.newton_matrix(_core.cone_derivatives(asked, self.mu, c))
             enough = max(min(0.1, np.sqrt(left)), min(0.1, 0.3 * tol / left))  # of the last step no more than the round asks
             way, products = conjugate_gradients(matrix, -gradient, precondition, enough)
             used += products
@@ -261,30 +241,24 @@ class Matrix:
     """M + H D H' as D changes: from one of Newton's steps to the next few contacts begin to stick, to slip or to open, and
     what they change is added alone."""
 
-    def __init__(self, graph, mass, sides):
-        self.graph, self.mass, self.sides = graph, mass, sides
+    def __init__(self, graph, mass, rows):
+        self.graph, self.mass, self.rows = graph, mass, rows
 
     def begin(self):
         """What was added has rounded: the next matrix is summed anew."""
         self.d = self.matrix = None
 
     def of(self, d):
-        if self.matrix is None:
-            self.matrix = self.graph.matrix(self.mass, *self.blocks(d, slice(None)))
-        else:
-            changed = np.flatnonzero(np.any(d != self.d, axis=(1, 2)))
-            if 2 * len(changed) > len(d):
+        if self.matrix is not None:
+            changes = d - self.d
+            if 2 * np.count_nonzero(changes.any(axis=(1, 2))) > len(d):
                 self.begin()
-                return self.of(d)
-            self.graph.add(self.matrix, changed, *self.blocks((d - self.d)[changed], changed))
+        if self.matrix is None:
+            self.matrix, changes = self.graph.matrix(self.mass), d
+        graph = self.graph
+        _core.rows_add_stiffness(graph.bodies, self.rows, changes, graph.on_diagonal, graph.place, self.matrix.data)
         self.d = d
         return self.matrix
-
-    def blocks(self, d, which):
-        a, b = (side[which] for side in self.sides)
-        da, db = np.matmul(d, a), np.matmul(d, b)
-        at, bt = a.transpose(0, 2, 1), b.transpose(0, 2, 1)
-        return np.matmul(at, da), np.matmul(bt, db), np.matmul(at, db)
 
 
 def determined(simulation, rows):
@@ -321,70 +295,36 @@ def on_faces(contacts, flat=1e-6):
 
 
 class Graph:
-    """Which bodies touch: sums over contacts at bodies and at pairs of bodies, always in the same order."""
+    """Which bodies touch: the blocks of a matrix that contacts add to, bodies (m, 2) of each of n, -1 where one does not move."""
 
     def __init__(self, bodies, n):
-        from scipy import sparse
-
-        m = len(bodies)
-        ones = np.ones(m)
-        self.n = n
-        self.ends = [sparse.csr_array((ones, (b, np.arange(m))), shape=(n + 1, m)) for b in bodies.T]
-        both = np.flatnonzero((bodies < n).all(axis=1))
-        low, high = bodies[both].min(axis=1), bodies[both].max(axis=1)
-        pair, which = np.unique(low * np.int64(n) + high, return_inverse=True)
-        self.pairs = sparse.csr_array((np.ones(len(both)), (which, both)), shape=(len(pair), m))
-        self.swapped = bodies[:, 0] > bodies[:, 1]
+        both = np.flatnonzero((bodies >= 0).all(axis=1))
+        low, high = bodies[both].min(axis=1).astype(np.int64), bodies[both].max(axis=1)
+        pair, which = np.unique(low * n + high, return_inverse=True)
         i, j = pair // n, pair % n
         row, column = np.concatenate((np.arange(n), i, j)), np.concatenate((np.arange(n), j, i))
-        self.order = np.lexsort((column, row))
+        order = np.lexsort((column, row))
         self.row_start = np.concatenate(([0], np.cumsum(np.bincount(row, minlength=n))))
-        self.column = column[self.order]
-        self.on_diagonal = np.flatnonzero(self.order < n)
-        self.bodies, self.place = bodies, np.argsort(self.order)  # where the block of a body or pair stands
-        self.pair = np.full(m, -1)
-        self.pair[both] = which
+        self.column = column[order]
+        place = np.argsort(order)  # where the block of a body or pair stands
+        self.bodies, self.on_diagonal = bodies, place[:n]
+        # of the blocks of bodies (B, A) and (A, B) of a contact
+        self.place = np.full(bodies.shape, -1)
+        upper, lower = place[n + which.ravel()], place[n + len(pair) + which.ravel()]
+        rises = (bodies[both, 0] < bodies[both, 1])[:, None]
+        self.place[both] = np.where(rises, np.stack((lower, upper), axis=1), np.stack((upper, lower), axis=1))
 
-    def at_bodies(self, parts):
-        return sum(end @ part for end, part in zip(self.ends, parts))[: self.n]
-
-    def matrix(self, mass, aa, bb, ab):
-        """Blocks (m, dofs, dofs) of contacts, and of bodies (n, dofs, dofs), as a sparse matrix."""
+    def matrix(self, mass):
+        """Of blocks (n, dofs, dofs) of bodies, nothing between them yet."""
         from scipy import sparse
 
-        k = mass.shape[1]
-        diagonal = mass + self.at_bodies([x.reshape(len(x), -1) for x in (aa, bb)]).reshape(-1, k, k)
-        ab = np.where(self.swapped[:, None, None], ab.transpose(0, 2, 1), ab)
-        upper = (self.pairs @ ab.reshape(len(ab), -1)).reshape(-1, k, k)
-        data = np.concatenate((diagonal, upper, upper.transpose(0, 2, 1)))[self.order]
-        return sparse.bsr_array((data, self.column, self.row_start), shape=(k * self.n, k * self.n))
-
-    def add(self, matrix, some, aa, bb, ab):
-        """Adds blocks of some contacts to a matrix of this graph."""
-        ab = np.where(self.swapped[some, None, None], ab.transpose(0, 2, 1), ab)
-        pair = self.pair[some]
-        for end, blocks in zip(self.bodies[some].T, (aa, bb)):
-            which, sums = summed(np.where(end < self.n, end, -1), blocks)
-            matrix.data[self.place[which]] += sums
-        which, sums = summed(pair, ab)
-        upper, pairs = self.n + which, (len(self.place) - self.n) // 2
-        matrix.data[self.place[upper]] += sums
-        matrix.data[self.place[upper + pairs]] += sums.transpose(0, 2, 1)
+        n, k = mass.shape[:2]
+        data = np.zeros((len(self.column), k, k))
+        data[self.on_diagonal] = mass
+        return sparse.bsr_array((data, self.column, self.row_start), shape=(k * n, k * n))
 
     def diagonal(self, matrix):
         return matrix.data[self.on_diagonal]
-
-
-def summed(number, blocks):
-    """Numbers that are there, those below 0 apart, and the sum of the blocks (m, k, k) of each."""
-    from scipy import sparse
-
-    there = np.flatnonzero(number >= 0)
-    which, row = np.unique(number[there], return_inverse=True)
-    shape = (len(which), len(there))
-    sums = sparse.csr_array((np.ones(len(there)), (row.ravel(), np.arange(len(there)))), shape=shape)
-    k = blocks.shape[-1]
-    return which, (sums @ blocks[there].reshape(len(there), k * k)).reshape(len(which), k, k)
 
 
 def rigid_motions(position, dofs, bodies_each=48):

@@ -12,8 +12,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from .. import _core
 from .contact_problem import inverse_mass, jacobians
-from .equilibrium import determined, project, refuse_springs
+from .equilibrium import determined, refuse_springs, slack_of
 
 
 def find(simulation, tol, unbalanced, rounds, stiffness, report):
@@ -210,8 +211,7 @@ class Rest:
         bias, impulse = self.bias / self.h, self.h * self.r
 
         def map_of(r, u):
-            slack = np.concatenate((u[:, :1] + (self.mu * np.linalg.norm(u[:, 1:], axis=1))[:, None], u[:, 1:]), axis=1)
-            return r - project(r - rho[:, None] * slack, self.mu)[0]
+            return r - _core.project_on_cones(r - rho[:, None] * slack_of(u, self.mu), self.mu)
 
         def energy(x):
             return np.sum(np.sum(x * x, axis=1) / rho)
@@ -249,7 +249,7 @@ class Rest:
             steps += more
             u = self.along(d) + self.bias
             u[:, 0] += slack
-            before, self.r = self.r, project(self.r - c[:, None] * u, self.mu)[0]
+            before, self.r = self.r, _core.project_on_cones(self.r - c[:, None] * u, self.mu)
             slack = self.mu * np.linalg.norm(u[:, 1:], axis=1)
             if np.linalg.norm(self.r - before) <= tol * np.linalg.norm(self.r):
                 break
@@ -262,7 +262,7 @@ class Rest:
             u = self.along(d) + self.bias
             u[:, 0] += slack
             asked = self.r - c[:, None] * u
-            p = project(asked, self.mu, False)[0]
+            p = _core.project_on_cones(asked, self.mu)
             ad = matrix @ d
             return 0.5 * d @ ad - self.force @ d + 0.5 * np.sum(np.sum(p * p, axis=1) / c), p, asked, ad
 
@@ -271,7 +271,7 @@ class Rest:
             gradient = ad - self.force - self.gathered(p)
             if np.linalg.norm(gradient) <= tol * scale:
                 return d, step
-            blocks = c[:, None, None] * project(asked, self.mu)[1]
+            blocks = _core.cone_derivatives(asked, self.mu, c)
             n = len(blocks)
             middle = sparse.bsr_array((blocks, np.arange(n), np.arange(n + 1)), shape=(self.dim * n, self.dim * n))
             way = splu((matrix + self.H.T @ middle @ self.H).tocsc()).solve(-gradient)
