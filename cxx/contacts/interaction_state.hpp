@@ -177,7 +177,7 @@ struct Interactions::State {
   };
   Array<LawColumns> of_law;
   struct Commits { // per batch
-    double stored, taken_normal, taken_tangential, released, created, turned_over, driven_joints, driven_sides;
+    double stored, taken_normal, taken_tangential, released, created, turned_over, driven_tangential, driven_normal;
   };
   Array<Commits> commits;
   struct JointPoint {

@@ -8,6 +8,15 @@
 #include "interaction_state.hpp"
 
 namespace cairn {
+namespace {
+
+int parameter_of(const LawInfo& law, const std::string& name) {
+  const auto at = std::find_if(law.parameters.begin(), law.parameters.end(),
+                               [&](const LawParameter& parameter) { return parameter.name == name; });
+  return at == law.parameters.end() ? -1 : int(at - law.parameters.begin());
+}
+
+} // namespace
 
 void Interactions::stored(double* out) const {
   std::fill(out, out + count(), 0.0);
@@ -69,9 +78,9 @@ void Interactions::State::commit_laws() {
     energy.released += c.released;
     energy.created += c.created;
     energy.turned_over += c.turned_over;
-    energy.tangential += c.driven_joints;
-    energy.normal += c.driven_sides;
-    energy.driven += c.driven_joints + c.driven_sides;
+    energy.tangential += c.driven_tangential;
+    energy.normal += c.driven_normal;
+    energy.driven += c.driven_tangential + c.driven_normal;
   }
 }
 
@@ -111,12 +120,15 @@ void Interactions::State::commit_batch(const cairn_schedule& schedule, std::size
         fault.note(std::int32_t(which), lane, s, "state", b.state[s * n + lane]);
   if (!law.energy) return;
   const int outside = law.state_column("driven", dim()), released = law.state_column("released", dim());
+  const int coordinate =
+      law.joins ? parameter_of(law, "coordinate") : -1; // of a joint; what else is driven goes along n
   law.energy(n, c, &own.context, gap, u, r, params, before, b.state, own.energy);
   for (int lane = 0; lane < b.contacts; ++lane) {
     const double* e = own.energy + lane;
     const double driven = outside < 0 ? 0 : b.state[outside * n + lane]; // by a motor, by a pressure
     const double taken = e[n] + e[2 * n] - driven, given = 0.5 * b.scale[lane];
-    (law.joins ? commits[which].driven_joints : commits[which].driven_sides) += driven;
+    const bool along = coordinate < 0 || params[coordinate * n + lane] == 1;
+    (along ? commits[which].driven_normal : commits[which].driven_tangential) += driven;
     for (int k = 0; k < 4 && law.plugged(); ++k)
       if (!std::isfinite(e[k * n])) fault.note(std::int32_t(which), lane, k, "energy", e[k * n]);
     commits[which].stored += e[0];

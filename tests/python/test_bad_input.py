@@ -348,3 +348,16 @@ def test_copies_are_independent():
     scene.add(other)
     assert list(scene.sets[1].ids) == [2, 3]
     assert copy.copy(s).ids is None
+
+
+def test_an_overlap_that_the_first_step_makes_is_told():
+    scene = cn.Scene(2)
+    scene.add(cn.disks([[0, 0.5]], 0.5, ROCK, velocity=[[0, -20.0, 0]]), cn.wall((0, 0), (0, 1), ROCK))
+    scene.interact(ROCK, ROCK, cn.Coulomb(mu=0.3))
+    sim = cn.Simulation(scene, 0.1)
+    with pytest.warns(cn.OverlapWarning, match="by 200% of the smaller one's size in step 1, which converged"):
+        sim.step()
+    with warnings.catch_warnings():  # what was there before is not laid to the first step
+        warnings.simplefilter("error")
+        sim = cn.Simulation(overlapping(), 1e-3, overlap_share=1.1)
+        sim.step()

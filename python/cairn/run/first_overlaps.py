@@ -24,12 +24,13 @@ def _first_gaps(simulation):
 
 
 def check(simulation, action, share):
-    """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs."""
+    """Deepest overlaps of the first configuration against the smaller radius; warns or raises with the worst pairs, else
+    returns the deepest."""
     core = core_of(simulation)
     gap, pairs = _first_gaps(simulation)
     deep = np.flatnonzero(gap < 0)
     if not len(deep):
-        return
+        return 0.0
     there, rows = found(pairs[deep], core.scene.body("id"))
     radius = np.maximum(simulation.radii(), Placed(core.scene).sizes(np.unique(rows[there])))
     radius = np.append(np.where(radius > 0, radius, np.inf), np.inf)[np.where(there, rows, len(radius))]  # nodes have no size
@@ -37,7 +38,7 @@ def check(simulation, action, share):
     relative = -gap[deep] / size
     bad = np.flatnonzero(relative > share)
     if not len(bad):
-        return
+        return float(np.max(relative))
     worst = bad[np.argsort(-relative[bad])][:3]
     pair = "bodies {} and {} by {:.3g} of a radius"
     listed = "; ".join(pair.format(*pairs[deep[k]], relative[k]) for k in worst)
@@ -48,3 +49,4 @@ def check(simulation, action, share):
     if action == "error":
         raise ValueError(text)
     warnings.warn(text, OverlapWarning, stacklevel=4)
+    return float(np.max(relative))

@@ -61,7 +61,7 @@ class Simulation(Reshaping, Spelt):
         unmet_shapes.warn(self._core.scene, self._unmet, 3, bool(free_masses(self._sets)))
         missing_laws.warn(self._sets, self._rules, self._lawless, 3)
         if overlap != "ignore" and len(self.bodies):
-            first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share))
+            self._warnings.begins_with(first_overlaps.check(self, overlap, checks.number("overlap_share", overlap_share)))
         self._made = True
 
     def _elsewhere(self, name):

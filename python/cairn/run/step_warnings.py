@@ -93,6 +93,10 @@ class StepWarnings:
     def __init__(self):
         self._told, self._first_overlap, self._reach = set(), None, (0, 0, 0.0, math.inf)
 
+    def begins_with(self, overlap):
+        """The deepest overlap before the first step, of the smaller body's size: that of the first step may be its own doing."""
+        self._first_overlap = overlap
+
     def look(self, simulation, info, h):
         """Looks at the report of a step of h [s]."""
         if info.get("stable_step", h) < h and simulation.strategy.unstable != "ignore":
