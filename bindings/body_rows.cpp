@@ -54,7 +54,7 @@ py::array_t<double> impulses(const Bodies& body, const Numbers& rows, const Numb
 }
 
 // Adds H answer H' to blocks (n, dofs, dofs) in place: those of bodies at diagonal, those of contacts at place
-// (contacts, 2) of the blocks (B, A) and (A, B), -1 where one does not move.
+// (contacts, 2) of the blocks (B, A) and (A, B), -1 of those that are not kept.
 void add_stiffness(const Bodies& body, const Numbers& rows, const Numbers& answer, const Places& diagonal,
                    const Places& place, py::array_t<double, py::array::c_style> blocks) {
   const Sizes s = sizes_of(body, rows, diagonal.size());
@@ -67,6 +67,21 @@ void add_stiffness(const Bodies& body, const Numbers& rows, const Numbers& answe
   check(!beyond(diagonal) && !beyond(place), "blocks");
   cairn_newton_add_body_blocks(s.dim, s.dofs, s.contacts, diagonal.size(), body.data(), rows.data(), answer.data(),
                                diagonal.data(), place.data(), count, blocks.mutable_data());
+}
+
+// y = (D + L + L') x, (bodies, dofs), of a symmetric matrix that is kept as blocks (n, dofs, dofs) of D + L, the last
+// of each row that of its body.
+py::array_t<double> half_product(const Places& row_start, const Bodies& column, const Numbers& blocks,
+                                 const Numbers& x) {
+  check(x.ndim() == 2 && row_start.size() == x.shape(0) + 1, "x");
+  const std::int64_t bodies = x.shape(0), dofs = x.shape(1);
+  check((dofs == 3 || dofs == 6) && blocks.size() == column.size() * dofs * dofs &&
+            row_start.data()[bodies] == column.size(),
+        "blocks");
+  py::array_t<double> y({x.shape(0), x.shape(1)});
+  cairn_half_product(std::int32_t(dofs), bodies, row_start.data(), column.data(), blocks.data(), x.data(),
+                     y.mutable_data());
+  return y;
 }
 
 // The nearest points of Coulomb's cones to r (contacts, dim), with mu (contacts).
@@ -93,6 +108,7 @@ void bind_body_rows(py::module_& m) {
   m.def("rows_velocities", &velocities);
   m.def("rows_impulses", &impulses);
   m.def("rows_add_stiffness", &add_stiffness);
+  m.def("half_product", &half_product);
   m.def("project_on_cones", &on_cones);
   m.def("cone_derivatives", &cone_derivatives);
 }

@@ -2,6 +2,8 @@
 !> b = radius x 2 R, R the effective radius, whose springs take tension, shear, bending and twist beside rigid contact with
 !> friction,
 !>   r = r_c - h K (d + h u),   K = diag(k_n A, k_t A, k_n I, k_t J).
+!> Springs that are stiffer than `stiffest` times what inertia resists in a step hold as fast as numbers tell, and are that stiff:
+!> what velocities round off would be larger forces than any that the bond bears.
 !> A bond breaks at the end of a step whose stress reaches a strength: k_n (d_N + b |bend|) or k_t (|d_T| + b |twist|).
 module parallel_bond
   use, intrinsic :: iso_c_binding, only: c_int32_t, c_double, c_f_pointer
@@ -16,6 +18,7 @@ module parallel_bond
   integer, parameter :: own = 7 !< parameters: stiffnesses [Pa/m], strengths [Pa], friction, radius, within
   integer, parameter :: s_held = 1, s_first = 2, s_radius = 3, s_stretch = 4, s_twist = 5, s_slip = 6
   real(c_double), parameter :: pi = acos(-1.0_c_double)
+  real(c_double), parameter :: stiffest = 2.0_c_double**40
 contains
 
   !> A bond begins at the gap it had.
@@ -124,16 +127,17 @@ contains
     real(c_double), intent(in)     :: state(n, *)        !< see prepare
     real(c_double), intent(out)    :: spring(n, c)       !< [kg]
     real(c_double), intent(out)    :: pull(n, c)         !< [N s]
-    real(c_double) :: h, area
+    real(c_double) :: h, area, share(n)
     integer :: i, k, s
     if (c == 3) then
       !$omp simd private(h, area)
       do i = 1, n
         h = merge(params(i, own + 1), 0.0_c_double, state(i, s_held) > 0)
-        area = 2*state(i, s_radius)
+        area = 2*state(i, s_radius)*share_of(c, params(i, 1), params(i, 2), state(i, s_radius), params(i, own + 1), &
+                                             params(i, own + 4))
         spring(i, 1) = h*(h*(params(i, 1)*area))
         spring(i, 2) = h*(params(i, 2)*area)
-        spring(i, 3) = h*(params(i, 1)*(2*state(i, s_radius)**3/3))
+        spring(i, 3) = h*(params(i, 1)*(area*state(i, s_radius)**2/3))
         pull(i, 1) = 0
         pull(i, 2) = spring(i, 2)*state(i, s_slip)
         pull(i, 3) = spring(i, 3)*state(i, s_slip + 1)
@@ -142,18 +146,34 @@ contains
       end do
       return
     end if
+    !$omp simd
+    do i = 1, n
+      share(i) = share_of(c, params(i, 1), params(i, 2), state(i, s_radius), params(i, own + 1), params(i, own + 4))
+    end do
     do k = 1, c
       s = drawn(c, k)
       !$omp simd private(h)
       do i = 1, n
         h = merge(params(i, own + 1), 0.0_c_double, state(i, s_held) > 0)
-        spring(i, k) = h*of_component(c, k, params(i, 1), params(i, 2), state(i, s_radius))
+        spring(i, k) = h*share(i)*of_component(c, k, params(i, 1), params(i, 2), state(i, s_radius))
         pull(i, k) = spring(i, k)*state(i, s)
         spring(i, k) = h*spring(i, k)
       end do
     end do
     pull(:, 1) = 0
   end subroutine springs_of_all
+
+  !> What is left of the stiffness, 1 of nearly all.
+  elemental real(c_double) function share_of(c, normal, tangential, radius, h, mass)
+    integer(c_int32_t), intent(in) :: c                  !< components
+    real(c_double), intent(in)     :: normal, tangential !< [Pa/m]
+    real(c_double), intent(in)     :: radius             !< of the bond [m]
+    real(c_double), intent(in)     :: h                  !< [s]
+    real(c_double), intent(in)     :: mass               !< that moves along the normal [kg]
+    real(c_double) :: most
+    most = h*(h*(max(normal, tangential)*merge(2*radius, pi*radius**2, c == 3)))
+    share_of = min(1.0_c_double, stiffest*mass/max(most, tiny(most)))
+  end function share_of
 
   !> Where the state has how far the spring of a component behind the first is drawn; of the first, a column that is there.
   pure integer function drawn(c, k)
@@ -209,7 +229,7 @@ contains
     axes = merge(2, 3, c == 3)
     none = 0
     do i = 1, n
-      call springs(c, params(i, :), params(i, own + 1), state(i, :s_slip + last(c)), spring, pull)
+      call springs(c, params(i, :), params(i, own + 1), params(i, own + 4), state(i, :s_slip + last(c)), spring, pull)
       rc = r(i, :) + spring*u(i, :) + pull
       mu = [params(i, 5), 0.0_c_double, 0.0_c_double]
       block = w(i, :, :)
@@ -237,8 +257,10 @@ contains
     real(c_double), intent(in)          :: r(n, c)        !< impulse [N s]
     real(c_double), intent(in)          :: params(n, own) !< see above
     real(c_double), intent(inout)       :: state(n, *)    !< see prepare
-    real(c_double) :: h, tension, shear
+    real(c_double), pointer, contiguous :: geometry(:, :)
+    real(c_double) :: h, tension, shear, share
     integer :: i, m
+    call c_f_pointer(context%geometry, geometry, [n, 3])
     h = context%h
     m = merge(1, 2, c == 3)
     do i = 1, n
@@ -247,8 +269,9 @@ contains
       state(i, s_slip:s_slip + m - 1) = state(i, s_slip:s_slip + m - 1) + h*u(i, 2:m + 1)
       if (c == 6) state(i, s_twist) = state(i, s_twist) + h*u(i, 4)
       state(i, s_slip + m:s_slip + 2*m - 1) = state(i, s_slip + m:s_slip + 2*m - 1) + h*u(i, c - m + 1:c)
-      tension = params(i, 1)*(state(i, s_stretch) + state(i, s_radius)*length(m, state(i, s_slip + m:s_slip + 2*m - 1)))
-      shear = params(i, 2)*(length(m, state(i, s_slip:s_slip + m - 1)) + state(i, s_radius)*abs(state(i, s_twist)))
+      share = share_of(c, params(i, 1), params(i, 2), state(i, s_radius), h, geometry(i, 3))
+      tension = share*params(i, 1)*(state(i, s_stretch) + state(i, s_radius)*length(m, state(i, s_slip + m:s_slip + 2*m - 1)))
+      shear = share*params(i, 2)*(length(m, state(i, s_slip:s_slip + m - 1)) + state(i, s_radius)*abs(state(i, s_twist)))
       if (tension >= params(i, 3) .or. shear >= params(i, 4)) then
         state(i, s_held) = 0
         state(i, s_stretch:s_slip + 2*m - 1) = 0
@@ -267,8 +290,10 @@ contains
     real(c_double), intent(in)          :: params(n, own) !< see above
     real(c_double), intent(in)          :: state_begin(n, *), state(n, *) !< see prepare
     real(c_double), intent(out)         :: energy(n, 4)   !< see cairn/core.h [J]
+    real(c_double), pointer, contiguous :: geometry(:, :)
     real(c_double) :: now(2), was(2)
     integer :: i
+    call c_f_pointer(context%geometry, geometry, [n, 3])
     do i = 1, n
       now = held(state(i, :s_slip + last(c)))
       was = held(state_begin(i, :s_slip + last(c)))
@@ -285,7 +310,7 @@ contains
       if (.not. s(s_held) > 0) return
       m = merge(1, 2, c == 3)
       k = 0
-      k(:c) = stiffness(c, params(i, :), s(s_radius))
+      k(:c) = stiffness(c, params(i, :), s(s_radius), context%h, geometry(i, 3))
       both(1) = k(1)*s(s_stretch)**2/2
       both(2) = (k(2)*sum(s(s_slip:s_slip + m - 1)**2) + k(c)*sum(s(s_slip + m:s_slip + 2*m - 1)**2))/2
       if (c == 6) both(2) = both(2) + k(4)*s(s_twist)**2/2
@@ -299,22 +324,26 @@ contains
   end function last
 
   !> Of each component [N/m, N m].
-  pure function stiffness(c, p, radius) result(k)
+  pure function stiffness(c, p, radius, h, mass) result(k)
     integer(c_int32_t), intent(in) :: c      !< components
     real(c_double), intent(in)     :: p(*)   !< parameters
     real(c_double), intent(in)     :: radius !< [m]
-    real(c_double) :: k(c)
+    real(c_double), intent(in)     :: h      !< [s]
+    real(c_double), intent(in)     :: mass   !< [kg]
+    real(c_double) :: k(c), share
     integer :: l
+    share = share_of(c, p(1), p(2), radius, h, mass)
     do l = 1, c
-      k(l) = of_component(c, l, p(1), p(2), radius)
+      k(l) = share*of_component(c, l, p(1), p(2), radius)
     end do
   end function stiffness
 
   !> r = -(spring u + pull), of a bond.
-  pure subroutine springs(c, p, h, s, spring, pull)
+  pure subroutine springs(c, p, h, mass, s, spring, pull)
     integer(c_int32_t), intent(in) :: c         !< components
     real(c_double), intent(in)     :: p(*)      !< parameters
     real(c_double), intent(in)     :: h         !< [s]
+    real(c_double), intent(in)     :: mass      !< [kg]
     real(c_double), intent(in)     :: s(*)      !< state
     real(c_double), intent(out)    :: spring(c) !< [kg]
     real(c_double), intent(out)    :: pull(c)   !< [N s]
@@ -323,7 +352,7 @@ contains
     spring = 0
     pull = 0
     if (.not. s(s_held) > 0) return
-    k = stiffness(c, p, s(s_radius))
+    k = stiffness(c, p, s(s_radius), h, mass)
     spring = h*h*k
     do l = 2, c
       pull(l) = h*k(l)*s(drawn(c, l))

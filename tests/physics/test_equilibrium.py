@@ -158,16 +158,23 @@ def test_a_matrix_to_which_changes_are_added_is_that_which_is_summed_anew():
     sim.step()
     system = System(sim)
     rng = np.random.default_rng(1)
-    d = rng.random((len(system.r), 3, 3))
+    even = lambda d: d + d.swapaxes(-1, -2)  # noqa: E731
+    d = even(rng.random((len(system.r), 3, 3)))
     system.matrix.begin()
     system.matrix.of(d)
     for _ in range(3):
         d = d.copy()
-        d[rng.random(len(d)) < 0.2] = rng.random((3, 3))
-        added = system.matrix.of(d).toarray()
+        d[rng.random(len(d)) < 0.2] = even(rng.random((3, 3)))
+        added = system.matrix.of(d).data.copy()
     system.matrix.begin()
-    anew = system.matrix.of(d).toarray()
-    assert np.abs(added - anew).max() < 1e-12 * np.abs(anew).max()
+    matrix = system.matrix.of(d)
+    assert np.abs(added - matrix.data).max() < 1e-12 * np.abs(matrix.data).max()
+    v = rng.random(system.v_free.shape)  # M v + H D H'v, by the rows of contacts
+    product = system.momentum(v) + system.gathered(np.einsum("mij,mj->mi", d, system.relative(v)))
+    assert np.abs(matrix @ v - product).max() < 1e-12 * np.abs(product).max()
+    z = system.modes.toarray()
+    whole = np.stack([(matrix @ column.reshape(v.shape)).ravel() for column in z.T], axis=1)
+    assert np.abs(matrix.projected(system.modes).toarray() - z.T @ whole).max() < 1e-12 * np.abs(z.T @ whole).max()
 
 
 def heap(kind, **of_bodies):

@@ -476,3 +476,22 @@ def test_passes_over_joints_go_on_as_the_one_before_ended(links, tol, most):
     reports = [sim.step() for _ in range(12)]
     assert all(r["status"] == "converged" for r in reports)
     assert max(r["iterations"] for r in reports) < most
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("effort, holds", [(1e5, True), (50.0, False)])
+def test_a_motor_of_a_slider_works_along_the_normal_and_friction_has_no_part_in_it(effort, holds, dim):
+    """A lift, and a brake that slips: what the motor gives or takes is work_driven alone."""
+    scene = cn.Scene(dim, gravity=(0.0,) * (dim - 1) + (-9.81,))
+    up = np.eye(dim)[-1]
+    ids = scene.add((cn.disks if dim == 2 else cn.spheres)([np.zeros(dim)], 0.1, cn.Material("m", density=2000.0)))
+    scene.interact("*", "*", None)
+    motor = cn.Motor(speed=1.0 if holds else 0.0, effort=effort)
+    scene.join(ids[0], None, cn.Slider(point=np.zeros(dim), axis=up, motor=motor))
+    sim = cn.Simulation(scene, 1e-3)
+    for _ in range(200):
+        sim.step()
+    e, mass, fallen = sim.energy, sim.bodies.mass[0], -sim.bodies.position[0, dim - 1]
+    given = mass * (9.81 * -fallen + 0.5 * sim.bodies.velocity[0, dim - 1] ** 2)
+    assert (fallen < 0) == holds and e["work_driven"] == pytest.approx(given, rel=1e-9)
+    assert max(abs(e["dissipated_friction"]), abs(e["dissipated_normal"])) < 1e-12 * e["in_play"]

@@ -386,6 +386,18 @@ def test_newton_on_the_pattern_of_bodies(dim):
     )
     np.testing.assert_allclose(matrix[:4], columns(mass), rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(matrix[4:], 0, atol=1e-9)
+    rows = {(0, 0): 0, (1, 0): 1, (1, 1): 2, (2, 1): 3, (2, 2): 4, (3, 2): 5, (3, 3): 6}  # on and below the diagonal
+    on_diagonal = np.array([rows[b, b] for b in range(nb)])
+    below, even = np.zeros((7, dofs, dofs)), mass + mass.transpose(0, 2, 1)
+    below[on_diagonal] = even
+    where = np.array([[rows.get((b, a), -1), rows.get((a, b), -1)] for a, b in body])
+    balanced = answer + answer.transpose(0, 2, 1)
+    kernel("cairn_newton_add_body_blocks")(dim, dofs, n, nb, body, sides, balanced, on_diagonal, where, 7, below)
+    x, y = some(nb, dofs), np.empty((nb, dofs))
+    of_column = np.array([0, 0, 1, 1, 2, 2, 3], np.int32)
+    kernel("cairn_half_product")(dofs, nb, np.array([0, 1, 3, 5, 7]), of_column, below, x, y)
+    product = (diagonal(even) + h.T @ diagonal(balanced) @ h) @ x.ravel()
+    np.testing.assert_allclose(y.ravel(), product, rtol=1e-9, atol=1e-8)
     inverse, wanted = some(nb, dofs, dofs), [(a, b) for a in range(n) for b in range(n)]
     block = np.empty((n * n, dim, dim))
     columns_of = np.array([b for _, b in wanted], np.int32)

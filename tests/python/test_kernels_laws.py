@@ -237,6 +237,7 @@ def test_parallel_bonds_that_slide(c, n):
     q[1:axes] *= 10
     params = np.zeros((11, n))
     params[0], params[1], params[4], params[7] = 1e3 * positive(n), 1e3 * positive(n), np.where(np.arange(n) % 3, 0.3, 0.0), h
+    params[10] = 1 / w[0, 0]
     state = np.zeros((7 if c == 3 else 9, n))
     state[0], state[2], state[5:] = np.arange(n) % 5 > 0, 0.1, 1e-3 * some(len(state) - 5, n)
     r, status = np.empty((c, n)), np.empty(n, np.int32)

@@ -42,12 +42,15 @@ contains
       call side(a, at, n, t, s, -1.0_c_double, fa)
       call side(b, [0.0_c_double, 0.0_c_double, 0.0_c_double], n, t, s, 1.0_c_double, fb)
     end if
+    call take_ties(fa, fb, cut)
     if (fa%count > 2 .and. fb%count > 2) call cut_faces(fa, fb, a%size, b%size, depth, limit, cut)
     if (fa%count == 2 .and. fb%count > 2) call cut_line(fa, fb, 1.0_c_double, depth, limit, 0, cut)
     if (fa%count > 2 .and. fb%count == 2) call cut_line(fb, fa, -1.0_c_double, depth, limit, vertex_of_b, cut)
     if (fa%count == 2 .and. fb%count == 2) call cut_lines(fa, fb, depth, limit, cut)
     x = ((x - a%layer*n) + (y + b%layer*n))/2
-    call add_deepest(cut, [dot_product(t, x), dot_product(s, x), dot_product(n, x)], depth, 256*epsilon(scale)*scale, deepest_name)
+    call add_deepest(cut, [dot_product(t, x), dot_product(s, x), dot_product(n, x)], depth, &
+                     max(merge(cut%tie, 0.0_c_double, fa%even .or. fb%even), 256*epsilon(scale)*scale), &
+                     deepest_name)
     call store(cut, at, n, t, s, fa, fb, most, count, gap, normal, point, feature)
   end subroutine touch
 
@@ -70,12 +73,13 @@ contains
     call across(n, t, s)
     fb%count = 0
     call side(a, at, n, t, s, -1.0_c_double, fa)
+    call take_ties(fa, fb, cut)
     do k = 1, fa%count
       if (fa%height(k) <= limit) &
         call add_point(cut, [fa%x(:, k), fa%height(k)/2], max(fa%height(k), height), fa%vertex(k))
     end do
-    call add_deepest(cut, [dot_product(t, x), dot_product(s, x), height/2], height, 16*epsilon(height)*(a%size + a%layer), &
-                     deepest_name)
+    call add_deepest(cut, [dot_product(t, x), dot_product(s, x), height/2], height, &
+                     max(merge(cut%tie, 0.0_c_double, fa%even), 16*epsilon(height)*(a%size + a%layer)), deepest_name)
     call store(cut, at, n, t, s, fa, fb, most, count, gap, normal, point, feature)
   end subroutine touch_plane
 
@@ -98,6 +102,15 @@ contains
     end do
   end subroutine store
 
+  !> Which corner of the end of a cylinder is the deepest is rounding where it does not lean: the few points that stand for it are
+  !> then the same from step to step, so that what laws keep of them stays.
+  pure subroutine take_ties(fa, fb, cut)
+    type(outline), intent(in) :: fa, fb
+    type(patch), intent(inout) :: cut
+    if (fa%count > 2 .and. fa%even) cut%tie = turned*cut%size
+    if (fb%count > 2 .and. fb%even) cut%tie = turned*cut%size
+  end subroutine take_ties
+
   !> What of c looks along sense*n: no corner (a point), two (a line) or more (a face), layer included in the heights.
   pure subroutine side(c, at, n, t, s, sense, f)
     type(convex), intent(in) :: c
@@ -105,6 +118,7 @@ contains
     type(outline), intent(inout) :: f
     real(c_double) :: high, w(3), length
     f%count = 0
+    f%even = .false.
     high = sense*dot_product(c%frame(:, 3), n)
     if (c%kind == is_polyhedron) then
       call find_outline(c%hull, at, n, t, s, sense, f)
@@ -133,7 +147,8 @@ contains
     f%edge(k) = int(k, c_int32_t)
   end subroutine put_corner
 
-  !> Corners counterclockwise seen against n; the first is the one that reaches farthest, if the cylinder leans.
+  !> Corners counterclockwise seen against n; the first is the one that reaches farthest, if the cylinder leans, else it stays
+  !> where it is in space.
   pure subroutine end_of_cylinder(c, at, n, t, s, sense, high, f)
     type(convex), intent(in) :: c
     real(c_double), intent(in) :: at(3), n(3), t(3), s(3), sense, high
@@ -145,7 +160,11 @@ contains
     if (dot_product(e, e) > turned*turned) then
       e = e/sqrt(dot_product(e, e))
     else
-      call across(axis, e, g)
+      e = 0
+      e(merge(3, 1, abs(axis(3)) < 0.9_c_double)) = 1 ! an axis of space that rounding does not change
+      e = e - dot_product(axis, e)*axis
+      e = e/sqrt(dot_product(e, e))
+      f%even = .true.
     end if
     g = [axis(2)*e(3) - axis(3)*e(2), axis(3)*e(1) - axis(1)*e(3), axis(1)*e(2) - axis(2)*e(1)]
     centre = at + sense*c%half(3)*axis

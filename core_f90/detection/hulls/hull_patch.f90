@@ -16,6 +16,7 @@ module hull_patch
   type :: outline
     integer :: count
     logical :: flat                                    !< wide enough to tell depths inside
+    logical :: even = .false.                          !< no corner of it is the deepest but by rounding
     real(c_double) :: x(2, face_corners), height(face_corners) ! [m]
     real(c_double) :: slope(2), level                  !< height = level + slope . x inside
     integer(c_int32_t) :: vertex(face_corners), edge(face_corners) !< edge from this corner to the next

@@ -16,6 +16,7 @@ module patch_points
   type :: patch
     integer :: count = 0
     real(c_double) :: size = 0                                    !< of the smaller body [m]
+    real(c_double) :: tie = 0                                     !< depths that hardly differ [m]
     real(c_double) :: x(3, most_points) = 0                       !< across the normal, then along it the middle of the gap [m]
     real(c_double) :: gap(most_points) = 0                        !< [m]
     integer(c_int32_t) :: name(most_points) = 0
@@ -28,6 +29,7 @@ contains
     real(c_double), intent(in) :: size
     p%count = 0
     p%size = size
+    p%tie = 1e-9_c_double*size
   end subroutine clear_patch
 
   pure elemental function name_of_edges(edge_a, edge_b) result(name)
@@ -109,7 +111,7 @@ contains
     integer :: best, k
     best = 1
     do k = 2, p%count
-      if (p%gap(k) < p%gap(best) - 1e-9_c_double*p%size) best = k
+      if (p%gap(k) < p%gap(best) - p%tie) best = k
     end do
   end function deepest
 

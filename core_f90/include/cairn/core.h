@@ -360,6 +360,8 @@ void cairn_newton_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, 
 void cairn_newton_add_body_blocks(int32_t dim, int32_t dofs, int64_t n, int64_t nb, const int32_t* body,
                                   const double* rows, const double* answer, const int64_t* diagonal,
                                   const int64_t* place, int64_t blocks, double* matrix);
+void cairn_half_product(int32_t dofs, int64_t nb, const int64_t* row_start, const int32_t* column, const double* matrix,
+                        const double* x, double* y);
 void cairn_contact_nudges(int32_t n, int32_t c, int32_t axes, const double* w, const double* q, const double* r,
                           double speed, double* nudges);
 void cairn_contact_responses(int32_t n, int32_t c, int32_t contacts, double proximal, const int32_t* held,

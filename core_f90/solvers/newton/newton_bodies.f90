@@ -7,6 +7,7 @@ module newton_bodies
   implicit none
   private
   public :: cairn_newton_answers, cairn_newton_body_blocks, cairn_newton_add_body_blocks, cairn_newton_body_step
+  public :: cairn_half_product
 contains
 
   subroutine cairn_newton_answers(dim, n, alpha, unknowns, left, basis, own, step, target, answer, known) bind(c)
@@ -88,7 +89,7 @@ contains
     real(c_double), intent(in)     :: answer(dim, dim, n) !< [kg]
     real(c_double), intent(in)     :: mass(dofs, dofs, nb) !< A [kg], [kg m2]
     integer(c_int64_t), intent(in) :: diagonal(nb)   !< place of its block, from 0
-    integer(c_int64_t), intent(in) :: place(2, n)    !< of the blocks (A, B) and (B, A) of a contact, from 0; -1: there is none
+    integer(c_int64_t), intent(in) :: place(2, n)    !< of the blocks (A, B) and (B, A) of a contact, from 0; -1: not kept
     integer(c_int64_t), value      :: blocks         !< of the pattern
     real(c_double), intent(out)    :: matrix(dofs, dofs, blocks)
     integer(c_int64_t) :: b
@@ -140,6 +141,7 @@ contains
           if (body(t, a) < 0) cycle
           e = diagonal(body(s, a)+1) + 1
           if (s /= t) e = place(s, a) + 1
+          if (e < 1) cycle
           call add_product(dim, dofs, half, rows(:, :, t, a), matrix(:, :, e))
         end do
       end do
@@ -171,6 +173,56 @@ contains
       end do
     end do
   end subroutine add_product
+
+  !> y = (D + L + L') x of a symmetric matrix that is kept as D + L: rows of blocks, the last of each row that of its body.
+  subroutine cairn_half_product(dofs, nb, row_start, column, matrix, x, y) bind(c)
+    integer(c_int32_t), value      :: dofs            !< of a body, 3 or 6
+    integer(c_int64_t), value      :: nb              !< bodies
+    integer(c_int64_t), intent(in) :: row_start(nb + 1) !< from 0
+    integer(c_int32_t), intent(in) :: column(*)       !< from 0
+    real(c_double), intent(in)     :: matrix(dofs, dofs, *) !< each block by rows
+    real(c_double), intent(in)     :: x(dofs, nb)
+    real(c_double), intent(out)    :: y(dofs, nb)
+    ! loops of known lengths
+    if (dofs == 3) then
+      call multiply_half(3_c_int32_t, nb, row_start, column, matrix, x, y)
+    else
+      call multiply_half(6_c_int32_t, nb, row_start, column, matrix, x, y)
+    end if
+  end subroutine cairn_half_product
+
+  pure subroutine multiply_half(dofs, nb, row_start, column, matrix, x, y)
+    integer(c_int32_t), value      :: dofs
+    integer(c_int64_t), intent(in) :: nb, row_start(nb + 1)
+    integer(c_int32_t), intent(in) :: column(*)
+    real(c_double), intent(in)     :: matrix(dofs, dofs, *), x(dofs, nb)
+    real(c_double), intent(out)    :: y(dofs, nb)
+    real(c_double) :: own(dofs), sum(dofs)
+    integer(c_int64_t) :: i, e, j
+    integer :: k, l
+    do i = 1, nb
+      own = x(:, i)
+      sum = 0
+      do e = row_start(i) + 1, row_start(i + 1) - 1
+        j = column(e) + 1
+        do k = 1, dofs
+          do l = 1, dofs
+            sum(k) = sum(k) + matrix(l, k, e)*x(l, j)
+          end do
+        end do
+        do k = 1, dofs
+          y(:, j) = y(:, j) + matrix(:, k, e)*own(k)
+        end do
+      end do
+      e = row_start(i + 1)
+      do k = 1, dofs
+        do l = 1, dofs
+          sum(k) = sum(k) + matrix(l, k, e)*own(l)
+        end do
+      end do
+      y(:, i) = sum ! what rows below add comes later
+    end do
+  end subroutine multiply_half
 
   !> dr = known - answer H'dv
   subroutine cairn_newton_body_step(dim, n, answer, known, change, step) bind(c)

@@ -233,8 +233,7 @@ class System:
     def newton_matrix(self, d):
         """M + H D H', and its preconditioner."""
         matrix = self.matrix.of(d)
-        inverse = np.linalg.inv(self.graph.diagonal(matrix))
-        return matrix, Preconditioner(matrix, inverse, self.modes)
+        return matrix, Preconditioner(matrix, self.modes)
 
 
 class Matrix:
@@ -295,36 +294,53 @@ def on_faces(contacts, flat=1e-6):
 
 
 class Graph:
-    """Which bodies touch: the blocks of a matrix that contacts add to, bodies (m, 2) of each of n, -1 where one does not move."""
+    """Which bodies touch: the blocks of a symmetric matrix that contacts add to, on and below its diagonal. bodies: (m, 2) of
+    each of n, -1 where one does not move."""
 
     def __init__(self, bodies, n):
         both = np.flatnonzero((bodies >= 0).all(axis=1))
         low, high = bodies[both].min(axis=1).astype(np.int64), bodies[both].max(axis=1)
-        pair, which = np.unique(low * n + high, return_inverse=True)
-        i, j = pair // n, pair % n
-        row, column = np.concatenate((np.arange(n), i, j)), np.concatenate((np.arange(n), j, i))
-        order = np.lexsort((column, row))
+        pair, which = np.unique(high * np.int64(n) + low, return_inverse=True)
+        row, column = np.concatenate((np.arange(n), pair // n)), np.concatenate((np.arange(n), pair % n))
+        order = np.lexsort((column, row))  # the block of a body is the last of its row
         self.row_start = np.concatenate(([0], np.cumsum(np.bincount(row, minlength=n))))
-        self.column = column[order]
+        self.column = column[order].astype(np.int32)
         place = np.argsort(order)  # where the block of a body or pair stands
         self.bodies, self.on_diagonal = bodies, place[:n]
-        # of the blocks of bodies (B, A) and (A, B) of a contact
-        self.place = np.full(bodies.shape, -1)
-        upper, lower = place[n + which.ravel()], place[n + len(pair) + which.ravel()]
-        rises = (bodies[both, 0] < bodies[both, 1])[:, None]
-        self.place[both] = np.where(rises, np.stack((lower, upper), axis=1), np.stack((upper, lower), axis=1))
+        self.place = np.full(bodies.shape, -1)  # of the blocks of bodies (B, A) and (A, B) of a contact, one of which is kept
+        rises = bodies[both, 0] < bodies[both, 1]
+        self.place[both, np.where(rises, 0, 1)] = place[n + which.ravel()]
 
     def matrix(self, mass):
         """Of blocks (n, dofs, dofs) of bodies, nothing between them yet."""
+        return HalfMatrix(self, mass)
+
+
+class HalfMatrix:
+    """A symmetric matrix as its blocks (k, dofs, dofs) on and below the diagonal."""
+
+    def __init__(self, graph, mass):
+        self.graph = graph
+        self.data = np.zeros((len(graph.column), *mass.shape[1:]))
+        self.data[graph.on_diagonal] = mass
+
+    def diagonal(self):
+        return self.data[self.graph.on_diagonal]
+
+    def __matmul__(self, x):
+        graph = self.graph
+        return _core.half_product(graph.row_start, graph.column, self.data, x)
+
+    def projected(self, modes):
+        """Z'A Z of a sparse Z (dofs n, k)."""
         from scipy import sparse
 
-        n, k = mass.shape[:2]
-        data = np.zeros((len(self.column), k, k))
-        data[self.on_diagonal] = mass
-        return sparse.bsr_array((data, self.column, self.row_start), shape=(k * n, k * n))
-
-    def diagonal(self, matrix):
-        return matrix.data[self.on_diagonal]
+        half, graph = self.data.copy(), self.graph
+        half[graph.on_diagonal] *= 0.5
+        size = self.data.shape[1] * (len(graph.row_start) - 1)
+        lower = sparse.bsr_array((half, graph.column, graph.row_start), shape=(size, size))
+        product = modes.T @ (lower @ modes)
+        return product + product.T
 
 
 def rigid_motions(position, dofs, bodies_each=48):
@@ -364,30 +380,30 @@ def groups(position, bodies_each):
 class Preconditioner:
     """Blocks of bodies, and rigid motions of groups solved to the end."""
 
-    def __init__(self, matrix, inverse, modes):
-        from scipy import sparse
+    def __init__(self, matrix, modes):
         from scipy.sparse.linalg import splu
 
-        number = np.arange(len(inverse) + 1)
-        self.inverse = sparse.bsr_array((inverse, number[:-1], number), shape=matrix.shape)
-        self.coarse = splu((modes.T @ (matrix @ modes)).tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        self.inverse = np.linalg.inv(matrix.diagonal())
+        self.number = np.arange(len(self.inverse) + 1)
+        self.column = self.number[:-1].astype(np.int32)
+        coarse = matrix.projected(modes).tocsc()
+        self.coarse = splu(coarse, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
         self.modes_transposed = modes.T.tocsr()
         self.modes = modes.tocsr()
 
     def __call__(self, x):
-        return self.inverse @ x + self.modes @ self.coarse.solve(self.modes_transposed @ x)
+        own = _core.half_product(self.number, self.column, self.inverse, x)
+        return own + (self.modes @ self.coarse.solve(self.modes_transposed @ x.ravel())).reshape(x.shape)
 
 
 def dot(a, b):
     """Their product, summed on one thread: a BLAS divides it among its threads, so that the sum hangs on their number, and each
     of thousands of short sums waits for all of them."""
-    return np.einsum("i,i->", a, b)
+    return np.einsum("i,i->", a.ravel(), b.ravel())
 
 
 def conjugate_gradients(matrix, b, precondition, tol, most=2000):
     """Solution of a definite system to a relative tolerance, in the shape of b; and the number of products."""
-    shape = b.shape
-    b = b.ravel()
     x, r = np.zeros_like(b), b.copy()
     z = precondition(r)
     p, rz = z.copy(), dot(r, z)
@@ -402,5 +418,6 @@ def conjugate_gradients(matrix, b, precondition, tol, most=2000):
         last, rz = rz, dot(r, z)
         if rz <= tol * tol * first:
             break
-        p = z + rz / last * p
-    return x.reshape(shape), products
+        p *= rz / last
+        p += z
+    return x, products
