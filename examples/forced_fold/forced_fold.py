@@ -155,7 +155,7 @@ def simulate(options):
     return simulation, path, about | {"seconds": time.perf_counter() - started}
 
 
-def figures_of(run, about):
+def figures_of(run, about, options):
     """The figures of the run: name -> (value, unit)."""
     history, last = run.history, run[-1]
     error, energy = history["error"], {n.removeprefix("energy_"): v[-1] for n, v in history.items() if n.startswith("energy_")}
@@ -173,6 +173,11 @@ def figures_of(run, about):
         "contacts": (int(np.count_nonzero(np.any(last.contacts["impulse"] != 0.0, axis=1))), f"active of {len(last.contacts)}"),
         "error, median": (float(np.median(error)), ""),
         "error, 90 % of steps below": (float(np.quantile(error, 0.9)), ""),
+        "tolerance": (options.tolerance, ""),
+        "steps above it": (
+            int(np.count_nonzero(history["status"] == "iteration_limit")),
+            f"of {len(history['step']):,}, ended at the limit of {options.iterations[1]} iterations",
+        ),
         "iterations, mean": (float(np.mean(history["iterations"])), ""),
         "overlap, mean at the end": (float(np.mean(np.maximum(-last.contacts["gap"], 0.0)) / SMALLEST), "of a radius"),
         "overlap, deepest of the run": (float(np.max(history["penetration"])), "of a radius"),
@@ -233,7 +238,7 @@ def main(arguments=None):
     options = options_from(arguments)
     _, path, about = simulate(options)
     with cn.load(path) as run:
-        figures = figures_of(run, about)
+        figures = figures_of(run, about, options)
         for name, (value, unit) in figures.items():
             print(f"{name:28s} {text_of(value)} {unit}".rstrip())
         draw(run, options.output)

@@ -2,9 +2,11 @@
 
 import importlib
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
+import cairn as cn
 import example_bits
 import matplotlib
 import numpy as np
@@ -47,7 +49,11 @@ def test_forced_fold(tmp_path, capsys):
     assert figures["height of the fold"] > 0.3
     assert figures["closure of the balance"] < 1e-12
     assert 0 < figures["  lifted"] < 1 and 0 < figures["  lost in friction"] < 1
-    assert "height of the fold" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "height of the fold" in told and re.search(r"tolerance +0.0001\n", told)
+    with cn.load(tmp_path / "forced_fold.vtkhdf") as run:
+        ended = np.count_nonzero(run.history["status"] == "iteration_limit")
+    assert ended > 0 and re.search(rf"steps above it +{ended} of 265, ended at the limit of 100 iterations\n", told)
     # from the last checkpoint on: the same end, to the bit
     again = example("forced_fold").main(
         ["--output", str(tmp_path), *size, "--restart", str(tmp_path / "forced_fold.checkpoint.h5")]
