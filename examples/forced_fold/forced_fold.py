@@ -31,7 +31,7 @@ from pathlib import Path
 
 import cairn as cn
 import numpy as np
-from cairn.post import plots
+from cairn.post import histories, plots
 from cairn.pre import checks
 
 NAME = "forced_fold"
@@ -219,8 +219,8 @@ def draw(run, folder):
     figure, axes = plt.subplots(1, 3, figsize=(15.0, 4.0), layout="constrained")
     axes[0].plot(100.0 * history["shortening"], history["fold_height"], lw=1.5)
     axes[0].set(xlabel="shortening [%]", ylabel="height of the fold [m]")
-    plots.plot_energy(history, ax=axes[1])
-    plots.plot_residual(history, ax=axes[2])
+    histories.plot_energy(history, ax=axes[1])
+    histories.plot_residual(history, ax=axes[2])
     figure.savefig(folder / f"{NAME}_curves.png", dpi=110)
     plt.close(figure)
     size = (9.0, 9.0 * (high + 1.0) / across + 0.7)

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from cairn import cli
-from cairn.post import plots
+from cairn.post import films, plots
 from small_scenes import heap
 
 
@@ -83,12 +83,12 @@ def test_a_film_by_the_ffmpeg_of_a_package(run, tmp_path, monkeypatch):
 
 def test_a_camera_moves_along_its_path():
     path = [((0, -4, 1), (0, 0, 0)), ((4, 0, 1), (0, 0, 0)), ((4, 0, 3), (0, 0, 2))]
-    assert np.allclose(plots.camera_at(path, 0.25), ((2, -2, 1), (0, 0, 0)))
-    assert np.allclose(plots.camera_at(path, 1.0), path[-1])
-    assert plots.camera_at(lambda share: (share, 0, 1), 0.5) == (0.5, 0, 1)
-    assert plots.camera_at((1, 2, 3), 0.5) == (1, 2, 3) and plots.camera_at(None, 0.5) is None
+    assert np.allclose(films.camera_at(path, 0.25), ((2, -2, 1), (0, 0, 0)))
+    assert np.allclose(films.camera_at(path, 1.0), path[-1])
+    assert films.camera_at(lambda share: (share, 0, 1), 0.5) == (0.5, 0, 1)
+    assert films.camera_at((1, 2, 3), 0.5) == (1, 2, 3) and films.camera_at(None, 0.5) is None
     with pytest.raises(ValueError, match=r"camera has shape \(1, 1, 3\): give a list of"):
-        plots.camera_at([[(1, 2, 3)]], 0.5)
+        films.camera_at([[(1, 2, 3)]], 0.5)
 
 
 def test_forces_in_space_are_drawn(tmp_path):

@@ -9,12 +9,13 @@ class Contactors:
     """Contactors of a step in space.
 
     `body` rows of the bodies in the arrays of the step (m,), `center` (m, dim) [m], `radius` (m,) [m], `shape` (m,)
-    names, `direction` (m, dim) unit vectors in space and `half` half lengths (m,) [m], zero where there are none.
+    names, `direction` (m, dim) unit vectors in space and `half` half lengths (m,) [m], zero where there are none; `joint` (m,)
+    the joint that each is an end of, -1 for none, None where the file does not tell.
     """
 
-    def __init__(self, body, shape, center, radius, direction, half):
+    def __init__(self, body, shape, center, radius, direction, half, joint=None):
         self.body, self.shape, self.center, self.radius = body, shape, center, radius
-        self.direction, self.half = direction, half
+        self.direction, self.half, self.joint = direction, half, joint
 
     def __len__(self):
         return len(self.body)
@@ -25,7 +26,8 @@ class Contactors:
 
     def where(self, keep):
         """Those of which keep (m,) is true."""
-        return Contactors(*(a[keep] for a in (self.body, self.shape, self.center, self.radius, self.direction, self.half)))
+        columns = (self.body, self.shape, self.center, self.radius, self.direction, self.half)
+        return Contactors(*(a[keep] for a in columns), None if self.joint is None else self.joint[keep])
 
 
 def turn(rotation, vectors, dim):
@@ -83,7 +85,10 @@ def _contactors_of(step):
             np.zeros(len(new)),
         ]
         made = [np.concatenate([a, b]) for a, b in zip(made, extra, strict=True)]
-    return Contactors(*made)
+    joint = None
+    if len(stated := np.atleast_1d(np.asarray(table.get("joint", []), dtype=np.int64))) == len(owner) > 0:
+        joint = np.concatenate([stated[there], np.full(len(made[0]) - len(row), -1)])
+    return Contactors(*made, joint)
 
 
 def rows_of_nodes(table, ids):

@@ -433,14 +433,14 @@ class Run:
         return plot_force_chains(self[i], **options)
 
     def plot_energy(self, **options):
-        """Draw the energy terms over time. See `plots.plot_energy`."""
-        from .plots import plot_energy
+        """Draw the energy terms over time. See `histories.plot_energy`."""
+        from .histories import plot_energy
 
         return plot_energy(self.history, **options)
 
     def plot_residual(self, **options):
-        """Draw error and iterations of the solver over time. See `plots.plot_residual`."""
-        from .plots import plot_residual
+        """Draw error and iterations of the solver over time. See `histories.plot_residual`."""
+        from .histories import plot_residual
 
         return plot_residual(self.history, **options)
 
@@ -451,8 +451,8 @@ class Run:
         return plot_history(self, *names, **options)
 
     def animate(self, path, what="velocity", **options):
-        """Write a .gif or .mp4 of all outputs. See `plots.animate`."""
-        from .plots import animate
+        """Write a .gif or .mp4 of all outputs. See `films.animate`."""
+        from .films import animate
 
         return animate(self, path, what, **options)
 

@@ -4,9 +4,7 @@ import numpy as np
 
 from .. import _core
 from ..names import teach
-from ..pre import checks
-from . import mesh_cells
-from .errors import FileError
+from . import joint_marks, mesh_cells
 from .geometry import contactors_of, lever_arms
 from .shape_meshes import outlines_of
 
@@ -34,6 +32,7 @@ LABELS = {
     "accumulated_plastic_strain": "accumulated plastic strain [-]",
 }
 AT_REST = 1e-5  # of the speed that gravity gives in a step
+THICKEST = 3  # of the width of the mean, in pictures of forces
 NOISE = 1e-12  # of the values themselves: a spread below it is rounding, and no field
 
 
@@ -96,7 +95,16 @@ def von_mises(stress, across=None):
 
 def title_of(step):
     """Time and number of a step, in words."""
-    return f"t = {step.time:.4g} s   step {step.step:,}   {len(step.drawn):,} bodies"
+    return f"t = {step.time:.4g} s   step {step.step:,}   {counted(step)}"
+
+
+def counted(step):
+    """How many bodies and meshes a step has: nodes of meshes are no bodies, nor are the ends of joints on the world."""
+    many, nodes = len(step.bodies) - np.count_nonzero(joint_marks.bodies_of_joints(step)), len(step.nodes)
+    meshes = len(step.run.scene.get("meshes") or {})
+    words = [f"{many:,} {'body' if many == 1 else 'bodies'}"] if many or not nodes else []
+    words += [f"{meshes:,} mesh{'es' * (meshes > 1)} of {nodes:,} nodes" if meshes else f"{nodes:,} nodes"] if nodes else []
+    return ", ".join(words)
 
 
 def titled(ax, text):
@@ -135,7 +143,8 @@ def plot_step(
     if of_lines is not None:
         return plot_borne(step, what, of_lines, ax, cmap, limits, colorbar, walls, title, view)
     values, label = field_values(step, what)
-    contactors = contactors_of(step)
+    everything = contactors_of(step)
+    contactors = everything.where(~joint_marks.of_contactors(step, everything))
     disks, (outlines, rows), (cells, corners) = contactors.select("disk"), outlines_of(step), mesh_cells.outlines(step)
     ends = mesh_cells.lines(step)
     view = _view(step) if view is None else view
@@ -164,6 +173,7 @@ def plot_step(
     if walls:
         draw_walls(ax, contactors, mesh_cells.shown_by_cells(step) if cells or len(ends) else ())
         draw_cell(ax, step)
+    joint_marks.draw(ax, step, everything, WALL)
     titled(ax, title_of(step) if title is None else title)
     return ax
 
@@ -173,6 +183,7 @@ def draw_pale(ax, step, view, bodies=True, walls=True):
     from .frame_plots import draw_lines
 
     hidden, contactors = mesh_cells.shown_by_cells(step), contactors_of(step)
+    contactors = contactors.where(~joint_marks.of_contactors(step, contactors))
     disks, outlines = contactors.select("disk"), outlines_of(step)[0]
     disks = disks.where(~np.isin(disks.body, hidden))
     if bodies:
@@ -368,11 +379,13 @@ def _capsules(center, axis, half, radius):
     return np.concatenate([front, 2 * center - front], axis=1)
 
 
-def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=None, view=None, camera=None):
+def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=None, view=None, camera=None, legend=True):
     """Draw each contact that carries an impulse as a line between its bodies, as thick as the normal force.
 
-    dt : step [s] that turns impulses into forces; the run's own if None. width : thickness [points] of the mean force, in 3D
-    [m]; a fifth of a body if None. Compression red, tension blue. camera : in 3D, see `plot_step`. Returns the Axes.
+    A contact between nodes or sides of meshes has no centres to go to: its line goes across it along its normal, as long as a
+    cell. dt : step [s] that turns impulses into forces; the run's own if None. width : thickness [points] of the mean force, in
+    3D [m]; a fifth of a body if None. Compression red, tension blue. camera : in 3D, see `plot_step`. legend : whether the
+    colours and the widths are told beside. Returns the Axes.
     """
     from matplotlib.collections import LineCollection
 
@@ -386,29 +399,47 @@ def plot_force_chains(step, ax=None, dt=None, width=None, bodies=True, title=Non
     draw_cell(ax, step)
     contacts, dt = step.contacts, step_size(step) if dt is None else dt
     force = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt
-    lines = contact_lines(step)
+    lines = chain_lines(step)
     loaded = force != 0
     force, lines = force[loaded], lines[loaded]
     if len(force):
         mean = np.abs(force).mean()
         if width is None:
-            points_per_metre = 72.0 * ax.figure.get_size_inches()[0] * 0.9 / (view[0][1] - view[0][0])
-            sizes = [*(2 * disks.radius), *(np.ptp(o, axis=0).min() for o in outlines)]
-            diameter = points_per_metre * float(np.median(sizes)) if sizes else 5.0
-            width = float(np.clip(0.2 * diameter, 0.1, 4.0))
+            room = 72.0 * ax.figure.get_size_inches() * ax.get_position().size
+            points_per_metre = float((room / np.ptp(np.asarray(view, float), axis=1)).min())
+            sizes = [*(2 * disks.radius), *(np.ptp(o, axis=0).min() for o in outlines)] or [size_of_cells(step)]
+            diameter = points_per_metre * float(np.median(sizes))
+            width = float(np.clip(0.2 * diameter, 0.1, 4.0)) if diameter > 0 else 1.0
         order = np.argsort(np.abs(force))  # strong chains on top
         ax.add_collection(
             LineCollection(
                 lines[order],
-                linewidths=np.clip(width * np.abs(force) / mean, 0.03, 3 * width)[order],
+                linewidths=np.clip(width * np.abs(force) / mean, 0.03, THICKEST * width)[order],
                 colors=np.where(force > 0, COMPRESSION, TENSION)[order],
                 capstyle="round",
             ),
             autolim=False,
         )
+        if legend:
+            _legend_of_forces(ax, force, mean, width)
     told = f"   mean normal force {np.abs(force).mean():.3g} N" if len(force) else ""
     titled(ax, ((title_of(step) if title is None else title) + told).strip())
     return ax
+
+
+def _legend_of_forces(ax, force, mean, width):
+    """What colours and widths of force chains are."""
+    from matplotlib.lines import Line2D
+
+    told = [(COMPRESSION, width, "pushes")] * bool((force > 0).any()) + [(TENSION, width, "pulls")] * bool((force < 0).any())
+    told += [(WALL, width, f"{_figures(mean)} N"), (WALL, THICKEST * width, f"{_figures(THICKEST * mean)} N or more")]
+    lines = [Line2D([], [], color=color, lw=wide, label=text, solid_capstyle="round") for color, wide, text in told]
+    ax.legend(handles=lines, fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), handlelength=1.2)
+
+
+def _figures(value):
+    """Three figures, without an exponent as far as that is short."""
+    return f"{round(value, 2 - int(np.floor(np.log10(value)))):,.0f}" if 1e3 <= value < 1e6 else f"{value:.3g}"
 
 
 def step_size(step):
@@ -421,6 +452,30 @@ def step_size(step):
     return float(step.run.scene.get("dt", 1.0))
 
 
+def size_of_cells(step):
+    """Median side [m] of the cells of meshes; 0 without meshes."""
+    cells = [row[np.asarray(of)[:, :2]] for mesh, row in mesh_cells.meshes_at(step) for of in mesh["cells"].values()]
+    ends = step.drawn["position"][np.concatenate(cells)] if cells else np.zeros((0, 2, step.dim))
+    return float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))) if len(ends) else 0.0
+
+
+def chain_lines(step):
+    """Ends (m, 2, dim) of the lines of force chains: those of `contact_lines`; where these have no length, between nodes and
+    sides of meshes or walls, a line across the contact along its normal, as long as a cell or a body."""
+    lines = contact_lines(step)
+    if not len(lines):
+        return lines
+    short = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) <= 1e-6 * np.ptp(lines, axis=(0, 1)).max()
+    if not short.any():
+        return lines
+    size = size_of_cells(step)
+    if not size > 0 and "radius" in step.drawn and np.any(step.drawn["radius"] > 0):
+        size = 2 * float(np.median(step.drawn["radius"][step.drawn["radius"] > 0]))
+    reach = size / 2 * step.contacts["normal"][short]
+    lines[short] = lines[short].mean(axis=1, keepdims=True) + np.stack([-reach, reach], axis=1)
+    return lines
+
+
 def contact_lines(step):
     """Ends (m, 2, dim) of a line through each contact point: to the centres of bodies, to the point on a wall."""
     point = step.contacts["point"]
@@ -429,158 +484,6 @@ def contact_lines(step):
     solid[outlines_of(step)[1] if step.dim == 2 else contactors_of(step).select(*_core.shapes("mover")).body] = True
     ends = [np.where(solid[row, None], point - arm, point) for row, arm in ((row_a, arm_a), (row_b, arm_b))]
     return np.stack(ends, axis=1)
-
-
-def plot_energy(history, ax=None, title="Energy"):
-    """Draw the energy terms over time, with the closure of the balance below. history : `run.history`."""
-    terms = {name.removeprefix("energy_"): value for name, value in history.items() if name.startswith("energy_")}
-    terms.pop("created", None)  # of the contacts of one step, not a term of the balance
-    closure, scale = terms.pop("closure", None), terms.pop("in_play", None)
-    for name in ("largest_kinetic", "turned_over"):
-        terms.pop(name, None)
-    ax = _axes(ax)
-    for name, value in terms.items():
-        if np.any(value != 0):
-            ax.plot(history["time"], value, lw=1.3, label=name.replace("_", " "))
-    ax.set(xlabel="time [s]", ylabel="energy [J]")
-    if terms:
-        ax.legend(fontsize=8, frameon=False)
-    if closure is not None and len(closure):
-        share = f", {abs(closure[-1]) / scale[-1]:.1e} of the energy in play" if scale is not None and scale[-1] > 0 else ""
-        title = f"{title}: the balance closes to {abs(closure[-1]):.1e} J{share}"
-    titled(ax, title)
-    _plain(ax)
-    return ax
-
-
-def plot_residual(history, ax=None, title="Solver"):
-    """Draw the error at the end of each step (logarithmic) and the iterations it took. history : `run.history`."""
-    ax = _axes(ax)
-    time, error = history["time"], np.asarray(history.get("error", np.full(len(history["time"]), np.nan)))
-    positive = error > 0
-    ax.semilogy(time[positive], error[positive], lw=0.8, color=COMPRESSION)
-    if positive.any():  # steps of a few contacts are solved to rounding; they shall not flatten the rest
-        ax.set_ylim(max(error[positive].min(), 1e-3 * np.median(error[positive])) / 2, 2 * error[positive].max())
-    if "status" in history:
-        bad = positive & ~np.isin(history["status"], ("converged", "no_contacts", ""))
-        if bad.any():
-            ax.semilogy(time[bad], error[bad], ".", ms=4, color="black", label="not converged")
-            ax.legend(fontsize=8, frameon=False)
-    ax.set(xlabel="time [s]", ylabel="error [-]")
-    ax.yaxis.label.set_color(COMPRESSION)
-    if "iterations" in history:
-        other = ax.twinx()
-        other.plot(time, history["iterations"], lw=0.8, color=TENSION, alpha=0.7)
-        other.set_ylabel("iterations", color=TENSION)
-        other.set_ylim(bottom=0)
-        other.spines["top"].set_visible(False)
-    titled(ax, title)
-    ax.spines["top"].set_visible(False)
-    return ax
-
-
-def _plain(ax):
-    ax.grid(alpha=0.25)
-    for side in ("top", "right"):
-        ax.spines[side].set_visible(False)
-
-
-def animate(run, path, what="velocity", every=1, fps=15, dpi=100, figsize=None, limits=None, view=None, camera=None, **options):
-    """Write all outputs of a run (each `every`-th) as a .gif, or as an .mp4 by ffmpeg (`pip install imageio-ffmpeg` brings one).
-
-    what : a field as for `plot_step`, or "forces" for force chains. Colours and view are those of the whole run. camera : in 3D,
-    as for `plot_step`; or a list of such (place, point looked at), a path along which it moves evenly from the first output to
-    the last; or a function of the share of the film, 0 to 1, that gives one.
-    """
-    from matplotlib import animation
-
-    checks.count("every", every, 1), checks.positive("fps", fps), checks.positive("dpi", dpi)
-    path, plt = str(path), _pyplot()
-    extension = path.rpartition(".")[2].lower()
-    if extension not in ("gif", "mp4"):
-        raise FileError(path, "an animation is a .gif or an .mp4", "choose one of these")
-    if extension == "mp4" and not animation.FFMpegWriter.isAvailable() and not _brought_ffmpeg(plt):
-        remedy = "pip install imageio-ffmpeg, or write a .gif"
-        raise FileError(path, "an .mp4 needs the program ffmpeg, which is not there", remedy)
-    steps = range(0, len(run), every)
-    if not len(steps):
-        raise FileError(run.path, "this run holds no output yet", "run the simulation first")
-    if run.dim == 2 and view is None:
-        view = _view_of_run(run, steps)
-    if limits is None and not (isinstance(what, str) and what in (*CATEGORIES, "forces")):
-        sample = [field_values(run[k], what)[0] for k in _few(steps)]
-        limits = value_limits(np.concatenate(sample), what)
-    if run.dim == 3 and camera is None:
-        camera = _camera_of_run(run, steps)
-    figure = _axes(None, view=view).figure if figsize is None else plt.figure(figsize=figsize, layout="constrained")
-    writer = animation.PillowWriter(fps=fps) if extension == "gif" else animation.FFMpegWriter(fps=fps)
-    try:
-        with writer.saving(figure, path, dpi):
-            for shown, k in enumerate(steps):
-                figure.clear()
-                ax = figure.add_subplot()
-                extra = {"view": view} if run.dim == 2 else {"camera": camera_at(camera, shown / max(len(steps) - 1, 1))}
-                if what == "forces":
-                    plot_force_chains(run[k], ax=ax, **extra, **options)
-                else:
-                    plot_step(run[k], what, ax=ax, limits=limits, **extra, **options)
-                writer.grab_frame()
-    finally:
-        plt.close(figure)
-    return path
-
-
-def _brought_ffmpeg(plt):
-    """Whether there is an ffmpeg that came with imageio-ffmpeg; matplotlib is told where."""
-    try:
-        from imageio_ffmpeg import get_ffmpeg_exe
-
-        plt.rcParams["animation.ffmpeg_path"] = get_ffmpeg_exe()
-    except (ImportError, RuntimeError):
-        return False
-    return True
-
-
-def camera_at(camera, share):
-    """The camera of a film at a share of it: what a function gives, a place along a path of cameras, or the one that there is."""
-    if callable(camera):
-        return camera(share)
-    places = np.asarray(camera, float) if camera is not None else None
-    if places is None or places.ndim < 3:
-        return camera
-    if places.shape[1:] != (2, 3):
-        raise ValueError(f"camera has shape {places.shape}: give a list of (place, point looked at), (k, 2, 3) [m]")
-    at = share * (len(places) - 1)
-    k = min(int(at), len(places) - 2) if len(places) > 1 else 0
-    return places[k] if len(places) == 1 else places[k] + (at - k) * (places[k + 1] - places[k])
-
-
-def _few(steps, most=12):
-    """At most a dozen of the steps, evenly spread, with the last."""
-    return [steps[i] for i in np.unique(np.linspace(0, len(steps) - 1, most).astype(int))]
-
-
-def _camera_of_run(run, steps):
-    """A place from which all bodies of the run are seen, so that the camera stands still in a film."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for k in _few(steps):
-        place, radius = run[k].drawn["position"], run[k].drawn["radius"][:, None]
-        moves = np.isfinite(run[k].drawn["mass"]) if "mass" in run[k].drawn else np.ones(len(place), bool)
-        if moves.any():
-            low, high = np.minimum(low, (place - radius)[moves].min(0)), np.maximum(high, (place + radius)[moves].max(0))
-    if not np.all(np.isfinite(low)):
-        return None
-    middle, way = (low + high) / 2, np.array((1.0, -1.6, 0.8)) / np.linalg.norm((1.0, -1.6, 0.8))
-    return np.array([middle + way * np.linalg.norm(high - low) / 2 / np.sin(np.radians(14.0)), middle])
-
-
-def _view_of_run(run, steps):
-    """Limits that hold all disks and polygons of the run."""
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    for k in _few(steps):
-        seen = _view(run[k])
-        low, high = np.minimum(low, seen[:, 0]), np.maximum(high, seen[:, 1])
-    return np.stack([low, high], axis=1)
 
 
 teach(globals())

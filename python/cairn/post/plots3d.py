@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 from .. import _core
-from . import mesh_cells
+from . import joint_marks, mesh_cells
 from .geometry import contactors_of
 from .plots import (
     CATEGORIES,
@@ -20,7 +20,7 @@ from .plots import (
     _axes,
     _pyplot,
     bar,
-    contact_lines,
+    chain_lines,
     field_values,
     legend,
     step_size,
@@ -40,7 +40,8 @@ def plot_step_3d(step, what="velocity", ax=None, cmap=None, limits=None, colorba
         values, label = np.full(len(step.drawn), np.nan), LABELS.get(what, what)
     else:
         values, label = field_values(step, what)
-    spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
+    contactors = contactors_of(step)
+    spheres, mesh = contactors.where(~joint_marks.of_contactors(step, contactors)).select("sphere"), meshes_of(step)
     hidden = mesh_cells.shown_by_cells(step)
     spheres = spheres.where(~np.isin(spheres.body, hidden))
     of_bodies, values = values, values[spheres.body]
@@ -80,11 +81,12 @@ def plot_forces_3d(step, ax=None, dt=None, width=None, bodies=True, title=None, 
     except ImportError as error:
         raise ImportError("forces in space need PyVista: pip install pyvista") from error
     contacts, dt = step.contacts, step_size(step) if dt is None else dt
-    force, lines = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt, contact_lines(step)
+    force, lines = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt, chain_lines(step)
     force, lines = force[force != 0], lines[force != 0]
     plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
     plotter.set_background("white")
-    spheres, mesh = contactors_of(step).select("sphere"), meshes_of(step)
+    contactors = contactors_of(step)
+    spheres, mesh = contactors.where(~joint_marks.of_contactors(step, contactors)).select("sphere"), meshes_of(step)
     if bodies:
         plain = {"color": PALE, "opacity": 0.1, "show_scalar_bar": False}
         if len(spheres):
@@ -244,6 +246,7 @@ def render_spheres(center, radius, values, palette, limits, window, mesh=None, o
     add_mesh(plotter, mesh, of_bodies, palette, limits)
     if walls_of is not None:
         add_walls(plotter, walls_of)
+        joint_marks.add_to(plotter, walls_of, contactors_of(walls_of), WALL)
     return _picture(plotter, camera)
 
 

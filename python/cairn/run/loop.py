@@ -87,6 +87,10 @@ def scene_info(simulation):
         shown = ("first_vertex", "first_face", "first_corner", "corner_vertex", "vertex", "offset")
         contactors |= {"hull": hull, "hulls": {name: hulls[name] for name in shown}}
     species = [f"{m} ({g})" if g else m for m, g in simulation._species]
+    joints = _joints(simulation)
+    if joints:
+        ends = np.isin(known.material, joints["material"])
+        contactors["joint"] = np.where(ends, known.material, -1).astype(np.int32)
     return {
         "materials": species,
         "contactors": contactors,
@@ -96,7 +100,18 @@ def scene_info(simulation):
         "strategy": repr(simulation.strategy),
         "rules": [repr(r) for r in simulation._rules],
         **({"meshes": _meshes(simulation)} if simulation.meshes else {}),
+        **({"joints": joints} if joints else {}),
     }
+
+
+def _joints(simulation):
+    """Of each joint: the species of its ends, whether it spans from one to the other, and which of them is a pulley, from 1."""
+    found = {rule[0]: rule[2] for rule in simulation._rules if rule[2] is not None and rule[2].name == "joint"}
+    made = [(number, found[name]) for (name, _), number in simulation._species.items() if name in found]
+    if not made:
+        return {}
+    told = {of: np.array([getattr(law, of) for _, law in made], np.int32) for of in ("spans", "pulley")}
+    return {"material": np.array([number for number, _ in made], np.int32), **told}
 
 
 def _cell(scene):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ... import _core
 from ..geometry import contactors_of
-from ..plots import CATEGORIES, CLASSES, contact_lines, field_values, step_size, value_limits
+from ..plots import CATEGORIES, CLASSES, chain_lines, field_values, step_size, value_limits
 from ..shape_meshes import meshes_of
 
 _NOT_SHOWN = ("id", "position", "spin")
@@ -87,4 +87,4 @@ def _loaded(step):
         return np.zeros((0, 2, 3)), np.zeros(0)
     force = np.sum(step.contacts["impulse"] * step.contacts["normal"], axis=1) / step_size(step)
     loaded = force != 0
-    return _in_space(contact_lines(step)[loaded]), force[loaded]
+    return _in_space(chain_lines(step)[loaded]), force[loaded]
