@@ -145,19 +145,20 @@ def draw(sim, sample, start, watch, options):
     drawn = EllipseCollection(across, across, 0, units="xy", offsets=place, offset_transform=shear.transData, array=strain)
     drawn.set(cmap="inferno", clim=(0.0, 6 * options.strain))
     shear.add_collection(drawn)
-    figure.colorbar(drawn, label="shear strain round a disk", orientation="horizontal", extend="max")
+    figure.colorbar(drawn, label="shear strain round a disk [-]", orientation="horizontal", extend="max")
     whole = {(a, b) for (a, b), held in zip(sim.contacts.bodies.tolist(), sim.contacts.beta) if held > 0}
     held = np.array([(a, b) in whole or (b, a) in whole for a, b in watch.first.tolist()])
-    bonds.add_collection(LineCollection(list(place[watch.first[held]]), colors="0.75", linewidths=0.5))
-    bonds.add_collection(LineCollection(list(place[watch.first[~held]]), colors="red", linewidths=0.8))
-    for axis, title in ((shear, "shear"), (bonds, "broken bonds")):
+    for some, color, wide, word in ((held, "0.75", 0.5, "hold"), (~held, "red", 0.8, "broken")):
+        bonds.add_collection(LineCollection(list(place[watch.first[some]]), colors=color, linewidths=wide, label=word))
+    bonds.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, fontsize=9, frameon=False)
+    for axis, title in ((shear, "shear"), (bonds, "bonds of the start")):
         axis.autoscale_view()
-        axis.set(aspect="equal", xlabel="mm", title=title)
+        axis.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]", title=title)
     curve.plot(100 * rows[:, 0], rows[:, 1] / 1e6, lw=1)
     curve.set(xlabel="strain [%]", ylabel="stress [MPa]")
     other = curve.twinx()
     other.plot(100 * rows[:, 0], rows[:, 3], "r", lw=1)
-    other.set_ylabel("broken bonds", color="r")
+    other.set_ylabel("broken bonds [-]", color="r")
     figure.savefig(options.output / f"{NAME}.png", dpi=110)
     plt.close(figure)
     return strain

@@ -29,6 +29,8 @@ import numpy as np
 from cairn.post import plots
 
 NAME = "spheres_in_a_box"
+HEIGHTS = (0.0, 1.3)  # of the colours, in heights of the box
+MARKS = {"alpha": 0.4, "lw": 0, "color": plots.COMPRESSION}
 DIAMETER = 0.01  # mean [m]
 DENSITY, FRICTION, GRAVITY = 2500.0, 0.4, 9.81
 STEP = 1e-3  # [s]
@@ -109,15 +111,19 @@ def draw(run, lengths, folder):
     def panel(ax, step):
         height = step.bodies["position"][:, 2] / lengths[2]
         title = f"t = {step.time:.3g} s"
-        plots.plot_step(step, height, ax=ax, limits=(0.0, 1.3), colorbar=False, title=title, cmap="viridis")
+        plots.plot_step(step, height, ax=ax, limits=HEIGHTS, colorbar=False, title=title, cmap="viridis")
 
     figure, axes = plt.subplots(1, 4, figsize=(17.0, 4.5), layout="constrained")
     for ax, k in zip(axes, (0, len(run) // 3, -1)):
         panel(ax, run[k])
-    point, impulse = run[-1].contacts["point"], np.linalg.norm(run[-1].contacts["impulse"], axis=1)
-    carrying = impulse > 0
-    size = 20 * impulse[carrying] / max(impulse.mean(), np.finfo(float).tiny)
-    axes[3].scatter(point[carrying, 0], point[carrying, 2], s=size, alpha=0.4, lw=0, color=plots.COMPRESSION)
+    scale = plt.cm.ScalarMappable(plt.Normalize(*HEIGHTS), "viridis")
+    figure.colorbar(scale, ax=list(axes[:3]), label="height of a centre / height of the box [-]", shrink=0.7, pad=0.01)
+    point, force = run[-1].contacts["point"], np.linalg.norm(run[-1].contacts["impulse"], axis=1) / run.scene["dt"]
+    mean = max(force.mean(), np.finfo(float).tiny)
+    axes[3].scatter(point[force > 0, 0], point[force > 0, 2], s=20 * force[force > 0] / mean, **MARKS)
+    for times in (1, 5, 20):  # areas go with forces
+        axes[3].scatter([], [], s=20 * times, label=f"{times * mean:.2g} N", **MARKS)
+    axes[3].legend(fontsize=8, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     axes[3].set(xlabel="x [m]", ylabel="z [m]", aspect="equal")
     axes[3].set_title("Forces at the contacts, from the side", fontsize=10, loc="left")
     figure.savefig(folder / f"{NAME}.png", dpi=110)
@@ -142,7 +148,7 @@ def from_the_side(ax, step, lengths):
     disks = plots.draw_disks(ax, position[order][:, [0, 2]], radii[order], **style)
     disks.set(array=speed[order], linewidth=0.3)
     ax.set(xlim=(0, lengths[0]), ylim=(0, 1.5 * lengths[2]), aspect="equal", xlabel="x [m]", ylabel="z [m]")
-    ax.set_title(f"speed, t = {step.time:.3g} s", fontsize=10, loc="left")
+    ax.set_title(f"speed (yellow: 0.5 m/s or more), t = {step.time:.3g} s", fontsize=10, loc="left")
 
 
 def main(arguments=None):

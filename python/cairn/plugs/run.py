@@ -30,9 +30,9 @@ for _ in range(500):
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4))
 for center in sim.bodies.position[:64]:
     left.add_patch(plt.Circle(center, 0.05, ec="k"))
-left.set(xlim=(-0.1, 0.95), ylim=(-0.05, 1.0), aspect="equal", title="after 0.5 s")
+left.set(xlim=(-0.1, 0.95), ylim=(-0.05, 1.0), aspect="equal", xlabel="x [m]", ylabel="y [m]", title="after 0.5 s")
 right.plot(np.arange(1, 501) * 1e-3, np.array(deepest) / 0.05)
-right.set(xlabel="time [s]", ylabel="deepest overlap / radius")
+right.set(xlabel="time [s]", ylabel="deepest overlap / radius [-]")
 figure.tight_layout()
 figure.savefig(here / "@NAME@.png", dpi=120)
 print(here / "@NAME@.png")

@@ -40,7 +40,9 @@ def work_precision(table, of, accuracy=None):
         if accuracy is not None:
             ax.axhline(accuracy, color="black", lw=0.8, ls=":", label=f"asked {accuracy:g}")
         ax.set_title(target, fontsize=9)
-        ax.set(xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of}")
+        ax.set(xlabel=_cost(here[0]["kind"]), ylabel=f"error of {of} [-]")
+        for axis in (ax.xaxis, ax.yaxis):
+            few_ticks(axis)
         beside = len(solvers) > MOST_WITHIN  # many names would hide the marks
         ax.legend(fontsize=8, frameon=False, **({"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if beside else {}))
     for ax in axes[len(targets) :]:
@@ -78,10 +80,25 @@ def _one_target(ax, rows, solvers):
         best = pareto([row["cpu_seconds"] for row in mine], [row["error"] for row in mine])
         if len(best):
             ax.plot([mine[i]["cpu_seconds"] for i in best], [mine[i]["error"] for i in best], color=colour, lw=1.4, label=solver)
+    if not all(row["warm_start"] for row in rows):
+        ax.plot([], [], MARKERS[0], color="grey", mfc="none", ms=5, label="hollow: cold start")
     if len(factors) > 1:
         for factor in factors:
             marker = MARKERS[factors.index(factor) % len(MARKERS)]
             ax.plot([], [], marker, color="grey", ms=5, label=f"{factor:g} dt")
+
+
+def few_ticks(axis):
+    """Few numbers along a logarithmic axis, and none at small ticks, where they would lie on one another."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+
+    low, high = sorted(axis.get_view_interval())
+    if high < 5 * low:
+        axis.set_major_locator(MaxNLocator(4))
+    else:
+        axis.set_major_locator(LogLocator(subs=(1.0,) if high > 100 * low else (1.0, 2.0, 5.0), numticks=7))
+    axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:.3g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def pareto(cost, error):
