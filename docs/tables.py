@@ -1,6 +1,7 @@
 """Tables of what the lists (.def) declare, written as a page before Sphinx reads the others."""
 
 import re
+import runpy
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -54,7 +55,22 @@ def page():
             cells = [cell.replace("|", "\\|") for cell in row[: len(columns)]]
             lines.append("| " + " | ".join(cells) + " |")
         parts.append("\n".join(lines))
+        if macro == "CAIRN_LAW":
+            parts.append(law_parameters(rows(name, macro)))
     return "\n\n".join(parts) + "\n"
+
+
+def law_parameters(laws):
+    """Each parameter of each contact law with its unit, range, default and meaning, as help() tells them."""
+    known = runpy.run_path(str(ROOT / "python/cairn/build/law_parameters.py"))["told"]
+    lines = ["## Parameters of contact laws", "`python/cairn/build/law_parameters.py`", ""]
+    lines += ["| law | parameter | unit | from | to | when not given | meaning |", "|" + "---|" * 7]
+    for _, law, _, _, parameters, *_ in laws:
+        for word in parameters.split():
+            name, default, low, high = word.split(":")
+            unit, meaning = known(law, name)
+            lines.append(f"| {law} | `{name}` | {unit} | {low} | {high} | {default or 'needed'} | {meaning} |")
+    return "\n".join(lines)
 
 
 def calls(text):

@@ -40,6 +40,7 @@ __all__: list[str] = [
     "bulk_points",
     "check_unbonded",
     "conductances",
+    "cone_derivatives",
     "contact_loads",
     "element_matrices",
     "element_stress",
@@ -59,9 +60,13 @@ __all__: list[str] = [
     "plug_law",
     "plug_umat",
     "problem_solvers",
+    "project_on_cones",
     "restore_superblock",
     "ring_masses",
     "rotation_of",
+    "rows_add_stiffness",
+    "rows_impulses",
+    "rows_velocities",
     "save_tree",
     "shapes",
     "stored_by_mesh",
@@ -304,6 +309,7 @@ class CalledForces(InternalForces):
 
 class FrameModel(InternalForces):
     def __init__(self, arg0: typing.SupportsInt | typing.SupportsIndex, arg1: str, arg2: dict) -> None: ...
+    def borne(self, arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> tuple: ...
     def commit(self) -> None: ...
     def evaluate(
         self,
@@ -516,6 +522,9 @@ class Simulation:
         arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
         arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
     ) -> None: ...
+    def restore_touched(
+        self, arg0: typing.SupportsInt | typing.SupportsIndex, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+    ) -> None: ...
     def seconds(self) -> dict: ...
     def set_gravity(
         self, arg0: typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"]
@@ -652,8 +661,13 @@ def bulk_points(
     arg5: typing.SupportsFloat | typing.SupportsIndex,
     arg6: typing.SupportsFloat | typing.SupportsIndex,
 ) -> dict: ...
-def conductances() -> list: ...
 def check_unbonded(arg0: Simulation, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int64], arg2: str) -> None: ...
+def conductances() -> list: ...
+def cone_derivatives(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def contact_loads(
     arg0: Simulation,
     arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
@@ -713,14 +727,44 @@ def plain_sweeps(
     arg10: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> None: ...
 def plug_law(arg0: str, arg1: str, arg2: bool, arg3: bool) -> tuple[int, dict]: ...
-def plug_umat(arg0: str, arg1: str, arg2: str, arg3: typing.SupportsInt | typing.SupportsIndex, arg4: bool) -> None: ...
+def plug_umat(
+    arg0: str,
+    arg1: str,
+    arg2: str,
+    arg3: typing.SupportsInt | typing.SupportsIndex,
+    arg4: bool,
+    arg5: typing.SupportsFloat | typing.SupportsIndex,
+) -> None: ...
 def problem_solvers() -> list: ...
+def project_on_cones(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def restore_superblock(arg0: str) -> bool: ...
 def ring_masses(
     arg0: str, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64], arg2: typing.SupportsFloat | typing.SupportsIndex
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def rotation_of(
     arg0: typing.SupportsInt | typing.SupportsIndex, arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def rows_add_stiffness(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.int32],
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    arg4: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    arg5: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> None: ...
+def rows_impulses(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.int32],
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg3: typing.SupportsInt | typing.SupportsIndex,
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def rows_velocities(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.int32],
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def save_tree(arg0: str, arg1: dict) -> None: ...
 def shapes(*args) -> list[str]: ...

@@ -47,6 +47,13 @@ def test_stubs_tell_all_that_there_is():
             assert networks[row["python_name"]] == [p[0] for p in row["parameters"]], REMEDY
 
 
+def test_stubs_are_those_of_this_build(tmp_path):
+    pytest.importorskip("pybind11_stubgen")
+    subprocess.run([sys.executable, ROOT / "script/stubs.py", tmp_path], check=True, capture_output=True)
+    for name in ("_core.pyi", "__init__.pyi", "networks/__init__.pyi"):
+        assert (tmp_path / name).read_text(encoding="utf-8") == (PACKAGE / name).read_text(encoding="utf-8"), f"{name}: {REMEDY}"
+
+
 def test_signatures_are_those_of_the_lists():
     """What help(), notebooks and the reference show."""
     assert str(inspect.signature(cn.Coulomb)) == "(*, mu)"

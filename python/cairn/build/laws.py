@@ -12,6 +12,7 @@ import numpy as np
 from .. import _core
 from ..names import by_name, listed
 from ..pre import checks
+from .law_parameters import told
 from .materials import OfTemperature
 
 
@@ -56,7 +57,14 @@ class Law:
         return hash((type(self).__name__, self.values, self.of_temperature))
 
 
-def _law_class(row, description):
+def _line(own, name, default, low, high):
+    """One parameter in help(): its meaning and unit, where it is one of Cairn's own laws, its range and its default."""
+    unit, meaning = own and told(own, name) or ("", "")
+    about = f"{meaning} [{unit}], " if meaning else ""
+    return f"    {name}: {about}from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
+
+
+def _law_class(row, description, plugged=False):
     parameters = description["parameters"]
     names = tuple(p[0] for p in parameters)
 
@@ -91,10 +99,7 @@ def _law_class(row, description):
         of_temperature = [(k, list(of.temperatures), list(of.values)) for k, of in curves]
         _core.LawTable([], []).rule("*", "*", row, list(self.values), of_temperature)
 
-    ranges = "\n".join(
-        f"    {name}: from {low:.12g} to {high:.12g}" + ("" if default is None else f", {default:g} when not given")
-        for name, default, low, high in parameters
-    )
+    ranges = "\n".join(_line(None if plugged else description["python_name"], *parameter) for parameter in parameters)
     doc = f"Contact law {description['name'].replace('_', ' ')}.\n\nParameters:\n{ranges or '    none'}"
     members = {"name": description["name"], "row": row, "parameter_names": names, "__init__": __init__, "__doc__": doc}
     members["bonds"] = description["bonds"]
@@ -104,7 +109,7 @@ def _law_class(row, description):
 
 def plugged_class(row, description):
     """The class of a law that a library brought in; known by its name to files from then on."""
-    made = _law_class(row, description)
+    made = _law_class(row, description, plugged=True)
     BY_NAME[made.name] = made
     return made
 
