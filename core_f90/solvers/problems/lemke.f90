@@ -7,6 +7,7 @@ module lemke
   implicit none
   private
   public :: cairn_lemke_tableau, cairn_lemke_pivots, cairn_lemke_impulses
+  real(c_double), parameter :: even = 1e-12_c_double !< of the largest q: right-hand sides nearer to 0 are rounding
 contains
 
   !> The tableau I w - M z - e z0 = q; only M, e and q are stored: a basic column needs no room.
@@ -79,6 +80,7 @@ contains
     integer(c_int64_t), intent(inout) :: other(m+1)     !< of the columns
     integer(c_int64_t), intent(out)   :: pivots
     integer(c_int64_t) :: row, col, i, leaving
+    real(c_double) :: scale
     do i = 1, m
       basis(i) = i
       other(i) = m + i
@@ -88,6 +90,10 @@ contains
     status = 0
     row = minloc(tableau(:, m+2), 1)
     if (tableau(row, m+2) >= 0) return
+    scale = maxval(abs(tableau(:, m+2)))
+    do i = row + 1, m ! the last of equal ones: in the order of blocking_row the others stay above 0
+      if (tableau(i, m+2) <= tableau(row, m+2) + even*scale) row = i
+    end do
     col = m + 1
     do
       leaving = basis(row)
@@ -103,36 +109,72 @@ contains
       do col = 1, m + 1
         if (other(col) == leaving) exit
       end do
-      row = blocking_row(m, tableau(:, col), tableau(:, m+2), basis)
+      row = blocking_row(m, col, scale, tableau, basis, other)
       if (row == 0) return
       status = 0
     end do
   end function cairn_lemke_pivots
 
-  !> Least ratio; among equal ones z0 first, then the largest pivot.
-  pure integer(c_int64_t) function blocking_row(m, entering, right, basis) result(row)
-    integer(c_int64_t), intent(in) :: m, basis(m)
-    real(c_double), intent(in)     :: entering(m), right(m)
-    real(c_double) :: least, ratio, small
-    integer(c_int64_t) :: i
-    small = 1e-11_c_double*maxval(abs(entering))
+  !> Least ratio; among equal ones z0 first, then the least in the lexicographic order of the columns of w: contacts that are alike
+  !> give many equal ratios, and pivots by any other choice go round among them or end on a ray that is none.
+  pure integer(c_int64_t) function blocking_row(m, col, scale, tableau, basis, other) result(row)
+    integer(c_int64_t), intent(in) :: m, col, basis(m), other(m+1)
+    real(c_double), intent(in)     :: scale, tableau(m, m+2)
+    real(c_double) :: least, small
+    integer(c_int64_t) :: i, tied, rows(m)
+    small = 1e-11_c_double*maxval(abs(tableau(:, col)))
     row = 0
     least = huge(least)
     do i = 1, m
-      if (entering(i) > small) least = min(least, max(right(i), 0.0_c_double)/entering(i))
+      if (tableau(i, col) > small) least = min(least, max(tableau(i, m+2), 0.0_c_double)/tableau(i, col))
     end do
     if (.not. least < huge(least)) return
+    tied = 0
     do i = 1, m
-      if (.not. entering(i) > small) cycle
-      ratio = max(right(i), 0.0_c_double)/entering(i)
-      if (ratio > least*(1 + 1e-12_c_double)) cycle
-      if (row == 0) then
-        row = i
-      else if (basis(row) /= 2*m + 1 .and. (basis(i) == 2*m + 1 .or. entering(i) > entering(row))) then
-        row = i
-      end if
+      if (.not. tableau(i, col) > small) cycle
+      if (max(tableau(i, m+2), 0.0_c_double) - least*tableau(i, col) > even*scale) cycle
+      tied = tied + 1
+      rows(tied) = i
+      if (basis(i) == 2*m + 1) row = i
     end do
+    if (row == 0 .and. tied > 1) call order_tied(m, col, tableau, basis, other, tied, rows)
+    if (row == 0) row = rows(1)
   end function blocking_row
+
+  !> Keeps of the tied rows those that are least in column after column of w, over what they have in the one that enters, until one
+  !> is left. The columns of basic w need no room: they are 1 in their row.
+  pure subroutine order_tied(m, col, tableau, basis, other, tied, rows)
+    integer(c_int64_t), intent(in)    :: m, col, basis(m), other(m+1)
+    real(c_double), intent(in)        :: tableau(m, m+2)
+    integer(c_int64_t), intent(inout) :: tied, rows(m)
+    integer(c_int64_t) :: i, k, place(m), kept
+    real(c_double) :: value(m), most
+    place = 0
+    do i = 1, m
+      if (basis(i) <= m) place(basis(i)) = -i ! the row of a basic one
+    end do
+    do i = 1, m + 1
+      if (other(i) <= m) place(other(i)) = i
+    end do
+    do k = 1, m
+      do i = 1, tied
+        if (place(k) > 0) then
+          value(i) = tableau(rows(i), place(k))/tableau(rows(i), col)
+        else
+          value(i) = merge(1.0_c_double, 0.0_c_double, rows(i) == -place(k))/tableau(rows(i), col)
+        end if
+      end do
+      most = minval(value(:tied)) + 1e-9_c_double*max(1.0_c_double, maxval(abs(value(:tied))))
+      kept = 0
+      do i = 1, tied
+        if (value(i) > most) cycle
+        kept = kept + 1
+        rows(kept) = rows(i)
+      end do
+      tied = kept
+      if (tied == 1) return
+    end do
+  end subroutine order_tied
 
   !> The column becomes basic in the row, and what was basic there takes its place among the columns.
   pure subroutine exchange(m, row, col, tableau)
