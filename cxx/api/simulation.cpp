@@ -120,7 +120,9 @@ template <class Holder>
 void read_field(const cairn::Scene& scene, Holder& holder, const std::vector<std::int32_t>& order, const char* what,
                 const char* name, std::int64_t capacity, double* values, std::int64_t* count) {
   bool found = false;
+  std::string known;
   holder.for_each_field([&](auto& field) {
+    if (field.active) known += (known.empty() ? "" : ", ") + std::string(field.name);
     if (field.name != name) return;
     found = true;
     const std::int64_t numbers = field.active ? holder.count * field.components : 0;
@@ -129,7 +131,7 @@ void read_field(const cairn::Scene& scene, Holder& holder, const std::vector<std
     require(values, "values");
     copy_field(scene, field, order, values);
   });
-  if (!found) throw Error(std::string(what) + " have no field '" + name + "'; see fields.def");
+  if (!found) throw Error(std::string(what) + " have no field '" + name + "'; they have " + known);
 }
 
 } // namespace

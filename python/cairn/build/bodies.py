@@ -127,6 +127,21 @@ def rows(name, value, n, dim):
     return _spread(name, value, n, len(DOFS[dim]), dim)
 
 
+def driven_at(dofs, velocity, n, dim):
+    """Velocities of all dofs, or a function of time, from what Simulation.drive was given: of one dof a number is enough."""
+    if velocity is None or callable(velocity) or np.ndim(velocity):
+        return velocity if velocity is None or callable(velocity) else rows("velocity", velocity, n, dim)
+    named = [dofs] if isinstance(dofs, str) else list(dofs)
+    if len(named) != 1:
+        told = f"one number is of one dof, and {len(named)} are named" if named else "no dof is named"
+        raise ValueError(f"velocity is {velocity!r}: {told}; give ({len(DOFS[dim])},) of all dofs")
+    if named[0] not in DOFS[dim]:
+        return None  # which the set refuses by its name
+    out = np.zeros(len(DOFS[dim]))
+    out[DOFS[dim].index(named[0])] = checks.number("velocity", velocity)
+    return out
+
+
 def _spread(name, value, n, components, dim):
     """(n, components) from one row or n rows; translations alone get zero rotations."""
     array = checks.reals(name, value, f"give ({components},) or ({n}, {components})")

@@ -64,6 +64,10 @@ class JointKind:
 
     strength: float = np.inf
 
+    def __post_init__(self):
+        if np.shape(getattr(self, "axis", None)) in ((2,), (3,)):
+            self.axis_of(len(self.axis))
+
     def bits(self, dim):
         """Which components are blocked, as bits n, t [, s], rotations; which is the coordinate, from 1, 0 none."""
         row = ROWS[type(self).__name__]

@@ -173,7 +173,7 @@ def boxes(centers, sizes, material, *, rotation=None, fixed=False, density=None,
 
 
 def _body_set(dim, place, mass, inertia, contactors, rotation, fixed, options, depth=None):
-    if fixed:
+    if checks.flag("fixed", fixed):
         if options.get("driven") or options.get("drive") is not None:
             raise ValueError("fixed is given with driven or drive: give one of them")
         options = options | {"driven": DOFS[dim]}

@@ -25,8 +25,9 @@ def write_datbox(scene, folder, unmapped="error"):
     unmapped: "error" refuses a scene with something that the format, or this writer, has no word for, naming all of it;
     "skip" leaves it out and warns, naming all of it. A law that is read again with other values (Restitution with closing=1,
     zones that join bodies within=0: LMGC90 has no such choice) is written as the nearest, with a warning that names them.
-    Infinite masses become those of a disk or ball of radius 1 (their dofs are driven). Planes without end become slabs as
-    large as the scene. Returns the folder.
+    Infinite masses become those of a disk or ball of radius 1 (their dofs are driven). In 3D planes without end become
+    slabs as large as the scene; in 2D the format has no such thing: give cairn.segment in the place of a wall. Returns the
+    folder.
     """
     if unmapped not in ("error", "skip"):
         raise ValueError(f"unmapped is {unmapped!r}: give 'error' or 'skip'")
@@ -112,7 +113,8 @@ class _Writer:
                 if c.shape in TYPES:
                     found.append((c, int(k)))
                 else:
-                    self.missed.append(f"contactor {c.shape} (body {number - 1})")
+                    instead = ", a wall without end: give cairn.segment" if c.shape == "half_plane" else ""
+                    self.missed.append(f"contactor {c.shape} (body {number - 1}){instead}")
         return found
 
     def _body(self, number, b, row):

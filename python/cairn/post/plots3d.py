@@ -77,9 +77,23 @@ def plot_forces_3d(step, ax=None, dt=None, width=None, bodies=True, title=None, 
     `plots.plot_force_chains`. Needs PyVista."""
     choose_window()
     try:
-        import pyvista
+        import pyvista  # noqa: F401
     except ImportError as error:
         raise ImportError("forces in space need PyVista: pip install pyvista") from error
+    with quiet():
+        return _plot_forces(step, ax, dt, width, bodies, title, window, camera)
+
+
+def quiet():
+    """Without a screen VTK warns that there is none as it makes a window, and then draws in memory."""
+    import pyvista
+
+    return pyvista.vtk_verbosity("error")
+
+
+def _plot_forces(step, ax, dt, width, bodies, title, window, camera):
+    import pyvista
+
     contacts, dt = step.contacts, step_size(step) if dt is None else dt
     force, lines = np.sum(contacts["impulse"] * contacts["normal"], axis=1) / dt, chain_lines(step)
     force, lines = force[force != 0], lines[force != 0]
@@ -163,8 +177,6 @@ def _surface(points, triangles):
 
 def _picture(plotter, camera):
     """The image, seen from a place to a point, from a direction, or from the front, the right and above."""
-    import pyvista
-
     given = np.asarray((1.0, -1.6, 0.8) if camera is None else camera, float)
     if given.shape == (3,):
         plotter.camera_position = [given, (0, 0, 0), (0, 0, 1)]
@@ -175,8 +187,7 @@ def _picture(plotter, camera):
     else:
         raise ValueError(f"camera has shape {given.shape}: give (place, point looked at), (2, 3) [m], or a direction (3,)")
     place, middle, up = (np.array(v, float) for v in plotter.camera_position)
-    with pyvista.vtk_verbosity("error"):  # without a display VTK warns, then draws in memory
-        image = plotter.screenshot(return_img=True)
+    image = plotter.screenshot(return_img=True)
     plotter.close()
     ahead = (middle - place) / np.linalg.norm(middle - place)
     right = np.cross(ahead, up)
@@ -240,14 +251,15 @@ def render_spheres(center, radius, values, palette, limits, window, mesh=None, o
     choose_window()
     import pyvista
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
-    plotter.set_background("white")
-    add_spheres(plotter, center, radius, values, palette, limits)
-    add_mesh(plotter, mesh, of_bodies, palette, limits)
-    if walls_of is not None:
-        add_walls(plotter, walls_of)
-        joint_marks.add_to(plotter, walls_of, contactors_of(walls_of), WALL)
-    return _picture(plotter, camera)
+    with quiet():
+        plotter = pyvista.Plotter(off_screen=True, window_size=list(window))
+        plotter.set_background("white")
+        add_spheres(plotter, center, radius, values, palette, limits)
+        add_mesh(plotter, mesh, of_bodies, palette, limits)
+        if walls_of is not None:
+            add_walls(plotter, walls_of)
+            joint_marks.add_to(plotter, walls_of, contactors_of(walls_of), WALL)
+        return _picture(plotter, camera)
 
 
 def add_mesh(plotter, mesh, values, palette, limits):

@@ -7,12 +7,13 @@ import hashlib
 import numpy as np
 
 from .. import _core
-from ..build import missing_laws
+from ..build import bodies, missing_laws
 from ..build.scene import Scene, checked_sets, insert, rule, rules_to_dict
 from ..names import Spelt, one_of, within
 from ..pre import checks
 from . import cracks, first_overlaps, restored, unmet_shapes, views
 from .drives import Drives
+from .info import Info
 from .parts import ask_for_parts
 from .reshaping import Reshaping
 from .sets import found, free_masses, ids_of, later_to_dict, living, numbers_of_meshes
@@ -109,7 +110,7 @@ class Simulation(Reshaping, Spelt):
     @property
     def info(self):
         """The last step: status, error, iterations, contacts, energy; seconds of stages, newton_seconds of passes, ..."""
-        return {**self._info, "energy": self.energy, **self._core.seconds()}
+        return Info({**self._info, "energy": self.energy, **self._core.seconds()}, self.steps)
 
     @property
     def report(self):
@@ -417,16 +418,14 @@ class Simulation(Reshaping, Spelt):
         self._start_functions()
 
     def drive(self, ids, dofs, velocity):
-        """Imposes velocities on dofs of bodies from now on: (3 | 6,) or (n, 3 | 6) of all dofs, or a function of time.
+        """Imposes velocities on dofs of bodies from now on: of all, (3 | 6,) or (n, 3 | 6), a number of one, a function of time.
 
         Dofs that are not named go on as they did; no dofs, (), sets bodies free of all that drove or held them.
         """
         self._stage.at_rest("drive")
-        from ..build import bodies as b
-
-        ids = self._ids(ids)
-        dim = self.scene.dim
-        carrier = b.checked(b.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], driven=dofs, drive=velocity, ids=ids))
+        ids, dim = self._ids(ids), self.scene.dim
+        imposed = {"driven": dofs, "drive": bodies.driven_at(dofs, velocity, len(ids), dim)}
+        carrier = bodies.checked(bodies.BodySet(dim, np.zeros((len(ids), dim)), None, None, [], ids=ids, **imposed))
         self._core.scene.drive(ids, carrier.mask, None)  # refuses what is no rigid body
         self._sets.append(carrier)
         self._sets = living(self._sets, self._sets_seen, self._present())

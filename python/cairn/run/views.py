@@ -10,6 +10,7 @@ from ..pre import checks
 
 # arrays of bodies, of nodes, that can be set
 SETTABLE = ("position", "velocity", "rotation")
+FORCES_BY_SET = "; forces are those of the sets, force= of cn.disks and the like: give a function of time, which changes them"
 SETTABLE_OF_NODES = ("position", "velocity")
 
 
@@ -133,7 +134,8 @@ class BodyView(_View):
         for name, values in arrays.items():
             if name not in SETTABLE:
                 can = f"{', '.join(SETTABLE[:-1])} and {SETTABLE[-1]} can"
-                raise ValueError(f"{name} of bodies cannot be set: {can}{meant(name, SETTABLE)}")
+                instead = FORCES_BY_SET if name == "force" else meant(name, SETTABLE)
+                raise ValueError(f"{name} of bodies cannot be set: {can}{instead}")
             values = checks.real_array(name, values, getattr(self, name).shape)
             if name == "position":
                 values = values - simulation.scene.origin

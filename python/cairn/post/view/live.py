@@ -136,7 +136,13 @@ def serve(path, what="velocity", port=0, open_browser=True, follow=True):
     port : 0 takes a free one. follow : look for new outputs of a run that goes on. Raises ImportError without trame and PyVista.
     """
     server, _ = application(path, what, follow)
-    server.start(host="127.0.0.1", port=port, open_browser=open_browser, show_connection_info=True)
+
+    def ready(**_):
+        without = ", --no-browser opens none" if open_browser else ""
+        print(f"{path} at http://127.0.0.1:{server.port}/ (Ctrl-C ends it{without})", flush=True)
+
+    server.controller.on_server_ready.add(ready)
+    server.start(host="127.0.0.1", port=port, open_browser=open_browser, show_connection_info=False)
 
 
 def application(path, what="velocity", follow=True):

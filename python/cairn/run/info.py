@@ -1,0 +1,19 @@
+"""What the last step tells, sim.info: a dict that says why what is asked for is not in it."""
+
+from ..names import listed
+
+
+class Info(dict):
+    """What the last step tells; a name that is not there is answered with why."""
+
+    def __init__(self, told, steps):
+        super().__init__(told)
+        self._steps = steps
+
+    def __missing__(self, name):
+        if not self._steps and name != "energy":
+            raise KeyError(f"info has no {name!r} before the first step: run one, sim.step()")
+        if name in ("joint_error", "joint_gap", "joint_contact"):
+            told = "is measured of joints of rigid bodies other than Cable, and this scene has none"
+            raise KeyError(f"info has no {name!r}: it {told}")
+        raise KeyError(f"info has no {name!r}; it has {listed(self, name)}")
