@@ -171,7 +171,8 @@ TEST_F(Pile, wrong_calls_are_refused_by_name) {
   EXPECT_EQ(cairn_simulation_step(simulation, -1, nullptr, nullptr), cairn_wrong_input); // error is optional
   int64_t count = 0;
   EXPECT_REFUSED(cairn_simulation_body_field(simulation, "colour", 0, nullptr, &count, &error), "colour");
-  EXPECT_REFUSED(cairn_simulation_body_field(simulation, "velocty", 0, nullptr, &count, &error), "they have position,");
+  EXPECT_REFUSED(cairn_simulation_body_field(simulation, "velocty", 0, nullptr, &count, &error),
+                 "they have id, position,");
   EXPECT_EQ(cairn_simulation_step(simulation, 1e-3, nullptr, &error), 0) << error.message;
   EXPECT_EQ(error.code, 0);
 }
