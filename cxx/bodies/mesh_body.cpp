@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "../base/call.hpp"
 #include "nodes.hpp"
@@ -402,7 +403,10 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
     work.kinetic_change += mean * (inertia - lumped_[i] * change);
     work.integrator += (way[i] - s.impulse * mean) * extra - mean * (momentum_known_[i] - lumped_[i] * x[i]);
     work.integrator -= s.impulse * mean * beyond;
-    if (model.ties.bound(i)) work.binding += way[i] * reaction[i];
+    if (model.ties.bound(i))
+      work.binding += way[i] * reaction[i];
+    else if (model.held[i])
+      work.driven += way[i] * reaction[i];
     const bool given = model.held[i] || model.ties.bound(i);
     const double force = given ? (lumped - impulse[i]) / s.impulse - beyond - weight : f_[i] - weight - extra;
     nodes.force[first_node][i] = force;
@@ -416,7 +420,7 @@ void MeshBody::account(Nodes& nodes, const double* gravity) {
 // What holds a node that is bound as well works through it on all that it binds.
 void MeshBody::account_ties() {
   for (std::int64_t i = 0; i < model.dofs(); ++i)
-    if (model.held[i] && model.ties.bound(i)) work.binding = 0;
+    if (model.held[i] && model.ties.bound(i)) work.driven += std::exchange(work.binding, 0.0);
   to_leaders(model.ties, reaction);
 }
 

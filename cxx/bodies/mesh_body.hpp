@@ -92,6 +92,7 @@ struct MeshWork {
   double beyond =
       0;           // of loads and of what moves held nodes: in the mean of both ends beyond where the integrator has it
   double drag = 0; // of `damping`, in the mean of both ends
+  double driven = 0;     // by what moves held nodes, in the mean of both ends
   double integrator = 0; // dissipated by it: what it takes of inertia, and of elastic forces by where it knows them
   double stored = 0, stored_change = 0, kinetic = 0; // at the end of the step; kinetic: beside that of lumped masses
 };

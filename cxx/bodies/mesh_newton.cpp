@@ -507,7 +507,10 @@ void MeshBody::account_bulk(Nodes& nodes, const double* gravity) {
     work.inertia += way * extra;
     work.kinetic_change += mean * (inertia[i] - lumped_[i] * a_[i]);
     work.integrator += (way - scheme_.impulse * mean) * extra - mean * (known - of_points + scheme_.impulse * beyond);
-    if (model.ties.bound(i)) work.binding += way * reaction[i];
+    if (model.ties.bound(i))
+      work.binding += way * reaction[i];
+    else if (model.held[i])
+      work.driven += way * reaction[i];
     if (model.ties.bound(i) && !way_beside_.empty()) // what the jumps of impulses turned rigid parts by beside
       work.integrator -= (way_beside_[i] - past_[i] - scheme_.position[0] / h_ * jump_[i]) * reaction[i];
     const double force = model.held[i] || model.ties.bound(i)

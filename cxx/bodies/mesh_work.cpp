@@ -34,9 +34,11 @@ void MeshBody::account_means(const std::vector<double>& way) {
   work.drag = 0;
   for (std::size_t i = 0; i < way.size(); ++i) {
     work.drag += way[i] * drag_[i];
-    if (model.held[i])
-      work.beyond += way[i] * (mean_[i] + drag_[i] - taken_[i]);
-    else if (!loads_.empty())
+    if (model.held[i]) {
+      const double more = way[i] * (mean_[i] + drag_[i] - taken_[i]);
+      work.beyond += more;
+      work.driven += more;
+    } else if (!loads_.empty())
       work.beyond += way[i] * loads_[i];
   }
 }

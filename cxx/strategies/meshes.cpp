@@ -94,7 +94,8 @@ void Simulation::account_for_meshes() {
     const MeshWork& w = mesh.work;
     energy.stored += w.stored;
     energy.kinetic += w.kinetic;
-    energy.work_external += w.elastic + w.damping + w.inertia + w.warmed - w.binding + w.beyond;
+    energy.work_external += w.elastic + w.damping + w.inertia + w.warmed - w.binding + w.beyond - w.driven;
+    energy.work_driven += w.driven;
     energy.dissipated_bulk += w.drag;
     energy.dissipated_material += w.material;
     energy.absorbed += w.absorbed;

@@ -150,7 +150,7 @@ def sheared(options):
         "length of the band": (1e3 * np.linalg.norm(band, axis=1).max() if len(band) else 0.0, "mm"),
         "triangles beyond a plastic strain of 0.001": (int((strain > 1e-3).sum()), ""),
         "largest plastic strain": (strain.max(), ""),
-        "work of the blow": (terms["work_external"], "J/m"),
+        "work of the blow": (terms["work_driven"], "J/m"),
         "closure of the balance": (abs(terms["closure"]) / terms["in_play"], "of the energy in play"),
     }
     for name, (value, unit) in figures.items():
@@ -277,7 +277,7 @@ def main(arguments=None):
         "speed of the crack": (speed, "m/s"),
         "over Rayleigh's": (speed / RAYLEIGH, ""),
         "sides broken": (int(np.isfinite(joints["at"])[joints["pairs"]].all(axis=1).sum()), ""),
-        "work of the blow": (terms["work_external"], "J/m"),
+        "work of the blow": (terms["work_driven"], "J/m"),
         "spent by cracks": (terms["released"], "J/m"),
         "closure of the balance": (abs(terms["closure"]) / terms["in_play"], "of the energy in play"),
         "steps beyond 1e-4": (int((errors > 1e-4).sum()), ""),

@@ -63,7 +63,7 @@ def test_what_drives_a_mass_is_its_mass_times_its_acceleration(integrator, how, 
     e = sim.energy
     whole = integrator.scheme(1.0)["share"] + sum(integrator.scheme(1.0)["position"][:1])
     if whole == pytest.approx(0.5):
-        assert e["work_external"] == pytest.approx(e["kinetic"], rel=1e-9) == pytest.approx(5.0, rel=1e-4)
+        assert e["work_driven"] == pytest.approx(e["kinetic"], rel=1e-9) == pytest.approx(5.0, rel=1e-4)
         assert abs(e["dissipated_integrator"]) < 1e-9 * e["kinetic"]
     assert abs(e["closure"]) < 1e-12 * e["in_play"]
 
