@@ -45,6 +45,7 @@ __all__: list[str] = [
     "element_matrices",
     "element_stress",
     "elements",
+    "half_product",
     "integrator_scheme",
     "integrators",
     "joint_kinds",
@@ -687,6 +688,12 @@ def element_stress(
     arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
 ) -> numpy.typing.NDArray[numpy.float64]: ...
 def elements() -> list: ...
+def half_product(
+    arg0: typing.Annotated[numpy.typing.ArrayLike, numpy.int64],
+    arg1: typing.Annotated[numpy.typing.ArrayLike, numpy.int32],
+    arg2: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+    arg3: typing.Annotated[numpy.typing.ArrayLike, numpy.float64],
+) -> numpy.typing.NDArray[numpy.float64]: ...
 def integrator_scheme(
     arg0: str,
     arg1: collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex],

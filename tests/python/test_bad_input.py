@@ -183,7 +183,7 @@ def test_wrong_sets_and_ids():
         (lambda: sim.remove([3, 3]), "body 3 is named twice among those to remove"),
         (lambda: sim.remove([0.5]), r"ids is \[0.5\]: give whole numbers"),
         (lambda: sim.drive([99], "vx", (1, 0, 0)), "there is no body 99"),
-        (lambda: sim.drive([1], "vx", (NAN, 0, 0)), r"drive\[0, 0\] is nan"),
+        (lambda: sim.drive([1], "vx", (NAN, 0, 0)), r"velocity\[0, 0\] is nan"),
         (lambda: sim.drive([1], "v", (1, 0, 0)), "driven names 'v'"),
         (lambda: sim.step(0.0), "dt is 0.0: give a number > 0"),
         (lambda: sim.step(NAN), "dt is nan: give a finite number"),
