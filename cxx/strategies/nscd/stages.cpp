@@ -412,8 +412,7 @@ void Nscd::account(Simulation& s, const ContactEnergy& contacts) {
   s.energy.in_play = s.energy.largest_kinetic + s.energy.turned_over;
   // what breaks bears nothing at the end of the step, and spends all the same what its springs held
   const double of_springs = std::abs(contacts.stored_change) + contacts.released;
-  const double of_step =
-      std::max(moving, moved) + contacts.turned_over + of_springs + fall + std::abs(strained);
+  const double of_step = std::max(moving, moved) + contacts.turned_over + of_springs + fall + std::abs(strained);
   // of bodies at rest only what rounds off is left
   const bool moves = of_step > std::numeric_limits<double>::epsilon() * s.energy.in_play;
   s.report.solve.energy_created = moves ? contacts.created / of_step : 0;
