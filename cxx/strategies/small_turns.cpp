@@ -15,10 +15,7 @@ constexpr double widest_turn = 0.1;
 bool counts_as_small(const MeshModel& model) {
   if (!model.bulk) return true;
   const BulkModel* solid = model.bulk->solid();
-  if (!solid || solid->cells().empty()) return false;
-  for (const BulkCells& block : solid->cells())
-    if (block.kinematics != Kinematics::small) return false;
-  return true;
+  return solid && !solid->cells().empty() && !solid->finite();
 }
 
 using Vector = std::array<double, 3>;

@@ -44,7 +44,7 @@ contains
     end do
   end subroutine cairn_project_disks
 
-  !> One contact. Divided by mu where mu is large, so that no mu is too large.
+  !> One contact.
   pure subroutine project_cone(dim, mu, r)
     integer(c_int32_t), intent(in) :: dim    !< 2 or 3
     real(c_double), intent(in)     :: mu     !< friction [-]
@@ -52,12 +52,7 @@ contains
     real(c_double) :: tangent, n, t, along
     tangent = length(dim, r)
     if (r(1) >= 0 .and. tangent <= mu*r(1)) return ! mu may be 0: of itself 0 <= mu r_N says nothing then
-    n = 1
-    t = mu
-    if (mu > 1) then
-      n = 1/mu
-      t = 1
-    end if
+    call side_of_cone(mu, n, t)
     along = max(0.0_c_double, n*r(1) + t*tangent)/(n*n + t*t)
     r(1) = n*along
     if (tangent > 0) r(2:) = (t*along/tangent)*r(2:)
@@ -80,12 +75,7 @@ contains
       end do
       return
     end if
-    n = 1
-    t = mu
-    if (mu > 1) then
-      n = 1/mu
-      t = 1
-    end if
+    call side_of_cone(mu, n, t)
     along = n*r(1) + t*tangent
     if (.not. along > 0) return
     axis(1) = n
@@ -112,6 +102,18 @@ contains
     tangent = length(dim, r)
     if (tangent > limit) r(2:) = (limit/tangent)*r(2:)
   end subroutine project_disk
+
+  !> A point of the side of a cone, divided by mu where mu is large, so that no mu is too large.
+  pure subroutine side_of_cone(mu, n, t)
+    real(c_double), intent(in)  :: mu   !< friction [-]
+    real(c_double), intent(out) :: n, t !< along the normal, across it [-]
+    n = 1
+    t = mu
+    if (mu > 1) then
+      n = 1/mu
+      t = 1
+    end if
+  end subroutine side_of_cone
 
   pure real(c_double) function length(dim, r)
     integer(c_int32_t), intent(in) :: dim    !< 2 or 3

@@ -164,6 +164,7 @@ contains
           value(i) = merge(1.0_c_double, 0.0_c_double, rows(i) == -place(k))/tableau(rows(i), col)
         end if
       end do
+      ! 1 is what entries are as large as, of a problem that is scaled
       most = minval(value(:tied)) + 1e-9_c_double*max(1.0_c_double, maxval(abs(value(:tied))))
       kept = 0
       do i = 1, tied

@@ -125,7 +125,7 @@ class Problem:
         u = self.velocity(r)
         z = r - u
         z[:, 0] -= self.mu * np.linalg.norm(u[:, 1:], axis=1)
-        size = np.linalg.norm(r - project(z, self.mu))
+        size = np.linalg.norm(r - _core.project_on_cones(z, self.mu))
         scale = max(np.linalg.norm(self.q), np.linalg.norm(r), np.linalg.norm(u))
         return float(size / scale) if scale > 0 else float(size)
 
@@ -139,17 +139,6 @@ class Problem:
 
     def __repr__(self):
         return f"Problem({self.dim}D, {self.contacts} contacts, {self._column.size} blocks)"
-
-
-def project(r, mu):
-    """r (n, dim) projected on Coulomb's cones { |r_T| <= mu r_N }, mu (n), in the plain norm."""
-    r = np.array(r, dtype=float)
-    tangent = np.linalg.norm(r[:, 1:], axis=1)
-    outside = (tangent > mu * r[:, 0]) | (r[:, 0] < 0)  # mu may be 0
-    along = np.maximum(0.0, r[:, 0] + mu * tangent) / (1 + mu**2)
-    r[outside, 0] = along[outside]
-    r[outside, 1:] *= ((mu * along)[outside] / np.maximum(tangent[outside], np.finfo(float).tiny))[:, None]
-    return r
 
 
 def _blocks(dim, W, contacts):
