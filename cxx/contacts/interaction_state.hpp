@@ -342,6 +342,9 @@ struct Interactions::State {
   void joint_pose(const cairn_batch& b, int lane, JointPose& pose) const;
   void pose_ahead(const cairn_batch& b, int lane,
                   JointPose& pose) const; // where the next step detects; joint_flight.cpp
+  void velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const;
+  void velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const;
+  bool flies_bent(const cairn_batch& b, int lane) const;
   double joint_errors(const cairn_batch& b, int lane, const JointPose& pose, double error[6]) const;
   JointMiss miss_of_joints(double least) const;
   double length_of_joint(const cairn_batch& b, int lane, const Anchor& anchor) const;

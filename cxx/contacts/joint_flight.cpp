@@ -18,6 +18,11 @@ namespace {
 struct Ahead {
   double moved[3] = {}, rotation[4] = {1, 0, 0, 0};
 
+  // A point of a mesh flies straight on, with the axes of space.
+  Ahead(const double* velocity, int dim, double h) {
+    for (int k = 0; k < dim; ++k) moved[k] = h * velocity[k];
+    if (dim == 2) rotation[0] = 0;
+  }
   Ahead(const Bodies& b, const cairn_record& record, std::int32_t body, int dim, double h, double share) {
     for (int k = 0; k < dim; ++k) moved[k] = h * record.x[k];
     if (dim == 2) {
@@ -50,26 +55,56 @@ struct Ahead {
 
 } // namespace
 
+// Of a side that rests on nodes of a mesh, from what impulses made of them.
+void Interactions::State::velocity_of_mapped(const cairn_batch& b, bool of_b, int lane, double out[3]) const {
+  const int n = b.count, d = dim();
+  const std::int32_t *const node = of_b ? b.node_b : b.node_a, *const dof = of_b ? b.dof_b : b.dof_a;
+  const double* weight = of_b ? b.lever_b : b.lever_a;
+  const cairn_condensed& mesh = b.condensed[(of_b ? b.body_b : b.body_a)[lane]];
+  std::fill_n(out, 3, 0.0);
+  for (int j = 0; j < (of_b ? b.nodes_b : b.nodes_a); ++j) {
+    const int at = j * n + lane;
+    double reached[3] = {};
+    if (mesh.reach && std::abs(weight[at]) > 0) cairn_reached_velocity(d, &mesh, node[at], reached);
+    for (int k = 0; k < d; ++k) out[k] += weight[at] * (b.condensed_velocity[dof[at] + k] + reached[k]);
+  }
+}
+
+// Of what carries an end: velocity and spin, which nodes have none of.
+void Interactions::State::velocity_of_end(const cairn_batch& b, bool of_b, int lane, double out[6]) const {
+  std::fill_n(out, 6, 0.0);
+  if (of_b ? b.mapped_b : b.mapped_a) return velocity_of_mapped(b, of_b, lane, out);
+  std::copy_n(system.record[(of_b ? b.body_b : b.body_a)[lane]].x, system.velocities(), out);
+}
+
 // In the axes that B has now: what it carries along is no error.
 void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& pose) const {
   const std::int64_t i = system.candidate[b.first + lane];
   const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
-  const std::int32_t A = b.body_a[lane], B = b.body_b[lane];
   const int d = std::min(dim(), 3);
-  const double left = left_of_step;
-  const Ahead of_a(*bodies, system.record[A], A, d, h, left), of_b(*bodies, system.record[B], B, d, h, left);
-  double a[3] = {}, to_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0}, between[3] = {};
+  const auto ahead = [&](bool of_b) {
+    const std::int32_t body = (of_b ? b.body_b : b.body_a)[lane];
+    if (!(of_b ? b.mapped_b : b.mapped_a)) return Ahead(*bodies, system.record[body], body, d, h, left_of_step);
+    double velocity[3];
+    velocity_of_mapped(b, of_b, lane, velocity);
+    return Ahead(velocity, d, h);
+  };
+  const Ahead of_a = ahead(false), of_b = ahead(true);
+  double a[3] = {}, to_b[3] = {}, at_a[3] = {}, at_b[3] = {}, shift[3] = {0, 0, 0}, flown[3] = {0, 0, 0},
+         between[3] = {};
   if (cell->any()) image_shift(*cell, candidates->image[i], shift);
   if (sheared) image_velocity(*cell, candidates->image[i], flown);
+  carrier_at(candidates->contactor_a[i], at_a);
+  carrier_at(candidates->contactor_b[i], at_b);
   of_a.carry(d, anchor.a, a);
   of_b.carry(d, anchor.b, to_b);
   for (int k = 0; k < d; ++k)
-    between[k] = (bodies->position[A][k] - (bodies->position[B][k] + shift[k])) +
-                 (of_a.moved[k] - (of_b.moved[k] + h * flown[k])) + (a[k] - to_b[k]);
+    between[k] = (at_a[k] - (at_b[k] + shift[k])) + (of_a.moved[k] - (of_b.moved[k] + h * flown[k])) + (a[k] - to_b[k]);
   const double standing[4] = {d == 2 ? 0.0 : 1.0, 0, 0, 0};
-  const double* now = bodies->rotation.active ? bodies->rotation[B] : standing;
-  turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
-  pose.turns = pose.ahead = true;
+  const double* now = bodies->rotation.active && !b.mapped_b ? bodies->rotation[b.body_b[lane]] : standing;
+  pose.ahead = true;
+  pose.turns = !b.mapped_a && !b.mapped_b;
+  if (pose.turns) turned_from(of_a.rotation, of_b.rotation, anchor, pose.turned);
   if (d == 2) {
     const double back = now[0] - of_b.rotation[0], c = std::cos(back), s = std::sin(back);
     pose.between[0] = c * between[0] - s * between[1];
@@ -79,6 +114,7 @@ void Interactions::State::pose_ahead(const cairn_batch& b, int lane, JointPose& 
   double own[3];
   turn_about(of_b.rotation, -1, between, own);
   turn_about(now, 1, own, pose.between);
+  if (!pose.turns) return;
   turn_about(of_b.rotation, -1, pose.turned + 1, own);
   turn_about(now, 1, own, pose.turned + 1);
 }
@@ -92,20 +128,32 @@ JointMiss Interactions::miss_of_joints(const Bodies& bodies, double least) {
   return s.miss_of_joints(least);
 }
 
+// Whether the ends of a joint pass each other on other ways than straight ones, however contacts are solved.
+bool Interactions::State::flies_bent(const cairn_batch& b, int lane) const {
+  if (b.params[joint_spans * b.count + lane] > 0) return true;
+  const auto turns = [&](bool mapped, bool moves, std::int32_t body) {
+    const double* x = mapped ? nullptr : bodies->velocity[body];
+    return !mapped && (moves || std::any_of(x + dim(), x + 3 * dim() - 3, [](double w) { return w != 0; }));
+  };
+  return turns(b.mapped_a != 0, b.moves_a != 0, b.body_a[lane]) ||
+         turns(b.mapped_b != 0, b.moves_b != 0, b.body_b[lane]);
+}
+
 // f(batch, lane, component, miss) by the records, which hold the velocities of a solution.
 template <class F>
 void Interactions::State::each_miss(F&& f) const {
   for (const cairn_batch& b : system.batches) {
-    if (!law_infos()[b.law].joins || b.mapped_a || b.mapped_b) continue;
+    if (!law_infos()[b.law].joins) continue;
+    const bool of_mesh = b.mapped_a || b.mapped_b;
     for (int lane = 0; lane < b.contacts; ++lane) {
       const std::int64_t i = system.candidate[b.first + lane];
       const int blocked = int(laws->entry(entry[i]).params[joint_blocked]);
-      if (blocked == 0 || !is_anchored(i) || !(b.state[lane] > 0)) continue;
+      if (blocked == 0 || !is_anchored(i) || !(b.state[lane] > 0) || (of_mesh && !flies_bent(b, lane))) continue;
       JointPose pose;
       double error[6];
       pose_ahead(b, lane, pose);
       joint_errors(b, lane, pose, error);
-      for (int c = 0; c < b.components; ++c)
+      for (int c = 0; c < (of_mesh ? dim() : b.components); ++c)
         if (blocked >> c & 1) f(b, lane, c, error[dim() == 2 && c == 2 ? 3 : c]);
     }
   }
@@ -119,17 +167,19 @@ JointMiss Interactions::State::miss_of_joints(double least) const {
   each_miss([&](const cairn_batch& b, int lane, int c, double miss) {
     const std::int64_t i = system.candidate[b.first + lane];
     const Anchor& anchor = held[std::size_t(anchor_of[std::size_t(i)])];
-    const std::int32_t body[2] = {b.body_a[lane], b.body_b[lane]};
-    const double *one = system.record[body[0]].x, *two = system.record[body[1]].x;
-    double apart = 0, whole = 0, place = 0;
+    double one[6], two[6], at_a[3], at_b[3], apart = 0, whole = 0, place = 0;
+    velocity_of_end(b, false, lane, one);
+    velocity_of_end(b, true, lane, two);
+    carrier_at(candidates->contactor_a[i], at_a);
+    carrier_at(candidates->contactor_b[i], at_b);
     for (int k = 0; k < dim(); ++k) {
       apart = std::hypot(apart, one[k] - two[k]);
       whole = std::max({whole, std::abs(one[k]), std::abs(two[k])});
-      for (const std::int32_t of : body) place = std::max(place, std::abs(bodies->position[of][k]));
+      place = std::max({place, std::abs(at_a[k]), std::abs(at_b[k])});
     }
     rounding = std::max(rounding, std::numeric_limits<double>::epsilon() * (place / h + whole));
     for (const auto& [x, arm] :
-         {std::pair{one, anchor.a}, std::pair{two, anchor.b}}) { // how fast an end turns about its body
+         {std::pair{&one[0], anchor.a}, std::pair{&two[0], anchor.b}}) { // how fast an end turns about its body
       double spin = 0, length = 0;
       for (int k = dim(); k < 3 * dim() - 3; ++k) spin = std::hypot(spin, x[k]);
       for (int k = 0; k < dim(); ++k) length = std::hypot(length, arm[k]);
@@ -150,11 +200,16 @@ double Interactions::State::length_of_joint(const cairn_batch& b, int lane, cons
   double length = anchor.length, of_a = 0, of_b = 0;
   for (int k = 0; k < dim(); ++k) of_a = std::hypot(of_a, anchor.a[k]), of_b = std::hypot(of_b, anchor.b[k]);
   length = std::max({length, of_a, of_b});
-  for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
-    const double mass = *bodies->mass[body], inertia = bodies->inertia[body][0];
-    if (!(length > 0) && mass > 0 && std::isfinite(mass) && std::isfinite(inertia)) length = std::sqrt(inertia / mass);
+  if (!(length > 0) && (b.mapped_a || b.mapped_b)) {
+    const std::int64_t i = system.candidate[b.first + lane];
+    length = meshes->cell_size(candidates->contactor_a[i], candidates->contactor_b[i]);
   }
-  return length > 0 ? length : 1;
+  for (const std::int32_t body : {b.body_a[lane], b.body_b[lane]}) {
+    if (length > 0) break;
+    const double mass = *bodies->mass[body], inertia = bodies->inertia[body][0];
+    if (mass > 0 && std::isfinite(mass) && std::isfinite(inertia)) length = std::sqrt(inertia / mass);
+  }
+  return length > 0 && std::isfinite(length) ? length : 1;
 }
 
 // What a joint bears draws the lighter body straight as a string its weight: rate^2 = F W/length, W how much its end
