@@ -122,7 +122,9 @@ contains
       if (sound(i)) cycle
       p = params(i, 1:own + 1)
       call begun_at(n, c, i, plastic, state, at)
-      if (.not. state(i, s_beta) > 0 .and. state(i, s_slip + c + slides_behind) > 0) p(friction) = min(p(friction), p(own))
+      if (p(own) < p(friction) .and. .not. state(i, s_beta) > 0) then
+        if (state(i, s_slip + c + slides_behind) > 0) p(friction) = p(own)
+      end if
       ! many are not damaged further, and slide on nothing
       if (state(i, s_beta) > 0 .and. (.not. push(i) > 0 .or. &
                                       .not. effective_friction(p(friction), p(power), state(i, s_beta)) > 0)) then
@@ -197,9 +199,9 @@ contains
     logical, intent(out)           :: sound(n)
     integer :: i
     call stay_whole(n, c, own, onset, params, state, u, sound)
+    if (.not. any(push > 0)) return ! most press on nothing
     do i = 1, n
-      sound(i) = sound(i) .and. &
-                 merge(merge(0.0_c_double, params(i, friction), params(i, power) > 0), 0.0_c_double, push(i) > 0) <= 0
+      if (push(i) > 0 .and. params(i, friction) > 0 .and. .not. params(i, power) > 0) sound(i) = .false.
     end do
   end subroutine stay_sound
 

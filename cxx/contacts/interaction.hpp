@@ -49,8 +49,9 @@ struct LawInfo {
   // Where bodies with sides are kept, it is at points that they carry: along the normal there, or along the line
   // between.
   bool anchored = false, joins = false, spans = false;
-  int reach = -1;  // the parameter "reach": a gap up to which the law acts; -1: none
-  int within = -1; // the parameter "within": a gap up to which bodies that come in together touch; -1: none
+  bool keeps_area = false; // as the state "area": solve and residual ask for no geometry in params
+  int reach = -1;          // the parameter "reach": a gap up to which the law acts; -1: none
+  int within = -1;         // the parameter "within": a gap up to which bodies that come in together touch; -1: none
   cairn_law_prepare* prepare = nullptr;
   cairn_law_solve* solve = nullptr;
   cairn_law_commit* commit = nullptr;

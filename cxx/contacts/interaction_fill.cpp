@@ -508,9 +508,9 @@ void Interactions::State::fill_law(const cairn_schedule& schedule, cairn_batch& 
     std::copy_n(w, std::size_t(n) * c * c, b.delassus);
   else
     for (int lane = 0; lane < n; ++lane) b.delassus[lane] = w[lane], b.delassus[n + lane] = w[n * (c + 1) + lane];
-  if (law_infos()[b.law].has_solve)
+  if (law_infos()[b.law].has_solve && !has_params_of_pair(b))
     std::copy_n(params, std::size_t(n) * (parameters + 4), b.params);
-  else
+  else if (!law_infos()[b.law].has_solve)
     std::copy_n(mu, n, b.params);
   if (sheared)
     for (int lane = 0; lane < b.contacts; ++lane) add_image_jump(b, lane, 1, b.bias);

@@ -390,6 +390,26 @@ void Interactions::State::lay_out_mapping(const cairn_batch& b, std::int32_t*& n
   response = stride ? scratch.take<double>(std::int64_t(stride) * (b.turns ? b.components : dim()) * b.count) : nullptr;
 }
 
+// Where all contacts of a batch are of one pair of materials, whose law reads nothing else of params than what the pair
+// and the step say, batches of a size share a block: a sweep over many then finds it near. Null: it has its own.
+double* Interactions::State::params_of_pair(const cairn_batch& b) {
+  const LawInfo& law = law_infos()[b.law];
+  const std::int32_t pair = entry[system.candidate[b.first]];
+  if (!law.keeps_area || law.plugged() || temperature) return nullptr;
+  for (int lane = 1; lane < b.contacts; ++lane)
+    if (entry[system.candidate[b.first + lane]] != pair) return nullptr;
+  for (const PairParams& known : params_of_pairs)
+    if (known.entry == pair && known.count == b.count) return known.params;
+  const std::size_t n = std::size_t(b.count), parameters = law.parameters.size();
+  double* params = scratch.take<double>(std::int64_t((parameters + 4) * n));
+  for (std::size_t k = 0; k < parameters; ++k)
+    std::fill_n(params + k * n, n, std::min(laws->entry(pair).params[k], std::numeric_limits<double>::max()));
+  std::fill_n(params + parameters * n, n, h);
+  std::fill_n(params + (parameters + 1) * n, 3 * n, 0.0);
+  params_of_pairs.push_back({pair, b.count, params});
+  return params;
+}
+
 // Blocks of numbers in the order in which a sweep reads them.
 void Interactions::State::lay_out() {
   const std::size_t places = system.candidate.size();
@@ -400,8 +420,11 @@ void Interactions::State::lay_out() {
   auto* status = bodies->stretch.active ? scratch.take<std::int32_t>(places) : place;
   std::size_t doubles = 0;
   const auto block = [](const cairn_batch& b) { return b.block ? b.components * b.components : 2; };
+  params_of_pairs.clear();
+  for (cairn_batch& b : system.batches) b.params = b.pack ? nullptr : params_of_pair(b);
   const auto params = [](const cairn_batch& b) {
     const LawInfo& law = law_infos()[b.law];
+    if (b.params) return 0;
     return law.has_solve ? int(law.parameters.size()) + 4 : 1;
   };
   const auto states = [&](const cairn_batch& b) { return law_infos()[b.law].state_columns(dim()); };
@@ -459,7 +482,7 @@ void Interactions::State::lay_out() {
     system.compliant = system.compliant || may_yield;
     b.delassus = take(block(b));
     b.r = take(b.components);
-    b.params = take(params(b));
+    if (!b.params) b.params = take(params(b));
     b.state = states(b) ? take(states(b)) : nullptr;
   }
 }

@@ -176,6 +176,11 @@ struct Interactions::State {
     double* energy;   // (n, 4) as cairn_law_energy gives it
   };
   Array<LawColumns> of_law;
+  struct PairParams { // as solve has them, of `count` contacts
+    std::int32_t entry, count;
+    double* params;
+  };
+  std::vector<PairParams> params_of_pairs; // of this step
   struct Commits { // per batch
     double stored, taken_normal, taken_tangential, released, created, turned_over, driven_tangential, driven_normal;
   };
@@ -226,6 +231,11 @@ struct Interactions::State {
     return carrier < 0 ? std::int32_t(system.bodies) + meshes->mesh_of(contactor) : carrier;
   }
   std::int64_t units() const { return system.bodies + (meshes ? std::int64_t(meshes->meshes.size()) : 0); }
+  double* params_of_pair(const cairn_batch& b);
+  bool has_params_of_pair(const cairn_batch& b) const {
+    return std::any_of(params_of_pairs.begin(), params_of_pairs.end(),
+                       [&](const PairParams& shared) { return shared.params == b.params; });
+  }
   bool has_fields() const { return temperature || potential; }
   // Of a body, or of the nodes in whose middle a mapped contactor is.
   double value_at(const double* value, std::int32_t contactor) const {

@@ -111,6 +111,7 @@ void declare_law(LawInfo& law, const std::string& parameters, const std::string&
   for (std::string word; words >> word;) {
     const auto colon = word.find(':');
     law.state.push_back(word.substr(0, colon));
+    law.keeps_area |= law.state.back() == "area";
     law.state_begin.push_back(colon == std::string::npos ? std::numeric_limits<double>::quiet_NaN()
                                                          : number(word.substr(colon + 1)));
   }

@@ -80,7 +80,8 @@ contains
     real(c_double), intent(inout) :: slip               !< a where it slipped last, to begin from; 0 if it did not [1/kg]
     real(c_double), intent(out)   :: r(3)               !< impulse [N s]
     real(c_double) :: p(2), low, high, a, next, f, slope
-    logical :: slips
+    real(c_double), parameter :: close = 1e-5_c_double
+    logical :: slips, near
     integer :: i
     r = 0
     if (.not. q(1) < 0) return
@@ -101,23 +102,26 @@ contains
     do i = 1, 200
       if (.not. slips) exit
       call residual(a, local, q, p, mu, r, f, slope)
+      if (abs(f) <= 4*epsilon(f)) exit ! what barely slips has an a that rounding hides
       if (f > 0) then
         low = a
       else
         high = a
       end if
       next = a - f/slope
-      if (.not. (slope < 0 .and. next > low .and. next < high)) then
+      ! there is no bracket round an a that is exact, which a bisection would leave
+      near = slope < 0 .and. abs(next - a) <= close*a
+      if (.not. (near .or. (slope < 0 .and. next > low .and. next < high))) then
         next = 2*a
         if (high < huge(high)) next = low + (high - low)/2
         if (next <= low .or. next >= high) exit
+        near = abs(next - a) <= close*a
       end if
-      if (abs(next - a) <= 1e-5_c_double*a) then ! its square is far below what a sweep changes, and the next one begins from it
-        a = next
+      a = next
+      if (near) then ! its square is far below what a sweep changes, and the next one begins from it
         call residual(a, local, q, p, mu, r, f, slope)
         exit
       end if
-      a = next
     end do
     slip = a
     call put_on_cone(local, q, mu, r)

@@ -26,7 +26,7 @@ bool nothing_slides_or_opens(const ContactSystem& system) {
 bool holds_fast(const cairn_batch& b, const LawInfo& law, int lane, double fast) {
   if (!(b.state[lane] > 0)) return false;
   const std::size_t p = law.parameters.size(), n = std::size_t(b.count);
-  const double *own = b.params + lane, *geometry = own + (p + 1) * n; // area, radius, mass
+  const double *own = b.params + lane, *geometry = b.context->geometry + lane; // area, radius, mass
   const double h = own[p * n];
   return own[0] * h * h * geometry[0] > fast * geometry[2 * n];
 }
