@@ -236,11 +236,16 @@ def falling_cubes():
 
 @pytest.mark.parametrize("tol", [1e-4, 1e-6, 1e-8])
 def test_auto_stays_with_sweeps_that_come_there(tol):
-    """Their errors foretell less than Newton's method would take, whose factors are dear on a vault."""
-    p = vault_problem(1)
-    alone = p.solve("nlgs_anderson", tol=tol)
-    result = p.solve("auto", tol=tol)
-    assert result.converged and result.iterations == alone.iterations and (result.r == alone.r).all()
+    """Their errors foretell less than Newton's method would take, whose factors are dear on a vault. What rounding makes of
+    Anderson's sweeps, 260 to 420 at 1e-6, may once foretell more."""
+    of, chance, stayed, times = vault_problem(1), np.random.default_rng(5), 0, 12
+    for _ in range(times):
+        p = cairn.problems.Problem(3, of.W, of.q, of.mu * (1 + 1e-12 * chance.standard_normal(of.contacts)))
+        alone = p.solve("nlgs_anderson", tol=tol)
+        result = p.solve("auto", tol=tol)
+        assert result.converged
+        stayed += result.iterations == alone.iterations and bool((result.r == alone.r).all())
+    assert stayed >= times - 2
 
 
 def test_auto_leaves_sweeps_that_stand_still():
