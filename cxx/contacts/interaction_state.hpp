@@ -181,7 +181,7 @@ struct Interactions::State {
     double* params;
   };
   std::vector<PairParams> params_of_pairs; // of this step
-  struct Commits { // per batch
+  struct Commits {                         // per batch
     double stored, taken_normal, taken_tangential, released, created, turned_over, driven_tangential, driven_normal;
   };
   Array<Commits> commits;
