@@ -266,8 +266,8 @@ void Nscd::find_bonds(Simulation& s) {
 }
 
 // Vectors of states from where the last step detected into the tangent plane of now, at their length: what is anchored
-// stands in axes of B, a bond without anchors turns about its normal as well, with the mean spin of its bodies. x: the
-// vector, in space axes afterwards; where: of the contact in the memory.
+// stands in axes of B, that of a bond without anchors or of a contact that slides turns about the normal as well, with
+// the mean spin of its bodies. x: the vector, in space axes afterwards; where: of the contact in the memory.
 void Interactions::State::lay_into_plane(const cairn_batch& b, int lane, std::int32_t where, double x[3],
                                          double t[2]) const {
   double axes[3][3], whole = 0;
@@ -283,7 +283,7 @@ void Interactions::State::lay_into_plane(const cairn_batch& b, int lane, std::in
   const double left = t[0] * t[0] + t[1] * t[1], scale = left > 0 ? std::sqrt(whole / left) : 1;
   t[0] *= scale;
   t[1] *= scale;
-  if (anchored || b.mapped_a || b.mapped_b || !is_sound_bond(b, lane)) return;
+  if (anchored || b.mapped_a || b.mapped_b || (law_infos()[b.law].keeps && !is_sound_bond(b, lane))) return;
   const double twist = twist_since_last(b, lane, axes[0]), c = std::cos(twist), s = std::sin(twist), along = t[0];
   t[0] = c * along - s * t[1];
   t[1] = s * along + c * t[1];

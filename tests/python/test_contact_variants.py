@@ -184,6 +184,21 @@ def test_a_stop_ends_a_slide(dim, solver):
     assert abs(velocity[0]) < 1e-12
 
 
+@pytest.mark.parametrize("turns", [0.0, 1.0, -0.5])
+def test_a_slide_turns_about_the_normal_with_its_bodies(turns):
+    """Who spins with both spheres sees one go by v t, whatever the spin: a slide that stayed in space stopped after 0.73 of it."""
+    v, limit, h = 1e-3, 4e-5, 1e-4
+    w = 20 * np.pi * turns
+    scene = cn.Scene(3)
+    scene.add(cn.spheres([[0, 0, 0], [0.1, 0, 0]], 0.05, STONE, velocity=[[0, 0, 0, w, 0, 0], [0, v, 0, w, 0, 0]]))
+    scene.interact(STONE, STONE, cn.LimitedSlip(mu=0.0, limit=limit))
+    sim, steps = cn.Simulation(scene, h, cn.NSCD(solver=cn.NLGS(tol=1e-10))), 0
+    while sim.bodies.velocity[1, 1] > 0.999 * v:
+        sim.step()
+        steps += 1
+    assert abs(steps - limit / (v * h)) < 3
+
+
 @EACH_SOLVER
 @DIMENSIONS
 def test_a_coating_holds_to_its_strength(dim, solver):
